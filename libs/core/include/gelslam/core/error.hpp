@@ -1,0 +1,15 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace gelslam {
+
+/// A person's mistake: a missing file, an unknown key, a truncated input. The message is one line that says
+/// what was wrong, where, and what to do; main() prints it and exits with 2.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace gelslam {
+
+/// `a_T_b` maps coordinates in frame b to coordinates in frame a; translations in millimetres.
+using Pose = Eigen::Isometry3d;
+
+/// Tangent vectors are (rx, ry, rz, tx, ty, tz): rotation in radians first, then translation in millimetres.
+/// Information matrices have the same order.
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+Eigen::Matrix3d skew(const Eigen::Vector3d& v);
+
+/// Exponential and logarithm of SO(3) and SE(3) (right-handed; Barfoot, State Estimation for Robotics, ch. 8).
+Eigen::Matrix3d so3_exp(const Eigen::Vector3d& omega_rad);
+Eigen::Vector3d so3_log(const Eigen::Matrix3d& rotation);
+Pose se3_exp(const Vector6d& xi);
+Vector6d se3_log(const Pose& pose);
+
+/// Adjoint of a pose for the tangent order above: a_T_b * exp(xi) = exp(Ad * xi) * a_T_b.
+Matrix6d adjoint(const Pose& a_T_b);
+
+/// Rotation angle of a pose, radians in [0, pi].
+double rotation_angle_rad(const Pose& pose);
+
+/// Re-orthonormalises the rotation: products of many poses drift away from SO(3).
+Pose normalized(const Pose& pose);
+
+}  // namespace gelslam

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+
+#include "gelslam/registration/registration.hpp"
+#include "gelslam/surface/surface.hpp"
+
+namespace gelslam {
+
+struct NormalFlowOptions {
+  int max_samples = 3000;              ///< reference pixels used
+  int max_iterations = 50;
+  int min_iterations = 6;
+  double rotation_tolerance_rad = 1e-4;
+  double translation_tolerance_mm = 1e-2;
+  int min_shared_pixels = 10;
+  double scr_threshold = 0.3;
+  double ccs_threshold = 0.7;
+};
+
+/// What is computed once per keyframe: samples, their points and normals, and the Jacobian, which depends on the
+/// reference only (inverse compositional; Baker & Matthews 2004; Huang et al., RA-L 2024, §IV). Immutable, shareable
+/// between threads.
+class NormalFlowReference {
+ public:
+  NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options);
+  ~NormalFlowReference();
+  NormalFlowReference(NormalFlowReference&&) noexcept;
+  const Surface& surface() const;
+  int sample_count() const;
+
+  struct Impl;
+  const Impl& impl() const { return *impl_; }
+
+ private:
+  std::unique_ptr<const Impl> impl_;
+};
+
+/// Aligns the reference's surface normals with the target's, from `initial` (target_T_reference). Never throws on
+/// weak data: the result's status says what happened, and the pose is the best estimate either way.
+RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target, const Pose& initial,
+                                        const NormalFlowOptions& options);
+
+}  // namespace gelslam

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "gelslam/core/se3.hpp"
+
+namespace gelslam {
+
+enum class RegistrationStatus {
+  converged,
+  too_little_overlap,   ///< the shared contact or its share of curvature (SCR) is too small
+  curvature_mismatch,   ///< CCS too low: the two patches do not show the same surface
+  diverged,             ///< steps did not shrink, or the pose left the sensor
+  too_little_surface,   ///< a surface without enough contact or relief to register at all
+};
+
+/// A sentence for a person: "too little overlap".
+std::string_view describe(RegistrationStatus status);
+
+struct RegistrationResult {
+  RegistrationStatus status = RegistrationStatus::too_little_surface;
+  Pose target_T_reference = Pose::Identity();
+  /// Inverse covariance (rad, mm) of the right perturbation: true = target_T_reference * exp(noise); order rx ry rz tx ty tz,
+  /// axes of the reference frame. Small along directions that the surface does not show.
+  Matrix6d information = Matrix6d::Zero();
+  double scr = 0.0;             ///< shared curvature ratio, 0..1
+  double ccs = 0.0;             ///< curvature cosine similarity, -1..1
+  double normal_rmse_rad = 0.0; ///< root mean square angle between aligned normals
+  double height_rmse_mm = 0.0;  ///< root mean square height difference over the shared contact
+  int shared_pixels = 0;
+  int iterations = 0;
+  /// x y z rx ry rz in the reference's sensor frame: does the surface show this motion?
+  std::array<bool, 6> observable{};
+
+  bool ok() const { return status == RegistrationStatus::converged; }
+};
+
+}  // namespace gelslam

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace gelslam {
+
+/// What is fixed about a sensor (device_config in the public YAML). Defaults: GelSight Mini without markers.
+struct SensorProfile {
+  std::string device_name = "GelSight Mini";
+  double pixel_pitch_mm = 0.0634;  ///< `ppmm` in the public files: millimetres per pixel after crop and resize
+  int width_px = 320;              ///< `imgw`
+  int height_px = 240;             ///< `imgh`
+  int raw_width_px = 3280;         ///< `raw_imgw`, camera image before the crop
+  int raw_height_px = 2464;        ///< `raw_imgh`
+  double frame_rate_hz = 25.0;     ///< `framerate`
+  std::filesystem::path calibration_model_path;  ///< absolute, or empty if the config names none
+};
+
+}  // namespace gelslam

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+
+#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/surface/surface.hpp"
+
+namespace gelslam {
+
+struct SurfaceOptions {
+  double pixel_pitch_mm = 0.0634;
+  double color_dist_threshold = 15.0;  ///< grey levels (L2 over BGR) by which contact differs from the background
+  double height_threshold_mm = 0.2;    ///< contact lies at least this far below the untouched gel
+};
+
+/// Colour -> gradient -> height, normals, contact, curvature (ALGORITHMS §1; Huang et al., RA-L 2024, §III).
+/// Not thread-safe: one estimator per thread (it keeps work buffers).
+class SurfaceEstimator {
+ public:
+  /// `background`: mean of frames without contact, same size as every later image.
+  SurfaceEstimator(GradientModel model, const cv::Mat3b& background, const SurfaceOptions& options);
+  ~SurfaceEstimator();
+  SurfaceEstimator(SurfaceEstimator&&) noexcept;
+
+  /// Throws Error when the image's size differs from the background's.
+  SurfacePtr estimate(const cv::Mat3b& bgr);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,27 @@
+# The one place where dependencies are found, each with the reason why it is here.
+# Debian 12 package names are in scripts/setup.sh.
+
+find_program(CCACHE_PROGRAM ccache)  # compile time is a cost paid every day
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)    # SE(3) maths
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d)  # images, video, DCT, SIFT
+find_package(spdlog REQUIRED)                  # logging to stderr
+find_package(yaml-cpp REQUIRED)                # configuration
+find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
+find_package(CLI11 REQUIRED)                   # command line
+find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
+find_package(Open3D REQUIRED)                  # mesh files, baselines (never in public headers)
+pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
+find_package(embree 3 REQUIRED)                # ray casting and point-to-triangle distances
+
+if(GELSLAM_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+if(GELSLAM_BUILD_BENCH)
+  find_package(benchmark REQUIRED)
+endif()

@@ -1,0 +1,24 @@
+# gelslam_library(name SOURCES ... [PUBLIC deps] [PRIVATE deps]): one library of libs/, as gelslam::name.
+# gelslam_test(name SOURCES ... DEPS ...): one GoogleTest executable, its cases registered with ctest.
+
+function(gelslam_compile_options target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion $<$<BOOL:${GELSLAM_WERROR}>:-Werror>)
+endfunction()
+
+function(gelslam_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(gelslam_${name} STATIC ${ARG_SOURCES})
+  add_library(gelslam::${name} ALIAS gelslam_${name})
+  target_include_directories(gelslam_${name} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  target_link_libraries(gelslam_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  gelslam_compile_options(gelslam_${name})
+endfunction()
+
+function(gelslam_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
+  gelslam_compile_options(${name})
+  include(GoogleTest)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 240)
+endfunction()
