@@ -1,1 +1,91 @@
-int main() { return 0; }
+#include <exception>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+
+namespace gelslam {
+namespace {
+
+void add_commands(CLI::App& app, int& exit_code) { add_info_command(app, exit_code); }
+
+/// The subcommand the person asked for, else the program itself.
+const CLI::App& chosen_command(const CLI::App& app) {
+  const auto chosen = app.get_subcommands();
+  return chosen.empty() ? app : *chosen.front();
+}
+
+/// Everything that could have been meant on this command's line: option names and subcommands.
+std::vector<std::string> known_words(const CLI::App& command) {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
+  }
+  for (const CLI::App* sub : command.get_subcommands({})) words.push_back(sub->get_name());
+  return words;
+}
+
+std::string did_you_mean(const CLI::App& command) {
+  for (const std::string& word : command.remaining()) {
+    const std::string near = nearest_name(word.substr(0, word.find('=')), known_words(command));
+    if (!near.empty()) return ", did you mean " + near + "?";
+  }
+  return "";
+}
+
+/// `message` on one line of stderr, whatever it holds.
+void print_error(const std::string& message) {
+  std::cerr << "gelslam: error: " << one_line(message) << std::endl;
+}
+
+int report_parse_error(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
+    return app.exit(error);  // --help, --version
+  const CLI::App& command = chosen_command(app);
+  const std::string name = &command == &app ? "gelslam" : "gelslam " + command.get_name();
+  const bool unexpected = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  print_error(std::string(error.what()) + (unexpected ? did_you_mean(command) : "") + " (see " + name +
+              " --help)");
+  return exit_user_error;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Tactile SLAM: track an object rolled across a touch sensor, and reconstruct its surface."};
+  app.name("gelslam");
+  app.set_version_flag("--version", "gelslam " GELSLAM_VERSION);
+  app.require_subcommand(0, 1);
+  app.footer(
+      "Example: gelslam reconstruct LOG -o RUN\nEach command has its own help: gelslam COMMAND --help");
+  int exit_code = exit_done;
+  add_commands(app, exit_code);
+  try {
+    app.parse(argc, argv);
+    if (app.get_subcommands().empty()) std::cout << app.help();
+  } catch (const CLI::ParseError& error) {
+    return report_parse_error(app, error);
+  }
+  std::cout.flush();
+  if (!std::cout) throw Error("cannot write to standard output; is the disk full?");
+  return exit_code;
+}
+
+}  // namespace
+}  // namespace gelslam
+
+int main(int argc, char** argv) {
+  try {
+    return gelslam::run(argc, argv);
+  } catch (const gelslam::Error& error) {
+    gelslam::print_error(error.what());
+    return gelslam::exit_user_error;
+  } catch (const std::exception& error) {
+    gelslam::print_error(std::string("internal error: ") + error.what());
+    return gelslam::exit_internal_error;
+  } catch (...) {
+    gelslam::print_error("internal error of unknown kind");
+    return gelslam::exit_internal_error;
+  }
+}

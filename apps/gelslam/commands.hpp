@@ -1,0 +1,18 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace gelslam {
+
+/// What the program hands back to the shell.
+inline constexpr int exit_done = 0;
+inline constexpr int exit_not_good = 1;        ///< done, but the result is poor (e.g. never in contact)
+inline constexpr int exit_user_error = 2;      ///< gelslam::Error or a wrong command line
+inline constexpr int exit_internal_error = 3;  ///< our mistake
+
+/// Each command lives in its own cmd_<name>.cpp: it adds a subcommand with its options, an example as footer,
+/// and a callback that does the work and sets `exit_code`. Mistakes are thrown as Error; main prints them.
+/// One line here and one in main.cpp per command, in alphabetical order.
+void add_info_command(CLI::App& app, int& exit_code);
+
+}  // namespace gelslam

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gelslam {
+
+/// Levenshtein distance: fewest insertions, deletions and replacements of one byte.
+int edit_distance(std::string_view a, std::string_view b);
+
+/// The candidate a person most likely meant by `word`, or "" if none is near (more than about a third of the
+/// letters differ). The first of equally near ones.
+std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
+
+/// `text` with line breaks and other control characters turned into blanks, and runs of blanks into one:
+/// error messages are one line even where a library or a file name brings its own breaks.
+std::string one_line(std::string_view text);
+
+/// Order by which people sort file names: runs of digits compare as numbers, so frame_2 comes before
+/// frame_10. A strict weak ordering; equal numbers with different leading zeros are ordered bytewise.
+bool natural_less(std::string_view a, std::string_view b);
+
+}  // namespace gelslam

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+#include "gelslam/sensor/sensor_profile.hpp"
+
+namespace gelslam {
+
+/// Reads one colour image (png, jpg, bmp, tiff; 8 bits per channel; an alpha channel is dropped) at its own
+/// size. Throws Error when the file is missing, is no image, is truncated or has no colour.
+cv::Mat3b read_image(const std::filesystem::path& path);
+
+/// Takes off 1/7 of the image on each side, then whatever keeps width:height (evenly, an odd pixel at the top
+/// or left), then resizes by area averaging: what the public systems do with a raw camera image, except that
+/// they resize bilinearly, which aliases. Any type of image. Throws std::invalid_argument on empty images and
+/// sizes.
+cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px);
+
+/// Brings a frame to the profile's resolution: kept as it is when it has that size, else crop_and_resize when
+/// it is a raw image of about the same shape and large enough. Throws Error for every other size; `name` says
+/// which image.
+cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name);
+
+/// True when no pixel's channels differ by more than `tolerance` grey levels: a picture without colour, from
+/// which no slope can be read. Video compression leaves a level or two of false colour.
+bool is_grey(const cv::Mat3b& image, int tolerance = 2);
+
+}  // namespace gelslam

@@ -1,0 +1,84 @@
+#include "image_folder_source.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <sstream>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/sensor/image_input.hpp"
+
+namespace gelslam::detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ImageFolderSource final : public FrameSource {
+ public:
+  ImageFolderSource(fs::path folder, std::vector<fs::path> images, const SensorProfile& profile)
+      : folder_(std::move(folder)), images_(std::move(images)), profile_(profile) {}
+
+  std::optional<TactileImage> next() override {
+    if (index_ == images_.size()) return std::nullopt;
+    const fs::path& path = images_[index_];
+    TactileImage image;
+    image.bgr = fit_to_profile(read_image(path), profile_, path.string());
+    image.index = static_cast<std::int64_t>(index_++);
+    image.time_s = static_cast<double>(image.index) / profile_.frame_rate_hz;
+    return image;
+  }
+
+  std::optional<std::int64_t> frame_count() const override {
+    return static_cast<std::int64_t>(images_.size());
+  }
+  double rate_hz() const override { return profile_.frame_rate_hz; }
+
+  std::string description() const override {
+    std::ostringstream text;
+    text << "folder " << folder_.string() << " of " << images_.size() << " images, " << rate_hz() << " Hz";
+    return text.str();
+  }
+
+ private:
+  fs::path folder_;
+  std::vector<fs::path> images_;
+  SensorProfile profile_;
+  std::size_t index_ = 0;
+};
+
+}  // namespace
+
+bool has_image_ending(const fs::path& path) {
+  static constexpr std::array endings{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(endings.begin(), endings.end(), ending) != endings.end();
+}
+
+std::vector<fs::path> list_images(const fs::path& folder) {
+  std::vector<fs::path> images;
+  std::error_code code;
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+    const fs::path& path = entry->path();
+    std::error_code not_a_file;
+    const bool hidden = path.filename().string().starts_with(".");
+    if (!hidden && path.stem() != "background" && has_image_ending(path) &&
+        entry->is_regular_file(not_a_file)) {
+      images.push_back(path);
+    }
+  }
+  if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
+  std::sort(images.begin(), images.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string());
+  });
+  return images;
+}
+
+std::unique_ptr<FrameSource> open_image_folder(const fs::path& folder, std::vector<fs::path> images,
+                                               const SensorProfile& profile) {
+  return std::make_unique<ImageFolderSource>(folder, std::move(images), profile);
+}
+
+}  // namespace gelslam::detail

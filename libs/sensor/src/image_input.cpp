@@ -1,0 +1,105 @@
+#include "gelslam/sensor/image_input.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "quiet.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr std::uintmax_t largest_image_file_bytes = 256u << 20;
+
+std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
+  std::error_code code;
+  const std::uintmax_t size = std::filesystem::file_size(path, code);
+  if (code) throw Error(path.string() + ": cannot be read: " + code.message());
+  if (size == 0) throw Error(path.string() + ": the file is empty");
+  if (size > largest_image_file_bytes)
+    throw Error(path.string() + ": larger than any image of a touch sensor");
+  std::ifstream file(path, std::ios::binary);
+  std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!file) throw Error(path.string() + ": cannot be read; check its permissions");
+  return bytes;
+}
+
+cv::Mat decode(const std::vector<unsigned char>& bytes) {
+  const detail::QuietStderr quiet;  // libpng, libjpeg and libtiff write to stderr themselves
+  try {
+    return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+}  // namespace
+
+cv::Mat3b read_image(const std::filesystem::path& path) {
+  const cv::Mat image = decode(read_bytes(path));
+  if (image.empty())
+    throw Error(path.string() + ": not a readable image (png, jpg, bmp or tiff), or damaged");
+  if (image.depth() != CV_8U) throw Error(path.string() + ": needs 8 bits per channel");
+  if (image.channels() == 4) {
+    cv::Mat3b bgr;
+    cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
+    if (!is_grey(bgr)) return bgr;
+  } else if (image.channels() == 3 && !is_grey(image)) {
+    return image;
+  }
+  throw Error(path.string() +
+              ": a grey image; slopes are read from the sensor's colours, give the colour image");
+}
+
+cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px) {
+  if (image.empty() || width_px < 1 || height_px < 1)
+    throw std::invalid_argument("crop_and_resize: empty size");
+  const int border_x = image.cols / 7, border_y = image.rows / 7;
+  cv::Rect window(border_x, border_y, image.cols - 2 * border_x, image.rows - 2 * border_y);
+  const double aspect = static_cast<double>(width_px) / height_px;
+  const int extra_rows = std::max(0, static_cast<int>(window.height - window.width / aspect));
+  const int extra_columns = std::max(0, static_cast<int>(window.width - window.height * aspect));
+  window.x += (extra_columns + 1) / 2;
+  window.y += (extra_rows + 1) / 2;
+  window.width = std::max(1, window.width - extra_columns);
+  window.height = std::max(1, window.height - extra_rows);
+  cv::Mat result;
+  cv::resize(image(window), result, cv::Size(width_px, height_px), 0, 0, cv::INTER_AREA);
+  return result;
+}
+
+cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name) {
+  if (image.cols == profile.width_px && image.rows == profile.height_px) return image;
+  const bool raw = image.cols == profile.raw_width_px && image.rows == profile.raw_height_px;
+  // 5/7 of it must still be no smaller than what is wanted: enlarging would invent detail.
+  const bool large_enough = image.cols * 5 >= profile.width_px * 7 && image.rows * 5 >= profile.height_px * 7;
+  const double shape = (static_cast<double>(image.cols) * profile.height_px) /
+                       (static_cast<double>(image.rows) * profile.width_px);
+  const bool same_shape = shape > 0.9 && shape < 1.1;
+  if (raw || (large_enough && same_shape)) return crop_and_resize(image, profile.width_px, profile.height_px);
+  throw Error(name + ": is " + size_text(image.cols, image.rows) + " pixels; " + profile.device_name +
+              " needs " + size_text(profile.width_px, profile.height_px) + ", or the camera's raw image (" +
+              size_text(profile.raw_width_px, profile.raw_height_px) + "), see device_config");
+}
+
+bool is_grey(const cv::Mat3b& image, int tolerance) {
+  for (int v = 0; v < image.rows; ++v) {
+    const cv::Vec3b* row = image[v];
+    for (int u = 0; u < image.cols; ++u) {
+      const auto [low, high] = std::minmax({row[u][0], row[u][1], row[u][2]});
+      if (high - low > tolerance) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace gelslam
