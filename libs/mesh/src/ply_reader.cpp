@@ -1,0 +1,332 @@
+#include "ply_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "file_bytes.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam::mesh::detail {
+namespace {
+
+constexpr std::size_t max_header_bytes = 64 * 1024;
+constexpr std::size_t max_elements = 16;
+constexpr std::size_t max_properties = 64;
+constexpr std::size_t max_polygon_corners = 1024;
+
+enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
+enum class Format { ascii, little_endian, big_endian };
+
+struct Property {
+  std::string name;
+  Type type = Type::f32;
+  bool is_list = false;
+  Type count_type = Type::u8;
+};
+
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  Format format = Format::ascii;
+  std::vector<Element> elements;
+  std::size_t size_bytes = 0;
+};
+
+Type parse_type(const std::string& name) {
+  static constexpr std::array<std::pair<std::string_view, Type>, 16> names{{{"char", Type::i8},
+                                                                            {"int8", Type::i8},
+                                                                            {"uchar", Type::u8},
+                                                                            {"uint8", Type::u8},
+                                                                            {"short", Type::i16},
+                                                                            {"int16", Type::i16},
+                                                                            {"ushort", Type::u16},
+                                                                            {"uint16", Type::u16},
+                                                                            {"int", Type::i32},
+                                                                            {"int32", Type::i32},
+                                                                            {"uint", Type::u32},
+                                                                            {"uint32", Type::u32},
+                                                                            {"float", Type::f32},
+                                                                            {"float32", Type::f32},
+                                                                            {"double", Type::f64},
+                                                                            {"float64", Type::f64}}};
+  const auto found = std::find_if(names.begin(), names.end(), [&](const auto& n) { return n.first == name; });
+  if (found == names.end()) throw Error("the PLY header names an unknown type '" + name.substr(0, 40) + "'");
+  return found->second;
+}
+
+void parse_property(std::istringstream& words, Element& element) {
+  if (element.properties.size() >= max_properties) throw Error("the PLY header has too many properties");
+  Property property;
+  std::string type;
+  words >> type;
+  if (type == "list") {
+    property.is_list = true;
+    std::string count_type;
+    words >> count_type >> type;
+    property.count_type = parse_type(count_type);
+  }
+  property.type = parse_type(type);
+  if (!(words >> property.name)) throw Error("the PLY header has a property without a name");
+  element.properties.push_back(std::move(property));
+}
+
+void parse_format(std::istringstream& words, Header& header) {
+  std::string format;
+  words >> format;
+  if (format == "ascii") {
+    header.format = Format::ascii;
+  } else if (format == "binary_little_endian") {
+    header.format = Format::little_endian;
+  } else if (format == "binary_big_endian") {
+    header.format = Format::big_endian;
+  } else {
+    throw Error("the PLY header names an unknown format '" + format.substr(0, 40) + "'");
+  }
+}
+
+Header parse_header(std::string_view bytes) {
+  const std::string_view head = bytes.substr(0, max_header_bytes);
+  Header header;
+  bool format_seen = false;
+  std::size_t at = 0;
+  for (int line_number = 0;; ++line_number) {
+    const std::size_t newline = head.find('\n', at);
+    if (newline == std::string_view::npos) throw Error("the PLY header does not end");
+    std::string line(head.substr(at, newline - at));
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    at = newline + 1;
+    std::istringstream words(line);
+    std::string keyword;
+    words >> keyword;
+    if (line_number == 0) {
+      if (line != "ply") throw Error("it does not begin with 'ply'");
+    } else if (keyword == "format") {
+      parse_format(words, header);
+      format_seen = true;
+    } else if (keyword == "element") {
+      Element element;
+      if (!(words >> element.name >> element.count))
+        throw Error("the PLY header has an element without a count");
+      if (header.elements.size() >= max_elements) throw Error("the PLY header has too many elements");
+      header.elements.push_back(std::move(element));
+    } else if (keyword == "property") {
+      if (header.elements.empty()) throw Error("the PLY header has a property before any element");
+      parse_property(words, header.elements.back());
+    } else if (keyword == "end_header") {
+      break;
+    } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
+      throw Error("the PLY header has an unknown line '" + keyword.substr(0, 40) + "'");
+    }
+  }
+  if (!format_seen) throw Error("the PLY header names no format");
+  header.size_bytes = at;
+  return header;
+}
+
+std::size_t type_size(Type type) {
+  switch (type) {
+    case Type::i8:
+    case Type::u8:
+      return 1;
+    case Type::i16:
+    case Type::u16:
+      return 2;
+    case Type::i32:
+    case Type::u32:
+    case Type::f32:
+      return 4;
+    case Type::f64:
+      return 8;
+  }
+  return 8;
+}
+
+/// Walks the body of the file, one scalar at a time.
+class Cursor {
+ public:
+  Cursor(std::string_view body, Format format)
+      : at_(body.data()), end_(body.data() + body.size()), format_(format) {}
+
+  std::size_t remaining() const { return static_cast<std::size_t>(end_ - at_); }
+  /// Fewest bytes that a scalar of this type can take.
+  std::size_t min_size(Type type) const { return format_ == Format::ascii ? 1 : type_size(type); }
+
+  double scalar(Type type) { return format_ == Format::ascii ? ascii() : binary(type); }
+
+  std::size_t count(Type type) {
+    const double value = scalar(type);
+    if (!(value >= 0) || value > static_cast<double>(remaining()))
+      throw Error("a list in it is longer than the file");
+    return static_cast<std::size_t>(value);
+  }
+
+ private:
+  double ascii() {
+    while (at_ != end_ && (*at_ == ' ' || *at_ == '\n' || *at_ == '\r' || *at_ == '\t')) ++at_;
+    if (at_ == end_) throw Error("it ends too early");
+    double value = 0;
+    const auto [next, error] = std::from_chars(at_, end_, value);
+    if (error != std::errc{}) throw Error("it holds something that is not a number");
+    at_ = next;
+    return value;
+  }
+
+  template <typename T>
+  double take() {
+    std::array<char, sizeof(T)> raw;
+    std::memcpy(raw.data(), at_, sizeof(T));
+    const bool file_is_little = format_ == Format::little_endian;
+    if (file_is_little != (std::endian::native == std::endian::little)) std::reverse(raw.begin(), raw.end());
+    at_ += sizeof(T);
+    return static_cast<double>(std::bit_cast<T>(raw));
+  }
+
+  double binary(Type type) {
+    if (remaining() < type_size(type)) throw Error("it ends too early");
+    switch (type) {
+      case Type::i8:
+        return take<std::int8_t>();
+      case Type::u8:
+        return take<std::uint8_t>();
+      case Type::i16:
+        return take<std::int16_t>();
+      case Type::u16:
+        return take<std::uint16_t>();
+      case Type::i32:
+        return take<std::int32_t>();
+      case Type::u32:
+        return take<std::uint32_t>();
+      case Type::f32:
+        return take<float>();
+      case Type::f64:
+        return take<double>();
+    }
+    return 0;
+  }
+
+  const char* at_;
+  const char* end_;
+  Format format_;
+};
+
+void check_count(const Element& element, const Cursor& cursor) {
+  std::size_t least_bytes = 0;
+  for (const Property& p : element.properties)
+    least_bytes += cursor.min_size(p.is_list ? p.count_type : p.type);
+  if (least_bytes == 0 && element.count > 0)
+    throw Error("its element '" + element.name.substr(0, 40) + "' is empty");
+  if (element.count > 0 && element.count > cursor.remaining() / least_bytes) {
+    throw Error("it is too short for its " + std::to_string(element.count) + " elements '" +
+                element.name.substr(0, 40) + "'");
+  }
+  if (element.count > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
+    throw Error("it is too large");
+}
+
+void skip(const Property& property, Cursor& cursor) {
+  const std::size_t n = property.is_list ? cursor.count(property.count_type) : 1;
+  for (std::size_t i = 0; i < n; ++i) cursor.scalar(property.type);
+}
+
+constexpr std::array<std::string_view, 7> vertex_slots{"x", "y", "z", "nx", "ny", "nz", "confidence"};
+
+void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, Mesh& mesh) {
+  std::vector<int> slot_of_property;
+  std::array<bool, vertex_slots.size()> has{};
+  for (const Property& p : element.properties) {
+    const auto found = std::find(vertex_slots.begin(), vertex_slots.end(), p.name);
+    const bool used = found != vertex_slots.end() && !p.is_list;
+    slot_of_property.push_back(used ? static_cast<int>(found - vertex_slots.begin()) : -1);
+    if (used) has[static_cast<std::size_t>(slot_of_property.back())] = true;
+  }
+  if (!has[0] || !has[1] || !has[2]) throw Error("its vertices have no x y z");
+  const bool has_normals = has[3] && has[4] && has[5];
+  const std::size_t n = static_cast<std::size_t>(element.count);
+  mesh.vertices_mm.reserve(n);
+  if (has_normals) mesh.normals.reserve(n);
+  if (has[6]) mesh.confidence.reserve(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    std::array<double, vertex_slots.size()> value{};
+    for (std::size_t k = 0; k < slot_of_property.size(); ++k) {
+      if (slot_of_property[k] < 0) {
+        skip(element.properties[k], cursor);
+      } else {
+        value[static_cast<std::size_t>(slot_of_property[k])] = cursor.scalar(element.properties[k].type);
+      }
+    }
+    mesh.vertices_mm.push_back((Eigen::Vector3d(value[0], value[1], value[2]) * mm_per_unit).cast<float>());
+    if (has_normals) mesh.normals.push_back(Eigen::Vector3d(value[3], value[4], value[5]).cast<float>());
+    if (has[6]) mesh.confidence.push_back(static_cast<float>(value[6]));
+  }
+}
+
+int to_index(double value) {
+  if (!(value >= 0 && value <= std::numeric_limits<int>::max()) || value != std::floor(value)) {
+    throw Error("a face of it names a vertex that does not exist");
+  }
+  return static_cast<int>(value);
+}
+
+void read_polygon(const Property& property, Cursor& cursor, Mesh& mesh) {
+  const std::size_t corners = cursor.count(property.count_type);
+  if (corners < 3 || corners > max_polygon_corners) throw Error("a face of it is no polygon");
+  const int first = to_index(cursor.scalar(property.type));
+  int previous = to_index(cursor.scalar(property.type));
+  for (std::size_t c = 2; c < corners; ++c) {
+    const int corner = to_index(cursor.scalar(property.type));
+    mesh.triangles.emplace_back(first, previous, corner);
+    previous = corner;
+  }
+}
+
+void read_faces(const Element& element, Cursor& cursor, Mesh& mesh) {
+  mesh.triangles.reserve(static_cast<std::size_t>(element.count));
+  for (std::uint64_t i = 0; i < element.count; ++i) {
+    for (const Property& p : element.properties) {
+      if (p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index")) {
+        read_polygon(p, cursor, mesh);
+      } else {
+        skip(p, cursor);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Mesh read_ply(const std::filesystem::path& path, double mm_per_unit) {
+  const std::string bytes = read_file_bytes(path);
+  const Header header = parse_header(bytes);
+  Cursor cursor(std::string_view(bytes).substr(header.size_bytes), header.format);
+  Mesh mesh;
+  for (const Element& element : header.elements) {
+    check_count(element, cursor);
+    if (element.name == "vertex") {
+      if (!mesh.vertices_mm.empty()) throw Error("it has two lists of vertices");
+      read_vertices(element, mm_per_unit, cursor, mesh);
+    } else if (element.name == "face") {
+      read_faces(element, cursor, mesh);
+    } else {
+      for (std::uint64_t i = 0; i < element.count; ++i) {
+        for (const Property& p : element.properties) skip(p, cursor);
+      }
+    }
+  }
+  return mesh;
+}
+
+}  // namespace gelslam::mesh::detail

@@ -1,0 +1,230 @@
+#include "gelslam/mesh/mesh_io.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+#include <random>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MeshIo : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ =
+        fs::temp_directory_path() / ("gelslam_mesh_io_" + std::to_string(::getpid()) + "_" + info->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path file(const std::string& name) const { return folder_ / name; }
+  fs::path file_with(const std::string& name, const std::string& bytes) const {
+    std::ofstream(file(name), std::ios::binary) << bytes;
+    return file(name);
+  }
+  fs::path folder_;
+};
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+/// A tetrahedron about 10 mm large with numbers that are not exact in binary.
+Mesh tetrahedron() {
+  Mesh mesh;
+  mesh.vertices_mm = {{0.1f, 0.2f, 0.3f}, {10.1f, 0.2f, 0.3f}, {0.1f, 9.7f, 0.3f}, {0.1f, 0.2f, -8.3f}};
+  mesh.normals = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.6f, 0.8f, 0}};
+  mesh.confidence = {0.0f, 1.5f, 1e-3f, 12345.678f};
+  mesh.triangles = {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
+  return mesh;
+}
+
+/// Corners of every triangle, in order: independent of how vertices are shared or numbered.
+void expect_same_triangles(const Mesh& a, const Mesh& b, float tolerance_mm) {
+  ASSERT_EQ(a.triangles.size(), b.triangles.size());
+  for (std::size_t t = 0; t < a.triangles.size(); ++t) {
+    for (int c = 0; c < 3; ++c) {
+      const auto va = a.vertices_mm[static_cast<std::size_t>(a.triangles[t][c])];
+      const auto vb = b.vertices_mm[static_cast<std::size_t>(b.triangles[t][c])];
+      EXPECT_LT((va - vb).norm(), tolerance_mm) << "triangle " << t << " corner " << c;
+    }
+  }
+}
+
+class MeshIoFormats : public MeshIo,
+                      public ::testing::WithParamInterface<std::tuple<const char*, LengthUnit>> {};
+
+TEST_P(MeshIoFormats, RoundTripKeepsEveryTriangle) {
+  const auto [extension, unit] = GetParam();
+  const Mesh mesh = tetrahedron();
+  write_mesh(file(std::string("m") + extension), mesh, unit);
+  const Mesh back = read_mesh(file(std::string("m") + extension), unit);
+  // Two conversions of a float of 10 mm: a few units in the last place (1e-6 mm each).
+  expect_same_triangles(mesh, back, 5e-6f);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, MeshIoFormats,
+                         ::testing::Combine(::testing::Values(".ply", ".obj", ".stl", ".PLY"),
+                                            ::testing::Values(LengthUnit::metre, LengthUnit::millimetre)),
+                         [](const auto& info) {
+                           const std::string unit =
+                               std::get<1>(info.param) == LengthUnit::metre ? "_m" : "_mm";
+                           return std::string(std::get<0>(info.param)).substr(1) + unit;
+                         });
+
+TEST_F(MeshIo, PlyKeepsNormalsAndConfidenceExactly) {
+  const Mesh mesh = tetrahedron();
+  write_mesh(file("m.ply"), mesh);
+  const Mesh back = read_mesh(file("m.ply"));
+  EXPECT_EQ(back.normals, mesh.normals);
+  EXPECT_EQ(back.confidence, mesh.confidence);
+  EXPECT_EQ(back.triangles, mesh.triangles);
+}
+
+TEST_F(MeshIo, ObjKeepsNormals) {
+  write_mesh(file("m.obj"), tetrahedron());
+  const Mesh back = read_mesh(file("m.obj"));
+  ASSERT_EQ(back.normals.size(), back.vertices_mm.size());
+  const Mesh mesh = tetrahedron();
+  for (std::size_t i = 0; i < mesh.normals.size(); ++i)
+    EXPECT_LT((back.normals[i] - mesh.normals[i]).norm(), 1e-5f);
+}
+
+TEST_F(MeshIo, FilesAreInMetresByDefault) {
+  Mesh mesh = tetrahedron();
+  write_mesh(file("m.ply"), mesh);
+  const Mesh as_numbers = read_mesh(file("m.ply"), LengthUnit::millimetre);
+  EXPECT_NEAR(as_numbers.vertices_mm[1].x(), 0.0101, 1e-7);
+}
+
+TEST_F(MeshIo, SameMeshGivesSameBytesAndLeavesNoOtherFile) {
+  for (const char* name : {"a.ply", "b.ply", "a.stl", "b.stl", "a.obj", "b.obj"})
+    write_mesh(file(name), tetrahedron());
+  EXPECT_EQ(bytes_of(file("a.ply")), bytes_of(file("b.ply")));
+  EXPECT_EQ(bytes_of(file("a.stl")), bytes_of(file("b.stl")));
+  EXPECT_EQ(bytes_of(file("a.obj")), bytes_of(file("b.obj")));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 6);
+}
+
+TEST_F(MeshIo, AnEmptyMeshCanBeWrittenButNotRead) {
+  write_mesh(file("m.ply"), Mesh{});
+  EXPECT_THROW(read_mesh(file("m.ply")), Error);
+}
+
+TEST_F(MeshIo, ReadsForeignPlyDialects) {
+  const std::string ascii =
+      "ply\r\nformat ascii 1.0\r\ncomment made elsewhere\r\nelement vertex 4\r\nproperty double x\r\n"
+      "property double y\r\nproperty double z\r\nproperty uchar red\r\nelement face 1\r\n"
+      "property list uchar uint vertex_index\r\nproperty float quality\r\nend_header\r\n"
+      "0 0 0 255\r\n1 0 0 255\r\n1 1 0 1e0\r\n0 1 0 3\r\n4 0 1 2 3 0.5\r\n";
+  const Mesh quad = read_mesh(file_with("quad.ply", ascii), LengthUnit::millimetre);
+  ASSERT_EQ(quad.triangles.size(), 2u);
+  EXPECT_EQ(quad.triangles[1], Eigen::Vector3i(0, 2, 3));
+  EXPECT_EQ(quad.vertices_mm[2], Eigen::Vector3f(1, 1, 0));
+
+  std::string big =
+      "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty short x\nproperty short y\n"
+      "property short z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const int v : {0, 0, 0, 300, 0, 0, 0, -2, 0}) {
+    big += static_cast<char>((v >> 8) & 255);
+    big += static_cast<char>(v & 255);
+  }
+  big += std::string("\x03\0\0\0\0\0\0\0\1\0\0\0\2", 13);
+  const Mesh triangle = read_mesh(file_with("big.ply", big), LengthUnit::millimetre);
+  EXPECT_EQ(triangle.vertices_mm[1], Eigen::Vector3f(300, 0, 0));
+  EXPECT_EQ(triangle.vertices_mm[2], Eigen::Vector3f(0, -2, 0));
+}
+
+TEST_F(MeshIo, EveryTruncationIsAnErrorWithTheFilesName) {
+  for (const char* extension : {".ply", ".stl"}) {
+    write_mesh(file(std::string("whole") + extension), tetrahedron());
+    const std::string whole = bytes_of(file(std::string("whole") + extension));
+    for (std::size_t n = 0; n < whole.size(); n += 3) {
+      const fs::path cut = file_with(std::string("cut") + extension, whole.substr(0, n));
+      try {
+        read_mesh(cut);
+        FAIL() << extension << " cut to " << n << " of " << whole.size() << " bytes was read";
+      } catch (const Error& e) {
+        EXPECT_THAT(e.what(), ::testing::HasSubstr(cut.string()));
+      }
+    }
+  }
+}
+
+TEST_F(MeshIo, HostilePlyIsRefused) {
+  const std::string head = "ply\nformat ascii 1.0\n";
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const std::array<std::string, 14> bad{
+      "",
+      "ply",
+      "not a ply\n",
+      head + "element vertex 99999999999999999999999\n" + xyz + faces,
+      head + "element vertex 2000000000\n" + xyz + faces + "0 0 0\n",
+      head + "element vertex 4000000000\nend_header\n",
+      head + "element vertex -1\n" + xyz + faces,
+      head + "property float x\nend_header\n",
+      head + "element vertex 3\nproperty float x\n" + faces + "0 1 2 3 0 1 2\n",
+      head + "element vertex 3\n" + xyz + faces + "0 0 0 1 0 0 0 1 0 3 0 1 3\n",
+      head + "element vertex 3\n" + xyz + faces + "0 0 0 1 0 0 0 1 0 3 0 1 -1\n",
+      head + "element vertex 3\n" + xyz + faces + "0 0 0 nan 0 0 0 1 0 3 0 1 2\n",
+      head + "element vertex 3\n" + xyz + faces + "0 0 0 1 0 0 0 1 0 250 0 1 2\n",
+      head + "element vertex 3\nproperty list float int x\n" + faces + "1e30 0 1 2\n"};
+  for (const std::string& bytes : bad) EXPECT_THROW(read_mesh(file_with("bad.ply", bytes)), Error) << bytes;
+}
+
+TEST_F(MeshIo, DamagedBytesNeverCrash) {
+  for (const char* extension : {".ply", ".stl", ".obj"}) {
+    write_mesh(file(std::string("whole") + extension), tetrahedron());
+    const std::string whole = bytes_of(file(std::string("whole") + extension));
+    std::mt19937_64 random(7);
+    for (int round = 0; round < 200; ++round) {
+      std::string damaged = whole;
+      for (int k = 0; k < 4; ++k) damaged[random() % damaged.size()] = static_cast<char>(random() & 255);
+      try {
+        const Mesh mesh = read_mesh(file_with(std::string("damaged") + extension, damaged));
+        for (const auto& t : mesh.triangles)
+          ASSERT_LT(static_cast<std::size_t>(t.maxCoeff()), mesh.vertices_mm.size());
+      } catch (const Error&) {  // an Error is as good as a mesh; anything else fails the test
+      }
+    }
+  }
+}
+
+TEST_F(MeshIo, MistakesAreNamed) {
+  EXPECT_THROW(read_mesh(file("absent.ply")), Error);
+  EXPECT_THROW(read_mesh(folder_), Error);
+  EXPECT_THROW(read_mesh(file_with("mesh.txt", "hello")), Error);
+  EXPECT_THROW(read_mesh(file_with("text.obj", "hello\n")), Error);
+  EXPECT_THROW(read_mesh(file_with("text.stl", "hello\n")), Error);
+  EXPECT_THROW(write_mesh(file("mesh.txt"), tetrahedron()), Error);
+  EXPECT_THROW(write_mesh(folder_ / "no" / "such" / "folder" / "m.ply", tetrahedron()), Error);
+  Mesh broken = tetrahedron();
+  broken.triangles[0] = {0, 1, 4};
+  EXPECT_THROW(write_mesh(file("broken.ply"), broken), Error);
+  EXPECT_FALSE(fs::exists(file("broken.ply")));
+}
+
+TEST_F(MeshIo, AFailedWriteLeavesNothingBehind) {
+  fs::create_directories(file("taken.ply") / "inside");  // a folder that the finished file cannot replace
+  EXPECT_THROW(write_mesh(file("taken.ply"), tetrahedron()), Error);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+}  // namespace
+}  // namespace gelslam
