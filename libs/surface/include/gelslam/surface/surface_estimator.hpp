@@ -12,19 +12,32 @@ struct SurfaceOptions {
   double pixel_pitch_mm = 0.0634;
   double color_dist_threshold = 15.0;  ///< grey levels (L2 over BGR) by which contact differs from the background
   double height_threshold_mm = 0.2;    ///< contact lies at least this far below the untouched gel
+  bool gradient_everywhere = false;    ///< run the network on unchanged pixels too (slower; for comparisons)
+};
+
+/// Wall-clock milliseconds of one estimate(), by stage.
+struct SurfaceTimings {
+  double gradient_ms = 0.0;  ///< finding changed pixels and running the network on them
+  double poisson_ms = 0.0;   ///< height and its zero level
+  double contact_ms = 0.0;   ///< contact mask
+  double normals_ms = 0.0;   ///< normals and curvature
 };
 
 /// Colour -> gradient -> height, normals, contact, curvature (ALGORITHMS §1; Huang et al., RA-L 2024, §III).
 /// Not thread-safe: one estimator per thread (it keeps work buffers).
 class SurfaceEstimator {
  public:
-  /// `background`: mean of frames without contact, same size as every later image.
+  /// `background`: mean of frames without contact, same size as every later image (at least 16x16).
   SurfaceEstimator(GradientModel model, const cv::Mat3b& background, const SurfaceOptions& options);
   ~SurfaceEstimator();
   SurfaceEstimator(SurfaceEstimator&&) noexcept;
+  SurfaceEstimator& operator=(SurfaceEstimator&&) noexcept;
 
   /// Throws Error when the image's size differs from the background's.
   SurfacePtr estimate(const cv::Mat3b& bgr);
+
+  /// Of the last estimate().
+  const SurfaceTimings& timings() const;
 
  private:
   struct Impl;

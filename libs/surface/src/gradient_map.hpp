@@ -1,0 +1,32 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "gradient_kernel.hpp"
+
+namespace gelslam::surface::detail {
+
+/// Gradient of the gel's height over a whole image, relative to the background image.
+class GradientMap {
+ public:
+  GradientMap(const GradientModel& model, const cv::Mat3b& background);
+
+  /// Writes gx, gy (HxW, height per distance) at the pixels set in `where` (HxW), and zero elsewhere. All images have
+  /// the background's size. The result at a pixel does not depend on which other pixels are set.
+  void compute(const cv::Mat3b& bgr, const cv::Mat1b& where, cv::Mat1f& gx, cv::Mat1f& gy);
+
+  /// The model's own answer for one image, background not subtracted.
+  void compute_absolute(const cv::Mat3b& bgr, cv::Mat1f& gx, cv::Mat1f& gy);
+
+ private:
+  void run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy);
+
+  GradientWeights weights_;
+  std::vector<float> column_, row_;  // u/W, v/H
+  cv::Mat1f background_gx_, background_gy_;
+  std::vector<float> features_;  // planar [5][tile]
+  std::vector<int> pixels_;      // where the tile's pixels lie
+};
+
+}  // namespace gelslam::surface::detail

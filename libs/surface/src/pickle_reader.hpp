@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace gelslam::surface::detail {
+
+/// One float32 tensor named by a pickled state_dict: where its numbers lie, not the numbers themselves.
+struct TensorEntry {
+  std::string name;                   ///< "fc1.weight"
+  std::string storage_key;            ///< the zip entry <root>/data/<storage_key>
+  std::int64_t storage_elements = 0;  ///< length of that storage in floats
+  std::int64_t storage_offset = 0;    ///< in floats
+  std::vector<std::int64_t> shape;
+  std::vector<std::int64_t> stride;  ///< in floats, as long as shape
+};
+
+/// Reads the `data.pkl` of a PyTorch state_dict of float32 tensors (pickle protocol 2). Runs no code: it knows the
+/// opcodes and globals such a file needs and throws Error on anything else, naming it. At most 64 KiB.
+std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle);
+
+}  // namespace gelslam::surface::detail

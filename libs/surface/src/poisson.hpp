@@ -1,0 +1,28 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+namespace gelslam::surface::detail {
+
+/// Least-squares height from gradients on a grid, with Neumann (free) borders: the discrete Poisson equation solved
+/// exactly by the cosine transform. Edge gradient = mean of its two pixels; source = divergence of the edge gradients;
+/// eigenvalues (2cos(pi k/W)-2)+(2cos(pi l/H)-2). A consistent gradient field comes back exactly, up to a constant.
+class PoissonSolver {
+ public:
+  explicit PoissonSolver(cv::Size size);
+
+  /// gx, gy: HxW, height difference per pixel step. Returns HxW heights in pixels with zero mean (a view of the work
+  /// buffer, valid until the next call).
+  cv::Mat1f solve(const cv::Mat1f& gx, const cv::Mat1f& gy);
+
+  /// The divergence of the last solve's edge gradients, HxW: inside the image the central difference
+  /// d(gx)/dx + d(gy)/dy, hence the Laplacian of height in 1/pixel.
+  cv::Mat1f divergence() const;
+
+ private:
+  cv::Size size_;
+  cv::Mat1f inverse_eigenvalue_;  // 0 for the constant
+  cv::Mat1f source_, spectrum_, height_;
+};
+
+}  // namespace gelslam::surface::detail
