@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace gelslam {
+
+/// A file under construction: write to path(), then commit() makes it appear whole under its final name
+/// (fsync, rename). Without commit() it vanishes. The temporary name lies in the same folder and keeps the
+/// ending, so that writers which choose the format by it (cv::VideoWriter, cv::imwrite) work. A final name
+/// that is a symbolic link is followed.
+class TemporaryFile {
+ public:
+  /// Throws Error when the folder does not exist or cannot be written, or when a folder has the final name.
+  explicit TemporaryFile(const std::filesystem::path& final_path);
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const std::filesystem::path& path() const { return temporary_path_; }
+  /// Throws Error when the file is not there or the disk does not take it.
+  void commit();
+
+ private:
+  std::filesystem::path final_path_, temporary_path_;
+};
+
+/// Writes a whole file at once; until it is complete the old one (or none) stays. A device or pipe
+/// (/dev/stdout) is written directly. Throws Error, naming the path, on a full disk or missing permission.
+void write_file_atomically(const std::filesystem::path& path, std::string_view contents);
+
+}  // namespace gelslam

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace gelslam {
+
+/// What happens to each key of a configuration. One description of the keys (a function that calls these for
+/// every field of an options struct) serves to read them, to write them with their comments, and to check for
+/// unknown ones:
+///
+///   void describe_options(OptionVisitor& visit, TrackOptions& options) {
+///     visit.number("scr_threshold", options.scr_threshold, 0, 1, "least shared curvature ratio");
+///   }
+///   read_options("config.yaml", [&](OptionVisitor& visit) {
+///     visit.section("gelslam_config", "", [&] {
+///       visit.section("track_config", "", [&] { describe_options(visit, options); });
+///     });
+///   });
+///
+/// The field's value before reading is the default of a key that is not given. Bounds are inclusive.
+class OptionVisitor {
+ public:
+  virtual ~OptionVisitor() = default;
+  virtual void section(const std::string& key, const std::string& comment,
+                       const std::function<void()>& fields) = 0;
+  virtual void number(const std::string& key, double& value, double min, double max,
+                      const std::string& comment) = 0;
+  virtual void integer(const std::string& key, int& value, int min, int max, const std::string& comment) = 0;
+  virtual void flag(const std::string& key, bool& value, const std::string& comment) = 0;
+  virtual void text(const std::string& key, std::string& value, const std::string& comment) = 0;
+  /// Relative names count from the configuration file's folder; after reading, `value` is absolute or empty.
+  virtual void path(const std::string& key, std::filesystem::path& value, const std::string& comment) = 0;
+};
+
+using OptionList = std::function<void(OptionVisitor&)>;
+
+/// Reads a YAML file into the fields. Throws Error "config.yaml:12: ..." with the line, on a missing or
+/// unreadable file, more than 1 MiB, bad syntax, a value of the wrong type or out of bounds, a key given
+/// twice, and an unknown key (naming the nearest known one). On an error fields that were read before it have
+/// changed.
+void read_options(const std::filesystem::path& file, const OptionList& options);
+
+/// The same from text; `name` stands for the file in errors, and relative paths count from its folder.
+void read_options_text(std::string_view yaml, const std::filesystem::path& name, const OptionList& options);
+
+/// The fields as YAML, one key per line with its comment and bounds; read_options gives back exactly the same
+/// values.
+std::string write_options(const OptionList& options);
+
+}  // namespace gelslam

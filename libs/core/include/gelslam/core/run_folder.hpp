@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace gelslam {
+
+struct RunFolderOptions {
+  bool overwrite = false;  ///< replace a folder that is there, with all it holds
+  /// Only a folder that holds this file is ever replaced: it was written by us, and is not somebody's home.
+  std::string marker_file = "report.json";
+  std::filesystem::path
+      input;  ///< must not lie inside the folder that is replaced; empty: nothing to protect
+};
+
+/// An output folder that appears whole or not at all: everything is written to path() (RUN.tmp-<pid> beside
+/// RUN), and commit() renames it to RUN. Destroyed without commit() it leaves nothing behind; after kill -9
+/// the temporary folder stays, and says by its name what it is. A run stopped by Ctrl-C commits what it has,
+/// marked partial in report.json.
+class RunFolder {
+ public:
+  /// Fails at once, before any work: throws Error when the folder exists, is not empty and may not be
+  /// replaced, or when it cannot be created there. Missing parents are created.
+  RunFolder(const std::filesystem::path& folder, const RunFolderOptions& options);
+  ~RunFolder();
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+
+  const std::filesystem::path& path() const { return temporary_; }  ///< where to write, until commit()
+  const std::filesystem::path& final_path() const { return final_; }
+  /// Throws Error when something that may not be replaced has appeared meanwhile or the disk refuses.
+  void commit();
+
+ private:
+  std::filesystem::path final_, temporary_, first_created_parent_;
+  RunFolderOptions options_;
+};
+
+}  // namespace gelslam

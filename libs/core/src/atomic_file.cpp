@@ -1,0 +1,85 @@
+#include "gelslam/core/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include "file_descriptor.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_all(const detail::FileDescriptor& file, std::string_view contents, const fs::path& path) {
+  while (!contents.empty()) {
+    const ssize_t written = ::write(file.get(), contents.data(), contents.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) throw Error(path.string() + ": cannot be written: " + detail::errno_text());
+    contents.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+bool is_device_or_pipe(const fs::path& path) {
+  std::error_code code;
+  return fs::is_other(fs::status(path, code));
+}
+
+fs::path resolve_link(const fs::path& path) {
+  std::error_code code;
+  if (!fs::is_symlink(path, code)) return path;
+  fs::path target = fs::weakly_canonical(path, code);
+  return code ? path : target;
+}
+
+}  // namespace
+
+TemporaryFile::TemporaryFile(const fs::path& final_path) : final_path_(resolve_link(final_path)) {
+  std::error_code code;
+  if (!final_path_.has_filename()) throw Error("'" + final_path.string() + "' is not the name of a file");
+  if (fs::is_directory(final_path_, code))
+    throw Error(final_path.string() + ": is a folder, a file is to be written");
+  for (int attempt = 0;; ++attempt) {
+    std::string name = ".tmp-";  // built by +=: g++ 12 warns falsely (-Wrestrict) about literal + std::to_string
+    name += std::to_string(::getpid()) + "-" + std::to_string(attempt) + "-" + final_path_.filename().string();
+    temporary_path_ = final_path_.parent_path() / name;
+    const detail::FileDescriptor file(
+        ::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.ok()) return;
+    if (errno != EEXIST) throw Error(final_path.string() + ": cannot be created: " + detail::errno_text());
+  }
+}
+
+TemporaryFile::~TemporaryFile() {
+  std::error_code ignored;
+  if (!temporary_path_.empty()) fs::remove(temporary_path_, ignored);
+}
+
+void TemporaryFile::commit() {
+  const detail::FileDescriptor file(::open(temporary_path_.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.ok() || ::fsync(file.get()) != 0 || ::rename(temporary_path_.c_str(), final_path_.c_str()) != 0) {
+    throw Error(final_path_.string() + ": cannot be written: " + detail::errno_text());
+  }
+  temporary_path_.clear();
+  detail::sync_folder(final_path_.parent_path());
+}
+
+void write_file_atomically(const fs::path& path, std::string_view contents) {
+  if (is_device_or_pipe(path)) {
+    const detail::FileDescriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    if (!device.ok()) throw Error(path.string() + ": cannot be opened: " + detail::errno_text());
+    write_all(device, contents, path);
+    return;
+  }
+  TemporaryFile temporary(path);
+  const detail::FileDescriptor file(::open(temporary.path().c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file.ok()) throw Error(path.string() + ": cannot be written: " + detail::errno_text());
+  write_all(file, contents, path);
+  temporary.commit();
+}
+
+}  // namespace gelslam

@@ -1,0 +1,187 @@
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/options.hpp"
+#include "gelslam/core/text.hpp"
+#include "option_text.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr std::uintmax_t largest_config_bytes = 1u << 20;
+
+class OptionReader final : public OptionVisitor {
+ public:
+  OptionReader(const YAML::Node& root, std::filesystem::path file) : file_(std::move(file)) {
+    enter(root, "");
+  }
+
+  void section(const std::string& key, const std::string&, const std::function<void()>& fields) override {
+    const YAML::Node node = find(key);
+    // Visited even when it is absent: its keys must be known to name the nearest one.
+    enter(node, sections_.back().name + key + ".");
+    fields();
+    leave();
+  }
+
+  void number(const std::string& key, double& value, double min, double max, const std::string&) override {
+    const YAML::Node node = find(key);
+    if (!node) return;
+    double given = 0.0;
+    if (!parse(scalar(node, key, "a number"), given) || !std::isfinite(given))
+      fail(node, key, "must be a number");
+    if (given < min || given > max) {
+      fail(node, key,
+           "is " + node.Scalar() + ", must be from " + detail::format_number(min) + " to " +
+               detail::format_number(max));
+    }
+    value = given;
+  }
+
+  void integer(const std::string& key, int& value, int min, int max, const std::string&) override {
+    const YAML::Node node = find(key);
+    if (!node) return;
+    double given = 0.0;  // so that 320.0 is a whole number too
+    if (!parse(scalar(node, key, "a whole number"), given) || given != std::floor(given))
+      fail(node, key, "must be a whole number");
+    if (!(given >= min && given <= max)) {
+      fail(node, key,
+           "is " + node.Scalar() + ", must be from " + std::to_string(min) + " to " + std::to_string(max));
+    }
+    value = static_cast<int>(given);
+  }
+
+  void flag(const std::string& key, bool& value, const std::string&) override {
+    const YAML::Node node = find(key);
+    if (!node) return;
+    scalar(node, key, "true or false");
+    if (!YAML::convert<bool>::decode(node, value)) fail(node, key, "must be true or false");
+  }
+
+  void text(const std::string& key, std::string& value, const std::string&) override {
+    if (const YAML::Node node = find(key)) value = scalar(node, key, "text");
+  }
+
+  void path(const std::string& key, std::filesystem::path& value, const std::string&) override {
+    const YAML::Node node = find(key);
+    if (!node) return;
+    const std::filesystem::path given = scalar(node, key, "a path");
+    if (given.string().find('\0') != std::string::npos) fail(node, key, "must be a path");
+    value = given.empty() ? given : std::filesystem::absolute(file_.parent_path() / given).lexically_normal();
+  }
+
+  /// Call when every key has been described.
+  void finish() { leave(); }
+
+ private:
+  struct Section {
+    YAML::Node node;   // a map, or undefined when the file does not have it
+    std::string name;  // "gelslam_config.track_config.", or "" at the top
+    std::vector<std::string> known;
+  };
+
+  void enter(const YAML::Node& node, const std::string& name) {
+    if (node && !node.IsNull() && !node.IsMap())
+      fail(node, name.substr(0, name.size() - 1), "must be a section of keys");
+    sections_.push_back({node && node.IsMap() ? node : YAML::Node(YAML::NodeType::Undefined), name, {}});
+  }
+
+  void leave() {
+    const Section& section = sections_.back();
+    std::vector<std::string> seen;
+    if (section.node) {
+      for (const auto& entry : section.node) check_key(section, entry.first, seen);
+    }
+    sections_.pop_back();
+  }
+
+  void check_key(const Section& section, const YAML::Node& key_node, std::vector<std::string>& seen) const {
+    if (!key_node.IsScalar()) fail(key_node, "", "a key must be a word");
+    const std::string& key = key_node.Scalar();
+    if (std::find(section.known.begin(), section.known.end(), key) == section.known.end()) {
+      const std::string near = nearest_name(key, section.known);
+      fail(key_node, section.name + shortened(key),
+           "is an unknown key" + (near.empty() ? "" : ", did you mean " + near + "?"));
+    }
+    if (std::find(seen.begin(), seen.end(), key) != seen.end())
+      fail(key_node, section.name + key, "is given twice");
+    seen.push_back(key);
+  }
+
+  YAML::Node find(const std::string& key) {
+    Section& section = sections_.back();
+    section.known.push_back(key);
+    if (!section.node) return YAML::Node(YAML::NodeType::Undefined);
+    const YAML::Node& node = section.node;  // const: looking up must not insert
+    return node[key];
+  }
+
+  const std::string& scalar(const YAML::Node& node, const std::string& key,
+                            const std::string& expected) const {
+    if (!node.IsScalar()) fail(node, sections_.back().name + key, "must be " + expected);
+    return node.Scalar();
+  }
+
+  static bool parse(const std::string& text, double& value) {
+    const char* begin = text.data() + (text.starts_with("+") ? 1 : 0);
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(begin, end, value);
+    return error == std::errc{} && stop == end;
+  }
+
+  static std::string shortened(const std::string& text) {
+    return text.size() > 60 ? text.substr(0, 60) + "..." : text;
+  }
+
+  [[noreturn]] void fail(const YAML::Node& node, const std::string& key, const std::string& problem) const {
+    std::string message = file_.string() + ":" + std::to_string(node.Mark().line + 1) + ": ";
+    if (!key.empty()) message += key + " ";
+    throw Error(one_line(message + problem));
+  }
+
+  std::filesystem::path file_;
+  std::vector<Section> sections_;
+};
+
+std::string read_text(const std::filesystem::path& file) {
+  std::error_code code;
+  if (!std::filesystem::exists(file, code)) throw Error(file.string() + ": no such file");
+  if (!std::filesystem::is_regular_file(file, code))
+    throw Error(file.string() + ": not a configuration file");
+  if (std::filesystem::file_size(file, code) > largest_config_bytes) {
+    throw Error(file.string() + ": too large for a configuration (more than 1 MiB)");
+  }
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw Error(file.string() + ": cannot be read; check its permissions");
+  return text.str();
+}
+
+}  // namespace
+
+void read_options_text(std::string_view yaml, const std::filesystem::path& name, const OptionList& options) {
+  if (yaml.size() > largest_config_bytes)
+    throw Error(name.string() + ": too large for a configuration (more than 1 MiB)");
+  try {
+    OptionReader reader(YAML::Load(std::string(yaml)), name);
+    options(reader);
+    reader.finish();
+  } catch (const YAML::Exception& problem) {
+    const std::string line = problem.mark.is_null() ? "" : ":" + std::to_string(problem.mark.line + 1);
+    throw Error(one_line(name.string() + line + ": not valid YAML: " + problem.msg));
+  }
+}
+
+void read_options(const std::filesystem::path& file, const OptionList& options) {
+  read_options_text(read_text(file), file, options);
+}
+
+}  // namespace gelslam

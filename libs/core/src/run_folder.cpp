@@ -1,0 +1,116 @@
+#include "gelslam/core/run_folder.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "file_descriptor.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path absolute_folder(const fs::path& folder) {
+  if (folder.empty()) throw Error("the output folder's name is empty");
+  std::error_code code;
+  fs::path path = fs::weakly_canonical(fs::absolute(folder), code);
+  if (code) throw Error(folder.string() + ": cannot be reached: " + code.message());
+  if (!path.has_filename()) path = path.parent_path();  // "RUN/"
+  if (!path.has_filename()) throw Error(folder.string() + ": cannot be an output folder; name a new one");
+  return path;
+}
+
+bool lies_inside(const fs::path& path, const fs::path& folder) {
+  std::error_code code;
+  const fs::path relative = fs::weakly_canonical(fs::absolute(path), code).lexically_relative(folder);
+  return !code && !relative.empty() && *relative.begin() != "..";
+}
+
+void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
+  std::error_code code;
+  const fs::file_status status = fs::status(folder, code);
+  if (!fs::exists(status)) return;
+  if (!fs::is_directory(status)) throw Error(folder.string() + ": is a file; name a folder for the output");
+  const bool empty = fs::is_empty(folder, code);
+  if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
+  if (empty) return;
+  if (!options.overwrite)
+    throw Error(folder.string() + ": exists already; name another folder or add --overwrite");
+  if (!fs::exists(folder / options.marker_file, code)) {
+    throw Error(folder.string() + ": will not be overwritten, for it holds no " + options.marker_file +
+                " and so was not made by this command");
+  }
+  if (!options.input.empty() && lies_inside(options.input, folder)) {
+    throw Error(folder.string() + ": will not be overwritten, for it holds the input " +
+                options.input.string());
+  }
+}
+
+/// The topmost folder on the way to `parent` that does not exist yet; empty when all do.
+fs::path first_missing(fs::path parent) {
+  std::error_code code;
+  fs::path missing;
+  while (!fs::exists(parent, code) && parent.has_relative_path()) {
+    missing = parent;
+    parent = parent.parent_path();
+  }
+  return missing;
+}
+
+fs::path sibling(const fs::path& folder, const std::string& kind) {
+  return folder.parent_path() / (folder.filename().string() + "." + kind + "-" + std::to_string(::getpid()));
+}
+
+void rename_or_throw(const fs::path& from, const fs::path& to) {
+  if (std::rename(from.c_str(), to.c_str()) != 0) {
+    throw Error(to.string() + ": cannot be written: " + detail::errno_text());
+  }
+}
+
+}  // namespace
+
+RunFolder::RunFolder(const fs::path& folder, const RunFolderOptions& options)
+    : final_(absolute_folder(folder)), temporary_(sibling(final_, "tmp")), options_(options) {
+  check_may_write(final_, options_);
+  std::error_code code;
+  const fs::path missing = first_missing(final_.parent_path());
+  fs::create_directories(final_.parent_path(), code);
+  if (code) throw Error(folder.string() + ": cannot be created: " + code.message());
+  first_created_parent_ = missing;
+  if (!fs::create_directory(temporary_, code)) {
+    throw Error(folder.string() +
+                ": cannot be created: " + (code ? code.message() : temporary_.string() + " exists"));
+  }
+}
+
+RunFolder::~RunFolder() {
+  if (temporary_.empty()) return;
+  std::error_code ignored;
+  fs::remove_all(temporary_, ignored);
+  if (first_created_parent_.empty()) return;
+  for (fs::path parent = final_.parent_path();; parent = parent.parent_path()) {
+    if (!fs::remove(parent, ignored) || parent == first_created_parent_)
+      return;  // stops at one that others use
+  }
+}
+
+void RunFolder::commit() {
+  check_may_write(final_, options_);
+  std::error_code code;
+  const bool replaces = fs::exists(final_, code) && !fs::is_empty(final_, code);
+  const fs::path old = sibling(final_, "old");
+  if (replaces) rename_or_throw(final_, old);
+  try {
+    rename_or_throw(temporary_, final_);
+  } catch (const Error&) {
+    if (replaces) rename_or_throw(old, final_);
+    throw;
+  }
+  temporary_.clear();
+  if (replaces) fs::remove_all(old, code);
+  detail::sync_folder(final_.parent_path());
+}
+
+}  // namespace gelslam
