@@ -10,7 +10,10 @@
 namespace gelslam {
 namespace {
 
-void add_commands(CLI::App& app, int& exit_code) { add_info_command(app, exit_code); }
+void add_commands(CLI::App& app, int& exit_code) {
+  add_evaluate_command(app, exit_code);
+  add_info_command(app, exit_code);
+}
 
 /// The subcommand the person asked for, else the program itself.
 const CLI::App& chosen_command(const CLI::App& app) {

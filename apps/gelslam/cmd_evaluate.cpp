@@ -1,0 +1,67 @@
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "commands.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/evaluation/evaluation.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+
+namespace gelslam {
+namespace {
+
+struct EvaluateArguments {
+  std::filesystem::path run, data_folder;
+  std::filesystem::path mesh, truth_mesh;
+  std::filesystem::path results, picture;
+  bool json = false;
+};
+
+struct Judged {
+  Evaluation evaluation;
+  std::optional<PlacedMeshes> meshes;
+};
+
+Judged judge(const EvaluateArguments& arguments) {
+  if (!arguments.mesh.empty()) {
+    const PlacedMeshes meshes{read_mesh(arguments.mesh), read_mesh(arguments.truth_mesh)};
+    return {evaluate(meshes), meshes};
+  }
+  if (arguments.run.empty()) throw Error("nothing to evaluate: give RUN and --truth DATA, or --mesh and --truth-mesh");
+  const Comparison comparison = compare(arguments.run, arguments.data_folder);
+  const std::optional<PlacedMeshes> meshes = place_meshes(comparison);
+  return {evaluate(comparison, meshes), meshes};
+}
+
+void run_evaluate(const EvaluateArguments& arguments) {
+  const Judged judged = judge(arguments);
+  if (!arguments.results.empty()) write_file_atomically(arguments.results, to_json(judged.evaluation));
+  std::cout << (arguments.json ? to_json(judged.evaluation) : to_table(judged.evaluation));
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("evaluate", "Measure a run's trajectory and mesh against ground truth");
+  const auto arguments = std::make_shared<EvaluateArguments>();
+  CLI::Option* run =
+      command->add_option("RUN", arguments->run, "run folder (trajectory.tum, report.json, mesh.ply) or a .tum file");
+  CLI::Option* truth = command->add_option("--truth", arguments->data_folder,
+                                           "data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy)");
+  run->needs(truth);
+  truth->needs(run);
+  CLI::Option* mesh = command->add_option("--mesh", arguments->mesh, "only a mesh (PLY, OBJ or STL, metres)");
+  CLI::Option* truth_mesh = command->add_option("--truth-mesh", arguments->truth_mesh, "its true shape, same frame");
+  mesh->needs(truth_mesh)->excludes(run);
+  truth_mesh->needs(mesh);
+  command->add_flag("--json", arguments->json, "print JSON instead of a table");
+  command->add_option("-o,--output", arguments->results, "also write the results to this JSON file");
+  command->footer("Example: gelslam evaluate RUN --truth DATA");
+  command->callback([arguments, &exit_code] {
+    run_evaluate(*arguments);
+    exit_code = exit_done;
+  });
+}
+
+}  // namespace gelslam

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "gelslam/evaluation/ground_truth.hpp"
+#include "gelslam/evaluation/mesh_metrics.hpp"
+#include "gelslam/evaluation/run_result.hpp"
+#include "gelslam/evaluation/trajectory_metrics.hpp"
+
+namespace gelslam {
+
+struct MeshEvaluation {
+  MeshMetrics at_known_pose;
+  MeshMetrics refined;  ///< after rigid ICP
+  Refinement refinement;
+  double stacked_share = 0.0;
+  bool touched_only = false;  ///< completeness over touched points, not over the whole true surface
+};
+
+struct Evaluation {
+  std::optional<TrajectoryMetrics> trajectory;
+  std::optional<int> reference_frame;  ///< log frame at which estimate and truth are set to identity
+  std::optional<int> anchor_frame;     ///< as the run says
+  std::optional<int> trials;
+  std::optional<int> groups;
+  std::optional<MeshEvaluation> mesh;
+};
+
+/// Where a run's mesh lies on the true object, with both meshes in the object's frame.
+struct PlacedMeshes {
+  Mesh estimate;
+  Mesh truth;
+};
+
+/// A run beside its truth, time stamps matched to frames.
+struct Comparison {
+  GroundTruth truth;
+  RunResult run;
+  std::vector<IndexedPose> estimate;
+  int reference_index = 0;
+  Pose start_T_map = Pose::Identity();
+};
+
+/// Reads both and matches them. Throws Error when they do not belong together: time stamps that are no frames of the
+/// log, more frames than the truth has, a log of another length, or no frame that both know.
+Comparison compare(const std::filesystem::path& run, const std::filesystem::path& data_folder);
+
+/// Both meshes in the object's frame, placed by the known pose; none where one of them is missing.
+std::optional<PlacedMeshes> place_meshes(const Comparison& comparison);
+
+/// The trajectory, and the meshes where given (then completeness is over comparison.truth.touched_mm if any).
+Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMeshes>& meshes);
+
+/// Two bare meshes in one frame; completeness over the whole true surface.
+Evaluation evaluate(const PlacedMeshes& meshes);
+
+/// For people, and for programs (one JSON object, pretty-printed, newline at the end).
+std::string to_table(const Evaluation& evaluation);
+std::string to_json(const Evaluation& evaluation);
+
+}  // namespace gelslam

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "gelslam/mesh/mesh.hpp"
+
+namespace gelslam {
+
+struct ClosestPoint {
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  double distance_mm = 0.0;
+  int triangle = -1;  ///< the lowest index among equally near ones
+};
+
+struct RayHit {
+  double distance_mm = 0.0;
+  int triangle = -1;
+  double u = 0.0, v = 0.0;  ///< the hit is (1-u-v) a + u b + v c of the triangle's corners
+};
+
+/// A triangle mesh made ready for distance and ray queries (Embree). Coordinates in millimetres, in the mesh's frame.
+/// Queries may run in parallel and do not depend on the number of threads.
+class TriangleScene {
+ public:
+  /// Keeps a copy. Throws Error when the mesh has no triangle, an index out of range, or a vertex that is not finite.
+  explicit TriangleScene(Mesh mesh);
+  ~TriangleScene();
+  TriangleScene(TriangleScene&&) noexcept;
+  TriangleScene& operator=(TriangleScene&&) noexcept;
+
+  ClosestPoint closest(const Eigen::Vector3d& point_mm) const;
+  /// The same for many points, on all cores.
+  std::vector<ClosestPoint> closest(const std::vector<Eigen::Vector3d>& points_mm) const;
+
+  /// Nearest hit within `length_mm` along the unit `direction`, or all of them in no particular order.
+  std::optional<RayHit> cast(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
+                             double length_mm) const;
+  std::vector<RayHit> cast_all(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
+                               double length_mm) const;
+  bool is_occluded(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction, double length_mm) const;
+
+  const Mesh& mesh() const;
+  /// Unit normal by the corners' order, or zero for a triangle without area.
+  Eigen::Vector3d triangle_normal(int triangle) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam

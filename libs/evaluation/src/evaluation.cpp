@@ -1,0 +1,117 @@
+#include "gelslam/evaluation/evaluation.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr int kTruthSamples = 100'000;
+constexpr std::uint64_t kTruthSeed = 3;
+constexpr double kMaxTimeMismatch_frames = 0.25;
+
+void check_lengths(const GroundTruth& truth, const RunResult& run) {
+  if (run.log_frames && *run.log_frames != truth.log_frames()) {
+    throw Error("the run's log had " + std::to_string(*run.log_frames) + " frames, the truth is for " +
+                std::to_string(truth.log_frames()) + ": they do not belong together");
+  }
+  if (run.anchor_frame && *run.anchor_frame >= truth.log_frames()) {
+    throw Error("the run's anchor_frame " + std::to_string(*run.anchor_frame) + " is beyond the log's " +
+                std::to_string(truth.log_frames()) + " frames");
+  }
+}
+
+/// The truth's index for each time stamp; frames of the background, which the truth does not cover, are left out.
+std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunResult& run) {
+  std::vector<IndexedPose> estimate;
+  for (const StampedPose& pose : run.trajectory) {
+    const double frame = pose.time_s * truth.fps;
+    if (std::abs(frame) > 1e9 || std::abs(frame - std::round(frame)) > kMaxTimeMismatch_frames) {
+      throw Error("the trajectory's time " + std::to_string(pose.time_s) + " s is no frame of a log at " +
+                  std::to_string(truth.fps) + " frames per second: times count from the log's first frame");
+    }
+    const int index = static_cast<int>(std::lround(frame)) - truth.background_frames;
+    if (index < 0) continue;
+    if (index >= static_cast<int>(truth.start_T_currs.size())) {
+      throw Error("the trajectory reaches frame " + std::to_string(index + truth.background_frames) +
+                  ", but the truth ends after " + std::to_string(truth.log_frames()) +
+                  " frames: it belongs to another log");
+    }
+    if (!estimate.empty() && estimate.back().index == index) {
+      throw Error("the trajectory has two poses for frame " + std::to_string(index + truth.background_frames));
+    }
+    estimate.push_back({index, pose.map_T_sensor});
+  }
+  return estimate;
+}
+
+MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eigen::Vector3d>& touched_mm) {
+  const TriangleScene estimate(meshes.estimate);
+  const TriangleScene truth(meshes.truth);
+  std::vector<Eigen::Vector3d> truth_points = touched_mm;
+  if (truth_points.empty()) {
+    for (const SurfaceSample& sample : sample_surface(meshes.truth, kTruthSamples, kTruthSeed)) {
+      truth_points.push_back(sample.point_mm);
+    }
+  }
+  MeshEvaluation result;
+  result.touched_only = !touched_mm.empty();
+  result.at_known_pose = evaluate_mesh(estimate, truth, truth_points);
+  result.stacked_share = stacked_share(estimate);
+  result.refinement = refine_rigidly(estimate, truth);
+  const TriangleScene refined(transformed(meshes.estimate, result.refinement.truth_T_estimate));
+  result.refined = evaluate_mesh(refined, truth, truth_points);
+  return result;
+}
+
+}  // namespace
+
+Comparison compare(const std::filesystem::path& run, const std::filesystem::path& data_folder) {
+  Comparison comparison;
+  comparison.truth = read_ground_truth(data_folder);
+  comparison.run = read_run(run);
+  const GroundTruth& truth = comparison.truth;
+  check_lengths(truth, comparison.run);
+  comparison.estimate = match_frames(truth, comparison.run);
+  std::optional<int> preferred;
+  if (comparison.run.anchor_frame) preferred = *comparison.run.anchor_frame - truth.background_frames;
+  comparison.reference_index = choose_reference_index(comparison.estimate, truth.start_T_currs, preferred);
+  for (const IndexedPose& pose : comparison.estimate) {
+    if (pose.index != comparison.reference_index) continue;
+    const Pose& start_T_reference = *truth.start_T_currs[static_cast<std::size_t>(pose.index)];
+    comparison.start_T_map = start_T_reference * pose.map_T_sensor.inverse();
+  }
+  return comparison;
+}
+
+std::optional<PlacedMeshes> place_meshes(const Comparison& comparison) {
+  const GroundTruth& truth = comparison.truth;
+  if (comparison.run.mesh_path.empty() || truth.mesh_path.empty() || !truth.object_T_start) return std::nullopt;
+  return PlacedMeshes{
+      transformed(read_mesh(comparison.run.mesh_path), *truth.object_T_start * comparison.start_T_map),
+      read_mesh(truth.mesh_path)};
+}
+
+Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMeshes>& meshes) {
+  const GroundTruth& truth = comparison.truth;
+  Evaluation evaluation;
+  evaluation.trajectory =
+      evaluate_trajectory(comparison.estimate, truth.start_T_currs, comparison.reference_index, truth.fps);
+  evaluation.reference_frame = comparison.reference_index + truth.background_frames;
+  evaluation.anchor_frame = comparison.run.anchor_frame;
+  evaluation.trials = comparison.run.trials;
+  evaluation.groups = comparison.run.groups;
+  if (meshes) evaluation.mesh = evaluate_meshes(*meshes, truth.touched_mm);
+  return evaluation;
+}
+
+Evaluation evaluate(const PlacedMeshes& meshes) {
+  Evaluation evaluation;
+  evaluation.mesh = evaluate_meshes(meshes, {});
+  return evaluation;
+}
+
+}  // namespace gelslam

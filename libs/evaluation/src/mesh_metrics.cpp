@@ -1,0 +1,120 @@
+#include "gelslam/evaluation/mesh_metrics.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr int kAccuracySamples = 200'000;
+constexpr std::uint64_t kSeed = 1;
+constexpr double kLevels_mm[] = {0.05, 0.1, 0.25};
+
+/// Uniform in [0, 1), the same on every platform (std::uniform_real_distribution is not).
+double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
+
+std::vector<double> cumulated_areas(const Mesh& mesh) {
+  std::vector<double> cumulated;
+  cumulated.reserve(mesh.triangles.size());
+  double total = 0.0;
+  for (const Eigen::Vector3i& triangle : mesh.triangles) {
+    const auto corner = [&](int k) -> Eigen::Vector3d {
+      return mesh.vertices_mm.at(static_cast<std::size_t>(triangle[k])).cast<double>();
+    };
+    total += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
+    cumulated.push_back(total);
+  }
+  return cumulated;
+}
+
+Eigen::Vector3d point_on(const Mesh& mesh, std::size_t triangle, double u, double v) {
+  const double root = std::sqrt(u);  // uniform over the area (Osada et al. 2002)
+  const Eigen::Vector3i& corners = mesh.triangles[triangle];
+  const auto corner = [&](int k) -> Eigen::Vector3d {
+    return mesh.vertices_mm[static_cast<std::size_t>(corners[k])].cast<double>();
+  };
+  return (1.0 - root) * corner(0) + root * (1.0 - v) * corner(1) + root * v * corner(2);
+}
+
+std::vector<double> distances_of(const std::vector<ClosestPoint>& closest) {
+  std::vector<double> distances;
+  distances.reserve(closest.size());
+  for (const ClosestPoint& point : closest) distances.push_back(point.distance_mm);
+  return distances;
+}
+
+double quantile(const std::vector<double>& sorted, double share) {
+  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1) + 0.5)];
+}
+
+DistanceSummary summarise(std::vector<double> distances) {
+  DistanceSummary summary;
+  if (distances.empty()) return summary;
+  std::sort(distances.begin(), distances.end());
+  for (const double distance : distances) summary.mean_mm += distance;
+  summary.mean_mm /= static_cast<double>(distances.size());
+  summary.median_mm = quantile(distances, 0.5);
+  summary.p90_mm = quantile(distances, 0.9);
+  return summary;
+}
+
+double share_within(const std::vector<double>& distances, double limit_mm) {
+  const auto near = std::count_if(distances.begin(), distances.end(), [&](double d) { return d <= limit_mm; });
+  return distances.empty() ? 0.0 : static_cast<double>(near) / static_cast<double>(distances.size());
+}
+
+}  // namespace
+
+std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint64_t seed) {
+  const std::vector<double> cumulated = cumulated_areas(mesh);
+  if (cumulated.empty() || !(cumulated.back() > 0.0)) throw Error("the mesh has no area: nothing to measure");
+  std::mt19937_64 random(seed);
+  std::vector<SurfaceSample> samples;
+  samples.reserve(static_cast<std::size_t>(count));
+  std::size_t triangle = 0;
+  for (int i = 0; i < count; ++i) {
+    const double area = (i + uniform(random)) / count * cumulated.back();
+    while (triangle + 1 < cumulated.size() && cumulated[triangle] <= area) ++triangle;
+    const double u = uniform(random);
+    samples.push_back({point_on(mesh, triangle, u, uniform(random)), static_cast<int>(triangle)});
+  }
+  return samples;
+}
+
+Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh) {
+  Mesh result = mesh;
+  for (Eigen::Vector3f& vertex : result.vertices_mm) {
+    vertex = (target_T_mesh * vertex.cast<double>()).cast<float>();
+  }
+  for (Eigen::Vector3f& normal : result.normals) {
+    normal = (target_T_mesh.linear() * normal.cast<double>()).cast<float>();
+  }
+  return result;
+}
+
+MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& truth,
+                          const std::vector<Eigen::Vector3d>& truth_points_mm) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kAccuracySamples, kSeed)) {
+    points.push_back(sample.point_mm);
+  }
+  const std::vector<double> to_truth = distances_of(truth.closest(points));
+  const std::vector<double> to_estimate = distances_of(estimate.closest(truth_points_mm));
+  MeshMetrics metrics;
+  metrics.accuracy = summarise(to_truth);
+  metrics.completeness = summarise(to_estimate);
+  for (const double level : kLevels_mm) {
+    const double precision = share_within(to_truth, level);
+    const double completeness = share_within(to_estimate, level);
+    const double sum = precision + completeness;
+    metrics.within.push_back(
+        {level, precision, completeness, sum > 0.0 ? 2.0 * precision * completeness / sum : 0.0});
+  }
+  return metrics;
+}
+
+}  // namespace gelslam

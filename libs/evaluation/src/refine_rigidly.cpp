@@ -1,0 +1,120 @@
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "gelslam/evaluation/mesh_metrics.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr int kSamples = 15'000;
+constexpr std::uint64_t kSeed = 2;
+constexpr int kMaxIterations = 60;
+constexpr double kSmallestStep_mm = 1e-5;
+// Directions whose information is below this share of the strongest are not determined by the surface.
+constexpr double kUnobservableShare = 1e-4;
+
+/// Residuals of the samples at one pose.
+struct Matches {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<ClosestPoint> closest;
+  double mean_distance = 0.0;
+};
+
+Matches match(const std::vector<Eigen::Vector3d>& samples, const Pose& pose, const TriangleScene& truth) {
+  Matches matches;
+  for (const Eigen::Vector3d& sample : samples) matches.points.push_back(pose * sample);
+  matches.closest = truth.closest(matches.points);
+  for (const ClosestPoint& closest : matches.closest) {
+    matches.mean_distance += closest.distance_mm / static_cast<double>(samples.size());
+  }
+  return matches;
+}
+
+Eigen::Vector3d mean(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : points) sum += point;
+  return sum / static_cast<double>(points.size());
+}
+
+double spread(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& centre) {
+  double sum = 0.0;
+  for (const Eigen::Vector3d& point : points) sum += (point - centre).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+double huber_threshold(const std::vector<double>& residuals) {
+  std::vector<double> magnitudes;
+  for (const double residual : residuals) magnitudes.push_back(std::abs(residual));
+  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
+  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+  return std::max(1e-6, 1.345 * 1.4826 * *middle);  // 95 % efficiency; median to standard deviation
+}
+
+/// One Gauss-Newton step about `centre`: rotation times `radius` first (so that all six are lengths), then translation.
+Vector6d step(const Matches& matches, const TriangleScene& truth, const Eigen::Vector3d& centre, double radius) {
+  std::vector<Vector6d> jacobians;
+  std::vector<double> residuals;
+  for (std::size_t i = 0; i < matches.points.size(); ++i) {
+    const Eigen::Vector3d normal = truth.triangle_normal(matches.closest[i].triangle);
+    Vector6d jacobian;
+    jacobian << (matches.points[i] - centre).cross(normal) / radius, normal;
+    jacobians.push_back(jacobian);
+    residuals.push_back(normal.dot(matches.points[i] - matches.closest[i].point_mm));
+  }
+  const double threshold = huber_threshold(residuals);
+  Matrix6d information = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const double weight = std::min(1.0, threshold / std::max(1e-12, std::abs(residuals[i])));
+    information += weight * jacobians[i] * jacobians[i].transpose();
+    gradient += weight * residuals[i] * jacobians[i];
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(information);
+  const double strongest = solver.eigenvalues().maxCoeff();
+  Vector6d result = Vector6d::Zero();
+  for (int k = 0; k < 6; ++k) {
+    const double eigenvalue = solver.eigenvalues()[k];
+    if (eigenvalue <= kUnobservableShare * strongest) continue;
+    const Vector6d direction = solver.eigenvectors().col(k);
+    result -= direction.dot(gradient) / eigenvalue * direction;
+  }
+  return result;
+}
+
+Pose moved(const Pose& pose, const Vector6d& step, const Eigen::Vector3d& centre, double radius) {
+  const Pose turn(so3_exp(step.head<3>() / radius));
+  return normalized(Eigen::Translation3d(centre + step.tail<3>()) * turn * Eigen::Translation3d(-centre) * pose);
+}
+
+}  // namespace
+
+Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& truth) {
+  std::vector<Eigen::Vector3d> samples;
+  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kSamples, kSeed)) {
+    samples.push_back(sample.point_mm);
+  }
+  const Eigen::Vector3d first_centre = mean(samples);
+  const double radius = std::max(1e-6, spread(samples, first_centre));
+  Pose pose = Pose::Identity();
+  Refinement best;
+  Matches matches = match(samples, pose, truth);
+  double best_distance = matches.mean_distance;
+  for (int i = 0; i < kMaxIterations; ++i) {
+    const Eigen::Vector3d centre = pose * first_centre;
+    const Vector6d change = step(matches, truth, centre, radius);
+    pose = moved(pose, change, centre, radius);
+    matches = match(samples, pose, truth);
+    if (matches.mean_distance < best_distance) {
+      best_distance = matches.mean_distance;
+      best.truth_T_estimate = pose;
+    }
+    if (change.norm() < kSmallestStep_mm) break;
+  }
+  best.shift_mm = (best.truth_T_estimate * first_centre - first_centre).norm();
+  best.rotation_deg = rotation_angle_rad(best.truth_T_estimate) * 180.0 / std::numbers::pi;
+  return best;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,144 @@
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "gelslam/evaluation/evaluation.hpp"
+
+namespace gelslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// printf into a string: the tables below are easier to read in this form than in any other.
+[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
+  std::array<char, 512> text{};
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text.data(), text.size(), pattern, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+std::string trajectory_table(const Evaluation& evaluation) {
+  const TrajectoryMetrics& t = *evaluation.trajectory;
+  std::string text = "Trajectory, relative to frame " + std::to_string(*evaluation.reference_frame) + "\n";
+  text += format("  mean absolute error     x %.4f  y %.4f  z %.4f mm\n", t.mae_mm.x(), t.mae_mm.y(), t.mae_mm.z());
+  text += format("                          rx %.3f  ry %.3f  rz %.3f deg\n", t.mae_deg.x(), t.mae_deg.y(),
+                 t.mae_deg.z());
+  text += format("  geometric mean of six   %.4f mm (1 deg = %.3f mm)\n", t.geometric_mean_mm, kMillimetresPerDegree);
+  text += format("  ATE                     %.4f mm, %.4f mm after alignment\n", t.ate_mm, t.ate_aligned_mm);
+  text += format("  RPE over 1 frame        %.4f mm  %.4f deg (%d pairs)\n", t.over_one_frame.translation_mm,
+                 t.over_one_frame.rotation_deg, t.over_one_frame.pairs);
+  text += format("  RPE over 1 s            %.4f mm  %.4f deg (%d pairs)\n", t.over_one_second.translation_mm,
+                 t.over_one_second.rotation_deg, t.over_one_second.pairs);
+  text += format("  at the last frame       %.4f mm  %.3f deg\n", t.final_mm, t.final_deg);
+  text += format("  touched frames tracked  %d of %d (%.1f %%)\n", t.compared_frames, t.touched_frames,
+                 100.0 * t.tracked_share());
+  if (t.estimated_without_touch > 0) {
+    text += format("  tracked without touch   %d frames (not judged)\n", t.estimated_without_touch);
+  }
+  if (evaluation.trials) text += format("  trials                  %d\n", *evaluation.trials);
+  if (evaluation.groups) text += format("  groups                  %d\n", *evaluation.groups);
+  return text;
+}
+
+std::string mesh_rows(const std::string& title, const MeshMetrics& m) {
+  std::string text = "  " + title + "\n";
+  text += format("    accuracy              mean %.4f  median %.4f  p90 %.4f mm\n", m.accuracy.mean_mm,
+                 m.accuracy.median_mm, m.accuracy.p90_mm);
+  text += format("    completeness          mean %.4f  median %.4f  p90 %.4f mm\n", m.completeness.mean_mm,
+                 m.completeness.median_mm, m.completeness.p90_mm);
+  for (const ShareWithin& w : m.within) {
+    text += format("    within %.2f mm        precision %.3f  completeness %.3f  F %.3f\n", w.distance_mm, w.precision,
+                   w.completeness, w.f_score);
+  }
+  return text;
+}
+
+std::string mesh_table(const MeshEvaluation& mesh) {
+  std::string text = "Mesh against the true surface, completeness over ";
+  text += mesh.touched_only ? "the touched points\n" : "the whole surface\n";
+  text += mesh_rows("at the known pose", mesh.at_known_pose);
+  text += mesh_rows(format("after rigid ICP (moved %.4f mm, %.3f deg)", mesh.refinement.shift_mm,
+                           mesh.refinement.rotation_deg),
+                    mesh.refined);
+  text += format("  stacked sheets          %.2f %% of the area\n", 100.0 * mesh.stacked_share);
+  return text;
+}
+
+Json to_json(const RelativePoseError& e) {
+  return {{"pairs", e.pairs}, {"translation_mm", e.translation_mm}, {"rotation_deg", e.rotation_deg}};
+}
+
+Json to_json(const TrajectoryMetrics& t) {
+  return {{"mae",
+           {{"x_mm", t.mae_mm.x()},
+            {"y_mm", t.mae_mm.y()},
+            {"z_mm", t.mae_mm.z()},
+            {"rx_deg", t.mae_deg.x()},
+            {"ry_deg", t.mae_deg.y()},
+            {"rz_deg", t.mae_deg.z()}}},
+          {"geometric_mean_mm", t.geometric_mean_mm},
+          {"ate_mm", t.ate_mm},
+          {"ate_aligned_mm", t.ate_aligned_mm},
+          {"rpe_1_frame", to_json(t.over_one_frame)},
+          {"rpe_1_s", to_json(t.over_one_second)},
+          {"final_drift_mm", t.final_mm},
+          {"final_drift_deg", t.final_deg},
+          {"touched_frames", t.touched_frames},
+          {"compared_frames", t.compared_frames},
+          {"estimated_without_touch", t.estimated_without_touch},
+          {"tracked_share", t.tracked_share()}};
+}
+
+Json to_json(const DistanceSummary& d) {
+  return {{"mean_mm", d.mean_mm}, {"median_mm", d.median_mm}, {"p90_mm", d.p90_mm}};
+}
+
+Json to_json(const MeshMetrics& m) {
+  Json within = Json::array();
+  for (const ShareWithin& w : m.within) {
+    within.push_back({{"distance_mm", w.distance_mm},
+                      {"precision", w.precision},
+                      {"completeness", w.completeness},
+                      {"f_score", w.f_score}});
+  }
+  return {{"accuracy", to_json(m.accuracy)}, {"completeness", to_json(m.completeness)}, {"within", within}};
+}
+
+Json to_json(const MeshEvaluation& mesh) {
+  return {{"completeness_over", mesh.touched_only ? "touched points" : "whole surface"},
+          {"known_pose", to_json(mesh.at_known_pose)},
+          {"after_icp", to_json(mesh.refined)},
+          {"icp_shift_mm", mesh.refinement.shift_mm},
+          {"icp_rotation_deg", mesh.refinement.rotation_deg},
+          {"stacked_share", mesh.stacked_share}};
+}
+
+template <typename T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+}  // namespace
+
+std::string to_table(const Evaluation& evaluation) {
+  std::string text;
+  if (evaluation.trajectory) text += trajectory_table(evaluation);
+  if (evaluation.mesh) text += mesh_table(*evaluation.mesh);
+  return text;
+}
+
+std::string to_json(const Evaluation& evaluation) {
+  Json json;
+  json["trajectory"] = evaluation.trajectory ? to_json(*evaluation.trajectory) : Json(nullptr);
+  json["reference_frame"] = or_null(evaluation.reference_frame);
+  json["anchor_frame"] = or_null(evaluation.anchor_frame);
+  json["trials"] = or_null(evaluation.trials);
+  json["groups"] = or_null(evaluation.groups);
+  json["mesh"] = evaluation.mesh ? to_json(*evaluation.mesh) : Json(nullptr);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace gelslam

@@ -1,0 +1,123 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numeric>
+#include <span>
+
+#include "gelslam/evaluation/mesh_metrics.hpp"
+#include "parallel.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr int kSamples = 50'000;
+constexpr std::uint64_t kSeed = 4;
+constexpr double kSameOrientationCosine = 0.5;
+
+/// Which triangles meet at a vertex; vertices at the same place count as one, so that files without shared vertices
+/// (STL) are connected too.
+class Neighbourhood {
+ public:
+  explicit Neighbourhood(const Mesh& mesh) : place_(welded(mesh.vertices_mm)) {
+    begin_.assign(mesh.vertices_mm.size() + 1, 0);
+    for (const Eigen::Vector3i& triangle : mesh.triangles) {
+      for (const int vertex : triangle) ++begin_[place(vertex) + 1];
+    }
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
+    triangles_.resize(begin_.back());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (const int vertex : mesh.triangles[t]) triangles_[next[place(vertex)]++] = static_cast<int>(t);
+    }
+  }
+
+  std::size_t place(int vertex) const { return place_[static_cast<std::size_t>(vertex)]; }
+
+  std::span<const int> triangles_at(int vertex) const {
+    const std::size_t p = place(vertex);
+    return std::span(triangles_).subspan(begin_[p], begin_[p + 1] - begin_[p]);
+  }
+
+ private:
+  static std::vector<std::size_t> welded(const std::vector<Eigen::Vector3f>& vertices) {
+    std::vector<std::size_t> order(vertices.size()), place(vertices.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return std::lexicographical_compare(vertices[a].begin(), vertices[a].end(), vertices[b].begin(),
+                                          vertices[b].end());
+    });
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const bool same = i > 0 && vertices[order[i]] == vertices[order[i - 1]];
+      place[order[i]] = same ? place[order[i - 1]] : order[i];
+    }
+    return place;
+  }
+
+  std::vector<std::size_t> place_, begin_;
+  std::vector<int> triangles_;
+};
+
+/// Looks for other sheets; keeps its marks between samples, so one per thread.
+class SheetSearch {
+ public:
+  SheetSearch(const TriangleScene& scene, const Neighbourhood& neighbourhood, double reach_mm)
+      : scene_(scene), neighbourhood_(neighbourhood), reach_mm_(reach_mm), mark_(scene.mesh().triangles.size(), 0) {}
+
+  bool finds_another(const SurfaceSample& sample) {
+    const Eigen::Vector3d normal = scene_.triangle_normal(sample.triangle);
+    auto hits = scene_.cast_all(sample.point_mm - reach_mm_ * normal, normal, 2.0 * reach_mm_);
+    std::erase_if(hits, [&](const RayHit& hit) {
+      return hit.triangle == sample.triangle || scene_.triangle_normal(hit.triangle).dot(normal) < kSameOrientationCosine;
+    });
+    if (hits.empty()) return false;
+    mark_own_sheet(sample);
+    return std::any_of(hits.begin(), hits.end(), [&](const RayHit& hit) { return !is_marked(hit.triangle); });
+  }
+
+ private:
+  bool is_marked(int triangle) const { return mark_[static_cast<std::size_t>(triangle)] == stamp_; }
+
+  void mark(int triangle) {
+    mark_[static_cast<std::size_t>(triangle)] = stamp_;
+    open_.push_back(triangle);
+  }
+
+  /// Everything connected with the sample's triangle inside the ball of the reach, and its direct neighbours.
+  void mark_own_sheet(const SurfaceSample& sample) {
+    ++stamp_;
+    mark(sample.triangle);
+    while (!open_.empty()) {
+      const int triangle = open_.back();
+      open_.pop_back();
+      for (const int vertex : scene_.mesh().triangles[static_cast<std::size_t>(triangle)]) {
+        const Eigen::Vector3f& position = scene_.mesh().vertices_mm[static_cast<std::size_t>(vertex)];
+        const bool within = (position.cast<double>() - sample.point_mm).norm() <= reach_mm_;
+        if (!within && triangle != sample.triangle) continue;
+        for (const int neighbour : neighbourhood_.triangles_at(vertex)) {
+          if (!is_marked(neighbour)) mark(neighbour);
+        }
+      }
+    }
+  }
+
+  const TriangleScene& scene_;
+  const Neighbourhood& neighbourhood_;
+  double reach_mm_;
+  std::vector<int> mark_;
+  std::vector<int> open_;
+  int stamp_ = 0;
+};
+
+}  // namespace
+
+double stacked_share(const TriangleScene& mesh, double reach_mm) {
+  const auto samples = sample_surface(mesh.mesh(), kSamples, kSeed);
+  const Neighbourhood neighbourhood(mesh.mesh());
+  std::vector<char> stacked(samples.size());
+  evaluation::detail::parallel_ranges(samples.size(), [&](std::size_t begin, std::size_t end) {
+    SheetSearch search(mesh, neighbourhood, reach_mm);
+    for (std::size_t i = begin; i < end; ++i) stacked[i] = search.finds_another(samples[i]) ? 1 : 0;
+  });
+  return static_cast<double>(std::count(stacked.begin(), stacked.end(), 1)) / static_cast<double>(samples.size());
+}
+
+}  // namespace gelslam
