@@ -1,29 +1,24 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace gelslam::surface::detail {
 
-/// Where an image differs from the background by more than noise: pixels around which the 5x5 mean of the signed
-/// colour difference is longer than a threshold, grown by a margin. The mean keeps what shallow slopes do to the
-/// colour (it has one sign over many pixels) and removes what white noise does (factor 5).
+/// Where an image differs from the background by more than noise. A shallow slope shifts the colour of many
+/// neighbours in one direction (about 1.5 grey levels for 0.01), white noise does not: so the *signed* difference is
+/// averaged over 3x3 blocks (12x12 pixels) before its length is compared with a threshold, which follows the frame's
+/// own noise. The result is grown by a margin in which slopes fade out.
 class ChangeDetector {
  public:
-  ChangeDetector(const cv::Mat3b& background, double threshold_gray_levels, int margin_px);
-
-  /// Fills difference and changed. All HxW.
-  void detect(const cv::Mat3b& bgr);
-
-  const cv::Mat1b& changed() const { return changed_; }          ///< 255 or 0
-  const cv::Mat3s& difference() const { return difference_; }    ///< image minus background, grey levels
+  /// `difference`: block means of image minus background in the background's light. Fills changed_blocks, 255 or 0.
+  void detect(const cv::Mat3f& difference, cv::Mat1b& changed_blocks);
 
  private:
-  cv::Mat3s background_;
-  int squared_threshold_of_sum_;
-  cv::Mat kernel_;
-  cv::Mat3s difference_;
-  cv::Mat3s sum_;
-  cv::Mat1b core_, changed_;
+  cv::Mat3f mean_;
+  cv::Mat1f squared_;
+  std::vector<float> scratch_;
+  cv::Mat1b core_;
 };
 
 }  // namespace gelslam::surface::detail

@@ -33,15 +33,18 @@ float untouched_level(const cv::Mat1f& height, const cv::Mat1b& changed, std::ve
 ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
     : rule_(rule), grow_(square(7)), shrink_(square(15)), border_(square(2 * (size.height / 48) + 1)) {}
 
-void ContactDetector::detect(const cv::Mat3s& color_difference, const cv::Mat1f& height_mm, cv::Mat1b& contact) {
-  const int squared_threshold =
-      static_cast<int>(std::lround(rule_.color_dist_threshold * rule_.color_dist_threshold));
+void ContactDetector::detect(const cv::Mat3b& bgr, const cv::Mat3b& background, const ColorTable& colors,
+                             const cv::Mat1f& height_mm, cv::Mat1b& contact) {
+  const auto squared_threshold = static_cast<float>(rule_.color_dist_threshold * rule_.color_dist_threshold);
   colored_.create(height_mm.size());
-  for (int v = 0; v < height_mm.rows; ++v) {
-    const short* difference = color_difference[v]->val;
+  for (int v = 0; v < bgr.rows; ++v) {
+    const unsigned char* now = bgr[v]->val;
+    const unsigned char* then = background[v]->val;
     unsigned char* out = colored_[v];
-    for (int u = 0; u < height_mm.cols; ++u) {
-      const int b = difference[3 * u], g = difference[3 * u + 1], r = difference[3 * u + 2];
+    for (int u = 0; u < bgr.cols; ++u, now += 3, then += 3) {
+      const float b = colors[0][now[0]] - static_cast<float>(then[0]);
+      const float g = colors[1][now[1]] - static_cast<float>(then[1]);
+      const float r = colors[2][now[2]] - static_cast<float>(then[2]);
       out[u] = b * b + g * g + r * r > squared_threshold ? 255 : 0;
     }
   }

@@ -3,6 +3,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "light.hpp"
+
 namespace gelslam::surface::detail {
 
 /// Height of the untouched gel: the median of `height` over pixels where `changed` is 0; where those are fewer than
@@ -19,7 +21,8 @@ struct ContactRule {
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, const ContactRule& rule);
-  void detect(const cv::Mat3s& color_difference, const cv::Mat1f& height_mm, cv::Mat1b& contact);
+  void detect(const cv::Mat3b& bgr, const cv::Mat3b& background, const ColorTable& colors, const cv::Mat1f& height_mm,
+              cv::Mat1b& contact);
 
  private:
   ContactRule rule_;

@@ -15,22 +15,13 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
   }
   for (int v = 0; v < background.rows; ++v) row_.push_back(static_cast<float>(v) / static_cast<float>(background.rows));
   cv::Mat1f gx, gy;
-  compute_absolute(background, gx, gy);
+  compute(background, color_table(Light{}), cv::Mat1b(background.size(), static_cast<unsigned char>(255)), gx, gy);
   background_gx_ = gx;
   background_gy_ = gy;
 }
 
-void GradientMap::compute_absolute(const cv::Mat3b& bgr, cv::Mat1f& gx, cv::Mat1f& gy) {
-  const cv::Mat1b everywhere(bgr.size(), static_cast<unsigned char>(255));
-  const cv::Mat1f kept_gx = background_gx_, kept_gy = background_gy_;
-  background_gx_ = cv::Mat1f::zeros(bgr.size());
-  background_gy_ = cv::Mat1f::zeros(bgr.size());
-  compute(bgr, everywhere, gx, gy);
-  background_gx_ = kept_gx;
-  background_gy_ = kept_gy;
-}
-
-void GradientMap::compute(const cv::Mat3b& bgr, const cv::Mat1b& where, cv::Mat1f& gx, cv::Mat1f& gy) {
+void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where, cv::Mat1f& gx,
+                          cv::Mat1f& gy) {
   gx.create(bgr.size());
   gy.create(bgr.size());
   gx.setTo(0.0F);
@@ -43,9 +34,9 @@ void GradientMap::compute(const cv::Mat3b& bgr, const cv::Mat1b& where, cv::Mat1
     for (int u = 0; u < bgr.cols; ++u) {
       if (wanted[u] == 0) continue;
       float* feature = features_.data() + count;
-      feature[0] = static_cast<float>(color[u][0]) * to_unit;
-      feature[tile] = static_cast<float>(color[u][1]) * to_unit;
-      feature[2 * tile] = static_cast<float>(color[u][2]) * to_unit;
+      feature[0] = colors[0][color[u][0]] * to_unit;
+      feature[tile] = colors[1][color[u][1]] * to_unit;
+      feature[2 * tile] = colors[2][color[u][2]] * to_unit;
       feature[3 * tile] = column_[static_cast<std::size_t>(u)];
       feature[4 * tile] = row_[static_cast<std::size_t>(v)];
       pixels_[static_cast<std::size_t>(count)] = v * bgr.cols + u;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gradient_kernel.hpp"
+#include "light.hpp"
 
 namespace gelslam::surface::detail {
 
@@ -13,11 +14,13 @@ class GradientMap {
   GradientMap(const GradientModel& model, const cv::Mat3b& background);
 
   /// Writes gx, gy (HxW, height per distance) at the pixels set in `where` (HxW), and zero elsewhere. All images have
-  /// the background's size. The result at a pixel does not depend on which other pixels are set.
-  void compute(const cv::Mat3b& bgr, const cv::Mat1b& where, cv::Mat1f& gx, cv::Mat1f& gy);
+  /// the background's size; `colors` brings them into the background's light. The result at a pixel does not depend
+  /// on which other pixels are set.
+  void compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where, cv::Mat1f& gx, cv::Mat1f& gy);
 
-  /// The model's own answer for one image, background not subtracted.
-  void compute_absolute(const cv::Mat3b& bgr, cv::Mat1f& gx, cv::Mat1f& gy);
+  /// What the model says about the background itself: a bias that is smooth if nothing touches there.
+  const cv::Mat1f& background_gx() const { return background_gx_; }
+  const cv::Mat1f& background_gy() const { return background_gy_; }
 
  private:
   void run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy);

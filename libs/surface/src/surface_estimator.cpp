@@ -6,10 +6,12 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "block_image.hpp"
 #include "change_mask.hpp"
 #include "contact_mask.hpp"
 #include "gelslam/core/error.hpp"
 #include "gradient_map.hpp"
+#include "light.hpp"
 #include "poisson.hpp"
 
 namespace gelslam {
@@ -17,8 +19,6 @@ namespace {
 
 using namespace surface::detail;
 
-constexpr double change_threshold_gray_levels = 2.0;
-constexpr int change_margin_px = 5;
 constexpr int min_side_px = 16;
 constexpr float max_curvature = 0.7F;  // 1/pixel
 
@@ -37,6 +37,15 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
+
+void to_background_light(const Light& light, cv::Mat3f& means) {
+  for (cv::Vec3f& mean : means) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& value = mean[static_cast<int>(c)];
+      value = static_cast<float>((static_cast<double>(value) - light.offset[c]) / light.gain[c]);
+    }
+  }
+}
 
 cv::Mat3f normals_from_gradient(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   cv::Mat3f normals(gx.size());
@@ -73,32 +82,66 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
 
 }  // namespace
 
+// Runs the stages in order; keeps the work buffers and the light of the last frame.
 struct SurfaceEstimator::Impl {
-  Impl(const GradientModel& model, const cv::Mat3b& background, const SurfaceOptions& surface_options)
+  Impl(const GradientModel& model, const cv::Mat3b& background_image, const SurfaceOptions& surface_options)
       : options(surface_options),
-        size(checked_background(background).size()),
-        changes(background, change_threshold_gray_levels, change_margin_px),
+        background(checked_background(background_image).clone()),
+        size(background.size()),
+        background_blocks(average_blocks(background)),
+        light_tracker(background_blocks),
         gradient(model, background),
         poisson(size),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
+        changed(size, static_cast<unsigned char>(0)),
         everywhere(size, static_cast<unsigned char>(255)) {}
+
+  static cv::Mat3f average_blocks(const cv::Mat3b& image) {
+    cv::Mat3f means;
+    BlockAverager().average(image, means);
+    return means;
+  }
+
+  // Fills colors (the frame's light) and changed (where the gradient is needed).
+  void find_changes(const cv::Mat3b& bgr) {
+    averager.average(bgr, blocks);
+    const Light light = options.compensate_light ? light_tracker.update(blocks, touched_blocks) : Light{};
+    colors = color_table(light);
+    to_background_light(light, blocks);
+    cv::subtract(blocks, background_blocks, blocks);
+    change_detector.detect(blocks, changed_blocks);
+    spread_blocks(changed_blocks, changed);
+  }
 
   // Height in mm, 0 on the untouched gel.
   cv::Mat1f height_from_gradient() {
     const cv::Mat1f height_px = poisson.solve(gx, gy);
-    const float level = untouched_level(height_px, changes.changed(), scratch);
+    const float level = untouched_level(height_px, changed, scratch);
     cv::Mat1f height_mm;
     height_px.convertTo(height_mm, CV_32F, options.pixel_pitch_mm, -options.pixel_pitch_mm * level);
     return height_mm;
   }
 
+  // Blocks the next frame's light must not be read from.
+  void remember_contact(const cv::Mat1b& contact) {
+    gather_blocks(contact, touched_blocks);
+    cv::dilate(touched_blocks, touched_blocks, contact_margin);
+  }
+
   SurfaceOptions options;
+  cv::Mat3b background;
   cv::Size size;
-  ChangeDetector changes;
+  cv::Mat3f background_blocks;
+  LightTracker light_tracker;
   GradientMap gradient;
   PoissonSolver poisson;
   ContactDetector contact_detector;
-  cv::Mat1b everywhere;
+  BlockAverager averager;
+  ChangeDetector change_detector;
+  ColorTable colors{};
+  cv::Mat3f blocks;
+  cv::Mat1b changed_blocks, touched_blocks, changed, everywhere;
+  cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
   std::vector<float> scratch;
   SurfaceTimings timings;
@@ -119,16 +162,17 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& bgr) {
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = self.options.pixel_pitch_mm;
 
-  self.changes.detect(bgr);
-  const cv::Mat1b& where = self.options.gradient_everywhere ? self.everywhere : self.changes.changed();
-  self.gradient.compute(bgr, where, self.gx, self.gy);
+  self.find_changes(bgr);
+  const cv::Mat1b& where = self.options.gradient_everywhere ? self.everywhere : self.changed;
+  self.gradient.compute(bgr, self.colors, where, self.gx, self.gy);
   self.timings.gradient_ms = watch.lap_ms();
 
   surface->height_mm = self.height_from_gradient();
   self.timings.poisson_ms = watch.lap_ms();
 
-  self.contact_detector.detect(self.changes.difference(), surface->height_mm, surface->contact);
+  self.contact_detector.detect(bgr, self.background, self.colors, surface->height_mm, surface->contact);
   surface->contact_pixels = cv::countNonZero(surface->contact);
+  self.remember_contact(surface->contact);
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
