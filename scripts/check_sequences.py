@@ -1,0 +1,194 @@
+#!/usr/bin/env python3
+"""Reconstructs the data sequences, evaluates them against their truth, and compares with the public system.
+
+For every sequence it runs `gelslam reconstruct` and `gelslam evaluate --json`, and prints one row. Targets:
+  track_*      geometric mean of the six axis errors <= 0.85 of the public system's, and all touched frames in one
+               group (one group, and the share of touched frames in it no more than 0.01 below the public system's:
+               the faintest touches at the start and end are contact to nobody)
+  scan_*       mesh accuracy mean <= 0.8 of the public system's, and ATE below the public system's; its ATE was not
+               recorded, so the root of the summed squares of its x y z mean absolute errors stands in, which is a
+               lower bound of it (a stricter target)
+  hard_breaks  one group
+Other sequences are shown without a target. Exit code: 0 all targets met, 1 not, 2 wrong use.
+
+Example: scripts/check_sequences.py track_coin scan_peanut360 --jobs 2 --extra "--threads 1"
+"""
+
+import argparse
+import concurrent.futures
+import json
+import math
+import os
+import pathlib
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+MM_PER_DEG = 0.087
+TRACK_RATIO = 0.85
+MESH_RATIO = 0.8
+SHARE_SLACK = 0.01
+AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+
+
+def geometric_mean(mae):
+    product = 1.0
+    for axis in AXES:
+        product *= mae[axis] * (MM_PER_DEG if axis.endswith("deg") else 1.0)
+    return product ** (1.0 / 6.0)
+
+
+def worst_axis(mae):
+    """The axis with the largest error, a degree counted as MM_PER_DEG."""
+    axis = max(AXES, key=lambda a: mae[a] * (MM_PER_DEG if a.endswith("deg") else 1.0))
+    return "%s %.3f" % (axis, mae[axis])
+
+
+def ate_lower_bound(mae):
+    return sum(mae[a] ** 2 for a in AXES[:3]) ** 0.5
+
+
+def run(command, log):
+    """Runs a command, its stderr into an open log; returns its stdout, or None when it failed."""
+    log.write("$ " + shlex.join(command) + "\n")
+    log.flush()
+    try:
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=log, text=True, check=False)
+    except OSError as error:
+        log.write("%s\n" % error)
+        return None
+    return done.stdout if done.returncode == 0 else None
+
+
+def last_line(path):
+    lines = path.read_text(errors="replace").strip().splitlines()
+    return lines[-1] if lines else ""
+
+
+def check_sequence(name, arguments, sequences):
+    """Reconstructs and evaluates one sequence. Returns the evaluation, or a text that says what went wrong."""
+    out = arguments.out / name
+    if out.exists():
+        if not (out / "report.json").exists():
+            return "%s is in the way and no run folder" % out, 0.0
+        shutil.rmtree(out)
+    log_path = arguments.out / (name + ".log")
+    with open(log_path, "w") as log:
+        start = time.monotonic()
+        program = str(arguments.program)
+        reconstruct = [program, "reconstruct", str(sequences / name), "-o", str(out)] + shlex.split(arguments.extra)
+        if run(reconstruct, log) is None:
+            return "reconstruct failed: " + last_line(log_path), time.monotonic() - start
+        seconds = time.monotonic() - start
+        text = run([program, "evaluate", str(out), "--truth", str(sequences / name), "--json"], log)
+    if text is None:
+        return "evaluate failed: " + last_line(log_path), seconds
+    (arguments.out / (name + ".json")).write_text(text)
+    return json.loads(text), seconds
+
+
+def verdicts(name, ours, public):
+    """[(what, met?)] for the sequence's targets."""
+    trajectory = ours["trajectory"]
+    if name.startswith("track_"):
+        ratio = geometric_mean(trajectory["mae"]) / geometric_mean(public["mae"])
+        whole = ours["groups"] == 1 and trajectory["tracked_share"] >= public["largest_group_share"] - SHARE_SLACK
+        return [("error", ratio <= TRACK_RATIO), ("whole", whole)]
+    if name.startswith("scan_"):
+        mesh = ours["mesh"]
+        ratio = mesh["known_pose"]["accuracy"]["mean_mm"] / public["mesh"]["acc_mean_mm"] if mesh else float("inf")
+        return [("mesh", ratio <= MESH_RATIO), ("ATE", trajectory["ate_mm"] < ate_lower_bound(public["mae"]))]
+    if name == "hard_breaks":
+        return [("one group", ours["groups"] == 1)]
+    return []
+
+
+COLUMNS = ("sequence", "ours", "public", "ratio", "worst axis", "end mm/deg", "ATE", "ATE pub>=", "mesh", "pub", "ratio",
+           "compl", "F", "stacked", "groups", "share", "s", "verdict")
+
+
+def row(name, ours, public, seconds):
+    t = ours["trajectory"]
+    mine, theirs = geometric_mean(t["mae"]), geometric_mean(public["mae"])
+    mesh = ours["mesh"]
+    mesh_cells = ["", "", "", "", "", ""]
+    if mesh and public["mesh"]:
+        mean, public_mean = mesh["known_pose"]["accuracy"]["mean_mm"], public["mesh"]["acc_mean_mm"]
+        at_100 = next(w for w in mesh["known_pose"]["within"] if w["distance_mm"] == 0.1)
+        mesh_cells = ["%.4f" % mean, "%.4f" % public_mean, "%.2f" % (mean / public_mean),
+                      "%.2f" % at_100["completeness"], "%.2f" % at_100["f_score"], "%.3f" % mesh["stacked_share"]]
+    checks = verdicts(name, ours, public)
+    verdict = " ".join("%s %s" % (what, "pass" if met else "FAIL") for what, met in checks) or "-"
+    return [name, "%.4f" % mine, "%.4f" % theirs, "%.2f" % (mine / theirs), worst_axis(t["mae"]),
+            "%.2f/%.2f" % (t["final_drift_mm"], t["final_drift_deg"]), "%.3f" % t["ate_mm"],
+            "%.3f" % ate_lower_bound(public["mae"]), *mesh_cells, str(ours["groups"]), "%.3f" % t["tracked_share"],
+            "%.0f" % seconds, verdict]
+
+
+def print_table(rows):
+    table = [list(COLUMNS)] + rows
+    widths = [max(len(line[i]) if i < len(line) else 0 for line in table) for i in range(len(COLUMNS))]
+    for line in table:
+        print("  ".join(cell.ljust(width) for cell, width in zip(line, widths)).rstrip())
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", help="sequences to run (default: all)")
+    parser.add_argument("--jobs", type=int, default=2, help="sequences at a time (default 2)")
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/gelslam")
+    parser.add_argument("--extra", default="", help='more arguments for reconstruct, in one string: --extra="--x 1"')
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs/check_sequences",
+                        help="folder for the runs and their logs (replaced run by run)")
+    parser.add_argument("--json", type=pathlib.Path, help="also write all evaluations to this file")
+    return parser.parse_args()
+
+
+def fail(message):
+    print("check_sequences: " + message, file=sys.stderr)
+    return 2
+
+
+def main():
+    arguments = parse_arguments()
+    data = pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data"))
+    sequences = data / "sequences"
+    try:
+        reference = json.loads((sequences / "reference.json").read_text())
+    except OSError as error:
+        return fail("no sequences with a reference.json (%s); set GELSLAM_DATA" % error)
+    unknown = [name for name in arguments.names if name not in reference]
+    if unknown:
+        return fail("unknown sequence %s; there are: %s" % (", ".join(unknown), ", ".join(sorted(reference))))
+    if not arguments.program.exists():
+        return fail("there is no program %s; build it or give --program" % arguments.program)
+    names = arguments.names or sorted(reference)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    with concurrent.futures.ThreadPoolExecutor(max(1, arguments.jobs)) as pool:
+        results = dict(zip(names, pool.map(lambda n: check_sequence(n, arguments, sequences), names)))
+
+    rows, missed = [], 0
+    for name in names:
+        ours, seconds = results[name]
+        if isinstance(ours, str):
+            missed += 1
+            print("%s: %s" % (name, ours), file=sys.stderr)
+            continue
+        missed += sum(not met for _, met in verdicts(name, ours, reference[name]))
+        rows.append(row(name, ours, reference[name], seconds))
+    print_table(rows)
+    ratios = [geometric_mean(ours["trajectory"]["mae"]) / geometric_mean(reference[name]["mae"])
+              for name, (ours, _) in results.items() if not isinstance(ours, str)]
+    if ratios:
+        mean = math.exp(sum(math.log(max(ratio, 1e-9)) for ratio in ratios) / len(ratios))
+        print("geometric mean of the ratios: %.3f over %d sequences; targets missed: %d" % (mean, len(ratios), missed))
+    if arguments.json:
+        arguments.json.write_text(json.dumps({n: r[0] for n, r in results.items()}, indent=1) + "\n")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
