@@ -36,11 +36,11 @@ class OptionReader final : public OptionVisitor {
     if (!node) return;
     double given = 0.0;
     if (!parse(scalar(node, key, "a number"), given) || !std::isfinite(given))
-      fail(node, key, "must be a number");
+      fail_value(node, key, "must be a number");
     if (given < min || given > max) {
-      fail(node, key,
-           "is " + node.Scalar() + ", must be from " + detail::format_number(min) + " to " +
-               detail::format_number(max));
+      fail_value(node, key,
+                 "is " + shortened(node.Scalar()) + ", must be from " + detail::format_number(min) + " to " +
+                     detail::format_number(max));
     }
     value = given;
   }
@@ -50,10 +50,11 @@ class OptionReader final : public OptionVisitor {
     if (!node) return;
     double given = 0.0;  // so that 320.0 is a whole number too
     if (!parse(scalar(node, key, "a whole number"), given) || given != std::floor(given))
-      fail(node, key, "must be a whole number");
+      fail_value(node, key, "must be a whole number");
     if (!(given >= min && given <= max)) {
-      fail(node, key,
-           "is " + node.Scalar() + ", must be from " + std::to_string(min) + " to " + std::to_string(max));
+      fail_value(node, key,
+                 "is " + shortened(node.Scalar()) + ", must be from " + std::to_string(min) + " to " +
+                     std::to_string(max));
     }
     value = static_cast<int>(given);
   }
@@ -62,7 +63,7 @@ class OptionReader final : public OptionVisitor {
     const YAML::Node node = find(key);
     if (!node) return;
     scalar(node, key, "true or false");
-    if (!YAML::convert<bool>::decode(node, value)) fail(node, key, "must be true or false");
+    if (!YAML::convert<bool>::decode(node, value)) fail_value(node, key, "must be true or false");
   }
 
   void text(const std::string& key, std::string& value, const std::string&) override {
@@ -73,12 +74,15 @@ class OptionReader final : public OptionVisitor {
     const YAML::Node node = find(key);
     if (!node) return;
     const std::filesystem::path given = scalar(node, key, "a path");
-    if (given.string().find('\0') != std::string::npos) fail(node, key, "must be a path");
+    if (given.string().find('\0') != std::string::npos) fail_value(node, key, "must be a path");
     value = given.empty() ? given : std::filesystem::absolute(file_.parent_path() / given).lexically_normal();
   }
 
   /// Call when every key has been described.
-  void finish() { leave(); }
+  void finish() {
+    leave();
+    if (!unknown_.empty()) fail_unknown(unknown_.front());
+  }
 
  private:
   struct Section {
@@ -87,9 +91,15 @@ class OptionReader final : public OptionVisitor {
     std::vector<std::string> known;
   };
 
+  struct UnknownKey {
+    YAML::Node node;
+    std::string section, key;
+    std::vector<std::string> known;  // what the section could hold
+  };
+
   void enter(const YAML::Node& node, const std::string& name) {
     if (node && !node.IsNull() && !node.IsMap())
-      fail(node, name.substr(0, name.size() - 1), "must be a section of keys");
+      fail(node, name.empty() ? "" : without_dot(name), "must be a section of keys");
     sections_.push_back({node && node.IsMap() ? node : YAML::Node(YAML::NodeType::Undefined), name, {}});
   }
 
@@ -102,22 +112,35 @@ class OptionReader final : public OptionVisitor {
     sections_.pop_back();
   }
 
-  void check_key(const Section& section, const YAML::Node& key_node, std::vector<std::string>& seen) const {
+  void check_key(const Section& section, const YAML::Node& key_node, std::vector<std::string>& seen) {
     if (!key_node.IsScalar()) fail(key_node, "", "a key must be a word");
     const std::string& key = key_node.Scalar();
     if (std::find(section.known.begin(), section.known.end(), key) == section.known.end()) {
-      const std::string near = nearest_name(key, section.known);
-      fail(key_node, section.name + shortened(key),
-           "is an unknown key" + (near.empty() ? "" : ", did you mean " + near + "?"));
+      unknown_.push_back({key_node, section.name, key, section.known});
+      return;
     }
     if (std::find(seen.begin(), seen.end(), key) != seen.end())
       fail(key_node, section.name + key, "is given twice");
     seen.push_back(key);
   }
 
+  [[noreturn]] void fail_unknown(const UnknownKey& unknown) const {
+    std::string hint;
+    for (const auto& [section, key] : described_) {
+      if (key == unknown.key)
+        hint = ", it belongs " + (section.empty() ? "to no section" : "into " + without_dot(section));
+    }
+    if (hint.empty()) {
+      const std::string near = nearest_name(unknown.key, unknown.known);
+      if (!near.empty()) hint = ", did you mean " + near + "?";
+    }
+    fail(unknown.node, unknown.section + shortened(unknown.key), "is an unknown key" + hint);
+  }
+
   YAML::Node find(const std::string& key) {
     Section& section = sections_.back();
     section.known.push_back(key);
+    described_.emplace_back(section.name, key);
     if (!section.node) return YAML::Node(YAML::NodeType::Undefined);
     const YAML::Node& node = section.node;  // const: looking up must not insert
     return node[key];
@@ -125,19 +148,26 @@ class OptionReader final : public OptionVisitor {
 
   const std::string& scalar(const YAML::Node& node, const std::string& key,
                             const std::string& expected) const {
-    if (!node.IsScalar()) fail(node, sections_.back().name + key, "must be " + expected);
+    if (!node.IsScalar()) fail_value(node, key, "must be " + expected);
     return node.Scalar();
   }
 
   static bool parse(const std::string& text, double& value) {
-    const char* begin = text.data() + (text.starts_with("+") ? 1 : 0);
+    const char* begin = text.data() + (text.starts_with("+") && !text.starts_with("+-") ? 1 : 0);
     const char* end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(begin, end, value);
     return error == std::errc{} && stop == end;
   }
 
+  static std::string without_dot(const std::string& section) { return section.substr(0, section.size() - 1); }
+
   static std::string shortened(const std::string& text) {
     return text.size() > 60 ? text.substr(0, 60) + "..." : text;
+  }
+
+  [[noreturn]] void fail_value(const YAML::Node& node, const std::string& key,
+                               const std::string& problem) const {
+    fail(node, sections_.back().name + key, problem);
   }
 
   [[noreturn]] void fail(const YAML::Node& node, const std::string& key, const std::string& problem) const {
@@ -148,6 +178,10 @@ class OptionReader final : public OptionVisitor {
 
   std::filesystem::path file_;
   std::vector<Section> sections_;
+  // Unknown keys are judged when all keys have been described: one may belong into a section that comes
+  // later.
+  std::vector<UnknownKey> unknown_;
+  std::vector<std::pair<std::string, std::string>> described_;  // section and key
 };
 
 std::string read_text(const std::filesystem::path& file) {

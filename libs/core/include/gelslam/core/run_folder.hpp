@@ -9,8 +9,8 @@ struct RunFolderOptions {
   bool overwrite = false;  ///< replace a folder that is there, with all it holds
   /// Only a folder that holds this file is ever replaced: it was written by us, and is not somebody's home.
   std::string marker_file = "report.json";
-  std::filesystem::path
-      input;  ///< must not lie inside the folder that is replaced; empty: nothing to protect
+  /// Must not lie inside the folder that is replaced; empty: nothing to protect.
+  std::filesystem::path input = {};
 };
 
 /// An output folder that appears whole or not at all: everything is written to path() (RUN.tmp-<pid> beside

@@ -1,0 +1,193 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <csignal>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using test::message_of;
+using test::read_bytes;
+using test::TemporaryFolder;
+using test::write_bytes;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// No file may grow beyond `bytes` while it lives: what a full disk looks like to the writer.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    previous_handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &previous_);
+    const rlimit limit{bytes, previous_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &previous_);
+    std::signal(SIGXFSZ, previous_handler_);
+  }
+
+ private:
+  rlimit previous_{};
+  void (*previous_handler_)(int);
+};
+
+TEST(WriteFileAtomically, ReplacesAndLeavesNothingElse) {
+  TemporaryFolder folder;
+  const std::string bytes("a\0b\n", 4);
+  write_file_atomically(folder / "f", "old and longer");
+  write_file_atomically(folder / "f", bytes);
+  EXPECT_EQ(read_bytes(folder / "f"), bytes);
+  EXPECT_THAT(folder.names(), ElementsAre("f"));
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  struct stat status {};
+  ASSERT_EQ(::stat((folder / "f").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0666 & ~mask) << "as any other program would create it";
+}
+
+TEST(WriteFileAtomically, FailedWriteKeepsTheOldFile) {
+  TemporaryFolder folder;
+  write_file_atomically(folder / "f", "old");
+  {
+    const FileSizeLimit limit(1000);
+    EXPECT_THAT(message_of<Error>([&] { write_file_atomically(folder / "f", std::string(5000, 'x')); }),
+                HasSubstr((folder / "f").string() + ": cannot be written"));
+  }
+  EXPECT_EQ(read_bytes(folder / "f"), "old");
+  EXPECT_THAT(folder.names(), ElementsAre("f"));
+}
+
+TEST(WriteFileAtomically, FullDeviceIsAnErrorAndStaysADevice) {
+  EXPECT_THAT(message_of<Error>([] { write_file_atomically("/dev/full", "x"); }),
+              HasSubstr("/dev/full: cannot be written: No space left"));
+  write_file_atomically("/dev/null", "x");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST(WriteFileAtomically, WrongPlacesAreNamed) {
+  TemporaryFolder folder;
+  write_bytes(folder / "file", "x");
+  fs::create_directory(folder / "dir");
+  EXPECT_THAT(message_of<Error>([&] { write_file_atomically(folder / "none/f", "x"); }),
+              HasSubstr("none/f: cannot be created: No such file"));
+  EXPECT_THAT(message_of<Error>([&] { write_file_atomically(folder / "file/f", "x"); }),
+              HasSubstr("file/f: cannot be created: Not a directory"));
+  EXPECT_THAT(message_of<Error>([&] { write_file_atomically(folder / "dir", "x"); }),
+              HasSubstr("dir: is a folder"));
+  EXPECT_THAT(message_of<Error>([&] { write_file_atomically("", "x"); }),
+              HasSubstr("not the name of a file"));
+  EXPECT_THAT(folder.names(), ElementsAre("dir", "file"));
+}
+
+TEST(WriteFileAtomically, FollowsALink) {
+  TemporaryFolder folder;
+  write_bytes(folder / "target", "old");
+  fs::create_symlink("target", folder / "link");
+  write_file_atomically(folder / "link", "new");
+  EXPECT_EQ(read_bytes(folder / "target"), "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+}
+
+TEST(TemporaryFile, VanishesUnlessCommittedAndKeepsTheEnding) {
+  TemporaryFolder folder;
+  {
+    const TemporaryFile file(folder / "video.avi");
+    EXPECT_EQ(file.path().extension(), ".avi");
+    EXPECT_EQ(file.path().parent_path(), folder.path());
+    write_bytes(file.path(), "half");
+  }
+  EXPECT_THAT(folder.names(), IsEmpty());
+  TemporaryFile first(folder / "v"), second(folder / "v");
+  EXPECT_NE(first.path(), second.path());
+  write_bytes(first.path(), "1");
+  first.commit();
+  EXPECT_EQ(read_bytes(folder / "v"), "1");
+}
+
+TEST(RunFolder, AppearsWholeOrNotAtAll) {
+  TemporaryFolder folder;
+  {
+    const RunFolder run(folder / "a/b/RUN", {});
+    write_bytes(run.path() / "report.json", "{}");
+    EXPECT_FALSE(fs::exists(folder / "a/b/RUN"));
+  }
+  EXPECT_THAT(folder.names(), IsEmpty()) << "created parents go too";
+  {
+    RunFolder run((folder / "a/RUN/").string(), {});
+    write_bytes(run.path() / "report.json", "{}");
+    run.commit();
+  }
+  EXPECT_EQ(read_bytes(folder / "a/RUN/report.json"), "{}");
+  EXPECT_THAT(folder.names(), ElementsAre("a"));
+}
+
+TEST(RunFolder, TakesAnEmptyFolder) {
+  TemporaryFolder folder;
+  fs::create_directory(folder / "RUN");
+  RunFolder run(folder / "RUN", {});
+  write_bytes(run.path() / "x", "1");
+  run.commit();
+  EXPECT_TRUE(fs::exists(folder / "RUN/x"));
+}
+
+TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
+  TemporaryFolder folder;
+  fs::create_directory(folder / "RUN");
+  write_bytes(folder / "RUN/precious", "1");
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }),
+              HasSubstr("RUN: exists already; name another folder or add --overwrite"));
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }),
+              HasSubstr("holds no report.json"));
+  write_bytes(folder / "RUN/report.json", "old");
+  EXPECT_THAT(message_of<Error>([&] {
+                RunFolder(folder / "RUN", {.overwrite = true, .input = folder / "RUN/log/gelsight.avi"});
+              }),
+              HasSubstr("holds the input"));
+  EXPECT_THAT(
+      message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true, .input = folder / "RUN"}); }),
+      HasSubstr("holds the input"));
+  { const RunFolder abandoned(folder / "RUN", {.overwrite = true, .input = folder / "RUN2"}); }
+  EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "old");
+  RunFolder run(folder / "RUN", {.overwrite = true});
+  write_bytes(run.path() / "report.json", "new");
+  run.commit();
+  EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "new");
+  EXPECT_FALSE(fs::exists(folder / "RUN/precious"));
+  EXPECT_THAT(folder.names(), ElementsAre("RUN"));
+}
+
+TEST(RunFolder, DoesNotReplaceWhatAppearedMeanwhile) {
+  TemporaryFolder folder;
+  {
+    RunFolder run(folder / "RUN", {});
+    fs::create_directory(folder / "RUN");
+    write_bytes(folder / "RUN/other", "x");
+    EXPECT_THROW(run.commit(), Error);
+  }
+  EXPECT_EQ(read_bytes(folder / "RUN/other"), "x");
+  EXPECT_THAT(folder.names(), ElementsAre("RUN"));
+}
+
+TEST(RunFolder, WrongPlacesAreNamedAtOnce) {
+  TemporaryFolder folder;
+  write_bytes(folder / "file", "x");
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "file", {}); }), HasSubstr("file: is a file"));
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "file/RUN", {}); }), HasSubstr("cannot be created"));
+  EXPECT_THAT(message_of<Error>([&] { RunFolder("/proc/RUN", {}); }), HasSubstr("cannot be created"));
+  EXPECT_THROW(RunFolder("", {}), Error);
+  EXPECT_THROW(RunFolder("/", {}), Error);
+  EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,137 @@
+#include "gelslam/core/npy.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::message_of;
+using test::read_bytes;
+using test::TemporaryFolder;
+using test::write_bytes;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+/// numpy.save("f.npy", numpy.array([[1.5, -2.0, 3.25]])) as numpy 1.24 wrote it.
+std::string numpy_sample() {
+  std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 3), }";
+  header.append(117 - header.size(), ' ');
+  std::string bytes = std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + "\n";
+  for (const double value : {1.5, -2.0, 3.25})
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  return bytes;
+}
+
+std::string with_header(const std::string& header, const std::string& data, char version = 1) {
+  std::string bytes("\x93NUMPY", 6);
+  bytes += {version, '\0', static_cast<char>(header.size() & 0xff), static_cast<char>(header.size() >> 8)};
+  if (version > 1) bytes += std::string(2, '\0');
+  return bytes + header + data;
+}
+
+std::string error_for(const std::string& bytes, std::size_t max_bytes = 1u << 20) {
+  TemporaryFolder folder;
+  write_bytes(folder / "a.npy", bytes);
+  return message_of<Error>([&] { read_npy(folder / "a.npy", max_bytes); });
+}
+
+TEST(Npy, ReadsAndWritesNumpysOwnBytes) {
+  TemporaryFolder folder;
+  write_bytes(folder / "a.npy", numpy_sample());
+  const NpyArray array = read_npy(folder / "a.npy");
+  EXPECT_EQ(array.type, NpyType::float64);
+  EXPECT_THAT(array.shape, ElementsAre(1u, 3u));
+  EXPECT_THAT(array.to_doubles(), ElementsAre(1.5, -2.0, 3.25));
+  write_npy(folder / "b.npy", array.shape, std::span<const double>(array.to_doubles()));
+  EXPECT_EQ(read_bytes(folder / "b.npy"), numpy_sample());
+}
+
+TEST(Npy, EveryTypeComesBack) {
+  TemporaryFolder folder;
+  const auto path = folder / "a.npy";
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  write_npy(path, {2}, std::span<const float>(std::vector<float>{0.1f, nan}));
+  EXPECT_EQ(read_npy(path).to_doubles()[0], static_cast<double>(0.1f));
+  EXPECT_TRUE(std::isnan(read_npy(path).to_doubles()[1]));
+  write_npy(path, {3, 1}, std::span<const std::int64_t>(std::vector<std::int64_t>{-1, 0, 1LL << 40}));
+  EXPECT_THAT(read_npy(path).to_doubles(), ElementsAre(-1.0, 0.0, 1099511627776.0));
+  write_npy(path, {2}, std::span<const std::uint8_t>(std::vector<std::uint8_t>{0, 255}));
+  EXPECT_THAT(read_npy(path).to_doubles(), ElementsAre(0.0, 255.0));
+  write_npy_boolean(path, {1, 1, 2}, std::vector<std::uint8_t>{1, 0});
+  EXPECT_EQ(read_npy(path).type, NpyType::boolean);
+  EXPECT_THAT(read_npy(path).to_doubles(), ElementsAre(1.0, 0.0));
+}
+
+TEST(Npy, ScalarsAndEmptyArrays) {
+  TemporaryFolder folder;
+  write_npy(folder / "s.npy", {}, std::span<const double>(std::vector<double>{7.0}));
+  EXPECT_TRUE(read_npy(folder / "s.npy").shape.empty());
+  EXPECT_THAT(read_npy(folder / "s.npy").to_doubles(), ElementsAre(7.0));
+  write_npy(folder / "e.npy", {0, 4, 4}, std::span<const double>());
+  EXPECT_THAT(read_npy(folder / "e.npy").shape, ElementsAre(0u, 4u, 4u));
+  EXPECT_EQ(read_npy(folder / "e.npy").size(), 0u);
+}
+
+TEST(Npy, WritingRefusesWhatDoesNotFit) {
+  const std::vector<double> three{1, 2, 3};
+  EXPECT_THROW(write_npy("unused.npy", {2}, std::span<const double>(three)), std::invalid_argument);
+  EXPECT_THROW(write_npy("unused.npy", {4}, std::span<const double>(three)), std::invalid_argument);
+  EXPECT_THROW(write_npy("unused.npy", {std::size_t{1} << 62, 4}, std::span<const double>()),
+               std::invalid_argument);
+  EXPECT_THROW(write_npy_boolean("unused.npy", {1}, std::vector<std::uint8_t>{2}), std::invalid_argument);
+}
+
+TEST(Npy, EveryTruncationIsAnError) {
+  const std::string whole = numpy_sample();
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    EXPECT_THAT(error_for(whole.substr(0, length)), HasSubstr("a.npy: not a usable .npy file")) << length;
+  }
+  EXPECT_THAT(error_for(whole + "x"), HasSubstr("longer than its header says"));
+}
+
+TEST(Npy, ForeignArraysAreRefusedWithTheReason) {
+  const std::string data(48, '\0');
+  const auto entry = [](const std::string& descr, const std::string& order, const std::string& shape) {
+    return "{'descr': " + descr + ", 'fortran_order': " + order + ", 'shape': " + shape + ", }\n";
+  };
+  EXPECT_THAT(error_for(with_header(entry("'<f8'", "True", "(2, 3)"), data)), HasSubstr("Fortran order"));
+  EXPECT_THAT(error_for(with_header(entry("'>f8'", "False", "(2, 3)"), data)), HasSubstr("element type >f8"));
+  EXPECT_THAT(error_for(with_header(entry("'|O'", "False", "(2, 3)"), data)), HasSubstr("element type |O"));
+  EXPECT_THAT(error_for(with_header(entry("[('a', '<f8')]", "False", "(6,)"), data)),
+              HasSubstr("not a usable"));
+  EXPECT_THAT(error_for(with_header(entry("'<f8'", "False", "(2, 3)"), data, 4)), HasSubstr("version"));
+  EXPECT_EQ(error_for(with_header(entry("'<f8'", "False", "(2, 3)"), data, 2)), "nothing was thrown");
+  EXPECT_EQ(error_for(with_header("{\"shape\":(6L,),\"fortran_order\":True,\"descr\":\"<f8\"}", data)),
+            "nothing was thrown");
+}
+
+TEST(Npy, HostileHeadersAreErrors) {
+  const std::string data(8, '\0');
+  for (const char* shape : {"(99999999999999999999999,)", "(4294967296, 4294967296, 4294967296)",
+                            "(18446744073709551615,)", "(-1,)", "(1", "1", "(1,,)", "(a,)", "(1.5,)",
+                            "(1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1)"}) {
+    const std::string header =
+        std::string("{'descr': '<f8', 'fortran_order': False, 'shape': ") + shape + "}";
+    EXPECT_THAT(error_for(with_header(header, data)), HasSubstr("not a usable .npy file")) << shape;
+  }
+  for (const char* header : {"", "{", "{}", "{'descr'", "{'descr': '<f8}", "{'x': 1}", "import os",
+                             "{'descr': '<f8', 'descr': '<f8', 'fortran_order': False, 'shape': (1,)}",
+                             "{'descr': '<f8', 'fortran_order': 0, 'shape': (1,)}",
+                             "{'descr': '<f8', 'fortran_order': False, 'shape': (1,)} x"}) {
+    EXPECT_THAT(error_for(with_header(header, data)), HasSubstr("not a usable .npy file")) << header;
+  }
+  EXPECT_THAT(error_for(numpy_sample(), 16), HasSubstr("claims more than 16 bytes"));
+  EXPECT_THAT(message_of<Error>([] { read_npy("/nonexistent.npy"); }), HasSubstr("no such file"));
+  EXPECT_THAT(message_of<Error>([] { read_npy("/tmp"); }), HasSubstr("no such file"));
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,56 @@
+#include "gelslam/core/text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace gelslam {
+namespace {
+
+TEST(EditDistance, KnownPairs) {
+  EXPECT_EQ(edit_distance("", ""), 0);
+  EXPECT_EQ(edit_distance("", "abc"), 3);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3);
+  EXPECT_EQ(edit_distance("flaw", "lawn"), 2);
+}
+
+TEST(NearestName, FindsMisspellingsOnly) {
+  const std::vector<std::string> names{"scr_threshold", "ccs_threshold", "contact_threshold"};
+  EXPECT_EQ(nearest_name("src_threshold", names), "scr_threshold");
+  EXPECT_EQ(nearest_name("contact_treshold", names), "contact_threshold");
+  EXPECT_EQ(nearest_name("colour", names), "");
+  EXPECT_EQ(nearest_name("x", {}), "");
+  EXPECT_EQ(nearest_name(std::string(1000000, 'a'), names), "");
+}
+
+TEST(OneLine, HoldsNoControlCharacters) {
+  EXPECT_EQ(one_line("a\nb\r\n\tc  d\x1b[31m\n"), "a b c d [31m");
+  EXPECT_EQ(one_line("\n \n"), "");
+  EXPECT_EQ(one_line("größe"), "größe");
+}
+
+TEST(NaturalLess, NumbersCompareAsNumbers) {
+  std::vector<std::string> names{
+      "f10.png", "f9.png", "f1.png", "f01.png", "e100.png", "f.png", "f99999999999999999999999.png"};
+  std::sort(names.begin(), names.end(), natural_less);
+  EXPECT_EQ(names, (std::vector<std::string>{"e100.png", "f.png", "f01.png", "f1.png", "f9.png", "f10.png",
+                                             "f99999999999999999999999.png"}));
+}
+
+TEST(NaturalLess, IsAStrictWeakOrder) {
+  const std::vector<std::string> names{"",    "0",   "00",    "1",     "01",    "a", "a0",
+                                       "a00", "a1b", "a01b2", "a1b02", "a1b10", "b"};
+  for (const auto& a : names) {
+    EXPECT_FALSE(natural_less(a, a));
+    for (const auto& b : names) {
+      EXPECT_EQ(natural_less(a, b) || natural_less(b, a), a != b) << a << " " << b;
+      for (const auto& c : names) {
+        EXPECT_TRUE(!natural_less(a, b) || !natural_less(b, c) || natural_less(a, c))
+            << a << " " << b << " " << c;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
