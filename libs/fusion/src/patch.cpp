@@ -1,0 +1,104 @@
+#include "patch.hpp"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "gelslam/core/error.hpp"
+#include "parallel.hpp"
+
+namespace gelslam::fusion::detail {
+namespace {
+
+void check(const PosedSurface& posed) {
+  const std::string name = "keyframe " + std::to_string(posed.id);
+  if (!posed.surface) throw Error("cannot fuse " + name + ": it has no surface");
+  if (!posed.map_T_keyframe.matrix().allFinite())
+    throw Error("cannot fuse " + name + ": its pose is not finite");
+  const Surface& s = *posed.surface;
+  if (s.height_mm.size() != s.contact.size() || s.normals.size() != s.contact.size()) {
+    throw Error("cannot fuse " + name + ": its height, normal and contact maps differ in size");
+  }
+  if (!(s.pixel_pitch_mm > 0)) throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
+}
+
+/// W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies the gel's
+/// skirt and not the object (Huang et al., T-RO 2026).
+cv::Mat1f skirt_weight(const cv::Mat1b& contact) {
+  cv::Mat1f distance;
+  cv::distanceTransform(contact, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  const float length = static_cast<float>(contact.rows) / 60.0f;
+  for (float& d : distance) d = d > 0 ? 0.5f * (std::tanh(d / length - 3.0f) + 1.0f) : 0.0f;
+  return distance;
+}
+
+/// The image's border cuts a patch off without a skirt. Fading it out there keeps it from making a step in
+/// the mean; it never fades to nothing, so that what only the border saw is still there.
+float border_weight(int u, int v, const cv::Size& size) {
+  constexpr float least = 0.1f;
+  const int to_border = std::min(std::min(u, size.width - 1 - u), std::min(v, size.height - 1 - v));
+  const float x = std::min(1.0f, static_cast<float>(to_border) * 10.0f / static_cast<float>(size.height));
+  return least + (1.0f - least) * x * x * (3.0f - 2.0f * x);
+}
+
+}  // namespace
+
+std::optional<Patch> Patch::prepare(const PosedSurface& posed, double slope_gain) {
+  check(posed);
+  const Surface& s = *posed.surface;
+  if (s.contact.empty() || cv::countNonZero(s.contact) == 0) return std::nullopt;
+  // One pixel of margin keeps the look-up of four neighbours inside.
+  cv::Rect box = cv::boundingRect(s.contact);
+  box =
+      cv::Rect(box.x - 1, box.y - 1, box.width + 2, box.height + 2) & cv::Rect(cv::Point(), s.contact.size());
+  if (box.width < 2 || box.height < 2) return std::nullopt;
+
+  Patch patch;
+  patch.width_ = box.width;
+  patch.height_ = box.height;
+  const cv::Mat1f weight = skirt_weight(s.contact);
+  const float inverse_gain = static_cast<float>(1.0 / slope_gain);
+  patch.pixels_.resize(static_cast<std::size_t>(box.area()));
+  for (int v = 0; v < box.height; ++v) {
+    for (int u = 0; u < box.width; ++u) {
+      const cv::Point at(box.x + u, box.y + v);
+      const cv::Vec3f& n = s.normals(at);
+      const Eigen::Vector3f tilted =
+          Eigen::Vector3f(n[0] * inverse_gain, n[1] * inverse_gain, n[2]).normalized();
+      const float height_mm = s.height_mm(at) * inverse_gain;
+      if (!tilted.allFinite() || !std::isfinite(height_mm)) continue;  // weight 0: it shows nothing
+      // A steep slope's height is uncertain by 1/nz: its information falls with nz squared.
+      patch.pixels_[static_cast<std::size_t>(v * box.width + u)] = {
+          height_mm, weight(at) * tilted.z() * tilted.z() * border_weight(at.x, at.y, s.contact.size()),
+          tilted.x(), tilted.y()};
+    }
+  }
+  const Eigen::Matrix3d R = posed.map_T_keyframe.linear();
+  patch.sensor_R_map_ = R.transpose().cast<float>();
+  patch.sensor_t_map_ = (-R.transpose() * posed.map_T_keyframe.translation()).cast<float>();
+  patch.origin_ = posed.map_T_keyframe.translation().cast<float>();
+  patch.x_axis_ = R.col(0).cast<float>();
+  patch.y_axis_ = R.col(1).cast<float>();
+  patch.z_axis_ = R.col(2).cast<float>();
+  patch.inverse_pitch_ = static_cast<float>(1.0 / s.pixel_pitch_mm);
+  patch.u_origin_ = static_cast<float>(0.5 * (s.contact.cols - 1) - box.x);
+  patch.v_origin_ = static_cast<float>(0.5 * (s.contact.rows - 1) - box.y);
+  patch.u_end_ = static_cast<float>(box.width - 1);
+  patch.v_end_ = static_cast<float>(box.height - 1);
+  return patch;
+}
+
+std::vector<Patch> prepare_patches(const std::vector<PosedSurface>& patches, double slope_gain, int threads) {
+  if (!(slope_gain > 0) || !std::isfinite(slope_gain))
+    throw Error("the slope gain has to be a positive number");
+  std::vector<std::optional<Patch>> prepared(patches.size());
+  parallel_for(patches.size(), threads,
+               [&](std::size_t i) { prepared[i] = Patch::prepare(patches[i], slope_gain); });
+  std::vector<Patch> result;
+  for (auto& patch : prepared) {
+    if (patch) result.push_back(std::move(*patch));
+  }
+  return result;
+}
+
+}  // namespace gelslam::fusion::detail
