@@ -1,0 +1,54 @@
+#include "edge_residual.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <cmath>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam::backend::detail {
+namespace {
+
+constexpr double kWeakestSigmaMm = 20.0;  // frames that overlap are never further apart than the sensor is wide
+
+// Of the largest entry: what rounding leaves in a matrix that was built as J'J or transported by an adjoint.
+constexpr double kRoundingTolerance = 1e-6;
+
+}  // namespace
+
+Matrix6d whitening_matrix(const Matrix6d& information) {
+  if (!information.allFinite()) throw Error("pose graph: an edge's information contains a number that is not finite");
+  const double largest = information.cwiseAbs().maxCoeff();
+  if ((information - information.transpose()).cwiseAbs().maxCoeff() > kRoundingTolerance * largest)
+    throw Error("pose graph: an edge's information is not symmetric");
+
+  Vector6d weakest_sigma;
+  weakest_sigma << 1.0, 1.0, 1.0, kWeakestSigmaMm, kWeakestSigmaMm, kWeakestSigmaMm;
+  const Matrix6d symmetric = 0.5 * (information + information.transpose());
+  const Matrix6d scaled = weakest_sigma.asDiagonal() * symmetric * weakest_sigma.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
+  if (eigen.eigenvalues().minCoeff() < -kRoundingTolerance * scaled.cwiseAbs().maxCoeff())
+    throw Error("pose graph: an edge's information is not positive semi-definite");
+  const Vector6d root = eigen.eigenvalues().cwiseMax(1.0).cwiseSqrt();
+  return root.asDiagonal() * eigen.eigenvectors().transpose() * weakest_sigma.cwiseInverse().asDiagonal();
+}
+
+NodeState to_state(const Pose& pose) {
+  const Eigen::Quaterniond q = Eigen::Quaterniond(pose.linear()).normalized();
+  const Eigen::Vector3d t = pose.translation();
+  return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()};
+}
+
+Pose to_pose(const NodeState& state) {
+  const Motion<double> motion = motion_of(state.data());
+  Pose pose = Pose::Identity();
+  pose.linear() = motion.rotation.normalized().toRotationMatrix();
+  pose.translation() = motion.translation_mm;
+  return pose;
+}
+
+double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, double gain) {
+  return whitened_error(edge, from.data(), to.data(), gain).norm();
+}
+
+}  // namespace gelslam::backend::detail

@@ -1,0 +1,230 @@
+#include "gelslam/backend/pose_graph.hpp"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "edge_residual.hpp"
+#include "gelslam/core/error.hpp"
+#include "placement.hpp"
+#include "union_find.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace backend::detail;
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+void require_usable(const PoseGraphOptions& options) {
+  if (!(options.loop_loss_scale > 0) || !(options.slope_gain_sigma > 0) || options.max_iterations < 1)
+    throw Error("pose graph: loop_loss_scale, slope_gain_sigma and max_iterations must be positive");
+}
+
+bool is_pose(const Pose& pose) {
+  constexpr double kTolerance = 1e-3;  // far above what products of rotations drift, far below any mistake
+  return pose.matrix().allFinite() && pose.linear().isUnitary(kTolerance) && pose.linear().determinant() > 0;
+}
+
+/// Nodes by index in ascending id order; edges by those indices.
+struct Graph {
+  std::vector<int> ids;
+  std::vector<NodeState> nodes;
+  std::vector<WhitenedEdge> edges;
+  std::vector<int> group;  // index of the smallest node of each node's group
+};
+
+Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges) {
+  Graph graph;
+  for (const auto& [id, pose] : initial_map_T_node) {
+    if (!is_pose(pose)) throw Error("pose graph: the initial pose of node " + std::to_string(id) + " is not a pose");
+    graph.ids.push_back(id);
+    graph.nodes.push_back(to_state(pose));
+  }
+  const auto index_of = [&](int id) {
+    const auto it = std::lower_bound(graph.ids.begin(), graph.ids.end(), id);
+    if (it == graph.ids.end() || *it != id)
+      throw Error("pose graph: an edge names node " + std::to_string(id) + ", which has no initial pose");
+    return static_cast<int>(it - graph.ids.begin());
+  };
+  UnionFind groups(static_cast<int>(graph.ids.size()));
+  for (const PoseGraphEdge& edge : edges) {
+    if (edge.from == edge.to) throw Error("pose graph: an edge joins node " + std::to_string(edge.from) + " to itself");
+    if (!is_pose(edge.from_T_to))
+      throw Error("pose graph: the edge " + std::to_string(edge.from) + " -> " + std::to_string(edge.to) +
+                  " does not carry a pose");
+    const NodeState measured = to_state(edge.from_T_to);
+    const Motion<double> motion = motion_of(measured.data());
+    graph.edges.push_back({index_of(edge.from), index_of(edge.to), motion.rotation, motion.translation_mm,
+                           whitening_matrix(edge.information), edge.kind});
+    groups.join(graph.edges.back().from, graph.edges.back().to);
+  }
+  for (int i = 0; i < static_cast<int>(graph.ids.size()); ++i) graph.group.push_back(groups.root(i));
+  return graph;
+}
+
+/// The graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
+class Solver {
+ public:
+  Solver(const Graph& graph, const PoseGraphOptions& options)
+      : graph_(graph), options_(options), loop_loss_(nullptr, ceres::TAKE_OWNERSHIP), problem_(problem_options()) {}
+
+  /// Minimises from `nodes` and `gain` with the loops' kernel `scale` wide; both are updated in place.
+  ceres::Solver::Summary solve(std::vector<NodeState>& nodes, double& gain, double scale) {
+    if (nodes_.empty()) build(nodes, gain);
+    nodes_ = nodes;
+    gain_ = gain;
+    loop_loss_.Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
+
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    // Not SuiteSparse: it calls the system's BLAS, whose sums depend on its thread count.
+    solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+    solver.num_threads = 1;
+    solver.max_num_iterations = options_.max_iterations;
+    // Nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
+    solver.initial_trust_region_radius = 1e8;
+    solver.function_tolerance = 1e-6;
+    solver.gradient_tolerance = 1e-10;
+    solver.parameter_tolerance = 1e-9;
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem_, &summary);
+    if (summary.IsSolutionUsable()) {
+      nodes = nodes_;
+      gain = gain_;
+    }
+    return summary;
+  }
+
+ private:
+  static ceres::Problem::Options problem_options() {
+    ceres::Problem::Options options;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.disable_all_safety_checks = true;  // measured: they cost as much as an iteration
+    return options;
+  }
+
+  void build(const std::vector<NodeState>& nodes, double gain) {
+    nodes_ = nodes;
+    gain_ = gain;
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      problem_.AddParameterBlock(nodes_[i].data(), 7, &manifold_);
+      if (graph_.group[i] == static_cast<int>(i)) problem_.SetParameterBlockConstant(nodes_[i].data());
+    }
+    for (const WhitenedEdge& edge : graph_.edges) add(edge);
+    if (options_.estimate_slope_gain)
+      problem_.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<GainPriorResidual, 1, 1>(new GainPriorResidual{options_.slope_gain_sigma}),
+          nullptr, &gain_);
+  }
+
+  void add(const WhitenedEdge& edge) {
+    ceres::LossFunction* loss = edge.kind == EdgeKind::loop ? &loop_loss_ : nullptr;
+    double* from = nodes_[index(edge.from)].data();
+    double* to = nodes_[index(edge.to)].data();
+    if (options_.estimate_slope_gain)
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeWithGainResidual, 6, 7, 7, 1>(
+                                    new EdgeWithGainResidual{edge}), loss, from, to, &gain_);
+    else
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeResidual, 6, 7, 7>(new EdgeResidual{edge}), loss,
+                                from, to);
+  }
+
+  const Graph& graph_;
+  const PoseGraphOptions& options_;
+  std::vector<NodeState> nodes_;
+  double gain_ = 1.0;
+  ceres::LossFunctionWrapper loop_loss_;
+  ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>> manifold_;
+  ceres::Problem problem_;
+};
+
+/// A state of the graph with its residuals.
+struct Estimate {
+  std::vector<NodeState> nodes;
+  double gain = 1.0;
+  std::vector<double> residuals;
+  double worst_loop = 0;
+  double cost = 0;
+};
+
+void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
+  estimate.residuals.clear();
+  estimate.worst_loop = 0;
+  const double scale2 = options.loop_loss_scale * options.loop_loss_scale;
+  double twice_cost = std::pow((estimate.gain - 1.0) / options.slope_gain_sigma, 2);
+  for (const WhitenedEdge& edge : graph.edges) {
+    const double r = residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)], estimate.gain);
+    estimate.residuals.push_back(r);
+    if (edge.kind == EdgeKind::loop) estimate.worst_loop = std::max(estimate.worst_loop, r);
+    twice_cost += edge.kind == EdgeKind::loop ? scale2 * std::log1p(r * r / scale2) : r * r;
+  }
+  estimate.cost = twice_cost / 2;
+}
+
+/// Graduated non-convexity: a robust kernel leaves a loop alone that drift has pulled far open, true or false. From
+/// a kernel as wide as the worst loop, narrowed step by step, the true ones close and the false ones let go.
+/// (Blake & Zisserman 1987; schedule: own.)
+Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGraphOptions& options,
+                                Estimate estimate, int& iterations) {
+  constexpr double kNarrowing = 4.0;
+  for (double scale = estimate.worst_loop; scale > options.loop_loss_scale; scale /= kNarrowing)
+    iterations += static_cast<int>(solver.solve(estimate.nodes, estimate.gain, scale).iterations.size());
+  iterations += static_cast<int>(solver.solve(estimate.nodes, estimate.gain, options.loop_loss_scale).iterations.size());
+  evaluate(graph, options, estimate);
+  return estimate;
+}
+
+PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, const Estimate& estimate) {
+  PoseGraphSolution solution;
+  for (std::size_t i = 0; i < graph.ids.size(); ++i) {
+    solution.group_T_node.emplace(graph.ids[i], to_pose(estimate.nodes[i]));
+    solution.group_of_node.emplace(graph.ids[i], graph.ids[index(graph.group[i])]);
+  }
+  solution.slope_gain = estimate.gain;
+  solution.edge_residual = estimate.residuals;
+  for (std::size_t i = 0; i < graph.edges.size(); ++i)
+    solution.edge_outlier.push_back(graph.edges[i].kind == EdgeKind::loop &&
+                                    estimate.residuals[i] > options.outlier_residual);
+  solution.final_cost = estimate.cost;
+  return solution;
+}
+
+}  // namespace
+
+PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges,
+                                   const PoseGraphOptions& options) {
+  require_usable(options);
+  const Graph graph = make_graph(initial_map_T_node, edges);
+  Estimate estimate;
+  estimate.nodes = graph.nodes;
+  place_pieces(graph.edges, estimate.nodes);
+  evaluate(graph, options, estimate);
+  const double initial_cost = estimate.cost;
+  if (graph.edges.empty()) {
+    PoseGraphSolution solution = describe(graph, options, estimate);
+    solution.converged = true;
+    return solution;
+  }
+
+  Solver solver(graph, options);
+  const ceres::Solver::Summary summary = solver.solve(estimate.nodes, estimate.gain, options.loop_loss_scale);
+  evaluate(graph, options, estimate);
+  int iterations = static_cast<int>(summary.iterations.size());
+  if (options.reconsider_outliers && estimate.worst_loop > options.outlier_residual) {
+    Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, iterations);
+    if (second.cost < estimate.cost) estimate = std::move(second);
+  }
+
+  PoseGraphSolution solution = describe(graph, options, estimate);
+  solution.initial_cost = initial_cost;
+  solution.iterations = iterations;
+  solution.converged = summary.termination_type == ceres::CONVERGENCE;
+  return solution;
+}
+
+}  // namespace gelslam

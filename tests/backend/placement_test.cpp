@@ -1,0 +1,78 @@
+// Where a solve starts: pieces of odometry that know nothing of each other, put together by loops.
+#include <gtest/gtest.h>
+
+#include "synthetic_graph.hpp"
+
+namespace gelslam {
+namespace {
+
+// Trials of 15 keyframes each over one object; every trial's poses are given in its own frame.
+Graph trials(int count) {
+  Graph graph;
+  for (int i = 0; i < 15 * count; ++i) graph.truth[i] = rolled(i, 5);
+  for (int i = 0; i + 1 < 15 * count; ++i)
+    if (i % 15 != 14) graph.join(i, i + 1, EdgeKind::odometry);
+  return graph;
+}
+
+TEST(Placement, TrialsWithoutALoopStayApart) {
+  const Graph graph = trials(2);
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  EXPECT_EQ(solution.group_of_node.at(14), 0);
+  EXPECT_EQ(solution.group_of_node.at(15), 15);
+  EXPECT_TRUE(solution.group_T_node.at(15).isApprox(Pose::Identity(), 1e-12));
+}
+
+TEST(Placement, OneLoopJoinsTwoTrialsFarFromTheirInitialPoses) {
+  Graph graph = trials(2);
+  graph.join(10, 20, EdgeKind::loop);
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  EXPECT_EQ(solution.group_of_node.at(29), 0);
+  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 1e-5);
+  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).mm, 1e-5);
+}
+
+TEST(Placement, ALoopMayPointEitherWayAndJoinInAChain) {
+  Graph graph = trials(4);
+  graph.join(20, 5, EdgeKind::loop);   // from the later trial to the gauge's
+  graph.join(18, 50, EdgeKind::loop);  // trial 3 hangs on trial 1
+  graph.join(50, 40, EdgeKind::loop);  // trial 2 hangs on trial 3
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 1e-4);
+  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).mm, 1e-4);
+}
+
+TEST(Placement, AFalseLoopThatComesFirstDoesNotDecide) {
+  Graph graph = trials(2);
+  graph.join(2, 16, EdgeKind::loop, (Vector6d() << 0.4, -0.8, 1.5, 4, -3, 1).finished());
+  graph.join(10, 20, EdgeKind::loop);
+  graph.join(12, 22, EdgeKind::loop);
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 0.05);
+  EXPECT_TRUE(solution.edge_outlier[graph.edges.size() - 3]);
+  EXPECT_FALSE(solution.edge_outlier.back());
+}
+
+TEST(Placement, NoInitialPosesAtAllAreEnough) {
+  Graph graph = trials(3);
+  graph.join(10, 20, EdgeKind::loop);
+  graph.join(22, 32, EdgeKind::loop);
+  std::map<int, Pose> start = graph.truth;
+  for (auto& [id, pose] : start) pose = Pose::Identity();
+  const PoseGraphSolution solution = solve_pose_graph(start, graph.edges, {});
+  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 1e-4);
+}
+
+// What was solved before and still agrees is the start of the next solve: nothing is moved, few iterations.
+TEST(Placement, AWarmStartIsKept) {
+  Graph graph = trials(3);
+  Noise noise(2);
+  for (int i = 0; i < 30; i += 2) graph.join(i, i + 15, EdgeKind::loop, noise.tangent(0.002, 0.02));
+  const PoseGraphSolution cold = solve_pose_graph(graph.chained(), graph.edges, {});
+  const PoseGraphSolution warm = solve_pose_graph(cold.group_T_node, graph.edges, {});
+  EXPECT_NEAR(warm.initial_cost, cold.final_cost, 1e-6 * cold.final_cost);
+  EXPECT_LE(warm.iterations, 3);
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,297 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "gelslam/core/error.hpp"
+#include "synthetic_graph.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr double kSigmaRad = 0.002;
+constexpr double kSigmaMm = 0.02;
+
+Graph ring(int nodes, double step_deg) {
+  Graph graph;
+  for (int i = 0; i < nodes; ++i) graph.truth[i] = rolled(i, step_deg);
+  for (int i = 0; i + 1 < nodes; ++i) graph.join(i, i + 1, EdgeKind::odometry);
+  return graph;
+}
+
+TEST(PoseGraph, EmptyGraphHasAnEmptySolution) {
+  const PoseGraphSolution solution = solve_pose_graph({}, {}, {});
+  EXPECT_TRUE(solution.group_T_node.empty());
+  EXPECT_TRUE(solution.converged);
+  EXPECT_EQ(solution.slope_gain, 1.0);
+}
+
+TEST(PoseGraph, NodesWithoutEdgesStayAndAreTheirOwnGroups) {
+  std::map<int, Pose> poses{{3, rolled(2, 7)}, {8, rolled(9, 7)}};
+  const PoseGraphSolution solution = solve_pose_graph(poses, {}, {});
+  EXPECT_LT(worst_error(solution.group_T_node, poses).mm, 1e-12);
+  EXPECT_EQ(solution.group_of_node, (std::map<int, int>{{3, 3}, {8, 8}}));
+}
+
+TEST(PoseGraph, RecoversTruthFromNoiseFreeEdgesWhateverTheStart) {
+  Graph graph = ring(40, 9);
+  graph.join(0, 39, EdgeKind::loop);
+  graph.join(5, 30, EdgeKind::loop);
+  Noise noise(1);
+  std::map<int, Pose> start = graph.truth;
+  for (auto& [id, pose] : start)
+    if (id > 0) pose = pose * se3_exp(noise.tangent(0.05, 1.0));
+  const PoseGraphSolution solution = solve_pose_graph(start, graph.edges, {});
+  EXPECT_TRUE(solution.converged);
+  EXPECT_GT(solution.initial_cost, 1.0);
+  EXPECT_LT(solution.final_cost, 1e-8);
+  const WorstError error = worst_error(solution.group_T_node, graph.truth);
+  EXPECT_LT(error.deg, 1e-5);
+  EXPECT_LT(error.mm, 1e-5);
+}
+
+TEST(PoseGraph, KeepsTheSmallestNodeWhereItWas) {
+  Graph graph = ring(10, 5);
+  graph.join(0, 9, EdgeKind::loop, Noise(3).tangent(0.02, 0.2));
+  const Pose elsewhere = se3_exp((Vector6d() << 0.3, -0.2, 1.0, 5, -7, 2).finished());
+  std::map<int, Pose> start;
+  for (const auto& [id, pose] : graph.truth) start[id + 100] = elsewhere * pose;
+  for (PoseGraphEdge& edge : graph.edges) edge.from += 100, edge.to += 100;
+  const PoseGraphSolution solution = solve_pose_graph(start, graph.edges, {});
+  EXPECT_TRUE(solution.group_T_node.at(100).isApprox(start.at(100), 1e-12));
+  EXPECT_EQ(solution.group_of_node.at(109), 100);
+}
+
+// The mean of two independent measurements of one motion, weighted by their information, is known in closed form.
+TEST(PoseGraph, WeighsMeasurementsByTheirInformation) {
+  std::map<int, Pose> start{{0, Pose::Identity()}, {1, Pose::Identity()}};
+  PoseGraphEdge a{0, 1, Pose::Identity(), information_of(0.01, 0.1), EdgeKind::odometry};
+  PoseGraphEdge b{0, 1, Pose::Identity(), information_of(0.01, 0.2), EdgeKind::odometry};
+  a.from_T_to.translation() = Eigen::Vector3d(1.0, 0, 0);
+  b.from_T_to.translation() = Eigen::Vector3d(1.1, 0, 0);
+  const PoseGraphSolution solution = solve_pose_graph(start, {a, b}, {});
+  EXPECT_NEAR(solution.group_T_node.at(1).translation().x(), (1.0 / 0.01 + 1.1 / 0.04) / (1 / 0.01 + 1 / 0.04), 1e-6);
+  EXPECT_NEAR(solution.edge_residual[0], 0.02 / 0.1, 1e-6);
+  EXPECT_NEAR(solution.edge_residual[1], 0.08 / 0.2, 1e-6);
+}
+
+// Correlated noise: information with off-diagonal blocks. The minimum over node 1 of two edges is the solution of
+// (A + B) x = A a + B b, computed here directly; rotations are kept at zero by the measurements.
+TEST(PoseGraph, UsesTheWholeInformationMatrix) {
+  Eigen::Matrix3d root;
+  root << 3, 1, 0.5, 0, 2, -1, 0, 0, 4;
+  const Eigen::Matrix3d a_information = root.transpose() * root, b_information = 5 * root * root.transpose();
+  PoseGraphEdge a, b;
+  a.to = b.to = 1;
+  a.information.setIdentity();
+  a.information.topLeftCorner<3, 3>() *= 1e8;
+  b.information = a.information;
+  a.information.bottomRightCorner<3, 3>() = a_information;
+  b.information.bottomRightCorner<3, 3>() = b_information;
+  const Eigen::Vector3d ta(0.1, 0.2, -0.1), tb(-0.2, 0.1, 0.3);
+  a.from_T_to.translation() = ta;
+  b.from_T_to.translation() = tb;
+  const Eigen::Vector3d expected = (a_information + b_information).inverse() * (a_information * ta + b_information * tb);
+  const PoseGraphSolution solution = solve_pose_graph({{0, Pose::Identity()}, {1, Pose::Identity()}}, {a, b}, {});
+  EXPECT_LT((solution.group_T_node.at(1).translation() - expected).norm(), 1e-6);
+}
+
+// A ring of n equal edges: the variance of the node half way round is that of two chains of n/2 edges in parallel,
+// n/4 edges. 200 rings give its root mean square within 1/sqrt(2*200*3) = 3 %; 12 % is four of those.
+TEST(PoseGraph, ErrorsHaveTheCovarianceThatTheInformationPromises) {
+  constexpr int kNodes = 8, kRings = 200;
+  PoseGraphOptions options;
+  options.loop_loss_scale = 1e6;  // a quadratic kernel: the closed form holds only for that
+  double sum = 0;
+  for (int k = 0; k < kRings; ++k) {
+    Noise noise(static_cast<std::uint64_t>(k));
+    Graph graph;
+    for (int i = 0; i < kNodes; ++i) graph.truth[i] = Pose::Identity();
+    for (int i = 0; i < kNodes; ++i)
+      graph.join(i, (i + 1) % kNodes, i + 1 < kNodes ? EdgeKind::odometry : EdgeKind::loop,
+                 noise.tangent(kSigmaRad, kSigmaMm));
+    const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
+    sum += so3_log(solution.group_T_node.at(kNodes / 2).linear()).squaredNorm() / 3;
+  }
+  const double expected = kSigmaRad * std::sqrt(kNodes / 4.0);
+  EXPECT_NEAR(std::sqrt(sum / kRings), expected, 0.12 * expected);
+}
+
+TEST(PoseGraph, ClosesARollThatDrifted) {
+  Graph graph;
+  constexpr int kNodes = 90;  // 360 degrees in steps of 4, then 8 keyframes that see the start again
+  Noise noise(7);
+  for (int i = 0; i < kNodes + 8; ++i) graph.truth[i] = rolled(i, 4);
+  for (int i = 0; i + 1 < kNodes + 8; ++i)
+    graph.join(i, i + 1, EdgeKind::odometry, noise.tangent(0.01, 0.05), 0.01, 0.05);
+  for (int i = 0; i < 8; ++i) graph.join(i, i + kNodes, EdgeKind::loop, noise.tangent(0.002, 0.02));
+  const WorstError before = worst_error(graph.chained(), graph.truth);
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  const Pose end_error = graph.truth.at(kNodes).inverse() * solution.group_T_node.at(kNodes);
+  EXPECT_GT(before.deg, 3.0);
+  EXPECT_LT(rotation_angle_rad(end_error) / kDegree, 0.5);  // loops: 0.002 rad = 0.11 degrees each
+  EXPECT_EQ(std::count(solution.edge_outlier.begin(), solution.edge_outlier.end(), true), 0);
+}
+
+TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
+  Graph graph = ring(60, 6);
+  Noise noise(11);
+  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = edge.from_T_to * se3_exp(noise.tangent(kSigmaRad, kSigmaMm));
+  for (int i = 0; i < 10; ++i) graph.join(i, i + 49, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
+  const WorstError clean = worst_error(solve_pose_graph(graph.chained(), graph.edges, {}).group_T_node, graph.truth);
+  PoseGraphEdge planted = graph.edges.back();
+  planted.from = 12;
+  planted.to = 40;  // 168 degrees away from 12, claimed to be the same place
+  planted.from_T_to = se3_exp((Vector6d() << 0.01, 0, 0.5, 1, 1, 0).finished());
+  graph.edges.push_back(planted);
+
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  const WorstError error = worst_error(solution.group_T_node, graph.truth);
+  EXPECT_LT(error.deg, clean.deg + 0.1);
+  EXPECT_LT(error.mm, clean.mm + 0.05);
+  ASSERT_EQ(solution.edge_outlier.size(), graph.edges.size());
+  EXPECT_TRUE(solution.edge_outlier.back());
+  EXPECT_EQ(std::count(solution.edge_outlier.begin(), solution.edge_outlier.end(), true), 1);
+}
+
+// A plane slid along x: no edge knows x. The estimate must keep what tracking said there, and be solved elsewhere.
+TEST(PoseGraph, InformationMayBeSingular) {
+  constexpr double kStiffRad = 1e-5;  // so that the chain does not bend sideways under its own lever
+  Graph graph;
+  for (int i = 0; i < 20; ++i) {
+    graph.truth[i] = Pose::Identity();
+    graph.truth[i].translation() = Eigen::Vector3d(0.5 * i, 0.1 * i, 0);
+  }
+  for (int i = 0; i + 1 < 20; ++i) graph.join(i, i + 1, EdgeKind::odometry, Vector6d::Zero(), kStiffRad);
+  graph.join(0, 19, EdgeKind::loop, Vector6d::Zero(), kStiffRad);
+  for (PoseGraphEdge& edge : graph.edges) {
+    edge.information.row(3).setZero();
+    edge.information.col(3).setZero();
+  }
+  graph.edges.back().from_T_to.translation() += Eigen::Vector3d(3.0, 0.01, 0);  // its x is a guess, its y is known
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  EXPECT_TRUE(solution.converged);
+  const Eigen::Vector3d last = solution.group_T_node.at(19).translation();
+  // Equal weights of 20 edges: y moves by 19/20 of the loop's 0.01; x by no more than the loop's own guess.
+  EXPECT_NEAR(last.y(), 1.9 + 0.01 * 19 / 20, 1e-5);
+  EXPECT_NEAR(last.x(), 9.5 + 3.0 * 19 / 20, 1e-3);
+  EXPECT_FALSE(solution.edge_outlier.back());
+}
+
+TEST(PoseGraph, WithoutAnyInformationTrackingIsKept) {
+  Graph graph = ring(5, 5);
+  for (PoseGraphEdge& edge : graph.edges) edge.information.setZero();
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).mm, 1e-9);
+}
+
+// ---- slope gain ----
+
+// What a sensor with gain g measures of a motion, written independently of the library: tilt about an axis in the xy
+// plane, after a twist about z, found by where the z axis goes.
+Pose with_gain(const Pose& motion, double gain) {
+  const Eigen::Vector3d z = motion.linear().col(2);
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(z);
+  const double angle = std::atan2(axis.norm(), z.z());
+  Pose measured = motion;
+  if (axis.norm() > 0) {
+    const Eigen::AngleAxisd tilt(angle, axis.normalized()), read(gain * angle, axis.normalized());
+    measured.linear() = read.toRotationMatrix() * tilt.toRotationMatrix().transpose() * motion.linear();
+  }
+  measured.translation().z() *= gain;
+  return measured;
+}
+
+Graph roll_of_400_degrees(double gain, bool with_loop) {
+  Graph graph;
+  constexpr double kStepDeg = 4;
+  for (int i = 0; i <= 100; ++i) graph.truth[i] = rolled(i, kStepDeg);
+  for (int i = 0; i < 100; ++i) graph.join(i, i + 1, EdgeKind::odometry);
+  if (with_loop) graph.join(0, 90, EdgeKind::loop);
+  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_gain(edge.from_T_to, gain);
+  return graph;
+}
+
+TEST(PoseGraphSlopeGain, IsRecoveredFromOneLoopAtAFullTurn) {
+  const Graph graph = roll_of_400_degrees(1.05, true);
+  PoseGraphOptions options;
+  options.estimate_slope_gain = true;
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
+  // The prior (1 +- 0.05) pulls by one sigma against a turn measured to 0.02 rad in 6.3, a pull of (0.003/0.05)^2.
+  EXPECT_NEAR(solution.slope_gain, 1.05, 0.001);
+  const WorstError error = worst_error(solution.group_T_node, graph.truth);
+  EXPECT_LT(error.deg, 0.3);
+  EXPECT_LT(error.mm, 0.1);
+  EXPECT_GT(worst_error(graph.chained(), graph.truth).deg, 15.0);  // what it had to undo: 5 % of 400 degrees
+}
+
+TEST(PoseGraphSlopeGain, StaysAtItsPriorWithoutLoops) {
+  const Graph graph = roll_of_400_degrees(1.05, false);
+  PoseGraphOptions options;
+  options.estimate_slope_gain = true;
+  EXPECT_NEAR(solve_pose_graph(graph.chained(), graph.edges, options).slope_gain, 1.0, 1e-6);
+}
+
+TEST(PoseGraphSlopeGain, StaysAtOneWhenNotAskedFor) {
+  const Graph graph = roll_of_400_degrees(1.05, true);
+  EXPECT_EQ(solve_pose_graph(graph.chained(), graph.edges, {}).slope_gain, 1.0);
+}
+
+TEST(PoseGraphSlopeGain, ALoopTurnedByHalfATwistIsNoSpecialCase) {
+  Graph graph;
+  for (int i = 0; i < 30; ++i) {
+    graph.truth[i] = Pose::Identity();
+    graph.truth[i].linear() = so3_exp({0, 0, M_PI * i / 29.0}) * so3_exp({0.2 * std::sin(i), 0.2 * std::cos(i), 0});
+    graph.truth[i].translation() = Eigen::Vector3d(0.1 * i, 0, -0.05 * (i % 3));
+  }
+  for (int i = 0; i + 1 < 30; ++i) graph.join(i, i + 1, EdgeKind::odometry);
+  for (int i = 0; i < 3; ++i) graph.join(i, 27 + i, EdgeKind::loop);
+  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_gain(edge.from_T_to, 1.03);
+  PoseGraphOptions options;
+  options.estimate_slope_gain = true;
+  options.slope_gain_sigma = 1.0;
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
+  EXPECT_NEAR(solution.slope_gain, 1.03, 1e-4);
+  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 0.01);
+}
+
+// ---- determinism and hostile input ----
+
+TEST(PoseGraph, SameInputSameBytes) {
+  Graph graph = ring(50, 7);
+  Noise noise(5);
+  for (int i = 0; i < 40; i += 3) graph.join(i, i + 10, EdgeKind::loop, noise.tangent(0.01, 0.1));
+  const PoseGraphSolution a = solve_pose_graph(graph.chained(), graph.edges, {});
+  const PoseGraphSolution b = solve_pose_graph(graph.chained(), graph.edges, {});
+  for (const auto& [id, pose] : a.group_T_node) EXPECT_EQ(pose.matrix(), b.group_T_node.at(id).matrix());
+}
+
+TEST(PoseGraph, RefusesWhatIsNotAGraph) {
+  const std::map<int, Pose> nodes{{0, Pose::Identity()}, {1, Pose::Identity()}};
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refuses = [&](auto spoil) {
+    PoseGraphEdge edge;
+    edge.to = 1;
+    spoil(edge);
+    EXPECT_THROW(solve_pose_graph(nodes, {edge}, {}), Error);
+  };
+  refuses([](PoseGraphEdge& e) { e.to = 2; });
+  refuses([](PoseGraphEdge& e) { e.from = -1; });
+  refuses([](PoseGraphEdge& e) { e.to = 0; });
+  refuses([&](PoseGraphEdge& e) { e.from_T_to.translation().x() = nan; });
+  refuses([](PoseGraphEdge& e) { e.from_T_to.linear() *= 2; });
+  refuses([](PoseGraphEdge& e) { e.from_T_to.linear().col(0) *= -1; });
+  refuses([&](PoseGraphEdge& e) { e.information(2, 2) = nan; });
+  refuses([](PoseGraphEdge& e) { e.information(0, 1) = 0.5; });
+  refuses([](PoseGraphEdge& e) { e.information(3, 3) = -1; });
+  refuses([](PoseGraphEdge& e) { e.information *= std::numeric_limits<double>::infinity(); });
+
+  std::map<int, Pose> broken = nodes;
+  broken[1].translation().y() = nan;
+  EXPECT_THROW(solve_pose_graph(broken, {}, {}), Error);
+  PoseGraphOptions options;
+  options.loop_loss_scale = 0;
+  EXPECT_THROW(solve_pose_graph(nodes, {}, options), Error);
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cmath>
+#include <random>
+
+#include "gelslam/backend/pose_graph.hpp"
+
+namespace gelslam {
+
+constexpr double kDegree = M_PI / 180.0;
+
+/// Independent of the code under test: noise as a sum of uniforms, the same bytes everywhere.
+class Noise {
+ public:
+  explicit Noise(std::uint64_t seed) : random_(seed) {}
+
+  double normal() {
+    double sum = 0;
+    for (int k = 0; k < 12; ++k) sum += static_cast<double>(random_() >> 11) * 0x1p-53;
+    return sum - 6.0;
+  }
+
+  Vector6d tangent(double sigma_rad, double sigma_mm) {
+    Vector6d xi;
+    for (int i = 0; i < 6; ++i) xi[i] = normal() * (i < 3 ? sigma_rad : sigma_mm);
+    return xi;
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+inline Matrix6d information_of(double sigma_rad, double sigma_mm) {
+  Vector6d sigma;
+  sigma << sigma_rad, sigma_rad, sigma_rad, sigma_mm, sigma_mm, sigma_mm;
+  return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+/// A cylinder-like object of radius 10 mm rolled about y by `step_deg` per keyframe, with a little twist and climb so
+/// that no direction stays untouched: truth for tests.
+inline Pose rolled(int keyframe, double step_deg) {
+  Pose pose = Pose::Identity();
+  const double angle = keyframe * step_deg * kDegree;
+  pose.linear() = so3_exp({0, angle, 0}) * so3_exp({0, 0, 0.02 * keyframe});
+  pose.translation() = Eigen::Vector3d(10 * std::sin(angle), 0.1 * keyframe, 10 * std::cos(angle) - 10);
+  return pose;
+}
+
+struct Graph {
+  std::map<int, Pose> truth;
+  std::vector<PoseGraphEdge> edges;
+
+  void join(int from, int to, EdgeKind kind, const Vector6d& noise = Vector6d::Zero(), double sigma_rad = 0.002,
+            double sigma_mm = 0.02) {
+    edges.push_back({from, to, truth.at(from).inverse() * truth.at(to) * se3_exp(noise),
+                     information_of(sigma_rad, sigma_mm), kind});
+  }
+
+  /// Poses as the tracker knows them: odometry chained from the first node.
+  std::map<int, Pose> chained() const {
+    std::map<int, Pose> poses;
+    if (!truth.empty()) poses.insert(*truth.begin());
+    for (const PoseGraphEdge& edge : edges)
+      if (edge.kind == EdgeKind::odometry) {
+        poses.try_emplace(edge.from, Pose::Identity());  // a new trial starts in its own frame
+        poses[edge.to] = poses.at(edge.from) * edge.from_T_to;
+      }
+    return poses;
+  }
+};
+
+/// Largest error over all nodes: degrees and millimetres.
+struct WorstError {
+  double deg = 0, mm = 0;
+};
+
+inline WorstError worst_error(const std::map<int, Pose>& poses, const std::map<int, Pose>& truth) {
+  WorstError worst;
+  for (const auto& [id, pose] : truth) {
+    const Pose error = pose.inverse() * poses.at(id);
+    worst.deg = std::max(worst.deg, rotation_angle_rad(error) / kDegree);
+    worst.mm = std::max(worst.mm, error.translation().norm());
+  }
+  return worst;
+}
+
+}  // namespace gelslam
