@@ -1,23 +1,25 @@
 #include "gelslam/sensor/image_input.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "image_header.hpp"
 #include "quiet.hpp"
 
 namespace gelslam {
 namespace {
 
 constexpr std::uintmax_t largest_image_file_bytes = 256u << 20;
+constexpr std::int64_t most_pixels = 64'000'000;  // eight times a GelSight Mini's raw image
 
-std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+std::string size_text(std::int64_t width, std::int64_t height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
 
 std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   std::error_code code;
@@ -33,6 +35,20 @@ std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
+/// Refuses what the decoder would take a long time or a lot of memory for, or would quietly complete with
+/// grey.
+void check_header(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  const auto header = detail::peek_image_header(bytes);
+  if (!header) return;
+  if (!header->complete) throw Error(path.string() + ": the image is truncated");
+  // Each side first: their product could overflow.
+  if (header->width_px > most_pixels || header->height_px > most_pixels ||
+      header->width_px * header->height_px > most_pixels) {
+    throw Error(path.string() + ": " + size_text(header->width_px, header->height_px) +
+                " pixels are more than any touch sensor has");
+  }
+}
+
 cv::Mat decode(const std::vector<unsigned char>& bytes) {
   const detail::QuietStderr quiet;  // libpng, libjpeg and libtiff write to stderr themselves
   try {
@@ -45,7 +61,9 @@ cv::Mat decode(const std::vector<unsigned char>& bytes) {
 }  // namespace
 
 cv::Mat3b read_image(const std::filesystem::path& path) {
-  const cv::Mat image = decode(read_bytes(path));
+  const std::vector<unsigned char> bytes = read_bytes(path);
+  check_header(bytes, path);
+  const cv::Mat image = decode(bytes);
   if (image.empty())
     throw Error(path.string() + ": not a readable image (png, jpg, bmp or tiff), or damaged");
   if (image.depth() != CV_8U) throw Error(path.string() + ": needs 8 bits per channel");

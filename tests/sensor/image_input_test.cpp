@@ -1,0 +1,182 @@
+#include "gelslam/sensor/image_input.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "../support/pictures.hpp"
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::message_of;
+using test::numbered_picture;
+using test::TemporaryFolder;
+using ::testing::HasSubstr;
+
+TEST(CropAndResize, TakesTheMiddleFiveSevenths) {
+  // 1 inside the window that must survive, 0 in the border: whatever the resize does, only ones may be left.
+  cv::Mat1f image(480, 640, 0.0f);
+  image(cv::Rect(640 / 7, 480 / 7, 640 - 2 * (640 / 7), 480 - 2 * (480 / 7))) = 1.0f;
+  const cv::Mat1f cropped = crop_and_resize(image, 320, 240);
+  ASSERT_EQ(cropped.size(), cv::Size(320, 240));
+  double low = 0, high = 0;
+  cv::minMaxLoc(cropped, &low, &high);
+  EXPECT_NEAR(low, 1.0, 1e-6);
+}
+
+TEST(CropAndResize, KeepsThePlaceOfThingsAndTheirProportions) {
+  // Coordinates as an image: area averaging of a linear ramp is the ramp at the window's own geometry.
+  for (const cv::Size raw :
+       {cv::Size(3280, 2464), cv::Size(640, 480), cv::Size(1400, 980), cv::Size(1000, 1000)}) {
+    cv::Mat2f ramp(raw);
+    for (int v = 0; v < raw.height; ++v) {
+      for (int u = 0; u < raw.width; ++u)
+        ramp(v, u) = cv::Vec2f(static_cast<float>(u) + 0.5f, static_cast<float>(v) + 0.5f);
+    }
+    const cv::Mat2f cropped = crop_and_resize(ramp, 320, 240);
+    const cv::Vec2f step = (cropped(239, 319) - cropped(0, 0));
+    const double step_x = step[0] / 319.0, step_y = step[1] / 239.0;
+    EXPECT_NEAR(step_x / step_y, 1.0, 0.005) << raw << ": pixels stay square";
+    const cv::Vec2f middle = 0.5f * (cropped(0, 0) + cropped(239, 319));
+    EXPECT_NEAR(middle[0], raw.width / 2.0, 1.0) << raw << ": centred";
+    EXPECT_NEAR(middle[1], raw.height / 2.0, 1.0) << raw;
+    const double kept = std::max(step_x * 320 / raw.width, step_y * 240 / raw.height);
+    EXPECT_NEAR(kept, 5.0 / 7.0, 0.005) << raw;
+  }
+}
+
+TEST(CropAndResize, AveragesInsteadOfAliasing) {
+  cv::Mat1b stripes(980, 1400, uchar{0});
+  for (int u = 0; u < stripes.cols; u += 2) stripes.col(u) = 200;
+  cv::Mat deviation, mean;
+  cv::meanStdDev(crop_and_resize(stripes, 250, 175), mean, deviation);
+  EXPECT_NEAR(mean.at<double>(0), 100.0, 1.0);
+  EXPECT_LT(deviation.at<double>(0), 1.0);
+}
+
+TEST(CropAndResize, RefusesNothing) {
+  EXPECT_THROW(crop_and_resize(cv::Mat(), 320, 240), std::invalid_argument);
+  EXPECT_THROW(crop_and_resize(cv::Mat3b(10, 10), 0, 240), std::invalid_argument);
+  EXPECT_EQ(crop_and_resize(cv::Mat3b(1, 1), 3, 2).size(), cv::Size(3, 2));
+}
+
+TEST(FitToProfile, SizesThatFit) {
+  const SensorProfile mini;
+  const cv::Mat3b exact = numbered_picture(3, 320, 240);
+  EXPECT_EQ(fit_to_profile(exact, mini, "x").data, exact.data) << "not copied, not touched";
+  EXPECT_EQ(fit_to_profile(numbered_picture(3, 3280, 2464), mini, "x").size(), cv::Size(320, 240));
+  EXPECT_EQ(fit_to_profile(numbered_picture(3, 640, 480), mini, "x").size(), cv::Size(320, 240));
+}
+
+TEST(FitToProfile, SizesThatDoNotFitAreNamed) {
+  const SensorProfile mini;
+  for (const cv::Size size : {cv::Size(319, 240), cv::Size(162, 121), cv::Size(330, 250),
+                              cv::Size(2464, 3280), cv::Size(1920, 1080), cv::Size(1, 1)}) {
+    const std::string message = message_of<Error>(
+        [&] { fit_to_profile(numbered_picture(0, size.width, size.height), mini, "f.png"); });
+    EXPECT_THAT(message, HasSubstr("f.png: is " + std::to_string(size.width) + "x" +
+                                   std::to_string(size.height) + " pixels"));
+    EXPECT_THAT(message, HasSubstr("GelSight Mini needs 320x240"));
+  }
+}
+
+TEST(IsGrey, ColourInOnePixelIsColour) {
+  cv::Mat3b image(20, 30, cv::Vec3b(100, 100, 100));
+  EXPECT_TRUE(is_grey(image));
+  image(19, 29) = cv::Vec3b(100, 102, 101);
+  EXPECT_TRUE(is_grey(image)) << "compression noise";
+  image(19, 29) = cv::Vec3b(100, 103, 101);
+  EXPECT_FALSE(is_grey(image));
+}
+
+TEST(ReadImage, EveryFormatAndAlpha) {
+  TemporaryFolder folder;
+  const cv::Mat3b picture = numbered_picture(5, 64, 48);
+  for (const char* name : {"a.png", "a.bmp", "a.tiff", "a.jpg"}) {
+    cv::imwrite((folder / name).string(), picture);
+    const cv::Mat3b read = read_image(folder / name);
+    EXPECT_LT(cv::norm(read, picture, cv::NORM_L1) / (64.0 * 48 * 3), 4.0) << name;
+  }
+  cv::Mat with_alpha;
+  cv::cvtColor(picture, with_alpha, cv::COLOR_BGR2BGRA);
+  cv::imwrite((folder / "alpha.png").string(), with_alpha);
+  EXPECT_EQ(cv::norm(read_image(folder / "alpha.png"), picture), 0.0);
+}
+
+TEST(ReadImage, UnusableImagesAreNamed) {
+  TemporaryFolder folder;
+  const auto message = [&](const char* name) {
+    return message_of<Error>([&] { read_image(folder / name); });
+  };
+  cv::imwrite((folder / "grey1.png").string(), cv::Mat1b(48, 64, uchar{7}));
+  cv::imwrite((folder / "grey3.png").string(), cv::Mat3b(48, 64, cv::Vec3b(7, 7, 7)));
+  cv::imwrite((folder / "deep.png").string(), cv::Mat(48, 64, CV_16UC3, cv::Scalar(1, 2, 3)));
+  test::write_bytes(folder / "text.png", "hello");
+  test::write_bytes(folder / "empty.png", "");
+  EXPECT_THAT(message("grey1.png"), HasSubstr("grey1.png: a grey image"));
+  EXPECT_THAT(message("grey3.png"), HasSubstr("grey3.png: a grey image"));
+  EXPECT_THAT(message("deep.png"), HasSubstr("8 bits per channel"));
+  EXPECT_THAT(message("text.png"), HasSubstr("not a readable image"));
+  EXPECT_THAT(message("empty.png"), HasSubstr("the file is empty"));
+  EXPECT_THAT(message("none.png"), HasSubstr("none.png: cannot be read: No such file"));
+}
+
+TEST(ReadImage, DamagedImagesAreErrorsAndSilent) {
+  TemporaryFolder folder;
+  for (const char* ending : {".png", ".jpg", ".bmp", ".tiff"}) {
+    const auto whole = folder / (std::string("whole") + ending), cut = folder / (std::string("cut") + ending);
+    cv::imwrite(whole.string(), numbered_picture(5, 64, 48));
+    const std::string bytes = test::read_bytes(whole);
+    testing::internal::CaptureStderr();
+    for (std::size_t length = 1; length < bytes.size(); length += 1 + bytes.size() / 40) {
+      test::write_bytes(cut, bytes.substr(0, length));
+      EXPECT_THROW(read_image(cut), Error) << ending << " cut at " << length << " of " << bytes.size();
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << ending;
+  }
+}
+
+TEST(ReadImage, AHugeHeaderCostsNothing) {
+  TemporaryFolder folder;
+  struct Kind {
+    const char* name;
+    std::size_t width_at;
+    std::string width, height;  // 28000 as the format has it
+  };
+  const std::string big("\0\0\x6d\x60", 4), little("\x60\x6d\0\0", 4);
+  for (const Kind& kind : {Kind{"a.bmp", 18, little, little}, Kind{"a.png", 16, big, big}}) {
+    cv::imwrite((folder / kind.name).string(), numbered_picture(5, 64, 48));
+    std::string bytes = test::read_bytes(folder / kind.name);
+    bytes.replace(kind.width_at, 8, kind.width + kind.height);
+    test::write_bytes(folder / kind.name, bytes);
+    EXPECT_THAT(message_of<Error>([&] { read_image(folder / kind.name); }),
+                HasSubstr("28000x28000 pixels are more"));
+  }
+  cv::imwrite((folder / "a.jpg").string(), numbered_picture(5, 64, 48));
+  std::string bytes = test::read_bytes(folder / "a.jpg");
+  const std::size_t frame = bytes.find("\xff\xc0");
+  ASSERT_NE(frame, std::string::npos);
+  bytes.replace(frame + 5, 4, "\x6d\x60\x6d\x60");
+  test::write_bytes(folder / "a.jpg", bytes);
+  EXPECT_THAT(message_of<Error>([&] { read_image(folder / "a.jpg"); }),
+              HasSubstr("28000x28000 pixels are more"));
+}
+
+TEST(ReadImage, ProgressiveAndRestartedJpegsAreWhole) {
+  TemporaryFolder folder;
+  const cv::Mat3b picture = numbered_picture(5, 64, 48);
+  cv::imwrite(
+      (folder / "a.jpg").string(), picture,
+      {cv::IMWRITE_JPEG_PROGRESSIVE, 1, cv::IMWRITE_JPEG_RST_INTERVAL, 2, cv::IMWRITE_JPEG_OPTIMIZE, 1});
+  EXPECT_EQ(read_image(folder / "a.jpg").size(), picture.size());
+  // Cameras pad behind the end.
+  test::write_bytes(folder / "padded.jpg", test::read_bytes(folder / "a.jpg") + std::string(100, '\0'));
+  EXPECT_EQ(read_image(folder / "padded.jpg").size(), picture.size());
+}
+
+}  // namespace
+}  // namespace gelslam
