@@ -4,10 +4,16 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "block_image.hpp"
+
 namespace gelslam::surface::detail {
 namespace {
 
-cv::Mat square(int size_px) { return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(size_px, size_px)); }
+constexpr double depth_fraction = 0.3;
+constexpr double min_limit_mm = 0.015;     // what the network's own noise integrates to
+constexpr float scatters_above_gel = 4.0F;
+constexpr double min_color_dist = 4.0;     // grey levels: noise of a block mean stays below
+constexpr std::ptrdiff_t deepest_rank = 50;  // pixels; a depth that only a few pixels reach is noise
 
 float order_statistic(std::vector<float>& values, double fraction) {
   const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
@@ -17,42 +23,78 @@ float order_statistic(std::vector<float>& values, double fraction) {
 
 }  // namespace
 
-float untouched_level(const cv::Mat1f& height, const cv::Mat1b& changed, std::vector<float>& scratch) {
+UntouchedGel find_untouched_gel(const cv::Mat1f& height, const cv::Mat1b& changed, std::vector<float>& scratch) {
   scratch.clear();
   for (int v = 0; v < height.rows; ++v) {
     for (int u = 0; u < height.cols; ++u) {
       if (changed(v, u) == 0) scratch.push_back(height(v, u));
     }
   }
-  if (scratch.size() * 20 >= height.total()) return order_statistic(scratch, 0.5);
+  UntouchedGel gel;
+  if (scratch.size() * 20 >= height.total()) {
+    gel.level = order_statistic(scratch, 0.5);
+    for (float& value : scratch) value = std::abs(value - gel.level);
+    gel.scatter = 1.4826F * order_statistic(scratch, 0.5);
+    return gel;
+  }
   scratch.clear();
   for (int v = 0; v < height.rows; ++v) scratch.insert(scratch.end(), height[v], height[v] + height.cols);
-  return order_statistic(scratch, 0.85);
+  gel.level = order_statistic(scratch, 0.85);
+  return gel;
 }
 
-ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
-    : rule_(rule), grow_(square(7)), shrink_(square(15)), border_(square(2 * (size.height / 48) + 1)) {}
+ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule) : rule_(rule), border_px_(size.height / 48) {}
 
-void ContactDetector::detect(const cv::Mat3b& bgr, const cv::Mat3b& background, const ColorTable& colors,
-                             const cv::Mat1f& height_mm, cv::Mat1b& contact) {
-  const auto squared_threshold = static_cast<float>(rule_.color_dist_threshold * rule_.color_dist_threshold);
-  colored_.create(height_mm.size());
-  for (int v = 0; v < bgr.rows; ++v) {
-    const unsigned char* now = bgr[v]->val;
-    const unsigned char* then = background[v]->val;
-    unsigned char* out = colored_[v];
-    for (int u = 0; u < bgr.cols; ++u, now += 3, then += 3) {
-      const float b = colors[0][now[0]] - static_cast<float>(then[0]);
-      const float g = colors[1][now[1]] - static_cast<float>(then[1]);
-      const float r = colors[2][now[2]] - static_cast<float>(then[2]);
-      out[u] = b * b + g * g + r * r > squared_threshold ? 255 : 0;
+double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
+  const double floor_mm = std::max(min_limit_mm, static_cast<double>(scatters_above_gel * scatter_mm));
+  scratch_.clear();
+  for (int v = 0; v < height_mm.rows; ++v) {
+    for (const float* height = height_mm[v]; height != height_mm[v] + height_mm.cols; ++height) {
+      if (*height < -floor_mm) scratch_.push_back(*height);
     }
   }
-  cv::dilate(colored_, scratch_, grow_);
-  cv::erode(scratch_, colored_, shrink_);
-  cv::compare(height_mm, -rule_.height_threshold_mm, scratch_, cv::CMP_LT);
-  cv::bitwise_and(colored_, scratch_, scratch_);
-  cv::erode(scratch_, contact, border_);
+  const auto rank = std::min(deepest_rank, static_cast<std::ptrdiff_t>(scratch_.size()) - 1);
+  if (rank < 0) return floor_mm;
+  std::nth_element(scratch_.begin(), scratch_.begin() + rank, scratch_.end());
+  const double depth_mm = -static_cast<double>(scratch_[static_cast<std::size_t>(rank)]);
+  return std::min(rule_.height_threshold_mm, std::max(floor_mm, depth_fraction * depth_mm));
+}
+
+void ContactDetector::keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold,
+                                            cv::Mat1b& contact) {
+  gather_blocks(contact, blocks_);
+  const int pieces = cv::connectedComponents(blocks_, labels_, 8, CV_32S);
+  std::vector<bool> witnessed(static_cast<std::size_t>(pieces), false);
+  for (int row = 0; row < blocks_.rows; ++row) {
+    for (int column = 0; column < blocks_.cols; ++column) {
+      const cv::Vec3f& difference = block_difference(row, column);
+      if (static_cast<double>(difference.dot(difference)) > color_threshold * color_threshold) {
+        witnessed[static_cast<std::size_t>(labels_(row, column))] = true;
+      }
+    }
+  }
+  witnessed[0] = false;  // label 0 is no piece
+  if (std::all_of(witnessed.begin() + 1, witnessed.end(), [](bool seen) { return seen; })) return;
+  for (int row = 0; row < blocks_.rows; ++row) {
+    for (int column = 0; column < blocks_.cols; ++column) {
+      if (!witnessed[static_cast<std::size_t>(labels_(row, column))]) blocks_(row, column) = 0;
+    }
+  }
+  keep_.create(contact.size());
+  spread_blocks(blocks_, keep_);
+  cv::bitwise_and(contact, keep_, contact);
+}
+
+void ContactDetector::detect(const cv::Mat1f& height_mm, float scatter_mm, const cv::Mat1b& changed,
+                             const cv::Mat3f& block_difference, cv::Mat1b& contact) {
+  const double limit_mm = depth_limit_mm(height_mm, scatter_mm);
+  const double deep = limit_mm / rule_.height_threshold_mm;  // 1 for a contact as deep as the public rule wants
+  cv::compare(height_mm, -limit_mm, below_, cv::CMP_LT);
+  cv::bitwise_and(below_, changed, below_);
+  const int border_px = std::max(1, static_cast<int>(std::lround(border_px_ * deep)));
+  const int side_px = 2 * border_px + 1;
+  cv::erode(below_, contact, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)));
+  keep_witnessed_pieces(block_difference, std::max(min_color_dist, rule_.color_dist_threshold * deep), contact);
 }
 
 }  // namespace gelslam::surface::detail

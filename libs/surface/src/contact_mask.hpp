@@ -3,31 +3,48 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "light.hpp"
-
 namespace gelslam::surface::detail {
 
-/// Height of the untouched gel: the median of `height` over pixels where `changed` is 0; where those are fewer than
-/// 5 % of the image, the 85th percentile over all pixels.
-float untouched_level(const cv::Mat1f& height, const cv::Mat1b& changed, std::vector<float>& scratch);
+/// Height of the untouched gel and how much it scatters there, both robust (median, scaled median deviation) over the
+/// pixels where `changed` is 0. Where those are fewer than 5 % of the image: the 85th percentile over all pixels, and
+/// no scatter.
+struct UntouchedGel {
+  float level = 0.0F;
+  float scatter = 0.0F;
+};
+UntouchedGel find_untouched_gel(const cv::Mat1f& height, const cv::Mat1b& changed, std::vector<float>& scratch);
 
 struct ContactRule {
   double color_dist_threshold = 15.0;  ///< grey levels
   double height_threshold_mm = 0.2;    ///< for deep contacts
 };
 
-/// Contact by colour and depth: colour distance above the threshold (dilated 7x7, eroded 15x15) and height_mm (0 on
-/// the untouched gel) below a limit that follows the frame's depth: min(height_threshold, fraction of the deepest).
+/// Contact by depth, with colour as witness (own; the public rule is blind below height_threshold_mm and cuts out
+/// what lies flat). A pixel touches where it has changed and lies below a limit that follows the frame's depth:
+/// 0.3 of the deepest place, at most height_threshold_mm, at least what noise reaches. The border is eroded by H/48
+/// pixels for a deep contact and less for a shallow one, because the gel's skirt grows with depth. A connected piece
+/// counts only if its colour differs somewhere by color_dist_threshold (in proportion less when shallow).
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, const ContactRule& rule);
-  void detect(const cv::Mat3b& bgr, const cv::Mat3b& background, const ColorTable& colors, const cv::Mat1f& height_mm,
-              cv::Mat1b& contact);
+
+  /// `height_mm`: 0 on the untouched gel; `scatter_mm`: of the untouched gel; `changed`: HxW, 0 or 255;
+  /// `block_difference`: mean colour difference of 4x4 blocks. Fills `contact` (HxW, 0 or 255).
+  void detect(const cv::Mat1f& height_mm, float scatter_mm, const cv::Mat1b& changed,
+              const cv::Mat3f& block_difference, cv::Mat1b& contact);
+
+  /// Blocks that hold contact, of the last detect().
+  const cv::Mat1b& contact_blocks() const { return blocks_; }
 
  private:
+  double depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm);
+  void keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold, cv::Mat1b& contact);
+
   ContactRule rule_;
-  cv::Mat grow_, shrink_, border_;
-  cv::Mat1b colored_, scratch_;
+  int border_px_;
+  cv::Mat1b below_, blocks_, keep_;
+  cv::Mat1i labels_;
+  std::vector<float> scratch_;
 };
 
 }  // namespace gelslam::surface::detail

@@ -116,17 +116,15 @@ struct SurfaceEstimator::Impl {
   // Height in mm, 0 on the untouched gel.
   cv::Mat1f height_from_gradient() {
     const cv::Mat1f height_px = poisson.solve(gx, gy);
-    const float level = untouched_level(height_px, changed, scratch);
+    const UntouchedGel gel = find_untouched_gel(height_px, changed, scratch);
+    scatter_mm = gel.scatter * static_cast<float>(options.pixel_pitch_mm);
     cv::Mat1f height_mm;
-    height_px.convertTo(height_mm, CV_32F, options.pixel_pitch_mm, -options.pixel_pitch_mm * level);
+    height_px.convertTo(height_mm, CV_32F, options.pixel_pitch_mm, -options.pixel_pitch_mm * gel.level);
     return height_mm;
   }
 
   // Blocks the next frame's light must not be read from.
-  void remember_contact(const cv::Mat1b& contact) {
-    gather_blocks(contact, touched_blocks);
-    cv::dilate(touched_blocks, touched_blocks, contact_margin);
-  }
+  void remember_contact() { cv::dilate(contact_detector.contact_blocks(), touched_blocks, contact_margin); }
 
   SurfaceOptions options;
   cv::Mat3b background;
@@ -139,11 +137,12 @@ struct SurfaceEstimator::Impl {
   BlockAverager averager;
   ChangeDetector change_detector;
   ColorTable colors{};
-  cv::Mat3f blocks;
+  cv::Mat3f blocks;  // block means, then their difference to the background
   cv::Mat1b changed_blocks, touched_blocks, changed, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
   std::vector<float> scratch;
+  float scatter_mm = 0.0F;
   SurfaceTimings timings;
 };
 
@@ -170,9 +169,9 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& bgr) {
   surface->height_mm = self.height_from_gradient();
   self.timings.poisson_ms = watch.lap_ms();
 
-  self.contact_detector.detect(bgr, self.background, self.colors, surface->height_mm, surface->contact);
+  self.contact_detector.detect(surface->height_mm, self.scatter_mm, self.changed, self.blocks, surface->contact);
   surface->contact_pixels = cv::countNonZero(surface->contact);
-  self.remember_contact(surface->contact);
+  self.remember_contact();
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
