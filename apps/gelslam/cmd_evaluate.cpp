@@ -6,6 +6,7 @@
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
+#include "gelslam/evaluation/mesh_picture.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam {
@@ -34,9 +35,15 @@ Judged judge(const EvaluateArguments& arguments) {
   return {evaluate(comparison, meshes), meshes};
 }
 
+void draw(const EvaluateArguments& arguments, const std::optional<PlacedMeshes>& meshes) {
+  if (!meshes) throw Error("--picture needs a mesh.ply in RUN, and gt_mesh.ply and start_T_object (meta.json) in the data");
+  write_picture(arguments.picture, render_comparison(meshes->estimate, meshes->truth));
+}
+
 void run_evaluate(const EvaluateArguments& arguments) {
   const Judged judged = judge(arguments);
   if (!arguments.results.empty()) write_file_atomically(arguments.results, to_json(judged.evaluation));
+  if (!arguments.picture.empty()) draw(arguments, judged.meshes);
   std::cout << (arguments.json ? to_json(judged.evaluation) : to_table(judged.evaluation));
 }
 
@@ -57,7 +64,8 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   truth_mesh->needs(mesh);
   command->add_flag("--json", arguments->json, "print JSON instead of a table");
   command->add_option("-o,--output", arguments->results, "also write the results to this JSON file");
-  command->footer("Example: gelslam evaluate RUN --truth DATA");
+  command->add_option("--picture", arguments->picture, "PNG: reconstruction, true shape, distance between them");
+  command->footer("Example: gelslam evaluate RUN --truth DATA --picture comparison.png");
   command->callback([arguments, &exit_code] {
     run_evaluate(*arguments);
     exit_code = exit_done;
