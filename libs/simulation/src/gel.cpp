@@ -1,0 +1,159 @@
+#include "gelslam/simulation/gel.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "relax_kernel.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr int block_px = 8;               // solved region's size is a multiple: it can be halved three times
+constexpr double skirt_lengths = 9.0;     // beyond this many relaxation lengths the skirt is under 1e-4 of its start
+constexpr float contact_gap_mm = 1e-3F;
+constexpr double relative_accuracy = 1e-4;
+
+/// Height and obstacle of one grid, split into the two colours of a checkerboard so that rows vectorise.
+/// Colour c holds the pixels with (x + y) % 2 == c; ghost rows and columns make the border free (no slope across).
+class Checkerboard {
+ public:
+  Checkerboard(const cv::Mat1f& height, const cv::Mat1f& obstacle)
+      : width_(height.cols), height_(height.rows), stride_(static_cast<std::size_t>(width_ / 2 + 2)) {
+    for (int c = 0; c < 2; ++c) {
+      values_[c].assign(stride_ * static_cast<std::size_t>(height_ + 2), 0.0F);
+      obstacle_[c] = values_[c];
+    }
+    for (int y = 0; y < height_; ++y)
+      for (int x = 0; x < width_; ++x) {
+        at(values_, x, y) = std::min(height(y, x), obstacle(y, x));
+        at(obstacle_, x, y) = obstacle(y, x);
+      }
+  }
+
+  void sweep(float weight, float omega) {
+    for (int c = 0; c < 2; ++c) {
+      set_ghosts(c);
+      for (int y = 0; y < height_; ++y) {
+        const int first_x = (y + c) % 2;
+        const float* side = row(values_[1 - c], y) - (first_x == 0 ? 1 : 0);
+        simulation::detail::relax_row(row(values_[c], y), row(values_[1 - c], y - 1), row(values_[1 - c], y + 1), side,
+                                      row(obstacle_[c], y), width_ / 2, weight, omega);
+      }
+    }
+  }
+
+  cv::Mat1f result() {
+    cv::Mat1f height(height_, width_);
+    for (int y = 0; y < height_; ++y)
+      for (int x = 0; x < width_; ++x) height(y, x) = at(values_, x, y);
+    return height;
+  }
+
+ private:
+  using Colours = std::vector<float>[2];
+
+  float* row(std::vector<float>& colour, int y) { return colour.data() + static_cast<std::size_t>(y + 1) * stride_ + 1; }
+  float& at(Colours& colours, int x, int y) { return row(colours[(x + y) % 2], y)[x / 2]; }
+
+  /// Gives colour c's pixels at the border a neighbour outside that equals themselves.
+  void set_ghosts(int c) {
+    std::copy_n(row(values_[c], 0), width_ / 2, row(values_[1 - c], -1));
+    std::copy_n(row(values_[c], height_ - 1), width_ / 2, row(values_[1 - c], height_));
+    for (int y = 0; y < height_; ++y) {
+      float* self = row(values_[c], y);
+      float* other = row(values_[1 - c], y);
+      if ((y + c) % 2 == 0)
+        other[-1] = self[0];
+      else
+        other[width_ / 2] = self[width_ / 2 - 1];
+    }
+  }
+
+  int width_, height_;
+  std::size_t stride_;
+  Colours values_, obstacle_;
+};
+
+/// Solves on one grid from a first guess.
+cv::Mat1f relax(const cv::Mat1f& guess, const cv::Mat1f& obstacle, double pitch_mm, double length_mm) {
+  const double stiffness = pitch_mm * pitch_mm / (length_mm * length_mm);
+  const double jacobi = 4.0 / (4.0 + stiffness);  // spectral radius of Jacobi's iteration
+  const double omega = 2.0 / (1.0 + std::sqrt(1.0 - jacobi * jacobi));  // Young's optimum
+  const int sweeps = 10 + static_cast<int>(std::log(relative_accuracy) / std::log(std::max(omega - 1.0, 0.05)));
+  Checkerboard board(guess, obstacle);
+  for (int k = 0; k < sweeps; ++k) board.sweep(static_cast<float>(1.0 / (4.0 + stiffness)), static_cast<float>(omega));
+  return board.result();
+}
+
+/// Coarse grids first: each gives the next a guess that is right but for fine detail.
+cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, double length_mm, int levels) {
+  if (levels == 0) return relax(obstacle, obstacle, pitch_mm, length_mm);
+  cv::Mat1f coarse_obstacle, guess;
+  cv::resize(obstacle, coarse_obstacle, cv::Size(obstacle.cols / 2, obstacle.rows / 2), 0, 0, cv::INTER_AREA);
+  cv::resize(solve(coarse_obstacle, 2 * pitch_mm, length_mm, levels - 1), guess, obstacle.size(), 0, 0, cv::INTER_LINEAR);
+  return relax(guess, obstacle, pitch_mm, length_mm);
+}
+
+/// Where the gel can be anything but flat: around the pixels pushed below 0, in whole blocks.
+cv::Rect affected(const cv::Mat1f& obstacle, double pitch_mm, double length_mm) {
+  const cv::Rect pushed = cv::boundingRect(cv::Mat1b(obstacle < 0));
+  if (pushed.empty()) return {};
+  const int margin = static_cast<int>(std::ceil(skirt_lengths * length_mm / pitch_mm));
+  const int x0 = std::max(0, pushed.x - margin) / block_px * block_px;
+  const int y0 = std::max(0, pushed.y - margin) / block_px * block_px;
+  const int x1 = std::min(obstacle.cols, (pushed.br().x + margin + block_px - 1) / block_px * block_px);
+  const int y1 = std::min(obstacle.rows, (pushed.br().y + margin + block_px - 1) / block_px * block_px);
+  return {x0, y0, x1 - x0, y1 - y0};
+}
+
+/// Central differences, one-sided at the border.
+cv::Mat2f slope_of(const cv::Mat1f& height, double pitch_mm) {
+  cv::Mat2f slope(height.size());
+  const auto inverse = static_cast<float>(1.0 / pitch_mm);
+  for (int y = 0; y < height.rows; ++y) {
+    const int y0 = std::max(0, y - 1), y1 = std::min(height.rows - 1, y + 1);
+    for (int x = 0; x < height.cols; ++x) {
+      const int x0 = std::max(0, x - 1), x1 = std::min(height.cols - 1, x + 1);
+      slope(y, x) = {(height(y, x1) - height(y, x0)) * inverse / static_cast<float>(x1 - x0),
+                     (height(y1, x) - height(y0, x)) * inverse / static_cast<float>(y1 - y0)};
+    }
+  }
+  return slope;
+}
+
+void check(const cv::Mat1f& underside, const SensorGeometry& geometry, const GelOptions& options) {
+  if (!(options.relaxation_length_mm >= 0.05 && options.relaxation_length_mm <= 3))
+    throw Error("gel relaxation length must be between 0.05 and 3 mm");
+  if (!(options.max_indentation_mm >= 0.1 && options.max_indentation_mm <= 10))
+    throw Error("gel maximum indentation must be between 0.1 and 10 mm");
+  if (underside.cols != geometry.width_px || underside.rows != geometry.height_px || underside.cols < 2 * block_px ||
+      underside.rows < 2 * block_px || underside.cols % block_px != 0 || underside.rows % block_px != 0)
+    throw Error("gel size must be the sensor's and a multiple of 8 pixels");
+}
+
+}  // namespace
+
+GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options) {
+  check(underside_mm, geometry, options);
+  const double pitch = geometry.pixel_pitch_mm, length = options.relaxation_length_mm;
+  GelShape gel;
+  // Nothing pulls the gel up, so an object above the rest plane is as good as one that lies on it.
+  gel.height_mm = cv::min(underside_mm, 0.0F);
+  gel.contact = cv::Mat1b::zeros(underside_mm.size());
+  const cv::Rect region = affected(gel.height_mm, pitch, length);
+  if (!region.empty()) {
+    const cv::Mat1f obstacle = gel.height_mm(region).clone();
+    int levels = 0;
+    while (levels < 3 && pitch * (2 << levels) <= 2 * length) ++levels;
+    const cv::Mat1f height = solve(obstacle, pitch, length, levels);
+    height.copyTo(gel.height_mm(region));
+    gel.contact(region).setTo(255, (obstacle < 0) & (obstacle - height <= contact_gap_mm));
+  }
+  gel.slope = slope_of(gel.height_mm, pitch);
+  return gel;
+}
+
+}  // namespace gelslam

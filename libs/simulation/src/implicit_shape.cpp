@@ -1,0 +1,87 @@
+#include "implicit_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gelslam::simulation::detail {
+namespace {
+
+constexpr float relief_margin_mm = 0.02F;
+constexpr float near_mm = 0.06F;         ///< below this value the step follows the value's own fall
+constexpr float smallest_step_mm = 3e-4F;
+constexpr float precision_mm = 1e-5F;
+
+}  // namespace
+
+float ImplicitShape::value(const Eigen::Vector3f& point) const {
+  const float distance = base(point);
+  if (distance > limits_.relief_high + relief_margin_mm) return distance - limits_.relief_high;
+  if (distance < limits_.relief_low - relief_margin_mm) return distance - limits_.relief_low;
+  return distance - relief(point);
+}
+
+Eigen::Vector3f ImplicitShape::gradient(const Eigen::Vector3f& point) const {
+  constexpr float step = 4e-3F;  // float has about 1e-6 mm left at 20 mm: 0.03 % of the difference
+  Eigen::Vector3f result;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3f shift = step * Eigen::Vector3f::Unit(axis);
+    result[axis] = (value(point + shift) - value(point - shift)) / (2 * step);
+  }
+  return result;
+}
+
+float ImplicitShape::clearance(const Eigen::Vector3f& point) const {
+  return std::max(0.0F, value(point) / limits_.lipschitz);
+}
+
+float ImplicitShape::intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float t_max) const {
+  float t = 0, f = value(origin);
+  if (f <= 0) return 0;
+  float fall = limits_.lipschitz;  // how fast the value falls along the ray, from the last step
+  while (true) {
+    const float safe = f / limits_.lipschitz;
+    const float step = f < near_mm ? std::min(f / fall, 4 * safe) + smallest_step_mm : safe;
+    const float t_next = t + step;
+    if (t >= t_max) return std::numeric_limits<float>::infinity();
+    const float f_next = value(origin + t_next * direction);
+    if (f_next <= 0) {
+      float inside = t_next, f_inside = f_next;
+      for (int k = 0; k < 20 && inside - t > precision_mm; ++k) {
+        // A secant step, kept off the ends so that the bracket shrinks from both sides.
+        const float share = std::clamp(f / (f - f_inside), 0.05F, 0.95F);
+        const float middle = t + share * (inside - t);
+        const float f_middle = value(origin + middle * direction);
+        if (std::abs(f_middle) < precision_mm) return middle;
+        (f_middle > 0 ? t : inside) = middle;
+        (f_middle > 0 ? f : f_inside) = f_middle;
+      }
+      const float hit = 0.5F * (t + inside);
+      return hit <= t_max ? hit : std::numeric_limits<float>::infinity();
+    }
+    fall = std::clamp((f - f_next) / step, 0.3F, limits_.lipschitz);
+    t = t_next;
+    f = f_next;
+  }
+}
+
+float ImplicitShape::intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                                    float guess) const {
+  constexpr float far_off_mm = 0.1F, close_mm = 3e-4F;
+  float t = guess, f = value(origin + t * direction);
+  float fall = 0.95F;  // most surfaces that touch the gel face it
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(f) > far_off_mm) break;
+    if (std::abs(f) < precision_mm) return t;
+    const float t_next = t + f / fall, f_next = value(origin + t_next * direction);
+    const float slope = (f - f_next) / (t_next - t);
+    if (!(slope > 0.3F && slope < 2 * limits_.lipschitz)) break;  // not one sheet that is entered here
+    if (std::abs(f_next) < close_mm) return t_next + f_next / slope;
+    t = t_next, f = f_next, fall = slope;
+  }
+  return std::numeric_limits<float>::quiet_NaN();
+}
+
+Mesh ImplicitShape::mesh(float spacing_mm) const { return surface_nets(*this, spacing_mm); }
+
+}  // namespace gelslam::simulation::detail

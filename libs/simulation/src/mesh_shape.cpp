@@ -1,0 +1,138 @@
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/simulation/shape.hpp"
+
+namespace gelslam {
+namespace {
+
+using Eigen::Vector3f;
+
+struct Release {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+};
+
+constexpr std::size_t max_mesh_triangles = 20'000'000;
+
+class MeshShape final : public Shape {
+ public:
+  explicit MeshShape(const Mesh& mesh) : mesh_(mesh) {
+    check();
+    for (const Vector3f& vertex : mesh_.vertices_mm) bounds_.extend(vertex);
+    device_.reset(rtcNewDevice(nullptr));
+    if (!device_) throw Error("Embree could not start; the object's mesh cannot be used");
+    scene_.reset(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    fill_scene();
+  }
+
+  ShapeKind kind() const override {
+    const Vector3f size = bounds_.sizes();
+    const float across = std::max(size.y(), size.z());
+    if (size.z() < 0.25F * std::min(size.x(), size.y())) return ShapeKind::flat;
+    const bool round = std::min(size.y(), size.z()) > 0.8F * across;
+    return round && size.x() > 2.2F * across ? ShapeKind::rod : ShapeKind::body;
+  }
+  Eigen::AlignedBox3f bounds_mm() const override { return bounds_; }
+
+  float intersect(const Vector3f& origin, const Vector3f& direction, float t_max) const override {
+    RTCRayHit ray{};
+    ray.ray.org_x = origin.x(), ray.ray.org_y = origin.y(), ray.ray.org_z = origin.z();
+    ray.ray.dir_x = direction.x(), ray.ray.dir_y = direction.y(), ray.ray.dir_z = direction.z();
+    ray.ray.tfar = t_max;
+    ray.ray.mask = static_cast<unsigned>(-1);  // Embree's default of 0 misses everything
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(scene_.get(), &context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::numeric_limits<float>::infinity();
+    const Vector3f normal(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
+    return normal.dot(direction) > 0 ? 0.0F : ray.ray.tfar;  // leaving through a back face: it began inside
+  }
+
+  float intersect_near(const Vector3f&, const Vector3f&, float) const override {
+    return std::numeric_limits<float>::quiet_NaN();  // a tree of boxes gains nothing by a guess
+  }
+
+  float clearance(const Vector3f& point) const override { return bounds_.exteriorDistance(point); }
+
+  Mesh mesh(float spacing_mm) const override {
+    if (!(spacing_mm > 1e-3F)) throw Error("mesh spacing must be more than 0.001 mm");
+    Mesh result;
+    for (const Eigen::Vector3i& t : mesh_.triangles) {
+      const Vector3f &a = corner(t[0]), &b = corner(t[1]), &c = corner(t[2]);
+      const float longest = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+      append_divided(result, a, b, c, std::max(1, static_cast<int>(std::ceil(longest / spacing_mm))));
+    }
+    return result;
+  }
+
+ private:
+  const Vector3f& corner(int index) const { return mesh_.vertices_mm[static_cast<std::size_t>(index)]; }
+
+  void check() const {
+    if (mesh_.triangles.empty()) throw Error("the object's mesh has no triangles");
+    const int count = static_cast<int>(mesh_.vertices_mm.size());
+    for (const Eigen::Vector3i& t : mesh_.triangles)
+      if (t.minCoeff() < 0 || t.maxCoeff() >= count) throw Error("the object's mesh names vertices it does not have");
+    for (const Vector3f& vertex : mesh_.vertices_mm)
+      if (!vertex.allFinite() || vertex.cwiseAbs().maxCoeff() > 1e4F)
+        throw Error("the object's mesh has vertices that are not finite or beyond 10 m; check its unit");
+  }
+
+  void fill_scene() {
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vector3f),
+                                             mesh_.vertices_mm.size());
+    void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                              sizeof(Eigen::Vector3i), mesh_.triangles.size());
+    if (vertices == nullptr || triangles == nullptr) {
+      rtcReleaseGeometry(geometry);
+      throw Error("not enough memory for the object's mesh");
+    }
+    std::memcpy(vertices, mesh_.vertices_mm.data(), mesh_.vertices_mm.size() * sizeof(Vector3f));
+    std::memcpy(triangles, mesh_.triangles.data(), mesh_.triangles.size() * sizeof(Eigen::Vector3i));
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene_.get(), geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene_.get());
+  }
+
+  /// Splits a triangle into n * n equal ones (vertices are not shared between input triangles).
+  static void append_divided(Mesh& mesh, const Vector3f& a, const Vector3f& b, const Vector3f& c, int n) {
+    if (mesh.triangles.size() + static_cast<std::size_t>(n) * static_cast<std::size_t>(n) > max_mesh_triangles)
+      throw Error("the object's mesh is too large to be sampled finely; check its unit");
+    const int first = static_cast<int>(mesh.vertices_mm.size());
+    const Vector3f normal = (b - a).cross(c - a).normalized();
+    const auto index = [first, n](int i, int j) { return first + i * (2 * n + 3 - i) / 2 + j; };
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; j <= n - i; ++j) {
+        const float u = static_cast<float>(i) / static_cast<float>(n), v = static_cast<float>(j) / static_cast<float>(n);
+        mesh.vertices_mm.push_back(a + u * (b - a) + v * (c - a));
+        mesh.normals.push_back(normal);
+      }
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n - i; ++j) {
+        mesh.triangles.emplace_back(index(i, j), index(i + 1, j), index(i, j + 1));
+        if (j < n - i - 1) mesh.triangles.emplace_back(index(i + 1, j), index(i + 1, j + 1), index(i, j + 1));
+      }
+  }
+
+  Mesh mesh_;
+  Eigen::AlignedBox3f bounds_;
+  std::unique_ptr<RTCDeviceTy, Release> device_;
+  std::unique_ptr<RTCSceneTy, Release> scene_;
+};
+
+}  // namespace
+
+ShapePtr make_mesh_shape(const Mesh& mesh) { return std::make_shared<MeshShape>(mesh); }
+
+}  // namespace gelslam

@@ -1,0 +1,279 @@
+#include "gelslam/simulation/motion.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "gelslam/core/error.hpp"
+#include "random.hpp"
+
+namespace gelslam {
+namespace {
+
+using simulation::detail::hash;
+using simulation::detail::Random;
+
+constexpr double pi = std::numbers::pi;
+constexpr double lifted_mm = -1.5;           // negative indentation: clear of the gel
+constexpr double press_in_frames = 8;
+constexpr double lateral_smoothing_frames = 6, support_smoothing_frames = 2;
+constexpr double support_softness_mm = 0.5;  // heights within this of the lowest count for where the object rests
+constexpr double view_margin_mm = 0.3;
+
+double radians(double degrees) { return degrees * pi / 180; }
+
+/// A smooth curve through 0 at time 0, amplitude about 1, made of a few slow waves.
+class SmoothRandom {
+ public:
+  explicit SmoothRandom(std::uint64_t seed) {
+    Random random(seed);
+    for (std::size_t k = 0; k < waves_.size(); ++k)
+      waves_[k] = {random.uniform(0.06, 0.16) * static_cast<double>(k + 1), random.uniform(0, 2 * pi),
+                   0.6 / static_cast<double>(k + 1)};
+  }
+  double operator()(double time_s) const {
+    double sum = 0;
+    for (const Wave& w : waves_) sum += w.amplitude * (std::sin(2 * pi * w.hz * time_s + w.phase) - std::sin(w.phase));
+    return sum;
+  }
+
+ private:
+  struct Wave {
+    double hz = 0, phase = 0, amplitude = 0;
+  };
+  std::array<Wave, 3> waves_{};
+};
+
+/// How the object is held in one frame.
+struct Grip {
+  double roll = 0, pitch = 0, twist = 0;                  ///< about the sensor's x, y, z, radians
+  Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();     ///< of the contact (or, flat, of the object) on the sensor
+  double indentation_mm = 0;
+};
+
+/// What a kind of object allows: factors on roll (about x), pitch (about y) and shift.
+struct Freedom {
+  double roll, pitch, shift;
+};
+Freedom freedom_of(ShapeKind kind) {
+  if (kind == ShapeKind::body) return {1, 1, 1};
+  if (kind == ShapeKind::rod) return {1, 0.06, 1};
+  return {0.06, 0.06, 1.6};
+}
+
+/// Everything a motion may use to say how the object is held at frame k.
+struct Clock {
+  const MotionSpec& spec;
+  Freedom freedom;
+  Eigen::Vector2d half_size_mm;  ///< of the object, across its x and y
+  ShapeKind kind;
+  std::array<SmoothRandom, 6> random;
+
+  double time_s(int k) const { return k / spec.frame_rate_hz; }
+  double progress(int k) const { return spec.frames > 1 ? static_cast<double>(k) / (spec.frames - 1) : 0; }
+  /// A small unsteadiness of the hand.
+  Grip hand(int k, double amount) const {
+    const double t = time_s(k), a = amount * spec.speed;
+    Grip grip;
+    grip.roll = a * freedom.roll * radians(13) * random[0](t);
+    grip.pitch = a * freedom.pitch * radians(13) * random[1](t);
+    grip.twist = a * radians(16) * random[2](t);
+    grip.shift_mm = a * freedom.shift * 1.4 * Eigen::Vector2d(random[3](t), random[4](t));
+    grip.indentation_mm = spec.indentation_mm * (1 + 0.25 * random[5](t));
+    return grip;
+  }
+};
+
+Grip wobble(const Clock& clock, int k) { return clock.hand(k, 1.0); }
+
+Grip slide(const Clock& clock, int k) {
+  Grip grip = clock.hand(k, 0.1);
+  const double phase = 2 * pi * clock.progress(k);
+  grip.shift_mm += clock.spec.speed * clock.freedom.shift * Eigen::Vector2d(2.6 * std::sin(phase), 1.3 * std::sin(2 * phase));
+  return grip;
+}
+
+Grip roll(const Clock& clock, int k) {
+  Grip grip = clock.hand(k, 0.1);
+  grip.roll += clock.spec.speed * clock.freedom.roll * radians(35) * std::sin(2 * pi * clock.progress(k));
+  grip.pitch += clock.spec.speed * clock.freedom.pitch * radians(12) * std::sin(4 * pi * clock.progress(k));
+  return grip;
+}
+
+Grip twist(const Clock& clock, int k) {
+  Grip grip = clock.hand(k, 0.1);
+  grip.twist += clock.spec.speed * radians(60) * std::sin(2 * pi * clock.progress(k));
+  return grip;
+}
+
+Grip all_over(const Clock& clock, int k) {
+  const double progress = clock.progress(k);
+  Grip grip = clock.hand(k, 0.15);
+  if (clock.kind == ShapeKind::flat) {  // a closed curve over the face that crosses itself
+    const Eigen::Vector2d reach = (clock.half_size_mm.array() - 4.0).max(0.0).min(14.0);
+    grip.shift_mm += Eigen::Vector2d(reach.x() * std::sin(2 * pi * 2 * progress), reach.y() * std::sin(2 * pi * 3 * progress));
+    return grip;
+  }
+  grip.roll += radians(430) * progress;  // the last 70 degrees see the first again
+  if (clock.kind == ShapeKind::body) {
+    grip.pitch += radians(16) * std::sin(2 * pi * 2.3 * progress);
+    grip.twist += radians(8) * std::sin(2 * pi * 1.4 * progress);
+  } else {
+    grip.shift_mm.x() += 3.0 * std::sin(2 * pi * 2.3 * progress);
+  }
+  return grip;
+}
+
+/// Place 1, lifted, place 2 (45 degrees on), lifted, place 2 rolling back to place 1.
+Grip breaks(const Clock& clock, int k) {
+  const double progress = clock.progress(k);
+  Grip grip = clock.hand(k, 0.7);
+  const double away = clock.kind == ShapeKind::flat ? 0 : radians(45);
+  const Eigen::Vector2d aside = clock.kind == ShapeKind::flat ? Eigen::Vector2d(5, 3) : Eigen::Vector2d(0, 0);
+  const double there = progress < 0.32 ? 0 : progress < 0.72 ? 1 : 1 - (progress - 0.72) / 0.28;
+  grip.roll += away * there;
+  grip.shift_mm += there * aside;
+  const bool lifted = (progress > 0.3 && progress < 0.37) || (progress > 0.65 && progress < 0.72);
+  if (lifted) grip.indentation_mm = lifted_mm;
+  return grip;
+}
+
+struct Entry {
+  const char* name;
+  const char* description;
+  Grip (*grip)(const Clock&, int);
+};
+constexpr std::array<Entry, 6> catalogue = {{
+    {"wobble", "smooth random slide, roll and twist about one place", wobble},
+    {"slide", "the contact moves over the gel in a figure of eight", slide},
+    {"roll", "rolled 35 degrees to and fro", roll},
+    {"twist", "turned 60 degrees about the sensor's axis, to and fro", twist},
+    {"allover", "rolled 430 degrees with sway (flat objects: a curve over the face); the end sees the start again", all_over},
+    {"breaks", "place 1, lifted, place 2, lifted, place 2 rolling back to place 1", breaks},
+}};
+
+/// sensor_R_object at rest: flat objects face down to the gel, others as they are.
+Eigen::Matrix3d rest(ShapeKind kind) {
+  if (kind != ShapeKind::flat) return Eigen::Matrix3d::Identity();
+  return Eigen::Vector3d(1, -1, -1).asDiagonal().toDenseMatrix();
+}
+
+Eigen::Matrix3d rotation(const Grip& grip, ShapeKind kind) {
+  return (Eigen::AngleAxisd(grip.twist, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(grip.pitch, Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(grip.roll, Eigen::Vector3d::UnitX()))
+             .toRotationMatrix() *
+         rest(kind);
+}
+
+/// Where a round body rests: the mean of its lowest points (object axes turned into the sensor's), x and y.
+Eigen::Vector2d support_centre(const Eigen::Matrix3d& sensor_R_object, const Mesh& surface) {
+  const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
+  float lowest = 1e9F;
+  for (const Eigen::Vector3f& p : surface.vertices_mm) lowest = std::min(lowest, turn.row(2).dot(p));
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double weights = 0;
+  for (const Eigen::Vector3f& p : surface.vertices_mm) {
+    const double above = turn.row(2).dot(p) - lowest;
+    if (above > 8 * support_softness_mm) continue;
+    const double weight = std::exp(-above / support_softness_mm);
+    sum += weight * Eigen::Vector2d(turn.row(0).dot(p), turn.row(1).dot(p));
+    weights += weight;
+  }
+  return sum / weights;
+}
+
+/// Lowest point over the sensor's view, of the whole object if none is over it. Object axes as above, moved by `shift`.
+double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vector2d& shift, const Mesh& surface,
+                      const SensorGeometry& geometry) {
+  const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
+  const auto half_width = static_cast<float>(geometry.half_width_mm() - view_margin_mm);
+  const auto half_height = static_cast<float>(geometry.half_height_mm() - view_margin_mm);
+  const Eigen::Vector2f move = shift.cast<float>();
+  float in_view = 1e9F, anywhere = 1e9F;
+  for (const Eigen::Vector3f& p : surface.vertices_mm) {
+    const float z = turn.row(2).dot(p);
+    if (z >= in_view) continue;
+    anywhere = std::min(anywhere, z);
+    if (std::abs(turn.row(0).dot(p) + move.x()) < half_width && std::abs(turn.row(1).dot(p) + move.y()) < half_height) in_view = z;
+  }
+  return in_view < 1e8F ? in_view : anywhere;
+}
+
+/// Gaussian average over time; near the ends over what there is.
+template <typename Value>
+std::vector<Value> smoothed(const std::vector<Value>& values, double sigma) {
+  const int n = static_cast<int>(values.size()), reach = static_cast<int>(3 * sigma);
+  std::vector<Value> result;
+  for (int k = 0; k < n; ++k) {
+    Value sum = 0 * values[0];
+    double weights = 0;
+    for (int j = std::max(0, k - reach); j <= std::min(n - 1, k + reach); ++j) {
+      const double weight = std::exp(-0.5 * (j - k) * (j - k) / (sigma * sigma));
+      sum += weight * values[static_cast<std::size_t>(j)];
+      weights += weight;
+    }
+    result.push_back(sum / weights);
+  }
+  return result;
+}
+
+const Entry& find_motion(const MotionSpec& spec) {
+  if (spec.frames < 1 || spec.frames > 200'000) throw Error("number of frames must be between 1 and 200000");
+  if (!(spec.speed >= 0 && spec.speed <= 5)) throw Error("motion speed factor must be between 0 and 5");
+  if (!(spec.indentation_mm >= 0.05 && spec.indentation_mm <= 1.5)) throw Error("indentation must be between 0.05 and 1.5 mm");
+  if (!(spec.frame_rate_hz >= 1 && spec.frame_rate_hz <= 1000)) throw Error("frame rate must be between 1 and 1000 Hz");
+  std::string names;
+  for (const Entry& entry : catalogue) {
+    if (spec.name == entry.name) return entry;
+    names += std::string(names.empty() ? "" : ", ") + entry.name;
+  }
+  throw Error("unknown motion '" + spec.name + "'; known are " + names);
+}
+
+}  // namespace
+
+std::vector<CatalogueEntry> motion_catalogue() {
+  std::vector<CatalogueEntry> entries;
+  for (const Entry& entry : catalogue) entries.push_back({entry.name, entry.description});
+  return entries;
+}
+
+std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const Mesh& surface,
+                              const SensorGeometry& geometry) {
+  const Entry& entry = find_motion(spec);
+  if (surface.vertices_mm.empty()) throw Error("the object has no surface");
+  const auto curve = [&spec](std::uint64_t k) { return SmoothRandom(hash(spec.seed, 0x6a0 + k)); };
+  const Clock clock{spec, freedom_of(shape.kind()), 0.5 * shape.bounds_mm().sizes().head<2>().cast<double>(), shape.kind(),
+                    {curve(0), curve(1), curve(2), curve(3), curve(4), curve(5)}};
+  const auto frames = static_cast<std::size_t>(spec.frames);
+  std::vector<Grip> grips(frames);
+  std::vector<Eigen::Matrix3d> turns(frames);
+  std::vector<Eigen::Vector2d> shifts(frames);
+  std::vector<double> supports(frames);
+  for (std::size_t k = 0; k < frames; ++k) {
+    grips[k] = entry.grip(clock, static_cast<int>(k));
+    turns[k] = rotation(grips[k], shape.kind());
+    // Only a body needs to be followed; a rod's axis and a plate's middle stay where they are put.
+    shifts[k] = Eigen::Vector2d::Zero();
+    if (shape.kind() == ShapeKind::body) shifts[k] = -support_centre(turns[k], surface);
+  }
+  shifts = smoothed(shifts, lateral_smoothing_frames);
+  for (std::size_t k = 0; k < frames; ++k) {
+    shifts[k] += grips[k].shift_mm;
+    supports[k] = lowest_in_view(turns[k], shifts[k], surface, geometry);
+  }
+  const std::vector<double> steady = smoothed(supports, support_smoothing_frames);
+  std::vector<Pose> poses(frames, Pose::Identity());
+  for (std::size_t k = 0; k < frames; ++k) {
+    double depth = grips[k].indentation_mm;
+    if (depth > 0) depth *= std::min(1.0, 0.3 + 0.7 * static_cast<double>(k) / press_in_frames);
+    // Smoothing must neither lose contact nor push a ridge in much deeper than meant.
+    const double slack = 0.5 * spec.indentation_mm;
+    poses[k].linear() = turns[k];
+    poses[k].translation() << shifts[k], -depth - std::clamp(steady[k], supports[k] - slack, supports[k] + slack);
+  }
+  return poses;
+}
+
+}  // namespace gelslam

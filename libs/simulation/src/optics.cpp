@@ -1,0 +1,194 @@
+#include "gelslam/simulation/optics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "random.hpp"
+
+namespace gelslam {
+namespace {
+
+using simulation::detail::hash;
+using simulation::detail::Random;
+
+/// A light beside the gel: a position in the sensor frame (z < 0: below the membrane), and how its brightness is
+/// spread over the gel by the light guide.
+struct Light {
+  cv::Vec3f position_mm;
+  float level;           ///< grey levels at full incidence, at the spread's centre
+  cv::Vec2f centre_mm;   ///< of the spread
+  cv::Vec2f width_mm;    ///< of the spread (Gaussian)
+  float floor;           ///< share that is even over the gel
+  cv::Vec3f colour_bgr;  ///< with a little cross-talk between the camera's channels
+};
+
+// Levels and directions were set so that background and slope sensitivity look like a real GelSight Mini's (red from
+// the top: -110 grey levels per unit of slope in y at the centre; green from the right: +93; blue from below: +67).
+const std::array<Light, 3> lights = {{
+    {{-1.5F, -13.0F, -11.0F}, 152.0F, {-0.5F, 1.2F}, {7.5F, 5.5F}, 0.35F, {0.04F, 0.05F, 1.0F}},
+    {{14.5F, 1.0F, -13.5F}, 124.0F, {0.5F, -1.0F}, {12.0F, 9.0F}, 0.45F, {0.08F, 1.0F, 0.03F}},
+    {{2.5F, 13.0F, -17.0F}, 142.0F, {0.3F, -1.5F}, {11.0F, 7.5F}, 0.35F, {1.0F, 0.07F, 0.03F}},
+}};
+
+const cv::Vec3f ambient_level = {22.0F, 20.0F, 18.0F};  // BGR: light that has bounced about inside
+constexpr double lens_blur_px = 0.6;
+constexpr float read_noise = 0.7F;       // grey levels
+constexpr float shot_noise = 0.01F;      // variance per grey level
+constexpr double drift_amplitude = 0.06;
+
+float spread(const Light& light, float x, float y) {
+  const float dx = (x - light.centre_mm[0]) / light.width_mm[0], dy = (y - light.centre_mm[1]) / light.width_mm[1];
+  return light.floor + (1.0F - light.floor) * std::exp(-0.5F * (dx * dx + dy * dy));
+}
+
+/// Lambert's cosine with a soft end instead of a hard one at the terminator (the lights are strips, not points).
+float incidence(float cosine) {
+  constexpr float softness = 0.1F;
+  return 0.5F * (cosine + std::sqrt(cosine * cosine + softness * softness));
+}
+
+cv::Mat3f through_lens(const cv::Mat3f& picture) {
+  cv::Mat3f soft;
+  cv::GaussianBlur(picture, soft, cv::Size(5, 5), lens_blur_px, lens_blur_px, cv::BORDER_REPLICATE);
+  return soft;
+}
+
+void draw_spot(cv::Mat1f& map, float u, float v, float radius, float value) {
+  const int reach = static_cast<int>(std::ceil(radius * 2.5F));
+  for (int y = std::max(0, static_cast<int>(v) - reach); y <= std::min(map.rows - 1, static_cast<int>(v) + reach); ++y)
+    for (int x = std::max(0, static_cast<int>(u) - reach); x <= std::min(map.cols - 1, static_cast<int>(u) + reach); ++x) {
+      const float r = std::hypot(static_cast<float>(x) - u, static_cast<float>(y) - v) / radius;
+      map(y, x) += value * std::exp(-r * r);
+    }
+}
+
+/// Specks on the coat, as a factor on its brightness.
+cv::Mat1f speckled_albedo(const cv::Size& size, Random& random) {
+  cv::Mat1f albedo(size, 1.0F);
+  for (int k = 0; k < 45; ++k)
+    draw_spot(albedo, static_cast<float>(random.uniform(0, size.width)), static_cast<float>(random.uniform(0, size.height)),
+              static_cast<float>(random.uniform(1.0, 2.8)), static_cast<float>(random.uniform(-0.45, 0.25)));
+  for (int k = 0; k < 6; ++k) {  // hairs and scratches
+    float u = static_cast<float>(random.uniform(0, size.width)), v = static_cast<float>(random.uniform(0, size.height));
+    double angle = random.uniform(0, 2 * std::numbers::pi);
+    for (int step = 0; step < 40; ++step) {
+      draw_spot(albedo, u, v, 0.8F, -0.12F);
+      angle += random.uniform(-0.2, 0.2);
+      u += static_cast<float>(std::cos(angle)), v += static_cast<float>(std::sin(angle));
+    }
+  }
+  cv::min(albedo, 1.3, albedo);
+  cv::max(albedo, 0.35, albedo);
+  return albedo;
+}
+
+/// Slopes of the little hills that grains between gel and object make: they stay on the gel.
+cv::Mat2f grain_slopes(const cv::Size& size, double pitch_mm, Random& random) {
+  cv::Mat1f hills(size, 0.0F);
+  for (int k = 0; k < 30; ++k)
+    draw_spot(hills, static_cast<float>(random.uniform(0, size.width)), static_cast<float>(random.uniform(0, size.height)),
+              static_cast<float>(random.uniform(1.5, 3.5)), -static_cast<float>(random.uniform(0.02, 0.06)));
+  cv::Mat1f dx, dy;
+  cv::Sobel(hills, dx, CV_32F, 1, 0, 3, 0.125 / pitch_mm);
+  cv::Sobel(hills, dy, CV_32F, 0, 1, 3, 0.125 / pitch_mm);
+  cv::Mat2f slopes;
+  cv::merge(std::vector<cv::Mat>{dx, dy}, slopes);
+  return slopes;
+}
+
+/// Four 16-bit uniforms of one hash: close to normal (excess kurtosis -0.3), mean 0, variance 1, and cheap.
+float cheap_normal(std::uint64_t bits) {
+  const auto sum = static_cast<float>((bits & 0xffff) + ((bits >> 16) & 0xffff) + ((bits >> 32) & 0xffff) + (bits >> 48));
+  return (sum - 131070.0F) * (1.7320508F / 65536.0F);
+}
+
+}  // namespace
+
+Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options) : geometry_(geometry), options_(options) {
+  if (!(options.noise_gain >= 0 && options.noise_gain <= 50)) throw Error("noise gain must be between 0 and 50");
+  const cv::Size size(geometry.width_px, geometry.height_px);
+  brightness_.create(size);
+  ambient_.create(size);
+  for (cv::Mat3f& map : light_direction_) map.create(size);
+  for (int v = 0; v < size.height; ++v)
+    for (int u = 0; u < size.width; ++u) {
+      const float x = geometry.x_mm(u), y = geometry.y_mm(v);
+      const float corner = (x * x + y * y) / 161.0F;  // 1 at the picture's corners of a GelSight Mini
+      const float vignette = 1.0F / ((1.0F + 0.35F * corner) * (1.0F + 0.35F * corner));
+      ambient_(v, u) = vignette * ambient_level;
+      for (std::size_t k = 0; k < lights.size(); ++k) {
+        const cv::Vec3f to_light = lights[k].position_mm - cv::Vec3f(x, y, 0.0F);
+        light_direction_[k](v, u) = to_light * static_cast<float>(1.0 / cv::norm(to_light));
+        brightness_(v, u)[static_cast<int>(k)] = vignette * lights[k].level * spread(lights[k], x, y);
+      }
+    }
+  Random random(hash(options.seed, 0xd127));
+  albedo_ = options.dirt ? speckled_albedo(size, random) : cv::Mat1f(size, 1.0F);
+  if (options.dirt) late_dirt_slope_ = grain_slopes(size, geometry.pixel_pitch_mm, random);
+  flat_ = shade(cv::Mat2f(size, cv::Vec2f(0, 0)));
+  background_ = through_lens(flat_);
+}
+
+cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
+  cv::Mat3f picture(slope.size());
+  for (int v = 0; v < slope.rows; ++v)
+    for (int u = 0; u < slope.cols; ++u) {
+      const float gx = slope(v, u)[0], gy = slope(v, u)[1];
+      if (gx == 0 && gy == 0 && !flat_.empty()) {
+        picture(v, u) = flat_(v, u);
+        continue;
+      }
+      // The camera looks from below: the normal on its side is (gx, gy, -1), normalised.
+      const float scale = 1.0F / std::sqrt(1.0F + gx * gx + gy * gy);
+      cv::Vec3f colour = ambient_(v, u) * (0.4F + 0.6F * scale);
+      for (std::size_t k = 0; k < lights.size(); ++k) {
+        const cv::Vec3f& l = light_direction_[k](v, u);
+        const float cosine = scale * (gx * l[0] + gy * l[1] - l[2]);
+        colour += brightness_(v, u)[static_cast<int>(k)] * incidence(cosine) * lights[k].colour_bgr;
+      }
+      picture(v, u) = albedo_(v, u) * colour;
+    }
+  return picture;
+}
+
+std::array<float, 3> Optics::drift(double time_s) const {
+  std::array<float, 3> factor = {1, 1, 1};
+  if (!options_.light_drift) return factor;
+  Random random(hash(options_.seed, 0x11947));
+  for (float& f : factor) {
+    const double period = random.uniform(15, 40), phase = random.uniform(0, 2 * std::numbers::pi);
+    // Starts at 1: the background was taken under the lights as they were then.
+    const double wave = std::sin(2 * std::numbers::pi * time_s / period + phase) - std::sin(phase);
+    f = static_cast<float>(1.0 + drift_amplitude * wave);
+  }
+  return factor;
+}
+
+cv::Mat3b Optics::render(const GelShape& gel, std::int64_t frame, double time_s, bool in_use) const {
+  if (gel.slope.size() != background_.size()) throw Error("the gel's size is not the sensor's");
+  cv::Mat2f slope;
+  if (in_use && !late_dirt_slope_.empty())
+    cv::add(gel.slope, late_dirt_slope_, slope);
+  else
+    slope = gel.slope;
+  const cv::Mat3f picture = through_lens(shade(slope));
+  const std::array<float, 3> factor = drift(time_s);
+  const auto gain = static_cast<float>(options_.noise_gain);
+  const std::uint64_t key = hash(options_.seed, static_cast<std::uint64_t>(frame));
+  cv::Mat3b result(picture.size());
+  for (int v = 0; v < picture.rows; ++v)
+    for (int u = 0; u < picture.cols; ++u)
+      for (int c = 0; c < 3; ++c) {
+        const float level = picture(v, u)[c] * factor[static_cast<std::size_t>(c)];
+        const auto index = static_cast<std::uint64_t>((v * picture.cols + u) * 3 + c);
+        const float sigma = gain * std::sqrt(read_noise * read_noise + shot_noise * level);
+        const float noisy = level + sigma * cheap_normal(hash(key + index));
+        result(v, u)[c] = cv::saturate_cast<std::uint8_t>(noisy);
+      }
+  return result;
+}
+
+}  // namespace gelslam

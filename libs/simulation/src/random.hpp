@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace gelslam::simulation::detail {
+
+/// Stateless hash (splitmix64's finaliser; Steele et al., 2014): the same number for the same key on any machine.
+inline std::uint64_t hash(std::uint64_t key) {
+  key += 0x9e3779b97f4a7c15ULL;
+  key = (key ^ (key >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  key = (key ^ (key >> 27)) * 0x94d049bb133111ebULL;
+  return key ^ (key >> 31);
+}
+
+inline std::uint64_t hash(std::uint64_t a, std::uint64_t b) { return hash(hash(a) ^ (b * 0xd1342543de82ef95ULL)); }
+
+/// A small random stream. Not std::*_distribution: their results differ between standard libraries.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(hash(seed)) {}
+  std::uint64_t bits() { return hash(state_++); }
+  double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  std::uint64_t below(std::uint64_t n) { return bits() % n; }
+  double normal() {
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+    return radius * std::cos(6.283185307179586 * uniform());
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace gelslam::simulation::detail

@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "random.hpp"
+#include "shape_makers.hpp"
+
+namespace gelslam {
+namespace {
+
+using simulation::detail::ShapeDials;
+namespace makers = simulation::detail;
+
+struct Entry {
+  const char* name;
+  const char* description;
+  ShapePtr (*make)(const ShapeDials&);
+};
+
+constexpr std::array<Entry, 12> catalogue = {{
+    {"pebble", "stone of 21 x 17 x 14 mm with bumps and grain", makers::make_pebble},
+    {"peanut", "two lobes, 24 x 13 mm, shell ridges", makers::make_peanut},
+    {"coin", "disc of 24 mm: rim, beads, letters, modelled centre", makers::make_coin},
+    {"plank", "44 x 32 mm of wood grain", makers::make_plank},
+    {"golf", "ball of 42.7 mm with dimples (nearly periodic)", makers::make_golf_ball},
+    {"knurl", "rod of 11 mm with diamond knurling (nearly periodic)", makers::make_knurl},
+    {"screw", "rod of 9 mm with a 1.5 mm thread (turning looks like sliding)", makers::make_screw},
+    {"weave", "44 x 32 mm of plain weave (exactly periodic)", makers::make_weave},
+    {"ellipsoid", "polished, 18 x 14 x 12 mm (no texture)", makers::make_ellipsoid},
+    {"sphere", "polished ball of 16 mm (shows no rotation)", makers::make_sphere},
+    {"cylinder", "polished rod of 12 mm (shows no rolling, no sliding along)", makers::make_cylinder},
+    {"plane", "44 x 32 mm, polished (shows no motion in its plane)", makers::make_plane},
+}};
+
+bool is_mesh_name(const std::string& name) {
+  std::string extension = std::filesystem::path(name).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".ply" || extension == ".obj" || extension == ".stl";
+}
+
+ShapePtr make_from_file(const ShapeSpec& spec) {
+  // The reader gives millimetres for a file in metres; any other unit is a factor on that.
+  Mesh mesh = read_mesh(spec.name, LengthUnit::metre);
+  const float factor = static_cast<float>(spec.size * spec.mesh_unit_mm / 1000.0);
+  for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= factor;
+  return make_mesh_shape(mesh);
+}
+
+}  // namespace
+
+std::vector<CatalogueEntry> shape_catalogue() {
+  std::vector<CatalogueEntry> entries;
+  for (const Entry& entry : catalogue) entries.push_back({entry.name, entry.description});
+  return entries;
+}
+
+ShapePtr make_shape(const ShapeSpec& spec) {
+  if (!(spec.size >= 0.1 && spec.size <= 10)) throw Error("object size factor must be between 0.1 and 10");
+  if (!(spec.relief >= 0 && spec.relief <= 3)) throw Error("object relief factor must be between 0 and 3");
+  if (!(spec.mesh_unit_mm > 1e-6 && spec.mesh_unit_mm < 1e6))
+    throw Error("mesh unit must be a positive number of millimetres");
+  if (is_mesh_name(spec.name)) return make_from_file(spec);
+  // Lattice seeds of neighbouring numbers are unrelated after hashing.
+  const ShapeDials dials{static_cast<float>(spec.size), static_cast<float>(spec.relief),
+                         static_cast<std::uint32_t>(makers::hash(spec.seed))};
+  std::string names;
+  for (const Entry& entry : catalogue) {
+    if (spec.name == entry.name) return entry.make(dials);
+    names += std::string(names.empty() ? "" : ", ") + entry.name;
+  }
+  throw Error("unknown object '" + spec.name + "'; known are " + names + ", or a .ply, .obj or .stl file");
+}
+
+}  // namespace gelslam

@@ -1,0 +1,150 @@
+// Flat objects whose face z = 0 looks along +z: plane, coin, plank, weave.
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <vector>
+
+#include "implicit_shape.hpp"
+#include "noise.hpp"
+#include "random.hpp"
+#include "shape_makers.hpp"
+
+namespace gelslam::simulation::detail {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+/// A box with slightly rounded edges below z = 0; its relief rises from the face.
+class Slab : public ImplicitShape {
+ public:
+  Slab(const Vector3f& half, const Limits& limits)
+      : ImplicitShape(ShapeKind::flat, bounds(half, limits.relief_high), limits), half_(half) {}
+
+ private:
+  static constexpr float rounding = 0.5F;
+  static Eigen::AlignedBox3f bounds(const Vector3f& half, float high) {
+    return {Vector3f(-half.x() - high, -half.y() - high, -2 * half.z() - high),
+            Vector3f(half.x() + high, half.y() + high, high)};
+  }
+  float base(const Vector3f& point) const override {
+    const Vector3f q = (point + Vector3f(0, 0, half_.z())).cwiseAbs() - half_ + Vector3f::Constant(rounding);
+    return q.cwiseMax(0.0F).norm() + std::fmin(q.maxCoeff(), 0.0F) - rounding;
+  }
+  float relief(const Vector3f&) const override { return 0; }
+  Vector3f half_;
+};
+
+/// Growth rings cut lengthwise, and fibres.
+class Plank final : public Slab {
+ public:
+  explicit Plank(const ShapeDials& dials)
+      : Slab(dials.size * Vector3f(22, 16, 3), {0, high(dials), 1.1F + 0.7F * dials.relief}), dials_(dials) {}
+
+ private:
+  static float high(const ShapeDials& dials) { return 0.3F * dials.relief; }
+  float relief(const Vector3f& point) const override {
+    const float x = point.x(), y = point.y();
+    const float bend = 2.2F * gradient_noise(Vector3f(0.06F * x, 0.1F * y, 0.5F), dials_.seed) +
+                       0.25F * gradient_noise(Vector3f(0.3F * x, 0.5F * y, 1.5F), dials_.seed + 1);
+    const float ring = 0.5F + 0.5F * std::sin(2 * std::numbers::pi_v<float> * (0.42F * y + bend));
+    const float fibre = gradient_noise(Vector3f(0.35F * x, 2.4F * y, 2.5F), dials_.seed + 2);
+    const float pore = gradient_noise(Vector3f(0.7F * x, 1.3F * y, 3.5F), dials_.seed + 3);
+    return std::clamp(dials_.relief * (0.05F + 0.14F * ring + 0.035F * fibre + 0.06F * pore), 0.0F, high(dials_));
+  }
+  ShapeDials dials_;
+};
+
+/// Plain weave: the same patch again every two threads.
+class Weave final : public Slab {
+ public:
+  explicit Weave(const ShapeDials& dials)
+      : Slab(dials.size * Vector3f(22, 16, 3), {0, high(dials), 1.1F + 0.9F * dials.relief}), dials_(dials) {}
+
+ private:
+  static constexpr float thread_mm = 1.6F;
+  static float high(const ShapeDials& dials) { return 0.35F * dials.relief; }
+  float relief(const Vector3f& point) const override {
+    const float u = std::numbers::pi_v<float> * point.x() / thread_mm;
+    const float v = std::numbers::pi_v<float> * point.y() / thread_mm;
+    const float over = 0.5F * std::cos(u) * std::cos(v);
+    const float warp = std::cos(v) * std::cos(v) * (0.5F + over);
+    const float weft = std::cos(u) * std::cos(u) * (0.5F - over);
+    const float difference = warp - weft;
+    const float top = 0.5F * (warp + weft + std::sqrt(difference * difference + 0.004F));
+    return std::clamp(0.3F * dials_.relief * top, 0.0F, high(dials_));
+  }
+  ShapeDials dials_;
+};
+
+/// A disc with a rim, a ring of beads, strokes like letters and a modelled centre.
+class Coin final : public ImplicitShape {
+ public:
+  explicit Coin(const ShapeDials& dials)
+      : ImplicitShape(ShapeKind::flat, bounds(dials), {0, high(dials), 1.1F + 0.9F * dials.relief}), dials_(dials) {
+    Random random(dials.seed);
+    for (Glyph& glyph : glyphs_)
+      for (Vector2f& end : glyph)
+        end = Vector2f(static_cast<float>(random.uniform(-0.75, 0.75)), static_cast<float>(random.uniform(-1, 1)));
+  }
+
+ private:
+  static constexpr int glyph_count = 22, stroke_ends = 4;
+  static constexpr float disc_radius = 12.0F, thickness = 2.0F, letters_at = 8.1F;
+  using Glyph = std::array<Vector2f, stroke_ends>;  ///< a line through four points, about its own centre, mm
+
+  static float high(const ShapeDials& dials) { return 0.36F * dials.relief; }
+  static Eigen::AlignedBox3f bounds(const ShapeDials& dials) {
+    const float r = disc_radius * dials.size + high(dials);
+    return {Vector3f(-r, -r, -thickness - high(dials)), Vector3f(r, r, high(dials))};
+  }
+  float base(const Vector3f& point) const override {
+    constexpr float rounding = 0.4F;
+    const float across = std::hypot(point.x(), point.y()) - disc_radius * dials_.size + rounding;
+    const float along = std::fabs(point.z() + 0.5F * thickness) - 0.5F * thickness + rounding;
+    const float outside = std::hypot(std::fmax(across, 0.0F), std::fmax(along, 0.0F));
+    return std::fmin(std::fmax(across, along), 0.0F) + outside - rounding;
+  }
+  float letters(float r, float angle) const {
+    const float turn = (angle / (2 * std::numbers::pi_v<float>) + 0.5F) * glyph_count;
+    const int index = std::clamp(static_cast<int>(turn), 0, glyph_count - 1);
+    const float along = (turn - static_cast<float>(index) - 0.5F) * (2 * std::numbers::pi_v<float> * r / glyph_count);
+    const Vector2f here(along, r - letters_at);
+    float nearest = 10;
+    const Glyph& glyph = glyphs_[static_cast<std::size_t>(index)];
+    for (std::size_t k = 0; k + 1 < glyph.size(); ++k) {
+      const Vector2f stroke = glyph[k + 1] - glyph[k];
+      const float t = std::clamp((here - glyph[k]).dot(stroke) / (stroke.squaredNorm() + 1e-6F), 0.0F, 1.0F);
+      nearest = std::fmin(nearest, (here - glyph[k] - t * stroke).norm());
+    }
+    return 0.15F * (1 - smooth_step(0.1F, 0.34F, nearest));
+  }
+  float relief(const Vector3f& point) const override {
+    if (point.z() < -0.5F * thickness) return 0;  // the back is plain
+    const Vector3f p(point.x() / dials_.size, point.y() / dials_.size, 0.5F);
+    const float r = std::hypot(p.x(), p.y()), angle = std::atan2(p.y(), p.x());
+    float height = 0.22F * (1 - smooth_step(0.25F, 0.7F, std::fabs(r - 11.2F)));
+    const float bead = 0.5F + 0.5F * std::cos(56 * angle);
+    height += 0.14F * bead * (1 - smooth_step(0.15F, 0.5F, std::fabs(r - 10.1F)));
+    if (r > 6.4F && r < 9.8F) height += letters(r, angle);
+    const float field = gradient_noise(p * 0.3F, dials_.seed) + 0.35F * gradient_noise(p * 0.8F, dials_.seed + 1);
+    const float head = smooth_step(-0.15F, 0.25F, field) * 0.17F + 0.05F * gradient_noise(p * 1.3F, dials_.seed + 2);
+    height += head * (1 - smooth_step(5.0F, 6.2F, r));
+    return std::clamp(dials_.relief * height, 0.0F, high(dials_));
+  }
+
+  ShapeDials dials_;
+  std::array<Glyph, glyph_count> glyphs_{};
+};
+
+}  // namespace
+
+ShapePtr make_plane(const ShapeDials& dials) {
+  return std::make_shared<Slab>(dials.size * Vector3f(22, 16, 3), ImplicitShape::Limits{0, 0, 1.0F});
+}
+ShapePtr make_coin(const ShapeDials& dials) { return std::make_shared<Coin>(dials); }
+ShapePtr make_plank(const ShapeDials& dials) { return std::make_shared<Plank>(dials); }
+ShapePtr make_weave(const ShapeDials& dials) { return std::make_shared<Weave>(dials); }
+
+}  // namespace gelslam::simulation::detail

@@ -1,0 +1,70 @@
+#include "gelslam/simulation/simulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr double surface_points = 60'000;  // enough to know how an object rests, and for a mesh to compare with
+
+/// Edge length at which the object's surface has about `surface_points` vertices, 0.08 to 0.4 mm.
+float surface_spacing_mm(const Shape& shape) {
+  const Eigen::Vector3d size = shape.bounds_mm().sizes().cast<double>();
+  const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+  return static_cast<float>(std::clamp(std::sqrt(area / surface_points), 0.08, 0.4));
+}
+
+void check(const ScanSpec& spec) {
+  if (spec.background_frames < 1 || spec.background_frames > 1000) throw Error("number of background frames must be between 1 and 1000");
+  if (!(spec.geometry.pixel_pitch_mm > 1e-3 && spec.geometry.pixel_pitch_mm < 1)) throw Error("pixel pitch must be between 0.001 and 1 mm");
+  if (spec.geometry.width_px > 4096 || spec.geometry.height_px > 4096) throw Error("simulated pictures are at most 4096 pixels wide and high");
+}
+
+bool touches(const cv::Mat1f& underside) {
+  double lowest = 0;
+  cv::minMaxLoc(underside, &lowest);
+  return lowest < 0;
+}
+
+}  // namespace
+
+Simulator::Simulator(const ScanSpec& spec)
+    : spec_((check(spec), spec)),
+      shape_(make_shape(spec.object)),
+      surface_(shape_->mesh(surface_spacing_mm(*shape_))),
+      optics_(spec.geometry, spec.optics),
+      sensor_T_object_(make_motion(spec.motion, *shape_, surface_, spec.geometry)) {
+  for (std::size_t k = 0; k < sensor_T_object_.size(); ++k) {
+    if (!touches(object_underside(*shape_, sensor_T_object_[k], spec_.geometry, spec_.gel))) continue;
+    contact_start_frame_ = spec_.background_frames + static_cast<int>(k);
+    start_T_object_ = sensor_T_object_[k];
+    return;
+  }
+  throw Error("the simulated object never touches the gel");
+}
+
+SimulatedFrame Simulator::frame(int index) const {
+  if (index < 0 || index >= frame_count()) throw Error("no such simulated frame");
+  SimulatedFrame frame;
+  frame.index = index;
+  frame.time_s = index / spec_.motion.frame_rate_hz;
+  const bool background = index < spec_.background_frames;
+  cv::Mat1f underside(spec_.geometry.height_px, spec_.geometry.width_px, 1.0F);
+  if (!background) {
+    frame.sensor_T_object = sensor_T_object_[static_cast<std::size_t>(index - spec_.background_frames)];
+    underside = object_underside(*shape_, frame.sensor_T_object, spec_.geometry, spec_.gel);
+    if (touches(underside)) frame.start_T_sensor = start_T_object_ * frame.sensor_T_object.inverse();
+  }
+  const GelShape gel = press_gel(underside, spec_.geometry, spec_.gel);
+  frame.bgr = optics_.render(gel, index, frame.time_s, !background);
+  frame.height_mm = gel.height_mm;
+  frame.contact = gel.contact;
+  frame.slope = gel.slope;
+  return frame;
+}
+
+}  // namespace gelslam
