@@ -1,0 +1,109 @@
+#include "terminal_progress.hpp"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+
+namespace gelslam {
+namespace {
+
+constexpr int bar_cells = 24;
+constexpr double redraw_period_s = 0.1;
+
+std::string rate_text(double rate_hz) {
+  char text[32];
+  std::snprintf(text, sizeof text, rate_hz < 10.0 ? "%.1f/s" : "%.0f/s", rate_hz);
+  return text;
+}
+
+std::string duration_text(double seconds) {
+  const auto whole = static_cast<long>(std::min(seconds + 0.5, 1e9));
+  char text[32];
+  if (whole < 60) {
+    std::snprintf(text, sizeof text, "%ld s", whole);
+  } else {
+    std::snprintf(text, sizeof text, "%ld:%02ld min", whole / 60, whole % 60);
+  }
+  return text;
+}
+
+std::string bar(double share) {
+  const int full = static_cast<int>(share * bar_cells);
+  return "[" + std::string(static_cast<std::size_t>(full), '#') +
+         std::string(static_cast<std::size_t>(bar_cells - full), '.') + "]";
+}
+
+int terminal_columns() {
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace
+
+std::string progress_line(std::string_view task, std::int64_t done, std::optional<std::int64_t> total,
+                          double elapsed_s, int columns) {
+  std::string line(task);
+  line += "  ";
+  const double rate_hz = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
+  if (total && *total > 0) {
+    // A video's header may promise fewer frames than come.
+    const double share = std::clamp(static_cast<double>(done) / static_cast<double>(*total), 0.0, 1.0);
+    line += bar(share) + "  " + std::to_string(static_cast<int>(100.0 * share)) + "%  ";
+    line += std::to_string(done) + "/" + std::to_string(*total);
+  } else {
+    line += std::to_string(done);
+  }
+  if (rate_hz > 0.0) {
+    line += "  " + rate_text(rate_hz);
+    if (total && done < *total)
+      line += "  " + duration_text(static_cast<double>(*total - done) / rate_hz) + " left";
+  }
+  return line.substr(0, static_cast<std::size_t>(std::max(columns, 1)));
+}
+
+TerminalProgress::TerminalProgress(std::ostream& out, int columns, std::function<double()> now_s)
+    : out_(out), columns_(columns), now_s_(std::move(now_s)) {}
+
+TerminalProgress::~TerminalProgress() { end(); }
+
+void TerminalProgress::begin(std::string_view task, std::optional<std::int64_t> total) {
+  end();
+  task_ = task;
+  total_ = total;
+  done_ = 0;
+  start_s_ = now_s_();
+  running_ = true;
+  draw();
+}
+
+void TerminalProgress::update(std::int64_t done) {
+  done_ = done;
+  if (running_ && now_s_() - drawn_s_ >= redraw_period_s) draw();
+}
+
+void TerminalProgress::end() {
+  if (!running_) return;
+  draw();
+  running_ = false;
+  out_ << "\n" << std::flush;
+}
+
+void TerminalProgress::draw() {
+  drawn_s_ = now_s_();
+  // One column is left free: a full line would wrap. "Erase to the end" removes what a longer line left.
+  out_ << "\r" << progress_line(task_, done_, total_, drawn_s_ - start_s_, columns_ - 1) << "\x1b[K"
+       << std::flush;
+}
+
+std::unique_ptr<ProgressSink> make_progress(bool quiet) {
+  if (quiet || ::isatty(STDERR_FILENO) == 0) return std::make_unique<NoProgress>();
+  return std::make_unique<TerminalProgress>(std::cerr, terminal_columns(), [] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  });
+}
+
+}  // namespace gelslam

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <ostream>
+#include <string>
+
+#include "gelslam/core/progress.hpp"
+
+namespace gelslam {
+
+/// "tracking  [#####.....]  50%  120/240  31.2/s  4 s left", or without a known total "tracking 120  31.2/s".
+/// Cut to `columns` characters.
+std::string progress_line(std::string_view task, std::int64_t done, std::optional<std::int64_t> total,
+                          double elapsed_s, int columns);
+
+/// A line on the terminal that is drawn over ten times a second, and stays when its task ends.
+class TerminalProgress final : public ProgressSink {
+ public:
+  /// `now_s` is a monotonic clock. `out` must outlive this.
+  TerminalProgress(std::ostream& out, int columns, std::function<double()> now_s);
+  ~TerminalProgress() override;
+  void begin(std::string_view task, std::optional<std::int64_t> total) override;
+  void update(std::int64_t done) override;
+  /// Draws the last state and ends the line, so that what is printed next stands on its own.
+  void end() override;
+
+ private:
+  void draw();
+
+  std::ostream& out_;
+  int columns_;
+  std::function<double()> now_s_;
+  std::string task_;
+  std::optional<std::int64_t> total_;
+  std::int64_t done_ = 0;
+  double start_s_ = 0.0, drawn_s_ = 0.0;
+  bool running_ = false;
+};
+
+/// Progress on stderr; nothing when it is no terminal or the person asked for quiet.
+std::unique_ptr<ProgressSink> make_progress(bool quiet);
+
+}  // namespace gelslam
