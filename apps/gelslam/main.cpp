@@ -68,7 +68,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) std::cout << app.help();
   } catch (const CLI::ParseError& error) {
-    return report_parse_error(app, error);
+    exit_code = report_parse_error(app, error);
   }
   std::cout.flush();
   if (!std::cout) throw Error("cannot write to standard output; is the disk full?");

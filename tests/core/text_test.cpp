@@ -12,6 +12,9 @@ TEST(EditDistance, KnownPairs) {
   EXPECT_EQ(edit_distance("", "abc"), 3);
   EXPECT_EQ(edit_distance("kitten", "sitting"), 3);
   EXPECT_EQ(edit_distance("flaw", "lawn"), 2);
+  EXPECT_EQ(edit_distance("abc", ""), 3);
+  EXPECT_EQ(edit_distance("info", "inof"), 1);
+  EXPECT_EQ(edit_distance("ca", "abc"), 3) << "no byte is edited twice";
 }
 
 TEST(NearestName, FindsMisspellingsOnly) {
