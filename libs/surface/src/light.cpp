@@ -35,6 +35,15 @@ ColorTable color_table(const Light& light) {
   return table;
 }
 
+void to_background_light(const Light& light, cv::Mat3f& means) {
+  for (cv::Vec3f& mean : means) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& value = mean[static_cast<int>(c)];
+      value = static_cast<float>((static_cast<double>(value) - light.offset[c]) / light.gain[c]);
+    }
+  }
+}
+
 LightTracker::LightTracker(const cv::Mat3f& background_blocks)
     : background_(background_blocks.clone()), inliers_(background_blocks.size(), static_cast<unsigned char>(0)) {}
 

@@ -16,6 +16,9 @@ struct Light {
 using ColorTable = std::array<std::array<float, 256>, 3>;
 ColorTable color_table(const Light& light);
 
+/// The same for mean colours, in place.
+void to_background_light(const Light& light, cv::Mat3f& means);
+
 /// Follows the light from frame to frame by a robust fit (own): block means outside the last contact that agree with
 /// the last light (or with a shift by the median, where that explains clearly more blocks) are fitted by least squares,
 /// three times over. Keeps the last light where fewer than a tenth of the blocks agree.

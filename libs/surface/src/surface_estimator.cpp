@@ -38,15 +38,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-void to_background_light(const Light& light, cv::Mat3f& means) {
-  for (cv::Vec3f& mean : means) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      float& value = mean[static_cast<int>(c)];
-      value = static_cast<float>((static_cast<double>(value) - light.offset[c]) / light.gain[c]);
-    }
-  }
-}
-
 cv::Mat3f normals_from_gradient(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   cv::Mat3f normals(gx.size());
   for (int v = 0; v < gx.rows; ++v) {
