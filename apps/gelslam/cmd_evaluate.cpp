@@ -29,14 +29,17 @@ Judged judge(const EvaluateArguments& arguments) {
     const PlacedMeshes meshes{read_mesh(arguments.mesh), read_mesh(arguments.truth_mesh)};
     return {evaluate(meshes), meshes};
   }
-  if (arguments.run.empty()) throw Error("nothing to evaluate: give RUN and --truth DATA, or --mesh and --truth-mesh");
+  if (arguments.run.empty())
+    throw Error("nothing to evaluate: give RUN and --truth DATA, or --mesh and --truth-mesh");
   const Comparison comparison = compare(arguments.run, arguments.data_folder);
   const std::optional<PlacedMeshes> meshes = place_meshes(comparison);
   return {evaluate(comparison, meshes), meshes};
 }
 
 void draw(const EvaluateArguments& arguments, const std::optional<PlacedMeshes>& meshes) {
-  if (!meshes) throw Error("--picture needs a mesh.ply in RUN, and gt_mesh.ply and start_T_object (meta.json) in the data");
+  if (!meshes)
+    throw Error(
+        "--picture needs a mesh.ply in RUN, and gt_mesh.ply and start_T_object (meta.json) in the data");
   write_picture(arguments.picture, render_comparison(meshes->estimate, meshes->truth));
 }
 
@@ -50,21 +53,25 @@ void run_evaluate(const EvaluateArguments& arguments) {
 }  // namespace
 
 void add_evaluate_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("evaluate", "Measure a run's trajectory and mesh against ground truth");
+  CLI::App* command =
+      app.add_subcommand("evaluate", "Measure a run's trajectory and mesh against ground truth");
   const auto arguments = std::make_shared<EvaluateArguments>();
-  CLI::Option* run =
-      command->add_option("RUN", arguments->run, "run folder (trajectory.tum, report.json, mesh.ply) or a .tum file");
-  CLI::Option* truth = command->add_option("--truth", arguments->data_folder,
-                                           "data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy)");
+  CLI::Option* run = command->add_option("RUN", arguments->run,
+                                         "run folder (trajectory.tum, report.json, mesh.ply) or a .tum file");
+  CLI::Option* truth =
+      command->add_option("--truth", arguments->data_folder,
+                          "data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy)");
   run->needs(truth);
   truth->needs(run);
   CLI::Option* mesh = command->add_option("--mesh", arguments->mesh, "only a mesh (PLY, OBJ or STL, metres)");
-  CLI::Option* truth_mesh = command->add_option("--truth-mesh", arguments->truth_mesh, "its true shape, same frame");
+  CLI::Option* truth_mesh =
+      command->add_option("--truth-mesh", arguments->truth_mesh, "its true shape, same frame");
   mesh->needs(truth_mesh)->excludes(run);
   truth_mesh->needs(mesh);
   command->add_flag("--json", arguments->json, "print JSON instead of a table");
   command->add_option("-o,--output", arguments->results, "also write the results to this JSON file");
-  command->add_option("--picture", arguments->picture, "PNG: reconstruction, true shape, distance between them");
+  command->add_option("--picture", arguments->picture,
+                      "PNG: reconstruction, true shape, distance between them");
   command->footer("Example: gelslam evaluate RUN --truth DATA --picture comparison.png");
   command->callback([arguments, &exit_code] {
     run_evaluate(*arguments);

@@ -24,7 +24,8 @@ void check_lengths(const GroundTruth& truth, const RunResult& run) {
   }
 }
 
-/// The truth's index for each time stamp; frames of the background, which the truth does not cover, are left out.
+/// The truth's index for each time stamp; frames of the background, which the truth does not cover, are left
+/// out.
 std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunResult& run) {
   std::vector<IndexedPose> estimate;
   for (const StampedPose& pose : run.trajectory) {
@@ -41,7 +42,8 @@ std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunResult&
                   " frames: it belongs to another log");
     }
     if (!estimate.empty() && estimate.back().index == index) {
-      throw Error("the trajectory has two poses for frame " + std::to_string(index + truth.background_frames));
+      throw Error("the trajectory has two poses for frame " +
+                  std::to_string(index + truth.background_frames));
     }
     estimate.push_back({index, pose.map_T_sensor});
   }
@@ -89,7 +91,8 @@ Comparison compare(const std::filesystem::path& run, const std::filesystem::path
 
 std::optional<PlacedMeshes> place_meshes(const Comparison& comparison) {
   const GroundTruth& truth = comparison.truth;
-  if (comparison.run.mesh_path.empty() || truth.mesh_path.empty() || !truth.object_T_start) return std::nullopt;
+  if (comparison.run.mesh_path.empty() || truth.mesh_path.empty() || !truth.object_T_start)
+    return std::nullopt;
   return PlacedMeshes{
       transformed(read_mesh(comparison.run.mesh_path), *truth.object_T_start * comparison.start_T_map),
       read_mesh(truth.mesh_path)};

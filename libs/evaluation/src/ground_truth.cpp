@@ -1,10 +1,11 @@
 #include "gelslam/evaluation/ground_truth.hpp"
 
+#include <yaml-cpp/yaml.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <yaml-cpp/yaml.h>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
@@ -59,7 +60,8 @@ Pose read_matrix(const nlohmann::json& rows, const std::string& what) {
   if (rows.is_array() && rows.size() == 4) {
     for (const auto& row : rows) {
       if (!row.is_array() || row.size() != 4) break;
-      for (const auto& number : row) numbers.push_back(number.is_number() ? number.get<double>() : std::nan(""));
+      for (const auto& number : row)
+        numbers.push_back(number.is_number() ? number.get<double>() : std::nan(""));
     }
   }
   if (numbers.size() != 16) throw Error(what + " is not a 4 x 4 matrix");
@@ -103,7 +105,8 @@ std::vector<Eigen::Vector3d> read_points(const std::filesystem::path& path) {
   std::vector<Eigen::Vector3d> points(array.shape[0]);
   for (std::size_t i = 0; i < points.size(); ++i) {
     points[i] = kMillimetresPerMetre * Eigen::Map<const Eigen::Vector3d>(values.data() + 3 * i);
-    if (!points[i].allFinite()) throw Error(path.string() + ": point " + std::to_string(i) + " is not finite");
+    if (!points[i].allFinite())
+      throw Error(path.string() + ": point " + std::to_string(i) + " is not finite");
   }
   return points;
 }
@@ -116,7 +119,8 @@ GroundTruth read_ground_truth(const std::filesystem::path& folder) {
   }
   GroundTruth truth;
   truth.start_T_currs = read_poses(folder / "true_start_T_currs.npy");
-  if (const auto config = folder / "config.yaml"; std::filesystem::exists(config)) read_frame_rate(config, truth);
+  if (const auto config = folder / "config.yaml"; std::filesystem::exists(config))
+    read_frame_rate(config, truth);
   if (const auto meta = folder / "meta.json"; std::filesystem::exists(meta)) read_meta(meta, truth);
   if (const auto mesh = folder / "gt_mesh.ply"; std::filesystem::exists(mesh)) truth.mesh_path = mesh;
   if (const auto touched = folder / "touched.npy"; std::filesystem::exists(touched)) {

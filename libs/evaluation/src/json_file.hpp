@@ -11,7 +11,8 @@ namespace gelslam::evaluation::detail {
 /// Parses a file that holds one JSON object (at most 64 MB). Throws Error, naming the file, when it does not.
 nlohmann::json read_json_object(const std::filesystem::path& path);
 
-/// The number at `key`, none where the key is absent. Throws Error when it is no finite number from `low` to `high`.
+/// The number at `key`, none where the key is absent. Throws Error when it is no finite number from `low` to
+/// `high`.
 std::optional<double> number_at(const nlohmann::json& object, const std::string& key, double low, double high,
                                 const std::filesystem::path& path);
 

@@ -63,7 +63,8 @@ DistanceSummary summarise(std::vector<double> distances) {
 }
 
 double share_within(const std::vector<double>& distances, double limit_mm) {
-  const auto near = std::count_if(distances.begin(), distances.end(), [&](double d) { return d <= limit_mm; });
+  const auto near =
+      std::count_if(distances.begin(), distances.end(), [&](double d) { return d <= limit_mm; });
   return distances.empty() ? 0.0 : static_cast<double>(near) / static_cast<double>(distances.size());
 }
 

@@ -28,14 +28,15 @@ Albedo plain(const Eigen::Vector3f& colour) {
 }
 
 /// Hershey letters are coarse: drawn four times as large and averaged down they look printed.
-void draw_text(cv::Mat& picture, const std::string& text, const cv::Point& left_baseline, double scale = 0.55) {
+void draw_text(cv::Mat& picture, const std::string& text, const cv::Point& left_baseline,
+               double scale = 0.55) {
   constexpr int kOversampling = 4;
   int baseline = 0;
   const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kOversampling * scale, 5, &baseline);
   const int margin = 4 * kOversampling;
   cv::Mat large(size.height + baseline + 2 * margin, size.width + 2 * margin, CV_8U, cv::Scalar(0));
-  cv::putText(large, text, {margin, margin + size.height}, cv::FONT_HERSHEY_SIMPLEX, kOversampling * scale, 255, 5,
-              cv::LINE_AA);
+  cv::putText(large, text, {margin, margin + size.height}, cv::FONT_HERSHEY_SIMPLEX, kOversampling * scale,
+              255, 5, cv::LINE_AA);
   cv::Mat ink;
   cv::resize(large, ink, {large.cols / kOversampling, large.rows / kOversampling}, 0, 0, cv::INTER_AREA);
   const cv::Point corner = left_baseline - cv::Point(margin, margin + size.height) / kOversampling;
@@ -85,7 +86,8 @@ void draw_scale_bar(cv::Mat& panel, double mm_per_px) {
 }
 
 /// Panels in a row under their titles, on paper.
-cv::Mat compose(const std::vector<cv::Mat>& panels, const std::vector<std::string>& titles, int space_right_px) {
+cv::Mat compose(const std::vector<cv::Mat>& panels, const std::vector<std::string>& titles,
+                int space_right_px) {
   int width = kGap_px + space_right_px;
   for (const cv::Mat& panel : panels) width += panel.cols + kGap_px;
   const int top = titles.empty() ? kGap_px : kTitleHeight_px;
@@ -101,7 +103,8 @@ cv::Mat compose(const std::vector<cv::Mat>& panels, const std::vector<std::strin
   return picture;
 }
 
-/// 256 BGR colours for distances from zero to the limit. Turbo without its darkest ends, which look like shadow.
+/// 256 BGR colours for distances from zero to the limit. Turbo without its darkest ends, which look like
+/// shadow.
 cv::Mat distance_colours() {
   cv::Mat levels(1, 256, CV_8U), colours;
   for (int i = 0; i < 256; ++i) levels.at<std::uint8_t>(i) = static_cast<std::uint8_t>(22 + i * 215 / 255);
@@ -123,7 +126,8 @@ std::vector<double> vertex_distances(const Mesh& mesh, const TriangleScene& trut
 }
 
 double automatic_limit(std::vector<double> distances) {
-  const auto high = distances.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(distances.size() - 1));
+  const auto high =
+      distances.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(distances.size() - 1));
   std::nth_element(distances.begin(), high, distances.end());
   return round_number(std::max(*high, 1e-3), true);
 }
@@ -178,13 +182,15 @@ cv::Mat render_comparison(const Mesh& estimate, const Mesh& truth, const Picture
   const View view = evaluation::detail::facing_view(estimate);
   const Framing framing = evaluation::detail::frame(view, estimate, truth, options.panel_width_px);
   const std::vector<double> distances = vertex_distances(estimate, truth_scene);
-  const double limit_mm = options.colour_limit_mm > 0.0 ? options.colour_limit_mm : automatic_limit(distances);
+  const double limit_mm =
+      options.colour_limit_mm > 0.0 ? options.colour_limit_mm : automatic_limit(distances);
   using evaluation::detail::render;
-  std::vector<cv::Mat> panels = {render(estimate_scene, view, framing, plain(kClay)),
-                                 render(truth_scene, view, framing, plain(kStone)),
-                                 render(estimate_scene, view, framing, by_distance(estimate, distances, limit_mm))};
+  std::vector<cv::Mat> panels = {
+      render(estimate_scene, view, framing, plain(kClay)), render(truth_scene, view, framing, plain(kStone)),
+      render(estimate_scene, view, framing, by_distance(estimate, distances, limit_mm))};
   draw_scale_bar(panels.front(), framing.mm_per_px);
-  cv::Mat picture = compose(panels, {"reconstruction", "true shape", "distance to the true shape"}, kBarMargin_px);
+  cv::Mat picture =
+      compose(panels, {"reconstruction", "true shape", "distance to the true shape"}, kBarMargin_px);
   draw_colour_bar(picture, picture.cols - kBarMargin_px, limit_mm);
   return picture;
 }

@@ -12,8 +12,8 @@
 namespace gelslam::evaluation::detail {
 namespace {
 
-constexpr int kSubsamples = 2;       // per side of a pixel
-constexpr int kOcclusionRays = 8;    // per subsample
+constexpr int kSubsamples = 2;            // per side of a pixel
+constexpr int kOcclusionRays = 8;         // per subsample
 constexpr double kOcclusionReach = 0.12;  // of the picture's width
 constexpr float kAmbient = 0.30F, kHead = 0.20F, kKey = 0.72F, kSpecular = 0.05F;
 const Eigen::Vector3f kInside(0.30F, 0.30F, 0.31F);  // the back of an open surface
@@ -42,7 +42,11 @@ Eigen::Vector3f background(double height_share) {
 class Renderer {
  public:
   Renderer(const TriangleScene& scene, const View& view, const Framing& framing, const Albedo& albedo)
-      : scene_(scene), view_(view), framing_(framing), albedo_(albedo), normals_(vertex_normals(scene.mesh())) {
+      : scene_(scene),
+        view_(view),
+        framing_(framing),
+        albedo_(albedo),
+        normals_(vertex_normals(scene.mesh())) {
     key_ = (0.65 * view.toward_viewer - 0.6 * view.right + 0.65 * view.up).normalized();
     half_ = (key_ + view.toward_viewer).normalized();
   }
@@ -93,8 +97,9 @@ class Renderer {
     if (normal.dot(face) < 0.0) normal = -normal;
     const auto positive = [](double value) { return static_cast<float>(std::max(0.0, value)); };
     const float open = openness(point, face, sample);
-    const float light = kAmbient * open + (0.4F + 0.6F * open) * (kHead * positive(normal.dot(view_.toward_viewer)) +
-                                                                kKey * positive(normal.dot(key_)));
+    const float light =
+        kAmbient * open + (0.4F + 0.6F * open) * (kHead * positive(normal.dot(view_.toward_viewer)) +
+                                                  kKey * positive(normal.dot(key_)));
     const float highlight = kSpecular * std::pow(positive(normal.dot(half_)), 40.0F);
     return light * (inside ? kInside : albedo_(hit)) + Eigen::Vector3f::Constant(highlight);
   }
@@ -110,7 +115,8 @@ class Renderer {
       const double radius2 = (k + shift) / kOcclusionRays;
       const double angle = 2.0 * std::numbers::pi * (turn + k * (0.5 * (3.0 - std::sqrt(5.0))));
       const double r = std::sqrt(radius2);
-      const Eigen::Vector3d ray = basis * Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), std::sqrt(1.0 - radius2));
+      const Eigen::Vector3d ray =
+          basis * Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), std::sqrt(1.0 - radius2));
       blocked += scene_.is_occluded(origin, ray, reach) ? 1 : 0;
     }
     return 1.0F - static_cast<float>(blocked) / kOcclusionRays;

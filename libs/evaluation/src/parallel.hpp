@@ -7,8 +7,8 @@
 
 namespace gelslam::evaluation::detail {
 
-/// Calls work(begin, end) for consecutive ranges that cover [0, count), on all cores. Each index must write only what
-/// belongs to it; then the result does not depend on the number of threads.
+/// Calls work(begin, end) for consecutive ranges that cover [0, count), on all cores. Each index must write
+/// only what belongs to it; then the result does not depend on the number of threads.
 template <typename Work>
 void parallel_ranges(std::size_t count, const Work& work) {
   const std::size_t threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 64);

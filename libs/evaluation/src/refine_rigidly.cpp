@@ -52,8 +52,10 @@ double huber_threshold(const std::vector<double>& residuals) {
   return std::max(1e-6, 1.345 * 1.4826 * *middle);  // 95 % efficiency; median to standard deviation
 }
 
-/// One Gauss-Newton step about `centre`: rotation times `radius` first (so that all six are lengths), then translation.
-Vector6d step(const Matches& matches, const TriangleScene& truth, const Eigen::Vector3d& centre, double radius) {
+/// One Gauss-Newton step about `centre`: rotation times `radius` first (so that all six are lengths), then
+/// translation.
+Vector6d step(const Matches& matches, const TriangleScene& truth, const Eigen::Vector3d& centre,
+              double radius) {
   std::vector<Vector6d> jacobians;
   std::vector<double> residuals;
   for (std::size_t i = 0; i < matches.points.size(); ++i) {
@@ -85,7 +87,8 @@ Vector6d step(const Matches& matches, const TriangleScene& truth, const Eigen::V
 
 Pose moved(const Pose& pose, const Vector6d& step, const Eigen::Vector3d& centre, double radius) {
   const Pose turn(so3_exp(step.head<3>() / radius));
-  return normalized(Eigen::Translation3d(centre + step.tail<3>()) * turn * Eigen::Translation3d(-centre) * pose);
+  return normalized(Eigen::Translation3d(centre + step.tail<3>()) * turn * Eigen::Translation3d(-centre) *
+                    pose);
 }
 
 }  // namespace

@@ -23,10 +23,12 @@ using Json = nlohmann::ordered_json;
 std::string trajectory_table(const Evaluation& evaluation) {
   const TrajectoryMetrics& t = *evaluation.trajectory;
   std::string text = "Trajectory, relative to frame " + std::to_string(*evaluation.reference_frame) + "\n";
-  text += format("  mean absolute error     x %.4f  y %.4f  z %.4f mm\n", t.mae_mm.x(), t.mae_mm.y(), t.mae_mm.z());
+  text += format("  mean absolute error     x %.4f  y %.4f  z %.4f mm\n", t.mae_mm.x(), t.mae_mm.y(),
+                 t.mae_mm.z());
   text += format("                          rx %.3f  ry %.3f  rz %.3f deg\n", t.mae_deg.x(), t.mae_deg.y(),
                  t.mae_deg.z());
-  text += format("  geometric mean of six   %.4f mm (1 deg = %.3f mm)\n", t.geometric_mean_mm, kMillimetresPerDegree);
+  text += format("  geometric mean of six   %.4f mm (1 deg = %.3f mm)\n", t.geometric_mean_mm,
+                 kMillimetresPerDegree);
   text += format("  ATE                     %.4f mm, %.4f mm after alignment\n", t.ate_mm, t.ate_aligned_mm);
   text += format("  RPE over 1 frame        %.4f mm  %.4f deg (%d pairs)\n", t.over_one_frame.translation_mm,
                  t.over_one_frame.rotation_deg, t.over_one_frame.pairs);
@@ -50,8 +52,8 @@ std::string mesh_rows(const std::string& title, const MeshMetrics& m) {
   text += format("    completeness          mean %.4f  median %.4f  p90 %.4f mm\n", m.completeness.mean_mm,
                  m.completeness.median_mm, m.completeness.p90_mm);
   for (const ShareWithin& w : m.within) {
-    text += format("    within %.2f mm        precision %.3f  completeness %.3f  F %.3f\n", w.distance_mm, w.precision,
-                   w.completeness, w.f_score);
+    text += format("    within %.2f mm        precision %.3f  completeness %.3f  F %.3f\n", w.distance_mm,
+                   w.precision, w.completeness, w.f_score);
   }
   return text;
 }

@@ -21,17 +21,16 @@ RunResult read_run(const std::filesystem::path& folder_or_tum) {
   if (!std::filesystem::exists(folder_or_tum)) {
     throw Error("there is no " + folder_or_tum.string() + ": give a run's folder or a .tum file");
   }
+  const bool is_folder = std::filesystem::is_directory(folder_or_tum);
   RunResult run;
-  if (!std::filesystem::is_directory(folder_or_tum)) {
-    run.trajectory = read_tum(folder_or_tum);
-  } else {
-    run.trajectory = read_tum(folder_or_tum / "trajectory.tum");
-    if (const auto report = folder_or_tum / "report.json"; std::filesystem::exists(report)) read_report(report, run);
-    if (const auto mesh = folder_or_tum / "mesh.ply"; std::filesystem::exists(mesh)) run.mesh_path = mesh;
-  }
+  run.trajectory = read_tum(is_folder ? folder_or_tum / "trajectory.tum" : folder_or_tum);
   if (run.trajectory.empty()) {
     throw Error("the trajectory of " + folder_or_tum.string() + " is empty: nothing was tracked");
   }
+  if (!is_folder) return run;
+  if (const auto report = folder_or_tum / "report.json"; std::filesystem::exists(report))
+    read_report(report, run);
+  if (const auto mesh = folder_or_tum / "mesh.ply"; std::filesystem::exists(mesh)) run.mesh_path = mesh;
   return run;
 }
 

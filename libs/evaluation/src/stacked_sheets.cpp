@@ -13,8 +13,8 @@ constexpr int kSamples = 50'000;
 constexpr std::uint64_t kSeed = 4;
 constexpr double kSameOrientationCosine = 0.5;
 
-/// Which triangles meet at a vertex; vertices at the same place count as one, so that files without shared vertices
-/// (STL) are connected too.
+/// Which triangles meet at a vertex; vertices at the same place count as one, so that files without shared
+/// vertices (STL) are connected too.
 class Neighbourhood {
  public:
   explicit Neighbourhood(const Mesh& mesh) : place_(welded(mesh.vertices_mm)) {
@@ -60,13 +60,17 @@ class Neighbourhood {
 class SheetSearch {
  public:
   SheetSearch(const TriangleScene& scene, const Neighbourhood& neighbourhood, double reach_mm)
-      : scene_(scene), neighbourhood_(neighbourhood), reach_mm_(reach_mm), mark_(scene.mesh().triangles.size(), 0) {}
+      : scene_(scene),
+        neighbourhood_(neighbourhood),
+        reach_mm_(reach_mm),
+        mark_(scene.mesh().triangles.size(), 0) {}
 
   bool finds_another(const SurfaceSample& sample) {
     const Eigen::Vector3d normal = scene_.triangle_normal(sample.triangle);
     auto hits = scene_.cast_all(sample.point_mm - reach_mm_ * normal, normal, 2.0 * reach_mm_);
     std::erase_if(hits, [&](const RayHit& hit) {
-      return hit.triangle == sample.triangle || scene_.triangle_normal(hit.triangle).dot(normal) < kSameOrientationCosine;
+      return hit.triangle == sample.triangle ||
+             scene_.triangle_normal(hit.triangle).dot(normal) < kSameOrientationCosine;
     });
     if (hits.empty()) return false;
     mark_own_sheet(sample);
@@ -117,7 +121,8 @@ double stacked_share(const TriangleScene& mesh, double reach_mm) {
     SheetSearch search(mesh, neighbourhood, reach_mm);
     for (std::size_t i = begin; i < end; ++i) stacked[i] = search.finds_another(samples[i]) ? 1 : 0;
   });
-  return static_cast<double>(std::count(stacked.begin(), stacked.end(), 1)) / static_cast<double>(samples.size());
+  return static_cast<double>(std::count(stacked.begin(), stacked.end(), 1)) /
+         static_cast<double>(samples.size());
 }
 
 }  // namespace gelslam

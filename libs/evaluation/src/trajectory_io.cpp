@@ -10,9 +10,9 @@
 namespace gelslam {
 namespace {
 
-constexpr std::size_t kMaxLineLength = 4096;      // eight numbers need a tenth of this
-constexpr std::size_t kMaxLines = 50'000'000;     // 23 days at 25 Hz
-constexpr double kMaxTranslation_m = 1000.0;      // anything beyond is not a touch sensor's path
+constexpr std::size_t kMaxLineLength = 4096;   // eight numbers need a tenth of this
+constexpr std::size_t kMaxLines = 50'000'000;  // 23 days at 25 Hz
+constexpr double kMaxTranslation_m = 1000.0;   // anything beyond is not a touch sensor's path
 
 std::string at_line(const std::filesystem::path& path, std::size_t line_number) {
   return path.string() + ", line " + std::to_string(line_number);

@@ -33,7 +33,8 @@ std::vector<PosePair> pairs_relative_to(const std::vector<IndexedPose>& estimate
                                         int reference_index) {
   const IndexedPose* reference = find(estimate, reference_index);
   const auto& true_reference = start_T_currs.at(static_cast<std::size_t>(reference_index));
-  if (!reference || !true_reference) throw Error("the reference frame must have an estimated and a true pose");
+  if (!reference || !true_reference)
+    throw Error("the reference frame must have an estimated and a true pose");
   const Pose reference_T_map = reference->map_T_sensor.inverse();
   const Pose reference_T_start = true_reference->inverse();
   std::vector<PosePair> pairs;
@@ -66,7 +67,8 @@ double aligned_rmse_mm(const std::vector<PosePair>& pairs) {
   }
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (const PosePair& pair : pairs) {
-    covariance += (pair.truth.translation() - true_mean) * (pair.estimated.translation() - estimated_mean).transpose();
+    covariance +=
+        (pair.truth.translation() - true_mean) * (pair.estimated.translation() - estimated_mean).transpose();
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
@@ -74,8 +76,9 @@ double aligned_rmse_mm(const std::vector<PosePair>& pairs) {
   const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
   double sum = 0.0;
   for (const PosePair& pair : pairs) {
-    sum += (rotation * (pair.estimated.translation() - estimated_mean) - (pair.truth.translation() - true_mean))
-               .squaredNorm();
+    sum +=
+        (rotation * (pair.estimated.translation() - estimated_mean) - (pair.truth.translation() - true_mean))
+            .squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(pairs.size()));
 }
@@ -105,8 +108,8 @@ RelativePoseError relative_error(const std::vector<PosePair>& pairs, int frames_
 }  // namespace
 
 Eigen::Vector3d euler_zxy_deg(const Eigen::Matrix3d& r) {
-  // Ry Rx Rz: the middle row is (cos rx sin rz, cos rx cos rz, -sin rx), the last column (sin ry cos rx, -sin rx,
-  // cos ry cos rx).
+  // Ry Rx Rz: the middle row is (cos rx sin rz, cos rx cos rz, -sin rx), the last column (sin ry cos rx, -sin
+  // rx, cos ry cos rx).
   const double cos_rx = std::hypot(r(0, 2), r(2, 2));
   const double rx = std::atan2(-r(1, 2), cos_rx);
   if (cos_rx < 1e-7) return kDegreesPerRadian * Eigen::Vector3d(rx, 0.0, std::atan2(-r(0, 1), r(0, 0)));
@@ -114,20 +117,22 @@ Eigen::Vector3d euler_zxy_deg(const Eigen::Matrix3d& r) {
 }
 
 int choose_reference_index(const std::vector<IndexedPose>& estimate,
-                           const std::vector<std::optional<Pose>>& start_T_currs, std::optional<int> preferred) {
+                           const std::vector<std::optional<Pose>>& start_T_currs,
+                           std::optional<int> preferred) {
   std::optional<int> first;
   for (const IndexedPose& pose : estimate) {
     if (!start_T_currs.at(static_cast<std::size_t>(pose.index))) continue;
     if (pose.index == preferred) return pose.index;
     if (!first) first = pose.index;
   }
-  if (!first) throw Error("no frame has both an estimated and a true pose: do run and truth belong together?");
+  if (!first)
+    throw Error("no frame has both an estimated and a true pose: do run and truth belong together?");
   return *first;
 }
 
 TrajectoryMetrics evaluate_trajectory(const std::vector<IndexedPose>& estimate,
-                                      const std::vector<std::optional<Pose>>& start_T_currs, int reference_index,
-                                      double fps) {
+                                      const std::vector<std::optional<Pose>>& start_T_currs,
+                                      int reference_index, double fps) {
   const std::vector<PosePair> pairs = pairs_relative_to(estimate, start_T_currs, reference_index);
   TrajectoryMetrics metrics;
   for (const auto& truth : start_T_currs) metrics.touched_frames += truth.has_value() ? 1 : 0;

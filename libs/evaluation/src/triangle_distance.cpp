@@ -6,7 +6,8 @@
 namespace gelslam::evaluation::detail {
 namespace {
 
-Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                   const Eigen::Vector3d& b) {
   const Eigen::Vector3d ab = b - a;
   const double length2 = ab.squaredNorm();
   if (length2 == 0.0) return a;
@@ -15,8 +16,8 @@ Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector
 
 }  // namespace
 
-Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                    const Eigen::Vector3d& c) {
+Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                    const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const Eigen::Vector3d normal = (b - a).cross(c - a);
   const double normal2 = normal.squaredNorm();
   if (normal2 > 0.0) {

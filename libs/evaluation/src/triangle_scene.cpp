@@ -76,7 +76,8 @@ bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
                       (distance == search.best.distance_mm && index < search.best.triangle);
   if (!nearer) return false;
   search.best = {candidate, distance, index};
-  // A little wider than the best, so that ties and single-precision bounds never depend on the order of traversal.
+  // A little wider than the best, so that ties and single-precision bounds never depend on the order of
+  // traversal.
   const double reach = 1.00001 * distance + 1e-4;
   if (reach >= static_cast<double>(arguments->query->radius)) return false;
   arguments->query->radius = static_cast<float>(reach);
@@ -113,10 +114,9 @@ void collect_and_go_on(const RTCFilterFunctionNArguments* arguments) {
   auto* collecting = reinterpret_cast<CollectingContext*>(arguments->context);
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] != -1) continue;
-    collecting->hits->push_back(to_hit(RTCRayN_tfar(arguments->ray, arguments->N, i),
-                                       RTCHitN_primID(arguments->hit, arguments->N, i),
-                                       RTCHitN_u(arguments->hit, arguments->N, i),
-                                       RTCHitN_v(arguments->hit, arguments->N, i)));
+    collecting->hits->push_back(
+        to_hit(RTCRayN_tfar(arguments->ray, arguments->N, i), RTCHitN_primID(arguments->hit, arguments->N, i),
+               RTCHitN_u(arguments->hit, arguments->N, i), RTCHitN_v(arguments->hit, arguments->N, i)));
     arguments->valid[i] = 0;
   }
 }
@@ -176,8 +176,8 @@ std::optional<RayHit> TriangleScene::cast(const Eigen::Vector3d& origin_mm, cons
   return to_hit(ray.ray.tfar, ray.hit.primID, ray.hit.u, ray.hit.v);
 }
 
-std::vector<RayHit> TriangleScene::cast_all(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                                            double length_mm) const {
+std::vector<RayHit> TriangleScene::cast_all(const Eigen::Vector3d& origin_mm,
+                                            const Eigen::Vector3d& direction, double length_mm) const {
   std::vector<RayHit> hits;
   RTCRayHit ray = make_ray(origin_mm, direction, length_mm);
   CollectingContext collecting{};

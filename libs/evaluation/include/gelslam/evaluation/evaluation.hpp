@@ -43,8 +43,8 @@ struct Comparison {
   Pose start_T_map = Pose::Identity();
 };
 
-/// Reads both and matches them. Throws Error when they do not belong together: time stamps that are no frames of the
-/// log, more frames than the truth has, a log of another length, or no frame that both know.
+/// Reads both and matches them. Throws Error when they do not belong together: time stamps that are no frames
+/// of the log, more frames than the truth has, a log of another length, or no frame that both know.
 Comparison compare(const std::filesystem::path& run, const std::filesystem::path& data_folder);
 
 /// Both meshes in the object's frame, placed by the known pose; none where one of them is missing.

@@ -10,20 +10,22 @@ namespace gelslam {
 
 /// What is known about a recorded log. `start` is the sensor's frame at the first contact.
 struct GroundTruth {
-  std::vector<std::optional<Pose>> start_T_currs;  ///< one per frame after the background; none where nothing touches
-  int background_frames = 10;                      ///< frames of the log before start_T_currs[0]
+  std::vector<std::optional<Pose>>
+      start_T_currs;           ///< one per frame after the background; none where nothing touches
+  int background_frames = 10;  ///< frames of the log before start_T_currs[0]
   double fps = 25.0;
-  std::optional<Pose> object_T_start;              ///< places a reconstruction on the true mesh
-  std::filesystem::path mesh_path;                 ///< the object's true surface; empty where there is none
-  std::vector<Eigen::Vector3d> touched_mm;         ///< points really touched, object frame; empty where unknown
+  std::optional<Pose> object_T_start;       ///< places a reconstruction on the true mesh
+  std::filesystem::path mesh_path;          ///< the object's true surface; empty where there is none
+  std::vector<Eigen::Vector3d> touched_mm;  ///< points really touched, object frame; empty where unknown
 
   int log_frames() const { return background_frames + static_cast<int>(start_T_currs.size()); }
 };
 
-/// Reads a data folder: true_start_T_currs.npy (N x 4 x 4, metres, NaN where nothing touches); optional meta.json
-/// (background_frames, fps, frames, start_T_object), config.yaml (device_config.framerate, where meta.json has no
-/// fps), gt_mesh.ply, touched.npy (M x 3, metres, object frame). Throws Error when the folder or the truth is
-/// missing or damaged, nothing ever touches, a pose is not rigid, or the truth is of another length than the log.
+/// Reads a data folder: true_start_T_currs.npy (N x 4 x 4, metres, NaN where nothing touches); optional
+/// meta.json (background_frames, fps, frames, start_T_object), config.yaml (device_config.framerate, where
+/// meta.json has no fps), gt_mesh.ply, touched.npy (M x 3, metres, object frame). Throws Error when the
+/// folder or the truth is missing or damaged, nothing ever touches, a pose is not rigid, or the truth is of
+/// another length than the log.
 GroundTruth read_ground_truth(const std::filesystem::path& folder);
 
 }  // namespace gelslam

@@ -14,8 +14,8 @@ struct DistanceSummary {
   double p90_mm = 0.0;
 };
 
-/// At one distance: the share of the reconstruction that is so near to the truth, the share of the truth's points
-/// that is so near to the reconstruction, and their harmonic mean.
+/// At one distance: the share of the reconstruction that is so near to the truth, the share of the truth's
+/// points that is so near to the reconstruction, and their harmonic mean.
 struct ShareWithin {
   double distance_mm = 0.0;
   double precision = 0.0;
@@ -24,8 +24,8 @@ struct ShareWithin {
 };
 
 struct MeshMetrics {
-  DistanceSummary accuracy;      ///< from the reconstruction, area-weighted, to the true surface
-  DistanceSummary completeness;  ///< from the truth's points to the reconstructed surface
+  DistanceSummary accuracy;         ///< from the reconstruction, area-weighted, to the true surface
+  DistanceSummary completeness;     ///< from the truth's points to the reconstructed surface
   std::vector<ShareWithin> within;  ///< at 0.05, 0.1 and 0.25 mm
 };
 
@@ -34,15 +34,16 @@ struct SurfaceSample {
   int triangle;
 };
 
-/// `count` points spread over the mesh in proportion to area (systematic sampling along the triangles' cumulated
-/// area; same seed, same points). Throws Error when the mesh has no area.
+/// `count` points spread over the mesh in proportion to area (systematic sampling along the triangles'
+/// cumulated area; same seed, same points). Throws Error when the mesh has no area.
 std::vector<SurfaceSample> sample_surface(const Mesh& mesh, int count, std::uint64_t seed);
 
 /// The mesh with its vertices and normals moved by a pose.
 Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh);
 
-/// Distances of a reconstruction, already placed in the truth's frame, to the true surface, and of `truth_points_mm`
-/// (points really touched, or samples of the whole surface) to it. Point-to-triangle, no scale, no alignment.
+/// Distances of a reconstruction, already placed in the truth's frame, to the true surface, and of
+/// `truth_points_mm` (points really touched, or samples of the whole surface) to it. Point-to-triangle, no
+/// scale, no alignment.
 MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& truth,
                           const std::vector<Eigen::Vector3d>& truth_points_mm);
 
@@ -53,14 +54,15 @@ struct Refinement {
   double rotation_deg = 0.0;
 };
 
-/// Rigid point-to-plane ICP of the reconstruction onto the true surface, Huber weights, started at identity. Directions
-/// that the surface does not determine (sliding on a plane, turning a ball) are left alone. Never ends at a larger
-/// mean distance than it began with. Source: Chen & Medioni 1992; own implementation.
+/// Rigid point-to-plane ICP of the reconstruction onto the true surface, Huber weights, started at identity.
+/// Directions that the surface does not determine (sliding on a plane, turning a ball) are left alone. Never
+/// ends at a larger mean distance than it began with. Source: Chen & Medioni 1992; own implementation.
 Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& truth);
 
-/// Share of the mesh's area that has another sheet of the same orientation (normals within 60 degrees) less than
-/// `reach_mm` away along its normal, on either side. What is connected with a place inside the ball of that radius
-/// is the same sheet, however rough; vertices at one place count as connected. 0 for a single surface.
+/// Share of the mesh's area that has another sheet of the same orientation (normals within 60 degrees) less
+/// than `reach_mm` away along its normal, on either side. What is connected with a place inside the ball of
+/// that radius is the same sheet, however rough; vertices at one place count as connected. 0 for a single
+/// surface.
 double stacked_share(const TriangleScene& mesh, double reach_mm = 0.5);
 
 }  // namespace gelslam

@@ -19,7 +19,8 @@ struct RunResult {
 };
 
 /// Reads a run's folder (trajectory.tum; report.json and mesh.ply where present) or a bare .tum file.
-/// Throws Error when the trajectory is missing, empty or damaged, or report.json is no JSON object of the right types.
+/// Throws Error when the trajectory is missing, empty or damaged, or report.json is no JSON object of the
+/// right types.
 RunResult read_run(const std::filesystem::path& folder_or_tum);
 
 }  // namespace gelslam

@@ -13,9 +13,10 @@ struct StampedPose {
   Pose map_T_sensor = Pose::Identity();
 };
 
-/// Reads a TUM trajectory: lines of `time_s x y z qx qy qz qw`, metres, blank lines and lines with `#` skipped.
-/// Translations come back in millimetres. Throws Error, naming file and line, when the file cannot be read, a line
-/// has not eight finite numbers, a quaternion is not of unit length (within 1 %), or times do not increase.
+/// Reads a TUM trajectory: lines of `time_s x y z qx qy qz qw`, metres, blank lines and lines with `#`
+/// skipped. Translations come back in millimetres. Throws Error, naming file and line, when the file cannot
+/// be read, a line has not eight finite numbers, a quaternion is not of unit length (within 1 %), or times do
+/// not increase.
 std::vector<StampedPose> read_tum(const std::filesystem::path& path);
 
 }  // namespace gelslam

@@ -20,11 +20,12 @@ struct RayHit {
   double u = 0.0, v = 0.0;  ///< the hit is (1-u-v) a + u b + v c of the triangle's corners
 };
 
-/// A triangle mesh made ready for distance and ray queries (Embree). Coordinates in millimetres, in the mesh's frame.
-/// Queries may run in parallel and do not depend on the number of threads.
+/// A triangle mesh made ready for distance and ray queries (Embree). Coordinates in millimetres, in the
+/// mesh's frame. Queries may run in parallel and do not depend on the number of threads.
 class TriangleScene {
  public:
-  /// Keeps a copy. Throws Error when the mesh has no triangle, an index out of range, or a vertex that is not finite.
+  /// Keeps a copy. Throws Error when the mesh has no triangle, an index out of range, or a vertex that is not
+  /// finite.
   explicit TriangleScene(Mesh mesh);
   ~TriangleScene();
   TriangleScene(TriangleScene&&) noexcept;
@@ -39,7 +40,8 @@ class TriangleScene {
                              double length_mm) const;
   std::vector<RayHit> cast_all(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
                                double length_mm) const;
-  bool is_occluded(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction, double length_mm) const;
+  bool is_occluded(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
+                   double length_mm) const;
 
   const Mesh& mesh() const;
   /// Unit normal by the corners' order, or zero for a triangle without area.

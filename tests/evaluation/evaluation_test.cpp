@@ -1,0 +1,338 @@
+#include "gelslam/evaluation/evaluation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "test_meshes.hpp"
+
+namespace gelslam {
+namespace {
+
+using nlohmann::json;
+using test::message_of;
+using test::TemporaryFolder;
+using test::write_bytes;
+using ::testing::HasSubstr;
+
+constexpr int kFrames = 40, kBackground = 10;
+
+Pose motion(double rx, double ry, double rz, double x, double y, double z) {
+  Vector6d xi;
+  xi << rx, ry, rz, x, y, z;
+  return se3_exp(xi);
+}
+
+const Pose kStart_T_object = motion(0.3, -0.2, 2.0, 4, 5, 6);
+
+/// The sensor's true pose `index` frames after the background.
+Pose true_pose(int index) {
+  const double s = 0.05 * index;
+  return motion(0.2 * s, -0.3 * s, 0.4 * s, s, -2 * s, 0.1 * s * s);
+}
+
+json rows_in_metres(const Pose& pose) {
+  json rows = json::array();
+  for (int i = 0; i < 4; ++i) {
+    json row = json::array();
+    for (int j = 0; j < 4; ++j) row.push_back(pose.matrix()(i, j) * (i < 3 && j == 3 ? 1e-3 : 1.0));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::vector<double> numbers_in_metres(int frames, int without_touch) {
+  std::vector<double> numbers;
+  for (int i = 0; i < frames; ++i) {
+    for (const auto& row : rows_in_metres(true_pose(i))) {
+      for (const auto& number : row) {
+        numbers.push_back(i < without_touch ? std::numeric_limits<double>::quiet_NaN()
+                                            : number.get<double>());
+      }
+    }
+  }
+  return numbers;
+}
+
+/// A data folder and a run folder whose estimate is the truth, with the map frame at `anchor`.
+struct Scene {
+  TemporaryFolder data, run;
+  json meta = {{"frames", kFrames + kBackground},
+               {"background_frames", kBackground},
+               {"fps", 25},
+               {"start_T_object", rows_in_metres(kStart_T_object)}};
+
+  void write_truth(int frames = kFrames, int without_touch = 0) const {
+    const std::vector<double> numbers = numbers_in_metres(frames, without_touch);
+    write_npy(data / "true_start_T_currs.npy", {static_cast<std::size_t>(frames), 4, 4},
+              std::span<const double>(numbers));
+    write_bytes(data / "meta.json", meta.dump());
+  }
+
+  void write_run(int anchor, int first = 0, int last = kFrames - 1, double fps = 25.0) const {
+    std::string lines;
+    for (int i = first; i <= last; ++i) {
+      const Pose pose = true_pose(anchor).inverse() * true_pose(i);
+      const Eigen::Vector3d t = 1e-3 * pose.translation();
+      const Eigen::Quaterniond q(pose.linear());
+      std::array<char, 300> line{};
+      std::snprintf(line.data(), line.size(), "%.4f %.12f %.12f %.12f %.12f %.12f %.12f %.12f\n",
+                    (i + kBackground) / fps, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+      lines += line.data();
+    }
+    write_bytes(run / "trajectory.tum", lines);
+    write_report({{"anchor_frame", anchor + kBackground},
+                  {"frames", kFrames + kBackground},
+                  {"trials", 2},
+                  {"groups", 1}});
+  }
+
+  void write_report(const json& report) const { write_bytes(run / "report.json", report.dump()); }
+
+  void write_meshes(int anchor) const {
+    const Mesh object = test::height_field(-5, 5, -5, 5, 60, &test::bumps);
+    write_mesh(data / "gt_mesh.ply", object);
+    write_mesh(run / "mesh.ply", transformed(object, true_pose(anchor).inverse() * kStart_T_object));
+    std::vector<float> touched;
+    for (int i = 0; i < 100; ++i) {
+      const double x = -4.0 + 0.08 * i;
+      for (const double value : {x, 0.5 * x, test::bumps(x, 0.5 * x)})
+        touched.push_back(static_cast<float>(1e-3 * value));
+    }
+    write_npy(data / "touched.npy", {100, 3}, std::span<const float>(touched));
+  }
+
+  Evaluation evaluated() const {
+    const Comparison comparison = compare(run.path(), data.path());
+    return evaluate(comparison, place_meshes(comparison));
+  }
+  std::string error() const {
+    return message_of<Error>([&] { evaluated(); });
+  }
+};
+
+TEST(Evaluate, ThePerfectRunIsPerfectWhateverItsAnchor) {
+  for (const int anchor : {0, 17, kFrames - 1}) {
+    Scene scene;
+    scene.write_truth();
+    scene.write_run(anchor);
+    scene.write_meshes(anchor);
+    const Evaluation evaluation = scene.evaluated();
+    EXPECT_EQ(evaluation.reference_frame, anchor + kBackground);
+    EXPECT_LT(evaluation.trajectory->mae_mm.norm() + evaluation.trajectory->mae_deg.norm(), 1e-6);
+    EXPECT_EQ(evaluation.trajectory->compared_frames, kFrames);
+    ASSERT_TRUE(evaluation.mesh.has_value());
+    EXPECT_LT(evaluation.mesh->at_known_pose.accuracy.mean_mm, 1e-4);
+    EXPECT_LT(evaluation.mesh->at_known_pose.completeness.mean_mm,
+              0.01);  // points on the curve, not its facets
+    EXPECT_TRUE(evaluation.mesh->touched_only);
+    EXPECT_LT(evaluation.mesh->refinement.shift_mm, 1e-3);
+    EXPECT_EQ(evaluation.trials, 2);
+    EXPECT_EQ(evaluation.groups, 1);
+  }
+}
+
+TEST(Evaluate, AWrongAnchorIsAnErrorInTheMesh) {
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(0);
+  scene.write_meshes(10);  // the mesh is in another frame than the trajectory says
+  EXPECT_GT(scene.evaluated().mesh->at_known_pose.accuracy.mean_mm, 0.1);
+}
+
+TEST(Evaluate, ABareTrajectoryIsJudgedFromItsFirstFrame) {
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(5, 3);
+  const Comparison comparison = compare(scene.run / "trajectory.tum", scene.data.path());
+  const Evaluation evaluation = evaluate(comparison, place_meshes(comparison));
+  EXPECT_EQ(evaluation.reference_frame, 3 + kBackground);
+  EXPECT_LT(evaluation.trajectory->ate_mm, 1e-6);
+  EXPECT_FALSE(evaluation.mesh.has_value());
+  EXPECT_EQ(evaluation.trials, std::nullopt);
+}
+
+TEST(Evaluate, AnAnchorWithoutTruthFallsBackToTheFirstCommonFrame) {
+  Scene scene;
+  scene.write_truth(kFrames, 4);
+  scene.write_run(2);
+  scene.write_meshes(2);
+  const Evaluation evaluation = scene.evaluated();
+  EXPECT_EQ(evaluation.reference_frame, 4 + kBackground);
+  EXPECT_EQ(evaluation.trajectory->estimated_without_touch, 4);
+  EXPECT_LT(evaluation.trajectory->ate_mm, 1e-6);
+  EXPECT_LT(evaluation.mesh->at_known_pose.accuracy.mean_mm, 1e-4);
+}
+
+TEST(Evaluate, ThePublicLayoutHasNoMetaFile) {
+  Scene scene;
+  scene.write_truth();
+  std::filesystem::remove(scene.data / "meta.json");
+  write_bytes(scene.data / "config.yaml", "device_config:\n  framerate: 60\n");
+  scene.write_run(0, 0, kFrames - 1, 60.0);
+  const Evaluation evaluation = scene.evaluated();
+  EXPECT_EQ(evaluation.trajectory->compared_frames, kFrames);
+  EXPECT_LT(evaluation.trajectory->ate_mm, 1e-6);
+}
+
+TEST(Evaluate, TruthOfAnotherLengthIsNoticed) {
+  Scene scene;
+  scene.write_truth(kFrames - 5);  // beside a meta.json that says otherwise
+  scene.write_run(0);
+  EXPECT_THAT(scene.error(), HasSubstr("another log"));
+  scene.meta["frames"] = kFrames - 5 + kBackground;
+  scene.write_truth(kFrames - 5);  // report.json says otherwise
+  EXPECT_THAT(scene.error(), HasSubstr("50 frames"));
+  scene.write_report({{"anchor_frame", kBackground}});  // only the trajectory reaches beyond
+  EXPECT_THAT(scene.error(), HasSubstr("another log"));
+  scene.write_run(0, 0, kFrames - 6);
+  scene.write_report({{"anchor_frame", kBackground}});
+  EXPECT_EQ(scene.error(), "nothing was thrown");
+}
+
+TEST(Evaluate, TimesThatAreNoFramesAreNoticed) {
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(0, 0, kFrames - 1, 30.0);
+  EXPECT_THAT(scene.error(), HasSubstr("no frame"));
+  write_bytes(scene.run / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.401 0 0 0 0 0 0 1\n");
+  EXPECT_THAT(scene.error(), HasSubstr("two poses"));
+  write_bytes(scene.run / "trajectory.tum", "1e300 0 0 0 0 0 0 1\n");
+  EXPECT_THAT(scene.error(), HasSubstr("no frame"));
+  write_bytes(scene.run / "trajectory.tum", "0.04 0 0 0 0 0 0 1\n");  // background only
+  EXPECT_THAT(scene.error(), HasSubstr("both an estimated and a true pose"));
+  write_bytes(scene.run / "trajectory.tum", "");
+  EXPECT_THAT(scene.error(), HasSubstr("empty"));
+}
+
+TEST(Evaluate, DamagedTruthIsNoticed) {
+  Scene scene;
+  scene.write_run(0);
+  EXPECT_THAT(scene.error(), HasSubstr("no ground truth"));
+  scene.write_truth(kFrames, kFrames);
+  EXPECT_THAT(scene.error(), HasSubstr("only NaN"));
+  const auto poses = scene.data / "true_start_T_currs.npy";
+  std::vector<double> numbers = numbers_in_metres(kFrames, 0);
+  write_npy(poses, {kFrames, 16}, std::span<const double>(numbers));
+  EXPECT_THAT(scene.error(), HasSubstr("N x 4 x 4"));
+  numbers[16 * 7] += 0.1;
+  write_npy(poses, {kFrames, 4, 4}, std::span<const double>(numbers));
+  EXPECT_THAT(scene.error(), HasSubstr("pose 7 is not a rigid motion"));
+  numbers[16 * 7] = std::numeric_limits<double>::infinity();
+  write_npy(poses, {kFrames, 4, 4}, std::span<const double>(numbers));
+  EXPECT_THAT(scene.error(), HasSubstr("not a rigid motion"));
+  write_bytes(poses, "\x93NUMPY");
+  EXPECT_NE(scene.error(), "nothing was thrown");
+  EXPECT_THAT(message_of<Error>([&] { read_ground_truth(scene.data / "none"); }), HasSubstr("no folder"));
+}
+
+TEST(Evaluate, DamagedMetaAndPointsAreNoticed) {
+  const std::pair<const char*, json> cases[] = {
+      {"background_frames", -1},
+      {"background_frames", 2.5},
+      {"background_frames", "ten"},
+      {"fps", 0},
+      {"fps", "fast"},
+      {"frames", 1e99},
+      {"start_T_object", 3},
+      {"start_T_object", {1, 2, 3, 4}},
+      {"fps", json::object()},
+      {"start_T_object", {{1}, {2}, {3}, {4}}},
+  };
+  for (const auto& [key, value] : cases) {
+    Scene scene;
+    scene.meta[key] = value;
+    scene.write_truth();
+    scene.write_run(0);
+    EXPECT_THAT(scene.error(), HasSubstr(key)) << value;
+  }
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(0);
+  const std::vector<float> points = {0, 0, 0, 0, std::numeric_limits<float>::quiet_NaN(), 0};
+  write_npy(scene.data / "touched.npy", {2, 3}, std::span<const float>(points));
+  EXPECT_THAT(scene.error(), HasSubstr("point 1 is not finite"));
+  write_npy(scene.data / "touched.npy", {3, 2}, std::span<const float>(points));
+  EXPECT_THAT(scene.error(), HasSubstr("N x 3"));
+  write_bytes(scene.data / "meta.json", "{\"frames\": 50, ");
+  EXPECT_THAT(scene.error(), HasSubstr("JSON"));
+}
+
+TEST(Evaluate, DamagedReportsAreNoticed) {
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(0);
+  for (const json& anchor : {json(-1), json(5000), json("x"), json(1.5)}) {
+    scene.write_report({{"anchor_frame", anchor}});
+    EXPECT_THAT(scene.error(), HasSubstr("anchor_frame")) << anchor;
+  }
+  write_bytes(scene.run / "report.json", "[1, 2]");
+  EXPECT_THAT(scene.error(), HasSubstr("JSON object"));
+  write_bytes(scene.run / "report.json", std::string(100'000, '['));
+  EXPECT_THAT(scene.error(), HasSubstr("JSON object"));
+  EXPECT_THAT(message_of<Error>([&] { read_run(scene.run / "none"); }), HasSubstr("none"));
+}
+
+TEST(EvaluateBareMeshes, CompletenessIsOverTheWholeTrueSurface) {
+  const Mesh half = test::height_field(-5, 0, -5, 5, 20, [](double, double) { return 0.02; });
+  const Evaluation evaluation = evaluate(PlacedMeshes{half, test::plane(0.0)});
+  EXPECT_FALSE(evaluation.trajectory.has_value());
+  EXPECT_FALSE(evaluation.mesh->touched_only);
+  EXPECT_NEAR(evaluation.mesh->at_known_pose.accuracy.mean_mm, 0.02, 1e-6);
+  EXPECT_NEAR(evaluation.mesh->at_known_pose.within[0].completeness, 0.5, 0.01);
+  EXPECT_NEAR(evaluation.mesh->refined.accuracy.mean_mm, 0.0, 1e-5);
+  EXPECT_NEAR(evaluation.mesh->refinement.shift_mm, 0.02, 1e-5);
+}
+
+TEST(Report, JsonAndTableHoldTheFigures) {
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(0);
+  scene.write_meshes(0);
+  Evaluation evaluation = scene.evaluated();
+  evaluation.trajectory->mae_deg.y() = 1.25;
+  const json parsed = json::parse(to_json(evaluation));
+  EXPECT_EQ(parsed["trajectory"]["mae"]["ry_deg"], 1.25);
+  EXPECT_EQ(parsed["trajectory"]["tracked_share"], 1.0);
+  EXPECT_EQ(parsed["groups"], 1);
+  EXPECT_EQ(parsed["mesh"]["known_pose"]["within"].size(), 3U);
+  EXPECT_EQ(parsed["mesh"]["completeness_over"], "touched points");
+  EXPECT_THAT(to_table(evaluation), HasSubstr("ry 1.250"));
+  EXPECT_THAT(to_table(evaluation), HasSubstr("touched points"));
+  const json bare = json::parse(to_json(Evaluation{}));
+  EXPECT_TRUE(bare["trajectory"].is_null() && bare["mesh"].is_null() && bare["groups"].is_null());
+}
+
+TEST(RealData, TheSequencesTruthsAreReadable) {
+  const char* variable = std::getenv("GELSLAM_DATA");
+  const std::filesystem::path sequences =
+      std::filesystem::path(variable ? variable : GELSLAM_DEFAULT_DATA) / "sequences";
+  if (!std::filesystem::is_directory(sequences))
+    GTEST_SKIP() << "no data at " << sequences << " (set GELSLAM_DATA)";
+  for (const auto& entry : std::filesystem::directory_iterator(sequences)) {
+    if (!entry.is_directory()) continue;
+    const GroundTruth truth = read_ground_truth(entry.path());
+    ASSERT_TRUE(truth.start_T_currs.front().has_value()) << entry.path();
+    EXPECT_TRUE(truth.start_T_currs.front()->isApprox(Pose::Identity(), 1e-9))
+        << entry.path();  // start is first touch
+    if (truth.touched_mm.empty()) continue;
+    // Touched points lie on the true mesh, in its frame.
+    const TriangleScene mesh(read_mesh(truth.mesh_path));
+    const std::vector<Eigen::Vector3d> some(truth.touched_mm.begin(), truth.touched_mm.begin() + 500);
+    for (const ClosestPoint& closest : mesh.closest(some))
+      ASSERT_LT(closest.distance_mm, 0.1) << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,184 @@
+#include "gelslam/evaluation/mesh_metrics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "gelslam/core/error.hpp"
+#include "test_meshes.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::bumps;
+using test::height_field;
+using test::joined;
+using test::plane;
+using test::sphere;
+
+std::vector<Eigen::Vector3d> points_on(const Mesh& mesh, int count = 20'000) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SurfaceSample& sample : sample_surface(mesh, count, 9)) points.push_back(sample.point_mm);
+  return points;
+}
+
+MeshMetrics metrics_of(const Mesh& estimate, const Mesh& truth) {
+  return evaluate_mesh(TriangleScene(estimate), TriangleScene(truth), points_on(truth));
+}
+
+Pose motion(const Eigen::Vector3d& rotation_deg, const Eigen::Vector3d& translation_mm) {
+  Vector6d xi;
+  xi << rotation_deg * std::numbers::pi / 180.0, translation_mm;
+  return se3_exp(xi);
+}
+
+TEST(SampleSurface, FollowsAreaAndTheSeed) {
+  // Left: two triangles; right: 20 000 triangles on an equal area.
+  const auto flat = [](double, double) { return 0.0; };
+  const Mesh mesh = joined(height_field(-5, 0, 0, 5, 1, flat), height_field(0, 5, 0, 5, 100, flat));
+  const auto samples = sample_surface(mesh, 10'000, 1);
+  ASSERT_EQ(samples.size(), 10'000U);
+  int left = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const SurfaceSample& sample : samples) {
+    left += sample.point_mm.x() < 0.0 ? 1 : 0;
+    sum += sample.point_mm / 10'000.0;
+    ASSERT_TRUE(sample.point_mm.x() < 0.0 ? sample.triangle < 2 : sample.triangle >= 2);
+  }
+  EXPECT_NEAR(left, 5000, 1);  // systematic sampling: exact but for rounding
+  EXPECT_NEAR(sum.x(), 0.0, 0.03);
+  EXPECT_NEAR(sum.y(), 2.5, 0.03);
+  const auto again = sample_surface(mesh, 10'000, 1), other = sample_surface(mesh, 10'000, 2);
+  EXPECT_EQ(samples[77].point_mm, again[77].point_mm);
+  EXPECT_NE(samples[77].point_mm, other[77].point_mm);
+}
+
+TEST(SampleSurface, RefusesAMeshWithoutArea) {
+  Mesh mesh;
+  EXPECT_THROW(sample_surface(mesh, 10, 1), Error);
+  mesh.vertices_mm = {{0, 0, 0}, {1, 0, 0}};
+  mesh.triangles = {{0, 1, 1}};
+  EXPECT_THROW(sample_surface(mesh, 10, 1), Error);
+}
+
+TEST(EvaluateMesh, AShiftedPlaneIsOffByItsShift) {
+  const MeshMetrics metrics = metrics_of(plane(0.07), plane(0.0));
+  for (const double value : {metrics.accuracy.mean_mm, metrics.accuracy.median_mm, metrics.accuracy.p90_mm,
+                             metrics.completeness.mean_mm, metrics.completeness.p90_mm}) {
+    EXPECT_NEAR(value, 0.07, 1e-6);
+  }
+  ASSERT_EQ(metrics.within.size(), 3U);
+  EXPECT_EQ(metrics.within[0].precision, 0.0);
+  EXPECT_EQ(metrics.within[0].f_score, 0.0);
+  EXPECT_EQ(metrics.within[1].precision, 1.0);
+  EXPECT_EQ(metrics.within[1].f_score, 1.0);
+}
+
+TEST(EvaluateMesh, ATooLargeSphereIsOffByTheDifference) {
+  const MeshMetrics metrics = metrics_of(sphere(5.2), sphere(5.0));
+  EXPECT_NEAR(metrics.accuracy.mean_mm, 0.2, 0.002);  // chords of the facets: 5 (1 - cos(pi / 128)) = 0.0015
+  EXPECT_NEAR(metrics.completeness.median_mm, 0.2, 0.002);
+}
+
+TEST(EvaluateMesh, HalfASurfaceIsHalfComplete) {
+  const auto flat = [](double, double) { return 0.0; };
+  const MeshMetrics metrics = metrics_of(height_field(-5, 0, -5, 5, 20, flat), plane(0.0));
+  EXPECT_NEAR(metrics.accuracy.mean_mm, 0.0, 1e-7);
+  EXPECT_EQ(metrics.within[0].precision, 1.0);
+  EXPECT_NEAR(metrics.within[0].completeness, 0.505, 0.004);  // half, and the 0.05 mm beyond its edge
+  EXPECT_NEAR(metrics.within[0].f_score, 2 * 0.505 / 1.505, 0.004);
+  EXPECT_NEAR(metrics.completeness.mean_mm, 0.5 * 2.5, 0.02);  // the other half is 2.5 mm away on average
+}
+
+TEST(EvaluateMesh, FineTrianglesDoNotCountMore) {
+  const Mesh coarse_near = height_field(-5, 0, -5, 5, 1, [](double, double) { return 0.1; });
+  const Mesh fine_far = height_field(0, 5, -5, 5, 120, [](double, double) { return 0.3; });
+  EXPECT_NEAR(metrics_of(joined(coarse_near, fine_far), plane(0.0)).accuracy.mean_mm, 0.2, 1e-5);
+}
+
+TEST(EvaluateMesh, GivesTheSameNumbersAgain) {
+  const Mesh estimate =
+      height_field(-5, 5, -5, 5, 50, [](double x, double y) { return bumps(x, y) + 0.05 * x; });
+  const Mesh truth = height_field(-5, 5, -5, 5, 60, &bumps);
+  const MeshMetrics a = metrics_of(estimate, truth), b = metrics_of(estimate, truth);
+  EXPECT_EQ(a.accuracy.mean_mm, b.accuracy.mean_mm);
+  EXPECT_EQ(a.completeness.p90_mm, b.completeness.p90_mm);
+}
+
+TEST(Transformed, MovesPointsAndTurnsNormals) {
+  Mesh mesh = plane(0.0);
+  mesh.normals.assign(mesh.vertices_mm.size(), Eigen::Vector3f::UnitZ());
+  const Mesh moved = transformed(mesh, motion({90, 0, 0}, {0, 0, 0}));
+  EXPECT_NEAR((moved.vertices_mm[0] - Eigen::Vector3f(-5, 0, -5)).norm(), 0.0F,
+              1e-5F);  // (x, y, 0) to (x, 0, y)
+  EXPECT_NEAR((moved.normals[0] - Eigen::Vector3f(0, -1, 0)).norm(), 0.0F, 1e-6F);
+}
+
+TEST(RefineRigidly, RecoversASmallMotion) {
+  const Mesh truth = height_field(-6, 6, -6, 6, 120, &bumps);
+  const Mesh inner = height_field(-4, 4, -4, 4, 80, &bumps);
+  const Pose displaced = motion({1.0, -0.7, 1.2}, {0.15, -0.1, 0.2});
+  const Refinement refinement =
+      refine_rigidly(TriangleScene(transformed(inner, displaced)), TriangleScene(truth));
+  // The two triangulations differ by their chords, about h^2/8 |f''| = 0.003 mm.
+  const Pose left_over = refinement.truth_T_estimate * displaced;
+  EXPECT_LT(left_over.translation().norm(), 0.003);
+  EXPECT_LT(rotation_angle_rad(left_over) * 180.0 / std::numbers::pi, 0.05);
+  EXPECT_NEAR(refinement.rotation_deg, rotation_angle_rad(displaced) * 180.0 / std::numbers::pi, 0.05);
+  EXPECT_NEAR(refinement.shift_mm, displaced.translation().norm(), 0.03);
+}
+
+TEST(RefineRigidly, DoesNotSlideAlongAPlane) {
+  const Mesh small_plane = plane(0.0, 10, 4.0);
+  const Refinement refinement =
+      refine_rigidly(TriangleScene(transformed(small_plane, motion({0, 0, 5}, {0.3, 0.2, 0.05}))),
+                     TriangleScene(plane(0.0, 10, 20.0)));
+  const Eigen::Vector3d shift = refinement.truth_T_estimate.translation();
+  EXPECT_NEAR((shift - Eigen::Vector3d(0, 0, -0.05)).norm(), 0.0, 1e-5);
+  EXPECT_NEAR(refinement.rotation_deg, 0.0, 1e-4);
+}
+
+TEST(RefineRigidly, LeavesAPerfectMeshAndNeverMakesWorse) {
+  const TriangleScene truth(height_field(-5, 5, -5, 5, 60, &bumps));
+  EXPECT_LT(refine_rigidly(truth, truth).shift_mm, 1e-6);
+  const Mesh far = transformed(plane(0.0), motion({170, 20, 0}, {30, 10, 5}));  // hopeless
+  const Refinement refinement = refine_rigidly(TriangleScene(far), truth);
+  const double before = evaluate_mesh(TriangleScene(far), truth, {}).accuracy.mean_mm;
+  const Mesh refined = transformed(far, refinement.truth_T_estimate);
+  EXPECT_LE(evaluate_mesh(TriangleScene(refined), truth, {}).accuracy.mean_mm, before + 0.01);
+}
+
+TEST(StackedShare, CountsSecondSheetsOfTheSameOrientation) {
+  const auto share = [](const Mesh& mesh) { return stacked_share(TriangleScene(mesh)); };
+  EXPECT_EQ(share(plane(0.0)), 0.0);
+  EXPECT_EQ(share(sphere(5.0)), 0.0);
+  EXPECT_EQ(share(sphere(0.15)), 0.0);  // thin, but its far side looks the other way
+  EXPECT_NEAR(share(joined(plane(0.0), plane(0.2))), 1.0, 1e-9);
+  // In the very same place, without a common vertex: all of the smaller one and what it covers of the larger
+  // one.
+  EXPECT_NEAR(share(joined(plane(0.0), plane(0.0, 7, 10.2))), 200.0 / 204.04, 0.002);
+  EXPECT_EQ(share(joined(plane(0.0), plane(0.6))), 0.0);  // beyond the reach
+  EXPECT_EQ(share(joined(plane(0.2), test::flipped(plane(0.0)))), 0.0);
+  // A patch of a quarter of the area above it: it and what it covers, 2 * 25 of 125 square millimetres.
+  EXPECT_NEAR(share(joined(plane(0.0), plane(0.3, 10, 5.0))), 50.0 / 125.0, 0.005);
+}
+
+TEST(StackedShare, RoughnessAndUnsharedVerticesAreNoSecondSheet) {
+  // Zigzag with slopes of 63 degrees: normals hit neighbouring flanks, which are connected and do not count.
+  const Mesh rough = height_field(-3, 3, -3, 3, 60, [](double x, double y) {
+    return 0.1 * ((std::lround(10 * x) + std::lround(10 * y)) % 2 == 0 ? 1.0 : -1.0);
+  });
+  EXPECT_LT(stacked_share(TriangleScene(rough)), 0.001);
+  Mesh separate;  // as an STL file has it
+  const Mesh whole = sphere(3.0, 64);
+  for (const Eigen::Vector3i& t : whole.triangles) {
+    const int n = static_cast<int>(separate.vertices_mm.size());
+    for (const int vertex : t)
+      separate.vertices_mm.push_back(whole.vertices_mm[static_cast<std::size_t>(vertex)]);
+    separate.triangles.emplace_back(n, n + 1, n + 2);
+  }
+  EXPECT_EQ(stacked_share(TriangleScene(separate)), 0.0);
+}
+
+}  // namespace
+}  // namespace gelslam
