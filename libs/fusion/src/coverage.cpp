@@ -1,5 +1,5 @@
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <numeric>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/fusion/fusion.hpp"
@@ -13,11 +13,18 @@ using fusion::detail::Patch;
 
 constexpr int stride = 4;  ///< every 4th pixel in both directions stands for 16
 
+struct Point {
+  Eigen::Vector3f position_mm, normal;
+  float weight;
+};
+
 struct Candidate {
   int id = 0;
   Patch patch;
-  double weight = 0;  ///< of the whole patch, pixels
-  Eigen::AlignedBox3f box;
+  std::vector<Point> uncovered;  ///< what no chosen keyframe shows
+  double gain = 0;               ///< weight of `uncovered`, pixels
+  Eigen::AlignedBox3f box;       ///< of all its points
+  bool chosen = false;
 };
 
 std::vector<Candidate> candidates(const std::vector<PosedSurface>& patches) {
@@ -25,35 +32,35 @@ std::vector<Candidate> candidates(const std::vector<PosedSurface>& patches) {
   for (const PosedSurface& posed : patches) {
     auto patch = Patch::prepare(posed, 1.0);
     if (!patch) continue;
-    Candidate c{posed.id, std::move(*patch), 0, {}};
-    c.patch.for_each_point(stride, [&](const Eigen::Vector3f& p, const Eigen::Vector3f&, float w) {
-      c.weight += stride * stride * w;
+    Candidate c{posed.id, std::move(*patch), {}, 0, {}, false};
+    c.patch.for_each_point(stride, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& normal, float w) {
+      c.uncovered.push_back({p, normal, w});
       c.box.extend(p);
+      c.gain += stride * stride * static_cast<double>(w);
     });
     result.push_back(std::move(c));
   }
-  std::sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {
-    return a.weight != b.weight ? a.weight > b.weight : a.id < b.id;
-  });
+  std::sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) { return a.id < b.id; });
   return result;
 }
 
-/// Weight of what `candidate` shows and none of `others` does, pixels.
-double uncovered_weight(const Candidate& candidate, const std::vector<const Candidate*>& others,
-                        float reach_mm) {
-  double uncovered = 0;
-  candidate.patch.for_each_point(
-      stride, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& normal, float w) {
-        float best = 0;
-        for (const Candidate* other : others) {
-          Observation seen;
-          if (other->patch.observe(p, reach_mm, seen) && seen.normal.dot(normal) > 0)
-            best = std::max(best, seen.weight);
-          if (best >= w) return;
-        }
-        uncovered += stride * stride * (w - best);
-      });
-  return uncovered;
+/// Takes from `candidate` what `chosen` shows at least half as well, from the same side.
+void cover(Candidate& candidate, const Candidate& chosen, float reach_mm) {
+  constexpr float half = 0.5f;
+  std::erase_if(candidate.uncovered, [&](const Point& p) {
+    Observation seen;
+    return chosen.patch.observe(p.position_mm, reach_mm, seen) && seen.normal.dot(p.normal) > 0 &&
+           seen.weight >= half * p.weight;
+  });
+  candidate.gain = 0;
+  for (const Point& p : candidate.uncovered)
+    candidate.gain += stride * stride * static_cast<double>(p.weight);
+}
+
+Eigen::AlignedBox3f grown(Eigen::AlignedBox3f box, float margin_mm) {
+  box.min().array() -= margin_mm;
+  box.max().array() += margin_mm;
+  return box;
 }
 
 }  // namespace
@@ -61,21 +68,21 @@ double uncovered_weight(const Candidate& candidate, const std::vector<const Cand
 std::vector<int> select_coverage_keyframes(const std::vector<PosedSurface>& patches,
                                            const CoverageOptions& options) {
   if (!(options.max_distance_mm > 0)) throw Error("the coverage distance has to be positive");
-  const std::vector<Candidate> all = candidates(patches);
-  std::vector<const Candidate*> kept;
   const float reach = static_cast<float>(options.max_distance_mm);
-  for (const Candidate& candidate : all) {
-    Eigen::AlignedBox3f box = candidate.box;
-    box.min().array() -= reach;
-    box.max().array() += reach;
-    std::vector<const Candidate*> neighbours;
-    std::copy_if(kept.begin(), kept.end(), std::back_inserter(neighbours),
-                 [&](const Candidate* other) { return box.intersects(other->box); });
-    if (uncovered_weight(candidate, neighbours, reach) >= options.min_uncovered_weight)
-      kept.push_back(&candidate);
-  }
+  std::vector<Candidate> all = candidates(patches);
   std::vector<int> ids;
-  for (const Candidate* candidate : kept) ids.push_back(candidate->id);
+  const auto less_gain = [](const Candidate& a, const Candidate& b) { return a.gain < b.gain; };
+  for (std::size_t round = 0; round < all.size(); ++round) {
+    Candidate& best = *std::max_element(all.begin(), all.end(), less_gain);  // of equals the lowest id
+    if (best.chosen || best.gain < options.min_uncovered_weight) break;
+    best.chosen = true;
+    best.gain = -1;
+    ids.push_back(best.id);
+    const Eigen::AlignedBox3f box = grown(best.box, reach);
+    for (Candidate& other : all) {
+      if (!other.chosen && box.intersects(other.box)) cover(other, best, reach);
+    }
+  }
   std::sort(ids.begin(), ids.end());
   return ids;
 }

@@ -17,14 +17,14 @@ float fade(float distance_mm, float truncation_mm) {
 bool Field::evaluate(const Eigen::Vector3f& point_mm, const std::vector<int>& listed,
                      std::vector<Observation>& scratch, FieldValue& out) const {
   scratch.clear();
-  float total = 0;
+  float best = 0;
   for (const int i : listed) {
     Observation o;
     if (!patches_[static_cast<std::size_t>(i)].observe(point_mm, truncation_mm_, o)) continue;
     scratch.push_back(o);
-    total += o.weight;
+    best = std::max(best, o.weight);
   }
-  if (total < min_weight_) return false;
+  if (best < min_weight_) return false;
 
   // One side of the object after the other, each led by its heaviest observation.
   constexpr int max_sides = 3;
@@ -37,15 +37,17 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const std::vector<int>& li
                                            [&](const Observation& o) { return o.direction.dot(lead) > 0; });
     FieldValue value{0, 0, Eigen::Vector3f::Zero()};
     float faded_weight = 0;
+    best = 0;
     for (auto o = rest; o != end; ++o) {
       const float w = o->weight * fade(o->distance_mm, truncation_mm_);
       value.distance_mm += w * o->distance_mm;
       value.normal += w * o->normal;
       value.weight += o->weight;
       faded_weight += w;
+      best = std::max(best, o->weight);
     }
     rest = end;
-    if (value.weight < min_weight_ || !(faded_weight > 0)) continue;
+    if (best < min_weight_ || !(faded_weight > 0)) continue;
     value.distance_mm /= faded_weight;
     value.normal.normalize();
     if (!found || value.distance_mm > out.distance_mm) out = value;

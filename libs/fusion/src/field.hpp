@@ -9,7 +9,7 @@ namespace gelslam::fusion::detail {
 /// The fused surface's signed distance at a point.
 struct FieldValue {
   float distance_mm = 0;   ///< positive outside the object
-  float weight = 0;        ///< of the observations behind it; below the field's minimum: unobserved
+  float weight = 0;        ///< summed over the observations behind it
   Eigen::Vector3f normal;  ///< unit, out of the object: the weighted mean of what was observed
 };
 

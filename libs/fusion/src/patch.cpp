@@ -32,13 +32,15 @@ cv::Mat1f skirt_weight(const cv::Mat1b& contact) {
   return distance;
 }
 
-/// The image's border cuts a patch off without a skirt. Fading it out there keeps it from making a step in
-/// the mean; it never fades to nothing, so that what only the border saw is still there.
+/// The image's border cuts a patch off without a skirt: fading it out there keeps it from making a step in
+/// the mean.
 float border_weight(int u, int v, const cv::Size& size) {
-  constexpr float least = 0.1f;
-  const int to_border = std::min(std::min(u, size.width - 1 - u), std::min(v, size.height - 1 - v));
-  const float x = std::min(1.0f, static_cast<float>(to_border) * 10.0f / static_cast<float>(size.height));
-  return least + (1.0f - least) * x * x * (3.0f - 2.0f * x);
+  const auto rise = [&](int at, int length) {
+    const int to_border = std::min(at, length - 1 - at);
+    const float x = std::min(1.0f, static_cast<float>(to_border) * 10.0f / static_cast<float>(size.height));
+    return x * x * (3.0f - 2.0f * x);
+  };
+  return rise(u, size.width) * rise(v, size.height);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ struct PosedSurface {
 struct FusionOptions {
   double slope_gain = 1.0;  ///< heights and slopes are divided by this before fusing (backend/pose_graph.hpp)
   double voxel_size_mm = 0.08;  ///< edge of the mesh's cells; about 1.25 pixels of the sensor
-  double truncation_mm = 0.6;   ///< sheets of the same side up to about 0.85 of this apart become one
+  double truncation_mm = 1.0;   ///< sheets of one side less than about 0.85 of this apart become one
   double min_weight =
       0.1;  ///< summed weight below which nothing counts as touched (one clean pixel weighs 1)
   double min_piece_mm2 = 0.5;  ///< unconnected pieces of surface smaller than this are dropped as debris
@@ -34,14 +34,13 @@ struct FusionOptions {
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options);
 
 struct CoverageOptions {
-  double min_uncovered_weight =
-      50.0;                      ///< pixels (weighted) that a keyframe must show and no other kept one does
-  double max_distance_mm = 0.6;  ///< patches further apart than this do not show the same place
+  double min_uncovered_weight = 50.0;  ///< weighted pixels that no other kept keyframe shows
+  double max_distance_mm = 0.6;        ///< patches further apart than this do not show the same place
 };
 
-/// Ids, ascending, of the keyframes that are needed to cover what all of them cover (coverage graph; Huang et
-/// al., T-RO 2026): greedily from the largest patch to the smallest, a keyframe that adds less than
-/// `min_uncovered_weight` is left out. Independent of the patches' order.
+/// Ids, ascending, of keyframes that together cover what all of them cover (coverage graph; Huang et al.,
+/// T-RO 2026): greedily the one that adds most, until none adds `min_uncovered_weight`. A place is covered
+/// when a kept keyframe sees it from the same side at least half as well. Independent of the patches' order.
 std::vector<int> select_coverage_keyframes(const std::vector<PosedSurface>& patches,
                                            const CoverageOptions& options);
 

@@ -1,0 +1,331 @@
+#include "gelslam/fusion/fusion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "gelslam/core/error.hpp"
+#include "mesh_checks.hpp"
+#include "synthetic_touch.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;  // NOLINT: the helpers of these tests
+
+constexpr double radius_mm = 6.0;
+const Errors no_errors{};
+const Errors usual_errors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
+
+PosedSurface shifted_along_sensor(PosedSurface patch, double distance_mm) {
+  patch.map_T_keyframe.translation() += distance_mm * patch.map_T_keyframe.linear().col(2);
+  return patch;
+}
+
+void expect_manifold(const Mesh& mesh) {
+  const MeshTopology t = topology(mesh);
+  EXPECT_EQ(t.over_used_edges, 0);
+  EXPECT_EQ(t.inconsistent_edges, 0);
+}
+
+/// Share of triangles whose own normal points against their vertices'.
+double flipped_share(const Mesh& mesh) {
+  double flipped = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto p = [&](int c) { return mesh.vertices_mm[static_cast<std::size_t>(t[c])]; };
+    const Eigen::Vector3f n = (p(1) - p(0)).cross(p(2) - p(0));
+    flipped += n.dot(mesh.normals[static_cast<std::size_t>(t[0])]) < 0;
+  }
+  return flipped / static_cast<double>(mesh.triangles.size());
+}
+
+double area_mm2(const Mesh& mesh) {
+  double area = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto p = [&](int c) { return mesh.vertices_mm[static_cast<std::size_t>(t[c])]; };
+    area += 0.5 * static_cast<double>((p(1) - p(0)).cross(p(2) - p(0)).norm());
+  }
+  return area;
+}
+
+TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
+  const Shape ball = sphere(radius_mm);
+  const std::vector<PosedSurface> patches{
+      {0, press(ball, {0, 0, 1}, 1.0, 0.2), touch(ball, press(ball, {0, 0, 1}, 1.0, 0.2))},
+      {1, press(ball, {0.3, 0, 1}, 1.0, 0.9), touch(ball, press(ball, {0.3, 0, 1}, 1.0, 0.9))}};
+  const Mesh mesh = fuse(patches, {});
+  const MeshTopology t = topology(mesh);
+  EXPECT_EQ(t.pieces, 1);
+  expect_manifold(mesh);
+  const Accuracy a = accuracy(mesh, ball);
+  EXPECT_LT(a.mean_mm, 0.002);  // exact heights: only interpolation between pixels is left
+  EXPECT_LT(a.max_mm, 0.03);    // also where the mask takes in some of the gel's skirt
+  EXPECT_LT(a.normal_mean_rad, 0.005);
+  EXPECT_EQ(flipped_share(mesh), 0.0);
+  ASSERT_EQ(mesh.normals.size(), mesh.vertices_mm.size());
+  ASSERT_EQ(mesh.confidence.size(), mesh.vertices_mm.size());
+  // Two clean pixels at most, and more where both look than at the rim.
+  EXPECT_LE(*std::max_element(mesh.confidence.begin(), mesh.confidence.end()), 2.0f);
+  EXPECT_GT(*std::max_element(mesh.confidence.begin(), mesh.confidence.end()), 1.5f);
+  EXPECT_GE(*std::min_element(mesh.confidence.begin(), mesh.confidence.end()), 0.1f);
+}
+
+TEST(Fusion, SheetsThatDisagreeBecomeOneInTheMiddle) {
+  const Shape ball = sphere(radius_mm);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
+  const PosedSurface patch{0, pose, touch(ball, pose)};
+  for (const double apart_mm : {0.1, 0.3, 0.7}) {
+    const Mesh mesh =
+        fuse({shifted_along_sensor(patch, apart_mm / 2), shifted_along_sensor(patch, -apart_mm / 2)}, {});
+    EXPECT_EQ(topology(mesh).pieces, 1) << apart_mm;
+    EXPECT_EQ(stacked_share(mesh, 1.0), 0.0) << apart_mm;
+    EXPECT_LT(accuracy(mesh, ball).max_mm, 0.002) << apart_mm;
+  }
+}
+
+TEST(Fusion, AWronglyPlacedOverlapLeavesNoStep) {
+  // Two patches side by side, half overlapping, 0.15 mm apart in depth: no triangle may stand up like a step.
+  const Shape plane_like = slab({30, 30, 5}, 1.0);
+  std::vector<PosedSurface> patches;
+  for (const double x : {-5.0, 5.0}) {
+    const Pose pose = press(plane_like, {0, 0, 1}, 0.5, 0.0, {x, 0});
+    patches.push_back(
+        shifted_along_sensor({static_cast<int>(x), pose, touch(plane_like, pose)}, x > 0 ? 0.075 : -0.075));
+  }
+  const Mesh mesh = fuse(patches, {});
+  EXPECT_EQ(topology(mesh).pieces, 1);
+  double steepest = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto p = [&](int c) { return mesh.vertices_mm[static_cast<std::size_t>(t[c])]; };
+    const Eigen::Vector3f n = (p(1) - p(0)).cross(p(2) - p(0)).normalized();
+    steepest = std::max(steepest, std::acos(std::min(1.0, std::fabs(static_cast<double>(n.z())))));
+  }
+  // 0.15 mm over the tenth of the image (1.5 mm) in which a patch fades out is 5.7 degrees; smoothstep adds
+  // half again.
+  EXPECT_LT(steepest, 0.2);
+}
+
+TEST(Fusion, ARolledBallClosesWithoutADoubleSheet) {
+  const Shape ball = sphere(radius_mm);
+  std::vector<PosedSurface> patches;
+  Gaussian noise(5);
+  for (int i = 0; i < 30; ++i) {
+    // A full turn and a bit: the end lies over the beginning, with the drift that is left after a loop.
+    const double turn = 2.2 * std::numbers::pi * i / 30;
+    patches.push_back(with_errors(i, ball, press(ball, {0, std::cos(turn), std::sin(turn)}, 1.0, 0.1 * i),
+                                  usual_errors, noise));
+    patches.back() = shifted_along_sensor(patches.back(), 0.2 * i / 30);
+  }
+  const Mesh mesh = fuse(patches, {});
+  EXPECT_EQ(topology(mesh).pieces, 1);
+  expect_manifold(mesh);
+  EXPECT_EQ(stacked_share(mesh, 1.0), 0.0);
+  // Rolled about x: a closed ring has two rims; cutting it open anywhere would merge them to one.
+  std::vector<Eigen::Vector3d> equator;
+  for (int i = 0; i < 720; ++i) {
+    const double a = 2 * std::numbers::pi * i / 720;
+    equator.emplace_back(0, radius_mm * std::cos(a), radius_mm * std::sin(a));
+  }
+  EXPECT_EQ(covered_share(mesh, equator, 0.5), 1.0);
+  EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.15);  // 0.2 mm drift, 0.08 mm and 3 % of 1 mm of noise
+}
+
+TEST(Fusion, ABumpyRollIsOneManifoldSheet) {
+  const Shape peanut = bumpy_ellipsoid(10, 5, 0.2);
+  const Mesh mesh = fuse(roll(peanut, 30, 0.6, 0.8, usual_errors, 3), {});
+  const MeshTopology t = topology(mesh);
+  EXPECT_EQ(t.over_used_edges, 0);
+  EXPECT_EQ(t.inconsistent_edges, 0);
+  EXPECT_LT(stacked_share(mesh, 0.5), 0.001);
+  EXPECT_LT(flipped_share(mesh), 0.001);
+  EXPECT_LT(accuracy(mesh, peanut).mean_mm, 0.1);
+}
+
+class ThinSlab : public ::testing::TestWithParam<double> {};
+
+TEST_P(ThinSlab, KeepsBothSides) {
+  const double thickness_mm = GetParam();
+  const Shape plate = slab({7, 5, thickness_mm / 2}, 0.1);
+  std::vector<PosedSurface> patches;
+  Gaussian noise(2);
+  int id = 0;
+  for (const double x : {-2.0, 2.0}) {
+    for (const double side : {1.0, -1.0}) {
+      for (const double lean : {-0.1, 0.1}) {
+        patches.push_back(with_errors(id++, plate, press(plate, {lean, 0.05, side}, 0.3, 0.3 * lean, {x, 0}),
+                                      {0.003, 0.04, 0.03, 0.01}, noise));
+      }
+    }
+  }
+  const Mesh mesh = fuse(patches, {});
+  double up = 0, down = 0, top = 0, bottom = 0;
+  for (std::size_t v = 0; v < mesh.normals.size(); ++v) {
+    const double z = static_cast<double>(mesh.vertices_mm[v].z());
+    if (mesh.normals[v].z() > 0.8f) {
+      ++up;
+      top += z;
+    } else if (mesh.normals[v].z() < -0.8f) {
+      ++down;
+      bottom += z;
+    }
+  }
+  ASSERT_GT(up, 1000);
+  ASSERT_GT(down, 1000);
+  EXPECT_GT(up + down, 0.99 * static_cast<double>(mesh.normals.size()));  // no walls between the sides
+  EXPECT_NEAR(top / up, thickness_mm / 2, 0.05);                          // four patches a side, 0.04 mm each
+  EXPECT_NEAR(bottom / down, -thickness_mm / 2, 0.05);
+  EXPECT_LT(stacked_share(mesh, 0.3), 0.005);
+  expect_manifold(mesh);
+}
+
+INSTANTIATE_TEST_SUITE_P(Thickness, ThinSlab, ::testing::Values(0.5, 1.0, 2.0));
+
+TEST(Fusion, IsOpenWhereNothingTouched) {
+  const Shape ball = sphere(radius_mm);
+  std::vector<PosedSurface> patches;
+  for (const double side : {0.0, 1.0, 2.2}) {
+    const Pose pose = press(ball, {std::sin(side), 0, std::cos(side)}, 0.6, 0.0);
+    patches.push_back({static_cast<int>(side * 10), pose, touch(ball, pose)});
+  }
+  const Mesh mesh = fuse(patches, {});
+  EXPECT_EQ(topology(mesh).pieces, 3);
+  for (const auto& p : mesh.vertices_mm) {
+    const bool touched = std::any_of(patches.begin(), patches.end(), [&](const PosedSurface& patch) {
+      return (patch.map_T_keyframe.inverse() * p.cast<double>()).z() < 0.05;  // below the untouched gel
+    });
+    ASSERT_TRUE(touched) << p.transpose();
+  }
+  // And what was touched well inside of the mask is there.
+  std::vector<Eigen::Vector3d> inner;
+  for (const PosedSurface& patch : patches) {
+    for (double a = 0; a < 6.28; a += 0.1) {
+      const double r = std::sqrt(radius_mm * radius_mm - 5.4 * 5.4) - 0.8;  // 13 pixels in from the border
+      inner.push_back(patch.map_T_keyframe * Eigen::Vector3d(r * std::cos(a), r * std::sin(a),
+                                                             5.4 - std::sqrt(radius_mm * radius_mm - r * r)));
+    }
+  }
+  EXPECT_EQ(covered_share(mesh, inner, 0.15), 1.0);
+}
+
+TEST(Fusion, MorePatchesAverageTheNoiseOfOne) {
+  const Shape ball = sphere(radius_mm);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
+  Gaussian noise(11);
+  std::vector<PosedSurface> patches;
+  for (int i = 0; i < 16; ++i) patches.push_back(with_errors(i, ball, pose, {0, 0, 0, 0.03}, noise));
+  const auto error = [&](int n) {
+    return accuracy(fuse({patches.begin(), patches.begin() + n}, {}), ball).mean_mm;
+  };
+  const double one = error(1), four = error(4), sixteen = error(16);
+  EXPECT_LT(four, 0.6 * one);      // independent noise: 1/2
+  EXPECT_LT(sixteen, 0.35 * one);  // 1/4
+}
+
+TEST(Fusion, SlopeGainIsTakenOut) {
+  const Shape ball = sphere(radius_mm);
+  std::vector<PosedSurface> patches;
+  for (const double side : {-0.1, 0.1}) {
+    const Pose pose = press(ball, {side, 0, 1}, 1.0, 0.0);
+    auto surface = std::make_shared<Surface>(*touch(ball, pose));
+    surface->height_mm = surface->height_mm * 1.1;
+    for (cv::Vec3f& n : surface->normals) n = cv::normalize(cv::Vec3f(n[0] * 1.1f, n[1] * 1.1f, n[2]));
+    patches.push_back({patches.empty() ? 0 : 1, pose, surface});
+  }
+  FusionOptions options;
+  EXPECT_GT(accuracy(fuse(patches, options), ball).mean_mm, 0.03);
+  options.slope_gain = 1.1;
+  const Accuracy a = accuracy(fuse(patches, options), ball);
+  EXPECT_LT(a.mean_mm, 0.002);
+  EXPECT_LT(a.normal_mean_rad, 0.005);
+}
+
+TEST(Fusion, DoesNotDependOnThreads) {
+  const auto patches = roll(bumpy_ellipsoid(8, 4, 0.2), 8, 0.5, 0.6, usual_errors, 4);
+  FusionOptions options;
+  options.threads = 1;
+  const Mesh one = fuse(patches, options);
+  ASSERT_GT(one.triangles.size(), 1000u);
+  for (const int threads : {2, 5}) {
+    options.threads = threads;
+    const Mesh many = fuse(patches, options);
+    EXPECT_EQ(one.vertices_mm, many.vertices_mm);
+    EXPECT_EQ(one.normals, many.normals);
+    EXPECT_EQ(one.confidence, many.confidence);
+    EXPECT_EQ(one.triangles, many.triangles);
+  }
+}
+
+TEST(Fusion, MovesWithTheMap) {
+  const Shape ball = sphere(radius_mm);
+  auto patches = roll(ball, 6, 0.2, 0.8, no_errors, 4);
+  const Mesh here = fuse(patches, {});
+  Vector6d motion;
+  motion << 0.7, -0.4, 1.1, 53.0, -41.0, 27.0;
+  for (auto& patch : patches) patch.map_T_keyframe = se3_exp(motion) * patch.map_T_keyframe;
+  const Mesh there = fuse(patches, {});
+  EXPECT_NEAR(area_mm2(there), area_mm2(here), 0.01 * area_mm2(here));
+  const Shape moved = [&](const Eigen::Vector3d& p) { return ball(se3_exp(motion).inverse() * p); };
+  EXPECT_LT(accuracy(there, moved).mean_mm, 0.002);
+}
+
+TEST(Fusion, NothingTouchedGivesAnEmptyMesh) {
+  EXPECT_TRUE(fuse({}, {}).vertices_mm.empty());
+  const Shape ball = sphere(radius_mm);
+  Pose away = press(ball, {0, 0, 1}, 1.0, 0.0);
+  away.translation() -= 3.0 * away.linear().col(2);
+  EXPECT_TRUE(fuse({{0, away, touch(ball, away)}}, {}).triangles.empty());
+}
+
+TEST(Fusion, DamagedInputIsNamedOrIgnored) {
+  const Shape ball = sphere(radius_mm);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
+  const SurfacePtr good = touch(ball, pose);
+
+  auto holes = std::make_shared<Surface>(*good);
+  holes->height_mm = good->height_mm.clone();
+  holes->normals = good->normals.clone();
+  holes->height_mm(120, 160) = std::numeric_limits<float>::quiet_NaN();
+  holes->normals(110, 150) = cv::Vec3f(0, 0, 0);
+  const Mesh mesh = fuse({{0, pose, holes}}, {});
+  for (const auto& p : mesh.vertices_mm) ASSERT_TRUE(p.allFinite());
+  EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.002);
+
+  auto uneven = std::make_shared<Surface>(*good);
+  uneven->height_mm = cv::Mat1f::zeros(10, 10);
+  EXPECT_THROW(fuse({{0, pose, uneven}}, {}), Error);
+  EXPECT_THROW(fuse({{0, pose, nullptr}}, {}), Error);
+  Pose lost = pose;
+  lost.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(fuse({{0, lost, good}}, {}), Error);
+  lost.translation().x() = 1e9;
+  EXPECT_THROW(fuse({{0, lost, good}}, {}), Error);
+
+  for (const auto& spoil : std::vector<void (*)(FusionOptions&)>{
+           [](FusionOptions& o) { o.slope_gain = 0; }, [](FusionOptions& o) { o.voxel_size_mm = 0; },
+           [](FusionOptions& o) { o.truncation_mm = 0.01; }, [](FusionOptions& o) { o.min_weight = -1; }}) {
+    FusionOptions options;
+    spoil(options);
+    EXPECT_THROW(fuse({{0, pose, good}}, options), Error);
+  }
+}
+
+TEST(Fusion, DebrisIsDropped) {
+  const Shape ball = sphere(radius_mm);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
+  auto surface = std::make_shared<Surface>(*touch(ball, pose));
+  surface->contact = surface->contact.clone();
+  surface->contact(cv::Rect(0, 0, 320, 60)) = 0;
+  surface->contact(cv::Rect(10, 5, 24, 24)) =
+      255;  // a blob of a millimetre and a half, of which 0.3 mm2 count
+  FusionOptions options;
+  EXPECT_EQ(topology(fuse({{0, pose, surface}}, options)).pieces, 1);
+  options.min_piece_mm2 = 0;
+  EXPECT_EQ(topology(fuse({{0, pose, surface}}, options)).pieces, 2);
+}
+
+}  // namespace
+}  // namespace gelslam
