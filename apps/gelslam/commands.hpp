@@ -15,5 +15,6 @@ inline constexpr int exit_internal_error = 3;  ///< our mistake
 /// One line here and one in main.cpp per command, in alphabetical order.
 void add_evaluate_command(CLI::App& app, int& exit_code);
 void add_info_command(CLI::App& app, int& exit_code);
+void add_surface_command(CLI::App& app, int& exit_code);
 
 }  // namespace gelslam
