@@ -21,9 +21,7 @@ namespace fs = std::filesystem;
 class MeshIo : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ =
-        fs::temp_directory_path() / ("gelslam_mesh_io_" + std::to_string(::getpid()) + "_" + info->name());
+    folder_ = fs::temp_directory_path() / ("gelslam_mesh_io_" + std::to_string(::getpid()));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }

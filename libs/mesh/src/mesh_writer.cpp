@@ -1,15 +1,12 @@
-#include <unistd.h>
-
 #include <Eigen/Geometry>
 #include <array>
 #include <bit>
 #include <charconv>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <string>
-#include <system_error>
 
+#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
@@ -106,37 +103,16 @@ std::string encode_stl(const Mesh& mesh, double units_per_mm) {
   return out;
 }
 
-void write_whole(const std::filesystem::path& path, const std::string& bytes) {
-  std::filesystem::path temporary = path;
-  temporary += ".tmp" + std::to_string(::getpid());
-  std::error_code ec;
-  {
-    std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
-    if (!file) throw Error("the folder does not exist or cannot be written to");
-    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file) {
-      std::filesystem::remove(temporary, ec);
-      throw Error("writing failed; is the disk full?");
-    }
-  }
-  std::filesystem::rename(temporary, path, ec);
-  if (ec) {
-    const std::string why = ec.message();
-    std::filesystem::remove(temporary, ec);
-    throw Error(why);
-  }
-}
-
-void check_consistent(const Mesh& mesh) {
+void check_consistent(const Mesh& mesh, const std::filesystem::path& path) {
+  const std::string failure = "cannot write mesh '" + path.string() + "': ";
   const std::size_t n = mesh.vertices_mm.size();
   if ((!mesh.normals.empty() && mesh.normals.size() != n) ||
       (!mesh.confidence.empty() && mesh.confidence.size() != n)) {
-    throw Error("the mesh has not as many normals or confidences as vertices");
+    throw Error(failure + "it has not as many normals or confidences as vertices");
   }
   for (const auto& t : mesh.triangles) {
     if (t.minCoeff() < 0 || static_cast<std::size_t>(t.maxCoeff()) >= n) {
-      throw Error("the mesh has a triangle that names a vertex that does not exist");
+      throw Error(failure + "it has a triangle that names a vertex that does not exist");
     }
   }
 }
@@ -147,19 +123,15 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit 
   std::string extension = path.extension().string();
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   const double units_per_mm = file_unit == LengthUnit::metre ? 1e-3 : 1.0;
-  try {
-    check_consistent(mesh);
-    if (extension == ".ply") {
-      write_whole(path, encode_ply(mesh, units_per_mm));
-    } else if (extension == ".obj") {
-      write_whole(path, encode_obj(mesh, units_per_mm));
-    } else if (extension == ".stl") {
-      write_whole(path, encode_stl(mesh, units_per_mm));
-    } else {
-      throw Error("the name has to end in .ply, .obj or .stl");
-    }
-  } catch (const Error& e) {
-    throw Error("cannot write mesh '" + path.string() + "': " + e.what());
+  check_consistent(mesh, path);
+  if (extension == ".ply") {
+    write_file_atomically(path, encode_ply(mesh, units_per_mm));
+  } else if (extension == ".obj") {
+    write_file_atomically(path, encode_obj(mesh, units_per_mm));
+  } else if (extension == ".stl") {
+    write_file_atomically(path, encode_stl(mesh, units_per_mm));
+  } else {
+    throw Error("cannot write mesh '" + path.string() + "': the name has to end in .ply, .obj or .stl");
   }
 }
 
