@@ -1,0 +1,66 @@
+#include "descriptor_matching.hpp"
+
+#include <limits>
+
+namespace gelslam::loop_closure::detail {
+namespace {
+
+constexpr int kFar = std::numeric_limits<int>::max();
+
+// Squared distances of one descriptor to `count` others. Differences of numbers 0..255 and their squares' sum fit.
+__attribute__((target_clones("avx2", "default"))) void squared_distances(const std::int16_t* query,
+                                                                                     const std::int16_t* others,
+                                                                                     int count, int* result) {
+  for (int i = 0; i < count; ++i) {
+    const std::int16_t* other = others + static_cast<std::ptrdiff_t>(i) * kDescriptorSize;
+    int sum = 0;
+    for (int k = 0; k < kDescriptorSize; ++k) {
+      const auto difference = static_cast<std::int16_t>(query[k] - other[k]);
+      sum += difference * difference;
+    }
+    result[i] = sum;
+  }
+}
+
+struct Nearest {
+  int index = -1;
+  int best = kFar, second = kFar;
+
+  void see(int i, int distance) {
+    if (distance < best) {
+      second = best;
+      best = distance;
+      index = i;
+    } else if (distance < second) {
+      second = distance;
+    }
+  }
+
+  bool clear(double max_ratio) const {
+    return second == kFar || static_cast<double>(best) < max_ratio * max_ratio * static_cast<double>(second);
+  }
+};
+
+}  // namespace
+
+std::vector<Match> match_features(const PlaceFeatures& a, const PlaceFeatures& b, double max_ratio) {
+  std::vector<Nearest> nearest_of_a(static_cast<std::size_t>(a.size())), nearest_of_b(static_cast<std::size_t>(b.size()));
+  std::vector<int> distances(nearest_of_b.size());
+  for (int i = 0; i < a.size(); ++i) {
+    squared_distances(a.descriptor(i), b.descriptors.data(), b.size(), distances.data());
+    for (int j = 0; j < b.size(); ++j) {
+      nearest_of_a[static_cast<std::size_t>(i)].see(j, distances[static_cast<std::size_t>(j)]);
+      nearest_of_b[static_cast<std::size_t>(j)].see(i, distances[static_cast<std::size_t>(j)]);
+    }
+  }
+  std::vector<Match> matches;
+  for (int i = 0; i < a.size(); ++i) {
+    const Nearest& there = nearest_of_a[static_cast<std::size_t>(i)];
+    if (there.index < 0 || !there.clear(max_ratio)) continue;
+    const Nearest& back = nearest_of_b[static_cast<std::size_t>(there.index)];
+    if (back.index == i && back.clear(max_ratio)) matches.push_back({i, there.index});
+  }
+  return matches;
+}
+
+}  // namespace gelslam::loop_closure::detail

@@ -1,0 +1,57 @@
+#include "place_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace gelslam::loop_closure::detail {
+namespace {
+
+// The surface's curvature is clipped there; a sensor's noise leaves about a hundredth of it.
+constexpr double kLargestCurvature = 0.7;
+constexpr double kLeastFullScale = 0.05;
+
+cv::Mat1b inner_contact(const Surface& surface) {
+  const int margin = std::max(1, surface.contact.rows / 48);
+  cv::Mat1b padded, eroded;
+  // The image's border is a border of what is known of the contact, too.
+  cv::copyMakeBorder(surface.contact, padded, margin, margin, margin, margin, cv::BORDER_CONSTANT, 0);
+  cv::erode(padded, eroded, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin + 1, 2 * margin + 1}));
+  return eroded(cv::Rect(margin, margin, surface.contact.cols, surface.contact.rows)).clone();
+}
+
+// Grey levels: SIFT's contrast threshold is absolute, so a fixed scale finds nothing on shallow relief (a worn coin
+// bends the gel twenty times less than a knurl). Four times the root mean square curvature is mapped to the full
+// range instead; descriptors do not change with contrast, so frames scaled differently still match. The floor keeps a
+// smooth surface's noise from becoming features.
+cv::Mat1b grey_curvature(const Surface& surface, const cv::Mat1b& mask) {
+  const double rms = std::sqrt(cv::mean(surface.curvature.mul(surface.curvature), mask)[0]);
+  const double full_scale = std::clamp(4.0 * rms, kLeastFullScale, kLargestCurvature);
+  cv::Mat1b grey;
+  surface.curvature.convertTo(grey, CV_8U, 127.5 / full_scale, 127.5);
+  return grey;
+}
+
+}  // namespace
+
+PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions& options) {
+  PlaceFeatures features;
+  const cv::Mat1b mask = inner_contact(surface);
+  if (cv::countNonZero(mask) == 0) return features;
+
+  const cv::Ptr<cv::SIFT> sift =
+      cv::SIFT::create(options.max_features, options.sift_octave_layers, options.sift_contrast_threshold);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat1f descriptors;
+  sift->detectAndCompute(grey_curvature(surface, mask), mask, keypoints, descriptors);
+  for (int i = 0; i < descriptors.rows; ++i) {
+    const cv::Point2f& p = keypoints[static_cast<std::size_t>(i)].pt;
+    features.pixels.emplace_back(p.x, p.y);
+    for (int k = 0; k < kDescriptorSize; ++k)
+      features.descriptors.push_back(static_cast<std::int16_t>(std::lround(descriptors(i, k))));
+  }
+  return features;
+}
+
+}  // namespace gelslam::loop_closure::detail

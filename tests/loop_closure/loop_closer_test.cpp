@@ -1,0 +1,185 @@
+#include "gelslam/loop_closure/loop_closer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "gelslam/core/error.hpp"
+#include "relief.hpp"
+
+namespace gelslam {
+namespace {
+
+struct PoseError {
+  double deg, mm;
+};
+
+PoseError error_of(const LoopConstraint& loop, const Pose& map_T_from, const Pose& map_T_to) {
+  const Pose error = loop.from_T_to.inverse() * map_T_from.inverse() * map_T_to;
+  return {rotation_angle_rad(error) / kDegree, error.translation().norm()};
+}
+
+// Trials of one keyframe each: nothing but the place joins them.
+std::vector<LoopConstraint> visit(LoopCloser& closer, const Relief& relief, const std::vector<Pose>& places) {
+  std::vector<LoopConstraint> all;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const int id = static_cast<int>(i);
+    for (const LoopConstraint& loop : closer.add(keyframe(id, id, touch(relief, places[i])))) all.push_back(loop);
+  }
+  return all;
+}
+
+TEST(LoopCloser, FindsAPlaceAgainAcrossTrialsWithTheRightPose) {
+  const std::vector<Pose> places{place(0, 0), place(40, 0), place(0, 50), place(0.9, -0.6, 25, 2, -3)};
+  LoopCloser closer({});
+  const std::vector<LoopConstraint> loops = visit(closer, random_relief(1), places);
+  ASSERT_EQ(loops.size(), 1u);
+  EXPECT_EQ(loops[0].from, 0);
+  EXPECT_EQ(loops[0].to, 3);
+  EXPECT_GE(loops[0].sift_inliers, 8);
+  EXPECT_GE(loops[0].scr, 0.3);
+  EXPECT_GE(loops[0].ccs, 0.7);
+  const PoseError error = error_of(loops[0], places[0], places[3]);
+  EXPECT_LT(error.deg, 0.5);        // without noise registration is good to a fraction of a pixel over the contact
+  EXPECT_LT(error.mm, kPitchMm / 2);
+}
+
+TEST(LoopCloser, FindsAPlaceTurnedUpsideDownInTheImage) {
+  const std::vector<Pose> places{place(0, 0), place(0.4, 0.3, 180)};
+  LoopCloser closer({});
+  const std::vector<LoopConstraint> loops = visit(closer, random_relief(2), places);
+  ASSERT_EQ(loops.size(), 1u);
+  EXPECT_LT(error_of(loops[0], places[0], places[1]).deg, 0.5);
+}
+
+TEST(LoopCloser, DifferentPlacesAreNotConfused) {
+  std::vector<Pose> places;
+  for (int i = 0; i < 12; ++i) places.push_back(place(30.0 * i, 17.0 * i, 20.0 * i));
+  LoopCloser closer({});
+  EXPECT_TRUE(visit(closer, random_relief(3), places).empty());
+}
+
+// Which of the many bumps it was cannot be known, so nothing may be claimed.
+TEST(LoopCloser, ARepeatedPatternClaimsNothing) {
+  LoopCloser closer({});
+  EXPECT_TRUE(visit(closer, grid_relief(), {place(0, 0), place(7.7, 3.2), place(0.4, 20.1, 30)}).empty());
+}
+
+TEST(LoopCloser, SkipsTheDirectPredecessorInATrialOnly) {
+  const Relief relief = random_relief(4);
+  {
+    LoopCloser closer({});
+    EXPECT_TRUE(closer.add(keyframe(0, 0, touch(relief, place(0, 0)))).empty());
+    EXPECT_TRUE(closer.add(keyframe(1, 0, touch(relief, place(0.3, 0)))).empty());
+    const std::vector<LoopConstraint> loops = closer.add(keyframe(2, 0, touch(relief, place(0.6, 0))));
+    ASSERT_EQ(loops.size(), 1u);  // not to 1, but to 0
+    EXPECT_EQ(loops[0].from, 0);
+  }
+  LoopCloser closer({});
+  closer.add(keyframe(0, 0, touch(relief, place(0, 0))));
+  EXPECT_EQ(closer.add(keyframe(1, 1, touch(relief, place(0.3, 0)))).size(), 1u);
+}
+
+TEST(LoopCloser, NeighboursDoNotCrowdOutAPlaceFoundAgain) {
+  const Relief relief = random_relief(4);
+  LoopClosureOptions options;
+  options.max_constraints = options.max_neighbour_constraints = 1;
+  LoopCloser closer(options);
+  closer.add(keyframe(0, 0, touch(relief, place(0, 0))));
+  std::vector<LoopConstraint> loops;
+  for (int i = 1; i < 12; ++i) loops = closer.add(keyframe(i, 1, touch(relief, place(12 - i, 0))));
+  ASSERT_EQ(loops.size(), 2u);
+  EXPECT_EQ(loops[0].from, 0);
+  EXPECT_EQ(loops[1].from, 9);
+}
+
+TEST(LoopCloser, SurfacesWithoutFeaturesAreKeptAndHarmless) {
+  LoopCloser closer({});
+  const Relief relief = random_relief(5);
+  EXPECT_TRUE(closer.add(keyframe(0, 0, touch(relief, place(0, 0)))).empty());
+  EXPECT_TRUE(closer.add(keyframe(1, 1, touch(Relief{}, place(0, 0)))).empty());
+  EXPECT_TRUE(closer.add(keyframe(2, 2, touch(Relief{}, place(0, 0)))).empty());
+  EXPECT_TRUE(closer.add(keyframe(3, 3, touch(relief, place(0, 0), {0, 0}))).empty());
+  EXPECT_EQ(closer.add(keyframe(4, 4, touch(relief, place(0.2, 0)))).size(), 1u);
+}
+
+TEST(LoopCloser, SameInputSameBytes) {
+  const std::vector<Pose> places{place(0, 0), place(1, 0), place(0.5, 0.5, 60), place(0.2, 0.9, 10, 3, 0)};
+  LoopCloser a({}), b({});
+  cv::setRNGSeed(1);
+  const std::vector<LoopConstraint> first = visit(a, random_relief(6), places);
+  cv::setRNGSeed(77);
+  cv::setNumThreads(1);
+  const std::vector<LoopConstraint> second = visit(b, random_relief(6), places);
+  cv::setNumThreads(-1);
+  ASSERT_GE(first.size(), 3u);
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].from, second[i].from);
+    EXPECT_EQ(first[i].from_T_to.matrix(), second[i].from_T_to.matrix());
+    EXPECT_EQ(first[i].information, second[i].information);
+  }
+}
+
+TEST(LoopCloser, VerifiesAGuessFromElsewhereAndRefusesAWrongOne) {
+  const Relief relief = random_relief(7);
+  const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
+  const Keyframe older = keyframe(3, 0, touch(relief, first)), newer = keyframe(9, 1, touch(relief, second));
+  const LoopCloser closer({});
+  const Pose off = se3_exp((Vector6d() << 0.02, -0.02, 0.03, 0.1, -0.1, 0.05).finished());
+  const std::optional<LoopConstraint> loop = closer.verify(older, newer, first.inverse() * second * off);
+  ASSERT_TRUE(loop);
+  EXPECT_EQ(loop->from, 3);
+  EXPECT_EQ(loop->to, 9);
+  EXPECT_EQ(loop->sift_inliers, 0);
+  EXPECT_LT(error_of(*loop, first, second).deg, 0.5);
+  EXPECT_FALSE(closer.verify(older, keyframe(10, 1, touch(relief, place(25, 8))), Pose::Identity()));
+}
+
+// Information must be a fit inverse covariance for an edge, and trust a tilted view less: what it cannot know of
+// slopes grows with tilt.
+TEST(LoopCloser, InformationIsSymmetricPositiveAndFallsWithTilt) {
+  const Relief relief = random_relief(8);
+  const Keyframe older = keyframe(0, 0, touch(relief, place(0, 0)));
+  const LoopCloser closer({});
+  double last = 1e12;
+  for (const double tilt : {0.0, 5.0, 10.0}) {
+    const Pose pose = place(0.3, 0, 0, tilt, 0);
+    const std::optional<LoopConstraint> loop =
+        closer.verify(older, keyframe(1, 1, touch(relief, pose)), place(0, 0).inverse() * pose);
+    ASSERT_TRUE(loop);
+    EXPECT_EQ(loop->information, loop->information.transpose());
+    const Vector6d eigenvalues = loop->information.selfadjointView<Eigen::Lower>().eigenvalues();
+    EXPECT_GT(eigenvalues.minCoeff(), -1e-9 * eigenvalues.maxCoeff());
+    EXPECT_LT(loop->information(0, 0), last);
+    last = loop->information(0, 0);
+  }
+  EXPECT_LT(last, 1 / std::pow(0.7 * std::pow(10 * kDegree, 2), 2));
+}
+
+TEST(LoopCloser, RelocalisesALostFrame) {
+  const Relief relief = random_relief(9);
+  LoopCloser closer({});
+  const std::vector<Pose> places{place(0, 0), place(20, 0), place(40, 0)};
+  visit(closer, relief, places);
+  const Pose lost = place(20.7, 0.4, -35, 1, 2);
+  const std::optional<LoopConstraint> found = closer.relocalise(touch(relief, lost));
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->from, 1);
+  EXPECT_EQ(found->to, -1);
+  EXPECT_LT(error_of(*found, places[1], lost).deg, 0.5);
+  EXPECT_FALSE(closer.relocalise(touch(relief, place(70, 30))));
+}
+
+TEST(LoopCloser, RefusesNonsense) {
+  LoopClosureOptions options;
+  options.min_sift_inliers = 1;
+  EXPECT_THROW(LoopCloser{options}, Error);
+  LoopCloser closer({});
+  const SurfacePtr surface = touch(random_relief(1), place(0, 0));
+  closer.add(keyframe(5, 0, surface));
+  EXPECT_THROW(closer.add(keyframe(5, 0, surface)), Error);
+}
+
+}  // namespace
+}  // namespace gelslam

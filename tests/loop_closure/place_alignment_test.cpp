@@ -1,0 +1,155 @@
+#include "place_alignment.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "place_index.hpp"
+#include "relief.hpp"
+#include "self_similarity.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace loop_closure::detail;
+
+// ---- matching and rigid arrangement on made-up features ----
+
+PlaceFeatures random_features(int count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  PlaceFeatures features;
+  for (int i = 0; i < count; ++i) {
+    features.pixels.emplace_back(static_cast<float>(random() % 320), static_cast<float>(random() % 240));
+    for (int k = 0; k < kDescriptorSize; ++k) features.descriptors.push_back(static_cast<std::int16_t>(random() % 120));
+  }
+  return features;
+}
+
+PlaceFeatures turned(PlaceFeatures features, float angle, const Eigen::Vector2f& shift) {
+  for (Eigen::Vector2f& p : features.pixels) p = Eigen::Rotation2Df(angle) * p + shift;
+  return features;
+}
+
+TEST(MatchFeatures, FindsEachDescriptorItself) {
+  const PlaceFeatures a = random_features(60, 1);
+  const std::vector<Match> matches = match_features(a, a, 0.8);
+  ASSERT_EQ(matches.size(), 60u);
+  for (const Match& m : matches) EXPECT_EQ(m.a, m.b);
+}
+
+TEST(MatchFeatures, WhatIsThereTwiceMatchesNothing) {
+  PlaceFeatures a = random_features(30, 1), twice = a;
+  twice.pixels.insert(twice.pixels.end(), a.pixels.begin(), a.pixels.end());
+  twice.descriptors.insert(twice.descriptors.end(), a.descriptors.begin(), a.descriptors.end());
+  EXPECT_TRUE(match_features(a, twice, 0.9).empty());
+  EXPECT_TRUE(match_features(twice, a, 0.9).empty());
+}
+
+TEST(MatchFeatures, NothingMatchesNothing) {
+  EXPECT_TRUE(match_features({}, random_features(5, 1), 0.9).empty());
+  EXPECT_TRUE(match_features(random_features(5, 1), {}, 0.9).empty());
+}
+
+TEST(RigidInliers, FindsTheArrangementAmongWrongMatches) {
+  const PlaceFeatures older = random_features(60, 3);
+  const PlaceFeatures newer = turned(older, 1.9F, {35, -12});
+  std::vector<Match> matches;
+  for (int i = 0; i < 20; ++i) matches.push_back({i, i});
+  for (int i = 20; i < 60; ++i) matches.push_back({i, (i * 7 + 11) % 60});
+  const std::vector<Match> found = rigid_inliers(older, newer, matches, 3.0, 100);
+  ASSERT_GE(found.size(), 20u);
+  EXPECT_EQ(std::count_if(found.begin(), found.end(), [](const Match& m) { return m.a == m.b; }),
+            std::count_if(matches.begin(), matches.end(), [](const Match& m) { return m.a == m.b; }));
+  EXPECT_LE(found.size(), 23u);  // a wrong match may fit by chance
+}
+
+TEST(RigidInliers, APlaceDoesNotComeBackLarger) {
+  const PlaceFeatures older = random_features(40, 4);
+  PlaceFeatures newer = older;
+  for (Eigen::Vector2f& p : newer.pixels) p *= 1.4F;
+  std::vector<Match> matches;
+  for (int i = 0; i < 40; ++i) matches.push_back({i, i});
+  EXPECT_LT(rigid_inliers(older, newer, matches, 3.0, 100).size(), 8u);
+}
+
+// ---- lift to three dimensions ----
+
+TEST(Lift, RecoversATiltedTwistedPlaceToADegree) {
+  const Relief relief = random_relief(5);
+  for (const Pose& second : {place(0.8, -0.5, 40, 4, -6), place(-1.0, 0.3, 175, -3, 2), place(0.2, 0.1, -90, 0, 8)}) {
+    const SurfacePtr older = touch(relief, place(0, 0)), newer = touch(relief, second);
+    const PlaceFeatures a = extract_features(*older, {}), b = extract_features(*newer, {});
+    const std::vector<Match> inliers = rigid_inliers(a, b, match_features(a, b, 0.9), 3.0, 100);
+    ASSERT_GE(inliers.size(), 12u);
+    const std::optional<Pose> lifted = lift(*older, *newer, a, b, inliers);
+    ASSERT_TRUE(lifted);
+    const Pose error = (place(0, 0).inverse() * second).inverse() * *lifted;
+    EXPECT_LT(rotation_angle_rad(error) / kDegree, 1.5);      // SIFT points lie within a pixel of each other, and
+    EXPECT_LT(error.translation().norm(), 2 * kPitchMm);      // a pixel over a 100 pixel contact is 0.6 degrees
+  }
+}
+
+TEST(Lift, TwoMatchesAreTooFew) {
+  const SurfacePtr surface = touch(random_relief(5), place(0, 0));
+  const PlaceFeatures f = random_features(2, 1);
+  EXPECT_FALSE(lift(*surface, *surface, f, f, {{0, 0}, {1, 1}}));
+}
+
+// ---- features ----
+
+TEST(ExtractFeatures, LieInsideTheContactAndAreBounded) {
+  const SurfacePtr surface = touch(random_relief(6), place(0, 0));
+  LoopClosureOptions options;
+  options.max_features = 40;
+  const PlaceFeatures features = extract_features(*surface, options);
+  EXPECT_GE(features.size(), 30);
+  EXPECT_LE(features.size(), 45);  // OpenCV keeps ties
+  for (const Eigen::Vector2f& p : features.pixels)
+    EXPECT_LT(std::pow((p.x() - 159.5) / 92, 2) + std::pow((p.y() - 119.5) / 67, 2), 1.0);
+}
+
+// The same relief a quarter as deep has the same places on it.
+TEST(ExtractFeatures, FindsShallowReliefToo) {
+  const int deep = extract_features(*touch(random_relief(6, 0.2), place(0, 0)), {}).size();
+  const int shallow = extract_features(*touch(random_relief(6, 0.05), place(0, 0)), {}).size();
+  EXPECT_GT(shallow, deep / 2);
+}
+
+TEST(ExtractFeatures, ASmoothSurfaceHasNone) {
+  EXPECT_EQ(extract_features(*touch(Relief{}, place(0, 0)), {}).size(), 0);
+  EXPECT_EQ(extract_features(*touch(random_relief(6, 0.002), place(0, 0)), {}).size(), 0);
+  EXPECT_EQ(extract_features(*touch(random_relief(6), place(0, 0), {0, 0}), {}).size(), 0);
+}
+
+// ---- repeated patterns ----
+
+TEST(SelfSimilarity, TellsAPatternFromATexture) {
+  EXPECT_GT(self_similarity(*touch(grid_relief(), place(0.3, 0.2, 20))), 0.95);
+  EXPECT_LT(self_similarity(*touch(random_relief(3), place(0, 0))), 0.6);
+  EXPECT_EQ(self_similarity(*touch(Relief{}, place(0, 0))), 0.0);
+  EXPECT_EQ(self_similarity(*touch(grid_relief(), place(0, 0), {0, 0})), 0.0);
+}
+
+TEST(SelfSimilarity, AStraightRidgeRepeatsAlongItself) {
+  EXPECT_GT(self_similarity(*touch(Relief{{{2.0, 1.0, 0, 0.1}, {3.3, 1.65, 1, 0.05}}}, place(0, 0))), 0.95);
+}
+
+// ---- retrieval ----
+
+TEST(PlaceIndex, RanksThePlaceSeenAgainFirstAmongHundreds) {
+  PlaceIndex index;
+  constexpr int kPlaces = 300;
+  for (int i = 0; i < kPlaces; ++i) index.add(random_features(40 + i % 100, static_cast<std::uint64_t>(i)));
+  std::mt19937_64 random(99);
+  for (const int truth : {0, 150, 299}) {
+    PlaceFeatures again = random_features(40 + truth % 100, static_cast<std::uint64_t>(truth));
+    for (std::int16_t& d : again.descriptors) d = static_cast<std::int16_t>(d + static_cast<int>(random() % 21) - 10);
+    EXPECT_EQ(index.most_alike(again, kPlaces, 20).front(), truth);
+    const std::vector<int> searched_before = index.most_alike(again, truth, 20);
+    EXPECT_EQ(std::count(searched_before.begin(), searched_before.end(), truth), 0);
+  }
+  EXPECT_TRUE(index.most_alike(random_features(5, 1), 0, 20).empty());
+}
+
+}  // namespace
+}  // namespace gelslam
