@@ -3,31 +3,34 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "gelslam/sensor/frame_source.hpp"
+#include "info_report.hpp"
 
 namespace gelslam {
 namespace {
 
 struct InfoArguments {
   std::filesystem::path path;
+  bool json = false;
 };
 
-void run_info(const InfoArguments& arguments) {
-  std::cout << open_frame_source(arguments.path, SensorProfile{})->description() << "\n";
+int run_info(const InfoArguments& arguments) {
+  const InfoReport report = inspect(arguments.path);
+  std::cout << (arguments.json ? report.json() : report.text());
+  return report.has_problems() ? exit_not_good : exit_done;
 }
 
 }  // namespace
 
 void add_info_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
-      app.add_subcommand("info", "Say what is in a log, a data folder, a model, a config or a run folder");
+      app.add_subcommand("info", "Say what is in a log, a data folder, a run, a model, a config or a mesh");
   const auto arguments = std::make_shared<InfoArguments>();
-  command->add_option("PATH", arguments->path, "video, folder, nnmodel.pth or config.yaml")->required();
-  command->footer("Example: gelslam info RUN --json");
-  command->callback([arguments, &exit_code] {
-    run_info(*arguments);
-    exit_code = exit_done;
-  });
+  command->add_option("PATH", arguments->path, "video, folder, nnmodel.pth, config.yaml, mesh or .npy")
+      ->required();
+  command->add_flag("--json", arguments->json, "one JSON object for another program");
+  command->footer(
+      "Example: gelslam info RUN --json\nExit code 1: what was found has a problem, which is said.");
+  command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
 }
 
 }  // namespace gelslam

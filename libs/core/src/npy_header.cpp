@@ -28,7 +28,7 @@ class Scanner {
     if (quote == '"') expect("\"");
     const std::size_t end = text_.find(quote);
     if (end == std::string_view::npos) throw std::invalid_argument("its header has an open quote");
-    const std::string word(text_.substr(0, end));
+    std::string word(text_.substr(0, end));
     text_.remove_prefix(end + 1);
     return word;
   }

@@ -23,8 +23,8 @@ std::int64_t big_endian(Bytes file, std::size_t at, std::size_t bytes) {
 }
 
 std::int64_t little_endian_32(Bytes file, std::size_t at) {
-  const std::uint32_t value =
-      file[at] | file[at + 1] << 8 | file[at + 2] << 16 | static_cast<std::uint32_t>(file[at + 3]) << 24;
+  std::uint32_t value = 0;
+  for (std::size_t i = 4; i-- > 0;) value = value << 8 | file[at + i];
   return static_cast<std::int32_t>(value);  // a BMP stored top-down has a negative height
 }
 

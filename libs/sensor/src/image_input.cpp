@@ -63,7 +63,7 @@ cv::Mat decode(const std::vector<unsigned char>& bytes) {
 cv::Mat3b read_image(const std::filesystem::path& path) {
   const std::vector<unsigned char> bytes = read_bytes(path);
   check_header(bytes, path);
-  const cv::Mat image = decode(bytes);
+  cv::Mat image = decode(bytes);
   if (image.empty())
     throw Error(path.string() + ": not a readable image (png, jpg, bmp or tiff), or damaged");
   if (image.depth() != CV_8U) throw Error(path.string() + ": needs 8 bits per channel");

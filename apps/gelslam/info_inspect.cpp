@@ -1,0 +1,242 @@
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <optional>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/slam/config.hpp"
+#include "gelslam/surface/gradient_model.hpp"
+#include "info_report.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::uintmax_t largest_report_bytes = 16u << 20;
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+/// Runs one part of a folder's inspection; what is wrong with it becomes a problem and the rest goes on.
+void attempt(InfoReport& report, const std::function<void()>& part) {
+  try {
+    part();
+  } catch (const Error& error) {
+    report.add_problem(error.what());
+  }
+}
+
+void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profile) {
+  const auto source = open_frame_source(log, profile);
+  Json value{{"description", source->description()}, {"rate_hz", source->rate_hz()}};
+  std::string words = source->description();
+  if (const auto frames = source->frame_count()) {
+    const double duration_s = static_cast<double>(*frames) / source->rate_hz();
+    value["frames"] = *frames;
+    value["duration_s"] = duration_s;
+    words += ", " + std::to_string(*frames) + " frames, " + number(duration_s) + " s";
+  }
+  report.add("log", value, words);
+  attempt(report, [&] { source->next(); });
+}
+
+Config add_config(InfoReport& report, const fs::path& file) {
+  const Config config = read_config(file);
+  const SensorProfile& sensor = config.sensor;
+  report.add("config",
+             Json{{"file", file.string()},
+                  {"device", sensor.device_name},
+                  {"width_px", sensor.width_px},
+                  {"height_px", sensor.height_px},
+                  {"pixel_pitch_mm", sensor.pixel_pitch_mm},
+                  {"model", sensor.calibration_model_path.string()}},
+             "valid; " + sensor.device_name + ", " + std::to_string(sensor.width_px) + "x" +
+                 std::to_string(sensor.height_px) + " pixels of " + number(sensor.pixel_pitch_mm) + " mm");
+  return config;
+}
+
+void add_model(InfoReport& report, const fs::path& file) {
+  const GradientModel model = read_pth_model(file);
+  Json layers = Json::array();
+  std::string words = model.layers.empty() ? "" : std::to_string(model.layers.front().inputs);
+  std::size_t weights = 0;
+  for (const GradientModel::Layer& layer : model.layers) {
+    layers.push_back({{"inputs", layer.inputs}, {"outputs", layer.outputs}});
+    words += "-" + std::to_string(layer.outputs);
+    weights += layer.weight.size() + layer.bias.size();
+  }
+  report.add("model", Json{{"file", file.string()}, {"layers", layers}, {"weights", weights}},
+             "network " + words + ", " + std::to_string(weights) + " weights, " + file.string());
+}
+
+std::string shape_text(const std::vector<std::size_t>& shape) {
+  std::string text;
+  for (const std::size_t extent : shape) text += (text.empty() ? "" : "x") + std::to_string(extent);
+  return text.empty() ? "a single number" : text;
+}
+
+void add_array(InfoReport& report, const fs::path& file) {
+  const NpyArray array = read_npy(file);
+  static constexpr const char* type_names[] = {"float32", "float64", "int64", "uint8", "boolean"};
+  const std::string type = type_names[static_cast<int>(array.type)];
+  report.add("array", Json{{"type", type}, {"shape", array.shape}}, type + ", " + shape_text(array.shape));
+}
+
+void add_truth(InfoReport& report, const fs::path& file) {
+  const NpyArray array = read_npy(file);
+  if (array.shape.size() != 3 || array.shape[1] != 4 || array.shape[2] != 4) {
+    throw Error(file.string() + ": holds " + shape_text(array.shape) + " numbers, should hold Nx4x4");
+  }
+  const std::vector<double> values = array.to_doubles();
+  std::size_t touching = 0;
+  for (std::size_t i = 0; i < values.size(); i += 16) touching += std::isfinite(values[i]) ? 1u : 0u;
+  report.add("truth",
+             Json{{"file", file.filename().string()}, {"poses", array.shape[0]}, {"in_contact", touching}},
+             std::to_string(array.shape[0]) + " poses, " + std::to_string(touching) +
+                 " of them in contact, " + file.filename().string());
+}
+
+void add_mesh(InfoReport& report, const fs::path& file) {
+  const Mesh mesh = read_mesh(file);
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
+  const Eigen::Vector3f size = box.isEmpty() ? Eigen::Vector3f::Zero().eval() : box.sizes();
+  report.add("mesh",
+             Json{{"file", file.string()},
+                  {"vertices", mesh.vertices_mm.size()},
+                  {"triangles", mesh.triangles.size()},
+                  {"size_mm", {size.x(), size.y(), size.z()}}},
+             std::to_string(mesh.vertices_mm.size()) + " vertices, " + std::to_string(mesh.triangles.size()) +
+                 " triangles, " + number(size.x()) + " x " + number(size.y()) + " x " + number(size.z()) +
+                 " mm");
+}
+
+Json read_report(const fs::path& file) {
+  std::error_code code;
+  if (fs::file_size(file, code) > largest_report_bytes || code)
+    throw Error(file.string() + ": cannot be read");
+  std::ifstream stream(file);
+  Json report = Json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  if (!report.is_object()) throw Error(file.string() + ": not a JSON object, or truncated");
+  return report;
+}
+
+/// The report's plain entries; tables and lists (times per stage) are left to those who open the file.
+void add_run(InfoReport& report, const fs::path& file) {
+  const Json run = read_report(file);
+  Json value = Json::object();
+  std::string words;
+  for (const auto& [key, entry] : run.items()) {
+    if (entry.is_structured()) continue;
+    value[key] = entry;
+    words += (words.empty() ? "" : ", ") + key + " " +
+             (entry.is_string() ? entry.get<std::string>() : entry.dump());
+  }
+  report.add("report", value, words);
+}
+
+InfoReport inspect_run(const fs::path& folder) {
+  InfoReport report(folder, "a run folder");
+  attempt(report, [&] { add_run(report, folder / "report.json"); });
+  std::error_code code;
+  for (const char* name : {"mesh.ply", "config.yaml"}) {
+    if (!fs::exists(folder / name, code)) report.add_problem(std::string("holds no ") + name);
+  }
+  if (fs::exists(folder / "mesh.ply", code)) attempt(report, [&] { add_mesh(report, folder / "mesh.ply"); });
+  if (fs::exists(folder / "config.yaml", code))
+    attempt(report, [&] { add_config(report, folder / "config.yaml"); });
+  return report;
+}
+
+InfoReport inspect_presses(const fs::path& folder) {
+  InfoReport report(folder, "calibration presses");
+  std::ifstream catalog(folder / "catalog.csv");
+  std::string line;
+  std::getline(catalog, line);  // heading
+  std::size_t presses = 0, missing = 0;
+  std::error_code code;
+  while (std::getline(catalog, line)) {
+    if (line.find(',') == std::string::npos) continue;
+    ++presses;
+    if (!fs::exists(folder / line.substr(0, line.find(',')) / "gelsight.png", code)) ++missing;
+  }
+  report.add("presses", Json{{"listed", presses}, {"missing", missing}},
+             std::to_string(presses) + " images listed in catalog.csv");
+  if (missing > 0) report.add_problem(std::to_string(missing) + " of the listed images are missing");
+  if (!fs::exists(folder / "background.png", code)) report.add_problem("holds no background.png");
+  return report;
+}
+
+InfoReport inspect_data(const fs::path& folder) {
+  std::error_code code;
+  const bool layout = fs::exists(folder / "config.yaml", code) || fs::exists(folder / "gelsight.avi", code);
+  InfoReport report(folder, layout ? "a data folder" : "a folder of images");
+  std::optional<Config> config;
+  if (fs::exists(folder / "config.yaml", code)) {
+    attempt(report, [&] { config = add_config(report, folder / "config.yaml"); });
+  }
+  const SensorProfile profile = config ? config->sensor : SensorProfile{};
+  if (layout) {
+    attempt(report, [&] { add_log(report, folder, profile); });
+  } else {
+    add_log(report, folder, profile);
+  }
+  if (!profile.calibration_model_path.empty())
+    attempt(report, [&] { add_model(report, profile.calibration_model_path); });
+  const fs::path truth = folder / "true_start_T_currs.npy";
+  if (fs::exists(truth, code)) attempt(report, [&] { add_truth(report, truth); });
+  return report;
+}
+
+InfoReport inspect_video(const fs::path& file) {
+  InfoReport report(file, "a log");
+  const fs::path config = file.parent_path() / "config.yaml";
+  SensorProfile profile;
+  std::error_code code;
+  if (fs::exists(config, code)) attempt(report, [&] { profile = add_config(report, config).sensor; });
+  add_log(report, file, profile);
+  return report;
+}
+
+InfoReport inspect_file(const fs::path& file) {
+  const std::string ending = file.extension().string();
+  const auto single = [&](const char* kind, const std::function<void(InfoReport&)>& add) {
+    InfoReport report(file, kind);
+    add(report);
+    return report;
+  };
+  if (ending == ".pth") return single("a gradient model", [&](InfoReport& r) { add_model(r, file); });
+  if (ending == ".yaml" || ending == ".yml") {
+    return single("a configuration", [&](InfoReport& r) {
+      const fs::path model = add_config(r, file).sensor.calibration_model_path;
+      if (!model.empty()) attempt(r, [&] { add_model(r, model); });
+    });
+  }
+  if (ending == ".npy") return single("an array", [&](InfoReport& r) { add_array(r, file); });
+  if (ending == ".ply" || ending == ".obj" || ending == ".stl") {
+    return single("a mesh", [&](InfoReport& r) { add_mesh(r, file); });
+  }
+  return inspect_video(file);
+}
+
+}  // namespace
+
+InfoReport inspect(const fs::path& path) {
+  std::error_code code;
+  if (!fs::exists(path, code)) throw Error(path.string() + ": no such file or folder");
+  if (!fs::is_directory(path, code)) return inspect_file(path);
+  if (fs::exists(path / "report.json", code)) return inspect_run(path);
+  if (fs::exists(path / "catalog.csv", code)) return inspect_presses(path);
+  return inspect_data(path);
+}
+
+}  // namespace gelslam
