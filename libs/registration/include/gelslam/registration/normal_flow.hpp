@@ -16,6 +16,14 @@ struct NormalFlowOptions {
   int min_shared_pixels = 10;
   double scr_threshold = 0.3;
   double ccs_threshold = 0.7;
+  double robust_scale_rad = 0.1;      ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
+  double normal_noise_rad = 0.02;      ///< of one read normal, at least
+  double noise_correlation_samples = 30.0;  ///< neighbouring samples share their noise: so many count as one
+  double height_noise_mm = 0.02;       ///< of the mean height over a contact
+  double prior_rotation_rad = 0.2;     ///< how far a pose is from its start, before looking: decides what is not shown
+  double prior_translation_mm = 1.0;
+  double observable_sigma_rad = 0.05;  ///< a motion counts as observable when it is known better than this
+  double observable_sigma_mm = 0.3;
 };
 
 /// What is computed once per keyframe: samples, their points and normals, and the Jacobian, which depends on the

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "gelslam/frontend/keyframe.hpp"
+#include "gelslam/registration/normal_flow.hpp"
+
+namespace gelslam {
+
+struct TrackerOptions {
+  int contact_threshold_px = 500;  ///< fewer contact pixels are no contact
+  /// A new keyframe is made when the current one shares less than this with what the frame shows: a first touch is small,
+  /// and a roll leaves the keyframe behind long before tracking breaks.
+  double keyframe_min_shared = 0.45;
+  NormalFlowOptions registration;
+};
+
+enum class TrackStatus { background, no_contact, tracked, lost };
+
+/// "background", "no_contact", "tracked", "lost": as in the NDJSON stream.
+std::string_view name(TrackStatus status);
+
+/// How a keyframe hangs on the one before it in the same trial.
+struct KeyframeLink {
+  std::shared_ptr<const Keyframe> previous;  ///< null at the start of a trial
+  Pose previous_T_this = Pose::Identity();
+  Matrix6d information = Matrix6d::Zero();   ///< of the right perturbation of previous_T_this
+};
+
+/// What is known of a frame as soon as it was seen.
+struct TrackedFrame {
+  std::int64_t frame = 0;
+  double time_s = 0;
+  TrackStatus status = TrackStatus::no_contact;
+  int trial = -1;                        ///< counts unbroken stretches from 0; -1 without contact
+  std::shared_ptr<const Keyframe> keyframe;  ///< what keyframe_T_frame refers to; null without contact
+  Pose keyframe_T_frame = Pose::Identity();
+  Pose trial_T_frame = Pose::Identity();     ///< sensor pose in the first frame of the trial
+  RegistrationResult registration;       ///< of the decisive attempt; why a frame was lost
+  /// A keyframe made while this frame was tracked (it may be the frame before), with its link.
+  std::shared_ptr<const Keyframe> new_keyframe;
+  KeyframeLink new_keyframe_link;
+};
+
+/// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026, §IV;
+/// the retries and the early keyframes are our own). Deterministic; frames must come in order.
+class Tracker {
+ public:
+  explicit Tracker(const TrackerOptions& options) : options_(options) {}
+
+  TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
+
+ private:
+  struct Previous {  // the last tracked frame
+    std::int64_t frame = 0;
+    SurfacePtr surface;
+    Pose keyframe_T_frame = Pose::Identity();
+    Matrix6d information = Matrix6d::Zero();
+  };
+
+  RegistrationResult register_to_keyframe(const Surface& surface) const;
+  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, SurfacePtr surface);
+  void start_trial(TrackedFrame& result, SurfacePtr surface);
+  void switch_keyframe(TrackedFrame& result, std::int64_t frame, SurfacePtr surface, const Pose& keyframe_T_new,
+                       const Matrix6d& information);
+  void accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration);
+  bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
+
+  TrackerOptions options_;
+  int next_keyframe_id_ = 0;
+  int trial_ = -1;
+  bool in_trial_ = false;
+  std::shared_ptr<const Keyframe> keyframe_;
+  Pose trial_T_keyframe_ = Pose::Identity();
+  std::optional<Previous> previous_;
+  Pose last_step_ = Pose::Identity();  ///< previous-but-one frame -> previous frame: previous2_T_previous
+};
+
+}  // namespace gelslam

@@ -1,0 +1,124 @@
+#include "gelslam/frontend/tracker.hpp"
+
+namespace gelslam {
+namespace {
+
+/// Information of the inverse pose: true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise).
+Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
+  const Matrix6d from = adjoint(pose.inverse());
+  return from.transpose() * information * from;
+}
+
+}  // namespace
+
+std::string_view name(TrackStatus status) {
+  switch (status) {
+    case TrackStatus::background: return "background";
+    case TrackStatus::no_contact: return "no_contact";
+    case TrackStatus::tracked: return "tracked";
+    case TrackStatus::lost: return "lost";
+  }
+  return "unknown";
+}
+
+TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface) {
+  TrackedFrame result;
+  result.frame = frame;
+  result.time_s = time_s;
+  if (surface->contact_pixels < options_.contact_threshold_px) {
+    in_trial_ = false;
+    return result;
+  }
+  if (!in_trial_) {
+    result.status = TrackStatus::tracked;
+    start_trial(result, std::move(surface));
+    return result;
+  }
+
+  RegistrationResult registration = register_to_keyframe(*surface);
+  if (!registration.ok() && previous_->frame != keyframe_->frame) {
+    switch_keyframe(result, previous_->frame, previous_->surface, previous_->keyframe_T_frame, previous_->information);
+    registration = register_to_keyframe(*surface);
+  }
+  if (!registration.ok()) {
+    result.status = TrackStatus::lost;
+    result.registration = registration;
+    start_trial(result, std::move(surface));
+    return result;
+  }
+  accept(result, std::move(surface), registration);
+  return result;
+}
+
+/// From the last pose carried on at the last speed; if that fails, from the last pose itself.
+RegistrationResult Tracker::register_to_keyframe(const Surface& surface) const {
+  const Pose starts[] = {previous_->keyframe_T_frame * last_step_, previous_->keyframe_T_frame};
+  RegistrationResult best;
+  for (const Pose& keyframe_T_frame : starts) {
+    RegistrationResult attempt =
+        register_normal_flow(*keyframe_->reference, surface, keyframe_T_frame.inverse(), options_.registration);
+    if (attempt.ok()) return attempt;
+    if (attempt.scr * attempt.ccs >= best.scr * best.ccs) best = attempt;
+  }
+  return best;
+}
+
+void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration) {
+  const Pose keyframe_T_frame = registration.target_T_reference.inverse();
+  const Matrix6d information = information_of_inverse(registration.information, registration.target_T_reference);
+  last_step_ = previous_->keyframe_T_frame.inverse() * keyframe_T_frame;
+  previous_ = Previous{result.frame, surface, keyframe_T_frame, information};
+  result.status = TrackStatus::tracked;
+  result.trial = trial_;
+  result.registration = registration;
+  result.trial_T_frame = trial_T_keyframe_ * keyframe_T_frame;
+  result.keyframe = keyframe_;
+  result.keyframe_T_frame = keyframe_T_frame;
+  if (!result.new_keyframe && keyframe_is_outgrown(registration, *surface)) {
+    switch_keyframe(result, result.frame, std::move(surface), keyframe_T_frame, information);
+    result.keyframe = keyframe_;
+    result.keyframe_T_frame = Pose::Identity();
+  }
+}
+
+bool Tracker::keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const {
+  const double shared_share = static_cast<double>(registration.shared_pixels) / keyframe_->reference->sample_count();
+  const double shared_area_px = shared_share * keyframe_->surface->contact_pixels;
+  return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
+}
+
+std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, SurfacePtr surface) {
+  auto keyframe = std::make_shared<Keyframe>();
+  keyframe->id = next_keyframe_id_++;
+  keyframe->frame = frame;
+  keyframe->trial = trial_;
+  keyframe->reference = std::make_shared<const NormalFlowReference>(surface, options_.registration);
+  keyframe->surface = std::move(surface);
+  return keyframe;
+}
+
+void Tracker::start_trial(TrackedFrame& result, SurfacePtr surface) {
+  ++trial_;
+  in_trial_ = true;
+  keyframe_ = make_keyframe(result.frame, surface);
+  trial_T_keyframe_ = Pose::Identity();
+  last_step_ = Pose::Identity();
+  previous_ = Previous{result.frame, std::move(surface), Pose::Identity(), Matrix6d::Zero()};
+  result.trial = trial_;
+  result.keyframe = keyframe_;
+  result.keyframe_T_frame = Pose::Identity();
+  result.trial_T_frame = Pose::Identity();
+  result.new_keyframe = keyframe_;
+  result.new_keyframe_link = {};
+}
+
+void Tracker::switch_keyframe(TrackedFrame& result, std::int64_t frame, SurfacePtr surface, const Pose& keyframe_T_new,
+                              const Matrix6d& information) {
+  result.new_keyframe_link = KeyframeLink{keyframe_, keyframe_T_new, information};
+  keyframe_ = make_keyframe(frame, std::move(surface));
+  trial_T_keyframe_ = normalized(trial_T_keyframe_ * keyframe_T_new);
+  previous_->keyframe_T_frame = keyframe_T_new.inverse() * previous_->keyframe_T_frame;
+  result.new_keyframe = keyframe_;
+}
+
+}  // namespace gelslam

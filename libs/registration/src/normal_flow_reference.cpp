@@ -1,0 +1,120 @@
+#include "normal_flow_reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+namespace gelslam {
+namespace {
+
+using registration::detail::kParameters;
+using registration::detail::Samples;
+
+/// Half of the samples where the surface bends most (they fix x, y and twist), half spread evenly over the rest of
+/// the contact (they fix the tilt and keep a dirty spot from ruling the estimate). Pixels in raster order.
+std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
+  std::vector<cv::Point> candidates;
+  candidates.reserve(static_cast<std::size_t>(surface.contact_pixels));
+  for (int v = 1; v + 1 < surface.contact.rows; ++v)
+    for (int u = 1; u + 1 < surface.contact.cols; ++u)
+      if (surface.contact(v, u)) candidates.emplace_back(u, v);
+  const auto wanted = static_cast<std::size_t>(max_samples);
+  if (candidates.size() <= wanted) return candidates;
+
+  const auto raster_order = [](const cv::Point& a, const cv::Point& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; };
+  const auto bent = candidates.begin() + static_cast<std::ptrdiff_t>(wanted / 2);
+  std::nth_element(candidates.begin(), bent, candidates.end(), [&](const cv::Point& a, const cv::Point& b) {
+    const float ca = std::fabs(surface.curvature(a)), cb = std::fabs(surface.curvature(b));
+    return ca != cb ? ca > cb : raster_order(a, b);
+  });
+  std::sort(bent, candidates.end(), raster_order);
+  const auto rest = static_cast<double>(candidates.end() - bent);
+  const std::size_t even = wanted - wanted / 2;
+  std::vector<cv::Point> selected(candidates.begin(), bent);
+  for (std::size_t k = 0; k < even; ++k)
+    selected.push_back(bent[static_cast<std::ptrdiff_t>((static_cast<double>(k) + 0.5) * rest / static_cast<double>(even))]);
+  std::sort(selected.begin(), selected.end(), raster_order);
+  return selected;
+}
+
+/// Weight of a contact pixel by its distance to the contact's border (Huang et al., T-RO 2026): near the border the gel
+/// spans from object to rest and does not show the object.
+cv::Mat1f border_weight(const cv::Mat1b& contact) {
+  cv::Mat1f distance_px;
+  cv::distanceTransform(contact, distance_px, cv::DIST_L2, 3);
+  const float scale_px = static_cast<float>(contact.rows) / 60.0f;
+  for (float& d : distance_px) d = 0.5f * (std::tanh(d / scale_px - 1.0f) + 1.0f);
+  return distance_px;
+}
+
+struct NormalGradient {
+  cv::Mat3f dx, dy;  ///< change of the normal per pixel
+};
+
+NormalGradient normal_gradient(const cv::Mat3f& normals) {
+  NormalGradient g;
+  cv::Sobel(normals, g.dx, CV_32F, 1, 0, 3, 1.0 / 8.0);
+  cv::Sobel(normals, g.dy, CV_32F, 0, 1, 3, 1.0 / 8.0);
+  return g;
+}
+
+void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, const cv::Vec3f& normal_dy) {
+  const float x = samples.x[k], y = samples.y[k], z = samples.z[k];
+  const float nx = samples.nx[k], ny = samples.ny[k], nz = samples.nz[k];
+  const float n_cross_e[3][3] = {{0, -nz, ny}, {nz, 0, -nx}, {-ny, nx, 0}};  // [n]x, rows by component
+  float j[3][kParameters];
+  for (int c = 0; c < 3; ++c) {
+    j[c][0] = -normal_dy[c] * z + n_cross_e[c][0];
+    j[c][1] = normal_dx[c] * z + n_cross_e[c][1];
+    j[c][2] = -normal_dx[c] * y + normal_dy[c] * x + n_cross_e[c][2];
+    j[c][3] = normal_dx[c];
+    j[c][4] = normal_dy[c];
+  }
+  std::size_t entry = 0;
+  for (int a = 0; a < kParameters; ++a)
+    for (int b = a; b < kParameters; ++b)
+      samples.hessian[entry++][k] = j[0][a] * j[0][b] + j[1][a] * j[1][b] + j[2][a] * j[2][b];
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t a = 0; a < kParameters; ++a) samples.jacobian[c * kParameters + a][k] = j[c][a];
+}
+
+}  // namespace
+
+NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options) {
+  auto impl = std::make_unique<Impl>();
+  const std::vector<cv::Point> pixels = select_samples(*surface, options.max_samples);
+  const cv::Mat1f weight = border_weight(surface->contact);
+  const NormalGradient gradient = normal_gradient(surface->normals);
+  const float pitch = static_cast<float>(surface->pixel_pitch_mm);
+  const float center_u = static_cast<float>(surface->contact.cols) * 0.5f - 0.5f;
+  const float center_v = static_cast<float>(surface->contact.rows) * 0.5f - 0.5f;
+
+  Samples& samples = impl->samples;
+  samples.resize(pixels.size());
+  impl->curvature.resize(pixels.size());
+  for (std::size_t k = 0; k < pixels.size(); ++k) {
+    const cv::Point p = pixels[k];
+    const cv::Vec3f n = surface->normals(p);
+    samples.x[k] = (static_cast<float>(p.x) - center_u) * pitch;
+    samples.y[k] = (static_cast<float>(p.y) - center_v) * pitch;
+    samples.z[k] = surface->height_mm(p);
+    samples.nx[k] = n[0];
+    samples.ny[k] = n[1];
+    samples.nz[k] = n[2];
+    samples.weight[k] = weight(p);
+    set_jacobian(samples, k, gradient.dx(p) / pitch, gradient.dy(p) / pitch);
+    impl->curvature[k] = surface->curvature(p);
+  }
+  impl->surface = std::move(surface);
+  impl_ = std::move(impl);
+}
+
+NormalFlowReference::~NormalFlowReference() = default;
+NormalFlowReference::NormalFlowReference(NormalFlowReference&&) noexcept = default;
+
+const Surface& NormalFlowReference::surface() const { return *impl_->surface; }
+int NormalFlowReference::sample_count() const { return impl_->samples.size(); }
+
+}  // namespace gelslam

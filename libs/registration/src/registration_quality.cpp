@@ -1,0 +1,176 @@
+#include "registration_quality.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace gelslam::registration::detail {
+namespace {
+
+using Vector5d = Eigen::Matrix<double, kParameters, 1>;
+using Matrix5d = Eigen::Matrix<double, kParameters, kParameters>;
+
+/// Nearest target pixel of a warped sample. Only for samples with weight: those lie inside the image.
+class PixelLookup {
+ public:
+  PixelLookup(const Samples& samples, const Surface& target, const Pose& target_T_reference)
+      : samples_(samples),
+        rotation_(target_T_reference.linear().cast<float>()),
+        translation_(target_T_reference.translation().cast<float>()),
+        inverse_pitch_(static_cast<float>(1.0 / target.pixel_pitch_mm)),
+        center_u_(static_cast<float>(target.contact.cols) * 0.5f - 0.5f),
+        center_v_(static_cast<float>(target.contact.rows) * 0.5f - 0.5f),
+        size_(target.contact.size()) {}
+
+  Eigen::Vector3f warped_mm(std::size_t k) const {
+    return rotation_ * Eigen::Vector3f(samples_.x[k], samples_.y[k], samples_.z[k]) + translation_;
+  }
+  cv::Point pixel(const Eigen::Vector3f& p) const {
+    return {std::clamp(static_cast<int>(std::lround(p.x() * inverse_pitch_ + center_u_)), 0, size_.width - 1),
+            std::clamp(static_cast<int>(std::lround(p.y() * inverse_pitch_ + center_v_)), 0, size_.height - 1)};
+  }
+
+ private:
+  const Samples& samples_;
+  Eigen::Matrix3f rotation_;
+  Eigen::Vector3f translation_;
+  float inverse_pitch_, center_u_, center_v_;
+  cv::Size size_;
+};
+
+struct CurvatureAgreement {
+  double shared_ratio = 0;       // SCR
+  double cosine_similarity = 0;  // CCS
+};
+
+CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference, const Surface& target,
+                                     const Residuals& residuals, const Pose& target_T_reference) {
+  const PixelLookup lookup(reference.samples, target, target_T_reference);
+  double all = 0, shared = 0, dot = 0, reference2 = 0, target2 = 0;
+  for (std::size_t k = 0; k < reference.curvature.size(); ++k) {
+    const double c = reference.curvature[k];
+    all += std::fabs(c);
+    if (residuals.weight[k] <= 0) continue;
+    const double d = target.curvature(lookup.pixel(lookup.warped_mm(k)));
+    shared += std::fabs(c);
+    dot += c * d;
+    reference2 += c * c;
+    target2 += d * d;
+  }
+  CurvatureAgreement agreement;
+  if (all > 0) agreement.shared_ratio = shared / all;
+  if (reference2 > 0 && target2 > 0) agreement.cosine_similarity = dot / std::sqrt(reference2 * target2);
+  return agreement;
+}
+
+double normal_rmse_rad(const Residuals& residuals) {
+  double sum = 0, weight = 0;
+  for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
+    const double w = residuals.weight[k], rx = residuals.rx[k], ry = residuals.ry[k], rz = residuals.rz[k];
+    sum += w * (rx * rx + ry * ry + rz * rz);
+    weight += w;
+  }
+  return weight > 0 ? std::sqrt(sum / weight) : 0.0;
+}
+
+Matrix5d shared_hessian(const Samples& samples, const Residuals& residuals) {
+  double gradient[kParameters], entries[kHessianEntries];
+  accumulate_normal_equations(samples, residuals, gradient, entries);
+  Matrix5d hessian;
+  const double* entry = entries;
+  for (int a = 0; a < kParameters; ++a)
+    for (int b = a; b < kParameters; ++b) hessian(a, b) = hessian(b, a) = *entry++;
+  return hessian;
+}
+
+/// A motion is observable when looking has told it to within the given limits, whatever was known before.
+std::array<bool, 6> observability(const Matrix5d& information, const NormalFlowOptions& options) {
+  const Matrix5d with_prior = information + Matrix5d(prior_information(options).asDiagonal());
+  const Vector5d variance = with_prior.inverse().diagonal();
+  const auto known = [&](int parameter, double limit) { return variance(parameter) < limit * limit; };
+  return {known(3, options.observable_sigma_mm),  known(4, options.observable_sigma_mm),  true,
+          known(0, options.observable_sigma_rad), known(1, options.observable_sigma_rad), known(2, options.observable_sigma_rad)};
+}
+
+RegistrationStatus judge(const RegistrationResult& result, const NormalFlowOptions& options) {
+  if (result.shared_pixels < options.min_shared_pixels || result.scr < options.scr_threshold)
+    return RegistrationStatus::too_little_overlap;
+  if (result.ccs < options.ccs_threshold) return RegistrationStatus::curvature_mismatch;
+  return RegistrationStatus::converged;
+}
+
+}  // namespace
+
+void pack_target(const Surface& target, PackedTarget& packed) {
+  packed.width = target.contact.cols;
+  packed.height = target.contact.rows;
+  packed.inverse_pitch_per_mm = static_cast<float>(1.0 / target.pixel_pitch_mm);
+  packed.center_u_px = static_cast<float>(packed.width) * 0.5f - 0.5f;
+  packed.center_v_px = static_cast<float>(packed.height) * 0.5f - 0.5f;
+  packed.texel.resize(static_cast<std::size_t>(packed.width) * static_cast<std::size_t>(packed.height) * 4);
+  float* out = packed.texel.data();
+  for (int v = 0; v < packed.height; ++v) {
+    const cv::Vec3f* normal = target.normals[v];
+    const std::uint8_t* contact = target.contact[v];
+    for (int u = 0; u < packed.width; ++u, out += 4) {
+      out[0] = normal[u][0];
+      out[1] = normal[u][1];
+      out[2] = normal[u][2];
+      out[3] = contact[u] ? 1.0f : 0.0f;
+    }
+  }
+}
+
+int count_shared(const Residuals& residuals) {
+  return static_cast<int>(std::count_if(residuals.weight.begin(), residuals.weight.end(), [](float w) { return w > 0; }));
+}
+
+Vector5d prior_information(const NormalFlowOptions& options) {
+  const double rotation = 1.0 / (options.prior_rotation_rad * options.prior_rotation_rad);
+  const double translation = 1.0 / (options.prior_translation_mm * options.prior_translation_mm);
+  return (Vector5d() << rotation, rotation, rotation, translation, translation).finished();
+}
+
+double effective_variance(double normal_rmse_rad, const NormalFlowOptions& options) {
+  const double noise = std::max(options.normal_noise_rad, normal_rmse_rad);
+  return noise * noise * options.noise_correlation_samples;
+}
+
+HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& target_T_reference,
+                     const Residuals& residuals) {
+  const PixelLookup lookup(samples, target, target_T_reference);
+  double sum = 0, sum2 = 0, weight = 0;
+  for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
+    const double w = residuals.weight[k];
+    if (w <= 0) continue;
+    const Eigen::Vector3f p = lookup.warped_mm(k);
+    const double gap = target.height_mm(lookup.pixel(p)) - p.z();
+    sum += w * gap;
+    sum2 += w * gap * gap;
+    weight += w;
+  }
+  if (weight <= 0) return {};
+  const double mean = sum / weight;
+  return {mean, std::sqrt(std::max(0.0, sum2 / weight - mean * mean))};
+}
+
+void assess(const NormalFlowReference::Impl& reference, const Surface& target, const Residuals& residuals,
+            const NormalFlowOptions& options, RegistrationResult& result) {
+  result.shared_pixels = count_shared(residuals);
+  result.normal_rmse_rad = normal_rmse_rad(residuals);
+  const CurvatureAgreement agreement = compare_curvature(reference, target, residuals, result.target_T_reference);
+  result.scr = agreement.shared_ratio;
+  result.ccs = agreement.cosine_similarity;
+
+  const Matrix5d information =
+      shared_hessian(reference.samples, residuals) / effective_variance(result.normal_rmse_rad, options);
+  result.information.setZero();
+  result.information.topLeftCorner<kParameters, kParameters>() = information;
+  result.information(5, 5) = 1.0 / (options.height_noise_mm * options.height_noise_mm);
+  result.observable = observability(information, options);
+  result.status = judge(result, options);
+}
+
+}  // namespace gelslam::registration::detail

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "gelslam/sensor/sensor_profile.hpp"
+#include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+
+namespace gelslam {
+
+/// Everything a run can be told, with working defaults. Files have the keys of the public GelSLAM configuration
+/// (device_config, contact_mask_config, gelslam_config) and our own optional ones; docs/file-formats.md lists them.
+struct Config {
+  SensorProfile sensor;
+  SurfaceOptions surface;
+  SlamOptions slam;
+  int background_frames = 10;  ///< the log's first frames, without contact
+};
+
+/// Throws Error with file and line on unknown keys, wrong types and values out of range.
+Config read_config(const std::filesystem::path& file);
+
+/// The effective configuration as YAML with a comment per key; read_config gives the same values back.
+std::string write_config(const Config& config);
+
+}  // namespace gelslam

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/frontend/keyframe.hpp"
+
+namespace gelslam {
+
+struct RefinementOptions {
+  bool enabled = true;
+  int rounds = 2;
+  /// Keyframe pairs whose patches should overlap by at least this share of the smaller contact are registered.
+  double min_overlap = 0.3;
+  int max_pairs_per_keyframe = 12;
+  NormalFlowOptions registration;
+};
+
+/// Once the pose graph knows roughly where every keyframe is, registers all pairs that should overlap but have no edge
+/// yet, and returns them as loop edges. Own addition; it replaces drift along chains of keyframes by direct evidence.
+std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                                   const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
+                                   const RefinementOptions& options);
+
+}  // namespace gelslam

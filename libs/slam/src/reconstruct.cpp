@@ -1,0 +1,87 @@
+#include "gelslam/slam/reconstruct.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "gelslam/core/run_folder.hpp"
+#include "run_writer.hpp"
+
+namespace gelslam {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Feeds the whole log to `slam`; true when stopped before its end.
+bool track_log(SurfaceStream& stream, GelSlam& slam, StageTimer& timer, ProgressSink& progress,
+               const std::function<bool()>& stop_requested) {
+  progress.begin("tracking", stream.frame_count());
+  bool stopped = false;
+  std::int64_t done = 0;
+  while (const std::optional<SurfaceStream::Item> item = stream.next()) {
+    if (item->surface)
+      slam.process(item->frame, item->time_s, item->surface, timer);
+    else
+      slam.skip(item->frame, item->time_s);
+    progress.update(++done);
+    if (stop_requested()) {
+      stopped = true;
+      break;
+    }
+  }
+  progress.end();
+  return stopped;
+}
+
+ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
+  ReconstructSummary summary;
+  summary.frames = static_cast<std::int64_t>(map.frames.size());
+  summary.tracked = std::count_if(map.frames.begin(), map.frames.end(),
+                                  [](const FrameRecord& f) { return f.status == TrackStatus::tracked; });
+  summary.in_map = std::count_if(map.frames.begin(), map.frames.end(), [&](const FrameRecord& f) { return map.has_pose(f); });
+  summary.keyframes = static_cast<int>(map.keyframes.size());
+  summary.trials = map.trials;
+  summary.groups = map.groups;
+  summary.loops = map.loops;
+  summary.vertices = mesh.vertices_mm.size();
+  summary.triangles = mesh.triangles.size();
+  return summary;
+}
+
+}  // namespace
+
+ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
+                               const std::function<bool()>& stop_requested) {
+  const Clock::time_point start = Clock::now();
+  RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .input = request.input.log});
+  StageTimer timer;
+  SurfaceStream stream(request.input, request.config, timer);
+  GelSlam slam(request.config.slam);
+  const bool partial = track_log(stream, slam, timer, progress, stop_requested);
+
+  SlamMap map;
+  {
+    progress.begin("closing loops", std::nullopt);
+    const auto scope = timer.measure("finish/poses");
+    map = slam.finish();
+    progress.end();
+  }
+  Mesh mesh;
+  {
+    progress.begin("fusing", std::nullopt);
+    const auto scope = timer.measure("finish/fusion");
+    FusionOptions fusion = request.config.slam.fusion;
+    fusion.slope_gain = map.solution.slope_gain;
+    mesh = fuse(posed_surfaces(map), fusion);
+    progress.end();
+  }
+
+  ReconstructSummary summary = summarise(map, mesh);
+  summary.partial = partial;
+  summary.warning = stream.warning();
+  summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  write_run(folder.path(), request, stream.description(), map, mesh, timer.statistics(), summary);
+  folder.commit();
+  return summary;
+}
+
+}  // namespace gelslam

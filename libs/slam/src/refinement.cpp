@@ -1,0 +1,84 @@
+#include "gelslam/slam/refinement.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace gelslam {
+namespace {
+
+constexpr int kGridStepPx = 8;
+
+/// Coarse points of a patch, for telling which patches overlap without touching every pixel.
+std::vector<Eigen::Vector3d> coarse_points(const Surface& surface) {
+  std::vector<Eigen::Vector3d> points;
+  const double center_u = surface.contact.cols * 0.5 - 0.5, center_v = surface.contact.rows * 0.5 - 0.5;
+  for (int v = kGridStepPx / 2; v < surface.contact.rows; v += kGridStepPx)
+    for (int u = kGridStepPx / 2; u < surface.contact.cols; u += kGridStepPx)
+      if (surface.contact(v, u))
+        points.emplace_back((u - center_u) * surface.pixel_pitch_mm, (v - center_v) * surface.pixel_pitch_mm,
+                            static_cast<double>(surface.height_mm(v, u)));
+  return points;
+}
+
+/// Share of the points that land on the other patch's contact, close to its height.
+double overlap(const std::vector<Eigen::Vector3d>& points, const Surface& other, const Pose& other_T_points) {
+  constexpr double kHeightToleranceMm = 0.5;
+  int inside = 0;
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3d p = other_T_points * point;
+    const int u = static_cast<int>(std::lround(p.x() / other.pixel_pitch_mm + other.contact.cols * 0.5 - 0.5));
+    const int v = static_cast<int>(std::lround(p.y() / other.pixel_pitch_mm + other.contact.rows * 0.5 - 0.5));
+    if (u < 0 || v < 0 || u >= other.contact.cols || v >= other.contact.rows || !other.contact(v, u)) continue;
+    if (std::abs(p.z() - static_cast<double>(other.height_mm(v, u))) < kHeightToleranceMm) ++inside;
+  }
+  return points.empty() ? 0.0 : static_cast<double>(inside) / static_cast<double>(points.size());
+}
+
+struct Candidate {
+  int from, to;
+  double overlap;
+};
+
+}  // namespace
+
+std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                                   const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
+                                   const RefinementOptions& options) {
+  std::set<std::pair<int, int>> linked;
+  for (const PoseGraphEdge& edge : edges) linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
+  std::vector<std::vector<Eigen::Vector3d>> points;
+  for (const auto& keyframe : keyframes) points.push_back(coarse_points(*keyframe->surface));
+
+  std::vector<PoseGraphEdge> found;
+  const int count = static_cast<int>(keyframes.size());
+  for (int to = 0; to < count; ++to) {
+    std::vector<Candidate> candidates;
+    for (int from = 0; from < to; ++from) {
+      if (linked.contains({from, to}) || solution.group_of_node.at(from) != solution.group_of_node.at(to)) continue;
+      const Pose from_T_to = solution.group_T_node.at(from).inverse() * solution.group_T_node.at(to);
+      // Patches that face away from each other are opposite sides of a thin object, not an overlap.
+      if (from_T_to.linear()(2, 2) < 0.3) continue;
+      const auto& smaller = points[static_cast<std::size_t>(from)].size() < points[static_cast<std::size_t>(to)].size() ? from : to;
+      const int larger = smaller == from ? to : from;
+      const Pose larger_T_smaller = smaller == to ? from_T_to : from_T_to.inverse();
+      const double share = overlap(points[static_cast<std::size_t>(smaller)],
+                                   *keyframes[static_cast<std::size_t>(larger)]->surface, larger_T_smaller);
+      if (share >= options.min_overlap) candidates.push_back({from, to, share});
+    }
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.overlap > b.overlap; });
+    if (candidates.size() > static_cast<std::size_t>(options.max_pairs_per_keyframe))
+      candidates.resize(static_cast<std::size_t>(options.max_pairs_per_keyframe));
+    for (const Candidate& c : candidates) {
+      const Pose from_T_to = solution.group_T_node.at(c.from).inverse() * solution.group_T_node.at(c.to);
+      const RegistrationResult result =
+          register_normal_flow(*keyframes[static_cast<std::size_t>(c.to)]->reference,
+                               *keyframes[static_cast<std::size_t>(c.from)]->surface, from_T_to, options.registration);
+      if (result.ok())
+        found.push_back({c.from, c.to, result.target_T_reference, result.information, EdgeKind::loop});
+    }
+  }
+  return found;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,109 @@
+#include "run_writer.hpp"
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "gelslam/backend/g2o.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/tum.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+std::string trajectory(const SlamMap& map) {
+  std::string text;
+  for (const FrameRecord& frame : map.frames)
+    if (map.has_pose(frame)) text += tum_line(frame.time_s, map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame);
+  return text;
+}
+
+std::string keyframe_trajectory(const SlamMap& map) {
+  std::map<std::int64_t, double> time_s;
+  for (const FrameRecord& frame : map.frames) time_s[frame.frame] = frame.time_s;
+  std::string text;
+  for (std::size_t id = 0; id < map.keyframes.size(); ++id)
+    if (map.in_map[id]) text += tum_line(time_s.at(map.keyframes[id]->frame), map.anchor_T_keyframe(static_cast<int>(id)));
+  return text;
+}
+
+ordered_json frame_counts(const SlamMap& map) {
+  std::map<TrackStatus, int> count;
+  int in_map = 0;
+  for (const FrameRecord& frame : map.frames) {
+    ++count[frame.status];
+    in_map += map.has_pose(frame) ? 1 : 0;
+  }
+  ordered_json frames;
+  frames["total"] = map.frames.size();
+  for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked, TrackStatus::lost})
+    frames[std::string(name(status))] = count[status];
+  frames["in_map"] = in_map;
+  return frames;
+}
+
+ordered_json stage_times(const std::vector<StageStatistics>& times) {
+  ordered_json stages;
+  for (const StageStatistics& s : times)
+    stages[s.stage] = {{"count", s.count},       {"median_ms", s.median_ms}, {"p95_ms", s.p95_ms},
+                       {"max_ms", s.max_ms},     {"total_ms", s.total_ms}};
+  return stages;
+}
+
+ordered_json report(const ReconstructRequest& request, const std::string& log_description, const SlamMap& map,
+                    const std::vector<StageStatistics>& times, const ReconstructSummary& summary) {
+  ordered_json json;
+  json["program"] = "gelslam " + request.program_version;
+  json["log"] = fs::absolute(request.input.log).lexically_normal().string();
+  json["log_description"] = log_description;
+  json["model"] = request.config.sensor.calibration_model_path.string();
+  json["partial"] = summary.partial;
+  if (!summary.warning.empty()) json["warning"] = summary.warning;
+  json["anchor_frame"] = map.anchor_frame;
+  json["frames"] = frame_counts(map);
+  json["keyframes"] = summary.keyframes;
+  json["coverage_keyframes"] = map.coverage_keyframes.size();
+  json["trials"] = summary.trials;
+  json["groups"] = summary.groups;
+  json["loops"] = summary.loops;
+  json["loop_outliers"] = std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
+  json["slope_gain"] = map.solution.slope_gain;
+  json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
+  json["seconds"] = summary.seconds;
+  json["stages"] = stage_times(times);
+  return json;
+}
+
+std::map<int, Pose> map_poses(const SlamMap& map) {
+  std::map<int, Pose> poses;
+  for (std::size_t id = 0; id < map.keyframes.size(); ++id)
+    if (map.in_map[id]) poses[static_cast<int>(id)] = map.anchor_T_keyframe(static_cast<int>(id));
+  return poses;
+}
+
+std::vector<PoseGraphEdge> map_edges(const SlamMap& map) {
+  std::vector<PoseGraphEdge> edges;
+  for (const PoseGraphEdge& edge : map.edges)
+    if (map.in_map[static_cast<std::size_t>(edge.from)] && map.in_map[static_cast<std::size_t>(edge.to)]) edges.push_back(edge);
+  return edges;
+}
+
+}  // namespace
+
+void write_run(const fs::path& folder, const ReconstructRequest& request, const std::string& log_description,
+               const SlamMap& map, const Mesh& mesh, const std::vector<StageStatistics>& times,
+               const ReconstructSummary& summary) {
+  write_mesh(folder / "mesh.ply", mesh);
+  write_file_atomically(folder / "trajectory.tum", trajectory(map));
+  write_file_atomically(folder / "keyframes.tum", keyframe_trajectory(map));
+  write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map));
+  write_file_atomically(folder / "config.yaml", write_config(request.config));
+  save_session(folder / "session", map);
+  write_file_atomically(folder / "report.json", report(request, log_description, map, times, summary).dump(2) + "\n");
+}
+
+}  // namespace gelslam
