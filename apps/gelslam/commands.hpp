@@ -14,7 +14,10 @@ inline constexpr int exit_internal_error = 3;  ///< our mistake
 /// and a callback that does the work and sets `exit_code`. Mistakes are thrown as Error; main prints them.
 /// One line here and one in main.cpp per command, in alphabetical order.
 void add_evaluate_command(CLI::App& app, int& exit_code);
+void add_export_command(CLI::App& app, int& exit_code);
 void add_info_command(CLI::App& app, int& exit_code);
+void add_reconstruct_command(CLI::App& app, int& exit_code);
 void add_surface_command(CLI::App& app, int& exit_code);
+void add_track_command(CLI::App& app, int& exit_code);
 
 }  // namespace gelslam

@@ -12,8 +12,11 @@ namespace {
 
 void add_commands(CLI::App& app, int& exit_code) {
   add_evaluate_command(app, exit_code);
+  add_export_command(app, exit_code);
   add_info_command(app, exit_code);
+  add_reconstruct_command(app, exit_code);
   add_surface_command(app, exit_code);
+  add_track_command(app, exit_code);
 }
 
 /// The subcommand the person asked for, else the program itself.
