@@ -14,26 +14,27 @@ namespace {
 using simulation::detail::hash;
 using simulation::detail::Random;
 
-/// A light beside the gel: a position in the sensor frame (z < 0: below the membrane), and how its brightness is
-/// spread over the gel by the light guide.
+/// A light beside the gel. How bright it makes the untouched gel is stated directly (a light guide spreads it, and the
+/// lens darkens the border), how it answers to slopes follows from where it is.
 struct Light {
-  cv::Vec3f position_mm;
-  float level;           ///< grey levels at full incidence, at the spread's centre
-  cv::Vec2f centre_mm;   ///< of the spread
-  cv::Vec2f width_mm;    ///< of the spread (Gaussian)
-  float floor;           ///< share that is even over the gel
-  cv::Vec3f colour_bgr;  ///< with a little cross-talk between the camera's channels
+  cv::Vec3f position_mm;  ///< in the sensor frame; z < 0: below the membrane
+  float level;            ///< grey levels on the untouched gel at the brightest place
+  cv::Vec2f centre_mm;    ///< of the brightness
+  cv::Vec2f width_mm;     ///< of the brightness (Gaussian)
+  float floor;            ///< share of it that is even over the gel
+  cv::Vec3f colour_bgr;   ///< with a little cross-talk between the camera's channels
 };
 
-// Levels and directions were set so that background and slope sensitivity look like a real GelSight Mini's (red from
-// the top: -110 grey levels per unit of slope in y at the centre; green from the right: +93; blue from below: +67).
+// Chosen to look like a real GelSight Mini: its background, and its answer to slopes on real ball presses (grey levels
+// per unit of slope at the centre: red -110 in y, from the top; green +93 in x, from the right; blue +67 in y, from
+// below; red and blue answer much more strongly on the side away from their light).
 const std::array<Light, 3> lights = {{
-    {{-1.5F, -13.0F, -11.0F}, 152.0F, {-0.5F, 1.2F}, {7.5F, 5.5F}, 0.35F, {0.04F, 0.05F, 1.0F}},
-    {{14.5F, 1.0F, -13.5F}, 124.0F, {0.5F, -1.0F}, {12.0F, 9.0F}, 0.45F, {0.08F, 1.0F, 0.03F}},
-    {{2.5F, 13.0F, -17.0F}, 142.0F, {0.3F, -1.5F}, {11.0F, 7.5F}, 0.35F, {1.0F, 0.07F, 0.03F}},
+    {{-3.0F, -13.0F, -14.0F}, 110.0F, {-0.6F, 1.2F}, {5.6F, 3.9F}, 0.15F, {0.04F, 0.05F, 1.0F}},
+    {{26.0F, 1.4F, -26.0F}, 84.0F, {-0.5F, -0.8F}, {8.0F, 5.5F}, 0.50F, {0.06F, 1.0F, 0.03F}},
+    {{2.5F, 13.0F, -19.0F}, 98.0F, {-0.2F, -1.2F}, {7.5F, 4.8F}, 0.33F, {1.0F, 0.05F, 0.03F}},
 }};
 
-const cv::Vec3f ambient_level = {22.0F, 20.0F, 18.0F};  // BGR: light that has bounced about inside
+const cv::Vec3f ambient_level = {42.0F, 30.0F, 23.0F};  // BGR: light that has bounced about inside
 constexpr double lens_blur_px = 0.6;
 constexpr float read_noise = 0.7F;       // grey levels
 constexpr float shot_noise = 0.01F;      // variance per grey level
@@ -117,12 +118,12 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options) : g
     for (int u = 0; u < size.width; ++u) {
       const float x = geometry.x_mm(u), y = geometry.y_mm(v);
       const float corner = (x * x + y * y) / 161.0F;  // 1 at the picture's corners of a GelSight Mini
-      const float vignette = 1.0F / ((1.0F + 0.35F * corner) * (1.0F + 0.35F * corner));
-      ambient_(v, u) = vignette * ambient_level;
+      ambient_(v, u) = ambient_level * (1.0F / (1.0F + 0.4F * corner));
       for (std::size_t k = 0; k < lights.size(); ++k) {
         const cv::Vec3f to_light = lights[k].position_mm - cv::Vec3f(x, y, 0.0F);
-        light_direction_[k](v, u) = to_light * static_cast<float>(1.0 / cv::norm(to_light));
-        brightness_(v, u)[static_cast<int>(k)] = vignette * lights[k].level * spread(lights[k], x, y);
+        const cv::Vec3f direction = to_light * static_cast<float>(1.0 / cv::norm(to_light));
+        light_direction_[k](v, u) = direction;
+        brightness_(v, u)[static_cast<int>(k)] = lights[k].level * spread(lights[k], x, y) / incidence(-direction[2]);
       }
     }
   Random random(hash(options.seed, 0xd127));

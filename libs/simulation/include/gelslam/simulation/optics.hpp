@@ -38,7 +38,7 @@ class Optics {
   SensorGeometry geometry_;
   OpticsOptions options_;
   cv::Mat3f light_direction_[3];  ///< unit vectors from the membrane to each light (R, G, B)
-  cv::Mat3f brightness_;          ///< of the three lights at each place, vignetting included
+  cv::Mat3f brightness_;          ///< of the three lights at each place, at full incidence
   cv::Mat3f ambient_;             ///< BGR
   cv::Mat3f flat_;                ///< untouched gel, before the lens
   cv::Mat3f background_;

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "gelslam/core/progress.hpp"
+#include "gelslam/simulation/gel.hpp"
+#include "gelslam/simulation/optics.hpp"
+#include "gelslam/simulation/sensor_geometry.hpp"
+#include "gelslam/simulation/trainer.hpp"
+
+namespace gelslam {
+
+struct CalibrationSpec {
+  int presses = 160;  ///< 5 .. 2000, over the whole gel, 6.31 and 9.5 mm balls in turn, various depths
+  GelOptions gel;
+  OpticsOptions optics;
+  SensorGeometry geometry;
+  std::uint64_t seed = 1;  ///< of places and depths
+  TrainingOptions training;
+};
+
+/// One press of a ball, with the truth.
+struct BallPress {
+  cv::Mat3b bgr;
+  GelShape gel;
+  double diameter_mm = 0;
+  cv::Point2d centre_px;  ///< of the contact circle
+  double radius_px = 0;   ///< of the contact circle
+};
+
+/// Deterministic; any press can be asked for by number.
+BallPress simulate_press(const CalibrationSpec& spec, int number);
+
+/// Mean of 10 pictures without contact, as a person would take it.
+cv::Mat3b simulate_background(const CalibrationSpec& spec);
+
+/// How a network reads slopes of the gel inside the contact circles (less 2 px, where the
+/// lens mixes in the skirt) of presses it has not seen: least-squares factor of read on
+/// true slope, through 0 (1: unbiased), and the mean absolute error of the angles.
+struct SlopeGain {
+  double x = 0, y = 0, mean_error_deg = 0;
+};
+SlopeGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses);
+
+/// Trains the published network on four fifths of the spec's presses by the published recipe (L1, Adam 2e-3, batch 1024,
+/// a fifth of background pixels; fewer epochs), labels from the balls' geometry inside the contact circles. The other
+/// fifth shows its slope gain, which is divided out.
+SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& progress);
+
+/// Writes a calibration folder: catalog.csv, <d>mm/<n>/gelsight.png, background.png, circles.csv (the truth about the
+/// contact circles), model/nnmodel.pth. Returns the gain on 12 held-out presses. The folder is made if it is not there.
+SlopeGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec, ProgressSink& progress);
+
+}  // namespace gelslam

@@ -1,0 +1,220 @@
+#include "gelslam/simulation/calibration_set.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "random.hpp"
+#include "shape_makers.hpp"
+
+namespace gelslam {
+namespace {
+
+using simulation::detail::hash;
+using simulation::detail::Random;
+
+constexpr std::array<double, 2> diameters_mm = {6.31, 9.5};
+constexpr int background_pictures = 10;
+constexpr int held_out_first = 1'000'000;     // numbers of presses that training never uses
+constexpr double circle_shrink_px = 2;        // the lens mixes in what lies outside
+constexpr int samples_per_press = 1500;
+constexpr int validation_every = 5;           // every fifth press shows the gain instead of training
+constexpr double background_share = 0.2;
+constexpr double degrees_per_radian = 180 / std::numbers::pi;
+
+void check(const CalibrationSpec& spec) {
+  if (spec.presses < validation_every || spec.presses > 2000) throw Error("number of calibration presses must be between 5 and 2000");
+}
+
+/// Drift is what happens after the calibration, and specks that come with contact were not there yet.
+OpticsOptions optics_at_calibration(const CalibrationSpec& spec) {
+  OpticsOptions optics = spec.optics;
+  optics.light_drift = false;
+  return optics;
+}
+
+cv::Mat3b picture(const CalibrationSpec& spec, const GelShape& gel, std::int64_t number) {
+  // Numbers of their own, so that no picture shares its noise with a frame of a scan.
+  return Optics(spec.geometry, optics_at_calibration(spec)).render(gel, -1 - number, 0, false);
+}
+
+GelShape flat_gel(const CalibrationSpec& spec) {
+  return press_gel(cv::Mat1f(spec.geometry.height_px, spec.geometry.width_px, 1.0F), spec.geometry, spec.gel);
+}
+
+/// Largest distance of a contact pixel from the centre: the circle's radius, also where the picture cuts it.
+double contact_radius_px(const cv::Mat1b& contact, const cv::Point2d& centre) {
+  double squared = 0;
+  for (int v = 0; v < contact.rows; ++v)
+    for (int u = 0; u < contact.cols; ++u)
+      if (contact(v, u) != 0) squared = std::max(squared, (u - centre.x) * (u - centre.x) + (v - centre.y) * (v - centre.y));
+  return std::sqrt(squared);
+}
+
+/// Angles of the ball's surface at a pixel inside the contact circle (ALGORITHMS of the public systems): the label that a
+/// person with a ruler and a ball would have.
+void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Random& random, TrainingSamples& samples) {
+  const double ball_px = 0.5 * press.diameter_mm / spec.geometry.pixel_pitch_mm;
+  const double circle = press.radius_px - circle_shrink_px;
+  for (int k = 0; k < samples_per_press && circle > 0; ++k) {
+    const double radius = circle * std::sqrt(random.uniform()), angle = random.uniform(0, 2 * std::numbers::pi);
+    const int u = static_cast<int>(std::lround(press.centre_px.x + radius * std::cos(angle)));
+    const int v = static_cast<int>(std::lround(press.centre_px.y + radius * std::sin(angle)));
+    if (u < 0 || u >= press.bgr.cols || v < 0 || v >= press.bgr.rows) continue;
+    const double dx = u - press.centre_px.x, dy = v - press.centre_px.y;
+    const double down = std::sqrt(ball_px * ball_px - dx * dx - dy * dy);
+    samples.add(press.bgr, u, v, static_cast<float>(std::atan2(dx, down)), static_cast<float>(std::atan2(dy, down)));
+  }
+}
+
+void add_background_samples(const CalibrationSpec& spec, std::size_t count, Random& random, TrainingSamples& samples) {
+  const cv::Mat3b bgr = picture(spec, flat_gel(spec), 2 * held_out_first);
+  for (std::size_t k = 0; k < count; ++k)
+    samples.add(bgr, static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.cols))),
+                static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.rows))), 0.0F, 0.0F);
+}
+
+/// Read on true slope inside the contact circles. See measure_slope_gain.
+SlopeGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec, const std::vector<BallPress>& presses) {
+  const cv::Mat2f zero = read_slopes(network, simulate_background(spec));
+  cv::Vec2d read_true(0, 0), true_true(0, 0);
+  double error_rad = 0, count = 0;
+  for (const BallPress& press : presses) {
+    const cv::Mat2f read = read_slopes(network, press.bgr);
+    for (int v = 0; v < read.rows; ++v)
+      for (int u = 0; u < read.cols; ++u) {
+        const double circle = press.radius_px - circle_shrink_px;
+        if (std::hypot(u - press.centre_px.x, v - press.centre_px.y) > circle) continue;
+        for (int axis = 0; axis < 2; ++axis) {
+          const double slope = read(v, u)[axis] - zero(v, u)[axis], truth = press.gel.slope(v, u)[axis];
+          read_true[axis] += slope * truth;
+          true_true[axis] += truth * truth;
+          error_rad += std::abs(std::atan(slope) - std::atan(truth));
+          ++count;
+        }
+      }
+  }
+  if (!(true_true[0] > 0 && true_true[1] > 0)) throw Error("the presses that should show the slope gain have no contact");
+  return {read_true[0] / true_true[0], read_true[1] / true_true[1], error_rad / count * degrees_per_radian};
+}
+
+/// Noise in the colours makes every regression read slopes too flat. Dividing its output by the gain on presses that
+/// it was not trained on takes that out.
+void remove_gain(SimulatedNetwork& network, const SlopeGain& gain) {
+  const std::array<double, 2> factors = {1 / gain.x, 1 / gain.y};
+  const std::size_t inputs = network.weight.back().size() / factors.size();
+  for (std::size_t axis = 0; axis < factors.size(); ++axis) {
+    const auto factor = static_cast<float>(factors[axis]);
+    network.bias.back()[axis] *= factor;
+    for (std::size_t i = 0; i < inputs; ++i) network.weight.back()[axis * inputs + i] *= factor;
+  }
+}
+
+std::string press_folder(double diameter_mm, int number) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "%.3fmm/%d", diameter_mm, number);
+  return text.data();
+}
+
+void write_png(const std::filesystem::path& path, const cv::Mat3b& bgr) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", bgr, bytes)) throw Error("cannot encode " + path.string());
+  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace
+
+BallPress simulate_press(const CalibrationSpec& spec, int number) {
+  check(spec);
+  Random random(hash(spec.seed ^ 0xca11b, static_cast<std::uint64_t>(number)));
+  BallPress press;
+  press.diameter_mm = diameters_mm[static_cast<std::size_t>(number) % diameters_mm.size()];
+  const double radius = 0.5 * press.diameter_mm;
+  const double x = random.uniform(-1, 1) * (spec.geometry.half_width_mm() - 0.3);
+  const double y = random.uniform(-1, 1) * (spec.geometry.half_height_mm() - 0.3);
+  const double depth = random.uniform(0.08, 0.33) * radius;
+  Pose sensor_T_ball = Pose::Identity();
+  sensor_T_ball.translation() << x, y, radius - depth;
+  const ShapePtr ball = simulation::detail::make_ball(static_cast<float>(radius));
+  press.gel = press_gel(object_underside(*ball, sensor_T_ball, spec.geometry, spec.gel), spec.geometry, spec.gel);
+  press.bgr = picture(spec, press.gel, number);
+  press.centre_px = {x / spec.geometry.pixel_pitch_mm + 0.5 * spec.geometry.width_px - 0.5,
+                     y / spec.geometry.pixel_pitch_mm + 0.5 * spec.geometry.height_px - 0.5};
+  press.radius_px = contact_radius_px(press.gel.contact, press.centre_px);
+  return press;
+}
+
+cv::Mat3b simulate_background(const CalibrationSpec& spec) {
+  const Optics optics(spec.geometry, optics_at_calibration(spec));
+  const GelShape flat = flat_gel(spec);
+  cv::Mat3f sum(spec.geometry.height_px, spec.geometry.width_px, cv::Vec3f(0, 0, 0));
+  for (int k = 0; k < background_pictures; ++k) cv::add(sum, optics.render(flat, -3LL * held_out_first - k, 0, false), sum, cv::noArray(), CV_32F);
+  cv::Mat3b mean;
+  sum.convertTo(mean, CV_8U, 1.0 / background_pictures);
+  return mean;
+}
+
+SlopeGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses) {
+  std::vector<BallPress> unseen;
+  for (int k = 0; k < presses; ++k) unseen.push_back(simulate_press(spec, held_out_first + k));
+  return gain_on(network, spec, unseen);
+}
+
+SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& progress) {
+  check(spec);
+  TrainingSamples samples;
+  std::vector<BallPress> validation;
+  Random random(hash(spec.seed, 0x7a41));
+  progress.begin("pressing balls", spec.presses);
+  for (int k = 0; k < spec.presses; ++k) {
+    BallPress press = simulate_press(spec, k);
+    if (k % validation_every == validation_every - 1)
+      validation.push_back(std::move(press));
+    else
+      add_press_samples(spec, press, random, samples);
+    progress.update(k + 1);
+  }
+  progress.end();
+  const auto background = static_cast<double>(samples.size()) * background_share / (1 - background_share);
+  add_background_samples(spec, static_cast<std::size_t>(background), random, samples);
+  progress.begin("training the gradient network", std::nullopt);
+  SimulatedNetwork network = train_network(samples, spec.training);
+  remove_gain(network, gain_on(network, spec, validation));
+  progress.end();
+  return network;
+}
+
+SlopeGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec, ProgressSink& progress) {
+  check(spec);
+  std::error_code failure;
+  std::filesystem::create_directories(folder / "model", failure);
+  if (failure) throw Error("cannot make folder " + (folder / "model").string() + ": " + failure.message());
+  std::ostringstream catalogue, circles;
+  catalogue << "experiment_reldir,diameter(mm)\n";
+  circles << "experiment_reldir,center_u_px,center_v_px,radius_px\n";
+  std::array<int, diameters_mm.size()> numbers{};
+  for (int k = 0; k < spec.presses; ++k) {
+    const BallPress press = simulate_press(spec, k);
+    const std::string name = press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % diameters_mm.size()]++);
+    std::filesystem::create_directories(folder / name, failure);
+    if (failure) throw Error("cannot make folder " + (folder / name).string() + ": " + failure.message());
+    write_png(folder / name / "gelsight.png", press.bgr);
+    catalogue << name << "," << press.diameter_mm << "\n";
+    circles << name << "," << press.centre_px.x << "," << press.centre_px.y << "," << press.radius_px << "\n";
+  }
+  write_png(folder / "background.png", simulate_background(spec));
+  const SimulatedNetwork network = train_on_presses(spec, progress);
+  write_pth(folder / "model" / "nnmodel.pth", network);
+  write_file_atomically(folder / "circles.csv", circles.str());
+  write_file_atomically(folder / "catalog.csv", catalogue.str());
+  return measure_slope_gain(network, spec, 12);
+}
+
+}  // namespace gelslam

@@ -1,0 +1,209 @@
+#include "gelslam/simulation/data_folder.hpp"
+
+#include <algorithm>
+#include <future>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <sstream>
+#include <thread>
+
+#include "avi_writer.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "npy_stream.hpp"
+#include "touched_points.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace simulation::detail;
+
+constexpr double metres_per_mm = 1e-3;
+
+struct Encoded {
+  SimulatedFrame frame;
+  std::vector<std::uint8_t> picture;
+};
+
+Encoded encode(const Simulator& simulator, int index, bool lossless) {
+  Encoded encoded{simulator.frame(index), {}};
+  // Unequal qualities for luma and chroma make OpenCV keep the chroma at full resolution (4:4:4).
+  const std::vector<int> jpeg = {cv::IMWRITE_JPEG_LUMA_QUALITY, 96, cv::IMWRITE_JPEG_CHROMA_QUALITY, 95};
+  const bool done = lossless ? cv::imencode(".png", encoded.frame.bgr, encoded.picture)
+                             : cv::imencode(".jpg", encoded.frame.bgr, encoded.picture, jpeg);
+  if (!done) throw Error("cannot encode a simulated picture");
+  return encoded;
+}
+
+/// What meta.json says about the whole scan.
+struct Summary {
+  std::vector<double> poses_m;  ///< N x 4 x 4
+  double contact_sum = 0, deepest_max = 0, translation_max_mm = 0, rotation_max_rad = 0;
+  double deepest_min = std::numeric_limits<double>::infinity();
+  int contact_frames = 0, contact_min = std::numeric_limits<int>::max();
+
+  void add(const SimulatedFrame& frame) {
+    Eigen::Matrix4d pose = Eigen::Matrix4d::Constant(std::numeric_limits<double>::quiet_NaN());
+    if (frame.start_T_sensor) {
+      pose = frame.start_T_sensor->matrix();
+      pose.topRightCorner<3, 1>() *= metres_per_mm;
+      add_contact(frame);
+    }
+    for (int row = 0; row < 4; ++row)
+      for (int column = 0; column < 4; ++column) poses_m.push_back(pose(row, column));
+  }
+
+ private:
+  void add_contact(const SimulatedFrame& frame) {
+    const int contact = cv::countNonZero(frame.contact);
+    double lowest = 0;
+    cv::minMaxLoc(frame.height_mm, &lowest);
+    ++contact_frames;
+    contact_sum += contact;
+    contact_min = std::min(contact_min, contact);
+    deepest_min = std::min(deepest_min, -lowest);
+    deepest_max = std::max(deepest_max, -lowest);
+    translation_max_mm = std::max(translation_max_mm, frame.start_T_sensor->translation().norm());
+    rotation_max_rad = std::max(rotation_max_rad, rotation_angle_rad(*frame.start_T_sensor));
+  }
+};
+
+nlohmann::ordered_json matrix_json(const Pose& pose) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (int row = 0; row < 4; ++row) {
+    nlohmann::ordered_json values = nlohmann::ordered_json::array();
+    for (int column = 0; column < 4; ++column)
+      values.push_back(pose.matrix()(row, column) * (row < 3 && column == 3 ? metres_per_mm : 1.0));
+    rows.push_back(values);
+  }
+  return rows;
+}
+
+std::string meta_json(const std::string& name, const Simulator& simulator, const DataFolderOptions& options,
+                      const Summary& summary, std::size_t touched_points) {
+  const ScanSpec& spec = simulator.spec();
+  nlohmann::ordered_json meta;
+  meta["name"] = name;
+  meta["object"] = spec.object.name;
+  meta["motion"] = spec.motion.name;
+  meta["frames"] = simulator.frame_count();
+  meta["background_frames"] = spec.background_frames;
+  meta["fps"] = spec.motion.frame_rate_hz;
+  meta["contact_start_frame"] = simulator.contact_start_frame();
+  meta["noise_gain"] = spec.optics.noise_gain;
+  meta["light_drift"] = spec.optics.light_drift;
+  meta["dirt"] = spec.optics.dirt;
+  meta["chroma"] = options.lossless ? "png" : "yuvj444p";
+  meta["start_T_object"] = matrix_json(simulator.start_T_object());
+  meta["contact_px_mean"] = summary.contact_sum / summary.contact_frames;
+  meta["contact_px_min"] = summary.contact_min;
+  meta["max_indent_mm"] = {summary.deepest_min, summary.deepest_max};
+  meta["max_translation_mm"] = summary.translation_max_mm;
+  meta["max_rotation_deg"] = summary.rotation_max_rad * 180 / std::numbers::pi;
+  meta["gt_mesh"] = {simulator.surface().vertices_mm.size(), simulator.surface().triangles.size()};
+  meta["touched_points"] = touched_points;
+  meta["object_size"] = spec.object.size;
+  meta["object_relief"] = spec.object.relief;
+  meta["seeds"] = {{"object", spec.object.seed}, {"motion", spec.motion.seed}, {"sensor", spec.optics.seed}};
+  return meta.dump(1) + "\n";
+}
+
+/// The same keys as the public configurations have.
+std::string config_yaml(const std::filesystem::path& folder, const Simulator& simulator, const DataFolderOptions& options) {
+  const SensorGeometry& geometry = simulator.spec().geometry;
+  std::ostringstream yaml;
+  yaml << "# Configuration of the Device\ndevice_config:\n  device_name: \"GelSight Mini\"\n  ppmm: " << geometry.pixel_pitch_mm
+       << "\n  imgh: " << geometry.height_px << "\n  imgw: " << geometry.width_px
+       << "\n  raw_imgh: 2464\n  raw_imgw: 3280\n  framerate: " << simulator.spec().motion.frame_rate_hz << "\n";
+  if (!options.model.empty()) {
+    const std::filesystem::path model = std::filesystem::absolute(options.model).lexically_normal();
+    const std::filesystem::path here = std::filesystem::absolute(folder).lexically_normal();
+    yaml << "  calibration_model_path: " << nlohmann::json(model.lexically_relative(here).string()).dump() << "\n";
+  }
+  yaml << "contact_mask_config:\n  color_dist_threshold: 15\n  height_threshold: 0.2\n"
+          "gelslam_config:\n  track_config:\n    contact_threshold: 500\n    scr_threshold: 0.3\n    ccs_threshold: 0.7\n"
+          "  pose_graph_config:\n    coverage_graph_overlap_threshold: 50\n    min_sift_inliers: 8\n"
+          "    scr_threshold: 0.3\n    ccs_threshold: 0.7\n";
+  return yaml.str();
+}
+
+/// The files that grow with every frame.
+class FrameFiles {
+ public:
+  FrameFiles(const std::filesystem::path& folder, const Simulator& simulator, const DataFolderOptions& options)
+      : video_(folder / "gelsight.avi", options.lossless ? std::array{'M', 'P', 'N', 'G'} : std::array{'M', 'J', 'P', 'G'},
+               simulator.spec().geometry.width_px, simulator.spec().geometry.height_px, simulator.spec().motion.frame_rate_hz) {
+    if (!options.truth_maps) return;
+    const std::vector<std::size_t> shape = {
+        static_cast<std::size_t>(simulator.frame_count() - simulator.spec().background_frames),
+        static_cast<std::size_t>(simulator.spec().geometry.height_px), static_cast<std::size_t>(simulator.spec().geometry.width_px)};
+    heights_.emplace(folder / "true_heights.npy", "<f4", shape);
+    contacts_.emplace(folder / "true_contacts.npy", "|b1", shape);
+  }
+
+  void add(const Encoded& encoded, bool background) {
+    video_.add(encoded.picture);
+    if (background || !heights_) return;
+    heights_->add(encoded.frame.height_mm.data, encoded.frame.height_mm.total() * sizeof(float));
+    const cv::Mat1b ones(encoded.frame.contact / 255);
+    contacts_->add(ones.data, ones.total());
+  }
+
+  void finish() {
+    video_.finish();
+    if (heights_) heights_->finish();
+    if (contacts_) contacts_->finish();
+  }
+
+ private:
+  AviWriter video_;
+  std::optional<NpyStream> heights_, contacts_;
+};
+
+}  // namespace
+
+void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator, const DataFolderOptions& options,
+                       ProgressSink& progress) {
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure) throw Error("cannot make folder " + folder.string() + ": " + failure.message());
+  if (options.threads < 0 || options.threads > 256) throw Error("number of threads must be between 0 and 256");
+  const int available = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int threads = options.threads == 0 ? available : options.threads;
+  FrameFiles files(folder, simulator, options);
+  Summary summary;
+  TouchedPoints touched(simulator);
+  progress.begin("simulating", simulator.frame_count());
+  for (int first = 0; first < simulator.frame_count(); first += threads) {
+    std::vector<std::future<Encoded>> group;
+    for (int k = first; k < std::min(first + threads, simulator.frame_count()); ++k)
+      group.push_back(std::async(std::launch::async, encode, std::cref(simulator), k, options.lossless));
+    for (std::future<Encoded>& next : group) {
+      const Encoded encoded = next.get();
+      const bool background = encoded.frame.index < simulator.spec().background_frames;
+      files.add(encoded, background);
+      if (!background) {
+        summary.add(encoded.frame);
+        touched.add(encoded.frame);
+      }
+      progress.update(encoded.frame.index + 1);
+    }
+  }
+  progress.end();
+  files.finish();
+  const std::vector<float> points = touched.points_m();
+  write_npy(folder / "touched.npy", {points.size() / 3, 3}, points);
+  write_npy(folder / "true_start_T_currs.npy", {summary.poses_m.size() / 16, 4, 4}, summary.poses_m);
+  write_mesh(folder / "gt_mesh.ply", simulator.surface(), LengthUnit::metre);
+  write_file_atomically(folder / "config.yaml", config_yaml(folder, simulator, options));
+  const std::string name = std::filesystem::absolute(folder).lexically_normal().filename().string();
+  write_file_atomically(folder / "meta.json", meta_json(name, simulator, options, summary, points.size() / 3));
+}
+
+}  // namespace gelslam
