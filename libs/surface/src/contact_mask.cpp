@@ -15,6 +15,7 @@ constexpr float scatters_above_gel = 4.0F;
 constexpr double min_color_dist = 4.0;     // grey levels: noise of a block mean stays below
 constexpr std::ptrdiff_t deepest_rank = 50;  // pixels; a depth that only a few pixels reach is noise
 
+constexpr float max_relief_px = 1.5F;  // 0.1 mm on a GelSight Mini
 constexpr int sample_step = 3;  // every third row is plenty for a median
 
 float order_statistic(std::vector<float>& values, double fraction) {
@@ -25,22 +26,24 @@ float order_statistic(std::vector<float>& values, double fraction) {
 
 }  // namespace
 
-UntouchedGel find_untouched_gel(const cv::Mat1f& height, const cv::Mat1b& changed, std::vector<float>& scratch) {
+UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed, std::vector<float>& scratch) {
   scratch.clear();
-  for (int v = 0; v < height.rows; v += sample_step) {
-    for (int u = 0; u < height.cols; ++u) {
-      if (changed(v, u) == 0) scratch.push_back(height(v, u));
+  for (int v = 0; v < height_px.rows; v += sample_step) {
+    for (int u = 0; u < height_px.cols; ++u) {
+      if (changed(v, u) == 0) scratch.push_back(height_px(v, u));
     }
   }
   UntouchedGel gel;
-  if (scratch.size() * sample_step * 20 >= height.total()) {
+  if (scratch.size() * sample_step * 20 >= height_px.total()) {
+    const float lowest = order_statistic(scratch, 0.95) - max_relief_px;
+    std::erase_if(scratch, [lowest](float value) { return value < lowest; });
     gel.level = order_statistic(scratch, 0.5);
     for (float& value : scratch) value = std::abs(value - gel.level);
     gel.scatter = 1.4826F * order_statistic(scratch, 0.5);
     return gel;
   }
   scratch.clear();
-  for (int v = 0; v < height.rows; ++v) scratch.insert(scratch.end(), height[v], height[v] + height.cols);
+  for (int v = 0; v < height_px.rows; ++v) scratch.insert(scratch.end(), height_px[v], height_px[v] + height_px.cols);
   gel.level = order_statistic(scratch, 0.85);
   return gel;
 }
@@ -87,12 +90,11 @@ void ContactDetector::keep_witnessed_pieces(const cv::Mat3f& block_difference, d
   cv::bitwise_and(contact, keep_, contact);
 }
 
-void ContactDetector::detect(const cv::Mat1f& height_mm, float scatter_mm, const cv::Mat1b& changed,
+void ContactDetector::detect(const cv::Mat1f& height_mm, float scatter_mm,
                              const cv::Mat3f& block_difference, cv::Mat1b& contact) {
   const double limit_mm = depth_limit_mm(height_mm, scatter_mm);
   const double deep = limit_mm / rule_.height_threshold_mm;  // 1 for a contact as deep as the public rule wants
   cv::compare(height_mm, -limit_mm, below_, cv::CMP_LT);
-  cv::bitwise_and(below_, changed, below_);
   const int border_px = std::max(1, static_cast<int>(std::lround(border_px_ * deep)));
   const int side_px = 2 * border_px + 1;
   cv::erode(below_, contact, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)));

@@ -1,0 +1,71 @@
+#include "gelslam/surface/background.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gelslam/core/error.hpp"
+#include "linear_gel.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double pitch_mm = 0.0634;
+const cv::Size sensor(320, 240);
+
+BackgroundCheck check(const std::vector<cv::Mat3b>& frames) {
+  return check_background(frames, linear_gel_model(), SurfaceOptions{});
+}
+
+// Ten frames of a ball, `step_px` further to the right in each.
+std::vector<cv::Mat3b> rolling(double depth_mm, double step_px, double noise) {
+  std::vector<cv::Mat3b> frames;
+  for (int i = 0; i < 10; ++i) {
+    const cv::Mat1f height = ball_press(sensor, pitch_mm, 140 + step_px * i, 120, 4.75, depth_mm);
+    frames.push_back(render(height, pitch_mm, noise, static_cast<std::uint64_t>(i)));
+  }
+  return frames;
+}
+
+TEST(MeanImage, IsTheMeanRoundedToTheNearestLevel) {
+  const cv::Mat3b dark(4, 6, cv::Vec3b(10, 0, 255)), light(4, 6, cv::Vec3b(13, 1, 255)), last(4, 6, cv::Vec3b(15, 1, 255));
+  const cv::Mat3b mean = mean_image({dark, light, last});
+  EXPECT_EQ(mean(3, 5), cv::Vec3b(13, 1, 255));  // 12.67, 0.67, 255
+}
+
+TEST(MeanImage, RefusesNothingAndDifferentSizes) {
+  EXPECT_THROW(mean_image({}), Error);
+  EXPECT_THROW(mean_image({cv::Mat3b(4, 6), cv::Mat3b(6, 4)}), Error);
+}
+
+TEST(CheckBackground, BareGelIsClean) {
+  for (const double noise : {0.0, 1.0, 5.0}) EXPECT_EQ(check(rolling(1e-9, 0.0, noise)).reason, "") << noise;
+}
+
+TEST(CheckBackground, ASlowChangeOfLightIsNoContact) {
+  std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i] += cv::Scalar::all(static_cast<double>(i));
+  EXPECT_EQ(check(frames).reason, "");
+}
+
+TEST(CheckBackground, MovingContactIsSeen) {
+  EXPECT_THAT(check(rolling(0.4, 2.0, 1.0)).reason, HasSubstr("moves on the gel"));
+  EXPECT_THAT(check(rolling(0.4, 0.25, 1.0)).reason, HasSubstr("moves slowly on the gel"));
+}
+
+TEST(CheckBackground, ATouchInTheLastFrameIsSeen) {
+  std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
+  frames.back() = render(ball_press(sensor, pitch_mm, 100, 100, 4.75, 0.15), pitch_mm, 1.0, 99);
+  EXPECT_THAT(check(frames).reason, HasSubstr("frame 10 of 10"));
+}
+
+TEST(CheckBackground, AContactThatRestsIsSeenByItsImprint) {
+  const BackgroundCheck result = check(rolling(0.5, 0.0, 1.0));
+  EXPECT_TRUE(result.contact);
+  EXPECT_THAT(result.reason, HasSubstr("imprint"));
+  EXPECT_THAT(check({rolling(0.5, 0.0, 1.0).front()}).reason, HasSubstr("imprint"));
+}
+
+}  // namespace
+}  // namespace gelslam::test

@@ -1,0 +1,138 @@
+#include "gelslam/surface/gradient_model.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "pth_file.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+PthFile good_file() {
+  PthFile file;
+  file.layers = random_layers(1);
+  return file;
+}
+
+GradientModel read(const std::string& bytes) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "nnmodel.pth", bytes);
+  return read_pth_model(folder / "nnmodel.pth");
+}
+
+GradientModel read(const PthFile& file) { return read(zip_archive(file.entries())); }
+
+template <class Input>
+std::string refusal(const Input& input) {
+  return message_of<Error>([&] { read(input); });
+}
+
+TEST(GradientModel, GivesBackEveryNumberThatWasWritten) {
+  const PthFile file = good_file();
+  const GradientModel model = read(file);
+  ASSERT_EQ(model.layers.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(model.layers[i].inputs, file.layers[i].inputs);
+    EXPECT_EQ(model.layers[i].outputs, file.layers[i].outputs);
+    EXPECT_EQ(model.layers[i].weight, file.layers[i].weight);
+    EXPECT_EQ(model.layers[i].bias, file.layers[i].bias);
+  }
+}
+
+TEST(GradientModel, ReadsOlderFilesWithoutByteOrderAndMetadata) {
+  PthFile file = good_file();
+  file.more_entries.clear();
+  file.with_metadata = false;
+  file.root = "archive";
+  EXPECT_EQ(read(file).layers[3].bias, file.layers[3].bias);
+}
+
+TEST(GradientModel, RefusesOtherLayerSizesAndNamesThem) {
+  PthFile file = good_file();
+  file.layers = random_layers(1, {5, 32, 64, 32, 2});
+  EXPECT_THAT(refusal(file), HasSubstr("'fc2.weight' is [64,32], expected [32,32]"));
+  file.layers = random_layers(1, {5, 32, 32, 2});
+  EXPECT_THAT(refusal(file), HasSubstr("6 tensors, expected 8"));
+}
+
+TEST(GradientModel, RefusesGlobalsThatCouldRunCode) {
+  PthFile file = good_file();
+  file.rebuild_function = "os system";
+  EXPECT_THAT(refusal(file), HasSubstr("'os.system', which a gradient model does not need; refused"));
+  file.rebuild_function = "torch._utils _rebuild_tensor_v3";
+  EXPECT_THAT(refusal(file), HasSubstr("refused"));
+}
+
+TEST(GradientModel, RefusesInstructionsAStateDictDoesNotNeed) {
+  auto entries = good_file().entries();
+  std::string& pickle = entries["nnmodel/data.pkl"];
+  pickle.insert(2, "(ios\nsystem\n");  // INST
+  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("pickle instruction 0x69 at byte 3"));
+}
+
+TEST(GradientModel, RefusesOtherNumberTypes) {
+  PthFile file = good_file();
+  file.storage_class = "torch DoubleStorage";
+  EXPECT_THAT(refusal(file), HasSubstr("torch.DoubleStorage, only float32"));
+  file = good_file();
+  file.more_entries["byteorder"] = "big";
+  EXPECT_THAT(refusal(file), HasSubstr("not little-endian"));
+}
+
+TEST(GradientModel, RefusesMissingShortAndOversizedData) {
+  auto entries = good_file().entries();
+  entries.erase("nnmodel/data/3");
+  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("'nnmodel/data/3' is missing"));
+  entries = good_file().entries();
+  entries["nnmodel/data/2"].resize(4092);
+  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("'fc2.weight' is truncated or damaged"));
+  entries["nnmodel/data/2"].resize(1 << 20);
+  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("too large"));
+  entries = good_file().entries();
+  entries["nnmodel/data.pkl"].resize(400);
+  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("data.pkl is truncated"));
+}
+
+TEST(GradientModel, RefusesNumbersThatAreNone) {
+  PthFile file = good_file();
+  file.layers[2].bias[7] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(refusal(file), HasSubstr("'fc3.bias' holds NaN or infinity"));
+}
+
+TEST(GradientModel, RefusesWhatIsNoModelFile) {
+  const std::string whole = zip_archive(good_file().entries());
+  EXPECT_THAT(refusal(std::string("this is no zip")), HasSubstr("not a zip archive"));
+  EXPECT_THAT(refusal(std::string()), HasSubstr("no data.pkl"));  // an empty file is an empty archive
+  EXPECT_THAT(refusal(whole.substr(0, whole.size() / 2)), HasSubstr("not a zip archive, or truncated"));
+  EXPECT_THAT(refusal(zip_archive({{"readme.txt", "hello"}})), HasSubstr("no data.pkl"));
+  EXPECT_THAT(refusal(std::string(5 << 20, 'x')), HasSubstr("larger than 4 MiB"));
+}
+
+TEST(GradientModel, SaysWhichFileIsMissing) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(message_of<Error>([&] { read_pth_model(folder / "no.pth"); }), HasSubstr("no.pth' does not exist"));
+  EXPECT_THAT(message_of<Error>([&] { read_pth_model(folder.path()); }), HasSubstr("is no file"));
+}
+
+TEST(GradientModel, RefusesDeeplyNestedAndSelfReferringPicklesQuickly) {
+  auto entries = good_file().entries();
+  std::string nested = "\x80\x02)";
+  nested.append(60000, '\x85').append(".");
+  entries["nnmodel/data.pkl"] = nested;
+  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("damaged"));
+  const std::string slot_0(1, '\0');
+  std::string doubling = "\x80\x02)q";  // each step makes a pair of the last one
+  doubling += slot_0;
+  for (int i = 0; i < 10000; ++i) doubling.append("h").append(slot_0).append("\x86q").append(slot_0);
+  entries["nnmodel/data.pkl"] = doubling.append(".");
+  EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("damaged"));
+}
+
+}  // namespace
+}  // namespace gelslam::test

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <random>
+
+#include "gelslam/surface/gradient_model.hpp"
+
+namespace gelslam::test {
+
+/// A gel whose colour is known exactly: red follows the slope angle in x, green in y, by 0.0065 rad per grey level
+/// (about what a GelSight Mini shows), blue nothing.
+inline constexpr double rad_per_level = 0.0065;
+inline constexpr double bare_level = 110.0;
+
+/// The network that undoes it: pairs of rectified units carry the positive and the negative part through all layers.
+inline GradientModel linear_gel_model() {
+  GradientModel model;
+  const int sizes[] = {5, 32, 32, 32, 2};
+  for (int i = 0; i < 4; ++i) {
+    GradientModel::Layer layer{sizes[i], sizes[i + 1], {}, {}};
+    layer.weight.assign(static_cast<std::size_t>(layer.inputs * layer.outputs), 0.0F);
+    layer.bias.assign(static_cast<std::size_t>(layer.outputs), 0.0F);
+    model.layers.push_back(layer);
+  }
+  const auto weight = [&](std::size_t layer, int out, int in) -> float& {
+    return model.layers[layer].weight[static_cast<std::size_t>(out * model.layers[layer].inputs + in)];
+  };
+  for (int axis = 0; axis < 2; ++axis) {
+    for (int part = 0; part < 2; ++part) {
+      const int unit = 2 * axis + part;
+      const double sign = part == 0 ? 1.0 : -1.0;
+      weight(0, unit, axis == 0 ? 2 : 1) = static_cast<float>(sign * rad_per_level * 255.0);
+      model.layers[0].bias[static_cast<std::size_t>(unit)] = static_cast<float>(-sign * rad_per_level * bare_level);
+      weight(1, unit, unit) = 1.0F;
+      weight(2, unit, unit) = 1.0F;
+      weight(3, axis, unit) = static_cast<float>(sign);
+    }
+  }
+  return model;
+}
+
+/// Normal deviate by the sum of twelve uniform ones: the same on every platform.
+inline double normal_deviate(std::mt19937_64& random) {
+  double sum = -6.0;
+  for (int i = 0; i < 12; ++i) sum += static_cast<double>(random() >> 11) * 0x1p-53;
+  return sum;
+}
+
+/// The picture of a height map (mm), with white noise of `noise_levels` grey levels. Brightness varies over the gel in
+/// blue, so that gain and offset of the light can be told apart there, as on a real one.
+inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double noise_levels, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  cv::Mat3b image(height_mm.size());
+  const auto at = [&](int v, int u) {
+    return static_cast<double>(height_mm(std::clamp(v, 0, image.rows - 1), std::clamp(u, 0, image.cols - 1)));
+  };
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
+      const double gx = (at(v, u + 1) - at(v, u - 1)) / (2 * pitch_mm), gy = (at(v + 1, u) - at(v - 1, u)) / (2 * pitch_mm);
+      const double levels[] = {60.0 + 80.0 * u / image.cols, bare_level + std::atan(gy) / rad_per_level,
+                               bare_level + std::atan(gx) / rad_per_level};
+      for (int c = 0; c < 3; ++c) {
+        image(v, u)[c] = cv::saturate_cast<unsigned char>(levels[c] + noise_levels * normal_deviate(random));
+      }
+    }
+  }
+  return image;
+}
+
+/// Height (mm) of a gel into which a ball is pressed `depth_mm` deep at (u, v): the ball's own surface inside the
+/// contact circle, around it a skirt that leaves with the ball's slope and fades out over about 1 mm.
+inline cv::Mat1f ball_press(cv::Size size, double pitch_mm, double u, double v, double radius_mm, double depth_mm) {
+  const double edge_depth_mm = 0.35 * depth_mm;  // where the gel leaves the ball
+  const double edge_mm = std::sqrt(2 * radius_mm * (depth_mm - edge_depth_mm) - std::pow(depth_mm - edge_depth_mm, 2));
+  const double edge_slope = edge_mm / std::sqrt(radius_mm * radius_mm - edge_mm * edge_mm);
+  const double fade_mm = edge_depth_mm / edge_slope;
+  cv::Mat1f height(size);
+  for (int row = 0; row < size.height; ++row) {
+    for (int column = 0; column < size.width; ++column) {
+      const double r = pitch_mm * std::hypot(column - u, row - v);
+      const double z = r < edge_mm ? radius_mm - depth_mm - std::sqrt(radius_mm * radius_mm - r * r)
+                                   : -edge_depth_mm * std::exp(-(r - edge_mm) / fade_mm);
+      height(row, column) = static_cast<float>(z);
+    }
+  }
+  return height;
+}
+
+/// Radius in pixels of the circle inside which that gel lies on the ball.
+inline double contact_radius_px(double pitch_mm, double radius_mm, double depth_mm) {
+  const double depth = 0.65 * depth_mm;
+  return std::sqrt(2 * radius_mm * depth - depth * depth) / pitch_mm;
+}
+
+}  // namespace gelslam::test

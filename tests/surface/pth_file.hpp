@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gelslam/surface/gradient_model.hpp"
+
+namespace gelslam::test {
+
+/// What an `nnmodel.pth` is made of, written independently of the reader, with places to make it wrong.
+struct PthFile {
+  std::vector<GradientModel::Layer> layers;
+  std::string storage_class = "torch FloatStorage";
+  std::string rebuild_function = "torch._utils _rebuild_tensor_v2";
+  std::map<std::string, std::string> more_entries = {{"byteorder", "little"}, {"version", "3\n"}};
+  std::string root = "nnmodel";
+  bool with_metadata = true;  ///< the attribute torch sets on a state_dict
+
+  std::string pickle() const;                           ///< data.pkl
+  std::map<std::string, std::string> entries() const;  ///< names and contents
+};
+
+/// Entries, stored or compressed, as the bytes of a zip archive.
+std::string zip_archive(const std::map<std::string, std::string>& entries);
+
+/// A 5-32-32-32-2 network (or other sizes) with numbers from a seed, uniform in +-0.3.
+std::vector<GradientModel::Layer> random_layers(std::uint64_t seed, const std::vector<int>& sizes = {5, 32, 32, 32, 2});
+
+}  // namespace gelslam::test

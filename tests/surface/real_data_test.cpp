@@ -1,0 +1,112 @@
+// The same on real presses and on rendered sequences with truth; skipped where the data is not there.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "ball_fit.hpp"
+#include "gelslam/surface/background.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path data_folder() {
+  const char* given = std::getenv("GELSLAM_DATA");
+  return given != nullptr ? fs::path(given) : fs::path(GELSLAM_DEFAULT_DATA);
+}
+
+cv::Mat3b read(const fs::path& path) { return cv::imread(path.string()); }
+
+struct Press {
+  fs::path folder;
+  double diameter_mm = 0.0;
+};
+
+std::vector<Press> presses(const fs::path& calibration) {
+  std::ifstream catalog(calibration / "catalog.csv");
+  std::vector<Press> result;
+  std::string line;
+  std::getline(catalog, line);
+  while (std::getline(catalog, line)) {
+    const std::size_t comma = line.find(',');
+    result.push_back({calibration / line.substr(0, comma), std::stod(line.substr(comma + 1))});
+  }
+  return result;
+}
+
+std::vector<cv::Mat3b> first_frames(const std::string& sequence, int count) {
+  cv::VideoCapture video((data_folder() / "sequences" / sequence / "gelsight.avi").string());
+  std::vector<cv::Mat3b> frames;
+  cv::Mat frame;
+  while (static_cast<int>(frames.size()) < count && video.read(frame)) frames.push_back(frame.clone());
+  return frames;
+}
+
+class RealData : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(data_folder() / "sequences")) {
+      GTEST_SKIP() << "no data in " << data_folder() << "; set GELSLAM_DATA";
+    }
+  }
+};
+
+TEST_F(RealData, EveryModelIsRead) {
+  for (const char* path : {"frames/nnmodel.pth", "calibration/model/nnmodel.pth", "calibration_b/model/nnmodel.pth",
+                           "calibration_sim/model/nnmodel.pth"}) {
+    EXPECT_EQ(read_pth_model(data_folder() / path).layers.size(), 4U) << path;
+  }
+}
+
+// A solver with the public system's gain would give -19 %.
+TEST_F(RealData, PressedBallsHaveTheirRadius) {
+  const fs::path folder = data_folder() / "calibration";
+  const GradientModel model = read_pth_model(folder / "model" / "nnmodel.pth");
+  std::map<double, std::vector<double>> errors;
+  for (const Press& press : presses(folder)) {
+    const SurfacePtr surface =
+        SurfaceEstimator(model, read(folder / "background.png"), {}).estimate(read(press.folder / "gelsight.png"));
+    const auto circle = bench::find_contact_circle(*surface);
+    ASSERT_TRUE(circle) << press.folder;
+    const auto radius_mm = bench::fit_ball_radius_mm(*surface, *circle, 0.5 * press.diameter_mm);
+    if (radius_mm) errors[press.diameter_mm].push_back(*radius_mm / (0.5 * press.diameter_mm) - 1.0);
+  }
+  ASSERT_EQ(errors.size(), 2U);
+  for (auto& [diameter_mm, values] : errors) {
+    EXPECT_GE(values.size(), 15U);
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+    EXPECT_LT(std::abs(values[values.size() / 2]), 0.05) << diameter_mm;
+  }
+}
+
+TEST_F(RealData, ContactIsFoundAsSoonAsTheObjectTouches) {
+  const GradientModel model = read_pth_model(data_folder() / "calibration_sim" / "model" / "nnmodel.pth");
+  for (const char* sequence : {"track_coin", "track_peanut", "track_plank", "hard_noise", "hard_light", "hard_dirt"}) {
+    const std::vector<cv::Mat3b> frames = first_frames(sequence, 12);
+    ASSERT_EQ(frames.size(), 12U) << sequence;
+    SurfaceEstimator estimator(model, mean_image({frames.begin(), frames.begin() + 10}), {});
+    for (std::size_t i = 0; i < 10; ++i) EXPECT_LE(estimator.estimate(frames[i])->contact_pixels, 30) << sequence;
+    for (std::size_t i = 10; i < 12; ++i) EXPECT_GE(estimator.estimate(frames[i])->contact_pixels, 500) << sequence;
+  }
+}
+
+TEST_F(RealData, BackgroundsAreCleanAndPressesAreNot) {
+  for (const char* name : {"calibration", "calibration_b", "calibration_sim"}) {
+    const fs::path folder = data_folder() / name;
+    const GradientModel model = read_pth_model(folder / "model" / "nnmodel.pth");
+    EXPECT_EQ(check_background({read(folder / "background.png")}, model, {}).reason, "") << name;
+    for (const Press& press : presses(folder)) {
+      EXPECT_TRUE(check_background({read(press.folder / "gelsight.png")}, model, {}).contact) << press.folder;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gelslam::test

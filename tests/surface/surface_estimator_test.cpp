@@ -1,0 +1,212 @@
+#include "gelslam/surface/surface_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "linear_gel.hpp"
+
+namespace gelslam::test {
+namespace {
+
+constexpr double pitch_mm = 0.0634;
+constexpr double ball_mm = 4.75;
+const cv::Size sensor(320, 240);
+
+cv::Mat1f flat(cv::Size size) { return cv::Mat1f(size, 0.0F); }
+
+cv::Mat3b bare_gel(cv::Size size = sensor) { return render(flat(size), pitch_mm, 0.0, 1); }
+
+SurfaceEstimator make_estimator(const SurfaceOptions& options = {}, cv::Size size = sensor) {
+  return SurfaceEstimator(linear_gel_model(), bare_gel(size), options);
+}
+
+cv::Mat1f press(double depth_mm, double u = 160.0, double v = 120.0) {
+  return ball_press(sensor, pitch_mm, u, v, ball_mm, depth_mm);
+}
+
+// Share of the contact mask that lies within `radius_px` of the ball's centre.
+double share_within(const Surface& surface, double u, double v, double radius_px) {
+  int inside = 0;
+  for (int row = 0; row < sensor.height; ++row) {
+    for (int column = 0; column < sensor.width; ++column) {
+      inside += surface.contact(row, column) != 0 && std::hypot(column - u, row - v) <= radius_px ? 1 : 0;
+    }
+  }
+  return static_cast<double>(inside) / std::max(1, surface.contact_pixels);
+}
+
+double disc_px(double radius_px) { return 3.14159265 * radius_px * radius_px; }
+
+void expect_same(const cv::Mat& a, const cv::Mat& b) {
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(cv::norm(a, b, cv::NORM_INF), 0.0);
+}
+
+TEST(SurfaceEstimator, GivesBackTheHeightOfAPressedBall) {
+  for (const double depth_mm : {0.1, 0.4, 0.8}) {
+    const cv::Mat1f truth = press(depth_mm, 150, 130);
+    const SurfacePtr surface = make_estimator().estimate(render(truth, pitch_mm, 1.0, 2));
+    // 8-bit colour and noise cost a few micrometres; what is zeroed outside the change mask a few more.
+    EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.006 + 0.02 * depth_mm) << depth_mm;
+    EXPECT_EQ(surface->pixel_pitch_mm, pitch_mm);
+  }
+}
+
+TEST(SurfaceEstimator, NormalsFollowTheSurfaceInsideAndAroundTheContact) {
+  const cv::Mat1f truth = press(0.6);
+  const SurfacePtr surface = make_estimator().estimate(render(truth, pitch_mm, 0.0, 2));
+  for (int v = 2; v < sensor.height - 2; ++v) {
+    for (int u = 2; u < sensor.width - 2; ++u) {
+      const cv::Vec3f n = surface->normals(v, u);
+      ASSERT_NEAR(cv::norm(n), 1.0, 1e-5);
+      const double gx = (truth(v, u + 1) - truth(v, u - 1)) / (2 * pitch_mm);
+      const double gy = (truth(v + 1, u) - truth(v - 1, u)) / (2 * pitch_mm);
+      ASSERT_NEAR(-n[0] / n[2], gx, 0.012) << u << "," << v;  // half a grey level is 0.003, the change mask 0.01
+      ASSERT_NEAR(-n[1] / n[2], gy, 0.012) << u << "," << v;
+    }
+  }
+}
+
+// 2/R in 1/mm is the Laplacian at a sphere's pole.
+TEST(SurfaceEstimator, CurvatureOfABallIsTwiceItsInverseRadius) {
+  const SurfacePtr surface = make_estimator().estimate(render(press(0.6), pitch_mm, 0.0, 2));
+  const double at_pole = cv::mean(surface->curvature(cv::Rect(150, 110, 20, 20)))[0];
+  EXPECT_NEAR(at_pole, 2.0 * pitch_mm / ball_mm, 0.05 * 2.0 * pitch_mm / ball_mm);
+  EXPECT_EQ(cv::countNonZero((surface->curvature != 0.0F) & (surface->contact == 0)), 0);
+}
+
+TEST(SurfaceEstimator, DeepContactIsFoundWithoutTheSkirt) {
+  const SurfacePtr surface = make_estimator().estimate(render(press(0.8), pitch_mm, 1.0, 3));
+  const double true_px = contact_radius_px(pitch_mm, ball_mm, 0.8);
+  EXPECT_EQ(surface->contact_pixels, cv::countNonZero(surface->contact));
+  EXPECT_GT(surface->contact_pixels, 0.8 * disc_px(true_px));
+  EXPECT_GT(share_within(*surface, 160, 120, true_px + 2), 0.97);
+}
+
+// The public rule (0.2 mm, erosion by 5 pixels) sees nothing in all of these.
+TEST(SurfaceEstimator, ShallowTouchesAreFound) {
+  for (const double depth_mm : {0.06, 0.1, 0.2}) {
+    const SurfacePtr surface = make_estimator().estimate(render(press(depth_mm), pitch_mm, 1.0, 4));
+    const double true_px = contact_radius_px(pitch_mm, ball_mm, depth_mm);
+    EXPECT_GT(surface->contact_pixels, 0.5 * disc_px(true_px)) << depth_mm;
+    EXPECT_GT(share_within(*surface, 160, 120, true_px + 3), 0.95) << depth_mm;
+  }
+}
+
+TEST(SurfaceEstimator, BareGelHasNoContactWhateverTheNoise) {
+  for (const double noise : {0.0, 1.0, 3.0, 8.0}) {
+    SurfaceEstimator estimator = make_estimator();
+    for (std::uint64_t seed = 10; seed < 14; ++seed) {
+      const SurfacePtr surface = estimator.estimate(render(flat(sensor), pitch_mm, noise, seed));
+      EXPECT_LE(surface->contact_pixels, noise > 4.0 ? 20 : 0) << noise;
+    }
+  }
+}
+
+// A flat face has the colour of bare gel. The larger one covers more than what is left untouched.
+TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
+  for (const cv::Size half : {cv::Size(60, 50), cv::Size(110, 85)}) {
+    cv::Mat1f truth(sensor, 0.0F);  // a punch 0.4 mm deep with sloping sides 1 mm wide
+    for (int v = 0; v < sensor.height; ++v) {
+      for (int u = 0; u < sensor.width; ++u) {
+        const double outside_px = std::max({0, std::abs(u - 160) - half.width, std::abs(v - 120) - half.height});
+        truth(v, u) = static_cast<float>(-0.4 * std::max(0.0, 1.0 - pitch_mm * outside_px));
+      }
+    }
+    const SurfacePtr surface = make_estimator().estimate(render(truth, pitch_mm, 1.0, 5));
+    EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03);
+    const cv::Rect face(160 - half.width, 120 - half.height, 2 * half.width, 2 * half.height);
+    EXPECT_EQ(cv::countNonZero(surface->contact(face) == 0), 0);
+  }
+}
+
+TEST(SurfaceEstimator, FollowsAChangeOfLight) {
+  const cv::Mat1f truth = press(0.5, 140, 110);
+  SurfaceEstimator estimator = make_estimator();
+  for (int step = 1; step <= 20; ++step) {
+    cv::Mat3b image = render(truth, pitch_mm, 1.0, static_cast<std::uint64_t>(step));
+    const double drift = step / 20.0;
+    for (cv::Vec3b& pixel : image) {
+      pixel = cv::Vec3b(cv::saturate_cast<unsigned char>(pixel[0] * (1 - 0.1 * drift) + 6 * drift),
+                        cv::saturate_cast<unsigned char>(pixel[1] - 8 * drift),
+                        cv::saturate_cast<unsigned char>(pixel[2] + 10 * drift));
+    }
+    const SurfacePtr surface = estimator.estimate(image);
+    ASSERT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.025) << step;
+  }
+  SurfaceOptions fixed_light;
+  fixed_light.compensate_light = false;
+  cv::Mat3b image = render(truth, pitch_mm, 1.0, 1);
+  image += cv::Scalar(0, -8, 10);
+  EXPECT_GT(cv::norm(make_estimator(fixed_light).estimate(image)->height_mm, truth, cv::NORM_INF), 0.3);
+  EXPECT_LT(cv::norm(make_estimator().estimate(image)->height_mm, truth, cv::NORM_INF), 0.025);  // from one frame
+}
+
+TEST(SurfaceEstimator, RunsOnlyWhereTheImageChangedWithTheSameResultThere) {
+  const cv::Mat3b image = render(press(0.5), pitch_mm, 1.0, 6);
+  SurfaceOptions everywhere;
+  everywhere.gradient_everywhere = true;
+  const SurfacePtr some = make_estimator().estimate(image), all = make_estimator(everywhere).estimate(image);
+  int ran = 0;
+  for (int v = 0; v < sensor.height; ++v) {
+    for (int u = 0; u < sensor.width; ++u) {
+      const cv::Vec3f normal = some->normals(v, u);
+      if (normal == cv::Vec3f(0, 0, 1)) continue;
+      ++ran;
+      ASSERT_EQ(normal, all->normals(v, u));
+    }
+  }
+  EXPECT_GT(ran, some->contact_pixels);
+  EXPECT_LT(ran, 2 * sensor.area() / 3);
+  EXPECT_LT(cv::norm(some->height_mm, all->height_mm, cv::NORM_INF), 0.01);
+}
+
+TEST(SurfaceEstimator, SameFramesGiveTheSameBytes) {
+  SurfaceEstimator first = make_estimator(), second = make_estimator();
+  for (std::uint64_t seed = 1; seed < 4; ++seed) {
+    const cv::Mat3b image = render(press(0.3 * static_cast<double>(seed)), pitch_mm, 2.0, seed);
+    const SurfacePtr a = first.estimate(image), b = second.estimate(image);
+    expect_same(a->height_mm, b->height_mm);
+    expect_same(a->normals.reshape(1), b->normals.reshape(1));
+    expect_same(a->contact, b->contact);
+    expect_same(a->curvature, b->curvature);
+  }
+}
+
+TEST(SurfaceEstimator, ASurfaceStaysAsItIsWhenTheNextFrameComes) {
+  SurfaceEstimator estimator = make_estimator();
+  const SurfacePtr surface = estimator.estimate(render(press(0.5), pitch_mm, 0.0, 1));
+  const cv::Mat1f height = surface->height_mm.clone(), curvature = surface->curvature.clone();
+  const cv::Mat1b contact = surface->contact.clone();
+  estimator.estimate(render(press(0.3, 60, 60), pitch_mm, 0.0, 1));
+  expect_same(surface->height_mm, height);
+  expect_same(surface->curvature, curvature);
+  expect_same(surface->contact, contact);
+}
+
+TEST(SurfaceEstimator, WorksAtOddSizesAndWithContactOverTheWholeGel) {
+  const cv::Size odd(161, 121);
+  const cv::Mat1f truth = ball_press(odd, pitch_mm, 80, 60, ball_mm, 0.3);
+  const SurfacePtr surface = make_estimator({}, odd).estimate(render(truth, pitch_mm, 0.0, 1));
+  EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.02);
+  const SurfacePtr full = make_estimator().estimate(render(ball_press(sensor, pitch_mm, 160, 120, 60.0, 3.0), pitch_mm, 0.0, 1));
+  EXPECT_TRUE(cv::checkRange(full->height_mm) && cv::checkRange(full->normals));
+  for (const int level : {0, 255}) {
+    const SurfacePtr extreme = make_estimator().estimate(cv::Mat3b(sensor, cv::Vec3b::all(static_cast<unsigned char>(level))));
+    EXPECT_TRUE(cv::checkRange(extreme->height_mm) && cv::checkRange(extreme->normals));
+  }
+}
+
+TEST(SurfaceEstimator, RefusesSizesThatDoNotFit) {
+  SurfaceEstimator estimator = make_estimator();
+  EXPECT_THROW(estimator.estimate(cv::Mat3b(120, 160)), Error);
+  EXPECT_THROW(estimator.estimate(cv::Mat3b()), Error);
+  EXPECT_THROW(make_estimator({}, cv::Size(320, 8)), Error);
+  EXPECT_THROW(SurfaceEstimator({}, bare_gel(), {}), Error);
+}
+
+}  // namespace
+}  // namespace gelslam::test
