@@ -7,7 +7,7 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// cv::dct knows even sizes only; an odd one is solved on a grid with its last row or column doubled.
+// cv::dct knows even lengths only; an odd width is solved on a grid with its last column doubled.
 int even(int length) { return length + length % 2; }
 
 // source += d(edge gradient) along one row, with no flux through both ends.
@@ -21,18 +21,45 @@ void add_row_divergence(const float* gx, float* source, int width) {
   source[width - 1] -= before;
 }
 
+// The constant along rows: second differences in v alone, integrated twice in double because nothing damps rounding.
+void integrate_constant(cv::Mat1f& spectrum) {
+  double flux = 0.0, height = 0.0;
+  for (int v = 0; v < spectrum.rows; ++v) {
+    const double source = static_cast<double>(spectrum(v, 0));
+    spectrum(v, 0) = static_cast<float>(height);
+    flux += source;
+    height += flux;
+  }
+}
+
 }  // namespace
 
-PoissonSolver::PoissonSolver(cv::Size size) : size_(size) {
-  const cv::Size padded(even(size.width), even(size.height));
-  inverse_eigenvalue_.create(padded);
-  source_.create(padded);
-  for (int l = 0; l < padded.height; ++l) {
-    for (int k = 0; k < padded.width; ++k) {
-      const double eigenvalue = 2.0 * std::cos(std::numbers::pi * k / padded.width) +
-                                2.0 * std::cos(std::numbers::pi * l / padded.height) - 4.0;
-      inverse_eigenvalue_(l, k) = k == 0 && l == 0 ? 0.0F : static_cast<float>(1.0 / eigenvalue);
+PoissonSolver::PoissonSolver(cv::Size size) : size_(size), pivot_(size.height, even(size.width)), source_(pivot_.size()) {
+  for (int k = 0; k < pivot_.cols; ++k) {
+    const double eigenvalue = 2.0 - 2.0 * std::cos(std::numbers::pi * k / pivot_.cols);
+    double pivot = 0.0;
+    for (int v = 0; v < pivot_.rows; ++v) {
+      const bool border = v == 0 || v + 1 == pivot_.rows;
+      pivot = 1.0 / (eigenvalue + (border ? 1.0 : 2.0) - pivot);
+      pivot_(v, k) = k == 0 ? 0.0F : static_cast<float>(pivot);  // frequency 0 is singular and solved by itself
     }
+  }
+}
+
+void PoissonSolver::solve_columns() {
+  const int rows = spectrum_.rows, columns = spectrum_.cols;
+  integrate_constant(spectrum_);
+  for (int v = 0; v < rows; ++v) {
+    const float* pivot = pivot_[v];
+    const float* above = v == 0 ? nullptr : spectrum_[v - 1];
+    float* row = spectrum_[v];
+    for (int k = 1; k < columns; ++k) row[k] = ((above == nullptr ? 0.0F : above[k]) - row[k]) * pivot[k];
+  }
+  for (int v = rows - 2; v >= 0; --v) {
+    const float* pivot = pivot_[v];
+    const float* below = spectrum_[v + 1];
+    float* row = spectrum_[v];
+    for (int k = 1; k < columns; ++k) row[k] += pivot[k] * below[k];
   }
 }
 
@@ -50,22 +77,18 @@ cv::Mat1f PoissonSolver::solve(const cv::Mat1f& gx, const cv::Mat1f& gy) {
       next[u] -= flux;
     }
   }
-  if (source_.rows > size_.height) {
-    // The doubled row has no flux to its neighbour, and along itself what its neighbour has.
-    add_row_divergence(gx[size_.height - 1], source_[size_.height], size_.width);
-  }
   if (source_.cols > size_.width) {
+    // The doubled column has no flux to its neighbour, and along itself what its neighbour has.
     float before = 0.0F;
     for (int v = 0; v < size_.height; ++v) {
-      const float after =
-          v + 1 < size_.height ? 0.5F * (gy(v, size_.width - 1) + gy(v + 1, size_.width - 1)) : 0.0F;
+      const float after = v + 1 < size_.height ? 0.5F * (gy(v, size_.width - 1) + gy(v + 1, size_.width - 1)) : 0.0F;
       source_(v, size_.width) = after - before;
       before = after;
     }
   }
-  cv::dct(source_, spectrum_);
-  cv::multiply(spectrum_, inverse_eigenvalue_, spectrum_);
-  cv::idct(spectrum_, height_);
+  cv::dct(source_, spectrum_, cv::DCT_ROWS);
+  solve_columns();
+  cv::idct(spectrum_, height_, cv::DCT_ROWS);
   return height_(cv::Rect(cv::Point(), size_));
 }
 

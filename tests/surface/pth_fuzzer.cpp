@@ -1,0 +1,25 @@
+// libFuzzer target for the model reader: first byte 0 takes the rest as a bare pickle (no CRC in the way), else as a
+// whole .pth file. Only Error may come out. Built with -DGELSLAM_BUILD_FUZZERS=ON and clang; run it as
+//   pth_fuzzer -max_len=20000 CORPUS_FOLDER
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "gelslam/core/error.hpp"
+#include "pickle_reader.hpp"
+#include "pth_reader.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const std::span<const unsigned char> bytes(data + 1, size - 1);
+  try {
+    if (data[0] == 0) {
+      gelslam::surface::detail::read_state_dict_pickle(bytes);
+    } else {
+      gelslam::surface::detail::parse_pth_model(bytes, "fuzz");
+    }
+  } catch (const gelslam::Error&) {  // the only way to say no
+  }
+  return 0;
+}
