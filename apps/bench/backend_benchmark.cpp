@@ -28,8 +28,8 @@ Vector6d noise(std::mt19937_64& random) {
   return xi;
 }
 
-// A ball of 40 mm radius rolled in a spiral: each turn touches the turns before it, so loops join neighbours in time
-// and neighbours in space, as in a real scan.
+// A ball of 40 mm radius rolled in a spiral: each turn touches the turns before it, so loops join neighbours
+// in time and neighbours in space, as in a real scan.
 Pose pose_on_ball(int keyframe, int per_turn) {
   const double turn = 2 * M_PI * keyframe / per_turn, rise = 0.02 * turn;
   Pose pose = Pose::Identity();
@@ -46,7 +46,8 @@ Scan make_scan(int nodes, int loops, std::uint64_t seed) {
   const Matrix6d information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   Scan scan;
   const auto edge = [&](int from, int to, EdgeKind kind) {
-    const Pose measured = pose_on_ball(from, kPerTurn).inverse() * pose_on_ball(to, kPerTurn) * se3_exp(noise(random));
+    const Pose measured =
+        pose_on_ball(from, kPerTurn).inverse() * pose_on_ball(to, kPerTurn) * se3_exp(noise(random));
     scan.edges.push_back({from, to, measured, information, kind});
   };
   for (int i = 0; i < nodes; ++i) {
@@ -55,7 +56,8 @@ Scan make_scan(int nodes, int loops, std::uint64_t seed) {
   }
   for (int k = 0; k < loops; ++k) {
     const int turns = 1 + static_cast<int>(random() % 3);
-    const int to = kPerTurn * turns + static_cast<int>(random() % static_cast<std::uint64_t>(nodes - kPerTurn * turns));
+    const int to =
+        kPerTurn * turns + static_cast<int>(random() % static_cast<std::uint64_t>(nodes - kPerTurn * turns));
     edge(to - kPerTurn * turns, to, EdgeKind::loop);
   }
   return scan;
@@ -77,7 +79,8 @@ void solve_one_more_keyframe(benchmark::State& state) {
   options.estimate_slope_gain = state.range(2) != 0;
   Scan before = scan;
   before.poses.erase(nodes - 1);
-  std::erase_if(before.edges, [&](const PoseGraphEdge& e) { return e.from == nodes - 1 || e.to == nodes - 1; });
+  std::erase_if(before.edges,
+                [&](const PoseGraphEdge& e) { return e.from == nodes - 1 || e.to == nodes - 1; });
   std::map<int, Pose> warm = solve_pose_graph(before.poses, before.edges, options).group_T_node;
   warm[nodes - 1] = warm[nodes - 2] * scan.edges[static_cast<std::size_t>(nodes - 2)].from_T_to;
   int iterations = 0;
@@ -85,9 +88,15 @@ void solve_one_more_keyframe(benchmark::State& state) {
   state.counters["iterations"] = iterations;
 }
 
-BENCHMARK(solve_from_scratch)->Args({700, 2500, 0})->Args({5000, 7000, 0})->Args({5000, 7000, 1})
+BENCHMARK(solve_from_scratch)
+    ->Args({700, 2500, 0})
+    ->Args({5000, 7000, 0})
+    ->Args({5000, 7000, 1})
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(solve_one_more_keyframe)->Args({700, 2500, 0})->Args({5000, 7000, 0})->Args({5000, 7000, 1})
+BENCHMARK(solve_one_more_keyframe)
+    ->Args({700, 2500, 0})
+    ->Args({5000, 7000, 0})
+    ->Args({5000, 7000, 1})
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -61,7 +61,8 @@ TEST(PoseGraph, KeepsTheSmallestNodeWhereItWas) {
   EXPECT_EQ(solution.group_of_node.at(109), 100);
 }
 
-// The mean of two independent measurements of one motion, weighted by their information, is known in closed form.
+// The mean of two independent measurements of one motion, weighted by their information, is known in closed
+// form.
 TEST(PoseGraph, WeighsMeasurementsByTheirInformation) {
   std::map<int, Pose> start{{0, Pose::Identity()}, {1, Pose::Identity()}};
   PoseGraphEdge a{0, 1, Pose::Identity(), information_of(0.01, 0.1), EdgeKind::odometry};
@@ -69,13 +70,14 @@ TEST(PoseGraph, WeighsMeasurementsByTheirInformation) {
   a.from_T_to.translation() = Eigen::Vector3d(1.0, 0, 0);
   b.from_T_to.translation() = Eigen::Vector3d(1.1, 0, 0);
   const PoseGraphSolution solution = solve_pose_graph(start, {a, b}, {});
-  EXPECT_NEAR(solution.group_T_node.at(1).translation().x(), (1.0 / 0.01 + 1.1 / 0.04) / (1 / 0.01 + 1 / 0.04), 1e-6);
+  EXPECT_NEAR(solution.group_T_node.at(1).translation().x(),
+              (1.0 / 0.01 + 1.1 / 0.04) / (1 / 0.01 + 1 / 0.04), 1e-6);
   EXPECT_NEAR(solution.edge_residual[0], 0.02 / 0.1, 1e-6);
   EXPECT_NEAR(solution.edge_residual[1], 0.08 / 0.2, 1e-6);
 }
 
-// Correlated noise: information with off-diagonal blocks. The minimum over node 1 of two edges is the solution of
-// (A + B) x = A a + B b, computed here directly; rotations are kept at zero by the measurements.
+// Correlated noise: information with off-diagonal blocks. The minimum over node 1 of two edges is the
+// solution of (A + B) x = A a + B b, computed here directly; rotations are kept at zero by the measurements.
 TEST(PoseGraph, UsesTheWholeInformationMatrix) {
   Eigen::Matrix3d root;
   root << 3, 1, 0.5, 0, 2, -1, 0, 0, 4;
@@ -90,13 +92,16 @@ TEST(PoseGraph, UsesTheWholeInformationMatrix) {
   const Eigen::Vector3d ta(0.1, 0.2, -0.1), tb(-0.2, 0.1, 0.3);
   a.from_T_to.translation() = ta;
   b.from_T_to.translation() = tb;
-  const Eigen::Vector3d expected = (a_information + b_information).inverse() * (a_information * ta + b_information * tb);
-  const PoseGraphSolution solution = solve_pose_graph({{0, Pose::Identity()}, {1, Pose::Identity()}}, {a, b}, {});
+  const Eigen::Vector3d expected =
+      (a_information + b_information).inverse() * (a_information * ta + b_information * tb);
+  const PoseGraphSolution solution =
+      solve_pose_graph({{0, Pose::Identity()}, {1, Pose::Identity()}}, {a, b}, {});
   EXPECT_LT((solution.group_T_node.at(1).translation() - expected).norm(), 1e-6);
 }
 
-// A ring of n equal edges: the variance of the node half way round is that of two chains of n/2 edges in parallel,
-// n/4 edges. 200 rings give its root mean square within 1/sqrt(2*200*3) = 3 %; 12 % is four of those.
+// A ring of n equal edges: the variance of the node half way round is that of two chains of n/2 edges in
+// parallel, n/4 edges. 200 rings give its root mean square within 1/sqrt(2*200*3) = 3 %; 12 % is four of
+// those.
 TEST(PoseGraph, ErrorsHaveTheCovarianceThatTheInformationPromises) {
   constexpr int kNodes = 8, kRings = 200;
   PoseGraphOptions options;
@@ -135,9 +140,11 @@ TEST(PoseGraph, ClosesARollThatDrifted) {
 TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
   Graph graph = ring(60, 6);
   Noise noise(11);
-  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = edge.from_T_to * se3_exp(noise.tangent(kSigmaRad, kSigmaMm));
+  for (PoseGraphEdge& edge : graph.edges)
+    edge.from_T_to = edge.from_T_to * se3_exp(noise.tangent(kSigmaRad, kSigmaMm));
   for (int i = 0; i < 10; ++i) graph.join(i, i + 49, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
-  const WorstError clean = worst_error(solve_pose_graph(graph.chained(), graph.edges, {}).group_T_node, graph.truth);
+  const WorstError clean =
+      worst_error(solve_pose_graph(graph.chained(), graph.edges, {}).group_T_node, graph.truth);
   PoseGraphEdge planted = graph.edges.back();
   planted.from = 12;
   planted.to = 40;  // 168 degrees away from 12, claimed to be the same place
@@ -153,7 +160,8 @@ TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
   EXPECT_EQ(std::count(solution.edge_outlier.begin(), solution.edge_outlier.end(), true), 1);
 }
 
-// A plane slid along x: no edge knows x. The estimate must keep what tracking said there, and be solved elsewhere.
+// A plane slid along x: no edge knows x. The estimate must keep what tracking said there, and be solved
+// elsewhere.
 TEST(PoseGraph, InformationMayBeSingular) {
   constexpr double kStiffRad = 1e-5;  // so that the chain does not bend sideways under its own lever
   Graph graph;
@@ -167,7 +175,8 @@ TEST(PoseGraph, InformationMayBeSingular) {
     edge.information.row(3).setZero();
     edge.information.col(3).setZero();
   }
-  graph.edges.back().from_T_to.translation() += Eigen::Vector3d(3.0, 0.01, 0);  // its x is a guess, its y is known
+  graph.edges.back().from_T_to.translation() +=
+      Eigen::Vector3d(3.0, 0.01, 0);  // its x is a guess, its y is known
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
   EXPECT_TRUE(solution.converged);
   const Eigen::Vector3d last = solution.group_T_node.at(19).translation();
@@ -186,8 +195,8 @@ TEST(PoseGraph, WithoutAnyInformationTrackingIsKept) {
 
 // ---- slope gain ----
 
-// What a sensor with gain g measures of a motion, written independently of the library: tilt about an axis in the xy
-// plane, after a twist about z, found by where the z axis goes.
+// What a sensor with gain g measures of a motion, written independently of the library: tilt about an axis in
+// the xy plane, after a twist about z, found by where the z axis goes.
 Pose with_gain(const Pose& motion, double gain) {
   const Eigen::Vector3d z = motion.linear().col(2);
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(z);
@@ -216,7 +225,8 @@ TEST(PoseGraphSlopeGain, IsRecoveredFromOneLoopAtAFullTurn) {
   PoseGraphOptions options;
   options.estimate_slope_gain = true;
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
-  // The prior (1 +- 0.05) pulls by one sigma against a turn measured to 0.02 rad in 6.3, a pull of (0.003/0.05)^2.
+  // The prior (1 +- 0.05) pulls by one sigma against a turn measured to 0.02 rad in 6.3, a pull of
+  // (0.003/0.05)^2.
   EXPECT_NEAR(solution.slope_gain, 1.05, 0.001);
   const WorstError error = worst_error(solution.group_T_node, graph.truth);
   EXPECT_LT(error.deg, 0.3);
@@ -240,7 +250,8 @@ TEST(PoseGraphSlopeGain, ALoopTurnedByHalfATwistIsNoSpecialCase) {
   Graph graph;
   for (int i = 0; i < 30; ++i) {
     graph.truth[i] = Pose::Identity();
-    graph.truth[i].linear() = so3_exp({0, 0, M_PI * i / 29.0}) * so3_exp({0.2 * std::sin(i), 0.2 * std::cos(i), 0});
+    graph.truth[i].linear() =
+        so3_exp({0, 0, M_PI * i / 29.0}) * so3_exp({0.2 * std::sin(i), 0.2 * std::cos(i), 0});
     graph.truth[i].translation() = Eigen::Vector3d(0.1 * i, 0, -0.05 * (i % 3));
   }
   for (int i = 0; i + 1 < 30; ++i) graph.join(i, i + 1, EdgeKind::odometry);

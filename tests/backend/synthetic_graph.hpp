@@ -36,8 +36,8 @@ inline Matrix6d information_of(double sigma_rad, double sigma_mm) {
   return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
 }
 
-/// A cylinder-like object of radius 10 mm rolled about y by `step_deg` per keyframe, with a little twist and climb so
-/// that no direction stays untouched: truth for tests.
+/// A cylinder-like object of radius 10 mm rolled about y by `step_deg` per keyframe, with a little twist and
+/// climb so that no direction stays untouched: truth for tests.
 inline Pose rolled(int keyframe, double step_deg) {
   Pose pose = Pose::Identity();
   const double angle = keyframe * step_deg * kDegree;
@@ -50,8 +50,8 @@ struct Graph {
   std::map<int, Pose> truth;
   std::vector<PoseGraphEdge> edges;
 
-  void join(int from, int to, EdgeKind kind, const Vector6d& noise = Vector6d::Zero(), double sigma_rad = 0.002,
-            double sigma_mm = 0.02) {
+  void join(int from, int to, EdgeKind kind, const Vector6d& noise = Vector6d::Zero(),
+            double sigma_rad = 0.002, double sigma_mm = 0.02) {
     edges.push_back({from, to, truth.at(from).inverse() * truth.at(to) * se3_exp(noise),
                      information_of(sigma_rad, sigma_mm), kind});
   }

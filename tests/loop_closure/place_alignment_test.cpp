@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "overlap_agreement.hpp"
 #include "place_index.hpp"
 #include "relief.hpp"
 #include "self_similarity.hpp"
@@ -20,7 +21,8 @@ PlaceFeatures random_features(int count, std::uint64_t seed) {
   PlaceFeatures features;
   for (int i = 0; i < count; ++i) {
     features.pixels.emplace_back(static_cast<float>(random() % 320), static_cast<float>(random() % 240));
-    for (int k = 0; k < kDescriptorSize; ++k) features.descriptors.push_back(static_cast<std::int16_t>(random() % 120));
+    for (int k = 0; k < kDescriptorSize; ++k)
+      features.descriptors.push_back(static_cast<std::int16_t>(random() % 120));
   }
   return features;
 }
@@ -76,7 +78,8 @@ TEST(RigidInliers, APlaceDoesNotComeBackLarger) {
 
 TEST(Lift, RecoversATiltedTwistedPlaceToADegree) {
   const Relief relief = random_relief(5);
-  for (const Pose& second : {place(0.8, -0.5, 40, 4, -6), place(-1.0, 0.3, 175, -3, 2), place(0.2, 0.1, -90, 0, 8)}) {
+  for (const Pose& second :
+       {place(0.8, -0.5, 40, 4, -6), place(-1.0, 0.3, 175, -3, 2), place(0.2, 0.1, -90, 0, 8)}) {
     const SurfacePtr older = touch(relief, place(0, 0)), newer = touch(relief, second);
     const PlaceFeatures a = extract_features(*older, {}), b = extract_features(*newer, {});
     const std::vector<Match> inliers = rigid_inliers(a, b, match_features(a, b, 0.9), 3.0, 100);
@@ -84,8 +87,8 @@ TEST(Lift, RecoversATiltedTwistedPlaceToADegree) {
     const std::optional<Pose> lifted = lift(*older, *newer, a, b, inliers);
     ASSERT_TRUE(lifted);
     const Pose error = (place(0, 0).inverse() * second).inverse() * *lifted;
-    EXPECT_LT(rotation_angle_rad(error) / kDegree, 1.5);      // SIFT points lie within a pixel of each other, and
-    EXPECT_LT(error.translation().norm(), 2 * kPitchMm);      // a pixel over a 100 pixel contact is 0.6 degrees
+    EXPECT_LT(rotation_angle_rad(error) / kDegree, 1.5);  // SIFT points lie within a pixel of each other, and
+    EXPECT_LT(error.translation().norm(), 2 * kPitchMm);  // a pixel over a 100 pixel contact is 0.6 degrees
   }
 }
 
@@ -121,6 +124,30 @@ TEST(ExtractFeatures, ASmoothSurfaceHasNone) {
   EXPECT_EQ(extract_features(*touch(random_relief(6), place(0, 0), {0, 0}), {}).size(), 0);
 }
 
+// ---- what two surfaces say about their overlap ----
+
+TEST(CompareOverlap, AgreesAtTheTrueTransformOnly) {
+  const Relief relief = random_relief(11);
+  const Pose second = place(1.5, -0.4, 70, 3, 5);
+  const SurfacePtr older = touch(relief, place(0, 0)), newer = touch(relief, second);
+  const Pose truth = place(0, 0).inverse() * second;
+  const OverlapAgreement right = compare_overlap(*older, *newer, truth);
+  EXPECT_GT(right.relief_correlation, 0.9);
+  EXPECT_LT(right.height_rmse_mm, 0.01);
+  EXPECT_GT(right.shared_pixels, 1000);
+  Pose shifted = truth;
+  shifted.translation().x() += 0.6;
+  const OverlapAgreement wrong = compare_overlap(*older, *newer, shifted);
+  EXPECT_LT(wrong.relief_correlation, 0.5);
+  EXPECT_GT(wrong.height_rmse_mm, 5 * right.height_rmse_mm);
+  Pose deeper = truth;
+  deeper.translation().z() += 1;  // how deep a touch was is no disagreement
+  EXPECT_NEAR(compare_overlap(*older, *newer, deeper).height_rmse_mm, right.height_rmse_mm, 1e-6);
+  Pose away = truth;
+  away.translation().x() += 30;
+  EXPECT_EQ(compare_overlap(*older, *newer, away).shared_pixels, 0);
+}
+
 // ---- repeated patterns ----
 
 TEST(SelfSimilarity, TellsAPatternFromATexture) {
@@ -143,7 +170,8 @@ TEST(PlaceIndex, RanksThePlaceSeenAgainFirstAmongHundreds) {
   std::mt19937_64 random(99);
   for (const int truth : {0, 150, 299}) {
     PlaceFeatures again = random_features(40 + truth % 100, static_cast<std::uint64_t>(truth));
-    for (std::int16_t& d : again.descriptors) d = static_cast<std::int16_t>(d + static_cast<int>(random() % 21) - 10);
+    for (std::int16_t& d : again.descriptors)
+      d = static_cast<std::int16_t>(d + static_cast<int>(random() % 21) - 10);
     EXPECT_EQ(index.most_alike(again, kPlaces, 20).front(), truth);
     const std::vector<int> searched_before = index.most_alike(again, truth, 20);
     EXPECT_EQ(std::count(searched_before.begin(), searched_before.end(), truth), 0);

@@ -56,8 +56,9 @@ struct Contact {
   double width_px = 95, height_px = 70;  // semi-axes of an ellipse at the image centre
 };
 
-/// What a sensor at map_T_sensor sees of the relief (z up in the map; the sensor looks along its -z at it, from inside
-/// the gel, so heights are read in the sensor's own frame), noise-free, as a perfect surface estimator would tell it.
+/// What a sensor at map_T_sensor sees of the relief (z up in the map; the sensor looks along its -z at it,
+/// from inside the gel, so heights are read in the sensor's own frame), noise-free, as a perfect surface
+/// estimator would tell it.
 inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Contact& contact = {}) {
   constexpr int kWidth = 320, kHeight = 240;
   auto surface = std::make_shared<Surface>();
@@ -85,7 +86,8 @@ inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Co
       if (radius2 > 1) continue;
       surface->contact(v, u) = 255;
       surface->height_mm(v, u) = static_cast<float>(p.z());
-      surface->normals(v, u) = cv::Vec3f(static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()));
+      surface->normals(v, u) =
+          cv::Vec3f(static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()));
     }
   cv::Mat1f along_x, along_y;
   cv::Sobel(gx, along_x, CV_32F, 1, 0, 1, 0.5);
@@ -100,9 +102,11 @@ inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Co
 }
 
 /// Sensor pose over the map: position in mm, twist about z and tilts in degrees.
-inline Pose place(double x_mm, double y_mm, double twist_deg = 0, double tilt_x_deg = 0, double tilt_y_deg = 0) {
+inline Pose place(double x_mm, double y_mm, double twist_deg = 0, double tilt_x_deg = 0,
+                  double tilt_y_deg = 0) {
   Pose pose = Pose::Identity();
-  pose.linear() = so3_exp({0, 0, twist_deg * kDegree}) * so3_exp({tilt_x_deg * kDegree, tilt_y_deg * kDegree, 0});
+  pose.linear() =
+      so3_exp({0, 0, twist_deg * kDegree}) * so3_exp({tilt_x_deg * kDegree, tilt_y_deg * kDegree, 0});
   pose.translation() = Eigen::Vector3d(x_mm, y_mm, 0.3);
   return pose;
 }

@@ -21,9 +21,9 @@ Motion<T> relative_motion(const Motion<T>& map_T_from, const Motion<T>& map_T_to
   return {from_R_map * map_T_to.rotation, from_R_map * (map_T_to.translation_mm - map_T_from.translation_mm)};
 }
 
-/// How a sensor that reads slopes `gain` times too steep measures a true motion (pose_graph.hpp). Rotation is split
-/// as tilt * twist, not by scaling the rotation vector: that would jump where an object comes back turned by 180
-/// degrees about z, which is an ordinary loop.
+/// How a sensor that reads slopes `gain` times too steep measures a true motion (pose_graph.hpp). Rotation is
+/// split as tilt * twist, not by scaling the rotation vector: that would jump where an object comes back
+/// turned by 180 degrees about z, which is an ordinary loop.
 template <typename T>
 Motion<T> as_measured(const Motion<T>& motion, const T& gain) {
   using std::atan2, std::cos, std::sin, std::sqrt;
@@ -47,11 +47,12 @@ Motion<T> as_measured(const Motion<T>& motion, const T& gain) {
           {motion.translation_mm.x(), motion.translation_mm.y(), gain * motion.translation_mm.z()}};
 }
 
-/// (rx ry rz tx ty tz) between a measured and a predicted motion, in the measured `to` frame; equal to the SE(3)
-/// logarithm to first order, and cheaper.
+/// (rx ry rz tx ty tz) between a measured and a predicted motion, in the measured `to` frame; equal to the
+/// SE(3) logarithm to first order, and cheaper.
 template <typename T>
 Eigen::Matrix<T, 6, 1> motion_error(const Eigen::Quaterniond& measured_rotation,
-                                    const Eigen::Vector3d& measured_translation_mm, const Motion<T>& predicted) {
+                                    const Eigen::Vector3d& measured_translation_mm,
+                                    const Motion<T>& predicted) {
   using std::atan2, std::sqrt;
   const Eigen::Quaternion<T> inverse = measured_rotation.conjugate().cast<T>();
   const Eigen::Quaternion<T> error = inverse * predicted.rotation;

@@ -9,7 +9,8 @@
 namespace gelslam::backend::detail {
 namespace {
 
-constexpr double kWeakestSigmaMm = 20.0;  // frames that overlap are never further apart than the sensor is wide
+constexpr double kWeakestSigmaMm =
+    20.0;  // frames that overlap are never further apart than the sensor is wide
 
 // Of the largest entry: what rounding leaves in a matrix that was built as J'J or transported by an adjoint.
 constexpr double kRoundingTolerance = 1e-6;
@@ -17,7 +18,8 @@ constexpr double kRoundingTolerance = 1e-6;
 }  // namespace
 
 Matrix6d whitening_matrix(const Matrix6d& information) {
-  if (!information.allFinite()) throw Error("pose graph: an edge's information contains a number that is not finite");
+  if (!information.allFinite())
+    throw Error("pose graph: an edge's information contains a number that is not finite");
   const double largest = information.cwiseAbs().maxCoeff();
   if ((information - information.transpose()).cwiseAbs().maxCoeff() > kRoundingTolerance * largest)
     throw Error("pose graph: an edge's information is not symmetric");

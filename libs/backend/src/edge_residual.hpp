@@ -7,10 +7,10 @@
 
 namespace gelslam::backend::detail {
 
-/// W with W' W = information, so that the squared norm of W * error is the Mahalanobis distance. Directions that
-/// know less than one radian and one sensor width (20 mm) are raised to that, and no others: without it a chain of
-/// edges along a featureless surface has no solution.
-/// Throws Error on information that is not finite, not symmetric or not positive semi-definite.
+/// W with W' W = information, so that the squared norm of W * error is the Mahalanobis distance. Directions
+/// that know less than one radian and one sensor width (20 mm) are raised to that, and no others: without it
+/// a chain of edges along a featureless surface has no solution. Throws Error on information that is not
+/// finite, not symmetric or not positive semi-definite.
 Matrix6d whitening_matrix(const Matrix6d& information);
 
 /// An edge made ready for evaluation, nodes by index.
@@ -50,8 +50,8 @@ struct EdgeResidual {
   template <typename T>
   bool operator()(const T* from, const T* to, T* residual) const {
     Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residual);
-    r = edge.whitening.cast<T>() * motion_error(edge.rotation, edge.translation_mm,
-                                                relative_motion(motion_of(from), motion_of(to)));
+    r = edge.whitening.cast<T>() *
+        motion_error(edge.rotation, edge.translation_mm, relative_motion(motion_of(from), motion_of(to)));
     return true;
   }
 };

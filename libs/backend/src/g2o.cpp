@@ -20,7 +20,8 @@ void write_pose(std::ostream& out, const Pose& pose) {
   for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) out << ' ' << value;
 }
 
-// Ours is over (rotation vector in rad, translation in mm), g2o's over (translation in m, half the rotation vector).
+// Ours is over (rotation vector in rad, translation in mm), g2o's over (translation in m, half the rotation
+// vector).
 Matrix6d g2o_information(const Matrix6d& information) {
   Matrix6d ours_of_g2o = Matrix6d::Zero();
   ours_of_g2o.topRightCorner<3, 3>() = 2.0 * Eigen::Matrix3d::Identity();
@@ -28,7 +29,8 @@ Matrix6d g2o_information(const Matrix6d& information) {
   return ours_of_g2o.transpose() * information * ours_of_g2o;
 }
 
-void write_gauge(std::ostream& out, const std::map<int, Pose>& map_T_node, const std::vector<PoseGraphEdge>& edges) {
+void write_gauge(std::ostream& out, const std::map<int, Pose>& map_T_node,
+                 const std::vector<PoseGraphEdge>& edges) {
   std::map<int, int> index_of;
   for (const auto& [id, pose] : map_T_node) index_of.emplace(id, static_cast<int>(index_of.size()));
   backend::detail::UnionFind groups(static_cast<int>(index_of.size()));

@@ -11,8 +11,8 @@
 namespace gelslam::backend::detail {
 namespace {
 
-// Above this many standard deviations initial poses contradict an edge. Wide on purpose: drift that a solve can
-// repair by itself is no contradiction.
+// Above this many standard deviations initial poses contradict an edge. Wide on purpose: drift that a solve
+// can repair by itself is no contradiction.
 constexpr double kContradiction = 50.0;
 constexpr std::size_t kMaxProposals = 16;  // per piece; more links only vote
 
@@ -24,7 +24,8 @@ class Placement {
       : edges_(edges), nodes_(nodes), pieces_(static_cast<int>(nodes.size())), groups_(pieces_) {
     for (const WhitenedEdge& edge : edges_) {
       groups_.join(edge.from, edge.to);
-      if (edge.kind == EdgeKind::odometry && residual(edge) < kContradiction) pieces_.join(edge.from, edge.to);
+      if (edge.kind == EdgeKind::odometry && residual(edge) < kContradiction)
+        pieces_.join(edge.from, edge.to);
     }
     members_.resize(nodes.size());
     links_of_piece_.resize(nodes.size());
@@ -95,18 +96,22 @@ class Placement {
   // Saturating: a false link costs the same however wrong it is.
   double disagreement(const std::vector<const WhitenedEdge*>& links, const Pose& motion) {
     double sum = 0;
-    for (const WhitenedEdge* link : links) sum += std::log1p(std::pow(residual_after(*link, motion) / kContradiction, 2));
+    for (const WhitenedEdge* link : links)
+      sum += std::log1p(std::pow(residual_after(*link, motion) / kContradiction, 2));
     return sum;
   }
 
   void move_piece(int piece) {
     std::vector<const WhitenedEdge*> links;  // to what is in place already
     for (const WhitenedEdge* link : links_of_piece_[index(piece)])
-      if (placed_[index(pieces_.root(link->from))] || placed_[index(pieces_.root(link->to))]) links.push_back(link);
+      if (placed_[index(pieces_.root(link->from))] || placed_[index(pieces_.root(link->to))])
+        links.push_back(link);
     const auto agrees = [this](const WhitenedEdge* link) { return residual(*link) < kContradiction; };
-    if (2 * std::count_if(links.begin(), links.end(), agrees) > static_cast<std::ptrdiff_t>(links.size())) return;
+    if (2 * std::count_if(links.begin(), links.end(), agrees) > static_cast<std::ptrdiff_t>(links.size()))
+      return;
 
-    std::stable_partition(links.begin(), links.end(), [](auto* link) { return link->kind == EdgeKind::odometry; });
+    std::stable_partition(links.begin(), links.end(),
+                          [](auto* link) { return link->kind == EdgeKind::odometry; });
     Pose best = Pose::Identity();
     double best_disagreement = disagreement(links, best);
     const std::size_t step = (links.size() + kMaxProposals - 1) / kMaxProposals;
@@ -125,9 +130,9 @@ class Placement {
   const std::vector<WhitenedEdge>& edges_;
   std::vector<NodeState>& nodes_;
   UnionFind pieces_, groups_;
-  std::vector<std::vector<int>> members_;                          // of a piece, by its root
-  std::vector<std::vector<const WhitenedEdge*>> links_of_piece_;   // edges that leave a piece
-  std::vector<std::pair<int, int>> priority_;                      // odometry and loop links to what is in place
+  std::vector<std::vector<int>> members_;                         // of a piece, by its root
+  std::vector<std::vector<const WhitenedEdge*>> links_of_piece_;  // edges that leave a piece
+  std::vector<std::pair<int, int>> priority_;  // odometry and loop links to what is in place
   std::vector<bool> placed_;
   std::set<Waiting> waiting_;
 };

@@ -39,7 +39,8 @@ struct Graph {
 Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges) {
   Graph graph;
   for (const auto& [id, pose] : initial_map_T_node) {
-    if (!is_pose(pose)) throw Error("pose graph: the initial pose of node " + std::to_string(id) + " is not a pose");
+    if (!is_pose(pose))
+      throw Error("pose graph: the initial pose of node " + std::to_string(id) + " is not a pose");
     graph.ids.push_back(id);
     graph.nodes.push_back(to_state(pose));
   }
@@ -51,7 +52,8 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
   };
   UnionFind groups(static_cast<int>(graph.ids.size()));
   for (const PoseGraphEdge& edge : edges) {
-    if (edge.from == edge.to) throw Error("pose graph: an edge joins node " + std::to_string(edge.from) + " to itself");
+    if (edge.from == edge.to)
+      throw Error("pose graph: an edge joins node " + std::to_string(edge.from) + " to itself");
     if (!is_pose(edge.from_T_to))
       throw Error("pose graph: the edge " + std::to_string(edge.from) + " -> " + std::to_string(edge.to) +
                   " does not carry a pose");
@@ -69,7 +71,10 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
 class Solver {
  public:
   Solver(const Graph& graph, const PoseGraphOptions& options)
-      : graph_(graph), options_(options), loop_loss_(nullptr, ceres::TAKE_OWNERSHIP), problem_(problem_options()) {}
+      : graph_(graph),
+        options_(options),
+        loop_loss_(nullptr, ceres::TAKE_OWNERSHIP),
+        problem_(problem_options()) {}
 
   /// Minimises from `nodes` and `gain` with the loops' kernel `scale` wide; both are updated in place.
   ceres::Solver::Summary solve(std::vector<NodeState>& nodes, double& gain, double scale) {
@@ -117,9 +122,9 @@ class Solver {
     }
     for (const WhitenedEdge& edge : graph_.edges) add(edge);
     if (options_.estimate_slope_gain)
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<GainPriorResidual, 1, 1>(new GainPriorResidual{options_.slope_gain_sigma}),
-          nullptr, &gain_);
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<GainPriorResidual, 1, 1>(
+                                    new GainPriorResidual{options_.slope_gain_sigma}),
+                                nullptr, &gain_);
   }
 
   void add(const WhitenedEdge& edge) {
@@ -127,11 +132,12 @@ class Solver {
     double* from = nodes_[index(edge.from)].data();
     double* to = nodes_[index(edge.to)].data();
     if (options_.estimate_slope_gain)
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeWithGainResidual, 6, 7, 7, 1>(
-                                    new EdgeWithGainResidual{edge}), loss, from, to, &gain_);
+      problem_.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<EdgeWithGainResidual, 6, 7, 7, 1>(new EdgeWithGainResidual{edge}),
+          loss, from, to, &gain_);
     else
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeResidual, 6, 7, 7>(new EdgeResidual{edge}), loss,
-                                from, to);
+      problem_.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<EdgeResidual, 6, 7, 7>(new EdgeResidual{edge}), loss, from, to);
   }
 
   const Graph& graph_;
@@ -158,7 +164,8 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   const double scale2 = options.loop_loss_scale * options.loop_loss_scale;
   double twice_cost = std::pow((estimate.gain - 1.0) / options.slope_gain_sigma, 2);
   for (const WhitenedEdge& edge : graph.edges) {
-    const double r = residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)], estimate.gain);
+    const double r =
+        residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)], estimate.gain);
     estimate.residuals.push_back(r);
     if (edge.kind == EdgeKind::loop) estimate.worst_loop = std::max(estimate.worst_loop, r);
     twice_cost += edge.kind == EdgeKind::loop ? scale2 * std::log1p(r * r / scale2) : r * r;
@@ -166,15 +173,16 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   estimate.cost = twice_cost / 2;
 }
 
-/// Graduated non-convexity: a robust kernel leaves a loop alone that drift has pulled far open, true or false. From
-/// a kernel as wide as the worst loop, narrowed step by step, the true ones close and the false ones let go.
-/// (Blake & Zisserman 1987; schedule: own.)
+/// Graduated non-convexity: a robust kernel leaves a loop alone that drift has pulled far open, true or
+/// false. From a kernel as wide as the worst loop, narrowed step by step, the true ones close and the false
+/// ones let go. (Blake & Zisserman 1987; schedule: own.)
 Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGraphOptions& options,
                                 Estimate estimate, int& iterations) {
   constexpr double kNarrowing = 4.0;
   for (double scale = estimate.worst_loop; scale > options.loop_loss_scale; scale /= kNarrowing)
     iterations += static_cast<int>(solver.solve(estimate.nodes, estimate.gain, scale).iterations.size());
-  iterations += static_cast<int>(solver.solve(estimate.nodes, estimate.gain, options.loop_loss_scale).iterations.size());
+  iterations += static_cast<int>(
+      solver.solve(estimate.nodes, estimate.gain, options.loop_loss_scale).iterations.size());
   evaluate(graph, options, estimate);
   return estimate;
 }
@@ -196,8 +204,8 @@ PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, 
 
 }  // namespace
 
-PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges,
-                                   const PoseGraphOptions& options) {
+PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
+                                   const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options) {
   require_usable(options);
   const Graph graph = make_graph(initial_map_T_node, edges);
   Estimate estimate;

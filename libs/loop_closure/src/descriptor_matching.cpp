@@ -7,10 +7,11 @@ namespace {
 
 constexpr int kFar = std::numeric_limits<int>::max();
 
-// Squared distances of one descriptor to `count` others. Differences of numbers 0..255 and their squares' sum fit.
+// Squared distances of one descriptor to `count` others. Differences of numbers 0..255 and their squares' sum
+// fit.
 __attribute__((target_clones("avx2", "default"))) void squared_distances(const std::int16_t* query,
-                                                                                     const std::int16_t* others,
-                                                                                     int count, int* result) {
+                                                                         const std::int16_t* others,
+                                                                         int count, int* result) {
   for (int i = 0; i < count; ++i) {
     const std::int16_t* other = others + static_cast<std::ptrdiff_t>(i) * kDescriptorSize;
     int sum = 0;
@@ -44,7 +45,8 @@ struct Nearest {
 }  // namespace
 
 std::vector<Match> match_features(const PlaceFeatures& a, const PlaceFeatures& b, double max_ratio) {
-  std::vector<Nearest> nearest_of_a(static_cast<std::size_t>(a.size())), nearest_of_b(static_cast<std::size_t>(b.size()));
+  std::vector<Nearest> nearest_of_a(static_cast<std::size_t>(a.size())),
+      nearest_of_b(static_cast<std::size_t>(b.size()));
   std::vector<int> distances(nearest_of_b.size());
   for (int i = 0; i < a.size(); ++i) {
     squared_distances(a.descriptor(i), b.descriptors.data(), b.size(), distances.data());

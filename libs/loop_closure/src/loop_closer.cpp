@@ -1,12 +1,11 @@
 #include "gelslam/loop_closure/loop_closer.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "overlap_agreement.hpp"
 #include "place_alignment.hpp"
 #include "place_features.hpp"
 #include "place_index.hpp"
@@ -27,22 +26,6 @@ struct Candidate {
   std::vector<Match> inliers;
 };
 
-// Measured on rolling sequences with ground truth: two views of one place that are tilted by 6, 12 and 18 degrees
-// against each other come out 0.2, 1.5 and 4.5 degrees wrong, whatever the number of pixels, because slopes are not
-// read equally well at every steepness. No residual shows it, so it has to be known.
-Matrix6d with_systematic_error(const Matrix6d& information, const Pose& older_T_newer) {
-  constexpr double kSigmaPerTiltSquared = 0.7;  // 1/rad
-  constexpr double kMmPerRad = 1.5;             // what a wrong tilt shifts a contact by
-  const double tilt = std::acos(std::clamp(older_T_newer.linear()(2, 2), -1.0, 1.0));
-  const double sigma_rad = kSigmaPerTiltSquared * tilt * tilt, sigma_mm = kMmPerRad * sigma_rad;
-  Vector6d variance;
-  variance << Eigen::Vector3d::Constant(sigma_rad * sigma_rad), Eigen::Vector3d::Constant(sigma_mm * sigma_mm);
-  // (information^-1 + variance)^-1, written so that information may be singular.
-  const Matrix6d gain = Matrix6d::Identity() + information * variance.asDiagonal();
-  const Matrix6d result = gain.partialPivLu().solve(information);
-  return 0.5 * (result + result.transpose());
-}
-
 }  // namespace
 
 struct LoopCloser::Impl {
@@ -58,10 +41,10 @@ struct LoopCloser::Impl {
                                      const std::vector<int>& among, int wanted) const;
 };
 
-// How many of the newest places are the same touch going on: compared without a vote, and counted apart, or else they
-// would crowd out the places that were left and found again.
+// How many of the newest places are the same touch going on: compared without a vote, and counted apart, or
+// else they would crowd out the places that were left and found again.
 std::size_t LoopCloser::Impl::neighbours(const Keyframe& keyframe) const {
-  constexpr std::size_t kMostNeighbours = 8;
+  constexpr std::size_t kMostNeighbours = 12;
   std::size_t count = 0;
   while (count < std::min(kMostNeighbours, places.size()) &&
          places[places.size() - 1 - count].keyframe.trial == keyframe.trial)
@@ -69,41 +52,53 @@ std::size_t LoopCloser::Impl::neighbours(const Keyframe& keyframe) const {
   return count;
 }
 
-// The newer keyframe is the registration's reference: then the result is older_T_newer with its information in the
-// newer's axes, just as a constraint states it, and nothing has to be transported by an adjoint.
-std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyframe& older, const NormalFlowReference& newer,
+// The newer keyframe is the registration's reference: then the result is older_T_newer with its information
+// in the newer's axes, just as a constraint states it, and nothing has to be transported by an adjoint.
+std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyframe& older,
+                                                                   const NormalFlowReference& newer,
                                                                    const Pose& older_T_newer_guess) const {
   const RegistrationResult result =
       register_normal_flow(newer, *older.surface, older_T_newer_guess, options.registration);
-  if (!result.ok() || result.height_rmse_mm > options.max_height_rmse_mm) return std::nullopt;
+  if (!result.ok()) return std::nullopt;
+  const OverlapAgreement overlap =
+      compare_overlap(*older.surface, newer.surface(), result.target_T_reference);
+  if (overlap.relief_correlation < options.min_relief_correlation ||
+      overlap.height_rmse_mm > options.max_height_rmse_mm)
+    return std::nullopt;
   LoopConstraint loop;
   loop.from = older.id;
   loop.to = -1;
   loop.from_T_to = result.target_T_reference;
-  loop.information = with_systematic_error(result.information, loop.from_T_to);
+  loop.information = result.information;
   loop.scr = result.scr;
   loop.ccs = result.ccs;
-  loop.height_rmse_mm = result.height_rmse_mm;
+  loop.relief_correlation = overlap.relief_correlation;
+  loop.height_rmse_mm = overlap.height_rmse_mm;
   return loop;
 }
 
 // Those places that share enough features in one rigid arrangement, most alike first.
-std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features, const std::vector<int>& with) const {
+std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
+                                                 const std::vector<int>& with) const {
   std::vector<Candidate> result;
   if (features.size() < options.min_sift_inliers) return result;
   for (const int i : with) {
     const Place& place = places[static_cast<std::size_t>(i)];
-    Candidate candidate{&place, rigid_inliers(place.features, features,
-                                              match_features(place.features, features, options.max_match_ratio),
-                                              options.ransac_threshold_px, options.ransac_iterations)};
-    if (static_cast<int>(candidate.inliers.size()) >= options.min_sift_inliers) result.push_back(std::move(candidate));
+    Candidate candidate{&place,
+                        rigid_inliers(place.features, features,
+                                      match_features(place.features, features, options.max_match_ratio),
+                                      options.ransac_threshold_px, options.ransac_iterations)};
+    if (static_cast<int>(candidate.inliers.size()) >= options.min_sift_inliers)
+      result.push_back(std::move(candidate));
   }
-  std::stable_sort(result.begin(), result.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.inliers.size() > b.inliers.size(); });
+  std::stable_sort(result.begin(), result.end(), [](const Candidate& a, const Candidate& b) {
+    return a.inliers.size() > b.inliers.size();
+  });
   return result;
 }
 
-std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& features, const NormalFlowReference& newer,
+std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& features,
+                                                     const NormalFlowReference& newer,
                                                      const std::vector<int>& among, int wanted) const {
   std::vector<LoopConstraint> loops;
   const std::vector<Candidate> candidates = compare(features, among);
@@ -122,8 +117,11 @@ std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& featur
 }
 
 LoopCloser::LoopCloser(const LoopClosureOptions& options) : impl_(std::make_unique<Impl>()) {
-  if (options.min_sift_inliers < 3 || options.max_features < options.min_sift_inliers || !(options.ransac_threshold_px > 0))
-    throw Error("loop closure: min_sift_inliers must be at least 3 and at most max_features, ransac_threshold_px above 0");
+  if (options.min_sift_inliers < 3 || options.max_features < options.min_sift_inliers ||
+      !(options.ransac_threshold_px > 0))
+    throw Error(
+        "loop closure: min_sift_inliers must be at least 3 and at most max_features, ransac_threshold_px "
+        "above 0");
   impl_->options = options;
 }
 
@@ -137,10 +135,10 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
   const PlaceFeatures features = extract_features(*keyframe.surface, impl_->options);
   const std::size_t neighbours = impl_->neighbours(keyframe), elsewhere = places.size() - neighbours;
 
-  std::vector<LoopConstraint> loops =
-      impl_->search(features, *keyframe.reference,
-                    impl_->index.most_alike(features, static_cast<int>(elsewhere), impl_->options.max_candidates),
-                    impl_->options.max_constraints);
+  std::vector<LoopConstraint> loops = impl_->search(
+      features, *keyframe.reference,
+      impl_->index.most_alike(features, static_cast<int>(elsewhere), impl_->options.max_candidates),
+      impl_->options.max_constraints);
   // The predecessor is linked by odometry already, from the same pixels: a loop to it would count them twice.
   std::vector<int> before_predecessor(neighbours > 0 ? neighbours - 1 : 0);
   std::iota(before_predecessor.begin(), before_predecessor.end(), static_cast<int>(elsewhere));
@@ -156,7 +154,8 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
 
 std::optional<LoopConstraint> LoopCloser::verify(const Keyframe& older, const Keyframe& newer,
                                                  const Pose& older_T_newer_guess) const {
-  std::optional<LoopConstraint> loop = impl_->register_and_check(older, *newer.reference, older_T_newer_guess);
+  std::optional<LoopConstraint> loop =
+      impl_->register_and_check(older, *newer.reference, older_T_newer_guess);
   if (loop) loop->to = newer.id;
   return loop;
 }
@@ -164,9 +163,11 @@ std::optional<LoopConstraint> LoopCloser::verify(const Keyframe& older, const Ke
 std::optional<LoopConstraint> LoopCloser::relocalise(const SurfacePtr& surface) const {
   const NormalFlowReference reference(surface, impl_->options.registration);
   const PlaceFeatures features = extract_features(*surface, impl_->options);
-  const std::vector<LoopConstraint> loops = impl_->search(
-      features, reference,
-      impl_->index.most_alike(features, static_cast<int>(impl_->places.size()), impl_->options.max_candidates), 1);
+  const std::vector<LoopConstraint> loops =
+      impl_->search(features, reference,
+                    impl_->index.most_alike(features, static_cast<int>(impl_->places.size()),
+                                            impl_->options.max_candidates),
+                    1);
   if (loops.empty()) return std::nullopt;
   return loops.front();
 }

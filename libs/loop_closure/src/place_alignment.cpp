@@ -9,7 +9,8 @@ namespace gelslam::loop_closure::detail {
 namespace {
 
 constexpr std::uint64_t kSeed = 20260;
-constexpr float kLeastBaselinePx = 10.0F;  // two points closer than this do not fix a rotation to 3 px over a contact
+constexpr float kLeastBaselinePx =
+    10.0F;  // two points closer than this do not fix a rotation to 3 px over a contact
 constexpr int kRefinements = 3;
 
 struct Rigid2 {
@@ -41,7 +42,8 @@ Rigid2 fit(const std::vector<PointPair>& pairs) {
   return result;
 }
 
-std::vector<std::size_t> inliers(const std::vector<PointPair>& pairs, const Rigid2& older_T_newer, double threshold_px) {
+std::vector<std::size_t> inliers(const std::vector<PointPair>& pairs, const Rigid2& older_T_newer,
+                                 double threshold_px) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < pairs.size(); ++i)
     if ((older_T_newer * pairs[i].newer - pairs[i].older).norm() < threshold_px) result.push_back(i);
@@ -67,7 +69,8 @@ Eigen::Vector3d point_mm(const Surface& surface, const Eigen::Vector2f& pixel) {
           (pixel.y() - surface.height_mm.rows / 2.0 + 0.5) * surface.pixel_pitch_mm, surface.height_mm(v, u)};
 }
 
-// Mean over 7x7 pixels: a matched point is where relief is steep, and one pixel off there reads another normal.
+// Mean over 7x7 pixels: a matched point is where relief is steep, and one pixel off there reads another
+// normal.
 Eigen::Vector3d normal_around(const Surface& surface, const Eigen::Vector2f& pixel) {
   constexpr int kRadius = 3;
   const int u = static_cast<int>(std::lround(pixel.x())), v = static_cast<int>(std::lround(pixel.y()));
@@ -86,7 +89,8 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
                                  const std::vector<Match>& matches, double threshold_px, int iterations) {
   std::vector<PointPair> pairs;
   for (const Match& m : matches)
-    pairs.push_back({older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
+    pairs.push_back(
+        {older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
   if (pairs.size() < 2) return {};
 
   std::mt19937_64 random(kSeed);
@@ -136,7 +140,8 @@ std::optional<Pose> lift(const Surface& older, const Surface& newer, const Place
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double handedness = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1.0 : 1.0;
   Pose older_T_newer = Pose::Identity();
-  older_T_newer.linear() = svd.matrixV() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixU().transpose();
+  older_T_newer.linear() =
+      svd.matrixV() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixU().transpose();
   older_T_newer.translation() = centre_a - older_T_newer.linear() * centre_b;
   return older_T_newer;
 }

@@ -21,10 +21,10 @@ cv::Mat1b inner_contact(const Surface& surface) {
   return eroded(cv::Rect(margin, margin, surface.contact.cols, surface.contact.rows)).clone();
 }
 
-// Grey levels: SIFT's contrast threshold is absolute, so a fixed scale finds nothing on shallow relief (a worn coin
-// bends the gel twenty times less than a knurl). Four times the root mean square curvature is mapped to the full
-// range instead; descriptors do not change with contrast, so frames scaled differently still match. The floor keeps a
-// smooth surface's noise from becoming features.
+// Grey levels: SIFT's contrast threshold is absolute, so a fixed scale finds nothing on shallow relief (a
+// worn coin bends the gel twenty times less than a knurl). Four times the root mean square curvature is
+// mapped to the full range instead; descriptors do not change with contrast, so frames scaled differently
+// still match. The floor keeps a smooth surface's noise from becoming features.
 cv::Mat1b grey_curvature(const Surface& surface, const cv::Mat1b& mask) {
   const double rms = std::sqrt(cv::mean(surface.curvature.mul(surface.curvature), mask)[0]);
   const double full_scale = std::clamp(4.0 * rms, kLeastFullScale, kLargestCurvature);

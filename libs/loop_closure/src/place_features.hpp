@@ -11,8 +11,8 @@ namespace gelslam::loop_closure::detail {
 
 constexpr int kDescriptorSize = 128;
 
-/// SIFT features of one curvature map. OpenCV's descriptors are whole numbers 0..255, kept as 16 bits because the
-/// dot product is taken in those.
+/// SIFT features of one curvature map. OpenCV's descriptors are whole numbers 0..255, kept as 16 bits because
+/// the dot product is taken in those.
 struct PlaceFeatures {
   std::vector<Eigen::Vector2f> pixels;
   std::vector<std::int16_t> descriptors;  ///< size() x kDescriptorSize

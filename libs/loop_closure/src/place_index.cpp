@@ -17,7 +17,8 @@ PlaceIndex::PlaceIndex() {
   projections_.resize(static_cast<std::size_t>(kTables * kBits * kDescriptorSize));
   for (float& p : projections_) {
     int sum = 0;  // of 8 bytes: near enough to a normal, and the same on every machine
-    for (std::uint64_t bytes = random(), k = 0; k < 8; ++k, bytes >>= 8) sum += static_cast<int>(bytes & 255U);
+    for (std::uint64_t bytes = random(), k = 0; k < 8; ++k, bytes >>= 8)
+      sum += static_cast<int>(bytes & 255U);
     p = static_cast<float>(sum) - 8.0F * 127.5F;
   }
   // Descriptors are never negative: rows that sum to zero look at their shape, not at their mean.
@@ -28,7 +29,8 @@ PlaceIndex::PlaceIndex() {
   for (auto& table : tables_) table.resize(std::size_t{1} << kBits);
 }
 
-std::array<float, PlaceIndex::kTables * PlaceIndex::kBits> PlaceIndex::project(const std::int16_t* descriptor) const {
+std::array<float, PlaceIndex::kTables * PlaceIndex::kBits> PlaceIndex::project(
+    const std::int16_t* descriptor) const {
   std::array<float, kTables * kBits> result;
   const float* row = projections_.data();
   for (float& value : result) {
@@ -47,7 +49,8 @@ void PlaceIndex::add(const PlaceFeatures& features) {
     for (int table = 0; table < kTables; ++table) {
       std::uint32_t key = 0;
       for (int bit = 0; bit < kBits; ++bit)
-        key |= static_cast<std::uint32_t>(projected[static_cast<std::size_t>(table * kBits + bit)] > 0) << bit;
+        key |= static_cast<std::uint32_t>(projected[static_cast<std::size_t>(table * kBits + bit)] > 0)
+               << bit;
       tables_[static_cast<std::size_t>(table)][key].push_back(keyframe);
     }
   }
@@ -77,10 +80,11 @@ std::vector<int> PlaceIndex::most_alike(const PlaceFeatures& features, int searc
   std::vector<int> order(votes.size());
   std::iota(order.begin(), order.end(), 0);
   const auto kept = std::min(order.size(), static_cast<std::size_t>(count));
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end(), [&](int a, int b) {
-    const float va = votes[static_cast<std::size_t>(a)], vb = votes[static_cast<std::size_t>(b)];
-    return va != vb ? va > vb : a < b;
-  });
+  std::partial_sort(
+      order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end(), [&](int a, int b) {
+        const float va = votes[static_cast<std::size_t>(a)], vb = votes[static_cast<std::size_t>(b)];
+        return va != vb ? va > vb : a < b;
+      });
   order.resize(kept);
   return order;
 }

@@ -8,9 +8,10 @@
 
 namespace gelslam::loop_closure::detail {
 
-/// Which of many keyframes share features with one: every descriptor is hashed by the signs of random projections into
-/// several tables, and keyframes in the same buckets get votes (locality-sensitive hashing, Charikar 2002). The cost of
-/// a query grows with the number of look-alike descriptors, not with all of them. Deterministic (explicit seed).
+/// Which of many keyframes share features with one: every descriptor is hashed by the signs of random
+/// projections into several tables, and keyframes in the same buckets get votes (locality-sensitive hashing,
+/// Charikar 2002). The cost of a query grows with the number of look-alike descriptors, not with all of them.
+/// Deterministic (explicit seed).
 class PlaceIndex {
  public:
   PlaceIndex();
@@ -29,8 +30,9 @@ class PlaceIndex {
   std::array<float, kTables * kBits> project(const std::int16_t* descriptor) const;
 
   std::vector<float> projections_;  // kTables * kBits rows of kDescriptorSize
-  std::array<std::vector<std::vector<int>>, kTables> tables_;  // bucket -> keyframes, one entry per descriptor
-  std::vector<int> feature_count_;                             // of a keyframe
+  std::array<std::vector<std::vector<int>>, kTables>
+      tables_;                      // bucket -> keyframes, one entry per descriptor
+  std::vector<int> feature_count_;  // of a keyframe
 };
 
 }  // namespace gelslam::loop_closure::detail

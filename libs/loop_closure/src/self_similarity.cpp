@@ -7,7 +7,8 @@
 namespace gelslam::loop_closure::detail {
 namespace {
 
-constexpr int kShrink = 2;  // patterns that matter are many pixels wide, and a quarter of the pixels is enough
+constexpr int kShrink =
+    2;  // patterns that matter are many pixels wide, and a quarter of the pixels is enough
 constexpr double kLeastShiftMm = 1.0;
 constexpr double kLeastShared = 0.5;
 
@@ -19,7 +20,8 @@ cv::Mat spectrum(const cv::Mat1f& image, const cv::Size& size) {
   return result;
 }
 
-// Sum over x of a(x) b(x + shift), for all shifts, as an image with shift 0 at its origin (shifts wrap around).
+// Sum over x of a(x) b(x + shift), for all shifts, as an image with shift 0 at its origin (shifts wrap
+// around).
 cv::Mat1f correlate(const cv::Mat& a, const cv::Mat& b) {
   cv::Mat product;
   cv::mulSpectrums(b, a, product, 0, true);

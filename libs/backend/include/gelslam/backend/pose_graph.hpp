@@ -9,9 +9,10 @@ namespace gelslam {
 
 enum class EdgeKind { odometry, loop };
 
-/// A measured relative pose. `information` is the inverse covariance (rad, mm; order as in se3.hpp) of the right
-/// perturbation: true from_T_to = from_T_to * exp(noise). It may be singular: a direction that the surface did not
-/// show carries none, and then only keeps what overlapping frames must satisfy (1 rad, 20 mm).
+/// A measured relative pose. `information` is the inverse covariance (rad, mm; order as in se3.hpp) of the
+/// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular: a direction that the
+/// surface did not show carries none, and then only keeps what overlapping frames must satisfy (1 rad, 20
+/// mm).
 struct PoseGraphEdge {
   int from = 0;
   int to = 0;
@@ -22,32 +23,38 @@ struct PoseGraphEdge {
 
 struct PoseGraphOptions {
   int max_iterations = 50;
-  double loop_loss_scale = 3.0;     ///< robust (Cauchy) kernel on whitened loop residuals, in standard deviations
-  double outlier_residual = 9.0;    ///< a loop whose whitened residual ends above this is reported as an outlier
-  bool reconsider_outliers = true;  ///< when outliers remain, solve again from a wide kernel; keep the cheaper answer
-  bool estimate_slope_gain = false; ///< see PoseGraphSolution::slope_gain
-  double slope_gain_sigma = 0.05;   ///< prior: gain = 1 +- this
+  double loop_loss_scale =
+      3.0;  ///< robust (Cauchy) kernel on whitened loop residuals, in standard deviations
+  double outlier_residual =
+      9.0;  ///< a loop whose whitened residual ends above this is reported as an outlier
+  bool reconsider_outliers =
+      true;  ///< when outliers remain, solve again from a wide kernel; keep the cheaper answer
+  bool estimate_slope_gain = false;  ///< see PoseGraphSolution::slope_gain
+  double slope_gain_sigma = 0.05;    ///< prior: gain = 1 +- this
 };
 
 struct PoseGraphSolution {
-  std::map<int, Pose> group_T_node;  ///< every node; the frame of a group is its smallest node id, held at its initial pose
-  std::map<int, int> group_of_node;  ///< smallest node id of the connected component
-  double slope_gain = 1.0;           ///< read slope / true slope, shared by all edges (1 when not estimated)
-  std::vector<double> edge_residual; ///< whitened residual norm per edge, in the order edges were given
-  std::vector<bool> edge_outlier;    ///< loops that the rest of the graph contradicts; never true for odometry
-  double initial_cost = 0, final_cost = 0;  ///< robust cost, before and after (after the pieces were put in place)
+  std::map<int, Pose>
+      group_T_node;  ///< every node; the frame of a group is its smallest node id, held at its initial pose
+  std::map<int, int> group_of_node;   ///< smallest node id of the connected component
+  double slope_gain = 1.0;            ///< read slope / true slope, shared by all edges (1 when not estimated)
+  std::vector<double> edge_residual;  ///< whitened residual norm per edge, in the order edges were given
+  std::vector<bool> edge_outlier;  ///< loops that the rest of the graph contradicts; never true for odometry
+  double initial_cost = 0,
+         final_cost = 0;  ///< robust cost, before and after (after the pieces were put in place)
   int iterations = 0;
   bool converged = false;
 };
 
 /// SE(3) pose graph on Ceres. Components not joined by edges are separate groups, each with its own gauge.
-/// Initial poses need only be right within a piece of odometry: pieces that a loop joins are first put in place by
-/// the loop that most others agree with. Model of an edge with gain g: of the true motion (R, t), with R split into
-/// a tilt about an axis in the sensor's xy plane after a twist about z, the measurement shows the tilt angle g
-/// times and the translation (tx, ty, g*tz): slopes read g times too steep tilt and deepen everything they measure.
-/// Deterministic. Throws Error on edges that name unknown nodes, join a node to itself or carry non-finite numbers,
-/// and on information that is not symmetric or not positive semi-definite. Source: own.
-PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges,
-                                   const PoseGraphOptions& options);
+/// Initial poses need only be right within a piece of odometry: pieces that a loop joins are first put in
+/// place by the loop that most others agree with. Model of an edge with gain g: of the true motion (R, t),
+/// with R split into a tilt about an axis in the sensor's xy plane after a twist about z, the measurement
+/// shows the tilt angle g times and the translation (tx, ty, g*tz): slopes read g times too steep tilt and
+/// deepen everything they measure. Deterministic. Throws Error on edges that name unknown nodes, join a node
+/// to itself or carry non-finite numbers, and on information that is not symmetric or not positive
+/// semi-definite. Source: own.
+PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
+                                   const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options);
 
 }  // namespace gelslam

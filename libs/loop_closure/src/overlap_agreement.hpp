@@ -1,0 +1,18 @@
+#pragma once
+
+#include "gelslam/core/se3.hpp"
+#include "gelslam/surface/surface.hpp"
+
+namespace gelslam::loop_closure::detail {
+
+/// What two surfaces say about the contact they share, once registered.
+struct OverlapAgreement {
+  int shared_pixels = 0;          ///< of the newer surface, every second one in both directions
+  double relief_correlation = 0;  ///< of curvature with its mean removed, -1..1: a ball's constant curvature,
+                                  ///< which any pose on a ball satisfies, does not count as relief
+  double height_rmse_mm = 0;  ///< after the mean difference is taken off: how deep a touch was proves nothing
+};
+
+OverlapAgreement compare_overlap(const Surface& older, const Surface& newer, const Pose& older_T_newer);
+
+}  // namespace gelslam::loop_closure::detail
