@@ -31,7 +31,9 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   }
   if (!in_trial_) {
     result.status = TrackStatus::tracked;
-    start_trial(result, std::move(surface));
+    start_trial(result, surface);
+    // Against itself: what this surface can show at all.
+    result.registration = register_normal_flow(*keyframe_->reference, *surface, Pose::Identity(), options_.registration);
     return result;
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <string_view>
 
 #include "gelslam/core/se3.hpp"
@@ -35,5 +36,9 @@ struct RegistrationResult {
 
   bool ok() const { return status == RegistrationStatus::converged; }
 };
+
+/// What the surface does not show, in words: "sliding along x is not observable on this surface", or "" when it shows
+/// all six motions.
+std::string describe_observability(const std::array<bool, 6>& observable);
 
 }  // namespace gelslam

@@ -1,0 +1,100 @@
+#include <array>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "gelslam/core/interrupt.hpp"
+#include "gelslam/slam/surface_stream.hpp"
+#include "gelslam/slam/tum.hpp"
+#include "log_options.hpp"
+
+namespace gelslam {
+namespace {
+
+struct TrackArguments {
+  LogOptions log;
+  std::string format = "tum";
+};
+
+std::array<double, 16> row_major_metres(const Pose& pose_mm) {
+  std::array<double, 16> numbers{};
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c)
+      numbers[static_cast<std::size_t>(r * 4 + c)] = pose_mm.matrix()(r, c) * (r < 3 && c == 3 ? 1e-3 : 1.0);
+  return numbers;
+}
+
+std::string reason(const TrackedFrame& frame) {
+  switch (frame.status) {
+    case TrackStatus::background: return "the bare gel, by which contact is told";
+    case TrackStatus::no_contact: return "nothing touches the sensor";
+    case TrackStatus::tracked: return describe_observability(frame.registration.observable);
+    case TrackStatus::lost: return std::string(describe(frame.registration.status));
+  }
+  return "";
+}
+
+nlohmann::ordered_json ndjson(const TrackedFrame& frame) {
+  nlohmann::ordered_json json;
+  json["frame"] = frame.frame;
+  json["time_s"] = frame.time_s;
+  json["status"] = name(frame.status);
+  json["reason"] = reason(frame);
+  const bool tracked = frame.status == TrackStatus::tracked;
+  json["trial"] = tracked ? nlohmann::ordered_json(frame.trial) : nlohmann::ordered_json(nullptr);
+  json["pose"] = tracked ? nlohmann::ordered_json(row_major_metres(frame.trial_T_frame)) : nlohmann::ordered_json(nullptr);
+  json["observable"] = nlohmann::ordered_json::array();
+  for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
+  json["scr"] = frame.registration.scr;
+  json["ccs"] = frame.registration.ccs;
+  return json;
+}
+
+TrackedFrame background_frame(const SurfaceStream::Item& item) {
+  TrackedFrame frame;
+  frame.frame = item.frame;
+  frame.time_s = item.time_s;
+  frame.status = TrackStatus::background;
+  return frame;
+}
+
+int run(const TrackArguments& arguments) {
+  const LogInput input = arguments.log.input();
+  const Config config = resolve_config(input);
+  StageTimer timer;
+  SurfaceStream stream(input, config, timer);
+  Tracker tracker(config.slam.tracker);
+  const InterruptWatch interrupt;
+  bool ever_tracked = false;
+  while (const std::optional<SurfaceStream::Item> item = stream.next()) {
+    const TrackedFrame frame =
+        item->surface ? tracker.track(item->frame, item->time_s, item->surface) : background_frame(*item);
+    const bool tracked = frame.status == TrackStatus::tracked;
+    ever_tracked = ever_tracked || tracked;
+    if (arguments.format == "ndjson")
+      std::cout << ndjson(frame).dump() << std::endl;
+    else if (tracked)
+      std::cout << tum_line(frame.time_s, frame.trial_T_frame) << std::flush;
+    if (interrupt.requested() || !std::cout) break;
+  }
+  if (!stream.warning().empty()) std::cerr << "gelslam: warning: " << stream.warning() << "\n";
+  return ever_tracked ? exit_done : exit_not_good;
+}
+
+}  // namespace
+
+void add_track_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<TrackArguments>();
+  CLI::App* command = app.add_subcommand("track", "Stream the sensor's pose against the object, frame by frame, to stdout");
+  arguments->log.add_to(*command);
+  command->add_option("--format", arguments->format,
+                      "tum: time and pose of every tracked frame, in the frame of the first contact, metres; "
+                      "ndjson: every frame as an object")
+      ->check(CLI::IsMember({"tum", "ndjson"}))
+      ->capture_default_str();
+  command->footer("Example: gelslam track data/pebble --format ndjson");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace gelslam
