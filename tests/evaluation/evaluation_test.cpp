@@ -92,7 +92,7 @@ struct Scene {
     }
     write_bytes(run / "trajectory.tum", lines);
     write_report({{"anchor_frame", anchor + kBackground},
-                  {"frames", kFrames + kBackground},
+                  {"frames", {{"total", kFrames + kBackground}}},
                   {"trials", 2},
                   {"groups", 1}});
   }
@@ -272,6 +272,11 @@ TEST(Evaluate, DamagedReportsAreNoticed) {
   Scene scene;
   scene.write_truth();
   scene.write_run(0);
+  scene.write_report({{"frames", {{"total", "many"}}}});
+  EXPECT_THAT(scene.error(), HasSubstr("total"));
+  scene.write_report(
+      {{"frames", "many"}, {"partial", 7}, {"mesh", json::array()}});  // other programs' reports
+  EXPECT_EQ(scene.error(), "nothing was thrown");
   for (const json& anchor : {json(-1), json(5000), json("x"), json(1.5)}) {
     scene.write_report({{"anchor_frame", anchor}});
     EXPECT_THAT(scene.error(), HasSubstr("anchor_frame")) << anchor;
@@ -281,6 +286,20 @@ TEST(Evaluate, DamagedReportsAreNoticed) {
   write_bytes(scene.run / "report.json", std::string(100'000, '['));
   EXPECT_THAT(scene.error(), HasSubstr("JSON object"));
   EXPECT_THAT(message_of<Error>([&] { read_run(scene.run / "none"); }), HasSubstr("none"));
+}
+
+TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {
+  Scene scene;
+  scene.write_truth();
+  scene.write_run(0, 0, 20);
+  scene.write_meshes(0);
+  scene.write_report({{"anchor_frame", kBackground}, {"partial", true}, {"frames", {{"total", 31}}}});
+  EXPECT_EQ(scene.evaluated().trajectory->compared_frames, 21);
+  scene.write_report({{"anchor_frame", kBackground}, {"partial", false}, {"frames", {{"total", 31}}}});
+  EXPECT_THAT(scene.error(), HasSubstr("31 frames"));
+  write_bytes(scene.run / "mesh.ply", "ply\n");  // what an empty mesh's file holds does not matter
+  scene.write_report({{"anchor_frame", kBackground}, {"mesh", {{"triangles", 0}}}});
+  EXPECT_FALSE(scene.evaluated().mesh.has_value());
 }
 
 TEST(EvaluateBareMeshes, CompletenessIsOverTheWholeTrueSurface) {

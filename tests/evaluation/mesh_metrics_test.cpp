@@ -170,14 +170,13 @@ TEST(StackedShare, RoughnessAndUnsharedVerticesAreNoSecondSheet) {
   });
   EXPECT_LT(stacked_share(TriangleScene(rough)), 0.001);
   Mesh separate;  // as an STL file has it
-  const Mesh whole = sphere(3.0, 64);
-  for (const Eigen::Vector3i& t : whole.triangles) {
+  for (const Eigen::Vector3i& t : rough.triangles) {
     const int n = static_cast<int>(separate.vertices_mm.size());
     for (const int vertex : t)
-      separate.vertices_mm.push_back(whole.vertices_mm[static_cast<std::size_t>(vertex)]);
+      separate.vertices_mm.push_back(rough.vertices_mm[static_cast<std::size_t>(vertex)]);
     separate.triangles.emplace_back(n, n + 1, n + 2);
   }
-  EXPECT_EQ(stacked_share(TriangleScene(separate)), 0.0);
+  EXPECT_LT(stacked_share(TriangleScene(separate)), 0.001);
 }
 
 }  // namespace

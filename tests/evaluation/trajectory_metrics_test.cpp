@@ -144,6 +144,17 @@ TEST(TrajectoryMetrics, AlignmentRemovesAWrongStartAndNothingElse) {
   EXPECT_GT(evaluate_trajectory(estimate, truth, 0, 25.0).ate_aligned_mm, 0.05);
 }
 
+TEST(TrajectoryMetrics, AlignmentNeverMirrors) {
+  Truth truth;
+  for (int i = 0; i < 60; ++i) {  // one turn and a half of a right-handed screw
+    const double s = 0.15 * i;
+    truth.push_back(pose(about_z(0), {2 * std::cos(s), 2 * std::sin(s), s}));
+  }
+  std::vector<IndexedPose> estimate = copy_of(truth);
+  for (IndexedPose& p : estimate) p.map_T_sensor.translation().z() *= -1.0;  // a left-handed one
+  EXPECT_GT(evaluate_trajectory(estimate, truth, 0, 25.0).ate_aligned_mm, 0.2);
+}
+
 TEST(TrajectoryMetrics, DriftPerFrameAddsUpOverASecond) {
   const Truth truth(101, Pose::Identity());
   std::vector<IndexedPose> estimate = copy_of(truth);

@@ -6,13 +6,24 @@
 namespace gelslam {
 namespace {
 
+using evaluation::detail::integer_at;
+
+/// `report[key]` where it is an object, else an empty one.
+nlohmann::json object_at(const nlohmann::json& report, const char* key) {
+  const auto found = report.find(key);
+  return found != report.end() && found->is_object() ? *found : nlohmann::json::object();
+}
+
 void read_report(const std::filesystem::path& path, RunResult& run) {
-  using evaluation::detail::integer_at;
   const nlohmann::json report = evaluation::detail::read_json_object(path);
   run.anchor_frame = integer_at(report, "anchor_frame", 0, path);
-  run.log_frames = integer_at(report, "frames", 0, path);
   run.trials = integer_at(report, "trials", 0, path);
   run.groups = integer_at(report, "groups", 0, path);
+  // A run that was interrupted has seen only the beginning of its log.
+  if (report.value("partial", nlohmann::json(false)) != true) {
+    run.log_frames = integer_at(object_at(report, "frames"), "total", 0, path);
+  }
+  if (integer_at(object_at(report, "mesh"), "triangles", 0, path) == 0) run.mesh_path.clear();
 }
 
 }  // namespace
@@ -28,9 +39,9 @@ RunResult read_run(const std::filesystem::path& folder_or_tum) {
     throw Error("the trajectory of " + folder_or_tum.string() + " is empty: nothing was tracked");
   }
   if (!is_folder) return run;
+  if (const auto mesh = folder_or_tum / "mesh.ply"; std::filesystem::exists(mesh)) run.mesh_path = mesh;
   if (const auto report = folder_or_tum / "report.json"; std::filesystem::exists(report))
     read_report(report, run);
-  if (const auto mesh = folder_or_tum / "mesh.ply"; std::filesystem::exists(mesh)) run.mesh_path = mesh;
   return run;
 }
 

@@ -12,10 +12,10 @@ namespace gelslam {
 struct RunResult {
   std::vector<StampedPose> trajectory;
   std::optional<int> anchor_frame;  ///< log frame whose sensor frame is the frame of trajectory and mesh
-  std::optional<int> log_frames;
+  std::optional<int> log_frames;    ///< absent too when the run was interrupted
   std::optional<int> trials;
   std::optional<int> groups;
-  std::filesystem::path mesh_path;  ///< empty where the run made no mesh
+  std::filesystem::path mesh_path;  ///< empty where the run made none, or one without triangles
 };
 
 /// Reads a run's folder (trajectory.tum; report.json and mesh.ply where present) or a bare .tum file.
