@@ -54,7 +54,7 @@ Pose press(const Shape& shape, const Eigen::Vector3d& side, double depth_mm, dou
 
 /// What the sensor measures: contact where the object is below the untouched gel, a skirt of hanging gel
 /// around it which the mask takes for contact over `skirt_px` pixels.
-SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int skirt_px = 4);
+SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int skirt_px = 2);
 
 /// `n` presses rolled evenly through a full turn about the object's x axis and along it, with errors.
 std::vector<PosedSurface> roll(const Shape& shape, int n, double half_length_mm, double depth_mm,

@@ -103,6 +103,11 @@ TEST_F(MeshIo, ObjKeepsNormals) {
     EXPECT_LT((back.normals[i] - mesh.normals[i]).norm(), 1e-5f);
 }
 
+TEST_F(MeshIo, StlSharesItsVerticesAgain) {
+  write_mesh(file("m.stl"), tetrahedron());
+  EXPECT_EQ(read_mesh(file("m.stl")).vertices_mm.size(), 4u);
+}
+
 TEST_F(MeshIo, FilesAreInMetresByDefault) {
   Mesh mesh = tetrahedron();
   write_mesh(file("m.ply"), mesh);

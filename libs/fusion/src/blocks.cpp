@@ -41,17 +41,18 @@ std::vector<Entry> blocks_of(const Patch& patch, int id, float voxel, float surf
   const float block_mm = voxel * static_cast<float>(block_edge);
   const float margin = 2.0f * voxel;
   const int steps = std::max(1, static_cast<int>(std::ceil(list_reach / (2.0f * margin))));
+  const float spacing = list_reach / static_cast<float>(steps);
   std::vector<Entry> entries;
   patch.for_each_point(stride, [&](const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float) {
     for (int step = -steps; step <= steps; ++step) {
-      const float along = list_reach * static_cast<float>(step) / static_cast<float>(steps);
+      const float along = spacing * static_cast<float>(step);
       const Eigen::Vector3f p = point + along * normal;
       const Eigen::Array3f low = ((p.array() - margin) / block_mm).floor();
       const Eigen::Array3f high = ((p.array() + margin) / block_mm).floor();
       if (low.minCoeff() < -coordinate_offset || high.maxCoeff() >= coordinate_offset) {
         throw Error("cannot fuse: a keyframe lies too far from the map's origin for this voxel size");
       }
-      const bool near = std::fabs(along) <= surface_reach + 2.0f * margin;
+      const bool near = std::fabs(along) <= surface_reach + 0.5f * spacing;
       for (int z = static_cast<int>(low.z()); z <= static_cast<int>(high.z()); ++z) {
         for (int y = static_cast<int>(low.y()); y <= static_cast<int>(high.y()); ++y) {
           for (int x = static_cast<int>(low.x()); x <= static_cast<int>(high.x()); ++x) {

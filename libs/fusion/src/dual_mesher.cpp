@@ -229,7 +229,7 @@ class DualMesher {
     }
     // Where one side's band ends beside another's there is a step in the field, and a wall that nobody
     // touched: its normal has nothing to do with the observed ones.
-    constexpr float least_agreement = 0.2f;
+    constexpr float least_agreement = 0.5f;
     const Eigen::Vector3f across = (p[2] - p[0]).cross(p[3] - p[1]);
     if (across.dot(observed) < least_agreement * across.norm() * observed.norm()) return;
     const bool split_02 = (p[2] - p[0]).squaredNorm() <= (p[3] - p[1]).squaredNorm();

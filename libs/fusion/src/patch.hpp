@@ -48,7 +48,7 @@ class Patch {
     const float distance = rise * nz;
     if (std::fabs(distance) >= reach_mm) return false;
     out.distance_mm = distance;
-    out.weight = weight;
+    out.weight = weight - min_pixel_weight;  // begins at zero: no step where a patch begins
     out.normal = -(nx * x_axis_ + ny * y_axis_ + nz * z_axis_);
     out.direction = (out.normal - z_axis_) / std::sqrt(2 + 2 * nz);
     return true;

@@ -42,6 +42,7 @@ Mesh read_with_open3d(const std::filesystem::path& path, double mm_per_unit) {
     ok = false;  // its message names Open3D's own source lines: nothing a person can use
   }
   if (!ok) throw Error("it is damaged, or not a mesh of the kind its name says");
+  source.RemoveDuplicatedVertices();  // STL repeats every vertex for every triangle
   Mesh mesh;
   mesh.vertices_mm.reserve(source.vertices_.size());
   for (const auto& v : source.vertices_) mesh.vertices_mm.push_back((v * mm_per_unit).cast<float>());
