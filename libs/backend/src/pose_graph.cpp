@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "active_region.hpp"
 #include "edge_residual.hpp"
 #include "gelslam/core/error.hpp"
 #include "placement.hpp"
@@ -19,8 +20,10 @@ using namespace backend::detail;
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void require_usable(const PoseGraphOptions& options) {
-  if (!(options.loop_loss_scale > 0) || !(options.slope_gain_sigma > 0) || options.max_iterations < 1)
-    throw Error("pose graph: loop_loss_scale, slope_gain_sigma and max_iterations must be positive");
+  if (!(options.loop_loss_scale > 0) || !(options.slope_gain_sigma > 0) || !(options.slope_gain > 0) ||
+      options.max_iterations < 1)
+    throw Error(
+        "pose graph: loop_loss_scale, slope_gain, slope_gain_sigma and max_iterations must be positive");
 }
 
 bool is_pose(const Pose& pose) {
@@ -70,9 +73,11 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
 /// The graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
 class Solver {
  public:
-  Solver(const Graph& graph, const PoseGraphOptions& options)
+  /// `free`: the nodes that may move, besides the gauges' which never do; empty for all.
+  Solver(const Graph& graph, const PoseGraphOptions& options, std::vector<bool> free = {})
       : graph_(graph),
         options_(options),
+        free_(std::move(free)),
         loop_loss_(nullptr, ceres::TAKE_OWNERSHIP),
         problem_(problem_options()) {}
 
@@ -109,29 +114,38 @@ class Solver {
     ceres::Problem::Options options;
     options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    options.disable_all_safety_checks = true;  // measured: they cost as much as an iteration
+    options.disable_all_safety_checks =
+        true;  // they look up every edge's blocks, which build() cannot mix up
     return options;
   }
+
+  bool may_move(int node) const { return free_.empty() || free_[index(node)]; }
+  bool estimates_gain() const { return options_.estimate_slope_gain && free_.empty(); }
 
   void build(const std::vector<NodeState>& nodes, double gain) {
     nodes_ = nodes;
     gain_ = gain;
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      problem_.AddParameterBlock(nodes_[i].data(), 7, &manifold_);
-      if (graph_.group[i] == static_cast<int>(i)) problem_.SetParameterBlockConstant(nodes_[i].data());
-    }
-    for (const WhitenedEdge& edge : graph_.edges) add(edge);
-    if (options_.estimate_slope_gain)
+    for (const WhitenedEdge& edge : graph_.edges)
+      if (may_move(edge.from) || may_move(edge.to)) add(edge);
+    if (estimates_gain())
       problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<GainPriorResidual, 1, 1>(
                                     new GainPriorResidual{options_.slope_gain_sigma}),
                                 nullptr, &gain_);
+    else if (problem_.HasParameterBlock(&gain_))
+      problem_.SetParameterBlockConstant(&gain_);
+    for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
+      double* node = nodes_[index(i)].data();
+      if (!problem_.HasParameterBlock(node)) continue;
+      problem_.SetManifold(node, &manifold_);
+      if (graph_.group[index(i)] == i || !may_move(i)) problem_.SetParameterBlockConstant(node);
+    }
   }
 
   void add(const WhitenedEdge& edge) {
     ceres::LossFunction* loss = edge.kind == EdgeKind::loop ? &loop_loss_ : nullptr;
     double* from = nodes_[index(edge.from)].data();
     double* to = nodes_[index(edge.to)].data();
-    if (options_.estimate_slope_gain)
+    if (estimates_gain() || gain_ != 1.0)
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<EdgeWithGainResidual, 6, 7, 7, 1>(new EdgeWithGainResidual{edge}),
           loss, from, to, &gain_);
@@ -142,6 +156,7 @@ class Solver {
 
   const Graph& graph_;
   const PoseGraphOptions& options_;
+  std::vector<bool> free_;
   std::vector<NodeState> nodes_;
   double gain_ = 1.0;
   ceres::LossFunctionWrapper loop_loss_;
@@ -187,6 +202,54 @@ Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGr
   return estimate;
 }
 
+/// How a minimisation went, over all its Ceres solves.
+struct Progress {
+  int iterations = 0;
+  bool converged = true;
+
+  void add(const ceres::Solver::Summary& summary) {
+    iterations += static_cast<int>(summary.iterations.size());
+    converged = summary.termination_type == ceres::CONVERGENCE;
+  }
+};
+
+Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
+  Progress progress;
+  Solver solver(graph, options);
+  progress.add(solver.solve(estimate.nodes, estimate.gain, options.loop_loss_scale));
+  evaluate(graph, options, estimate);
+  if (!options.reconsider_outliers || options.only_where_needed ||
+      estimate.worst_loop <= options.outlier_residual)
+    return progress;
+  Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, progress.iterations);
+  if (second.cost < estimate.cost) estimate = std::move(second);
+  return progress;
+}
+
+/// Solves the region that is pulled at, enlarges it while nodes outside are pulled at by the result, and
+/// leaves the rest alone; everything when that comes to nearly the same work. (Own.)
+Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
+  constexpr int kRings = 4;
+  constexpr int kMostRounds = 8;
+  Progress progress;
+  std::vector<bool> region(graph.nodes.size(), false);
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (!grow_active_region(graph.edges, estimate.nodes, estimate.gain, options.loop_loss_scale, kRings,
+                            region)) {
+      evaluate(graph, options, estimate);
+      return progress;
+    }
+    if (2 * std::count(region.begin(), region.end(), true) > static_cast<std::ptrdiff_t>(region.size()))
+      break;
+    progress.add(
+        Solver(graph, options, region).solve(estimate.nodes, estimate.gain, options.loop_loss_scale));
+  }
+  PoseGraphOptions everywhere = options;
+  everywhere.estimate_slope_gain = false;
+  const Progress rest = solve_everywhere(graph, everywhere, estimate);
+  return {progress.iterations + rest.iterations, rest.converged};
+}
+
 PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, const Estimate& estimate) {
   PoseGraphSolution solution;
   for (std::size_t i = 0; i < graph.ids.size(); ++i) {
@@ -210,6 +273,7 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
   const Graph graph = make_graph(initial_map_T_node, edges);
   Estimate estimate;
   estimate.nodes = graph.nodes;
+  estimate.gain = options.slope_gain;
   place_pieces(graph.edges, estimate.nodes);
   evaluate(graph, options, estimate);
   const double initial_cost = estimate.cost;
@@ -219,19 +283,12 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
     return solution;
   }
 
-  Solver solver(graph, options);
-  const ceres::Solver::Summary summary = solver.solve(estimate.nodes, estimate.gain, options.loop_loss_scale);
-  evaluate(graph, options, estimate);
-  int iterations = static_cast<int>(summary.iterations.size());
-  if (options.reconsider_outliers && estimate.worst_loop > options.outlier_residual) {
-    Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, iterations);
-    if (second.cost < estimate.cost) estimate = std::move(second);
-  }
-
+  const Progress progress = options.only_where_needed ? solve_where_needed(graph, options, estimate)
+                                                      : solve_everywhere(graph, options, estimate);
   PoseGraphSolution solution = describe(graph, options, estimate);
   solution.initial_cost = initial_cost;
-  solution.iterations = iterations;
-  solution.converged = summary.termination_type == ceres::CONVERGENCE;
+  solution.iterations = progress.iterations;
+  solution.converged = progress.converged;
   return solution;
 }
 

@@ -23,21 +23,23 @@ struct PoseGraphEdge {
 
 struct PoseGraphOptions {
   int max_iterations = 50;
-  double loop_loss_scale =
-      3.0;  ///< robust (Cauchy) kernel on whitened loop residuals, in standard deviations
-  double outlier_residual =
-      9.0;  ///< a loop whose whitened residual ends above this is reported as an outlier
-  bool reconsider_outliers =
-      true;  ///< when outliers remain, solve again from a wide kernel; keep the cheaper answer
-  bool estimate_slope_gain = false;  ///< see PoseGraphSolution::slope_gain
-  double slope_gain_sigma = 0.05;    ///< prior: gain = 1 +- this
+  double loop_loss_scale = 3.0;     ///< Cauchy kernel on whitened loop residuals, in standard deviations
+  double outlier_residual = 9.0;    ///< a loop with a larger whitened residual at the end is an outlier
+  /// When outliers remain, solve again from a wide kernel and keep the cheaper answer.
+  bool reconsider_outliers = true;
+  /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if the pull
+  /// reaches them: for every keyframe of a live scan. Does not reconsider outliers and holds the slope gain.
+  bool only_where_needed = false;
+  bool estimate_slope_gain = false; ///< see PoseGraphSolution::slope_gain
+  double slope_gain = 1.0;          ///< where its estimate starts; kept when not estimated
+  double slope_gain_sigma = 0.05;   ///< prior: gain = 1 +- this
 };
 
 struct PoseGraphSolution {
   std::map<int, Pose>
       group_T_node;  ///< every node; the frame of a group is its smallest node id, held at its initial pose
   std::map<int, int> group_of_node;   ///< smallest node id of the connected component
-  double slope_gain = 1.0;            ///< read slope / true slope, shared by all edges (1 when not estimated)
+  double slope_gain = 1.0;            ///< read slope / true slope, shared by all edges (options.slope_gain when not estimated)
   std::vector<double> edge_residual;  ///< whitened residual norm per edge, in the order edges were given
   std::vector<bool> edge_outlier;  ///< loops that the rest of the graph contradicts; never true for odometry
   double initial_cost = 0,
