@@ -45,10 +45,6 @@ cv::Mat3b picture(const CalibrationSpec& spec, const GelShape& gel, std::int64_t
   return Optics(spec.geometry, optics_at_calibration(spec)).render(gel, -1 - number, 0, false);
 }
 
-GelShape flat_gel(const CalibrationSpec& spec) {
-  return press_gel(cv::Mat1f(spec.geometry.height_px, spec.geometry.width_px, 1.0F), spec.geometry, spec.gel);
-}
-
 /// Largest distance of a contact pixel from the centre: the circle's radius, also where the picture cuts it.
 double contact_radius_px(const cv::Mat1b& contact, const cv::Point2d& centre) {
   double squared = 0;
@@ -75,7 +71,7 @@ void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Rand
 }
 
 void add_background_samples(const CalibrationSpec& spec, std::size_t count, Random& random, TrainingSamples& samples) {
-  const cv::Mat3b bgr = picture(spec, flat_gel(spec), 2 * held_out_first);
+  const cv::Mat3b bgr = picture(spec, flat_gel(spec.geometry), 2 * held_out_first);
   for (std::size_t k = 0; k < count; ++k)
     samples.add(bgr, static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.cols))),
                 static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.rows))), 0.0F, 0.0F);
@@ -143,7 +139,7 @@ BallPress simulate_press(const CalibrationSpec& spec, int number) {
   Pose sensor_T_ball = Pose::Identity();
   sensor_T_ball.translation() << x, y, radius - depth;
   const ShapePtr ball = simulation::detail::make_ball(static_cast<float>(radius));
-  press.gel = press_gel(object_underside(*ball, sensor_T_ball, spec.geometry, spec.gel), spec.geometry, spec.gel);
+  press.gel = press_object(*ball, sensor_T_ball, spec.geometry, spec.gel);
   press.bgr = picture(spec, press.gel, number);
   press.centre_px = {x / spec.geometry.pixel_pitch_mm + 0.5 * spec.geometry.width_px - 0.5,
                      y / spec.geometry.pixel_pitch_mm + 0.5 * spec.geometry.height_px - 0.5};
@@ -153,7 +149,7 @@ BallPress simulate_press(const CalibrationSpec& spec, int number) {
 
 cv::Mat3b simulate_background(const CalibrationSpec& spec) {
   const Optics optics(spec.geometry, optics_at_calibration(spec));
-  const GelShape flat = flat_gel(spec);
+  const GelShape flat = flat_gel(spec.geometry);
   cv::Mat3f sum(spec.geometry.height_px, spec.geometry.width_px, cv::Vec3f(0, 0, 0));
   for (int k = 0; k < background_pictures; ++k) cv::add(sum, optics.render(flat, -3LL * held_out_first - k, 0, false), sum, cv::noArray(), CV_32F);
   cv::Mat3b mean;

@@ -16,6 +16,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "jpeg_encoder.hpp"
 #include "npy_stream.hpp"
 #include "touched_points.hpp"
 
@@ -25,6 +26,7 @@ namespace {
 using namespace simulation::detail;
 
 constexpr double metres_per_mm = 1e-3;
+constexpr int jpeg_quality = 95;
 
 struct Encoded {
   SimulatedFrame frame;
@@ -33,11 +35,10 @@ struct Encoded {
 
 Encoded encode(const Simulator& simulator, int index, bool lossless) {
   Encoded encoded{simulator.frame(index), {}};
-  // Unequal qualities for luma and chroma make OpenCV keep the chroma at full resolution (4:4:4).
-  const std::vector<int> jpeg = {cv::IMWRITE_JPEG_LUMA_QUALITY, 96, cv::IMWRITE_JPEG_CHROMA_QUALITY, 95};
-  const bool done = lossless ? cv::imencode(".png", encoded.frame.bgr, encoded.picture)
-                             : cv::imencode(".jpg", encoded.frame.bgr, encoded.picture, jpeg);
-  if (!done) throw Error("cannot encode a simulated picture");
+  if (!lossless)
+    encoded.picture = encode_jpeg(encoded.frame.bgr, jpeg_quality);
+  else if (!cv::imencode(".png", encoded.frame.bgr, encoded.picture))
+    throw Error("cannot encode a simulated picture");
   return encoded;
 }
 

@@ -11,9 +11,10 @@
 namespace gelslam {
 namespace {
 
+constexpr int beyond_view_px = 16;         // a free border bends a contact that it cuts; it lies out of sight
 constexpr int block_px = 8;               // solved region's size is a multiple: it can be halved three times
 constexpr double skirt_lengths = 9.0;     // beyond this many relaxation lengths the skirt is under 1e-4 of its start
-constexpr float contact_gap_mm = 1e-3F;
+constexpr float contact_gap_mm = 1e-4F;
 constexpr double relative_accuracy = 1e-4;
 
 /// Height and obstacle of one grid, split into the two colours of a checkerboard so that rows vectorise.
@@ -136,6 +137,11 @@ void check(const cv::Mat1f& underside, const SensorGeometry& geometry, const Gel
 
 }  // namespace
 
+GelShape flat_gel(const SensorGeometry& geometry) {
+  const cv::Size size(geometry.width_px, geometry.height_px);
+  return {cv::Mat1f(size, 0.0F), cv::Mat1b(size, std::uint8_t{0}), cv::Mat2f(size, cv::Vec2f(0, 0))};
+}
+
 GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options) {
   check(underside_mm, geometry, options);
   const double pitch = geometry.pixel_pitch_mm, length = options.relaxation_length_mm;
@@ -154,6 +160,16 @@ GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry
   }
   gel.slope = slope_of(gel.height_mm, pitch);
   return gel;
+}
+
+GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
+                      const GelOptions& options) {
+  SensorGeometry wide = geometry;
+  wide.width_px += 2 * beyond_view_px;
+  wide.height_px += 2 * beyond_view_px;
+  const GelShape gel = press_gel(object_underside(shape, sensor_T_object, wide, options), wide, options);
+  const cv::Rect view(beyond_view_px, beyond_view_px, geometry.width_px, geometry.height_px);
+  return {gel.height_mm(view).clone(), gel.contact(view).clone(), gel.slope(view).clone()};
 }
 
 }  // namespace gelslam

@@ -35,34 +35,36 @@ float ImplicitShape::clearance(const Eigen::Vector3f& point) const {
   return std::max(0.0F, value(point) / limits_.lipschitz);
 }
 
+float ImplicitShape::refine(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float outside,
+                            float f_outside, float inside, float f_inside) const {
+  for (int k = 0; k < 20 && inside - outside > precision_mm; ++k) {
+    // A secant step, kept off the ends so that the bracket shrinks from both sides.
+    const float share = std::clamp(f_outside / (f_outside - f_inside), 0.05F, 0.95F);
+    const float middle = outside + share * (inside - outside), f_middle = value(origin + middle * direction);
+    if (std::abs(f_middle) < precision_mm) return middle;
+    (f_middle > 0 ? outside : inside) = middle;
+    (f_middle > 0 ? f_outside : f_inside) = f_middle;
+  }
+  return 0.5F * (outside + inside);
+}
+
 float ImplicitShape::intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float t_max) const {
   float t = 0, f = value(origin);
   if (f <= 0) return 0;
   float fall = limits_.lipschitz;  // how fast the value falls along the ray, from the last step
-  while (true) {
+  while (t < t_max) {
     const float safe = f / limits_.lipschitz;
     const float step = f < near_mm ? std::min(f / fall, 4 * safe) + smallest_step_mm : safe;
-    const float t_next = t + step;
-    if (t >= t_max) return std::numeric_limits<float>::infinity();
-    const float f_next = value(origin + t_next * direction);
+    const float t_next = t + step, f_next = value(origin + t_next * direction);
     if (f_next <= 0) {
-      float inside = t_next, f_inside = f_next;
-      for (int k = 0; k < 20 && inside - t > precision_mm; ++k) {
-        // A secant step, kept off the ends so that the bracket shrinks from both sides.
-        const float share = std::clamp(f / (f - f_inside), 0.05F, 0.95F);
-        const float middle = t + share * (inside - t);
-        const float f_middle = value(origin + middle * direction);
-        if (std::abs(f_middle) < precision_mm) return middle;
-        (f_middle > 0 ? t : inside) = middle;
-        (f_middle > 0 ? f : f_inside) = f_middle;
-      }
-      const float hit = 0.5F * (t + inside);
+      const float hit = refine(origin, direction, t, f, t_next, f_next);
       return hit <= t_max ? hit : std::numeric_limits<float>::infinity();
     }
     fall = std::clamp((f - f_next) / step, 0.3F, limits_.lipschitz);
     t = t_next;
     f = f_next;
   }
+  return std::numeric_limits<float>::infinity();
 }
 
 float ImplicitShape::intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,

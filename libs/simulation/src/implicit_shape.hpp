@@ -33,6 +33,10 @@ class ImplicitShape : public Shape {
   virtual float relief(const Eigen::Vector3f& point) const = 0;
 
  private:
+  /// The crossing between a point outside and one inside, given the values there.
+  float refine(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float outside, float f_outside,
+               float inside, float f_inside) const;
+
   ShapeKind kind_;
   Eigen::AlignedBox3f bounds_;
   Limits limits_;

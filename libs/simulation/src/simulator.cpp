@@ -19,16 +19,16 @@ float surface_spacing_mm(const Shape& shape) {
 }
 
 void check(const ScanSpec& spec) {
-  if (spec.background_frames < 1 || spec.background_frames > 1000) throw Error("number of background frames must be between 1 and 1000");
-  if (!(spec.geometry.pixel_pitch_mm > 1e-3 && spec.geometry.pixel_pitch_mm < 1)) throw Error("pixel pitch must be between 0.001 and 1 mm");
-  if (spec.geometry.width_px > 4096 || spec.geometry.height_px > 4096) throw Error("simulated pictures are at most 4096 pixels wide and high");
+  if (spec.background_frames < 1 || spec.background_frames > 1000)
+    throw Error("number of background frames must be between 1 and 1000");
+  const SensorGeometry& geometry = spec.geometry;
+  if (!(geometry.pixel_pitch_mm > 1e-3 && geometry.pixel_pitch_mm < 1))
+    throw Error("pixel pitch must be between 0.001 and 1 mm");
+  for (const int size : {geometry.width_px, geometry.height_px})
+    if (size < 16 || size > 4096) throw Error("simulated pictures must be between 16 and 4096 pixels wide and high");
 }
 
-bool touches(const cv::Mat1f& underside) {
-  double lowest = 0;
-  cv::minMaxLoc(underside, &lowest);
-  return lowest < 0;
-}
+bool touches(const GelShape& gel) { return cv::countNonZero(gel.contact) > 0; }
 
 }  // namespace
 
@@ -39,7 +39,7 @@ Simulator::Simulator(const ScanSpec& spec)
       optics_(spec.geometry, spec.optics),
       sensor_T_object_(make_motion(spec.motion, *shape_, surface_, spec.geometry)) {
   for (std::size_t k = 0; k < sensor_T_object_.size(); ++k) {
-    if (!touches(object_underside(*shape_, sensor_T_object_[k], spec_.geometry, spec_.gel))) continue;
+    if (!touches(press_object(*shape_, sensor_T_object_[k], spec_.geometry, spec_.gel))) continue;
     contact_start_frame_ = spec_.background_frames + static_cast<int>(k);
     start_T_object_ = sensor_T_object_[k];
     return;
@@ -53,13 +53,14 @@ SimulatedFrame Simulator::frame(int index) const {
   frame.index = index;
   frame.time_s = index / spec_.motion.frame_rate_hz;
   const bool background = index < spec_.background_frames;
-  cv::Mat1f underside(spec_.geometry.height_px, spec_.geometry.width_px, 1.0F);
-  if (!background) {
+  GelShape gel;
+  if (background) {
+    gel = flat_gel(spec_.geometry);
+  } else {
     frame.sensor_T_object = sensor_T_object_[static_cast<std::size_t>(index - spec_.background_frames)];
-    underside = object_underside(*shape_, frame.sensor_T_object, spec_.geometry, spec_.gel);
-    if (touches(underside)) frame.start_T_sensor = start_T_object_ * frame.sensor_T_object.inverse();
+    gel = press_object(*shape_, frame.sensor_T_object, spec_.geometry, spec_.gel);
+    if (touches(gel)) frame.start_T_sensor = start_T_object_ * frame.sensor_T_object.inverse();
   }
-  const GelShape gel = press_gel(underside, spec_.geometry, spec_.gel);
   frame.bgr = optics_.render(gel, index, frame.time_s, !background);
   frame.height_mm = gel.height_mm;
   frame.contact = gel.contact;

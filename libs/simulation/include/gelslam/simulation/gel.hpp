@@ -22,6 +22,9 @@ struct GelShape {
   cv::Mat2f slope;      ///< HxW, (dh/dx, dh/dy), dimensionless
 };
 
+/// The gel at rest.
+GelShape flat_gel(const SensorGeometry& geometry);
+
 /// Lowest surface of the object above each pixel: z in mm in the sensor frame, +infinity where the object is higher
 /// than `z_max_mm` or absent. Parts below -max_indentation_mm are clamped to it.
 cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
@@ -30,5 +33,9 @@ cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, cons
 /// Deforms the gel: minimises tension/2 |grad h|^2 + stiffness/2 h^2 subject to h <= underside (an obstacle problem;
 /// coarse-to-fine, projected SOR), free borders. Throws Error on a size that does not fit or options out of range.
 GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options);
+
+/// Both together, for a gel that reaches a millimetre beyond the view on every side, as a real one does.
+GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
+                      const GelOptions& options);
 
 }  // namespace gelslam

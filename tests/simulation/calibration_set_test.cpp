@@ -1,0 +1,199 @@
+// Ball presses, the network trained on them, and the file it is written to (read by libs/surface, which shares no code).
+
+#include "gelslam/simulation/calibration_set.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <sstream>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/simulation/simulator.hpp"
+#include "gelslam/surface/gradient_model.hpp"
+#include "temporary_folder.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::read_bytes;
+using test::TemporaryFolder;
+
+CalibrationSpec small() {
+  CalibrationSpec spec;
+  spec.presses = 120;
+  spec.training.epochs = 25;
+  spec.training.halve_every_epochs = 4;
+  return spec;
+}
+
+const SimulatedNetwork& trained() {
+  NoProgress progress;
+  static const SimulatedNetwork network = train_on_presses(small(), progress);
+  return network;
+}
+
+TEST(BallPress, ShowsTheBallInsideItsCircle) {
+  const CalibrationSpec spec;
+  for (const int number : {0, 1, 7}) {
+    const BallPress press = simulate_press(spec, number);
+    const double ball = 0.5 * press.diameter_mm;
+    double error = 0;
+    for (int v = 0; v < 240; ++v)
+      for (int u = 0; u < 320; ++u) {
+        const double dx = (u - press.centre_px.x) * 0.0634, dy = (v - press.centre_px.y) * 0.0634, r = std::hypot(dx, dy);
+        if (r > (press.radius_px - 2) * 0.0634) continue;
+        const double down = std::sqrt(ball * ball - r * r);
+        error = std::max({error, std::abs(press.gel.slope(v, u)[0] - dx / down), std::abs(press.gel.slope(v, u)[1] - dy / down)});
+      }
+    EXPECT_LT(error, 0.02) << number;
+    EXPECT_GT(press.radius_px, 8);
+  }
+}
+
+TEST(Training, SlopesOfUnseenPressesAreUnbiased) {
+  const SlopeGain gain = measure_slope_gain(trained(), small(), 16);
+  EXPECT_NEAR(gain.x, 1, 0.03);
+  EXPECT_NEAR(gain.y, 1, 0.03);
+  EXPECT_LT(gain.mean_error_deg, 2.2);
+}
+
+TEST(Training, SlopesOfATexturedObjectAreUnbiasedToo) {
+  ScanSpec spec;  // a pebble
+  spec.motion.frames = 40;
+  const Simulator simulator(spec);
+  const cv::Mat2f zero = read_slopes(trained(), simulate_background(small()));
+  const SimulatedFrame frame = simulator.frame(40);
+  const cv::Mat2f read = read_slopes(trained(), frame.bgr);
+  cv::Vec2d read_true(0, 0), true_true(0, 0);
+  for (int v = 0; v < read.rows; ++v)
+    for (int u = 0; u < read.cols; ++u)
+      for (int axis = 0; axis < 2; ++axis) {
+        const double truth = frame.slope(v, u)[axis];
+        read_true[axis] += (read(v, u)[axis] - zero(v, u)[axis]) * truth;
+        true_true[axis] += truth * truth;
+      }
+  EXPECT_NEAR(read_true[0] / true_true[0], 1, 0.06);  // the lens softens fine texture
+  EXPECT_NEAR(read_true[1] / true_true[1], 1, 0.06);
+}
+
+TEST(Training, PicturesIntegrateToTheTrueHeight) {
+  // The whole way round: height -> picture -> slopes by the network -> height, integrated along rows.
+  CalibrationSpec spec = small();
+  spec.optics.noise_gain = 0;
+  const cv::Mat2f zero = read_slopes(trained(), simulate_background(spec));
+  int rows = 0;
+  for (int number = 500; number < 512; ++number) {
+    const BallPress press = simulate_press(spec, number);
+    const int row = static_cast<int>(std::lround(press.centre_px.y));
+    if (row < 60 || row > 180 || press.centre_px.x < 70 || press.centre_px.x > 250) continue;
+    const cv::Mat2f read = read_slopes(trained(), press.bgr);
+    const int u0 = static_cast<int>(press.centre_px.x - press.radius_px) - 25;
+    const int u1 = static_cast<int>(std::lround(press.centre_px.x));
+    double height = 0;
+    for (int u = std::max(0, u0); u < u1; ++u) height += 0.0634 * (read(row, u)[0] - zero(row, u)[0]);
+    const double truth = press.gel.height_mm(row, u1) - press.gel.height_mm(row, std::max(0, u0));
+    EXPECT_NEAR(height / truth, 1, 0.12) << number;
+    ++rows;
+  }
+  EXPECT_GE(rows, 2);
+}
+
+TEST(Training, IsDeterministic) {
+  CalibrationSpec spec = small();
+  spec.presses = 10;
+  spec.training.epochs = 2;
+  NoProgress progress;
+  const SimulatedNetwork a = train_on_presses(spec, progress), b = train_on_presses(spec, progress);
+  EXPECT_EQ(a.weight, b.weight);
+  spec.training.seed = 2;
+  EXPECT_NE(a.weight, train_on_presses(spec, progress).weight);
+}
+
+TEST(Training, LearnsAKnownFunctionOfColour) {
+  // Any derivative with a wrong sign or a forgotten layer stops this from going down.
+  TrainingSamples samples;
+  cv::Mat3b bgr(64, 64);
+  for (int v = 0; v < 64; ++v)
+    for (int u = 0; u < 64; ++u) {
+      bgr(v, u) = cv::Vec3b(cv::saturate_cast<std::uint8_t>(4 * u), cv::saturate_cast<std::uint8_t>(4 * v), static_cast<std::uint8_t>((u * v) % 256));
+      samples.add(bgr, u, v, 0.5F * std::sin(0.1F * static_cast<float>(u)), 0.01F * static_cast<float>(v - u));
+    }
+  TrainingOptions options;
+  options.epochs = 150;
+  options.halve_every_epochs = 30;
+  options.batch = 256;
+  const cv::Mat2f read = read_slopes(train_network(samples, options), bgr);
+  double error = 0;
+  for (int v = 0; v < 64; ++v)
+    for (int u = 0; u < 64; ++u)
+      error += std::abs(std::atan(read(v, u)[0]) - 0.5F * std::sin(0.1F * static_cast<float>(u))) +
+               std::abs(std::atan(read(v, u)[1]) - 0.01F * static_cast<float>(v - u));
+  EXPECT_LT(error / (2 * 64 * 64), 0.01);  // the function's own mean size is about 0.3
+}
+
+TEST(PthFile, IsReadBackExactlyByTheEstimatorsReader) {
+  const TemporaryFolder folder;
+  const SimulatedNetwork& network = trained();
+  write_pth(folder / "nnmodel.pth", network);
+  const GradientModel model = read_pth_model(folder / "nnmodel.pth");
+  ASSERT_EQ(model.layers.size(), 4u);
+  for (std::size_t l = 0; l < 4; ++l) {
+    EXPECT_EQ(model.layers[l].inputs, SimulatedNetwork::sizes[l]);
+    EXPECT_EQ(model.layers[l].outputs, SimulatedNetwork::sizes[l + 1]);
+    EXPECT_EQ(model.layers[l].weight, network.weight[l]);
+    EXPECT_EQ(model.layers[l].bias, network.bias[l]);
+  }
+}
+
+TEST(PthFile, SameNetworkSameBytesAndNothingHalfWritten) {
+  const TemporaryFolder folder;
+  write_pth(folder / "a.pth", trained());
+  write_pth(folder / "b.pth", trained());
+  EXPECT_EQ(read_bytes(folder / "a.pth"), read_bytes(folder / "b.pth"));
+  EXPECT_THROW(write_pth(folder / "missing" / "c.pth", trained()), Error);
+  EXPECT_EQ(folder.names(), (std::vector<std::string>{"a.pth", "b.pth"}));
+}
+
+TEST(CalibrationFolder, HasWhatItsCatalogueNames) {
+  const TemporaryFolder folder;
+  CalibrationSpec spec = small();
+  spec.presses = 10;
+  spec.training.epochs = 2;
+  NoProgress progress;
+  write_calibration_folder(folder.path(), spec, progress);
+  std::istringstream catalogue(read_bytes(folder / "catalog.csv"));
+  std::string line;
+  std::getline(catalogue, line);
+  EXPECT_EQ(line, "experiment_reldir,diameter(mm)");
+  int presses = 0;
+  while (std::getline(catalogue, line)) {
+    EXPECT_TRUE(std::filesystem::exists(folder / line.substr(0, line.find(',')) / "gelsight.png")) << line;
+    ++presses;
+  }
+  EXPECT_EQ(presses, 10);
+  EXPECT_TRUE(std::filesystem::exists(folder / "background.png"));
+  EXPECT_NO_THROW(read_pth_model(folder / "model" / "nnmodel.pth"));
+}
+
+TEST(Calibration, MistakesAreErrors) {
+  NoProgress progress;
+  CalibrationSpec spec = small();
+  spec.presses = 0;
+  EXPECT_THROW(train_on_presses(spec, progress), Error);
+  spec.presses = 1'000'000;
+  EXPECT_THROW(train_on_presses(spec, progress), Error);
+  TrainingSamples none;
+  EXPECT_THROW(train_network(none, {}), Error);
+  TrainingSamples uneven;
+  uneven.angles_rad.assign(4096, 0.0F);
+  EXPECT_THROW(train_network(uneven, {}), Error);
+  TrainingOptions options;
+  options.batch = 100;
+  EXPECT_THROW(train_network(none, options), Error);
+  EXPECT_THROW(write_calibration_folder("/proc/none", small(), progress), Error);
+}
+
+}  // namespace
+}  // namespace gelslam

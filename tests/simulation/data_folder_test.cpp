@@ -1,0 +1,163 @@
+#include "gelslam/simulation/data_folder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <opencv2/core.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "temporary_folder.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::read_bytes;
+using test::TemporaryFolder;
+
+const Simulator& simulator() {
+  static const Simulator instance([] {
+    ScanSpec spec;
+    spec.object.name = "coin";
+    spec.motion.name = "breaks";
+    spec.motion.frames = 15;
+    return spec;
+  }());
+  return instance;
+}
+
+/// A data folder with what the options say, gone with the test.
+class Written {
+ public:
+  explicit Written(const DataFolderOptions& options) {
+    NoProgress progress;
+    write_data_folder(path(), simulator(), options, progress);
+  }
+  std::filesystem::path path() const { return parent_ / "scan"; }
+  std::filesystem::path operator/(const std::string& name) const { return path() / name; }
+
+ private:
+  TemporaryFolder parent_;
+};
+
+/// Mean absolute difference per channel between the video and the pictures that went in.
+cv::Vec3d video_error(const std::filesystem::path& folder) {
+  const auto source = open_frame_source(folder, SensorProfile{});
+  cv::Vec3d sum(0, 0, 0);
+  int frames = 0;
+  while (const auto image = source->next()) {
+    cv::Mat3b difference;
+    cv::absdiff(image->bgr, simulator().frame(frames).bgr, difference);
+    const cv::Scalar mean = cv::mean(difference);
+    sum += cv::Vec3d(mean[0], mean[1], mean[2]);
+    ++frames;
+  }
+  EXPECT_EQ(frames, simulator().frame_count());
+  return sum / static_cast<double>(std::max(frames, 1));
+}
+
+TEST(DataFolder, VideoHoldsThePicturesWithTheirColour) {
+  const cv::Vec3d error = video_error(Written(DataFolderOptions{}).path());
+  // With halved colour resolution the error on this coin is about 2 grey levels.
+  for (int c = 0; c < 3; ++c) EXPECT_LT(error[c], 1.3) << c;
+}
+
+TEST(DataFolder, LosslessVideoIsExact) {
+  DataFolderOptions options;
+  options.lossless = true;
+  EXPECT_EQ(cv::norm(video_error(Written(options).path())), 0);
+}
+
+TEST(DataFolder, TruthIsInMetresOnePoseForEveryFrameAfterTheBackground) {
+  const Written folder(DataFolderOptions{});
+  const NpyArray poses = read_npy(folder / "true_start_T_currs.npy");
+  EXPECT_EQ(poses.type, NpyType::float64);
+  ASSERT_EQ(poses.shape, (std::vector<std::size_t>{15, 4, 4}));
+  const std::vector<double> values = poses.to_doubles();
+  int lifted = 0;
+  for (int k = 0; k < 15; ++k) {
+    const auto pose = simulator().frame(10 + k).start_T_sensor;
+    const double* matrix = values.data() + 16 * k;
+    if (!pose) {
+      ++lifted;
+      for (int i = 0; i < 16; ++i) EXPECT_TRUE(std::isnan(matrix[i]));
+      continue;
+    }
+    for (int row = 0; row < 3; ++row) {
+      EXPECT_NEAR(matrix[4 * row + 3], 1e-3 * pose->translation()[row], 1e-12);
+      for (int column = 0; column < 3; ++column) EXPECT_EQ(matrix[4 * row + column], pose->linear()(row, column));
+    }
+  }
+  EXPECT_GT(lifted, 0);
+  EXPECT_LT(lifted, 10);
+}
+
+TEST(DataFolder, TouchedPointsAreVerticesOfTheMeshOnItsFace) {
+  const Written folder(DataFolderOptions{});
+  const Mesh mesh = read_mesh(folder / "gt_mesh.ply");
+  ASSERT_EQ(mesh.vertices_mm.size(), simulator().surface().vertices_mm.size());
+  EXPECT_LT((mesh.vertices_mm[100] - simulator().surface().vertices_mm[100]).norm(), 1e-4F);
+  const NpyArray touched = read_npy(folder / "touched.npy");
+  EXPECT_EQ(touched.type, NpyType::float32);
+  ASSERT_EQ(touched.shape.size(), 2u);
+  ASSERT_GT(touched.shape[0], 1000u);
+  ASSERT_EQ(touched.shape[1], 3u);
+  const std::vector<double> points = touched.to_doubles();
+  for (std::size_t k = 0; k < touched.shape[0]; ++k) {
+    ASSERT_GT(points[3 * k + 2], -0.5e-3);                                   // the face, not the back
+    ASSERT_LT(std::hypot(points[3 * k], points[3 * k + 1]), 12.5e-3);
+  }
+}
+
+TEST(DataFolder, TruthMapsAreThoseOfTheSimulator) {
+  DataFolderOptions options;
+  options.truth_maps = true;
+  const Written folder(options);
+  const NpyArray heights = read_npy(folder / "true_heights.npy"), contacts = read_npy(folder / "true_contacts.npy");
+  ASSERT_EQ(heights.shape, (std::vector<std::size_t>{15, 240, 320}));
+  ASSERT_EQ(contacts.type, NpyType::boolean);
+  const SimulatedFrame frame = simulator().frame(12);
+  const std::vector<double> height = heights.to_doubles(), contact = contacts.to_doubles();
+  for (int v = 0; v < 240; v += 7)
+    for (int u = 0; u < 320; u += 7) {
+      const auto index = static_cast<std::size_t>((2 * 240 + v) * 320 + u);
+      ASSERT_EQ(height[index], frame.height_mm(v, u));
+      ASSERT_EQ(contact[index] != 0, frame.contact(v, u) != 0);
+    }
+}
+
+TEST(DataFolder, IsTheSameWhateverTheNumberOfThreads) {
+  DataFolderOptions one, three;
+  one.threads = 1;
+  three.threads = 3;
+  const Written a(one), b(three);
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const auto& entry : std::filesystem::directory_iterator(a.path())) files.emplace_back(entry.path().filename(), read_bytes(entry.path()));
+  ASSERT_EQ(files.size(), 6u);
+  for (const auto& [name, bytes] : files) EXPECT_TRUE(bytes == read_bytes(b / name)) << name;
+}
+
+TEST(DataFolder, ConfigurationNamesTheModelRelatively) {
+  DataFolderOptions options;
+  const TemporaryFolder parent;
+  options.model = parent / "calibration" / "model" / "nnmodel.pth";
+  NoProgress progress;
+  write_data_folder(parent / "scan", simulator(), options, progress);
+  const std::string config = read_bytes(parent / "scan" / "config.yaml");
+  EXPECT_NE(config.find("calibration_model_path: \"../calibration/model/nnmodel.pth\""), std::string::npos) << config;
+}
+
+TEST(DataFolder, MistakesAreErrors) {
+  NoProgress progress;
+  DataFolderOptions options;
+  options.threads = -1;
+  const TemporaryFolder parent;
+  EXPECT_THROW(write_data_folder(parent / "bad", simulator(), options, progress), Error);
+  EXPECT_THROW(write_data_folder("/proc/none", simulator(), {}, progress), Error);
+}
+
+}  // namespace
+}  // namespace gelslam

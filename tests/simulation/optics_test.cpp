@@ -1,0 +1,137 @@
+#include "gelslam/simulation/optics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+const SensorGeometry sensor;
+
+GelShape gel_with_slope(float gx, float gy) {
+  GelShape gel;
+  gel.height_mm = cv::Mat1f(sensor.height_px, sensor.width_px, 0.0F);
+  gel.contact = cv::Mat1b(sensor.height_px, sensor.width_px, static_cast<std::uint8_t>(0));
+  gel.slope = cv::Mat2f(sensor.height_px, sensor.width_px, cv::Vec2f(gx, gy));
+  return gel;
+}
+
+OpticsOptions quiet() {
+  OpticsOptions options;
+  options.noise_gain = 0;
+  return options;
+}
+
+/// Change of colour per unit of slope at the centre, BGR.
+cv::Vec3d sensitivity(float gx, float gy) {
+  const Optics optics(sensor, quiet());
+  const cv::Mat3b up = optics.render(gel_with_slope(gx, gy), 0, 0, true), down = optics.render(gel_with_slope(-gx, -gy), 0, 0, true);
+  const double twice = 2 * std::hypot(gx, gy);
+  return (cv::Vec3d(up(120, 160)) - cv::Vec3d(down(120, 160))) / twice;
+}
+
+TEST(Optics, AnswersToSlopesLikeARealSensor) {
+  // Fitted to 36 real presses: per unit of slope in x, then in y; half to twice is the same look.
+  const cv::Vec3d x = sensitivity(0.2F, 0), y = sensitivity(0, 0.2F);
+  EXPECT_NEAR(x[1], 93, 35);    // green from the right
+  EXPECT_NEAR(y[2], -110, 35);  // red from the top
+  EXPECT_NEAR(y[0], 67, 35);    // blue from below
+  EXPECT_LT(std::abs(y[1]), 25);
+  EXPECT_LT(std::abs(x[2]), 45);
+}
+
+TEST(Optics, KeepsEverySlopeUpTo45DegreesApart) {
+  const Optics optics(sensor, quiet());
+  // Along each of 12 directions, steps of 5 degrees change the colour by more than the noise (about 1.3) of a pixel.
+  for (int direction = 0; direction < 12; ++direction) {
+    const double angle = direction * std::acos(-1.0) / 6;
+    cv::Mat3b before;
+    for (int degrees = 0; degrees <= 45; degrees += 5) {
+      const double slope = std::tan(degrees * std::acos(-1.0) / 180);
+      const cv::Mat3b now = optics.render(gel_with_slope(static_cast<float>(slope * std::cos(angle)), static_cast<float>(slope * std::sin(angle))), 0, 0, true);
+      if (!before.empty()) {
+        for (const cv::Point& p : {cv::Point(40, 30), cv::Point(160, 120), cv::Point(280, 210)}) {
+          const cv::Vec3d change = cv::Vec3d(now(p)) - cv::Vec3d(before(p));
+          EXPECT_GT(cv::norm(change), 2.0) << degrees << " degrees toward " << direction * 30;
+        }
+      }
+      before = now;
+    }
+  }
+}
+
+TEST(Optics, BackgroundIsOfMiddleBrightness) {
+  double low = 0, high = 0;
+  cv::minMaxLoc(Optics(sensor, quiet()).background().reshape(1), &low, &high);
+  EXPECT_GT(low, 20);
+  EXPECT_LT(high, 180);
+}
+
+TEST(Optics, NoiseHasTheStatedSizeAndNoMean) {
+  const Optics optics(sensor, {});
+  const cv::Mat3b a = optics.render(gel_with_slope(0, 0), 1, 0, false), b = optics.render(gel_with_slope(0, 0), 2, 0, false);
+  double squares = 0, sum = 0, expected = 0;
+  for (int v = 0; v < a.rows; ++v)
+    for (int u = 0; u < a.cols; ++u)
+      for (int c = 0; c < 3; ++c) {
+        const double level = optics.background()(v, u)[c], difference = double(a(v, u)[c]) - double(b(v, u)[c]);
+        squares += difference * difference;
+        sum += a(v, u)[c] - level;
+        expected += 2 * (0.49 + 0.01 * level + 1.0 / 12);  // read, shot, rounding
+      }
+  EXPECT_NEAR(squares / expected, 1, 0.02);
+  EXPECT_NEAR(sum / static_cast<double>(3 * a.total()), 0, 0.01);
+}
+
+TEST(Optics, IsTheSameForTheSameFrameOnly) {
+  const GelShape gel = gel_with_slope(0.1F, 0);
+  const Optics optics(sensor, {}), again(sensor, {});
+  EXPECT_EQ(cv::norm(optics.render(gel, 5, 0.2, true), again.render(gel, 5, 0.2, true), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(optics.render(gel, 5, 0.2, true), optics.render(gel, 6, 0.2, true), cv::NORM_INF), 0);
+}
+
+TEST(Optics, DriftStartsAtNothingAndWanders) {
+  OpticsOptions options = quiet();
+  options.light_drift = true;
+  const Optics optics(sensor, options), steady(sensor, quiet());
+  const GelShape flat = gel_with_slope(0, 0);
+  EXPECT_EQ(cv::norm(optics.render(flat, 0, 0, false), steady.render(flat, 0, 0, false), cv::NORM_INF), 0);
+  double largest = 0;
+  for (const double time : {5.0, 10.0, 15.0}) largest = std::max(largest, cv::norm(optics.render(flat, 0, time, true), steady.render(flat, 0, time, true), cv::NORM_INF));
+  EXPECT_GT(largest, 3);
+  EXPECT_LT(largest, 30);
+}
+
+TEST(Optics, DirtStaysOnTheGelAndSomeComesLater) {
+  OpticsOptions options = quiet();
+  options.dirt = true;
+  const Optics dirty(sensor, options), clean(sensor, quiet());
+  const GelShape flat = gel_with_slope(0, 0);
+  const cv::Mat3b before = dirty.render(flat, 0, 0, false), after = dirty.render(flat, 0, 0, true);
+  const auto changed = [](const cv::Mat3b& a, const cv::Mat3b& b) {
+    cv::Mat3b difference;
+    cv::absdiff(a, b, difference);
+    return cv::countNonZero(difference.reshape(1) > 5);
+  };
+  EXPECT_GT(changed(before, clean.render(flat, 0, 0, false)), 300);
+  EXPECT_GT(changed(before, after), 100);
+  EXPECT_LT(changed(before, after), 20000);
+}
+
+TEST(Optics, MistakesAreErrors) {
+  for (const double bad : {-1.0, 1e6, std::nan("")}) {
+    OpticsOptions options;
+    options.noise_gain = bad;
+    EXPECT_THROW(Optics(sensor, options), Error);
+  }
+  GelShape wrong = gel_with_slope(0, 0);
+  wrong.slope = cv::Mat2f(10, 10);
+  EXPECT_THROW(Optics(sensor, {}).render(wrong, 0, 0, true), Error);
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,169 @@
+// Whole scans: pictures, poses and object must tell one story.
+
+#include "gelslam/simulation/simulator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+ScanSpec scan(const std::string& object, const std::string& motion, int frames) {
+  ScanSpec spec;
+  spec.object.name = object;
+  spec.motion.name = motion;
+  spec.motion.frames = frames;
+  return spec;
+}
+
+double lowest(const SimulatedFrame& frame) {
+  double low = 0;
+  cv::minMaxLoc(frame.height_mm, &low);
+  return low;
+}
+
+TEST(Simulator, ContactPointsLieOnTheObjectAtItsStartPose) {
+  const Simulator simulator(scan("pebble", "wobble", 60));
+  const Pose object_T_start = simulator.start_T_object().inverse();
+  const SensorGeometry& sensor = simulator.spec().geometry;
+  for (const int index : {10, 35, 69}) {
+    const SimulatedFrame frame = simulator.frame(index);
+    ASSERT_TRUE(frame.start_T_sensor);
+    int checked = 0;
+    for (int v = 0; v < sensor.height_px; v += 3)
+      for (int u = 0; u < sensor.width_px; u += 3) {
+        if (frame.contact(v, u) == 0) continue;
+        const Eigen::Vector3d point(sensor.x_mm(u), sensor.y_mm(v), frame.height_mm(v, u));
+        const Eigen::Vector3d on_object = object_T_start * *frame.start_T_sensor * point;
+        // From 0.2 mm before the point, looking along the sensor's axis, the object is 0.2 mm away.
+        const Eigen::Vector3d along = (object_T_start * *frame.start_T_sensor).linear().col(2);
+        const float t = simulator.shape().intersect((on_object - 0.2 * along).cast<float>(), along.cast<float>(), 1.0F);
+        ASSERT_NEAR(t, 0.2F, 2e-3F);
+        ++checked;
+      }
+    EXPECT_GT(checked, 20);
+  }
+}
+
+TEST(Simulator, TrueHeightIsNeverAboveTheObject) {
+  const Simulator simulator(scan("coin", "wobble", 12));
+  const SimulatedFrame frame = simulator.frame(20);
+  const cv::Mat1f underside = object_underside(simulator.shape(), frame.sensor_T_object, simulator.spec().geometry, simulator.spec().gel);
+  EXPECT_EQ(cv::countNonZero(frame.height_mm > underside + 1e-3F), 0);  // two castings may differ by micrometres
+  EXPECT_GT(cv::countNonZero(frame.contact), 5000);
+  EXPECT_LT(cv::countNonZero(frame.contact), 76800);
+}
+
+TEST(Simulator, FirstContactIsTheStartAndBackgroundHasNoPose) {
+  const Simulator simulator(scan("sphere", "slide", 10));
+  EXPECT_EQ(simulator.frame_count(), 20);
+  for (int index = 0; index < 10; ++index) EXPECT_FALSE(simulator.frame(index).start_T_sensor);
+  EXPECT_EQ(simulator.contact_start_frame(), 10);
+  const SimulatedFrame first = simulator.frame(10);
+  ASSERT_TRUE(first.start_T_sensor);
+  EXPECT_LT((first.start_T_sensor->matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-12);
+  EXPECT_EQ(cv::countNonZero(simulator.frame(3).height_mm), 0);
+}
+
+TEST(Simulator, SameSeedSamePicturesInAnyOrder) {
+  const ScanSpec spec = scan("peanut", "wobble", 20);
+  const Simulator a(spec), b(spec);
+  const cv::Mat3b late = a.frame(25).bgr, early = a.frame(12).bgr;
+  EXPECT_EQ(cv::norm(b.frame(12).bgr, early, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(b.frame(25).bgr, late, cv::NORM_INF), 0);
+  ScanSpec other = spec;
+  other.motion.seed = 2;
+  EXPECT_GT((Simulator(other).frame(25).sensor_T_object.matrix() - a.frame(25).sensor_T_object.matrix()).norm(), 1e-3);
+  other = spec;
+  other.optics.seed = 2;
+  EXPECT_GT(cv::norm(Simulator(other).frame(25).bgr, late, cv::NORM_INF), 0);
+}
+
+class EveryMotion : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryMotion, MovesSmoothlyAtABearableDepth) {
+  const Simulator simulator(scan("pebble", GetParam(), 300));
+  const bool lifts = GetParam() == "breaks";
+  Pose previous = simulator.frame(10).sensor_T_object;
+  int off = 0, on = 0;
+  for (int index = 11; index < simulator.frame_count(); index += 1) {
+    if (index % 25 > 1) continue;  // pairs of neighbours, here and there
+    const SimulatedFrame frame = simulator.frame(index);
+    if (index % 25 == 1) {
+      const Pose step = previous.inverse() * frame.sensor_T_object;
+      EXPECT_LT(rotation_angle_rad(step), 0.04) << index;  // 2.3 degrees a frame
+      EXPECT_LT((frame.sensor_T_object.translation() - previous.translation()).head<2>().norm(), 0.3) << index;
+    }
+    previous = frame.sensor_T_object;
+    EXPECT_GT(lowest(frame), -1.2);
+    (frame.start_T_sensor ? on : off)++;
+    EXPECT_EQ(frame.start_T_sensor.has_value(), cv::countNonZero(frame.contact) > 0);
+  }
+  EXPECT_GT(on, 15);
+  EXPECT_EQ(off > 0, lifts);
+}
+
+std::vector<std::string> motions() {
+  std::vector<std::string> all;
+  for (const CatalogueEntry& entry : motion_catalogue()) all.push_back(entry.name);
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryMotion, testing::ValuesIn(motions()), [](const auto& info) { return info.param; });
+
+TEST(Simulator, AllOverTurnsMoreThanOnceAndComesBack) {
+  const Simulator simulator(scan("pebble", "allover", 200));
+  Eigen::Matrix3d before = simulator.frame(10).sensor_T_object.linear();
+  double turned = 0;
+  for (int index = 11; index < simulator.frame_count(); ++index) {
+    if (index % 10 != 0) continue;
+    const Eigen::Matrix3d now = simulator.frame(index).sensor_T_object.linear();
+    turned += so3_log(now * before.transpose()).norm();
+    before = now;
+  }
+  EXPECT_GT(turned, 2 * std::numbers::pi * 400 / 360);
+}
+
+TEST(Simulator, EveryObjectIsTouchedWell) {
+  for (const CatalogueEntry& object : shape_catalogue()) {
+    const Simulator simulator(scan(object.name, "wobble", 40));
+    const SimulatedFrame frame = simulator.frame(40);
+    EXPECT_GT(cv::countNonZero(frame.contact), 500) << object.name;
+    EXPECT_NEAR(lowest(frame), -0.5, 0.3) << object.name;
+  }
+}
+
+TEST(Simulator, MistakesAreErrors) {
+  EXPECT_THROW(Simulator(scan("pebble", "wobbel", 10)), Error);
+  EXPECT_THROW(Simulator(scan("pebble", "wobble", 0)), Error);
+  EXPECT_THROW(Simulator(scan("pebble", "wobble", 1'000'000'000)), Error);
+  for (const double bad : {0.0, -0.5, 5000.0, std::nan("")}) {
+    ScanSpec spec = scan("sphere", "wobble", 5);
+    spec.motion.indentation_mm = bad;
+    EXPECT_THROW(Simulator{spec}, Error) << bad;
+    spec = scan("sphere", "wobble", 5);
+    spec.geometry.pixel_pitch_mm = bad;
+    EXPECT_THROW(Simulator{spec}, Error) << bad;
+    spec = scan("sphere", "wobble", 5);
+    spec.motion.frame_rate_hz = bad;
+    EXPECT_THROW(Simulator{spec}, Error) << bad;
+  }
+  ScanSpec spec = scan("sphere", "wobble", 5);
+  spec.background_frames = 0;
+  EXPECT_THROW(Simulator{spec}, Error);
+  spec = scan("sphere", "wobble", 5);
+  spec.geometry.width_px = 100'000;
+  EXPECT_THROW(Simulator{spec}, Error);
+  spec.geometry.width_px = -8;
+  EXPECT_THROW(Simulator{spec}, Error);
+  const Simulator good(scan("sphere", "wobble", 5));
+  EXPECT_THROW(good.frame(-1), Error);
+  EXPECT_THROW(good.frame(15), Error);
+}
+
+}  // namespace
+}  // namespace gelslam
