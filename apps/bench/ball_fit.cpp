@@ -78,7 +78,8 @@ std::optional<Circle> find_contact_circle(const Surface& surface) {
   std::vector<double> sums(static_cast<std::size_t>(longest) + 1, 0.0), counts(sums.size(), 0.0);
   for (int v = 0; v < surface.contact.rows; ++v) {
     for (int u = 0; u < surface.contact.cols; ++u) {
-      const auto distance = static_cast<std::size_t>(std::lround(std::hypot(u - circle->u_px, v - circle->v_px)));
+      const auto distance =
+          static_cast<std::size_t>(std::lround(std::hypot(u - circle->u_px, v - circle->v_px)));
       if (distance >= sums.size()) continue;
       sums[distance] += slope_at(surface, u, v);
       counts[distance] += 1.0;
@@ -87,7 +88,8 @@ std::optional<Circle> find_contact_circle(const Surface& surface) {
   double steepest = 0.0;
   for (std::size_t distance = 1; distance + 1 < sums.size(); ++distance) {
     const double count = counts[distance - 1] + counts[distance] + counts[distance + 1];
-    if (count < 6.0 * static_cast<double>(distance)) continue;  // less than a third of the ring is in the image
+    if (count < 6.0 * static_cast<double>(distance))
+      continue;  // less than a third of the ring is in the image
     const double slope = (sums[distance - 1] + sums[distance] + sums[distance + 1]) / count;
     if (slope <= steepest) continue;
     steepest = slope;
@@ -96,7 +98,8 @@ std::optional<Circle> find_contact_circle(const Surface& surface) {
   return circle;
 }
 
-std::optional<double> fit_ball_radius_mm(const Surface& surface, const Circle& circle, double start_radius_mm) {
+std::optional<double> fit_ball_radius_mm(const Surface& surface, const Circle& circle,
+                                         double start_radius_mm) {
   const double reach_px = circle.radius_px - shrink_px;
   std::vector<Eigen::Vector3d> points;
   double lowest_mm = 0.0;

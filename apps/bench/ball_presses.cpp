@@ -1,9 +1,10 @@
 // Study: how well do reconstructed heights give back balls of known diameter?
-// For each press of a calibration folder, a sphere is fitted to the height inside the contact circle; what is printed
-// per diameter is the median fitted radius and its error. A gain error of the slopes shows here directly.
+// For each press of a calibration folder, a sphere is fitted to the height inside the contact circle; what is
+// printed per diameter is the median fitted radius and its error. A gain error of the slopes shows here
+// directly.
 
-#include <Eigen/Dense>
 #include <CLI/CLI.hpp>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -52,7 +53,8 @@ struct Arguments {
 
 std::vector<Press> read_catalog(const fs::path& path) {
   std::ifstream stream(path);
-  if (!stream) throw Error("'" + path.string() + "' cannot be read (expected a calibration folder's catalog.csv)");
+  if (!stream)
+    throw Error("'" + path.string() + "' cannot be read (expected a calibration folder's catalog.csv)");
   std::vector<Press> presses;
   std::string line;
   std::getline(stream, line);  // header
@@ -62,9 +64,11 @@ std::vector<Press> read_catalog(const fs::path& path) {
     const std::size_t comma = line.rfind(',');
     Press press;
     const char* end = line.data() + line.size();
-    if (comma == std::string::npos || std::from_chars(line.data() + comma + 1, end, press.diameter_mm).ptr != end ||
+    if (comma == std::string::npos ||
+        std::from_chars(line.data() + comma + 1, end, press.diameter_mm).ptr != end ||
         !(press.diameter_mm > 0.1 && press.diameter_mm < 1000.0)) {
-      throw Error("'" + path.string() + "': cannot read line '" + line + "' (expected folder,diameter in mm)");
+      throw Error("'" + path.string() + "': cannot read line '" + line +
+                  "' (expected folder,diameter in mm)");
     }
     press.name = line.substr(0, comma);
     presses.push_back(press);
@@ -74,7 +78,8 @@ std::vector<Press> read_catalog(const fs::path& path) {
 }
 
 std::vector<PressResult> measure(const Arguments& arguments, std::vector<std::string>& failed) {
-  const fs::path model_path = arguments.model.empty() ? arguments.folder / "model" / "nnmodel.pth" : arguments.model;
+  const fs::path model_path =
+      arguments.model.empty() ? arguments.folder / "model" / "nnmodel.pth" : arguments.model;
   SurfaceOptions options;
   options.pixel_pitch_mm = arguments.pitch_mm;
   options.gradient_everywhere = arguments.everywhere;
@@ -120,12 +125,13 @@ nlohmann::json summarise(const std::vector<PressResult>& results, const std::vec
       errors.push_back(std::abs(result->error()));
     }
     const double median_mm = quantile(radii, 0.5);
-    summary["diameters"].push_back({{"diameter_mm", diameter_mm},
-                                    {"presses", group.size()},
-                                    {"median_radius_mm", median_mm},
-                                    {"median_radius_error_percent", 100.0 * (median_mm / (0.5 * diameter_mm) - 1.0)},
-                                    {"median_abs_error_percent", 100.0 * quantile(errors, 0.5)},
-                                    {"p90_abs_error_percent", 100.0 * quantile(errors, 0.9)}});
+    summary["diameters"].push_back(
+        {{"diameter_mm", diameter_mm},
+         {"presses", group.size()},
+         {"median_radius_mm", median_mm},
+         {"median_radius_error_percent", 100.0 * (median_mm / (0.5 * diameter_mm) - 1.0)},
+         {"median_abs_error_percent", 100.0 * quantile(errors, 0.5)},
+         {"p90_abs_error_percent", 100.0 * quantile(errors, 0.9)}});
   }
   for (const PressResult& result : results) {
     summary["presses"].push_back({{"name", result.press.name},
@@ -144,10 +150,11 @@ void print_table(const nlohmann::json& summary) {
   for (const auto& row : summary["diameters"]) {
     std::printf("%-12.2f %8d %18.3f %10.1f %18.1f %12.1f\n", row["diameter_mm"].get<double>(),
                 row["presses"].get<int>(), row["median_radius_mm"].get<double>(),
-                row["median_radius_error_percent"].get<double>(), row["median_abs_error_percent"].get<double>(),
-                row["p90_abs_error_percent"].get<double>());
+                row["median_radius_error_percent"].get<double>(),
+                row["median_abs_error_percent"].get<double>(), row["p90_abs_error_percent"].get<double>());
   }
-  for (const auto& name : summary["failed"]) std::printf("no ball found in %s\n", name.get<std::string>().c_str());
+  for (const auto& name : summary["failed"])
+    std::printf("no ball found in %s\n", name.get<std::string>().c_str());
 }
 
 }  // namespace
@@ -156,15 +163,19 @@ void print_table(const nlohmann::json& summary) {
 int main(int argc, char** argv) {
   gelslam::bench::Arguments arguments;
   CLI::App app{"Fit balls of known diameter to the heights of a calibration folder's presses"};
-  app.add_option("FOLDER", arguments.folder, "holds catalog.csv, background.png, model/nnmodel.pth")->required();
+  app.add_option("FOLDER", arguments.folder, "holds catalog.csv, background.png, model/nnmodel.pth")
+      ->required();
   app.add_option("--model", arguments.model, "another nnmodel.pth");
-  app.add_option("--pitch", arguments.pitch_mm, "mm per pixel")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--pitch", arguments.pitch_mm, "mm per pixel")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_flag("--everywhere", arguments.everywhere, "run the network on unchanged pixels too");
   app.add_flag("--json", arguments.json, "one JSON object on stdout, with every press");
   CLI11_PARSE(app, argc, argv);
   try {
     std::vector<std::string> failed;
-    const nlohmann::json summary = gelslam::bench::summarise(gelslam::bench::measure(arguments, failed), failed);
+    const nlohmann::json summary =
+        gelslam::bench::summarise(gelslam::bench::measure(arguments, failed), failed);
     if (arguments.json) {
       std::cout << summary.dump(2) << "\n";
     } else {

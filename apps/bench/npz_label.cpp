@@ -22,12 +22,15 @@ std::vector<double> read_entry(zip_t* archive, const std::string& name, const st
   const auto damaged = [&] { return Error("'" + path.string() + "': '" + name + "' is missing or damaged"); };
   zip_stat_t info;
   if (zip_stat(archive, name.c_str(), 0, &info) != 0 || info.size > max_entry_bytes) throw damaged();
-  const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> entry(zip_fopen(archive, name.c_str(), 0), &zip_fclose);
+  const std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> entry(zip_fopen(archive, name.c_str(), 0),
+                                                                &zip_fclose);
   std::vector<char> bytes(info.size);
-  if (!entry || zip_fread(entry.get(), bytes.data(), info.size) != static_cast<zip_int64_t>(info.size)) throw damaged();
+  if (!entry || zip_fread(entry.get(), bytes.data(), info.size) != static_cast<zip_int64_t>(info.size))
+    throw damaged();
   std::string temporary = (std::filesystem::temp_directory_path() / "gelslam-label-XXXXXX").string();
   const int descriptor = ::mkstemp(temporary.data());
-  if (descriptor < 0) throw Error("cannot write into '" + std::filesystem::temp_directory_path().string() + "'");
+  if (descriptor < 0)
+    throw Error("cannot write into '" + std::filesystem::temp_directory_path().string() + "'");
   ::close(descriptor);
   std::ofstream(temporary, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   try {
@@ -44,11 +47,13 @@ std::vector<double> read_entry(zip_t* archive, const std::string& name, const st
 
 Circle read_npz_label(const std::filesystem::path& path) {
   int error = 0;
-  const std::unique_ptr<zip_t, void (*)(zip_t*)> archive(zip_open(path.c_str(), ZIP_RDONLY, &error), &zip_discard);
+  const std::unique_ptr<zip_t, void (*)(zip_t*)> archive(zip_open(path.c_str(), ZIP_RDONLY, &error),
+                                                         &zip_discard);
   if (!archive) throw Error("'" + path.string() + "' is no npz archive");
   const std::vector<double> center = read_entry(archive.get(), "center.npy", path);
   const std::vector<double> radius = read_entry(archive.get(), "radius.npy", path);
-  if (center.size() != 2 || radius.size() != 1) throw Error("'" + path.string() + "': expected center (2) and radius (1)");
+  if (center.size() != 2 || radius.size() != 1)
+    throw Error("'" + path.string() + "': expected center (2) and radius (1)");
   return {center[0], center[1], radius[0]};
 }
 

@@ -1,5 +1,6 @@
-// Time of each stage from colour to surface at the sensor's own 320x240, one thread. The picture is a press made from
-// formulas: colour follows slope, so the share of changed pixels is what a contact of 9 mm gives (about a half).
+// Time of each stage from colour to surface at the sensor's own 320x240, one thread. The picture is a press
+// made from formulas: colour follows slope, so the share of changed pixels is what a contact of 9 mm gives
+// (about a half).
 
 #include <benchmark/benchmark.h>
 
@@ -24,7 +25,9 @@ constexpr int width_px = 320, height_px = 240;
 GradientModel random_model() {
   GradientModel model;
   std::mt19937_64 random(1);
-  const auto uniform = [&] { return static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-53 * 0.4 - 0.2); };
+  const auto uniform = [&] {
+    return static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-53 * 0.4 - 0.2);
+  };
   const int sizes[] = {5, 32, 32, 32, 2};
   for (int i = 0; i < 4; ++i) {
     GradientModel::Layer layer{sizes[i], sizes[i + 1], {}, {}};
@@ -45,7 +48,8 @@ cv::Mat3b press() {
   for (int v = 0; v < height_px; ++v) {
     for (int u = 0; u < width_px; ++u) {
       const double x = (u - 160) / 45.0, y = (v - 120) / 45.0, bell = std::exp(-0.5 * (x * x + y * y));
-      image(v, u) = cv::Vec3b(cv::saturate_cast<uchar>(105 + 50 * x * bell), cv::saturate_cast<uchar>(95 + 40 * y * bell),
+      image(v, u) = cv::Vec3b(cv::saturate_cast<uchar>(105 + 50 * x * bell),
+                              cv::saturate_cast<uchar>(95 + 40 * y * bell),
                               cv::saturate_cast<uchar>(78 - 50 * x * bell));
     }
   }

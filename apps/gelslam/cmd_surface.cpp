@@ -28,9 +28,7 @@ struct SurfaceArguments {
 };
 
 cv::Mat3b read_sensor_image(const fs::path& path) {
-  const cv::Mat3b image = read_image(path);
-  if (is_grey(image)) throw Error("'" + path.string() + "' has no colour, from which no slope can be read");
-  return fit_to_profile(image, SensorProfile{}, "'" + path.string() + "'");
+  return fit_to_profile(read_image(path), SensorProfile{}, "'" + path.string() + "'");
 }
 
 cv::Mat1b height_picture(const cv::Mat1f& height_mm) {  // deepest black, highest white
@@ -64,13 +62,15 @@ Mesh triangulate(const Surface& surface) {
   Mesh mesh;
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
-      mesh.vertices_mm.emplace_back((static_cast<float>(u) - 0.5F * static_cast<float>(width - 1)) * pitch_mm,
-                                    (static_cast<float>(v) - 0.5F * static_cast<float>(height - 1)) * pitch_mm,
-                                    surface.height_mm(v, u));
+      mesh.vertices_mm.emplace_back(
+          (static_cast<float>(u) - 0.5F * static_cast<float>(width - 1)) * pitch_mm,
+          (static_cast<float>(v) - 0.5F * static_cast<float>(height - 1)) * pitch_mm,
+          surface.height_mm(v, u));
       const cv::Vec3f& normal = surface.normals(v, u);
       mesh.normals.emplace_back(normal[0], normal[1], normal[2]);
       if (u + 1 == width || v + 1 == height) continue;
-      const int corner = v * width + u;  // x to the right, y down: this order turns counter-clockwise about +z
+      const int corner =
+          v * width + u;  // x to the right, y down: this order turns counter-clockwise about +z
       mesh.triangles.emplace_back(corner, corner + 1, corner + width);
       mesh.triangles.emplace_back(corner + 1, corner + width + 1, corner + width);
     }
@@ -100,7 +100,8 @@ void write_surface(const fs::path& folder, const Surface& surface) {
 SurfacePtr estimate(const SurfaceArguments& arguments) {
   SurfaceOptions options;
   options.pixel_pitch_mm = arguments.pitch_mm;
-  SurfaceEstimator estimator(read_pth_model(arguments.model), read_sensor_image(arguments.background), options);
+  SurfaceEstimator estimator(read_pth_model(arguments.model), read_sensor_image(arguments.background),
+                             options);
   return estimator.estimate(read_sensor_image(arguments.image));
 }
 
@@ -112,7 +113,8 @@ int run_surface(const SurfaceArguments& arguments) {
   double deepest_mm = 0.0;
   cv::minMaxLoc(surface->height_mm, &deepest_mm, nullptr);
   char line[120];
-  std::snprintf(line, sizeof line, "contact %d pixels, deepest %.3f mm", surface->contact_pixels, -deepest_mm);
+  std::snprintf(line, sizeof line, "contact %d pixels, deepest %.3f mm", surface->contact_pixels,
+                -deepest_mm);
   std::cout << line << "\n";
   return surface->contact_pixels > 0 ? exit_done : exit_not_good;
 }
@@ -120,10 +122,11 @@ int run_surface(const SurfaceArguments& arguments) {
 }  // namespace
 
 void add_surface_command(CLI::App& app, int& exit_code) {
-  CLI::App* command =
-      app.add_subcommand("surface", "Height, normals, contact and curvature of one image, as pictures and a mesh");
+  CLI::App* command = app.add_subcommand(
+      "surface", "Height, normals, contact and curvature of one image, as pictures and a mesh");
   const auto arguments = std::make_shared<SurfaceArguments>();
-  command->add_option("IMAGE", arguments->image, "the touched gel (calibrated size, or raw from the camera)")->required();
+  command->add_option("IMAGE", arguments->image, "the touched gel (calibrated size, or raw from the camera)")
+      ->required();
   command->add_option("--background", arguments->background, "the same gel untouched")->required();
   command->add_option("--model", arguments->model, "the sensor's nnmodel.pth")->required();
   command->add_option("-o,--output", arguments->output, "folder to write")->required();
@@ -132,7 +135,8 @@ void add_surface_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--overwrite", arguments->overwrite, "replace a folder this command wrote earlier");
   command->footer(
-      "Writes height_mm.tiff (32-bit float), height.png, normals.png, contact.png, curvature.png, surface.ply.\n"
+      "Writes height_mm.tiff (32-bit float), height.png, normals.png, contact.png, curvature.png, "
+      "surface.ply.\n"
       "Exit code 1 when nothing touches.\n"
       "Example: gelslam surface touch.png --background background.png --model nnmodel.pth -o TOUCH");
   command->callback([arguments, &exit_code] { exit_code = run_surface(*arguments); });

@@ -29,7 +29,8 @@ std::vector<cv::Mat3b> rolling(double depth_mm, double step_px, double noise) {
 }
 
 TEST(MeanImage, IsTheMeanRoundedToTheNearestLevel) {
-  const cv::Mat3b dark(4, 6, cv::Vec3b(10, 0, 255)), light(4, 6, cv::Vec3b(13, 1, 255)), last(4, 6, cv::Vec3b(15, 1, 255));
+  const cv::Mat3b dark(4, 6, cv::Vec3b(10, 0, 255)), light(4, 6, cv::Vec3b(13, 1, 255)),
+      last(4, 6, cv::Vec3b(15, 1, 255));
   const cv::Mat3b mean = mean_image({dark, light, last});
   EXPECT_EQ(mean(3, 5), cv::Vec3b(13, 1, 255));  // 12.67, 0.67, 255
 }

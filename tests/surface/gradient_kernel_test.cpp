@@ -55,7 +55,8 @@ TEST(GradientKernel, AgreesWithTheDefinitionInDoublePrecision) {
   gradient_tile(weights, features.data(), gx.data(), gy.data());
   for (std::size_t p = 0; p < gradient_tile_pixels; ++p) {
     std::array<double, 5> pixel{};
-    for (std::size_t f = 0; f < 5; ++f) pixel[f] = static_cast<double>(features[f * gradient_tile_pixels + p]);
+    for (std::size_t f = 0; f < 5; ++f)
+      pixel[f] = static_cast<double>(features[f * gradient_tile_pixels + p]);
     const auto expected = naive_gradient(model, pixel);
     ASSERT_NEAR(gx[p], expected[0], 2e-6 * (1 + std::abs(expected[0])));  // float sums of 32 terms
     ASSERT_NEAR(gy[p], expected[1], 2e-6 * (1 + std::abs(expected[1])));
@@ -65,7 +66,8 @@ TEST(GradientKernel, AgreesWithTheDefinitionInDoublePrecision) {
 TEST(GradientKernel, TangentIsRightOverItsWholeRangeAndLimitedBeyond) {
   GradientModel model = linear_gel_model();
   const GradientWeights weights = pack_weights(model);
-  std::vector<float> features(gradient_features * gradient_tile_pixels, 0.0F), gx(gradient_tile_pixels), gy(gx);
+  std::vector<float> features(gradient_features * gradient_tile_pixels, 0.0F), gx(gradient_tile_pixels),
+      gy(gx);
   const auto angle_of = [](int p) { return -1.8 + 3.6 * p / (gradient_tile_pixels - 1); };
   for (int p = 0; p < gradient_tile_pixels; ++p) {
     features[static_cast<std::size_t>(2 * gradient_tile_pixels + p)] =
@@ -74,7 +76,8 @@ TEST(GradientKernel, TangentIsRightOverItsWholeRangeAndLimitedBeyond) {
   gradient_tile(weights, features.data(), gx.data(), gy.data());
   for (int p = 0; p < gradient_tile_pixels; ++p) {
     const double expected = std::tan(std::clamp(angle_of(p), -1.5, 1.5));
-    ASSERT_NEAR(gx[static_cast<std::size_t>(p)], expected, 1e-6 * (1 + expected * expected) * 3) << angle_of(p);
+    ASSERT_NEAR(gx[static_cast<std::size_t>(p)], expected, 1e-6 * (1 + expected * expected) * 3)
+        << angle_of(p);
   }
 }
 

@@ -99,6 +99,14 @@ TEST(GradientModel, RefusesMissingShortAndOversizedData) {
   EXPECT_THAT(refusal(zip_archive(entries)), HasSubstr("data.pkl is truncated"));
 }
 
+TEST(GradientModel, RefusesToReadBeyondTheStoredNumbers) {
+  PthFile file = good_file();
+  file.storage_offset = 1;
+  EXPECT_THAT(refusal(file), HasSubstr("'fc1.weight' is truncated or damaged"));
+  file.storage_offset = -1;
+  EXPECT_THAT(refusal(file), HasSubstr("damaged"));
+}
+
 TEST(GradientModel, RefusesNumbersThatAreNone) {
   PthFile file = good_file();
   file.layers[2].bias[7] = std::numeric_limits<float>::quiet_NaN();
@@ -116,7 +124,8 @@ TEST(GradientModel, RefusesWhatIsNoModelFile) {
 
 TEST(GradientModel, SaysWhichFileIsMissing) {
   const TemporaryFolder folder;
-  EXPECT_THAT(message_of<Error>([&] { read_pth_model(folder / "no.pth"); }), HasSubstr("no.pth' does not exist"));
+  EXPECT_THAT(message_of<Error>([&] { read_pth_model(folder / "no.pth"); }),
+              HasSubstr("no.pth' does not exist"));
   EXPECT_THAT(message_of<Error>([&] { read_pth_model(folder.path()); }), HasSubstr("is no file"));
 }
 

@@ -10,12 +10,13 @@
 
 namespace gelslam::test {
 
-/// A gel whose colour is known exactly: red follows the slope angle in x, green in y, by 0.0065 rad per grey level
-/// (about what a GelSight Mini shows), blue nothing.
+/// A gel whose colour is known exactly: red follows the slope angle in x, green in y, by 0.0065 rad per grey
+/// level (about what a GelSight Mini shows), blue nothing.
 inline constexpr double rad_per_level = 0.0065;
 inline constexpr double bare_level = 110.0;
 
-/// The network that undoes it: pairs of rectified units carry the positive and the negative part through all layers.
+/// The network that undoes it: pairs of rectified units carry the positive and the negative part through all
+/// layers.
 inline GradientModel linear_gel_model() {
   GradientModel model;
   const int sizes[] = {5, 32, 32, 32, 2};
@@ -33,7 +34,8 @@ inline GradientModel linear_gel_model() {
       const int unit = 2 * axis + part;
       const double sign = part == 0 ? 1.0 : -1.0;
       weight(0, unit, axis == 0 ? 2 : 1) = static_cast<float>(sign * rad_per_level * 255.0);
-      model.layers[0].bias[static_cast<std::size_t>(unit)] = static_cast<float>(-sign * rad_per_level * bare_level);
+      model.layers[0].bias[static_cast<std::size_t>(unit)] =
+          static_cast<float>(-sign * rad_per_level * bare_level);
       weight(1, unit, unit) = 1.0F;
       weight(2, unit, unit) = 1.0F;
       weight(3, axis, unit) = static_cast<float>(sign);
@@ -49,9 +51,10 @@ inline double normal_deviate(std::mt19937_64& random) {
   return sum;
 }
 
-/// The picture of a height map (mm), with white noise of `noise_levels` grey levels. Brightness varies over the gel in
-/// blue, so that gain and offset of the light can be told apart there, as on a real one.
-inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double noise_levels, std::uint64_t seed) {
+/// The picture of a height map (mm), with white noise of `noise_levels` grey levels. Brightness varies over
+/// the gel in blue, so that gain and offset of the light can be told apart there, as on a real one.
+inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double noise_levels,
+                        std::uint64_t seed) {
   std::mt19937_64 random(seed);
   cv::Mat3b image(height_mm.size());
   const auto at = [&](int v, int u) {
@@ -59,7 +62,8 @@ inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double nois
   };
   for (int v = 0; v < image.rows; ++v) {
     for (int u = 0; u < image.cols; ++u) {
-      const double gx = (at(v, u + 1) - at(v, u - 1)) / (2 * pitch_mm), gy = (at(v + 1, u) - at(v - 1, u)) / (2 * pitch_mm);
+      const double gx = (at(v, u + 1) - at(v, u - 1)) / (2 * pitch_mm),
+                   gy = (at(v + 1, u) - at(v - 1, u)) / (2 * pitch_mm);
       const double levels[] = {60.0 + 80.0 * u / image.cols, bare_level + std::atan(gy) / rad_per_level,
                                bare_level + std::atan(gx) / rad_per_level};
       for (int c = 0; c < 3; ++c) {
@@ -70,11 +74,13 @@ inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double nois
   return image;
 }
 
-/// Height (mm) of a gel into which a ball is pressed `depth_mm` deep at (u, v): the ball's own surface inside the
-/// contact circle, around it a skirt that leaves with the ball's slope and fades out over about 1 mm.
-inline cv::Mat1f ball_press(cv::Size size, double pitch_mm, double u, double v, double radius_mm, double depth_mm) {
+/// Height (mm) of a gel into which a ball is pressed `depth_mm` deep at (u, v): the ball's own surface inside
+/// the contact circle, around it a skirt that leaves with the ball's slope and fades out over about 1 mm.
+inline cv::Mat1f ball_press(cv::Size size, double pitch_mm, double u, double v, double radius_mm,
+                            double depth_mm) {
   const double edge_depth_mm = 0.35 * depth_mm;  // where the gel leaves the ball
-  const double edge_mm = std::sqrt(2 * radius_mm * (depth_mm - edge_depth_mm) - std::pow(depth_mm - edge_depth_mm, 2));
+  const double edge_mm =
+      std::sqrt(2 * radius_mm * (depth_mm - edge_depth_mm) - std::pow(depth_mm - edge_depth_mm, 2));
   const double edge_slope = edge_mm / std::sqrt(radius_mm * radius_mm - edge_mm * edge_mm);
   const double fade_mm = edge_depth_mm / edge_slope;
   cv::Mat1f height(size);

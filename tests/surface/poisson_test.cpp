@@ -45,11 +45,15 @@ TEST(Poisson, NoSlopeIsFlat) {
   EXPECT_EQ(largest_error(sensor, zero, zero, zero), 0.0);
 }
 
-// Mean edge gradients of a quadratic are its exact differences, so only float rounding remains (heights up to 64 px).
+// Mean edge gradients of a quadratic are its exact differences, so only float rounding remains (heights up to
+// 64 px).
 TEST(Poisson, QuadraticHeightsComeBackExactlyAtEverySize) {
-  for (const cv::Size size : {sensor, cv::Size(161, 121), cv::Size(162, 121), cv::Size(33, 240), cv::Size(16, 16)}) {
+  for (const cv::Size size :
+       {sensor, cv::Size(161, 121), cv::Size(162, 121), cv::Size(33, 240), cv::Size(16, 16)}) {
     const auto ramp = [](double u, double v) { return 0.2 * u - 0.1 * v; };
-    EXPECT_LT(largest_error(size, ramp, [](double, double) { return 0.2; }, [](double, double) { return -0.1; }), 2e-3)
+    EXPECT_LT(largest_error(
+                  size, ramp, [](double, double) { return 0.2; }, [](double, double) { return -0.1; }),
+              2e-3)
         << size;
     const auto bowl = [](double u, double v) { return 0.001 * u * u - 0.0005 * v * v + 0.0004 * u * v; };
     EXPECT_LT(largest_error(
@@ -60,7 +64,8 @@ TEST(Poisson, QuadraticHeightsComeBackExactlyAtEverySize) {
   }
 }
 
-// The public solver returns 1.18 times this bump; a consistent one is off by the trapezoid rule's h'''/12 only.
+// The public solver returns 1.18 times this bump; a consistent one is off by the trapezoid rule's h'''/12
+// only.
 TEST(Poisson, GaussianDentHasItsTrueDepth) {
   const double depth = 10.0, sigma = 30.0;
   const auto bell = [&](double u, double v) {
@@ -72,8 +77,8 @@ TEST(Poisson, GaussianDentHasItsTrueDepth) {
             0.005 * depth);
 }
 
-// A sphere's cap of 75 px radius pressed 8 px deep, with its crease where it meets the flat gel (which is sampled
-// half a pixel wrong: up to half the edge's slope of 0.45, spread by the least-squares fit).
+// A sphere's cap of 75 px radius pressed 8 px deep, with its crease where it meets the flat gel (which is
+// sampled half a pixel wrong: up to half the edge's slope of 0.45, spread by the least-squares fit).
 TEST(Poisson, SphereCapKeepsItsShapeInsideTheCrease) {
   const double radius = 75.0, depth = 8.0, contact = std::sqrt(2 * radius * depth - depth * depth);
   const auto distance = [](double u, double v) { return std::hypot(u - 160.3, v - 119.6); };
@@ -101,15 +106,18 @@ TEST(Poisson, SolvesTheLeastSquaresProblemForInconsistentGradients) {
   const cv::Mat1f height = solver.solve(gx, gy);
   const auto flux_x = [&](int v, int u) {  // leftover on the edge from (u,v) to (u+1,v)
     if (u < 0 || u + 1 >= size.width) return 0.0;
-    return 0.5 * (static_cast<double>(gx(v, u)) + gx(v, u + 1)) - (static_cast<double>(height(v, u + 1)) - height(v, u));
+    return 0.5 * (static_cast<double>(gx(v, u)) + gx(v, u + 1)) -
+           (static_cast<double>(height(v, u + 1)) - height(v, u));
   };
   const auto flux_y = [&](int v, int u) {
     if (v < 0 || v + 1 >= size.height) return 0.0;
-    return 0.5 * (static_cast<double>(gy(v, u)) + gy(v + 1, u)) - (static_cast<double>(height(v + 1, u)) - height(v, u));
+    return 0.5 * (static_cast<double>(gy(v, u)) + gy(v + 1, u)) -
+           (static_cast<double>(height(v + 1, u)) - height(v, u));
   };
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
-      ASSERT_NEAR(flux_x(v, u) - flux_x(v, u - 1) + flux_y(v, u) - flux_y(v - 1, u), 0.0, 2e-4) << u << "," << v;
+      ASSERT_NEAR(flux_x(v, u) - flux_x(v, u - 1) + flux_y(v, u) - flux_y(v - 1, u), 0.0, 2e-4)
+          << u << "," << v;
     }
   }
 }

@@ -28,8 +28,8 @@ std::string unicode(const std::string& text) {
 
 std::string integer(int value) {
   const auto bits = static_cast<std::uint32_t>(value);
-  if (value < 256) return join({"K", little_endian(bits, 1)});
-  if (value < 65536) return join({"M", little_endian(bits, 2)});
+  if (value >= 0 && value < 256) return join({"K", little_endian(bits, 1)});
+  if (value >= 0 && value < 65536) return join({"M", little_endian(bits, 2)});
   return join({"J", little_endian(bits, 4)});
 }
 
@@ -58,15 +58,16 @@ const std::string ordered_dict = "ccollections\nOrderedDict\n)R";
 std::string PthFile::pickle() const {
   std::string text = join({"\x80\x02", ordered_dict, "q", std::string(1, '\0'), "("});
   int key = 0;
-  const auto add_tensor = [&](const std::string& name, const std::vector<int>& shape, const std::vector<int>& stride,
-                              std::size_t count) {
+  const auto add_tensor = [&](const std::string& name, const std::vector<int>& shape,
+                              const std::vector<int>& stride, std::size_t count) {
     text += join({unicode(name), global(rebuild_function), "((", unicode("storage"), global(storage_class),
-                  unicode(std::to_string(key++)), unicode("cpu"), integer(static_cast<int>(count)), "tQ", integer(0),
-                  tuple_of(shape), tuple_of(stride), "\x89", ordered_dict, "tR"});
+                  unicode(std::to_string(key++)), unicode("cpu"), integer(static_cast<int>(count)), "tQ",
+                  integer(storage_offset), tuple_of(shape), tuple_of(stride), "\x89", ordered_dict, "tR"});
   };
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const std::string name = join({"fc", std::to_string(i + 1)});
-    add_tensor(join({name, ".weight"}), {layers[i].outputs, layers[i].inputs}, {layers[i].inputs, 1}, layers[i].weight.size());
+    add_tensor(join({name, ".weight"}), {layers[i].outputs, layers[i].inputs}, {layers[i].inputs, 1},
+               layers[i].weight.size());
     add_tensor(join({name, ".bias"}), {layers[i].outputs}, {1}, layers[i].bias.size());
   }
   text += "u";
@@ -98,7 +99,8 @@ std::string zip_archive(const std::map<std::string, std::string>& entries) {
   for (const auto& [name, contents] : entries) {
     zip_source_t* source = zip_source_buffer(archive, contents.data(), contents.size(), 0);
     const zip_int64_t index = zip_file_add(archive, name.c_str(), source, 0);
-    zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);  // as torch.save does
+    zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE,
+                             0);  // as torch.save does
   }
   if (zip_close(archive) != 0) throw std::runtime_error("zip_close");
   zip_stat_t info;
@@ -113,7 +115,9 @@ std::string zip_archive(const std::map<std::string, std::string>& entries) {
 
 std::vector<GradientModel::Layer> random_layers(std::uint64_t seed, const std::vector<int>& sizes) {
   std::mt19937_64 random(seed);
-  const auto uniform = [&] { return static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-53 * 0.6 - 0.3); };
+  const auto uniform = [&] {
+    return static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-53 * 0.6 - 0.3);
+  };
   std::vector<GradientModel::Layer> layers;
   for (std::size_t i = 0; i + 1 < sizes.size(); ++i) {
     GradientModel::Layer layer{sizes[i], sizes[i + 1], {}, {}};

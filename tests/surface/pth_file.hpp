@@ -16,9 +16,10 @@ struct PthFile {
   std::string rebuild_function = "torch._utils _rebuild_tensor_v2";
   std::map<std::string, std::string> more_entries = {{"byteorder", "little"}, {"version", "3\n"}};
   std::string root = "nnmodel";
+  int storage_offset = 0;     ///< of every tensor, in floats
   bool with_metadata = true;  ///< the attribute torch sets on a state_dict
 
-  std::string pickle() const;                           ///< data.pkl
+  std::string pickle() const;                          ///< data.pkl
   std::map<std::string, std::string> entries() const;  ///< names and contents
 };
 
@@ -26,6 +27,7 @@ struct PthFile {
 std::string zip_archive(const std::map<std::string, std::string>& entries);
 
 /// A 5-32-32-32-2 network (or other sizes) with numbers from a seed, uniform in +-0.3.
-std::vector<GradientModel::Layer> random_layers(std::uint64_t seed, const std::vector<int>& sizes = {5, 32, 32, 32, 2});
+std::vector<GradientModel::Layer> random_layers(std::uint64_t seed,
+                                                const std::vector<int>& sizes = {5, 32, 32, 32, 2});
 
 }  // namespace gelslam::test

@@ -1,5 +1,6 @@
-// libFuzzer target for the model reader: first byte 0 takes the rest as a bare pickle (no CRC in the way), else as a
-// whole .pth file. Only Error may come out. Built with -DGELSLAM_BUILD_FUZZERS=ON and clang; run it as
+// libFuzzer target for the model reader: first byte 0 takes the rest as a bare pickle (no CRC in the way),
+// else as a whole .pth file. Only Error may come out. Built with -DGELSLAM_BUILD_FUZZERS=ON and clang; run it
+// as
 //   pth_fuzzer -max_len=20000 CORPUS_FOLDER
 
 #include <cstddef>

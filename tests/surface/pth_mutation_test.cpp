@@ -20,16 +20,28 @@ std::span<const unsigned char> as_bytes(const std::string& text) {
 
 // One to four random damages: bit flip, byte, insertion, deletion, copy of a stretch, truncation.
 std::string mutate(std::string bytes, std::mt19937_64& random) {
-  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % std::max<std::size_t>(n, 1)); };
+  const auto below = [&](std::size_t n) {
+    return static_cast<std::size_t>(random() % std::max<std::size_t>(n, 1));
+  };
   const std::size_t count = 1 + below(4);
   for (std::size_t i = 0; i < count && !bytes.empty(); ++i) {
     const std::size_t at = below(bytes.size());
     switch (below(6)) {
-      case 0: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8))); break;
-      case 1: bytes[at] = static_cast<char>(random()); break;
-      case 2: bytes.insert(at, 1 + below(8), static_cast<char>(random())); break;
-      case 3: bytes.erase(at, 1 + below(8)); break;
-      case 4: bytes.insert(below(bytes.size()), bytes.substr(at, 1 + below(40))); break;
+      case 0:
+        bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
+        break;
+      case 1:
+        bytes[at] = static_cast<char>(random());
+        break;
+      case 2:
+        bytes.insert(at, 1 + below(8), static_cast<char>(random()));
+        break;
+      case 3:
+        bytes.erase(at, 1 + below(8));
+        break;
+      case 4:
+        bytes.insert(below(bytes.size()), bytes.substr(at, 1 + below(40)));
+        break;
       default:
         if (below(4) == 0) bytes.resize(at);
     }

@@ -59,8 +59,8 @@ class RealData : public ::testing::Test {
 };
 
 TEST_F(RealData, EveryModelIsRead) {
-  for (const char* path : {"frames/nnmodel.pth", "calibration/model/nnmodel.pth", "calibration_b/model/nnmodel.pth",
-                           "calibration_sim/model/nnmodel.pth"}) {
+  for (const char* path : {"frames/nnmodel.pth", "calibration/model/nnmodel.pth",
+                           "calibration_b/model/nnmodel.pth", "calibration_sim/model/nnmodel.pth"}) {
     EXPECT_EQ(read_pth_model(data_folder() / path).layers.size(), 4U) << path;
   }
 }
@@ -71,8 +71,8 @@ TEST_F(RealData, PressedBallsHaveTheirRadius) {
   const GradientModel model = read_pth_model(folder / "model" / "nnmodel.pth");
   std::map<double, std::vector<double>> errors;
   for (const Press& press : presses(folder)) {
-    const SurfacePtr surface =
-        SurfaceEstimator(model, read(folder / "background.png"), {}).estimate(read(press.folder / "gelsight.png"));
+    const SurfacePtr surface = SurfaceEstimator(model, read(folder / "background.png"), {})
+                                   .estimate(read(press.folder / "gelsight.png"));
     const auto circle = bench::find_contact_circle(*surface);
     ASSERT_TRUE(circle) << press.folder;
     const auto radius_mm = bench::fit_ball_radius_mm(*surface, *circle, 0.5 * press.diameter_mm);
@@ -81,19 +81,23 @@ TEST_F(RealData, PressedBallsHaveTheirRadius) {
   ASSERT_EQ(errors.size(), 2U);
   for (auto& [diameter_mm, values] : errors) {
     EXPECT_GE(values.size(), 15U);
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                     values.end());
     EXPECT_LT(std::abs(values[values.size() / 2]), 0.05) << diameter_mm;
   }
 }
 
 TEST_F(RealData, ContactIsFoundAsSoonAsTheObjectTouches) {
   const GradientModel model = read_pth_model(data_folder() / "calibration_sim" / "model" / "nnmodel.pth");
-  for (const char* sequence : {"track_coin", "track_peanut", "track_plank", "hard_noise", "hard_light", "hard_dirt"}) {
+  for (const char* sequence :
+       {"track_coin", "track_peanut", "track_plank", "hard_noise", "hard_light", "hard_dirt"}) {
     const std::vector<cv::Mat3b> frames = first_frames(sequence, 12);
     ASSERT_EQ(frames.size(), 12U) << sequence;
     SurfaceEstimator estimator(model, mean_image({frames.begin(), frames.begin() + 10}), {});
-    for (std::size_t i = 0; i < 10; ++i) EXPECT_LE(estimator.estimate(frames[i])->contact_pixels, 30) << sequence;
-    for (std::size_t i = 10; i < 12; ++i) EXPECT_GE(estimator.estimate(frames[i])->contact_pixels, 500) << sequence;
+    for (std::size_t i = 0; i < 10; ++i)
+      EXPECT_LE(estimator.estimate(frames[i])->contact_pixels, 30) << sequence;
+    for (std::size_t i = 10; i < 12; ++i)
+      EXPECT_GE(estimator.estimate(frames[i])->contact_pixels, 500) << sequence;
   }
 }
 

@@ -64,7 +64,8 @@ TEST(SurfaceEstimator, NormalsFollowTheSurfaceInsideAndAroundTheContact) {
       ASSERT_NEAR(cv::norm(n), 1.0, 1e-5);
       const double gx = (truth(v, u + 1) - truth(v, u - 1)) / (2 * pitch_mm);
       const double gy = (truth(v + 1, u) - truth(v - 1, u)) / (2 * pitch_mm);
-      ASSERT_NEAR(-n[0] / n[2], gx, 0.012) << u << "," << v;  // half a grey level is 0.003, the change mask 0.01
+      ASSERT_NEAR(-n[0] / n[2], gx, 0.012)
+          << u << "," << v;  // half a grey level is 0.003, the change mask 0.01
       ASSERT_NEAR(-n[1] / n[2], gy, 0.012) << u << "," << v;
     }
   }
@@ -112,7 +113,8 @@ TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
     cv::Mat1f truth(sensor, 0.0F);  // a punch 0.4 mm deep with sloping sides 1 mm wide
     for (int v = 0; v < sensor.height; ++v) {
       for (int u = 0; u < sensor.width; ++u) {
-        const double outside_px = std::max({0, std::abs(u - 160) - half.width, std::abs(v - 120) - half.height});
+        const double outside_px =
+            std::max({0, std::abs(u - 160) - half.width, std::abs(v - 120) - half.height});
         truth(v, u) = static_cast<float>(-0.4 * std::max(0.0, 1.0 - pitch_mm * outside_px));
       }
     }
@@ -142,7 +144,8 @@ TEST(SurfaceEstimator, FollowsAChangeOfLight) {
   cv::Mat3b image = render(truth, pitch_mm, 1.0, 1);
   image += cv::Scalar(0, -8, 10);
   EXPECT_GT(cv::norm(make_estimator(fixed_light).estimate(image)->height_mm, truth, cv::NORM_INF), 0.3);
-  EXPECT_LT(cv::norm(make_estimator().estimate(image)->height_mm, truth, cv::NORM_INF), 0.025);  // from one frame
+  EXPECT_LT(cv::norm(make_estimator().estimate(image)->height_mm, truth, cv::NORM_INF),
+            0.025);  // from one frame
 }
 
 TEST(SurfaceEstimator, RunsOnlyWhereTheImageChangedWithTheSameResultThere) {
@@ -192,10 +195,12 @@ TEST(SurfaceEstimator, WorksAtOddSizesAndWithContactOverTheWholeGel) {
   const cv::Mat1f truth = ball_press(odd, pitch_mm, 80, 60, ball_mm, 0.3);
   const SurfacePtr surface = make_estimator({}, odd).estimate(render(truth, pitch_mm, 0.0, 1));
   EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.02);
-  const SurfacePtr full = make_estimator().estimate(render(ball_press(sensor, pitch_mm, 160, 120, 60.0, 3.0), pitch_mm, 0.0, 1));
+  const SurfacePtr full =
+      make_estimator().estimate(render(ball_press(sensor, pitch_mm, 160, 120, 60.0, 3.0), pitch_mm, 0.0, 1));
   EXPECT_TRUE(cv::checkRange(full->height_mm) && cv::checkRange(full->normals));
   for (const int level : {0, 255}) {
-    const SurfacePtr extreme = make_estimator().estimate(cv::Mat3b(sensor, cv::Vec3b::all(static_cast<unsigned char>(level))));
+    const SurfacePtr extreme =
+        make_estimator().estimate(cv::Mat3b(sensor, cv::Vec3b::all(static_cast<unsigned char>(level))));
     EXPECT_TRUE(cv::checkRange(extreme->height_mm) && cv::checkRange(extreme->normals));
   }
 }

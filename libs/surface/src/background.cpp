@@ -16,23 +16,25 @@ namespace {
 
 using namespace surface::detail;
 
-// Motion: colour of 12x12 pixels against another mean. In clean logs 3 grey levels (1.5 for means of half the frames)
-// and 7 of the noise's lower quartiles are reached by single blocks only; a contact of 500 pixels covers 30.
+// Motion: colour of 12x12 pixels against another mean. In clean logs 3 grey levels (1.5 for means of half the
+// frames) and 7 of the noise's lower quartiles are reached by single blocks only; a contact of 500 pixels
+// covers 30.
 constexpr float moving_gray_levels = 3.0F;
 constexpr float drifting_gray_levels = 1.5F;
 constexpr float noise_quartiles = 7.0F;
 constexpr int min_moving_blocks = 25;
 constexpr std::size_t min_frames_for_halves = 4;
 
-// Imprint: halfway between what clean backgrounds of four sensors show (slope 0.08, curvature 0.015 per pixel) and what
-// the shallowest of their ball presses do (0.14, 0.024).
+// Imprint: halfway between what clean backgrounds of four sensors show (slope 0.08, curvature 0.015 per
+// pixel) and what the shallowest of their ball presses do (0.14, 0.024).
 constexpr double imprint_slope = 0.105;
 constexpr double imprint_curvature = 0.0195;
 constexpr int border_px = 12;  // the model extrapolates there
 
 float percentile(const cv::Mat1f& values, double fraction) {
   std::vector<float> sorted(values.begin(), values.end());
-  const auto rank = sorted.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(sorted.size() - 1));
+  const auto rank =
+      sorted.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(sorted.size() - 1));
   std::nth_element(sorted.begin(), rank, sorted.end());
   return *rank;
 }
@@ -56,7 +58,8 @@ cv::Mat3f average_blocks(const cv::Mat3b& image) {
   return means;
 }
 
-// Percentage of the image where two pictures differ, apart from their light; 0 when it is too little to mean anything.
+// Percentage of the image where two pictures differ, apart from their light; 0 when it is too little to mean
+// anything.
 int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks, float min_gray_levels) {
   LightTracker tracker(reference_blocks);
   cv::Mat3f difference = blocks.clone();
@@ -79,13 +82,15 @@ std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& m
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const int percent = differing_percent(average_blocks(frames[i]), mean_blocks, moving_gray_levels);
     if (percent == 0) continue;
-    return "something moves on the gel: frame " + std::to_string(i + 1) + " of " + std::to_string(frames.size()) +
-           " differs from the others over " + std::to_string(percent) + " % of the image";
+    return "something moves on the gel: frame " + std::to_string(i + 1) + " of " +
+           std::to_string(frames.size()) + " differs from the others over " + std::to_string(percent) +
+           " % of the image";
   }
   if (frames.size() < min_frames_for_halves) return {};
   const auto middle = frames.begin() + static_cast<std::ptrdiff_t>(frames.size() / 2);
-  const int percent = differing_percent(average_blocks(mean_image({frames.begin(), middle})),
-                                        average_blocks(mean_image({middle, frames.end()})), drifting_gray_levels);
+  const int percent =
+      differing_percent(average_blocks(mean_image({frames.begin(), middle})),
+                        average_blocks(mean_image({middle, frames.end()})), drifting_gray_levels);
   if (percent == 0) return {};
   return "something moves slowly on the gel: the first and the second half of the frames differ over " +
          std::to_string(percent) + " % of the image";
@@ -95,8 +100,8 @@ std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, doub
   if (std::min(mean.rows, mean.cols) <= 4 * border_px) return {};
   const GradientMap gradient(model, mean);
   cv::Mat1f slope;
-  cv::magnitude(local_part(gradient.background_gx(), 3.0, 16.0), local_part(gradient.background_gy(), 3.0, 16.0),
-                slope);
+  cv::magnitude(local_part(gradient.background_gx(), 3.0, 16.0),
+                local_part(gradient.background_gy(), 3.0, 16.0), slope);
   PoissonSolver poisson(mean.size());
   const cv::Mat1f height = poisson.solve(gradient.background_gx(), gradient.background_gy()).clone();
   cv::Mat1f curvature;
@@ -104,10 +109,11 @@ std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, doub
   const double slope_99 = percentile(inside_border(slope), 0.99);
   const double curvature_99 = percentile(inside_border(curvature), 0.995);
   if (slope_99 < imprint_slope && curvature_99 < imprint_curvature) return {};
-  const double depth_mm = -pixel_pitch_mm * static_cast<double>(percentile(inside_border(local_part(height, 1.0, 32.0)), 0.005));
+  const double depth_mm =
+      -pixel_pitch_mm * static_cast<double>(percentile(inside_border(local_part(height, 1.0, 32.0)), 0.005));
   char text[120];
-  std::snprintf(text, sizeof text, "the gel already shows an imprint, about %.1f mm deep (local slope %.2f)", depth_mm,
-                slope_99);
+  std::snprintf(text, sizeof text, "the gel already shows an imprint, about %.1f mm deep (local slope %.2f)",
+                depth_mm, slope_99);
   return text;
 }
 

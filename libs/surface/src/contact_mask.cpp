@@ -10,13 +10,15 @@ namespace gelslam::surface::detail {
 namespace {
 
 constexpr double depth_fraction = 0.3;
-constexpr double min_limit_mm = 0.015;     // what the network's own noise integrates to
+constexpr double deep_fraction =
+    0.25;  // of a contact deeper than 0.8 mm: its skirt alone is deeper than 0.2 mm
+constexpr double min_limit_mm = 0.015;  // what the network's own noise integrates to
 constexpr float scatters_above_gel = 4.0F;
-constexpr double min_color_dist = 4.0;     // grey levels: noise of a block mean stays below
+constexpr double min_color_dist = 4.0;       // grey levels: noise of a block mean stays below
 constexpr std::ptrdiff_t deepest_rank = 50;  // pixels; a depth that only a few pixels reach is noise
 
 constexpr float max_relief_px = 1.5F;  // 0.1 mm on a GelSight Mini
-constexpr int sample_step = 3;  // every third row is plenty for a median
+constexpr int sample_step = 3;         // every third row is plenty for a median
 
 float order_statistic(std::vector<float>& values, double fraction) {
   const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
@@ -26,7 +28,8 @@ float order_statistic(std::vector<float>& values, double fraction) {
 
 }  // namespace
 
-UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed, std::vector<float>& scratch) {
+UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed,
+                                std::vector<float>& scratch) {
   scratch.clear();
   for (int v = 0; v < height_px.rows; v += sample_step) {
     for (int u = 0; u < height_px.cols; ++u) {
@@ -43,12 +46,14 @@ UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& cha
     return gel;
   }
   scratch.clear();
-  for (int v = 0; v < height_px.rows; ++v) scratch.insert(scratch.end(), height_px[v], height_px[v] + height_px.cols);
+  for (int v = 0; v < height_px.rows; ++v)
+    scratch.insert(scratch.end(), height_px[v], height_px[v] + height_px.cols);
   gel.level = order_statistic(scratch, 0.85);
   return gel;
 }
 
-ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule) : rule_(rule), border_px_(size.height / 48) {}
+ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
+    : rule_(rule), border_px_(size.height / 48) {}
 
 double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
   const double floor_mm = std::max(min_limit_mm, static_cast<double>(scatters_above_gel * scatter_mm));
@@ -62,7 +67,8 @@ double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter
   if (rank < 0) return floor_mm;
   std::nth_element(scratch_.begin(), scratch_.begin() + rank, scratch_.end());
   const double depth_mm = -static_cast<double>(scratch_[static_cast<std::size_t>(rank)]);
-  return std::min(rule_.height_threshold_mm, std::max(floor_mm, depth_fraction * depth_mm));
+  const double cap_mm = std::max(rule_.height_threshold_mm, deep_fraction * depth_mm);
+  return std::min(cap_mm, std::max(floor_mm, depth_fraction * depth_mm));
 }
 
 void ContactDetector::keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold,
@@ -90,15 +96,17 @@ void ContactDetector::keep_witnessed_pieces(const cv::Mat3f& block_difference, d
   cv::bitwise_and(contact, keep_, contact);
 }
 
-void ContactDetector::detect(const cv::Mat1f& height_mm, float scatter_mm,
-                             const cv::Mat3f& block_difference, cv::Mat1b& contact) {
+void ContactDetector::detect(const cv::Mat1f& height_mm, float scatter_mm, const cv::Mat3f& block_difference,
+                             cv::Mat1b& contact) {
   const double limit_mm = depth_limit_mm(height_mm, scatter_mm);
-  const double deep = limit_mm / rule_.height_threshold_mm;  // 1 for a contact as deep as the public rule wants
+  const double deep =
+      std::min(1.0, limit_mm / rule_.height_threshold_mm);  // 1: as deep as the public rule wants
   cv::compare(height_mm, -limit_mm, below_, cv::CMP_LT);
   const int border_px = std::max(1, static_cast<int>(std::lround(border_px_ * deep)));
   const int side_px = 2 * border_px + 1;
   cv::erode(below_, contact, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)));
-  keep_witnessed_pieces(block_difference, std::max(min_color_dist, rule_.color_dist_threshold * deep), contact);
+  keep_witnessed_pieces(block_difference, std::max(min_color_dist, rule_.color_dist_threshold * deep),
+                        contact);
 }
 
 }  // namespace gelslam::surface::detail

@@ -11,28 +11,32 @@ struct UntouchedGel {
   float scatter = 0.0F;
 };
 
-/// Both robust (median, scaled median deviation) over the pixels where `changed` is 0 and which are no lower than 1.5
-/// pixels below the highest of them: a flat face that touches has the colour of bare gel, but not its height. Where
-/// those are fewer than 5 % of the image: the 85th percentile over all pixels, and no scatter. Heights in pixels.
-UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed, std::vector<float>& scratch);
+/// Both robust (median, scaled median deviation) over the pixels where `changed` is 0 and which are no lower
+/// than 1.5 pixels below the highest of them: a flat face that touches has the colour of bare gel, but not
+/// its height. Where those are fewer than 5 % of the image: the 85th percentile over all pixels, and no
+/// scatter. Heights in pixels.
+UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed,
+                                std::vector<float>& scratch);
 
 struct ContactRule {
   double color_dist_threshold = 15.0;  ///< grey levels
   double height_threshold_mm = 0.2;    ///< for deep contacts
 };
 
-/// Contact by depth, with colour as witness (own; the public rule is blind below height_threshold_mm and cuts out
-/// what lies flat). A pixel touches where it lies below a limit that follows the frame's depth: 0.3 of the deepest
-/// place, at most height_threshold_mm, at least what noise reaches. The border is eroded by H/48 pixels for a deep
-/// contact and less for a shallow one, because the gel's skirt grows with depth. A connected piece counts only if its
-/// colour differs somewhere by color_dist_threshold (in proportion less when shallow).
+/// Contact by depth, with colour as witness (own; the public rule is blind below height_threshold_mm and cuts
+/// out what lies flat). A pixel touches where it lies below a limit that follows the frame's depth: 0.3 of
+/// the deepest place, at most height_threshold_mm (or 0.25 of the deepest place if that is more), at least
+/// what noise reaches. The border is eroded by H/48 pixels for a deep contact and less for a shallow one,
+/// because the gel's skirt grows with depth. A connected piece counts only if its colour differs somewhere by
+/// color_dist_threshold (in proportion less when shallow).
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, const ContactRule& rule);
 
   /// `height_mm`: 0 on the untouched gel; `scatter_mm`: of the untouched gel; `block_difference`: mean colour
   /// difference of 4x4 blocks. Fills `contact` (HxW, 0 or 255).
-  void detect(const cv::Mat1f& height_mm, float scatter_mm, const cv::Mat3f& block_difference, cv::Mat1b& contact);
+  void detect(const cv::Mat1f& height_mm, float scatter_mm, const cv::Mat3f& block_difference,
+              cv::Mat1b& contact);
 
   /// Blocks that hold contact, of the last detect().
   const cv::Mat1b& contact_blocks() const { return blocks_; }

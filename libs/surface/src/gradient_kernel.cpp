@@ -5,7 +5,8 @@
 
 #include "gelslam/core/error.hpp"
 
-// Run-time choice of the instruction set. Not with sanitizers: the choice is made before their run time is ready.
+// Run-time choice of the instruction set. Not with sanitizers: the choice is made before their run time is
+// ready.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define GELSLAM_KERNEL __attribute__((target_clones("avx512f", "fma", "default")))
@@ -19,11 +20,11 @@ namespace {
 constexpr int tile = gradient_tile_pixels;
 constexpr float max_slope_rad = 1.5F;  // keeps tan finite; a gel cannot stand steeper
 
-// out[Outputs][tile] = weight * in[Inputs][tile] + bias, optionally rectified. Blocks of 4 outputs by 4 inputs
-// give 16 multiply-adds for 12 loads and stores, which keeps the arithmetic units busy.
+// out[Outputs][tile] = weight * in[Inputs][tile] + bias, optionally rectified. Blocks of 4 outputs by 4
+// inputs give 16 multiply-adds for 12 loads and stores, which keeps the arithmetic units busy.
 template <int Inputs, int Outputs>
-[[gnu::always_inline]] inline void hidden_layer(const float* weight, const float* bias, const float* __restrict in,
-                                                float* __restrict out) {
+[[gnu::always_inline]] inline void hidden_layer(const float* weight, const float* bias,
+                                                const float* __restrict in, float* __restrict out) {
   static_assert(Outputs % 4 == 0);
   for (int o = 0; o < Outputs; o += 4) {
     float* __restrict out0 = out + o * tile;
@@ -82,15 +83,19 @@ template <int Inputs, int Outputs>
   }
 }
 
-// tan by the power series of sine and cosine: relative error below 1e-6 for |angle| <= 1.5, without branches or calls.
+// tan by the power series of sine and cosine: relative error below 1e-6 for |angle| <= 1.5, without branches
+// or calls.
 [[gnu::always_inline]] inline void tangent(float* __restrict values) {
   for (int p = 0; p < tile; ++p) {
     const float x = std::min(std::max(values[p], -max_slope_rad), max_slope_rad);
     const float s = x * x;
     const float sine =
-        x * (1.0F + s * (-1.0F / 6 + s * (1.0F / 120 + s * (-1.0F / 5040 + s * (1.0F / 362880 - s / 39916800)))));
+        x *
+        (1.0F + s * (-1.0F / 6 + s * (1.0F / 120 + s * (-1.0F / 5040 + s * (1.0F / 362880 - s / 39916800)))));
     const float cosine =
-        1.0F + s * (-0.5F + s * (1.0F / 24 + s * (-1.0F / 720 + s * (1.0F / 40320 + s * (-1.0F / 3628800 + s / 479001600)))));
+        1.0F +
+        s * (-0.5F + s * (1.0F / 24 +
+                          s * (-1.0F / 720 + s * (1.0F / 40320 + s * (-1.0F / 3628800 + s / 479001600)))));
     values[p] = sine / cosine;
   }
 }
@@ -118,7 +123,8 @@ GradientWeights pack_weights(const GradientModel& model) {
   return packed;
 }
 
-GELSLAM_KERNEL void gradient_tile(const GradientWeights& weights, const float* features, float* gx, float* gy) {
+GELSLAM_KERNEL void gradient_tile(const GradientWeights& weights, const float* features, float* gx,
+                                  float* gy) {
   alignas(64) float first[32 * tile];
   alignas(64) float second[32 * tile];
   hidden_layer<gradient_features, 32>(weights.weight1, weights.bias1, features, first);

@@ -16,9 +16,9 @@ struct GradientWeights {
 /// Throws Error when the model is not 5-32-32-32-2.
 GradientWeights pack_weights(const GradientModel& model);
 
-/// Network and tangent for one tile of 256 pixels. `features` is planar [5][256]; gx, gy get 256 gradients each
-/// (dimensionless, height over distance; |slope| limited to 1.5 rad). Every lane is computed by the same operations in
-/// the same order, so that a pixel's result does not depend on its place in a tile.
+/// Network and tangent for one tile of 256 pixels. `features` is planar [5][256]; gx, gy get 256 gradients
+/// each (dimensionless, height over distance; |slope| limited to 1.5 rad). Every lane is computed by the same
+/// operations in the same order, so that a pixel's result does not depend on its place in a tile.
 void gradient_tile(const GradientWeights& weights, const float* features, float* gx, float* gy);
 
 }  // namespace gelslam::surface::detail

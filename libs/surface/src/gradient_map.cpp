@@ -13,15 +13,17 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
   for (int u = 0; u < background.cols; ++u) {
     column_.push_back(static_cast<float>(u) / static_cast<float>(background.cols));
   }
-  for (int v = 0; v < background.rows; ++v) row_.push_back(static_cast<float>(v) / static_cast<float>(background.rows));
+  for (int v = 0; v < background.rows; ++v)
+    row_.push_back(static_cast<float>(v) / static_cast<float>(background.rows));
   cv::Mat1f gx, gy;
-  compute(background, color_table(Light{}), cv::Mat1b(background.size(), static_cast<unsigned char>(255)), gx, gy);
+  compute(background, color_table(Light{}), cv::Mat1b(background.size(), static_cast<unsigned char>(255)), gx,
+          gy);
   background_gx_ = gx;
   background_gy_ = gy;
 }
 
-void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where, cv::Mat1f& gx,
-                          cv::Mat1f& gy) {
+void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where,
+                          cv::Mat1f& gx, cv::Mat1f& gy) {
   gx.create(bgr.size());
   gy.create(bgr.size());
   gx.setTo(0.0F);

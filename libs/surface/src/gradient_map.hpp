@@ -13,10 +13,11 @@ class GradientMap {
  public:
   GradientMap(const GradientModel& model, const cv::Mat3b& background);
 
-  /// Writes gx, gy (HxW, height per distance) at the pixels set in `where` (HxW), and zero elsewhere. All images have
-  /// the background's size; `colors` brings them into the background's light. The result at a pixel does not depend
-  /// on which other pixels are set.
-  void compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where, cv::Mat1f& gx, cv::Mat1f& gy);
+  /// Writes gx, gy (HxW, height per distance) at the pixels set in `where` (HxW), and zero elsewhere. All
+  /// images have the background's size; `colors` brings them into the background's light. The result at a
+  /// pixel does not depend on which other pixels are set.
+  void compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where, cv::Mat1f& gx,
+               cv::Mat1f& gy);
 
   /// What the model says about the background itself: a bias that is smooth if nothing touches there.
   const cv::Mat1f& background_gx() const { return background_gx_; }

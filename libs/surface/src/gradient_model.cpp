@@ -98,8 +98,9 @@ std::string shape_text(const std::vector<std::int64_t>& shape) {
   return text + "]";
 }
 
-std::vector<float> read_tensor(zip_t* archive, const std::string& root, const std::vector<TensorEntry>& entries,
-                               const std::string& name, const std::vector<std::int64_t>& shape) {
+std::vector<float> read_tensor(zip_t* archive, const std::string& root,
+                               const std::vector<TensorEntry>& entries, const std::string& name,
+                               const std::vector<std::int64_t>& shape) {
   const auto has_name = [&](const TensorEntry& entry) { return entry.name == name; };
   if (std::count_if(entries.begin(), entries.end(), has_name) != 1) {
     throw Error("it does not hold exactly one '" + name + "' (expected fc1..fc4 .weight and .bias)");
@@ -115,7 +116,8 @@ std::vector<float> read_tensor(zip_t* archive, const std::string& root, const st
     elements *= shape[i];
   }
   const std::string& key = entry.storage_key;
-  if (key.empty() || key.size() > 20 || !std::all_of(key.begin(), key.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+  if (key.empty() || key.size() > 20 ||
+      !std::all_of(key.begin(), key.end(), [](char c) { return c >= '0' && c <= '9'; })) {
     throw Error("'" + name + "' has a bad storage key");
   }
   const Bytes bytes = read_entry(archive, root + "/data/" + key);
@@ -137,9 +139,11 @@ GradientModel read_archive(std::span<const unsigned char> file) {
   const Archive archive = open_archive(file);
   const std::string root = find_root(archive.get());
   check_byte_order(archive.get(), root);
-  const std::vector<TensorEntry> entries = read_state_dict_pickle(read_entry(archive.get(), root + "/data.pkl"));
+  const std::vector<TensorEntry> entries =
+      read_state_dict_pickle(read_entry(archive.get(), root + "/data.pkl"));
   if (entries.size() != 8) {
-    throw Error("it holds " + std::to_string(entries.size()) + " tensors, expected 8 (fc1..fc4 .weight and .bias)");
+    throw Error("it holds " + std::to_string(entries.size()) +
+                " tensors, expected 8 (fc1..fc4 .weight and .bias)");
   }
   GradientModel model;
   for (int i = 0; i < 4; ++i) {

@@ -7,9 +7,11 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr double gate_gray_levels = 2.5;  // noise of a block mean is below 1; a slope of 1 degree changes colour by 2.7
+constexpr double gate_gray_levels =
+    2.5;  // noise of a block mean is below 1; a slope of 1 degree changes colour by 2.7
 constexpr double min_inlier_share = 0.1;
-constexpr double switch_advantage = 1.3;  // a contact that covers half the gel must not look like a change of light
+constexpr double switch_advantage =
+    1.3;  // a contact that covers half the gel must not look like a change of light
 // Variance of the background's brightness below which gain and offset cannot be told apart and gain stays 1.
 constexpr double gain_prior_variance = 4.0;
 
@@ -45,15 +47,17 @@ void to_background_light(const Light& light, cv::Mat3f& means) {
 }
 
 LightTracker::LightTracker(const cv::Mat3f& background_blocks)
-    : background_(background_blocks.clone()), inliers_(background_blocks.size(), static_cast<unsigned char>(0)) {}
+    : background_(background_blocks.clone()),
+      inliers_(background_blocks.size(), static_cast<unsigned char>(0)) {}
 
 int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light,
                                  double gate) {
   int count = 0;
   for (int row = 0; row < blocks.rows; ++row) {
     for (int column = 0; column < blocks.cols; ++column) {
-      const bool agrees = (excluded.empty() || excluded(row, column) == 0) &&
-                          squared_residual(light, blocks(row, column), background_(row, column)) < gate * gate;
+      const bool agrees =
+          (excluded.empty() || excluded(row, column) == 0) &&
+          squared_residual(light, blocks(row, column), background_(row, column)) < gate * gate;
       inliers_(row, column) = agrees ? 1 : 0;
       count += agrees ? 1 : 0;
     }

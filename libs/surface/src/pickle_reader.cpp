@@ -14,24 +14,56 @@ constexpr std::size_t max_tensor_dimensions = 4;
 
 // Opcodes of protocol 2 that torch.save writes for a state_dict; no others exist for this reader.
 enum Opcode : unsigned char {
-  op_proto = 0x80, op_global = 'c', op_reduce = 'R', op_build = 'b', op_persistent_id = 'Q', op_stop = '.',
-  op_mark = '(', op_empty_tuple = ')', op_tuple = 't', op_tuple1 = 0x85, op_tuple2 = 0x86, op_tuple3 = 0x87,
-  op_empty_dict = '}', op_set_item = 's', op_set_items = 'u', op_true = 0x88, op_false = 0x89,
-  op_int1 = 'K', op_int2 = 'M', op_int4 = 'J', op_unicode = 'X',
-  op_put1 = 'q', op_put4 = 'r', op_get1 = 'h', op_get4 = 'j'
+  op_proto = 0x80,
+  op_global = 'c',
+  op_reduce = 'R',
+  op_build = 'b',
+  op_persistent_id = 'Q',
+  op_stop = '.',
+  op_mark = '(',
+  op_empty_tuple = ')',
+  op_tuple = 't',
+  op_tuple1 = 0x85,
+  op_tuple2 = 0x86,
+  op_tuple3 = 0x87,
+  op_empty_dict = '}',
+  op_set_item = 's',
+  op_set_items = 'u',
+  op_true = 0x88,
+  op_false = 0x89,
+  op_int1 = 'K',
+  op_int2 = 'M',
+  op_int4 = 'J',
+  op_unicode = 'X',
+  op_put1 = 'q',
+  op_put4 = 'r',
+  op_get1 = 'h',
+  op_get4 = 'j'
 };
 
-enum class Kind { mark, boolean, integer, text, tuple, dict, ordered_dict_class, rebuild_tensor, float_storage_class,
-                  storage, tensor };
+enum class Kind {
+  mark,
+  boolean,
+  integer,
+  text,
+  tuple,
+  dict,
+  ordered_dict_class,
+  rebuild_tensor,
+  float_storage_class,
+  storage,
+  tensor
+};
 
-// Nodes live in one arena and refer to each other by index: shared or even cyclic input can neither grow by copying
-// nor recurse on destruction.
+// Nodes live in one arena and refer to each other by index: shared or even cyclic input can neither grow by
+// copying nor recurse on destruction.
 using NodeId = std::uint32_t;
 struct Node {
   Kind kind;
   std::int64_t integer = 0;
   std::string_view text;
-  std::vector<NodeId> children;  // tuple: items; dict: key, value, key, value...; storage, tensor: their arguments
+  std::vector<NodeId>
+      children;  // tuple: items; dict: key, value, key, value...; storage, tensor: their arguments
 };
 
 class PickleMachine {
@@ -39,7 +71,8 @@ class PickleMachine {
   explicit PickleMachine(std::span<const unsigned char> bytes) : bytes_(bytes) {}
 
   std::vector<TensorEntry> run() {
-    if (bytes_.size() > max_pickle_bytes) throw Error("data.pkl is larger than 64 KiB, this is no gradient model");
+    if (bytes_.size() > max_pickle_bytes)
+      throw Error("data.pkl is larger than 64 KiB, this is no gradient model");
     while (step()) {
     }
     return collect_tensors(pop(Kind::dict, "a dictionary at the end"));
@@ -53,34 +86,80 @@ class PickleMachine {
       case op_proto:
         if (read_byte() != 2) throw Error("pickle protocol is not 2");
         break;
-      case op_stop: return false;
-      case op_global: push_global(); break;
-      case op_reduce: reduce(); break;
+      case op_stop:
+        return false;
+      case op_global:
+        push_global();
+        break;
+      case op_reduce:
+        reduce();
+        break;
       case op_build:  // sets attributes (torch puts version numbers there); nothing of it is needed
         pop(Kind::dict, "a dictionary as state");
         peek(Kind::dict, "a dictionary to set state on");
         break;
-      case op_persistent_id: push_storage(); break;
-      case op_mark: push({Kind::mark, 0, {}, {}}); break;
-      case op_empty_tuple: push({Kind::tuple, 0, {}, {}}); break;
-      case op_tuple: push({Kind::tuple, 0, {}, pop_to_mark()}); break;
-      case op_tuple1: push_tuple(1); break;
-      case op_tuple2: push_tuple(2); break;
-      case op_tuple3: push_tuple(3); break;
-      case op_empty_dict: push({Kind::dict, 0, {}, {}}); break;
-      case op_set_item: set_items(pop_items(2)); break;
-      case op_set_items: set_items(pop_to_mark()); break;
-      case op_true: push({Kind::boolean, 1, {}, {}}); break;
-      case op_false: push({Kind::boolean, 0, {}, {}}); break;
-      case op_int1: push({Kind::integer, read_byte(), {}, {}}); break;
-      case op_int2: push({Kind::integer, read_little_endian(2), {}, {}}); break;
-      case op_int4: push({Kind::integer, static_cast<std::int32_t>(read_little_endian(4)), {}, {}}); break;
-      case op_unicode: push({Kind::text, 0, read_text(read_little_endian(4)), {}}); break;
-      case op_put1: memo_[read_byte()] = peek_id(); break;
-      case op_put4: memo_[read_little_endian(4)] = peek_id(); break;
-      case op_get1: recall(read_byte()); break;
-      case op_get4: recall(read_little_endian(4)); break;
-      default: refuse_opcode(opcode);
+      case op_persistent_id:
+        push_storage();
+        break;
+      case op_mark:
+        push({Kind::mark, 0, {}, {}});
+        break;
+      case op_empty_tuple:
+        push({Kind::tuple, 0, {}, {}});
+        break;
+      case op_tuple:
+        push({Kind::tuple, 0, {}, pop_to_mark()});
+        break;
+      case op_tuple1:
+        push_tuple(1);
+        break;
+      case op_tuple2:
+        push_tuple(2);
+        break;
+      case op_tuple3:
+        push_tuple(3);
+        break;
+      case op_empty_dict:
+        push({Kind::dict, 0, {}, {}});
+        break;
+      case op_set_item:
+        set_items(pop_items(2));
+        break;
+      case op_set_items:
+        set_items(pop_to_mark());
+        break;
+      case op_true:
+        push({Kind::boolean, 1, {}, {}});
+        break;
+      case op_false:
+        push({Kind::boolean, 0, {}, {}});
+        break;
+      case op_int1:
+        push({Kind::integer, read_byte(), {}, {}});
+        break;
+      case op_int2:
+        push({Kind::integer, read_little_endian(2), {}, {}});
+        break;
+      case op_int4:
+        push({Kind::integer, static_cast<std::int32_t>(read_little_endian(4)), {}, {}});
+        break;
+      case op_unicode:
+        push({Kind::text, 0, read_text(read_little_endian(4)), {}});
+        break;
+      case op_put1:
+        memo_[read_byte()] = peek_id();
+        break;
+      case op_put4:
+        memo_[read_little_endian(4)] = peek_id();
+        break;
+      case op_get1:
+        recall(read_byte());
+        break;
+      case op_get4:
+        recall(read_little_endian(4));
+        break;
+      default:
+        refuse_opcode(opcode);
     }
     return true;
   }
@@ -183,7 +262,8 @@ class PickleMachine {
     } else if (module == "torch" && name.ends_with("Storage")) {
       throw Error("weights are " + printable(global) + ", only float32 (torch.FloatStorage) is supported");
     } else {
-      throw Error("it asks to load '" + printable(global) + "', which a gradient model does not need; refused");
+      throw Error("it asks to load '" + printable(global) +
+                  "', which a gradient model does not need; refused");
     }
   }
 
@@ -201,17 +281,22 @@ class PickleMachine {
     const std::vector<NodeId> callee = pop_items(1);
     switch (arena_[callee[0]].kind) {
       case Kind::ordered_dict_class:
-        if (!arena_[arguments].children.empty()) throw Error("data.pkl is damaged (OrderedDict with arguments)");
+        if (!arena_[arguments].children.empty())
+          throw Error("data.pkl is damaged (OrderedDict with arguments)");
         push({Kind::dict, 0, {}, {}});
         break;
-      case Kind::rebuild_tensor: push({Kind::tensor, 0, {}, arena_[arguments].children}); break;
-      default: throw Error("data.pkl is damaged (call of something that is no function)");
+      case Kind::rebuild_tensor:
+        push({Kind::tensor, 0, {}, arena_[arguments].children});
+        break;
+      default:
+        throw Error("data.pkl is damaged (call of something that is no function)");
     }
   }
 
   void push_storage() {
     const NodeId id = pop(Kind::tuple, "a storage description");
-    const std::vector<NodeId>& fields = arena_[id].children;  // 'storage', class, key, device, number of elements
+    const std::vector<NodeId>& fields =
+        arena_[id].children;  // 'storage', class, key, device, number of elements
     if (fields.size() != 5 || arena_[fields[0]].text != "storage" ||
         arena_[fields[1]].kind != Kind::float_storage_class || arena_[fields[2]].kind != Kind::text ||
         arena_[fields[4]].kind != Kind::integer) {

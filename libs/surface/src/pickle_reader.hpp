@@ -17,8 +17,9 @@ struct TensorEntry {
   std::vector<std::int64_t> stride;  ///< in floats, as long as shape
 };
 
-/// Reads the `data.pkl` of a PyTorch state_dict of float32 tensors (pickle protocol 2). Runs no code: it knows the
-/// opcodes and globals such a file needs and throws Error on anything else, naming it. At most 64 KiB.
+/// Reads the `data.pkl` of a PyTorch state_dict of float32 tensors (pickle protocol 2). Runs no code: it
+/// knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At most 64
+/// KiB.
 std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle);
 
 }  // namespace gelslam::surface::detail

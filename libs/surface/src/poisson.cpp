@@ -21,7 +21,8 @@ void add_row_divergence(const float* gx, float* source, int width) {
   source[width - 1] -= before;
 }
 
-// The constant along rows: second differences in v alone, integrated twice in double because nothing damps rounding.
+// The constant along rows: second differences in v alone, integrated twice in double because nothing damps
+// rounding.
 void integrate_constant(cv::Mat1f& spectrum) {
   double flux = 0.0, height = 0.0;
   for (int v = 0; v < spectrum.rows; ++v) {
@@ -34,14 +35,16 @@ void integrate_constant(cv::Mat1f& spectrum) {
 
 }  // namespace
 
-PoissonSolver::PoissonSolver(cv::Size size) : size_(size), pivot_(size.height, even(size.width)), source_(pivot_.size()) {
+PoissonSolver::PoissonSolver(cv::Size size)
+    : size_(size), pivot_(size.height, even(size.width)), source_(pivot_.size()) {
   for (int k = 0; k < pivot_.cols; ++k) {
     const double eigenvalue = 2.0 - 2.0 * std::cos(std::numbers::pi * k / pivot_.cols);
     double pivot = 0.0;
     for (int v = 0; v < pivot_.rows; ++v) {
       const bool border = v == 0 || v + 1 == pivot_.rows;
       pivot = 1.0 / (eigenvalue + (border ? 1.0 : 2.0) - pivot);
-      pivot_(v, k) = k == 0 ? 0.0F : static_cast<float>(pivot);  // frequency 0 is singular and solved by itself
+      pivot_(v, k) =
+          k == 0 ? 0.0F : static_cast<float>(pivot);  // frequency 0 is singular and solved by itself
     }
   }
 }
@@ -81,7 +84,8 @@ cv::Mat1f PoissonSolver::solve(const cv::Mat1f& gx, const cv::Mat1f& gy) {
     // The doubled column has no flux to its neighbour, and along itself what its neighbour has.
     float before = 0.0F;
     for (int v = 0; v < size_.height; ++v) {
-      const float after = v + 1 < size_.height ? 0.5F * (gy(v, size_.width - 1) + gy(v + 1, size_.width - 1)) : 0.0F;
+      const float after =
+          v + 1 < size_.height ? 0.5F * (gy(v, size_.width - 1) + gy(v + 1, size_.width - 1)) : 0.0F;
       source_(v, size_.width) = after - before;
       before = after;
     }

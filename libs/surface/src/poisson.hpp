@@ -4,17 +4,17 @@
 
 namespace gelslam::surface::detail {
 
-/// Least-squares height from gradients on a grid, with Neumann (free) borders: the discrete Poisson equation solved
-/// exactly, by the cosine transform along rows and a tridiagonal system per frequency along columns. Edge gradient =
-/// mean of its two pixels; source = divergence of the edge gradients. (The same solution as a two-dimensional cosine
-/// transform with eigenvalues (2cos(pi k/W)-2)+(2cos(pi l/H)-2), in half its time.) A consistent gradient field comes
-/// back exactly, up to a constant.
+/// Least-squares height from gradients on a grid, with Neumann (free) borders: the discrete Poisson equation
+/// solved exactly, by the cosine transform along rows and a tridiagonal system per frequency along columns.
+/// Edge gradient = mean of its two pixels; source = divergence of the edge gradients. (The same solution as a
+/// two-dimensional cosine transform with eigenvalues (2cos(pi k/W)-2)+(2cos(pi l/H)-2), in half its time.) A
+/// consistent gradient field comes back exactly, up to a constant.
 class PoissonSolver {
  public:
   explicit PoissonSolver(cv::Size size);
 
-  /// gx, gy: HxW, height difference per pixel step. Returns HxW heights in pixels, up to a constant (a view of the
-  /// work buffer, valid until the next call).
+  /// gx, gy: HxW, height difference per pixel step. Returns HxW heights in pixels, up to a constant (a view
+  /// of the work buffer, valid until the next call).
   cv::Mat1f solve(const cv::Mat1f& gx, const cv::Mat1f& gy);
 
   /// The divergence of the last solve's edge gradients, HxW: inside the image the central difference

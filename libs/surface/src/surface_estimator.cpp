@@ -22,7 +22,9 @@ using namespace surface::detail;
 constexpr int min_side_px = 16;
 constexpr float max_curvature = 0.7F;  // 1/pixel
 
-std::string size_text(cv::Size size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
+std::string size_text(cv::Size size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
 
 // Milliseconds since the last call.
 class Stopwatch {
@@ -137,7 +139,8 @@ struct SurfaceEstimator::Impl {
   SurfaceTimings timings;
 };
 
-SurfaceEstimator::SurfaceEstimator(GradientModel model, const cv::Mat3b& background, const SurfaceOptions& options)
+SurfaceEstimator::SurfaceEstimator(GradientModel model, const cv::Mat3b& background,
+                                   const SurfaceOptions& options)
     : impl_(std::make_unique<Impl>(model, background, options)) {}
 SurfaceEstimator::~SurfaceEstimator() = default;
 SurfaceEstimator::SurfaceEstimator(SurfaceEstimator&&) noexcept = default;

@@ -9,7 +9,8 @@
 
 namespace gelslam {
 
-/// Mean of images of one size, rounded to the nearest grey level. Throws Error when there are none or sizes differ.
+/// Mean of images of one size, rounded to the nearest grey level. Throws Error when there are none or sizes
+/// differ.
 cv::Mat3b mean_image(const std::vector<cv::Mat3b>& images);
 
 struct BackgroundCheck {
@@ -17,10 +18,10 @@ struct BackgroundCheck {
   std::string reason;  ///< for people; empty when there is no contact
 };
 
-/// Says whether would-be background frames already show contact (own): something moves between the frames, or the
-/// model reads an imprint (bent or steep locally, where the bare gel shows at most a smooth bias) in their mean. A
-/// flat object that does not move at all cannot be told from bare gel. Throws Error like mean_image, and when the
-/// model does not fit.
+/// Says whether would-be background frames already show contact (own): something moves between the frames, or
+/// the model reads an imprint (bent or steep locally, where the bare gel shows at most a smooth bias) in
+/// their mean. A flat object that does not move at all cannot be told from bare gel. Throws Error like
+/// mean_image, and when the model does not fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options);
 

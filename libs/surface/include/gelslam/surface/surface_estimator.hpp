@@ -10,10 +10,12 @@ namespace gelslam {
 
 struct SurfaceOptions {
   double pixel_pitch_mm = 0.0634;
-  double color_dist_threshold = 15.0;  ///< grey levels (L2 over BGR) by which contact differs from the background
-  double height_threshold_mm = 0.2;    ///< contact lies at least this far below the untouched gel
-  bool compensate_light = true;        ///< follow slow changes of lamps and stray light (own; per channel gain, offset)
-  bool gradient_everywhere = false;    ///< run the network on unchanged pixels too (slower; for comparisons)
+  double color_dist_threshold =
+      15.0;  ///< grey levels (L2 over BGR) by which contact differs from the background
+  double height_threshold_mm = 0.2;  ///< contact lies at least this far below the untouched gel
+  bool compensate_light =
+      true;  ///< follow slow changes of lamps and stray light (own; per channel gain, offset)
+  bool gradient_everywhere = false;  ///< run the network on unchanged pixels too (slower; for comparisons)
 };
 
 /// Wall-clock milliseconds of one estimate(), by stage.

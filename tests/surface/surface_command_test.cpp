@@ -1,0 +1,109 @@
+// `gelslam surface` as a person runs it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "../support/run_program.hpp"
+#include "linear_gel.hpp"
+#include "pth_file.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr double pitch_mm = 0.05;
+const cv::Size sensor(320, 240);
+
+class SurfaceCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    PthFile file;
+    file.layers = linear_gel_model().layers;
+    write_bytes(folder_ / "nnmodel.pth", zip_archive(file.entries()));
+    write_picture("background.png", render(cv::Mat1f(sensor, 0.0F), pitch_mm, 0.0, 1));
+    truth_ = ball_press(sensor, pitch_mm, 150, 110, 4.0, 0.5);
+    write_picture("touch.png", render(truth_, pitch_mm, 0.5, 2));
+  }
+
+  void write_picture(const std::string& name, const cv::Mat& image) {
+    cv::imwrite((folder_ / name).string(), image);
+  }
+
+  ProgramResult run(const std::string& image, const std::vector<std::string>& more = {},
+                    const std::string& background = "background.png") {
+    std::vector<std::string> arguments = {"surface",      (folder_ / image).string(),
+                                          "--background", (folder_ / background).string(),
+                                          "--model",      (folder_ / "nnmodel.pth").string(),
+                                          "-o",           (folder_ / "OUT").string(),
+                                          "--pitch",      "0.05"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(GELSLAM_PROGRAM, arguments);
+  }
+
+  void expect_mistake(const ProgramResult& result, const std::string& expected) {
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.out, "");
+    EXPECT_EQ(result.error_lines(), 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(expected));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "OUT"));
+  }
+
+  TemporaryFolder folder_;
+  cv::Mat1f truth_;
+};
+
+TEST_F(SurfaceCommand, WritesTheHeightAndItsPictures) {
+  const ProgramResult result = run("touch.png");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("contact "));
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "OUT"))
+    names.push_back(entry.path().filename());
+  std::sort(names.begin(), names.end());
+  EXPECT_THAT(names, ElementsAre("contact.png", "curvature.png", "height.png", "height_mm.tiff",
+                                 "normals.png", "surface.ply"));
+  const cv::Mat height = cv::imread((folder_ / "OUT" / "height_mm.tiff").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(height.type(), CV_32F);
+  EXPECT_LT(cv::norm(height, truth_, cv::NORM_INF), 0.02);
+  const cv::Mat contact = cv::imread((folder_ / "OUT" / "contact.png").string(), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(contact.at<unsigned char>(110, 150), 255);
+  EXPECT_EQ(contact.at<unsigned char>(10, 10), 0);
+  const cv::Mat3b normals = cv::imread((folder_ / "OUT" / "normals.png").string());
+  EXPECT_LT(normals(110, 180)[2], 110);  // red is x: right of the dent's centre the surface rises, so n_x < 0
+  const std::string ply = read_bytes(folder_ / "OUT" / "surface.ply").substr(0, 1000);
+  EXPECT_THAT(ply, HasSubstr("element vertex 76800"));
+  EXPECT_THAT(ply, HasSubstr("element face 152482"));
+}
+
+TEST_F(SurfaceCommand, SaysSoWhenNothingTouches) {
+  const ProgramResult result = run("background.png");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out, HasSubstr("contact 0 pixels"));
+}
+
+TEST_F(SurfaceCommand, ReplacesOnlyOnRequestAndOnlyItsOwnFolder) {
+  ASSERT_EQ(run("touch.png").exit_code, 0);
+  EXPECT_EQ(run("touch.png").exit_code, 2);
+  EXPECT_EQ(run("touch.png", {"--overwrite"}).exit_code, 0);
+  std::filesystem::remove(folder_ / "OUT" / "height_mm.tiff");
+  EXPECT_EQ(run("touch.png", {"--overwrite"}).exit_code, 2);
+}
+
+TEST_F(SurfaceCommand, RefusesImagesThatDoNotFit) {
+  write_picture("small.png", cv::Mat3b(100, 100, cv::Vec3b(10, 60, 200)));
+  expect_mistake(run("small.png"), "small.png");
+  expect_mistake(run("touch.png", {}, "small.png"), "small.png");
+  write_picture("grey.png", cv::Mat3b(sensor, cv::Vec3b::all(90)));
+  expect_mistake(run("grey.png"), "grey image");
+  expect_mistake(run("touch.png", {}, "grey.png"), "grey image");
+  expect_mistake(run("nothing.png"), "nothing.png");
+  write_bytes(folder_ / "nnmodel.pth", "no model");
+  expect_mistake(run("touch.png"), "not a zip archive");
+}
+
+}  // namespace
+}  // namespace gelslam::test
