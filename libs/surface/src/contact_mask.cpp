@@ -20,6 +20,8 @@ constexpr std::ptrdiff_t deepest_rank = 50;  // pixels; a depth that only a few 
 constexpr float max_relief_px = 1.5F;  // 0.1 mm on a GelSight Mini
 constexpr int sample_step = 3;         // every third row is plenty for a median
 
+cv::Mat square(int side_px) { return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)); }
+
 float order_statistic(std::vector<float>& values, double fraction) {
   const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
@@ -53,7 +55,7 @@ UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& cha
 }
 
 ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
-    : rule_(rule), border_px_(size.height / 48) {}
+    : rule_(rule), pressure_(rule.skirt_length_mm), gap_(square(2 * (size.height / 48) + 1)), border_(square(2 * (size.height / 96) + 1)) {}
 
 double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
   const double floor_mm = std::max(min_limit_mm, static_cast<double>(scatters_above_gel * scatter_mm));
@@ -96,15 +98,17 @@ void ContactDetector::keep_witnessed_pieces(const cv::Mat3f& block_difference, d
   cv::bitwise_and(contact, keep_, contact);
 }
 
-void ContactDetector::detect(const cv::Mat1f& height_mm, float scatter_mm, const cv::Mat3f& block_difference,
-                             cv::Mat1b& contact) {
+void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm,
+                             const cv::Mat3f& block_difference, cv::Mat1b& contact) {
   const double limit_mm = depth_limit_mm(height_mm, scatter_mm);
   const double deep =
       std::min(1.0, limit_mm / rule_.height_threshold_mm);  // 1: as deep as the public rule wants
   cv::compare(height_mm, -limit_mm, below_, cv::CMP_LT);
-  const int border_px = std::max(1, static_cast<int>(std::lround(border_px_ * deep)));
-  const int side_px = 2 * border_px + 1;
-  cv::erode(below_, contact, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)));
+  pressure_.find(height_mm, pixel_pitch_mm, pressed_);
+  cv::bitwise_and(below_, pressed_, contact);
+  cv::morphologyEx(contact, contact, cv::MORPH_CLOSE, gap_);
+  cv::morphologyEx(contact, contact, cv::MORPH_OPEN, gap_);
+  cv::erode(contact, contact, border_);
   keep_witnessed_pieces(block_difference, std::max(min_color_dist, rule_.color_dist_threshold * deep),
                         contact);
 }

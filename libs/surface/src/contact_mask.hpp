@@ -3,6 +3,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "gel_pressure.hpp"
+
 namespace gelslam::surface::detail {
 
 /// Height of the untouched gel and how much it scatters there.
@@ -21,21 +23,21 @@ UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& cha
 struct ContactRule {
   double color_dist_threshold = 15.0;  ///< grey levels
   double height_threshold_mm = 0.2;    ///< for deep contacts
+  double skirt_length_mm = 1.4;        ///< over which the gel's skirt decays
 };
 
-/// Contact by depth, with colour as witness (own; the public rule is blind below height_threshold_mm and cuts
-/// out what lies flat). A pixel touches where it lies below a limit that follows the frame's depth: 0.3 of
-/// the deepest place, at most height_threshold_mm (or 0.25 of the deepest place if that is more), at least
-/// what noise reaches. The border is eroded by H/48 pixels for a deep contact and less for a shallow one,
-/// because the gel's skirt grows with depth. A connected piece counts only if its colour differs somewhere by
-/// color_dist_threshold (in proportion less when shallow).
+/// Contact by depth and pressure, with colour as witness (own; the public rule is blind below height_threshold_mm,
+/// cuts out what lies flat, and takes the gel's skirt for the object). A pixel touches where it lies below a limit
+/// that follows the frame's depth (0.3 of the deepest place, at most height_threshold_mm, or 0.25 of the deepest place
+/// if that is more, at least what noise reaches) and where the gel is pressed (gel_pressure.hpp). A connected piece
+/// counts only if its colour differs somewhere by color_dist_threshold (in proportion less when shallow).
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, const ContactRule& rule);
 
   /// `height_mm`: 0 on the untouched gel; `scatter_mm`: of the untouched gel; `block_difference`: mean colour
   /// difference of 4x4 blocks. Fills `contact` (HxW, 0 or 255).
-  void detect(const cv::Mat1f& height_mm, float scatter_mm, const cv::Mat3f& block_difference,
+  void detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm, const cv::Mat3f& block_difference,
               cv::Mat1b& contact);
 
   /// Blocks that hold contact, of the last detect().
@@ -46,8 +48,9 @@ class ContactDetector {
   void keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold, cv::Mat1b& contact);
 
   ContactRule rule_;
-  int border_px_;
-  cv::Mat1b below_, blocks_, keep_;
+  PressureMap pressure_;
+  cv::Mat gap_, border_;
+  cv::Mat1b below_, pressed_, blocks_, keep_;
   cv::Mat1i labels_;
   std::vector<float> scratch_;
 };

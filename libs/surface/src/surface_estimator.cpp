@@ -163,7 +163,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& bgr) {
   surface->height_mm = self.height_from_gradient();
   self.timings.poisson_ms = watch.lap_ms();
 
-  self.contact_detector.detect(surface->height_mm, self.scatter_mm, self.blocks, surface->contact);
+  self.contact_detector.detect(surface->height_mm, self.options.pixel_pitch_mm, self.scatter_mm, self.blocks, surface->contact);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   self.remember_contact();
   self.timings.contact_ms = watch.lap_ms();
