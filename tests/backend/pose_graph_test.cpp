@@ -305,7 +305,8 @@ TEST(PoseGraphWhereNeeded, ComesToTheSameAnswerAsSolvingEverything) {
   const PoseGraphSolution full = solve_pose_graph(grown.warm, grown.graph.edges, {});
   EXPECT_GT(local.initial_cost, full.final_cost + 0.5);
   EXPECT_NEAR(local.final_cost, full.final_cost, 0.1);
-  // Half of one edge's standard deviation: what is left undone is spread over many nodes, a twentieth for each.
+  // Half of one edge's standard deviation: what is left undone is spread over many nodes, a twentieth for
+  // each.
   const WorstError difference = worst_error(local.group_T_node, full.group_T_node);
   EXPECT_LT(difference.deg, 0.5 * kSigmaRad / kDegree);
   EXPECT_LT(difference.mm, 0.5 * kSigmaMm * 10);  // a lever of 10 mm
@@ -330,7 +331,8 @@ TEST(PoseGraphWhereNeeded, ALoopThatClosesDriftMovesEverything) {
   options.only_where_needed = true;
   const std::map<int, Pose> full = solve_pose_graph(graph.chained(), graph.edges, {}).group_T_node;
   EXPECT_GT(worst_error(graph.chained(), full).deg, 0.5);
-  EXPECT_LT(worst_error(solve_pose_graph(graph.chained(), graph.edges, options).group_T_node, full).deg, 0.01);
+  EXPECT_LT(worst_error(solve_pose_graph(graph.chained(), graph.edges, options).group_T_node, full).deg,
+            0.01);
 }
 
 // ---- determinism and hostile input ----

@@ -92,6 +92,21 @@ TEST(Lift, RecoversATiltedTwistedPlaceToADegree) {
   }
 }
 
+// Normals that are all alike know nothing of a twist; the points do.
+TEST(Lift, FindsTheTwistOfAFlatPlace) {
+  const SurfacePtr flat = touch(Relief{}, place(0, 0));
+  const Eigen::Vector2f centre(159.5F, 119.5F);
+  PlaceFeatures older = random_features(20, 8);
+  for (Eigen::Vector2f& p : older.pixels) p = centre + 0.3F * (p - centre);  // inside the contact
+  PlaceFeatures newer = older;
+  for (Eigen::Vector2f& p : newer.pixels) p = centre + Eigen::Rotation2Df(-0.5F) * (p - centre);
+  std::vector<Match> matches;
+  for (int i = 0; i < 20; ++i) matches.push_back({i, i});
+  const std::optional<Pose> lifted = lift(*flat, *flat, older, newer, matches);
+  ASSERT_TRUE(lifted);
+  EXPECT_LT((so3_log(lifted->linear()) - Eigen::Vector3d(0, 0, 0.5)).norm(), 1e-4);
+}
+
 TEST(Lift, TwoMatchesAreTooFew) {
   const SurfacePtr surface = touch(random_relief(5), place(0, 0));
   const PlaceFeatures f = random_features(2, 1);
