@@ -58,6 +58,7 @@ TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
       {0, press(ball, {0, 0, 1}, 1.0, 0.2), touch(ball, press(ball, {0, 0, 1}, 1.0, 0.2))},
       {1, press(ball, {0.3, 0, 1}, 1.0, 0.9), touch(ball, press(ball, {0.3, 0, 1}, 1.0, 0.9))}};
   const Mesh mesh = fuse(patches, {});
+  ASSERT_FALSE(mesh.triangles.empty());
   const MeshTopology t = topology(mesh);
   EXPECT_EQ(t.pieces, 1);
   expect_manifold(mesh);
@@ -223,6 +224,26 @@ TEST(Fusion, MorePatchesAverageTheNoiseOfOne) {
   const double one = error(1), four = error(4), sixteen = error(16);
   EXPECT_LT(four, 0.6 * one);      // independent noise: 1/2
   EXPECT_LT(sixteen, 0.35 * one);  // 1/4
+}
+
+TEST(Fusion, OneLostPatchHardlyMovesTheOthers) {
+  const Shape ball = sphere(radius_mm);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
+  const PosedSurface patch{0, pose, touch(ball, pose)};
+  const Mesh mesh = fuse({patch, patch, patch, patch, patch, shifted_along_sensor(patch, 0.9)}, {});
+  // The plain mean would be 0.15 mm off; at 0.9 of the truncation a patch has 4 % of its weight left.
+  EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.02);
+}
+
+TEST(Fusion, CoarseVoxelsKeepTheSurfaceWhereItIs) {
+  const Shape ball = sphere(radius_mm);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
+  FusionOptions options;
+  options.voxel_size_mm = 0.4;
+  const Mesh mesh = fuse({{0, pose, touch(ball, pose)}}, options);
+  ASSERT_GT(mesh.vertices_mm.size(), 100u);
+  // Chords of 0.4 mm leave the arc by 0.4^2 / (8 * 6) = 0.0033 mm; vertices lie on it all the same.
+  EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.001);
 }
 
 TEST(Fusion, SlopeGainIsTakenOut) {
