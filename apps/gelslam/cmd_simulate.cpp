@@ -26,7 +26,8 @@ struct SimulateArguments {
 
 void print_catalogue(const std::string& title, const std::vector<CatalogueEntry>& entries) {
   std::cout << title << "\n";
-  for (const CatalogueEntry& entry : entries) std::cout << "  " << std::left << std::setw(12) << entry.name << entry.description << "\n";
+  for (const CatalogueEntry& entry : entries)
+    std::cout << "  " << std::left << std::setw(12) << entry.name << entry.description << "\n";
 }
 
 void print_lists() {
@@ -47,11 +48,13 @@ void spread_seed(SimulateArguments& arguments) {
   arguments.calibration.optics = arguments.scan.optics;
 }
 
-void calibrate_into(const std::filesystem::path& folder, const SimulateArguments& arguments, ProgressSink& progress) {
+void calibrate_into(const std::filesystem::path& folder, const SimulateArguments& arguments,
+                    ProgressSink& progress) {
   refuse_to_replace(folder / "catalog.csv", arguments.overwrite);
   const SlopeGain gain = write_calibration_folder(folder, arguments.calibration, progress);
-  std::cerr << std::fixed << std::setprecision(3) << "slope gain on presses not trained on: x " << gain.x << ", y " << gain.y
-            << "; mean error " << std::setprecision(2) << gain.mean_error_deg << " degrees\n";
+  std::cerr << std::fixed << std::setprecision(3) << "slope gain on presses not trained on: x " << gain.x
+            << ", y " << gain.y << "; mean error " << std::setprecision(2) << gain.mean_error_deg
+            << " degrees\n";
 }
 
 void run_scan(SimulateArguments& arguments) {
@@ -60,39 +63,51 @@ void run_scan(SimulateArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
   const bool given = !arguments.calibration_folder.empty();
-  const std::filesystem::path calibration = given ? arguments.calibration_folder : arguments.output / "calibration";
+  const std::filesystem::path calibration =
+      given ? arguments.calibration_folder : arguments.output / "calibration";
   arguments.folder.model = calibration / "model" / "nnmodel.pth";
   if (given && !std::filesystem::exists(arguments.folder.model))
-    throw Error(calibration.string() + " holds no model/nnmodel.pth; make one with: gelslam simulate calibration -o " + calibration.string());
+    throw Error(calibration.string() +
+                " holds no model/nnmodel.pth; make one with: gelslam simulate calibration -o " +
+                calibration.string());
   if (!given) calibrate_into(calibration, arguments, *progress);
   write_data_folder(arguments.output, simulator, arguments.folder, *progress);
 }
 
 void add_common_options(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("-o,--output", arguments.output, "folder to write")->required();
-  command.add_option("--seed", arguments.seed, "of everything random; the same seed gives the same files")->capture_default_str();
-  command.add_option("--noise", arguments.scan.optics.noise_gain, "factor on the sensor's noise")->capture_default_str();
+  command.add_option("--seed", arguments.seed, "of everything random; the same seed gives the same files")
+      ->capture_default_str();
+  command.add_option("--noise", arguments.scan.optics.noise_gain, "factor on the sensor's noise")
+      ->capture_default_str();
   command.add_flag("--dirt", arguments.scan.optics.dirt, "specks and grains that stay on the gel");
   command.add_flag("--overwrite", arguments.overwrite, "replace what an earlier run wrote");
   command.add_flag("-q,--quiet", arguments.quiet, "no progress");
 }
 
 void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& arguments, int& exit_code) {
-  CLI::App* scan = simulate.add_subcommand("scan", "An object moved over the sensor, as a data folder with ground truth");
+  CLI::App* scan =
+      simulate.add_subcommand("scan", "An object moved over the sensor, as a data folder with ground truth");
   SimulateArguments& a = *arguments;
   scan->add_option("--object", a.scan.object.name, "see gelslam simulate --list")->capture_default_str();
   scan->add_option("--size", a.scan.object.size, "factor on the object's size")->capture_default_str();
-  scan->add_option("--relief", a.scan.object.relief, "factor on its texture's height; 0: polished")->capture_default_str();
-  scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "millimetres per unit of a mesh file")->capture_default_str();
+  scan->add_option("--relief", a.scan.object.relief, "factor on its texture's height; 0: polished")
+      ->capture_default_str();
+  scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "millimetres per unit of a mesh file")
+      ->capture_default_str();
   scan->add_option("--motion", a.scan.motion.name, "see gelslam simulate --list")->capture_default_str();
-  scan->add_option("--frames", a.scan.motion.frames, "pictures after the 10 of the background")->capture_default_str();
+  scan->add_option("--frames", a.scan.motion.frames, "pictures after the 10 of the background")
+      ->capture_default_str();
   scan->add_option("--speed", a.scan.motion.speed, "factor on how far the hand moves")->capture_default_str();
-  scan->add_option("--indentation", a.scan.motion.indentation_mm, "how deep the object is pressed in, mm")->capture_default_str();
-  scan->add_option("--calibration", a.calibration_folder, "calibration folder to use; else one is made in DIR/calibration");
+  scan->add_option("--indentation", a.scan.motion.indentation_mm, "how deep the object is pressed in, mm")
+      ->capture_default_str();
+  scan->add_option("--calibration", a.calibration_folder,
+                   "calibration folder to use; else one is made in DIR/calibration");
   scan->add_flag("--light-drift", a.scan.optics.light_drift, "the lights wander by some per cent");
   scan->add_flag("--lossless", a.folder.lossless, "PNG instead of JPEG pictures in the video");
   scan->add_flag("--truth-maps", a.folder.truth_maps, "also true heights and contacts of every frame");
-  scan->add_option("--threads", a.folder.threads, "0: all; the files do not depend on it")->capture_default_str();
+  scan->add_option("--threads", a.folder.threads, "0: all; the files do not depend on it")
+      ->capture_default_str();
   add_common_options(*scan, a);
   scan->footer("Example: gelslam simulate scan --object pebble --motion allover --frames 600 -o pebble");
   scan->callback([arguments, &exit_code] {
@@ -101,10 +116,14 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   });
 }
 
-void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& arguments, int& exit_code) {
-  CLI::App* calibration = simulate.add_subcommand("calibration", "Ball presses of the simulated sensor, and the network trained on them");
-  calibration->add_option("--presses", arguments->calibration.presses, "number of ball presses")->capture_default_str();
-  calibration->add_option("--epochs", arguments->calibration.training.epochs, "of training")->capture_default_str();
+void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& arguments,
+                     int& exit_code) {
+  CLI::App* calibration = simulate.add_subcommand(
+      "calibration", "Ball presses of the simulated sensor, and the network trained on them");
+  calibration->add_option("--presses", arguments->calibration.presses, "number of ball presses")
+      ->capture_default_str();
+  calibration->add_option("--epochs", arguments->calibration.training.epochs, "of training")
+      ->capture_default_str();
   add_common_options(*calibration, *arguments);
   calibration->footer("Example: gelslam simulate calibration -o calibration");
   calibration->callback([arguments, &exit_code] {
@@ -117,7 +136,8 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
 }  // namespace
 
 void add_simulate_command(CLI::App& app, int& exit_code) {
-  CLI::App* simulate = app.add_subcommand("simulate", "Make a log with ground truth: a virtual object on a virtual sensor");
+  CLI::App* simulate =
+      app.add_subcommand("simulate", "Make a log with ground truth: a virtual object on a virtual sensor");
   const auto arguments = std::make_shared<SimulateArguments>();
   simulate->add_flag("--list", arguments->list, "list objects and motions");
   simulate->require_subcommand(0, 1);

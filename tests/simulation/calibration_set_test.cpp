@@ -1,4 +1,5 @@
-// Ball presses, the network trained on them, and the file it is written to (read by libs/surface, which shares no code).
+// Ball presses, the network trained on them, and the file it is written to (read by libs/surface, which
+// shares no code).
 
 #include "gelslam/simulation/calibration_set.hpp"
 
@@ -42,10 +43,12 @@ TEST(BallPress, ShowsTheBallInsideItsCircle) {
     double error = 0;
     for (int v = 0; v < 240; ++v)
       for (int u = 0; u < 320; ++u) {
-        const double dx = (u - press.centre_px.x) * 0.0634, dy = (v - press.centre_px.y) * 0.0634, r = std::hypot(dx, dy);
+        const double dx = (u - press.centre_px.x) * 0.0634, dy = (v - press.centre_px.y) * 0.0634,
+                     r = std::hypot(dx, dy);
         if (r > (press.radius_px - 2) * 0.0634) continue;
         const double down = std::sqrt(ball * ball - r * r);
-        error = std::max({error, std::abs(press.gel.slope(v, u)[0] - dx / down), std::abs(press.gel.slope(v, u)[1] - dy / down)});
+        error = std::max({error, std::abs(press.gel.slope(v, u)[0] - dx / down),
+                          std::abs(press.gel.slope(v, u)[1] - dy / down)});
       }
     EXPECT_LT(error, 0.02) << number;
     EXPECT_GT(press.radius_px, 8);
@@ -117,8 +120,10 @@ TEST(Training, LearnsAKnownFunctionOfColour) {
   cv::Mat3b bgr(64, 64);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 64; ++u) {
-      bgr(v, u) = cv::Vec3b(cv::saturate_cast<std::uint8_t>(4 * u), cv::saturate_cast<std::uint8_t>(4 * v), static_cast<std::uint8_t>((u * v) % 256));
-      samples.add(bgr, u, v, 0.5F * std::sin(0.1F * static_cast<float>(u)), 0.01F * static_cast<float>(v - u));
+      bgr(v, u) = cv::Vec3b(cv::saturate_cast<std::uint8_t>(4 * u), cv::saturate_cast<std::uint8_t>(4 * v),
+                            static_cast<std::uint8_t>((u * v) % 256));
+      samples.add(bgr, u, v, 0.5F * std::sin(0.1F * static_cast<float>(u)),
+                  0.01F * static_cast<float>(v - u));
     }
   TrainingOptions options;
   options.epochs = 150;

@@ -88,7 +88,8 @@ TEST(DataFolder, TruthIsInMetresOnePoseForEveryFrameAfterTheBackground) {
     }
     for (int row = 0; row < 3; ++row) {
       EXPECT_NEAR(matrix[4 * row + 3], 1e-3 * pose->translation()[row], 1e-12);
-      for (int column = 0; column < 3; ++column) EXPECT_EQ(matrix[4 * row + column], pose->linear()(row, column));
+      for (int column = 0; column < 3; ++column)
+        EXPECT_EQ(matrix[4 * row + column], pose->linear()(row, column));
     }
   }
   EXPECT_GT(lifted, 0);
@@ -107,16 +108,33 @@ TEST(DataFolder, TouchedPointsAreVerticesOfTheMeshOnItsFace) {
   ASSERT_EQ(touched.shape[1], 3u);
   const std::vector<double> points = touched.to_doubles();
   for (std::size_t k = 0; k < touched.shape[0]; ++k) {
-    ASSERT_GT(points[3 * k + 2], -0.5e-3);                                   // the face, not the back
+    ASSERT_GT(points[3 * k + 2], -0.5e-3);  // the face, not the back
     ASSERT_LT(std::hypot(points[3 * k], points[3 * k + 1]), 12.5e-3);
   }
+}
+
+TEST(DataFolder, WallsAndBackOfAThinPlateAreNotTouched) {
+  ScanSpec spec;
+  spec.object.name = "plane";
+  spec.object.size = 0.17;  // 7.5 x 5.4 x 1.0 mm, edges rounded by 0.5 mm: its back sinks in, too
+  spec.motion.frames = 12;
+  spec.motion.indentation_mm = 1.5;
+  const TemporaryFolder parent;
+  NoProgress progress;
+  write_data_folder(parent / "scan", Simulator(spec), {}, progress);
+  const std::vector<double> points = read_npy(parent / "scan" / "touched.npy").to_doubles();
+  double lowest = 0;
+  for (std::size_t k = 2; k < points.size(); k += 3) lowest = std::min(lowest, points[k]);
+  EXPECT_LT(lowest, -0.05e-3);  // the gel bends round the edge,
+  EXPECT_GT(lowest, -0.55e-3);  // but does not go behind it
 }
 
 TEST(DataFolder, TruthMapsAreThoseOfTheSimulator) {
   DataFolderOptions options;
   options.truth_maps = true;
   const Written folder(options);
-  const NpyArray heights = read_npy(folder / "true_heights.npy"), contacts = read_npy(folder / "true_contacts.npy");
+  const NpyArray heights = read_npy(folder / "true_heights.npy"),
+                 contacts = read_npy(folder / "true_contacts.npy");
   ASSERT_EQ(heights.shape, (std::vector<std::size_t>{15, 240, 320}));
   ASSERT_EQ(contacts.type, NpyType::boolean);
   const SimulatedFrame frame = simulator().frame(12);
@@ -135,7 +153,8 @@ TEST(DataFolder, IsTheSameWhateverTheNumberOfThreads) {
   three.threads = 3;
   const Written a(one), b(three);
   std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& entry : std::filesystem::directory_iterator(a.path())) files.emplace_back(entry.path().filename(), read_bytes(entry.path()));
+  for (const auto& entry : std::filesystem::directory_iterator(a.path()))
+    files.emplace_back(entry.path().filename(), read_bytes(entry.path()));
   ASSERT_EQ(files.size(), 6u);
   for (const auto& [name, bytes] : files) EXPECT_TRUE(bytes == read_bytes(b / name)) << name;
 }
@@ -147,7 +166,8 @@ TEST(DataFolder, ConfigurationNamesTheModelRelatively) {
   NoProgress progress;
   write_data_folder(parent / "scan", simulator(), options, progress);
   const std::string config = read_bytes(parent / "scan" / "config.yaml");
-  EXPECT_NE(config.find("calibration_model_path: \"../calibration/model/nnmodel.pth\""), std::string::npos) << config;
+  EXPECT_NE(config.find("calibration_model_path: \"../calibration/model/nnmodel.pth\""), std::string::npos)
+      << config;
 }
 
 TEST(DataFolder, MistakesAreErrors) {

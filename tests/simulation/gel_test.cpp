@@ -1,4 +1,5 @@
-// The gel: against the closed form of a pressed ball, and against the conditions that make a solution the solution.
+// The gel: against the closed form of a pressed ball, and against the conditions that make a solution the
+// solution.
 
 #include "gelslam/simulation/gel.hpp"
 
@@ -21,7 +22,8 @@ cv::Mat1f ball(double radius, double depth, double x0 = 0, double y0 = 0) {
   for (int v = 0; v < underside.rows; ++v)
     for (int u = 0; u < underside.cols; ++u) {
       const double r = std::hypot(sensor.x_mm(u) - x0, sensor.y_mm(v) - y0);
-      if (r < radius) underside(v, u) = static_cast<float>(radius - depth - std::sqrt(radius * radius - r * r));
+      if (r < radius)
+        underside(v, u) = static_cast<float>(radius - depth - std::sqrt(radius * radius - r * r));
     }
   return underside;
 }
@@ -49,19 +51,20 @@ TEST_P(PressedBall, HasTheContactRadiusAndSkirtOfTheClosedForm) {
   const double expected = contact_radius(radius, depth, length);
   const double area = cv::countNonZero(gel.contact) * sensor.pixel_pitch_mm * sensor.pixel_pitch_mm;
   EXPECT_NEAR(std::sqrt(area / std::acos(-1.0)), expected, sensor.pixel_pitch_mm);  // a pixel
-  EXPECT_LT(expected, std::sqrt(2 * radius * depth));                               // less than where the ball cuts z = 0
+  EXPECT_LT(expected, std::sqrt(2 * radius * depth));  // less than where the ball cuts z = 0
   const double edge = depth - radius + std::sqrt(radius * radius - expected * expected);
   for (int u = 160; u < sensor.width_px; ++u) {
     const double r = std::hypot(sensor.x_mm(u), sensor.y_mm(120));
     if (r < expected + 0.1) continue;
-    const double skirt = -edge * std::cyl_bessel_k(0.0, r / length) / std::cyl_bessel_k(0.0, expected / length);
+    const double skirt =
+        -edge * std::cyl_bessel_k(0.0, r / length) / std::cyl_bessel_k(0.0, expected / length);
     EXPECT_NEAR(gel.height_mm(120, u), skirt, 0.01 * depth) << "at radius " << r;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, PressedBall,
-                         testing::Values(std::tuple(3.155, 0.5, 0.35), std::tuple(4.75, 0.3, 0.35), std::tuple(4.75, 0.9, 0.2),
-                                         std::tuple(10.0, 0.4, 1.0)));
+                         testing::Values(std::tuple(3.155, 0.5, 0.35), std::tuple(4.75, 0.3, 0.35),
+                                         std::tuple(4.75, 0.9, 0.2), std::tuple(10.0, 0.4, 1.0)));
 
 /// A bumpy, pitted landscape that partly touches.
 cv::Mat1f landscape() {
@@ -78,7 +81,8 @@ TEST(Gel, SatisfiesTheConditionsOfTheObstacleProblem) {
   const GelOptions options;
   const cv::Mat1f underside = landscape();
   const GelShape gel = press_gel(underside, sensor, options);
-  const double scale = sensor.pixel_pitch_mm * sensor.pixel_pitch_mm / (options.relaxation_length_mm * options.relaxation_length_mm);
+  const double scale = sensor.pixel_pitch_mm * sensor.pixel_pitch_mm /
+                       (options.relaxation_length_mm * options.relaxation_length_mm);
   int touching = 0, free = 0;
   for (int v = 1; v + 1 < underside.rows; ++v)
     for (int u = 1; u + 1 < underside.cols; ++u) {
@@ -97,6 +101,24 @@ TEST(Gel, SatisfiesTheConditionsOfTheObstacleProblem) {
     }
   EXPECT_GT(touching, 3000);
   EXPECT_GT(free, 3000);
+}
+
+TEST(Gel, BordersAreFree) {
+  // A ridge across the whole picture, whichever way it runs: the gel is the same all along it, up to the
+  // border.
+  cv::Mat1f along(sensor.height_px, sensor.width_px), across(sensor.height_px, sensor.width_px);
+  for (int v = 0; v < sensor.height_px; ++v)
+    for (int u = 0; u < sensor.width_px; ++u) {
+      along(v, u) = 0.2F * sensor.y_mm(v) * sensor.y_mm(v) - 0.5F;
+      across(v, u) = 0.2F * sensor.x_mm(u) * sensor.x_mm(u) - 0.5F;
+    }
+  const cv::Mat1f a = press_gel(along, sensor, {}).height_mm, b = press_gel(across, sensor, {}).height_mm;
+  for (int v = 0; v < sensor.height_px; ++v)
+    for (int u = 0; u < sensor.width_px; ++u) {
+      ASSERT_NEAR(a(v, u), a(v, 160), 1e-4F);
+      ASSERT_NEAR(b(v, u), b(120, u), 1e-4F);
+    }
+  EXPECT_LT(a(85, 0), -0.01F);  // there is a skirt at the border to speak of
 }
 
 TEST(Gel, IsUntouchedFarAway) {
@@ -130,7 +152,8 @@ TEST(Gel, StaysFlatUnderAnObjectThatDoesNotReachIt) {
 
 TEST(Gel, SlopesSumUpToItsHeight) {
   const GelShape gel = press_gel(ball(4.75, 0.6, 1.0, -0.7), sensor, {});
-  // Trapezoids from the border, where the gel is at rest: another rule than the differences that made the slopes.
+  // Trapezoids from the border, where the gel is at rest: another rule than the differences that made the
+  // slopes.
   for (const int v : {60, 108, 130}) {
     double height = 0;
     for (int u = 1; u < sensor.width_px; ++u) {
@@ -162,9 +185,11 @@ TEST(Gel, AContactThatTheBorderCutsIsTheSameAsOneInTheMiddle) {
   middle.translation() << 0, 0, 7.4;
   constexpr int shift_px = 150;  // the ball's lowest point comes to lie 10 pixels from the right border
   edge.translation() << shift_px * sensor.pixel_pitch_mm, 0, 7.4;
-  const GelShape whole = press_object(*shape, middle, sensor, {}), cut = press_object(*shape, edge, sensor, {});
+  const GelShape whole = press_object(*shape, middle, sensor, {}),
+                 cut = press_object(*shape, edge, sensor, {});
   for (int v = 0; v < sensor.height_px; ++v)
-    for (int u = shift_px; u < sensor.width_px; ++u) ASSERT_NEAR(cut.height_mm(v, u), whole.height_mm(v, u - shift_px), 0.01F);
+    for (int u = shift_px; u < sensor.width_px; ++u)
+      ASSERT_NEAR(cut.height_mm(v, u), whole.height_mm(v, u - shift_px), 0.01F);
 }
 
 TEST(Underside, OfABallIsTheBall) {

@@ -29,7 +29,8 @@ OpticsOptions quiet() {
 /// Change of colour per unit of slope at the centre, BGR.
 cv::Vec3d sensitivity(float gx, float gy) {
   const Optics optics(sensor, quiet());
-  const cv::Mat3b up = optics.render(gel_with_slope(gx, gy), 0, 0, true), down = optics.render(gel_with_slope(-gx, -gy), 0, 0, true);
+  const cv::Mat3b up = optics.render(gel_with_slope(gx, gy), 0, 0, true),
+                  down = optics.render(gel_with_slope(-gx, -gy), 0, 0, true);
   const double twice = 2 * std::hypot(gx, gy);
   return (cv::Vec3d(up(120, 160)) - cv::Vec3d(down(120, 160))) / twice;
 }
@@ -46,13 +47,16 @@ TEST(Optics, AnswersToSlopesLikeARealSensor) {
 
 TEST(Optics, KeepsEverySlopeUpTo45DegreesApart) {
   const Optics optics(sensor, quiet());
-  // Along each of 12 directions, steps of 5 degrees change the colour by more than the noise (about 1.3) of a pixel.
+  // Along each of 12 directions, steps of 5 degrees change the colour by more than the noise (about 1.3) of a
+  // pixel.
   for (int direction = 0; direction < 12; ++direction) {
     const double angle = direction * std::acos(-1.0) / 6;
     cv::Mat3b before;
     for (int degrees = 0; degrees <= 45; degrees += 5) {
       const double slope = std::tan(degrees * std::acos(-1.0) / 180);
-      const cv::Mat3b now = optics.render(gel_with_slope(static_cast<float>(slope * std::cos(angle)), static_cast<float>(slope * std::sin(angle))), 0, 0, true);
+      const cv::Mat3b now = optics.render(gel_with_slope(static_cast<float>(slope * std::cos(angle)),
+                                                         static_cast<float>(slope * std::sin(angle))),
+                                          0, 0, true);
       if (!before.empty()) {
         for (const cv::Point& p : {cv::Point(40, 30), cv::Point(160, 120), cv::Point(280, 210)}) {
           const cv::Vec3d change = cv::Vec3d(now(p)) - cv::Vec3d(before(p));
@@ -73,12 +77,14 @@ TEST(Optics, BackgroundIsOfMiddleBrightness) {
 
 TEST(Optics, NoiseHasTheStatedSizeAndNoMean) {
   const Optics optics(sensor, {});
-  const cv::Mat3b a = optics.render(gel_with_slope(0, 0), 1, 0, false), b = optics.render(gel_with_slope(0, 0), 2, 0, false);
+  const cv::Mat3b a = optics.render(gel_with_slope(0, 0), 1, 0, false),
+                  b = optics.render(gel_with_slope(0, 0), 2, 0, false);
   double squares = 0, sum = 0, expected = 0;
   for (int v = 0; v < a.rows; ++v)
     for (int u = 0; u < a.cols; ++u)
       for (int c = 0; c < 3; ++c) {
-        const double level = optics.background()(v, u)[c], difference = double(a(v, u)[c]) - double(b(v, u)[c]);
+        const double level = optics.background()(v, u)[c],
+                     difference = double(a(v, u)[c]) - double(b(v, u)[c]);
         squares += difference * difference;
         sum += a(v, u)[c] - level;
         expected += 2 * (0.49 + 0.01 * level + 1.0 / 12);  // read, shot, rounding
@@ -101,7 +107,9 @@ TEST(Optics, DriftStartsAtNothingAndWanders) {
   const GelShape flat = gel_with_slope(0, 0);
   EXPECT_EQ(cv::norm(optics.render(flat, 0, 0, false), steady.render(flat, 0, 0, false), cv::NORM_INF), 0);
   double largest = 0;
-  for (const double time : {5.0, 10.0, 15.0}) largest = std::max(largest, cv::norm(optics.render(flat, 0, time, true), steady.render(flat, 0, time, true), cv::NORM_INF));
+  for (const double time : {5.0, 10.0, 15.0})
+    largest = std::max(largest, cv::norm(optics.render(flat, 0, time, true),
+                                         steady.render(flat, 0, time, true), cv::NORM_INF));
   EXPECT_GT(largest, 3);
   EXPECT_LT(largest, 30);
 }

@@ -25,7 +25,9 @@ ShapeSpec named(const std::string& name) {
 double volume(const Mesh& mesh) {
   double sum = 0;
   for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto corner = [&](int k) { return mesh.vertices_mm[static_cast<std::size_t>(t[k])].cast<double>().eval(); };
+    const auto corner = [&](int k) {
+      return mesh.vertices_mm[static_cast<std::size_t>(t[k])].cast<double>().eval();
+    };
     sum += corner(0).dot(corner(1).cross(corner(2))) / 6;
   }
   return sum;
@@ -54,7 +56,8 @@ TEST_P(EveryShape, RaysHitWhereEmbreeHitsItsMesh) {
   int hits = 0, different = 0;
   for (int k = 0; k < 1500; ++k) {
     const Ray ray = random_ray(*shape, random);
-    const float a = shape->intersect(ray.origin, ray.direction, 200), b = as_mesh->intersect(ray.origin, ray.direction, 200);
+    const float a = shape->intersect(ray.origin, ray.direction, 200),
+                b = as_mesh->intersect(ray.origin, ray.direction, 200);
     if (std::isfinite(a)) ++hits;
     // A mesh of 0.15 mm cuts ridges of radius 0.2 mm by 0.014 mm; grazing rays magnify that.
     if (std::isfinite(a) != std::isfinite(b) || (std::isfinite(a) && std::abs(a - b) > 0.06F)) ++different;
@@ -86,7 +89,8 @@ TEST_P(EveryShape, ClearanceIsNeverTooLarge) {
   std::mt19937_64 random(3);
   for (int k = 0; k < 60; ++k) {
     const Ray ray = random_ray(*shape, random);
-    const Vector3f point = ray.origin + 0.6F * static_cast<float>(k) / 60.0F * shape->bounds_mm().sizes().norm() * ray.direction;
+    const Vector3f point =
+        ray.origin + 0.6F * static_cast<float>(k) / 60.0F * shape->bounds_mm().sizes().norm() * ray.direction;
     float nearest = 1e9F;
     for (const Vector3f& vertex : mesh.vertices_mm) nearest = std::min(nearest, (vertex - point).norm());
     EXPECT_LE(shape->clearance(point), nearest + 1e-3F);
@@ -114,7 +118,8 @@ std::vector<std::string> names() {
   for (const CatalogueEntry& entry : shape_catalogue()) all.push_back(entry.name);
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(Catalogue, EveryShape, testing::ValuesIn(names()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryShape, testing::ValuesIn(names()),
+                         [](const auto& info) { return info.param; });
 
 TEST(Shape, SphereIsHitWhereTheFormulaSays) {
   const ShapePtr sphere = make_shape(named("sphere"));  // radius 8 mm
@@ -137,7 +142,9 @@ TEST(Shape, VolumesAreThoseOfTheFormulas) {
 
 TEST(Shape, SeedAndReliefChangeTheTextureOnly) {
   ShapeSpec spec = named("pebble");
-  const auto depth = [](const ShapeSpec& s) { return make_shape(s)->intersect({1, 1, -30}, Vector3f::UnitZ(), 60); };
+  const auto depth = [](const ShapeSpec& s) {
+    return make_shape(s)->intersect({1, 1, -30}, Vector3f::UnitZ(), 60);
+  };
   const float first = depth(spec);
   EXPECT_EQ(first, depth(spec));
   spec.seed = 2;

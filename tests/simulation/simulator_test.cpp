@@ -42,7 +42,8 @@ TEST(Simulator, ContactPointsLieOnTheObjectAtItsStartPose) {
         const Eigen::Vector3d on_object = object_T_start * *frame.start_T_sensor * point;
         // From 0.2 mm before the point, looking along the sensor's axis, the object is 0.2 mm away.
         const Eigen::Vector3d along = (object_T_start * *frame.start_T_sensor).linear().col(2);
-        const float t = simulator.shape().intersect((on_object - 0.2 * along).cast<float>(), along.cast<float>(), 1.0F);
+        const float t =
+            simulator.shape().intersect((on_object - 0.2 * along).cast<float>(), along.cast<float>(), 1.0F);
         ASSERT_NEAR(t, 0.2F, 2e-3F);
         ++checked;
       }
@@ -53,8 +54,10 @@ TEST(Simulator, ContactPointsLieOnTheObjectAtItsStartPose) {
 TEST(Simulator, TrueHeightIsNeverAboveTheObject) {
   const Simulator simulator(scan("coin", "wobble", 12));
   const SimulatedFrame frame = simulator.frame(20);
-  const cv::Mat1f underside = object_underside(simulator.shape(), frame.sensor_T_object, simulator.spec().geometry, simulator.spec().gel);
-  EXPECT_EQ(cv::countNonZero(frame.height_mm > underside + 1e-3F), 0);  // two castings may differ by micrometres
+  const cv::Mat1f underside = object_underside(simulator.shape(), frame.sensor_T_object,
+                                               simulator.spec().geometry, simulator.spec().gel);
+  EXPECT_EQ(cv::countNonZero(frame.height_mm > underside + 1e-3F),
+            0);  // two castings may differ by micrometres
   EXPECT_GT(cv::countNonZero(frame.contact), 5000);
   EXPECT_LT(cv::countNonZero(frame.contact), 76800);
 }
@@ -78,7 +81,9 @@ TEST(Simulator, SameSeedSamePicturesInAnyOrder) {
   EXPECT_EQ(cv::norm(b.frame(25).bgr, late, cv::NORM_INF), 0);
   ScanSpec other = spec;
   other.motion.seed = 2;
-  EXPECT_GT((Simulator(other).frame(25).sensor_T_object.matrix() - a.frame(25).sensor_T_object.matrix()).norm(), 1e-3);
+  EXPECT_GT(
+      (Simulator(other).frame(25).sensor_T_object.matrix() - a.frame(25).sensor_T_object.matrix()).norm(),
+      1e-3);
   other = spec;
   other.optics.seed = 2;
   EXPECT_GT(cv::norm(Simulator(other).frame(25).bgr, late, cv::NORM_INF), 0);
@@ -97,7 +102,8 @@ TEST_P(EveryMotion, MovesSmoothlyAtABearableDepth) {
     if (index % 25 == 1) {
       const Pose step = previous.inverse() * frame.sensor_T_object;
       EXPECT_LT(rotation_angle_rad(step), 0.04) << index;  // 2.3 degrees a frame
-      EXPECT_LT((frame.sensor_T_object.translation() - previous.translation()).head<2>().norm(), 0.3) << index;
+      EXPECT_LT((frame.sensor_T_object.translation() - previous.translation()).head<2>().norm(), 0.3)
+          << index;
     }
     previous = frame.sensor_T_object;
     EXPECT_GT(lowest(frame), -1.2);
@@ -113,7 +119,8 @@ std::vector<std::string> motions() {
   for (const CatalogueEntry& entry : motion_catalogue()) all.push_back(entry.name);
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(Catalogue, EveryMotion, testing::ValuesIn(motions()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryMotion, testing::ValuesIn(motions()),
+                         [](const auto& info) { return info.param; });
 
 TEST(Simulator, AllOverTurnsMoreThanOnceAndComesBack) {
   const Simulator simulator(scan("pebble", "allover", 200));

@@ -40,8 +40,14 @@ std::uint64_t padded(std::uint32_t size) { return size + (size & 1u); }
 
 }  // namespace
 
-AviWriter::AviWriter(const std::filesystem::path& path, std::array<char, 4> codec, int width, int height, double rate_hz)
-    : file_(path), path_(path), stream_(file_.path(), std::ios::binary), codec_(codec), width_(width), height_(height),
+AviWriter::AviWriter(const std::filesystem::path& path, std::array<char, 4> codec, int width, int height,
+                     double rate_hz)
+    : file_(path),
+      path_(path),
+      stream_(file_.path(), std::ios::binary),
+      codec_(codec),
+      width_(width),
+      height_(height),
       rate_hz_(rate_hz) {
   write_header();
 }
@@ -59,14 +65,38 @@ void AviWriter::write_header() {
   Bytes b;
   b.code("RIFF").u32(4 + 8 + header_list + 8 + movie + 8 + index).code("AVI ");
   b.code("LIST").u32(header_list).code("hdrl");
-  b.code("avih").u32(56).u32(static_cast<std::uint64_t>(std::llround(1e6 / rate_hz_))).u32(0).u32(0).u32(index_flag);
-  b.u32(frames).u32(0).u32(1).u32(largest_).u32(static_cast<std::uint64_t>(width_)).u32(static_cast<std::uint64_t>(height_)).zeros(16);
+  b.code("avih")
+      .u32(56)
+      .u32(static_cast<std::uint64_t>(std::llround(1e6 / rate_hz_)))
+      .u32(0)
+      .u32(0)
+      .u32(index_flag);
+  b.u32(frames)
+      .u32(0)
+      .u32(1)
+      .u32(largest_)
+      .u32(static_cast<std::uint64_t>(width_))
+      .u32(static_cast<std::uint64_t>(height_))
+      .zeros(16);
   b.code("LIST").u32(4 + 64 + 48).code("strl");
   b.code("strh").u32(56).code("vids").code(codec).u32(0).u32(0).u32(0).u32(rate_scale);
-  b.u32(static_cast<std::uint64_t>(std::llround(rate_hz_ * rate_scale))).u32(0).u32(frames).u32(largest_).u32(0xffffffff).u32(0);
+  b.u32(static_cast<std::uint64_t>(std::llround(rate_hz_ * rate_scale)))
+      .u32(0)
+      .u32(frames)
+      .u32(largest_)
+      .u32(0xffffffff)
+      .u32(0);
   b.u16(0).u16(0).u16(static_cast<std::uint64_t>(width_)).u16(static_cast<std::uint64_t>(height_));
-  b.code("strf").u32(40).u32(40).u32(static_cast<std::uint64_t>(width_)).u32(static_cast<std::uint64_t>(height_));
-  b.u16(1).u16(24).code(codec).u32(static_cast<std::uint64_t>(width_) * static_cast<std::uint64_t>(height_) * 3).zeros(16);
+  b.code("strf")
+      .u32(40)
+      .u32(40)
+      .u32(static_cast<std::uint64_t>(width_))
+      .u32(static_cast<std::uint64_t>(height_));
+  b.u16(1)
+      .u16(24)
+      .code(codec)
+      .u32(static_cast<std::uint64_t>(width_) * static_cast<std::uint64_t>(height_) * 3)
+      .zeros(16);
   b.code("LIST").u32(movie).code("movi");
   write(b.get());
 }

@@ -11,12 +11,13 @@
 
 namespace gelslam::simulation::detail {
 
-/// A video file of already encoded pictures (AVI 1.0: RIFF with idx1). Own, because cv::VideoWriter halves the resolution
-/// of colour in MJPG, and colour is what this sensor measures with.
+/// A video file of already encoded pictures (AVI 1.0: RIFF with idx1). Own, because cv::VideoWriter halves
+/// the resolution of colour in MJPG, and colour is what this sensor measures with.
 class AviWriter {
  public:
   /// `codec`: "MJPG" (JPEG pictures) or "MPNG" (PNG pictures). Throws Error when the file cannot be made.
-  AviWriter(const std::filesystem::path& path, std::array<char, 4> codec, int width, int height, double rate_hz);
+  AviWriter(const std::filesystem::path& path, std::array<char, 4> codec, int width, int height,
+            double rate_hz);
   /// Throws Error on a full disk or beyond 1 GB, where AVI 1.0 ends.
   void add(std::span<const std::uint8_t> picture);
   /// Writes the index and makes the file appear.

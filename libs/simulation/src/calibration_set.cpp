@@ -22,15 +22,16 @@ using simulation::detail::Random;
 
 constexpr std::array<double, 2> diameters_mm = {6.31, 9.5};
 constexpr int background_pictures = 10;
-constexpr int held_out_first = 1'000'000;     // numbers of presses that training never uses
-constexpr double circle_shrink_px = 2;        // the lens mixes in what lies outside
+constexpr int held_out_first = 1'000'000;  // numbers of presses that training never uses
+constexpr double circle_shrink_px = 2;     // the lens mixes in what lies outside
 constexpr int samples_per_press = 1500;
-constexpr int validation_every = 5;           // every fifth press shows the gain instead of training
+constexpr int validation_every = 5;  // every fifth press shows the gain instead of training
 constexpr double background_share = 0.2;
 constexpr double degrees_per_radian = 180 / std::numbers::pi;
 
 void check(const CalibrationSpec& spec) {
-  if (spec.presses < validation_every || spec.presses > 2000) throw Error("number of calibration presses must be between 5 and 2000");
+  if (spec.presses < validation_every || spec.presses > 2000)
+    throw Error("number of calibration presses must be between 5 and 2000");
 }
 
 /// Drift is what happens after the calibration, and specks that come with contact were not there yet.
@@ -50,27 +51,32 @@ double contact_radius_px(const cv::Mat1b& contact, const cv::Point2d& centre) {
   double squared = 0;
   for (int v = 0; v < contact.rows; ++v)
     for (int u = 0; u < contact.cols; ++u)
-      if (contact(v, u) != 0) squared = std::max(squared, (u - centre.x) * (u - centre.x) + (v - centre.y) * (v - centre.y));
+      if (contact(v, u) != 0)
+        squared = std::max(squared, (u - centre.x) * (u - centre.x) + (v - centre.y) * (v - centre.y));
   return std::sqrt(squared);
 }
 
-/// Angles of the ball's surface at a pixel inside the contact circle (ALGORITHMS of the public systems): the label that a
-/// person with a ruler and a ball would have.
-void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Random& random, TrainingSamples& samples) {
+/// Angles of the ball's surface at a pixel inside the contact circle (ALGORITHMS of the public systems): the
+/// label that a person with a ruler and a ball would have.
+void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Random& random,
+                       TrainingSamples& samples) {
   const double ball_px = 0.5 * press.diameter_mm / spec.geometry.pixel_pitch_mm;
   const double circle = press.radius_px - circle_shrink_px;
   for (int k = 0; k < samples_per_press && circle > 0; ++k) {
-    const double radius = circle * std::sqrt(random.uniform()), angle = random.uniform(0, 2 * std::numbers::pi);
+    const double radius = circle * std::sqrt(random.uniform()),
+                 angle = random.uniform(0, 2 * std::numbers::pi);
     const int u = static_cast<int>(std::lround(press.centre_px.x + radius * std::cos(angle)));
     const int v = static_cast<int>(std::lround(press.centre_px.y + radius * std::sin(angle)));
     if (u < 0 || u >= press.bgr.cols || v < 0 || v >= press.bgr.rows) continue;
     const double dx = u - press.centre_px.x, dy = v - press.centre_px.y;
     const double down = std::sqrt(ball_px * ball_px - dx * dx - dy * dy);
-    samples.add(press.bgr, u, v, static_cast<float>(std::atan2(dx, down)), static_cast<float>(std::atan2(dy, down)));
+    samples.add(press.bgr, u, v, static_cast<float>(std::atan2(dx, down)),
+                static_cast<float>(std::atan2(dy, down)));
   }
 }
 
-void add_background_samples(const CalibrationSpec& spec, std::size_t count, Random& random, TrainingSamples& samples) {
+void add_background_samples(const CalibrationSpec& spec, std::size_t count, Random& random,
+                            TrainingSamples& samples) {
   const cv::Mat3b bgr = picture(spec, flat_gel(spec.geometry), 2 * held_out_first);
   for (std::size_t k = 0; k < count; ++k)
     samples.add(bgr, static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.cols))),
@@ -78,7 +84,8 @@ void add_background_samples(const CalibrationSpec& spec, std::size_t count, Rand
 }
 
 /// Read on true slope inside the contact circles. See measure_slope_gain.
-SlopeGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec, const std::vector<BallPress>& presses) {
+SlopeGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec,
+                  const std::vector<BallPress>& presses) {
   const cv::Mat2f zero = read_slopes(network, simulate_background(spec));
   cv::Vec2d read_true(0, 0), true_true(0, 0);
   double error_rad = 0, count = 0;
@@ -97,12 +104,13 @@ SlopeGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec, 
         }
       }
   }
-  if (!(true_true[0] > 0 && true_true[1] > 0)) throw Error("the presses that should show the slope gain have no contact");
+  if (!(true_true[0] > 0 && true_true[1] > 0))
+    throw Error("the presses that should show the slope gain have no contact");
   return {read_true[0] / true_true[0], read_true[1] / true_true[1], error_rad / count * degrees_per_radian};
 }
 
-/// Noise in the colours makes every regression read slopes too flat. Dividing its output by the gain on presses that
-/// it was not trained on takes that out.
+/// Noise in the colours makes every regression read slopes too flat. Dividing its output by the gain on
+/// presses that it was not trained on takes that out.
 void remove_gain(SimulatedNetwork& network, const SlopeGain& gain) {
   const std::array<double, 2> factors = {1 / gain.x, 1 / gain.y};
   const std::size_t inputs = network.weight.back().size() / factors.size();
@@ -151,7 +159,8 @@ cv::Mat3b simulate_background(const CalibrationSpec& spec) {
   const Optics optics(spec.geometry, optics_at_calibration(spec));
   const GelShape flat = flat_gel(spec.geometry);
   cv::Mat3f sum(spec.geometry.height_px, spec.geometry.width_px, cv::Vec3f(0, 0, 0));
-  for (int k = 0; k < background_pictures; ++k) cv::add(sum, optics.render(flat, -3LL * held_out_first - k, 0, false), sum, cv::noArray(), CV_32F);
+  for (int k = 0; k < background_pictures; ++k)
+    cv::add(sum, optics.render(flat, -3LL * held_out_first - k, 0, false), sum, cv::noArray(), CV_32F);
   cv::Mat3b mean;
   sum.convertTo(mean, CV_8U, 1.0 / background_pictures);
   return mean;
@@ -187,7 +196,8 @@ SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& pro
   return network;
 }
 
-SlopeGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec, ProgressSink& progress) {
+SlopeGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
+                                   ProgressSink& progress) {
   check(spec);
   std::error_code failure;
   std::filesystem::create_directories(folder / "model", failure);
@@ -198,7 +208,8 @@ SlopeGain write_calibration_folder(const std::filesystem::path& folder, const Ca
   std::array<int, diameters_mm.size()> numbers{};
   for (int k = 0; k < spec.presses; ++k) {
     const BallPress press = simulate_press(spec, k);
-    const std::string name = press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % diameters_mm.size()]++);
+    const std::string name =
+        press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % diameters_mm.size()]++);
     std::filesystem::create_directories(folder / name, failure);
     if (failure) throw Error("cannot make folder " + (folder / name).string() + ": " + failure.message());
     write_png(folder / name / "gelsight.png", press.bgr);

@@ -116,19 +116,23 @@ std::string meta_json(const std::string& name, const Simulator& simulator, const
 }
 
 /// The same keys as the public configurations have.
-std::string config_yaml(const std::filesystem::path& folder, const Simulator& simulator, const DataFolderOptions& options) {
+std::string config_yaml(const std::filesystem::path& folder, const Simulator& simulator,
+                        const DataFolderOptions& options) {
   const SensorGeometry& geometry = simulator.spec().geometry;
   std::ostringstream yaml;
-  yaml << "# Configuration of the Device\ndevice_config:\n  device_name: \"GelSight Mini\"\n  ppmm: " << geometry.pixel_pitch_mm
-       << "\n  imgh: " << geometry.height_px << "\n  imgw: " << geometry.width_px
-       << "\n  raw_imgh: 2464\n  raw_imgw: 3280\n  framerate: " << simulator.spec().motion.frame_rate_hz << "\n";
+  yaml << "# Configuration of the Device\ndevice_config:\n  device_name: \"GelSight Mini\"\n  ppmm: "
+       << geometry.pixel_pitch_mm << "\n  imgh: " << geometry.height_px << "\n  imgw: " << geometry.width_px
+       << "\n  raw_imgh: 2464\n  raw_imgw: 3280\n  framerate: " << simulator.spec().motion.frame_rate_hz
+       << "\n";
   if (!options.model.empty()) {
     const std::filesystem::path model = std::filesystem::absolute(options.model).lexically_normal();
     const std::filesystem::path here = std::filesystem::absolute(folder).lexically_normal();
-    yaml << "  calibration_model_path: " << nlohmann::json(model.lexically_relative(here).string()).dump() << "\n";
+    yaml << "  calibration_model_path: " << nlohmann::json(model.lexically_relative(here).string()).dump()
+         << "\n";
   }
   yaml << "contact_mask_config:\n  color_dist_threshold: 15\n  height_threshold: 0.2\n"
-          "gelslam_config:\n  track_config:\n    contact_threshold: 500\n    scr_threshold: 0.3\n    ccs_threshold: 0.7\n"
+          "gelslam_config:\n  track_config:\n    contact_threshold: 500\n    scr_threshold: 0.3\n    "
+          "ccs_threshold: 0.7\n"
           "  pose_graph_config:\n    coverage_graph_overlap_threshold: 50\n    min_sift_inliers: 8\n"
           "    scr_threshold: 0.3\n    ccs_threshold: 0.7\n";
   return yaml.str();
@@ -137,13 +141,17 @@ std::string config_yaml(const std::filesystem::path& folder, const Simulator& si
 /// The files that grow with every frame.
 class FrameFiles {
  public:
-  FrameFiles(const std::filesystem::path& folder, const Simulator& simulator, const DataFolderOptions& options)
-      : video_(folder / "gelsight.avi", options.lossless ? std::array{'M', 'P', 'N', 'G'} : std::array{'M', 'J', 'P', 'G'},
-               simulator.spec().geometry.width_px, simulator.spec().geometry.height_px, simulator.spec().motion.frame_rate_hz) {
+  FrameFiles(const std::filesystem::path& folder, const Simulator& simulator,
+             const DataFolderOptions& options)
+      : video_(folder / "gelsight.avi",
+               options.lossless ? std::array{'M', 'P', 'N', 'G'} : std::array{'M', 'J', 'P', 'G'},
+               simulator.spec().geometry.width_px, simulator.spec().geometry.height_px,
+               simulator.spec().motion.frame_rate_hz) {
     if (!options.truth_maps) return;
     const std::vector<std::size_t> shape = {
         static_cast<std::size_t>(simulator.frame_count() - simulator.spec().background_frames),
-        static_cast<std::size_t>(simulator.spec().geometry.height_px), static_cast<std::size_t>(simulator.spec().geometry.width_px)};
+        static_cast<std::size_t>(simulator.spec().geometry.height_px),
+        static_cast<std::size_t>(simulator.spec().geometry.width_px)};
     heights_.emplace(folder / "true_heights.npy", "<f4", shape);
     contacts_.emplace(folder / "true_contacts.npy", "|b1", shape);
   }
@@ -169,12 +177,13 @@ class FrameFiles {
 
 }  // namespace
 
-void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator, const DataFolderOptions& options,
-                       ProgressSink& progress) {
+void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator,
+                       const DataFolderOptions& options, ProgressSink& progress) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);
   if (failure) throw Error("cannot make folder " + folder.string() + ": " + failure.message());
-  if (options.threads < 0 || options.threads > 256) throw Error("number of threads must be between 0 and 256");
+  if (options.threads < 0 || options.threads > 256)
+    throw Error("number of threads must be between 0 and 256");
   const int available = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const int threads = options.threads == 0 ? available : options.threads;
   FrameFiles files(folder, simulator, options);
@@ -197,14 +206,15 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
     }
   }
   progress.end();
-  files.finish();
   const std::vector<float> points = touched.points_m();
   write_npy(folder / "touched.npy", {points.size() / 3, 3}, points);
   write_npy(folder / "true_start_T_currs.npy", {summary.poses_m.size() / 16, 4, 4}, summary.poses_m);
   write_mesh(folder / "gt_mesh.ply", simulator.surface(), LengthUnit::metre);
   write_file_atomically(folder / "config.yaml", config_yaml(folder, simulator, options));
   const std::string name = std::filesystem::absolute(folder).lexically_normal().filename().string();
-  write_file_atomically(folder / "meta.json", meta_json(name, simulator, options, summary, points.size() / 3));
+  write_file_atomically(folder / "meta.json",
+                        meta_json(name, simulator, options, summary, points.size() / 3));
+  files.finish();  // last: a folder with a gelsight.avi is whole
 }
 
 }  // namespace gelslam

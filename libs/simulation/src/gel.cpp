@@ -11,14 +11,16 @@
 namespace gelslam {
 namespace {
 
-constexpr int beyond_view_px = 16;         // a free border bends a contact that it cuts; it lies out of sight
-constexpr int block_px = 8;               // solved region's size is a multiple: it can be halved three times
-constexpr double skirt_lengths = 9.0;     // beyond this many relaxation lengths the skirt is under 1e-4 of its start
+constexpr int beyond_view_px = 16;  // a free border bends a contact that it cuts; it lies out of sight
+constexpr int block_px = 8;         // solved region's size is a multiple: it can be halved three times
+constexpr double skirt_lengths =
+    9.0;  // beyond this many relaxation lengths the skirt is under 1e-4 of its start
 constexpr float contact_gap_mm = 1e-4F;
 constexpr double relative_accuracy = 1e-4;
 
 /// Height and obstacle of one grid, split into the two colours of a checkerboard so that rows vectorise.
-/// Colour c holds the pixels with (x + y) % 2 == c; ghost rows and columns make the border free (no slope across).
+/// Colour c holds the pixels with (x + y) % 2 == c; ghost rows and columns make the border free (no slope
+/// across).
 class Checkerboard {
  public:
   Checkerboard(const cv::Mat1f& height, const cv::Mat1f& obstacle)
@@ -40,8 +42,9 @@ class Checkerboard {
       for (int y = 0; y < height_; ++y) {
         const int first_x = (y + c) % 2;
         const float* side = row(values_[1 - c], y) - (first_x == 0 ? 1 : 0);
-        simulation::detail::relax_row(row(values_[c], y), row(values_[1 - c], y - 1), row(values_[1 - c], y + 1), side,
-                                      row(obstacle_[c], y), width_ / 2, weight, omega);
+        simulation::detail::relax_row(row(values_[c], y), row(values_[1 - c], y - 1),
+                                      row(values_[1 - c], y + 1), side, row(obstacle_[c], y), width_ / 2,
+                                      weight, omega);
       }
     }
   }
@@ -56,7 +59,9 @@ class Checkerboard {
  private:
   using Colours = std::vector<float>[2];
 
-  float* row(std::vector<float>& colour, int y) { return colour.data() + static_cast<std::size_t>(y + 1) * stride_ + 1; }
+  float* row(std::vector<float>& colour, int y) {
+    return colour.data() + static_cast<std::size_t>(y + 1) * stride_ + 1;
+  }
   float& at(Colours& colours, int x, int y) { return row(colours[(x + y) % 2], y)[x / 2]; }
 
   /// Gives colour c's pixels at the border a neighbour outside that equals themselves.
@@ -83,9 +88,11 @@ cv::Mat1f relax(const cv::Mat1f& guess, const cv::Mat1f& obstacle, double pitch_
   const double stiffness = pitch_mm * pitch_mm / (length_mm * length_mm);
   const double jacobi = 4.0 / (4.0 + stiffness);  // spectral radius of Jacobi's iteration
   const double omega = 2.0 / (1.0 + std::sqrt(1.0 - jacobi * jacobi));  // Young's optimum
-  const int sweeps = 10 + static_cast<int>(std::log(relative_accuracy) / std::log(std::max(omega - 1.0, 0.05)));
+  const int sweeps =
+      10 + static_cast<int>(std::log(relative_accuracy) / std::log(std::max(omega - 1.0, 0.05)));
   Checkerboard board(guess, obstacle);
-  for (int k = 0; k < sweeps; ++k) board.sweep(static_cast<float>(1.0 / (4.0 + stiffness)), static_cast<float>(omega));
+  for (int k = 0; k < sweeps; ++k)
+    board.sweep(static_cast<float>(1.0 / (4.0 + stiffness)), static_cast<float>(omega));
   return board.result();
 }
 
@@ -94,7 +101,8 @@ cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, double length_mm, in
   if (levels == 0) return relax(obstacle, obstacle, pitch_mm, length_mm);
   cv::Mat1f coarse_obstacle, guess;
   cv::resize(obstacle, coarse_obstacle, cv::Size(obstacle.cols / 2, obstacle.rows / 2), 0, 0, cv::INTER_AREA);
-  cv::resize(solve(coarse_obstacle, 2 * pitch_mm, length_mm, levels - 1), guess, obstacle.size(), 0, 0, cv::INTER_LINEAR);
+  cv::resize(solve(coarse_obstacle, 2 * pitch_mm, length_mm, levels - 1), guess, obstacle.size(), 0, 0,
+             cv::INTER_LINEAR);
   return relax(guess, obstacle, pitch_mm, length_mm);
 }
 
@@ -130,8 +138,9 @@ void check(const cv::Mat1f& underside, const SensorGeometry& geometry, const Gel
     throw Error("gel relaxation length must be between 0.05 and 3 mm");
   if (!(options.max_indentation_mm >= 0.1 && options.max_indentation_mm <= 10))
     throw Error("gel maximum indentation must be between 0.1 and 10 mm");
-  if (underside.cols != geometry.width_px || underside.rows != geometry.height_px || underside.cols < 2 * block_px ||
-      underside.rows < 2 * block_px || underside.cols % block_px != 0 || underside.rows % block_px != 0)
+  if (underside.cols != geometry.width_px || underside.rows != geometry.height_px ||
+      underside.cols < 2 * block_px || underside.rows < 2 * block_px || underside.cols % block_px != 0 ||
+      underside.rows % block_px != 0)
     throw Error("gel size must be the sensor's and a multiple of 8 pixels");
 }
 

@@ -8,7 +8,7 @@ namespace gelslam::simulation::detail {
 namespace {
 
 constexpr float relief_margin_mm = 0.02F;
-constexpr float near_mm = 0.06F;         ///< below this value the step follows the value's own fall
+constexpr float near_mm = 0.06F;  ///< below this value the step follows the value's own fall
 constexpr float smallest_step_mm = 3e-4F;
 constexpr float precision_mm = 1e-5F;
 
@@ -48,7 +48,8 @@ float ImplicitShape::refine(const Eigen::Vector3f& origin, const Eigen::Vector3f
   return 0.5F * (outside + inside);
 }
 
-float ImplicitShape::intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float t_max) const {
+float ImplicitShape::intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                               float t_max) const {
   float t = 0, f = value(origin);
   if (f <= 0) return 0;
   float fall = limits_.lipschitz;  // how fast the value falls along the ray, from the last step

@@ -18,8 +18,10 @@ class ImplicitShape : public Shape {
 
   ShapeKind kind() const override { return kind_; }
   Eigen::AlignedBox3f bounds_mm() const override { return bounds_; }
-  float intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float t_max) const override;
-  float intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float guess) const override;
+  float intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                  float t_max) const override;
+  float intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                       float guess) const override;
   float clearance(const Eigen::Vector3f& point) const override;
   Mesh mesh(float spacing_mm) const override;
 
@@ -34,15 +36,16 @@ class ImplicitShape : public Shape {
 
  private:
   /// The crossing between a point outside and one inside, given the values there.
-  float refine(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float outside, float f_outside,
-               float inside, float f_inside) const;
+  float refine(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float outside,
+               float f_outside, float inside, float f_inside) const;
 
   ShapeKind kind_;
   Eigen::AlignedBox3f bounds_;
   Limits limits_;
 };
 
-/// The zero level of `shape` as a closed mesh (own, after Gibson's surface nets, 1998), vertices moved onto the surface.
+/// The zero level of `shape` as a closed mesh (own, after Gibson's surface nets, 1998), vertices moved onto
+/// the surface.
 Mesh surface_nets(const ImplicitShape& shape, float spacing_mm);
 
 }  // namespace gelslam::simulation::detail

@@ -1,11 +1,11 @@
 #include "jpeg_encoder.hpp"
 
+#include <jpeglib.h>  // needs cstdio before it
+
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
-
-#include <jpeglib.h>  // needs cstdio before it
 
 #include "gelslam/core/error.hpp"
 
@@ -19,9 +19,10 @@ struct ErrorExit {
 
 void leave(j_common_ptr info) { std::longjmp(reinterpret_cast<ErrorExit*>(info->err)->jump, 1); }
 
-/// Plain C inside: an error jumps out, and no destructor may be in its way. `bytes` is malloc'ed, also on failure.
-bool compress(const std::uint8_t* bgr, std::size_t stride, int width, int height, int quality, unsigned char** bytes,
-              unsigned long* size) {
+/// Plain C inside: an error jumps out, and no destructor may be in its way. `bytes` is malloc'ed, also on
+/// failure.
+bool compress(const std::uint8_t* bgr, std::size_t stride, int width, int height, int quality,
+              unsigned char** bytes, unsigned long* size) {
   jpeg_compress_struct info{};
   ErrorExit error{};
   info.err = jpeg_std_error(&error.base);

@@ -68,7 +68,8 @@ class MeshShape final : public Shape {
     Mesh result;
     for (const Eigen::Vector3i& t : mesh_.triangles) {
       const Vector3f &a = corner(t[0]), &b = corner(t[1]), &c = corner(t[2]);
-      const float longest = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+      const float longest =
+          std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
       append_divided(result, a, b, c, std::max(1, static_cast<int>(std::ceil(longest / spacing_mm))));
     }
     return result;
@@ -81,7 +82,8 @@ class MeshShape final : public Shape {
     if (mesh_.triangles.empty()) throw Error("the object's mesh has no triangles");
     const int count = static_cast<int>(mesh_.vertices_mm.size());
     for (const Eigen::Vector3i& t : mesh_.triangles)
-      if (t.minCoeff() < 0 || t.maxCoeff() >= count) throw Error("the object's mesh names vertices it does not have");
+      if (t.minCoeff() < 0 || t.maxCoeff() >= count)
+        throw Error("the object's mesh names vertices it does not have");
     for (const Vector3f& vertex : mesh_.vertices_mm)
       if (!vertex.allFinite() || vertex.cwiseAbs().maxCoeff() > 1e4F)
         throw Error("the object's mesh has vertices that are not finite or beyond 10 m; check its unit");
@@ -89,8 +91,8 @@ class MeshShape final : public Shape {
 
   void fill_scene() {
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vector3f),
-                                             mesh_.vertices_mm.size());
+    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                             sizeof(Vector3f), mesh_.vertices_mm.size());
     void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               sizeof(Eigen::Vector3i), mesh_.triangles.size());
     if (vertices == nullptr || triangles == nullptr) {
@@ -107,14 +109,16 @@ class MeshShape final : public Shape {
 
   /// Splits a triangle into n * n equal ones (vertices are not shared between input triangles).
   static void append_divided(Mesh& mesh, const Vector3f& a, const Vector3f& b, const Vector3f& c, int n) {
-    if (mesh.triangles.size() + static_cast<std::size_t>(n) * static_cast<std::size_t>(n) > max_mesh_triangles)
+    if (mesh.triangles.size() + static_cast<std::size_t>(n) * static_cast<std::size_t>(n) >
+        max_mesh_triangles)
       throw Error("the object's mesh is too large to be sampled finely; check its unit");
     const int first = static_cast<int>(mesh.vertices_mm.size());
     const Vector3f normal = (b - a).cross(c - a).normalized();
     const auto index = [first, n](int i, int j) { return first + i * (2 * n + 3 - i) / 2 + j; };
     for (int i = 0; i <= n; ++i)
       for (int j = 0; j <= n - i; ++j) {
-        const float u = static_cast<float>(i) / static_cast<float>(n), v = static_cast<float>(j) / static_cast<float>(n);
+        const float u = static_cast<float>(i) / static_cast<float>(n),
+                    v = static_cast<float>(j) / static_cast<float>(n);
         mesh.vertices_mm.push_back(a + u * (b - a) + v * (c - a));
         mesh.normals.push_back(normal);
       }

@@ -15,10 +15,11 @@ using simulation::detail::hash;
 using simulation::detail::Random;
 
 constexpr double pi = std::numbers::pi;
-constexpr double lifted_mm = -1.5;           // negative indentation: clear of the gel
+constexpr double lifted_mm = -1.5;  // negative indentation: clear of the gel
 constexpr double press_in_frames = 8;
 constexpr double lateral_smoothing_frames = 6, support_smoothing_frames = 2;
-constexpr double support_softness_mm = 0.5;  // heights within this of the lowest count for where the object rests
+constexpr double support_softness_mm =
+    0.5;  // heights within this of the lowest count for where the object rests
 constexpr double view_margin_mm = 0.3;
 
 double radians(double degrees) { return degrees * pi / 180; }
@@ -34,7 +35,8 @@ class SmoothRandom {
   }
   double operator()(double time_s) const {
     double sum = 0;
-    for (const Wave& w : waves_) sum += w.amplitude * (std::sin(2 * pi * w.hz * time_s + w.phase) - std::sin(w.phase));
+    for (const Wave& w : waves_)
+      sum += w.amplitude * (std::sin(2 * pi * w.hz * time_s + w.phase) - std::sin(w.phase));
     return sum;
   }
 
@@ -47,8 +49,9 @@ class SmoothRandom {
 
 /// How the object is held in one frame.
 struct Grip {
-  double roll = 0, pitch = 0, twist = 0;                  ///< about the sensor's x, y, z, radians
-  Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();     ///< of the contact (or, flat, of the object) on the sensor
+  double roll = 0, pitch = 0, twist = 0;  ///< about the sensor's x, y, z, radians
+  Eigen::Vector2d shift_mm =
+      Eigen::Vector2d::Zero();  ///< of the contact (or, flat, of the object) on the sensor
   double indentation_mm = 0;
 };
 
@@ -90,7 +93,8 @@ Grip wobble(const Clock& clock, int k) { return clock.hand(k, 1.0); }
 Grip slide(const Clock& clock, int k) {
   Grip grip = clock.hand(k, 0.1);
   const double phase = 2 * pi * clock.progress(k);
-  grip.shift_mm += clock.spec.speed * clock.freedom.shift * Eigen::Vector2d(2.6 * std::sin(phase), 1.3 * std::sin(2 * phase));
+  grip.shift_mm += clock.spec.speed * clock.freedom.shift *
+                   Eigen::Vector2d(2.6 * std::sin(phase), 1.3 * std::sin(2 * phase));
   return grip;
 }
 
@@ -112,7 +116,8 @@ Grip all_over(const Clock& clock, int k) {
   Grip grip = clock.hand(k, 0.15);
   if (clock.kind == ShapeKind::flat) {  // a closed curve over the face that crosses itself
     const Eigen::Vector2d reach = (clock.half_size_mm.array() - 4.0).max(0.0).min(14.0);
-    grip.shift_mm += Eigen::Vector2d(reach.x() * std::sin(2 * pi * 2 * progress), reach.y() * std::sin(2 * pi * 3 * progress));
+    grip.shift_mm += Eigen::Vector2d(reach.x() * std::sin(2 * pi * 2 * progress),
+                                     reach.y() * std::sin(2 * pi * 3 * progress));
     return grip;
   }
   grip.roll += radians(430) * progress;  // the last 70 degrees see the first again
@@ -149,7 +154,9 @@ constexpr std::array<Entry, 6> catalogue = {{
     {"slide", "the contact moves over the gel in a figure of eight", slide},
     {"roll", "rolled 35 degrees to and fro", roll},
     {"twist", "turned 60 degrees about the sensor's axis, to and fro", twist},
-    {"allover", "rolled 430 degrees with sway (flat objects: a curve over the face); the end sees the start again", all_over},
+    {"allover",
+     "rolled 430 degrees with sway (flat objects: a curve over the face); the end sees the start again",
+     all_over},
     {"breaks", "place 1, lifted, place 2, lifted, place 2 rolling back to place 1", breaks},
 }};
 
@@ -160,7 +167,8 @@ Eigen::Matrix3d rest(ShapeKind kind) {
 }
 
 Eigen::Matrix3d rotation(const Grip& grip, ShapeKind kind) {
-  return (Eigen::AngleAxisd(grip.twist, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(grip.pitch, Eigen::Vector3d::UnitY()) *
+  return (Eigen::AngleAxisd(grip.twist, Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(grip.pitch, Eigen::Vector3d::UnitY()) *
           Eigen::AngleAxisd(grip.roll, Eigen::Vector3d::UnitX()))
              .toRotationMatrix() *
          rest(kind);
@@ -183,9 +191,10 @@ Eigen::Vector2d support_centre(const Eigen::Matrix3d& sensor_R_object, const Mes
   return sum / weights;
 }
 
-/// Lowest point over the sensor's view, of the whole object if none is over it. Object axes as above, moved by `shift`.
-double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vector2d& shift, const Mesh& surface,
-                      const SensorGeometry& geometry) {
+/// Lowest point over the sensor's view, of the whole object if none is over it. Object axes as above, moved
+/// by `shift`.
+double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vector2d& shift,
+                      const Mesh& surface, const SensorGeometry& geometry) {
   const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
   const auto half_width = static_cast<float>(geometry.half_width_mm() - view_margin_mm);
   const auto half_height = static_cast<float>(geometry.half_height_mm() - view_margin_mm);
@@ -195,7 +204,9 @@ double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vecto
     const float z = turn.row(2).dot(p);
     if (z >= in_view) continue;
     anywhere = std::min(anywhere, z);
-    if (std::abs(turn.row(0).dot(p) + move.x()) < half_width && std::abs(turn.row(1).dot(p) + move.y()) < half_height) in_view = z;
+    if (std::abs(turn.row(0).dot(p) + move.x()) < half_width &&
+        std::abs(turn.row(1).dot(p) + move.y()) < half_height)
+      in_view = z;
   }
   return in_view < 1e8F ? in_view : anywhere;
 }
@@ -221,8 +232,10 @@ std::vector<Value> smoothed(const std::vector<Value>& values, double sigma) {
 const Entry& find_motion(const MotionSpec& spec) {
   if (spec.frames < 1 || spec.frames > 200'000) throw Error("number of frames must be between 1 and 200000");
   if (!(spec.speed >= 0 && spec.speed <= 5)) throw Error("motion speed factor must be between 0 and 5");
-  if (!(spec.indentation_mm >= 0.05 && spec.indentation_mm <= 1.5)) throw Error("indentation must be between 0.05 and 1.5 mm");
-  if (!(spec.frame_rate_hz >= 1 && spec.frame_rate_hz <= 1000)) throw Error("frame rate must be between 1 and 1000 Hz");
+  if (!(spec.indentation_mm >= 0.05 && spec.indentation_mm <= 1.5))
+    throw Error("indentation must be between 0.05 and 1.5 mm");
+  if (!(spec.frame_rate_hz >= 1 && spec.frame_rate_hz <= 1000))
+    throw Error("frame rate must be between 1 and 1000 Hz");
   std::string names;
   for (const Entry& entry : catalogue) {
     if (spec.name == entry.name) return entry;
@@ -244,7 +257,10 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
   const Entry& entry = find_motion(spec);
   if (surface.vertices_mm.empty()) throw Error("the object has no surface");
   const auto curve = [&spec](std::uint64_t k) { return SmoothRandom(hash(spec.seed, 0x6a0 + k)); };
-  const Clock clock{spec, freedom_of(shape.kind()), 0.5 * shape.bounds_mm().sizes().head<2>().cast<double>(), shape.kind(),
+  const Clock clock{spec,
+                    freedom_of(shape.kind()),
+                    0.5 * shape.bounds_mm().sizes().head<2>().cast<double>(),
+                    shape.kind(),
                     {curve(0), curve(1), curve(2), curve(3), curve(4), curve(5)}};
   const auto frames = static_cast<std::size_t>(spec.frames);
   std::vector<Grip> grips(frames);
@@ -271,7 +287,8 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
     // Smoothing must neither lose contact nor push a ridge in much deeper than meant.
     const double slack = 0.5 * spec.indentation_mm;
     poses[k].linear() = turns[k];
-    poses[k].translation() << shifts[k], -depth - std::clamp(steady[k], supports[k] - slack, supports[k] + slack);
+    poses[k].translation() << shifts[k],
+        -depth - std::clamp(steady[k], supports[k] - slack, supports[k] + slack);
   }
   return poses;
 }

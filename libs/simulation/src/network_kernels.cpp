@@ -12,8 +12,8 @@ namespace {
 constexpr int lanes = 32;
 }
 
-GELSLAM_CLONES void affine(const float* __restrict weight, const float* __restrict bias, const float* __restrict in,
-                           float* __restrict out, int outputs, int inputs) {
+GELSLAM_CLONES void affine(const float* __restrict weight, const float* __restrict bias,
+                           const float* __restrict in, float* __restrict out, int outputs, int inputs) {
   for (int first = 0; first < tile_samples; first += lanes)
     for (int o = 0; o < outputs; ++o) {
       float sum[lanes];

@@ -18,6 +18,7 @@ void relu(float* values, int neurons);
 void relu_backward(const float* output, float* delta, int neurons);
 
 /// One step of Adam (Kingma & Ba 2015, algorithm 1); `rate` includes the bias corrections.
-void adam(float* weight, const float* gradient, float* first, float* second, int count, float rate, float epsilon);
+void adam(float* weight, const float* gradient, float* first, float* second, int count, float rate,
+          float epsilon);
 
 }  // namespace gelslam::simulation::detail

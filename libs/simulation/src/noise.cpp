@@ -7,11 +7,13 @@ namespace {
 
 float fade(float t) { return t * t * t * (t * (t * 6.0F - 15.0F) + 10.0F); }
 
-/// Weighted gradients of the eight corners of the lattice cell at (ix, iy, iz) for the point (x, y, z) inside it.
-/// Branchless and over all corners at once, so that it vectorises: this is where a textured object's time goes.
-__attribute__((target_clones("avx2", "default"))) float blend_corners(std::int32_t ix, std::int32_t iy, std::int32_t iz,
-                                                                      float x, float y, float z, float fx, float fy,
-                                                                      float fz, std::uint32_t seed) {
+/// Weighted gradients of the eight corners of the lattice cell at (ix, iy, iz) for the point (x, y, z) inside
+/// it. Branchless and over all corners at once, so that it vectorises: this is where a textured object's time
+/// goes.
+__attribute__((target_clones("avx2", "default"))) float blend_corners(std::int32_t ix, std::int32_t iy,
+                                                                      std::int32_t iz, float x, float y,
+                                                                      float z, float fx, float fy, float fz,
+                                                                      std::uint32_t seed) {
   alignas(32) float term[8];
   for (std::int32_t k = 0; k < 8; ++k) {
     const std::int32_t kx = k & 1, ky = (k >> 1) & 1, kz = (k >> 2) & 1;
@@ -23,7 +25,8 @@ __attribute__((target_clones("avx2", "default"))) float blend_corners(std::int32
     key ^= key >> 12;
     key *= 0x297a2d39u;
     key ^= key >> 15;
-    const float dx = x - static_cast<float>(kx), dy = y - static_cast<float>(ky), dz = z - static_cast<float>(kz);
+    const float dx = x - static_cast<float>(kx), dy = y - static_cast<float>(ky),
+                dz = z - static_cast<float>(kz);
     // Dot product with one of the twelve edge directions of a cube.
     const std::uint32_t h = key & 15u;
     const float a = h < 8 ? dx : dy;
@@ -40,8 +43,8 @@ __attribute__((target_clones("avx2", "default"))) float blend_corners(std::int32
 float gradient_noise(const Eigen::Vector3f& point, std::uint32_t seed) {
   const float bx = std::floor(point.x()), by = std::floor(point.y()), bz = std::floor(point.z());
   const float x = point.x() - bx, y = point.y() - by, z = point.z() - bz;
-  return blend_corners(static_cast<std::int32_t>(bx), static_cast<std::int32_t>(by), static_cast<std::int32_t>(bz), x, y,
-                       z, fade(x), fade(y), fade(z), seed);
+  return blend_corners(static_cast<std::int32_t>(bx), static_cast<std::int32_t>(by),
+                       static_cast<std::int32_t>(bz), x, y, z, fade(x), fade(y), fade(z), seed);
 }
 
 }  // namespace gelslam::simulation::detail

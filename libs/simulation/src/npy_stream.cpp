@@ -4,7 +4,8 @@
 
 namespace gelslam::simulation::detail {
 
-NpyStream::NpyStream(const std::filesystem::path& path, const std::string& type, const std::vector<std::size_t>& shape)
+NpyStream::NpyStream(const std::filesystem::path& path, const std::string& type,
+                     const std::vector<std::size_t>& shape)
     : file_(path), path_(path), stream_(file_.path(), std::ios::binary) {
   std::string text = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (";
   for (const std::size_t size : shape) text += std::to_string(size) + ", ";

@@ -14,7 +14,8 @@ namespace gelslam::simulation::detail {
 class NpyStream {
  public:
   /// `type`: numpy's name, "<f4" or "|b1".
-  NpyStream(const std::filesystem::path& path, const std::string& type, const std::vector<std::size_t>& shape);
+  NpyStream(const std::filesystem::path& path, const std::string& type,
+            const std::vector<std::size_t>& shape);
   /// Throws Error on a full disk.
   void add(const void* data, std::size_t bytes);
   void finish();

@@ -14,8 +14,8 @@ namespace {
 using simulation::detail::hash;
 using simulation::detail::Random;
 
-/// A light beside the gel. How bright it makes the untouched gel is stated directly (a light guide spreads it, and the
-/// lens darkens the border), how it answers to slopes follows from where it is.
+/// A light beside the gel. How bright it makes the untouched gel is stated directly (a light guide spreads
+/// it, and the lens darkens the border), how it answers to slopes follows from where it is.
 struct Light {
   cv::Vec3f position_mm;  ///< in the sensor frame; z < 0: below the membrane
   float level;            ///< grey levels on the untouched gel at the brightest place
@@ -25,9 +25,9 @@ struct Light {
   cv::Vec3f colour_bgr;   ///< with a little cross-talk between the camera's channels
 };
 
-// Chosen to look like a real GelSight Mini: its background, and its answer to slopes on real ball presses (grey levels
-// per unit of slope at the centre: red -110 in y, from the top; green +93 in x, from the right; blue +67 in y, from
-// below; red and blue answer much more strongly on the side away from their light).
+// Chosen to look like a real GelSight Mini: its background, and its answer to slopes on real ball presses
+// (grey levels per unit of slope at the centre: red -110 in y, from the top; green +93 in x, from the right;
+// blue +67 in y, from below; red and blue answer much more strongly on the side away from their light).
 const std::array<Light, 3> lights = {{
     {{-3.0F, -13.0F, -14.0F}, 110.0F, {-0.6F, 1.2F}, {5.6F, 3.9F}, 0.15F, {0.04F, 0.05F, 1.0F}},
     {{26.0F, 1.4F, -26.0F}, 84.0F, {-0.5F, -0.8F}, {8.0F, 5.5F}, 0.50F, {0.06F, 1.0F, 0.03F}},
@@ -36,16 +36,18 @@ const std::array<Light, 3> lights = {{
 
 const cv::Vec3f ambient_level = {42.0F, 30.0F, 23.0F};  // BGR: light that has bounced about inside
 constexpr double lens_blur_px = 0.6;
-constexpr float read_noise = 0.7F;       // grey levels
-constexpr float shot_noise = 0.01F;      // variance per grey level
+constexpr float read_noise = 0.7F;   // grey levels
+constexpr float shot_noise = 0.01F;  // variance per grey level
 constexpr double drift_amplitude = 0.06;
 
 float spread(const Light& light, float x, float y) {
-  const float dx = (x - light.centre_mm[0]) / light.width_mm[0], dy = (y - light.centre_mm[1]) / light.width_mm[1];
+  const float dx = (x - light.centre_mm[0]) / light.width_mm[0],
+              dy = (y - light.centre_mm[1]) / light.width_mm[1];
   return light.floor + (1.0F - light.floor) * std::exp(-0.5F * (dx * dx + dy * dy));
 }
 
-/// Lambert's cosine with a soft end instead of a hard one at the terminator (the lights are strips, not points).
+/// Lambert's cosine with a soft end instead of a hard one at the terminator (the lights are strips, not
+/// points).
 float incidence(float cosine) {
   constexpr float softness = 0.1F;
   return 0.5F * (cosine + std::sqrt(cosine * cosine + softness * softness));
@@ -59,8 +61,10 @@ cv::Mat3f through_lens(const cv::Mat3f& picture) {
 
 void draw_spot(cv::Mat1f& map, float u, float v, float radius, float value) {
   const int reach = static_cast<int>(std::ceil(radius * 2.5F));
-  for (int y = std::max(0, static_cast<int>(v) - reach); y <= std::min(map.rows - 1, static_cast<int>(v) + reach); ++y)
-    for (int x = std::max(0, static_cast<int>(u) - reach); x <= std::min(map.cols - 1, static_cast<int>(u) + reach); ++x) {
+  for (int y = std::max(0, static_cast<int>(v) - reach);
+       y <= std::min(map.rows - 1, static_cast<int>(v) + reach); ++y)
+    for (int x = std::max(0, static_cast<int>(u) - reach);
+         x <= std::min(map.cols - 1, static_cast<int>(u) + reach); ++x) {
       const float r = std::hypot(static_cast<float>(x) - u, static_cast<float>(y) - v) / radius;
       map(y, x) += value * std::exp(-r * r);
     }
@@ -70,10 +74,12 @@ void draw_spot(cv::Mat1f& map, float u, float v, float radius, float value) {
 cv::Mat1f speckled_albedo(const cv::Size& size, Random& random) {
   cv::Mat1f albedo(size, 1.0F);
   for (int k = 0; k < 45; ++k)
-    draw_spot(albedo, static_cast<float>(random.uniform(0, size.width)), static_cast<float>(random.uniform(0, size.height)),
+    draw_spot(albedo, static_cast<float>(random.uniform(0, size.width)),
+              static_cast<float>(random.uniform(0, size.height)),
               static_cast<float>(random.uniform(1.0, 2.8)), static_cast<float>(random.uniform(-0.45, 0.25)));
   for (int k = 0; k < 6; ++k) {  // hairs and scratches
-    float u = static_cast<float>(random.uniform(0, size.width)), v = static_cast<float>(random.uniform(0, size.height));
+    float u = static_cast<float>(random.uniform(0, size.width)),
+          v = static_cast<float>(random.uniform(0, size.height));
     double angle = random.uniform(0, 2 * std::numbers::pi);
     for (int step = 0; step < 40; ++step) {
       draw_spot(albedo, u, v, 0.8F, -0.12F);
@@ -90,7 +96,8 @@ cv::Mat1f speckled_albedo(const cv::Size& size, Random& random) {
 cv::Mat2f grain_slopes(const cv::Size& size, double pitch_mm, Random& random) {
   cv::Mat1f hills(size, 0.0F);
   for (int k = 0; k < 30; ++k)
-    draw_spot(hills, static_cast<float>(random.uniform(0, size.width)), static_cast<float>(random.uniform(0, size.height)),
+    draw_spot(hills, static_cast<float>(random.uniform(0, size.width)),
+              static_cast<float>(random.uniform(0, size.height)),
               static_cast<float>(random.uniform(1.5, 3.5)), -static_cast<float>(random.uniform(0.02, 0.06)));
   cv::Mat1f dx, dy;
   cv::Sobel(hills, dx, CV_32F, 1, 0, 3, 0.125 / pitch_mm);
@@ -102,14 +109,17 @@ cv::Mat2f grain_slopes(const cv::Size& size, double pitch_mm, Random& random) {
 
 /// Four 16-bit uniforms of one hash: close to normal (excess kurtosis -0.3), mean 0, variance 1, and cheap.
 float cheap_normal(std::uint64_t bits) {
-  const auto sum = static_cast<float>((bits & 0xffff) + ((bits >> 16) & 0xffff) + ((bits >> 32) & 0xffff) + (bits >> 48));
+  const auto sum =
+      static_cast<float>((bits & 0xffff) + ((bits >> 16) & 0xffff) + ((bits >> 32) & 0xffff) + (bits >> 48));
   return (sum - 131070.0F) * (1.7320508F / 65536.0F);
 }
 
 }  // namespace
 
-Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options) : geometry_(geometry), options_(options) {
-  if (!(options.noise_gain >= 0 && options.noise_gain <= 50)) throw Error("noise gain must be between 0 and 50");
+Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
+    : geometry_(geometry), options_(options) {
+  if (!(options.noise_gain >= 0 && options.noise_gain <= 50))
+    throw Error("noise gain must be between 0 and 50");
   const cv::Size size(geometry.width_px, geometry.height_px);
   brightness_.create(size);
   ambient_.create(size);
@@ -123,7 +133,8 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options) : g
         const cv::Vec3f to_light = lights[k].position_mm - cv::Vec3f(x, y, 0.0F);
         const cv::Vec3f direction = to_light * static_cast<float>(1.0 / cv::norm(to_light));
         light_direction_[k](v, u) = direction;
-        brightness_(v, u)[static_cast<int>(k)] = lights[k].level * spread(lights[k], x, y) / incidence(-direction[2]);
+        brightness_(v, u)[static_cast<int>(k)] =
+            lights[k].level * spread(lights[k], x, y) / incidence(-direction[2]);
       }
     }
   Random random(hash(options.seed, 0xd127));

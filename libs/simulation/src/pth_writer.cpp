@@ -15,7 +15,8 @@
 namespace gelslam {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "tensors and pickles are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "tensors and pickles are written as they lie in memory");
 
 template <typename Number>
 std::string bytes_of(Number number) {
@@ -36,11 +37,11 @@ class Pickle {
   Pickle& number(int value) { return add("J").add(bytes_of(static_cast<std::int32_t>(value))); }
   Pickle& no() { return add("\x89"); }
   Pickle& mark() { return add("("); }
-  Pickle& tuple() { return add("t"); }           ///< of everything since the mark
+  Pickle& tuple() { return add("t"); }  ///< of everything since the mark
   Pickle& empty_tuple() { return add(")"); }
   Pickle& call() { return add("R"); }
   Pickle& persistent_id() { return add("Q"); }
-  Pickle& set_items() { return add("u"); }       ///< pairs since the mark, into the dictionary before it
+  Pickle& set_items() { return add("u"); }  ///< pairs since the mark, into the dictionary before it
   std::string finish() { return add(".").bytes_; }
 
  private:
@@ -94,8 +95,10 @@ void check(bool good, const std::filesystem::path& path) {
   if (!good) throw Error("cannot write " + path.string() + "; is the disk full?");
 }
 
-/// Stored, not compressed, as PyTorch wants it; with a fixed date, so that the same network gives the same bytes.
-void add_entry(zip_t* archive, const std::string& name, const std::string& contents, const std::filesystem::path& path) {
+/// Stored, not compressed, as PyTorch wants it; with a fixed date, so that the same network gives the same
+/// bytes.
+void add_entry(zip_t* archive, const std::string& name, const std::string& contents,
+               const std::filesystem::path& path) {
   zip_source_t* source = zip_source_buffer(archive, contents.data(), contents.size(), 0);
   check(source != nullptr, path);
   const zip_int64_t index = zip_file_add(archive, name.c_str(), source, ZIP_FL_ENC_UTF_8);

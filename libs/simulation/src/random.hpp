@@ -5,7 +5,8 @@
 
 namespace gelslam::simulation::detail {
 
-/// Stateless hash (splitmix64's finaliser; Steele et al., 2014): the same number for the same key on any machine.
+/// Stateless hash (splitmix64's finaliser; Steele et al., 2014): the same number for the same key on any
+/// machine.
 inline std::uint64_t hash(std::uint64_t key) {
   key += 0x9e3779b97f4a7c15ULL;
   key = (key ^ (key >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -13,7 +14,9 @@ inline std::uint64_t hash(std::uint64_t key) {
   return key ^ (key >> 31);
 }
 
-inline std::uint64_t hash(std::uint64_t a, std::uint64_t b) { return hash(hash(a) ^ (b * 0xd1342543de82ef95ULL)); }
+inline std::uint64_t hash(std::uint64_t a, std::uint64_t b) {
+  return hash(hash(a) ^ (b * 0xd1342543de82ef95ULL));
+}
 
 /// A small random stream. Not std::*_distribution: their results differ between standard libraries.
 class Random {

@@ -51,7 +51,8 @@ class Plank final : public Slab {
     const float ring = 0.5F + 0.5F * std::sin(2 * std::numbers::pi_v<float> * (0.42F * y + bend));
     const float fibre = gradient_noise(Vector3f(0.35F * x, 2.4F * y, 2.5F), dials_.seed + 2);
     const float pore = gradient_noise(Vector3f(0.7F * x, 1.3F * y, 3.5F), dials_.seed + 3);
-    return std::clamp(dials_.relief * (0.05F + 0.14F * ring + 0.035F * fibre + 0.06F * pore), 0.0F, high(dials_));
+    return std::clamp(dials_.relief * (0.05F + 0.14F * ring + 0.035F * fibre + 0.06F * pore), 0.0F,
+                      high(dials_));
   }
   ShapeDials dials_;
 };
@@ -82,11 +83,13 @@ class Weave final : public Slab {
 class Coin final : public ImplicitShape {
  public:
   explicit Coin(const ShapeDials& dials)
-      : ImplicitShape(ShapeKind::flat, bounds(dials), {0, high(dials), 1.1F + 0.9F * dials.relief}), dials_(dials) {
+      : ImplicitShape(ShapeKind::flat, bounds(dials), {0, high(dials), 1.1F + 0.9F * dials.relief}),
+        dials_(dials) {
     Random random(dials.seed);
     for (Glyph& glyph : glyphs_)
       for (Vector2f& end : glyph)
-        end = Vector2f(static_cast<float>(random.uniform(-0.75, 0.75)), static_cast<float>(random.uniform(-1, 1)));
+        end = Vector2f(static_cast<float>(random.uniform(-0.75, 0.75)),
+                       static_cast<float>(random.uniform(-1, 1)));
   }
 
  private:
@@ -107,9 +110,10 @@ class Coin final : public ImplicitShape {
     return std::fmin(std::fmax(across, along), 0.0F) + outside - rounding;
   }
   float letters(float r, float angle) const {
-    const float turn = (angle / (2 * std::numbers::pi_v<float>) + 0.5F) * glyph_count;
+    const float turn = (angle / (2 * std::numbers::pi_v<float>)+0.5F) * glyph_count;
     const int index = std::clamp(static_cast<int>(turn), 0, glyph_count - 1);
-    const float along = (turn - static_cast<float>(index) - 0.5F) * (2 * std::numbers::pi_v<float> * r / glyph_count);
+    const float along =
+        (turn - static_cast<float>(index) - 0.5F) * (2 * std::numbers::pi_v<float> * r / glyph_count);
     const Vector2f here(along, r - letters_at);
     float nearest = 10;
     const Glyph& glyph = glyphs_[static_cast<std::size_t>(index)];
@@ -128,8 +132,10 @@ class Coin final : public ImplicitShape {
     const float bead = 0.5F + 0.5F * std::cos(56 * angle);
     height += 0.14F * bead * (1 - smooth_step(0.15F, 0.5F, std::fabs(r - 10.1F)));
     if (r > 6.4F && r < 9.8F) height += letters(r, angle);
-    const float field = gradient_noise(p * 0.3F, dials_.seed) + 0.35F * gradient_noise(p * 0.8F, dials_.seed + 1);
-    const float head = smooth_step(-0.15F, 0.25F, field) * 0.17F + 0.05F * gradient_noise(p * 1.3F, dials_.seed + 2);
+    const float field =
+        gradient_noise(p * 0.3F, dials_.seed) + 0.35F * gradient_noise(p * 0.8F, dials_.seed + 1);
+    const float head =
+        smooth_step(-0.15F, 0.25F, field) * 0.17F + 0.05F * gradient_noise(p * 1.3F, dials_.seed + 2);
     height += head * (1 - smooth_step(5.0F, 6.2F, r));
     return std::clamp(dials_.relief * height, 0.0F, high(dials_));
   }

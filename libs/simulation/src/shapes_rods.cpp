@@ -17,7 +17,8 @@ class Rod : public ImplicitShape {
  public:
   Rod(float radius, float half_length, const Limits& limits)
       : ImplicitShape(ShapeKind::rod, bounds(radius, half_length, limits), limits),
-        radius_(radius), half_length_(half_length) {}
+        radius_(radius),
+        half_length_(half_length) {}
 
  protected:
   float radius() const { return radius_; }
@@ -41,7 +42,8 @@ class Rod : public ImplicitShape {
 class Knurl final : public Rod {
  public:
   explicit Knurl(const ShapeDials& dials)
-      : Rod(5.5F * dials.size, 15.0F * dials.size, {0, high(dials), 1.1F + 0.75F * dials.relief}), dials_(dials) {}
+      : Rod(5.5F * dials.size, 15.0F * dials.size, {0, high(dials), 1.1F + 0.75F * dials.relief}),
+        dials_(dials) {}
 
  private:
   static constexpr float depth = 0.22F, wear = 0.05F;
@@ -61,7 +63,8 @@ class Knurl final : public Rod {
 class Screw final : public Rod {
  public:
   explicit Screw(const ShapeDials& dials)
-      : Rod(4.5F * dials.size, 15.0F * dials.size, {0, high(dials), 1.1F + 1.3F * dials.relief}), dials_(dials) {}
+      : Rod(4.5F * dials.size, 15.0F * dials.size, {0, high(dials), 1.1F + 1.3F * dials.relief}),
+        dials_(dials) {}
 
  private:
   static constexpr float depth = 0.4F, pitch = 1.5F, wear = 0.03F;

@@ -17,7 +17,8 @@ using Eigen::Vector3f;
 class Sphere final : public ImplicitShape {
  public:
   explicit Sphere(float radius)
-      : ImplicitShape(ShapeKind::body, centred_box(Vector3f::Constant(radius)), {0, 0, 1.0F}), radius_(radius) {}
+      : ImplicitShape(ShapeKind::body, centred_box(Vector3f::Constant(radius)), {0, 0, 1.0F}),
+        radius_(radius) {}
 
  private:
   float base(const Vector3f& point) const override { return point.norm() - radius_; }
@@ -42,7 +43,8 @@ class Pebble final : public ImplicitShape {
   Pebble(const Vector3f& radii, const ShapeDials& dials)
       : ImplicitShape(ShapeKind::body, centred_box(radii.array() + reach(dials)),
                       {-reach(dials), reach(dials), 1.3F + 0.45F * dials.relief}),
-        radii_(radii), dials_(dials) {}
+        radii_(radii),
+        dials_(dials) {}
 
  private:
   static float reach(const ShapeDials& dials) { return 0.5F * dials.size + 0.3F * dials.relief; }
@@ -84,7 +86,8 @@ class Peanut final : public ImplicitShape {
     const float net = 0.5F - 1.6F * std::sqrt(field * field + 0.003F);  // ridges where the field changes sign
     const float bumps = gradient_noise(point * 0.8F, dials_.seed + 1);
     const float grain = gradient_noise(point * 1.9F, dials_.seed + 2);
-    return std::clamp(dials_.relief * (0.3F * net + 0.09F * bumps + 0.04F * grain), low(dials_), high(dials_));
+    return std::clamp(dials_.relief * (0.3F * net + 0.09F * bumps + 0.04F * grain), low(dials_),
+                      high(dials_));
   }
   ShapeDials dials_;
 };
@@ -95,7 +98,8 @@ class GolfBall final : public ImplicitShape {
   explicit GolfBall(const ShapeDials& dials)
       : ImplicitShape(ShapeKind::body, centred_box(Vector3f::Constant(ball_radius * dials.size)),
                       {-dimple_depth * dials.relief - scratch_mm, 0, 1.1F + 0.35F * dials.relief}),
-        radius_(ball_radius * dials.size), dials_(dials) {
+        radius_(ball_radius * dials.size),
+        dials_(dials) {
     for (int k = 0; k < dimples; ++k) {
       const double z = 1.0 - (2.0 * k + 1.0) / dimples;
       const double angle = k * std::numbers::pi * (3.0 - std::sqrt(5.0)) + dials.seed;
@@ -128,7 +132,8 @@ class GolfBall final : public ImplicitShape {
   void fill_bin(int bin) {
     const Vector3f centre = bin_centre(bin);
     std::vector<std::pair<float, int>> order;
-    for (int k = 0; k < dimples; ++k) order.emplace_back(-centre.dot(centres_[static_cast<std::size_t>(k)]), k);
+    for (int k = 0; k < dimples; ++k)
+      order.emplace_back(-centre.dot(centres_[static_cast<std::size_t>(k)]), k);
     std::partial_sort(order.begin(), order.begin() + candidates, order.end());
     for (std::size_t k = 0; k < candidates; ++k) table_[static_cast<std::size_t>(bin)][k] = order[k].second;
   }

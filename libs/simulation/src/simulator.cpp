@@ -9,7 +9,8 @@
 namespace gelslam {
 namespace {
 
-constexpr double surface_points = 60'000;  // enough to know how an object rests, and for a mesh to compare with
+constexpr double surface_points =
+    60'000;  // enough to know how an object rests, and for a mesh to compare with
 
 /// Edge length at which the object's surface has about `surface_points` vertices, 0.08 to 0.4 mm.
 float surface_spacing_mm(const Shape& shape) {
@@ -25,7 +26,8 @@ void check(const ScanSpec& spec) {
   if (!(geometry.pixel_pitch_mm > 1e-3 && geometry.pixel_pitch_mm < 1))
     throw Error("pixel pitch must be between 0.001 and 1 mm");
   for (const int size : {geometry.width_px, geometry.height_px})
-    if (size < 16 || size > 4096) throw Error("simulated pictures must be between 16 and 4096 pixels wide and high");
+    if (size < 16 || size > 4096)
+      throw Error("simulated pictures must be between 16 and 4096 pixels wide and high");
 }
 
 bool touches(const GelShape& gel) { return cv::countNonZero(gel.contact) > 0; }

@@ -43,7 +43,8 @@ class Net {
  private:
   struct CrossedCell {
     Cell cell;
-    std::array<int, 3> crossing;  ///< along each axis from the first corner: +1 value rises through zero, -1 falls
+    std::array<int, 3>
+        crossing;  ///< along each axis from the first corner: +1 value rises through zero, -1 falls
   };
 
   Eigen::Vector3f corner_point(const Cell& corner) const { return origin_ + spacing_ * corner.cast<float>(); }
@@ -122,8 +123,8 @@ class Net {
         const int sign = crossed.crossing[static_cast<std::size_t>(axis)];
         if (sign == 0) continue;
         const Cell b = Cell::Unit((axis + 1) % 3), c = Cell::Unit((axis + 2) % 3);
-        std::array<int, 4> quad = {vertex(crossed.cell - b - c), vertex(crossed.cell - c), vertex(crossed.cell),
-                                   vertex(crossed.cell - b)};
+        std::array<int, 4> quad = {vertex(crossed.cell - b - c), vertex(crossed.cell - c),
+                                   vertex(crossed.cell), vertex(crossed.cell - b)};
         if (sign < 0) std::swap(quad[1], quad[3]);
         mesh_.triangles.emplace_back(quad[0], quad[1], quad[2]);
         mesh_.triangles.emplace_back(quad[0], quad[2], quad[3]);

@@ -39,21 +39,25 @@ SimulatedNetwork first_weights(Random& random) {
 struct Activations {
   std::array<std::vector<float>, layers + 1> values;
   Activations() {
-    for (std::size_t l = 0; l <= layers; ++l) values[l].assign(static_cast<std::size_t>(sizes[l]) * tile, 0.0F);
+    for (std::size_t l = 0; l <= layers; ++l)
+      values[l].assign(static_cast<std::size_t>(sizes[l]) * tile, 0.0F);
   }
 };
 
 void forward(const SimulatedNetwork& network, Activations& a) {
   for (std::size_t l = 0; l < layers; ++l) {
-    affine(network.weight[l].data(), network.bias[l].data(), a.values[l].data(), a.values[l + 1].data(), sizes[l + 1], sizes[l]);
+    affine(network.weight[l].data(), network.bias[l].data(), a.values[l].data(), a.values[l + 1].data(),
+           sizes[l + 1], sizes[l]);
     if (l + 1 < layers) relu(a.values[l + 1].data(), sizes[l + 1]);
   }
 }
 
 /// Adds the gradient of one tile; `d.values[layers]` holds the loss's derivative by the outputs.
-void backward(const SimulatedNetwork& network, const Activations& a, Activations& d, SimulatedNetwork& gradient) {
+void backward(const SimulatedNetwork& network, const Activations& a, Activations& d,
+              SimulatedNetwork& gradient) {
   for (std::size_t l = layers; l-- > 0;) {
-    add_weight_gradient(d.values[l + 1].data(), a.values[l].data(), gradient.weight[l].data(), sizes[l + 1], sizes[l]);
+    add_weight_gradient(d.values[l + 1].data(), a.values[l].data(), gradient.weight[l].data(), sizes[l + 1],
+                        sizes[l]);
     for (std::size_t o = 0; o < gradient.bias[l].size(); ++o) {
       const float* row = d.values[l + 1].data() + o * tile;
       gradient.bias[l][o] += std::accumulate(row, row + tile, 0.0F);
@@ -71,7 +75,11 @@ void backward(const SimulatedNetwork& network, const Activations& a, Activations
 class Trainer {
  public:
   Trainer(const TrainingSamples& samples, const TrainingOptions& options)
-      : samples_(samples), options_(options), random_(options.seed), network_(first_weights(random_)), order_(samples.size()) {
+      : samples_(samples),
+        options_(options),
+        random_(options.seed),
+        network_(first_weights(random_)),
+        order_(samples.size()) {
     std::iota(order_.begin(), order_.end(), std::size_t{0});
   }
 
@@ -97,10 +105,11 @@ class Trainer {
     ++steps_;
     // Kingma & Ba's bias corrections, folded into the rate and epsilon.
     const double second = std::sqrt(1 - std::pow(0.999, steps_)), first_moment = 1 - std::pow(0.9, steps_);
-    const auto step_rate = static_cast<float>(rate * second / first_moment), epsilon = static_cast<float>(1e-8 * second);
+    const auto step_rate = static_cast<float>(rate * second / first_moment),
+               epsilon = static_cast<float>(1e-8 * second);
     for (std::size_t l = 0; l < layers; ++l) {
-      adam(network_.weight[l].data(), gradient.weight[l].data(), first_.weight[l].data(), second_.weight[l].data(),
-           static_cast<int>(network_.weight[l].size()), step_rate, epsilon);
+      adam(network_.weight[l].data(), gradient.weight[l].data(), first_.weight[l].data(),
+           second_.weight[l].data(), static_cast<int>(network_.weight[l].size()), step_rate, epsilon);
       adam(network_.bias[l].data(), gradient.bias[l].data(), first_.bias[l].data(), second_.bias[l].data(),
            static_cast<int>(network_.bias[l].size()), step_rate, epsilon);
     }
@@ -117,7 +126,8 @@ class Trainer {
     const float size = 1.0F / static_cast<float>(batch * outputs);
     for (std::size_t k = 0; k < tile; ++k)
       for (std::size_t o = 0; o < outputs; ++o) {
-        const float error = activations_.values[layers][o * tile + k] - samples_.angles_rad[order_[first + k] * outputs + o];
+        const float error =
+            activations_.values[layers][o * tile + k] - samples_.angles_rad[order_[first + k] * outputs + o];
         derivatives_.values[layers][o * tile + k] = error > 0 ? size : (error < 0 ? -size : 0.0F);
       }
   }
@@ -133,8 +143,9 @@ class Trainer {
 
 std::array<float, features> feature_vector(const cv::Mat3b& bgr, int u, int v) {
   const cv::Vec3b& c = bgr(v, u);
-  return {static_cast<float>(c[0]) / 255.0F, static_cast<float>(c[1]) / 255.0F, static_cast<float>(c[2]) / 255.0F,
-          static_cast<float>(u) / static_cast<float>(bgr.cols), static_cast<float>(v) / static_cast<float>(bgr.rows)};
+  return {static_cast<float>(c[0]) / 255.0F, static_cast<float>(c[1]) / 255.0F,
+          static_cast<float>(c[2]) / 255.0F, static_cast<float>(u) / static_cast<float>(bgr.cols),
+          static_cast<float>(v) / static_cast<float>(bgr.rows)};
 }
 
 }  // namespace
@@ -146,13 +157,16 @@ void TrainingSamples::add(const cv::Mat3b& bgr, int u, int v, float angle_x_rad,
 }
 
 SimulatedNetwork train_network(const TrainingSamples& samples, const TrainingOptions& options) {
-  if (options.epochs < 1 || options.epochs > 10'000) throw Error("number of training epochs must be between 1 and 10000");
+  if (options.epochs < 1 || options.epochs > 10'000)
+    throw Error("number of training epochs must be between 1 and 10000");
   if (options.batch < tile_samples || options.batch % tile_samples != 0)
     throw Error("training batch must be a multiple of " + std::to_string(tile_samples));
   if (!(options.learning_rate > 0 && options.learning_rate < 1) || options.halve_every_epochs < 1)
     throw Error("learning rate must be between 0 and 1, and halved after at least one epoch");
-  if (samples.features.size() != samples.size() * features) throw Error("training samples need 5 features and 2 angles each");
-  if (samples.size() < static_cast<std::size_t>(options.batch)) throw Error("fewer training samples than one batch");
+  if (samples.features.size() != samples.size() * features)
+    throw Error("training samples need 5 features and 2 angles each");
+  if (samples.size() < static_cast<std::size_t>(options.batch))
+    throw Error("fewer training samples than one batch");
   return Trainer(samples, options).run();
 }
 
@@ -164,7 +178,8 @@ cv::Mat2f read_slopes(const SimulatedNetwork& network, const cv::Mat3b& bgr) {
   for (std::size_t first = 0; first < pixels; first += tile) {
     const std::size_t count = std::min(tile, pixels - first);
     for (std::size_t k = 0; k < count; ++k) {
-      const auto vector = feature_vector(bgr, static_cast<int>((first + k) % width), static_cast<int>((first + k) / width));
+      const auto vector =
+          feature_vector(bgr, static_cast<int>((first + k) % width), static_cast<int>((first + k) / width));
       for (std::size_t f = 0; f < features; ++f) a.values[0][f * tile + k] = vector[f];
     }
     forward(network, a);

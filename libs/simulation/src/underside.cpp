@@ -8,10 +8,10 @@ namespace gelslam {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr int tile_px = 8;    // tiles that the object is far from are skipped
-constexpr int node_step = 4;  // rays are searched for on this grid; those between start from a guess
-constexpr float above_gel_mm = 0.02F;       // a little above the rest plane: the edge of a contact is seen whole
-constexpr float smooth_enough_mm = 0.15F;   // nodes of a cell that differ by less are one sheet of surface
+constexpr int tile_px = 8;             // tiles that the object is far from are skipped
+constexpr int node_step = 4;           // rays are searched for on this grid; those between start from a guess
+constexpr float above_gel_mm = 0.02F;  // a little above the rest plane: the edge of a contact is seen whole
+constexpr float smooth_enough_mm = 0.15F;  // nodes of a cell that differ by less are one sheet of surface
 
 /// Casts one picture's rays: along +z of the sensor, from the deepest indentation to just above the gel.
 class Caster {
@@ -62,7 +62,8 @@ class Caster {
   }
 
   float search(int u, int v) const {
-    const float start = starts_(std::min(v / tile_px, starts_.rows - 1), std::min(u / tile_px, starts_.cols - 1));
+    const float start =
+        starts_(std::min(v / tile_px, starts_.rows - 1), std::min(u / tile_px, starts_.cols - 1));
     if (start == infinity) return infinity;
     return start + shape_.intersect(origin(u, v) + start * direction_, direction_, length_ - start);
   }

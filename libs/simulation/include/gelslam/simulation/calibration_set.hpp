@@ -45,13 +45,15 @@ struct SlopeGain {
 };
 SlopeGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses);
 
-/// Trains the published network on four fifths of the spec's presses by the published recipe (L1, Adam 2e-3, batch 1024,
-/// a fifth of background pixels; fewer epochs), labels from the balls' geometry inside the contact circles. The other
-/// fifth shows its slope gain, which is divided out.
+/// Trains the published network on four fifths of the spec's presses by the published recipe (L1, Adam 2e-3,
+/// batch 1024, a fifth of background pixels; fewer epochs), labels from the balls' geometry inside the
+/// contact circles. The other fifth shows its slope gain, which is divided out.
 SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& progress);
 
-/// Writes a calibration folder: catalog.csv, <d>mm/<n>/gelsight.png, background.png, circles.csv (the truth about the
-/// contact circles), model/nnmodel.pth. Returns the gain on 12 held-out presses. The folder is made if it is not there.
-SlopeGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec, ProgressSink& progress);
+/// Writes a calibration folder: catalog.csv, <d>mm/<n>/gelsight.png, background.png, circles.csv (the truth
+/// about the contact circles), model/nnmodel.pth. Returns the gain on 12 held-out presses. The folder is made
+/// if it is not there.
+SlopeGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
+                                   ProgressSink& progress);
 
 }  // namespace gelslam

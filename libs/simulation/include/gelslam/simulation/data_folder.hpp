@@ -8,17 +8,19 @@
 namespace gelslam {
 
 struct DataFolderOptions {
-  std::filesystem::path model;  ///< nnmodel.pth that config.yaml names (relative to the folder where possible)
-  bool lossless = false;        ///< PNG instead of JPEG pictures inside gelsight.avi
-  bool truth_maps = false;      ///< also true_heights.npy (N x H x W float32, mm) and true_contacts.npy (bool)
-  int threads = 0;              ///< 0: as many as the machine has. The files do not depend on it.
+  std::filesystem::path
+      model;                ///< nnmodel.pth that config.yaml names (relative to the folder where possible)
+  bool lossless = false;    ///< PNG instead of JPEG pictures inside gelsight.avi
+  bool truth_maps = false;  ///< also true_heights.npy (N x H x W float32, mm) and true_contacts.npy (bool)
+  int threads = 0;          ///< 0: as many as the machine has. The files do not depend on it.
 };
 
-/// Writes a scan as a data folder of the public layout: gelsight.avi (25 Hz; the first frames are background),
-/// config.yaml, true_start_T_currs.npy (N x 4 x 4 float64, metres, one per frame after the background; NaN where nothing
-/// touches), meta.json, gt_mesh.ply (object frame, metres), touched.npy (points of its surface that were touched).
-/// The folder is made if it is not there; files in it are replaced, each when whole. Throws Error.
-void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator, const DataFolderOptions& options,
-                       ProgressSink& progress);
+/// Writes a scan as a data folder of the public layout: gelsight.avi (25 Hz; the first frames are
+/// background), config.yaml, true_start_T_currs.npy (N x 4 x 4 float64, metres, one per frame after the
+/// background; NaN where nothing touches), meta.json, gt_mesh.ply (object frame, metres), touched.npy (points
+/// of its surface that were touched). The folder is made if it is not there; files in it are replaced, each
+/// when whole. Throws Error.
+void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator,
+                       const DataFolderOptions& options, ProgressSink& progress);
 
 }  // namespace gelslam

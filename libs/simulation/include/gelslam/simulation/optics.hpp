@@ -13,19 +13,21 @@ namespace gelslam {
 struct OpticsOptions {
   double noise_gain = 1.0;   ///< factor on read and shot noise; 0: none
   bool light_drift = false;  ///< the lights' brightness wanders by some per cent, each by itself
-  bool dirt = false;         ///< specks that move with the gel; some are there from the start, some come with contact
-  std::uint64_t seed = 1;    ///< of this sensor: noise, drift, dirt
+  bool dirt =
+      false;  ///< specks that move with the gel; some are there from the start, some come with contact
+  std::uint64_t seed = 1;  ///< of this sensor: noise, drift, dirt
 };
 
-/// Draws the gel as the camera below it sees it: three near lights (red from the top, green from the right, blue
-/// from below) on a matt membrane, stray light, vignetting, a slightly soft lens, photon and read noise, 8 bit.
-/// Colour depends on slope and position only: no cast shadows, no light spilling from one place to another.
+/// Draws the gel as the camera below it sees it: three near lights (red from the top, green from the right,
+/// blue from below) on a matt membrane, stray light, vignetting, a slightly soft lens, photon and read noise,
+/// 8 bit. Colour depends on slope and position only: no cast shadows, no light spilling from one place to
+/// another.
 class Optics {
  public:
   Optics(const SensorGeometry& geometry, const OpticsOptions& options);
 
-  /// Deterministic: depends on the constructor's arguments, the gel and `frame` (the number of the picture, for
-  /// noise and drift) only. `in_use`: specks that came with contact are drawn.
+  /// Deterministic: depends on the constructor's arguments, the gel and `frame` (the number of the picture,
+  /// for noise and drift) only. `in_use`: specks that came with contact are drawn.
   cv::Mat3b render(const GelShape& gel, std::int64_t frame, double time_s, bool in_use) const;
 
   /// Without contact, noise and drift, not rounded; BGR in grey levels.
@@ -42,8 +44,8 @@ class Optics {
   cv::Mat3f ambient_;             ///< BGR
   cv::Mat3f flat_;                ///< untouched gel, before the lens
   cv::Mat3f background_;
-  cv::Mat1f albedo_;              ///< specks from the start
-  cv::Mat2f late_dirt_slope_;     ///< specks that come with contact are little hills
+  cv::Mat1f albedo_;           ///< specks from the start
+  cv::Mat2f late_dirt_slope_;  ///< specks that come with contact are little hills
 };
 
 }  // namespace gelslam

@@ -4,8 +4,8 @@
 
 namespace gelslam {
 
-/// The simulated sensor's pixel grid (GelSight Mini). Frame: x right, y down, z out of the gel toward the object,
-/// origin at the image centre on the undeformed gel; orthographic.
+/// The simulated sensor's pixel grid (GelSight Mini). Frame: x right, y down, z out of the gel toward the
+/// object, origin at the image centre on the undeformed gel; orthographic.
 struct SensorGeometry {
   int width_px = 320;
   int height_px = 240;

@@ -26,15 +26,19 @@ class Shape {
   virtual ShapeKind kind() const = 0;
   virtual Eigen::AlignedBox3f bounds_mm() const = 0;
 
-  /// First point of the surface on the ray origin + t * direction (unit), 0 <= t <= t_max: t in mm, or +infinity.
-  /// A ray that starts inside hits at 0.
-  virtual float intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float t_max) const = 0;
+  /// First point of the surface on the ray origin + t * direction (unit), 0 <= t <= t_max: t in mm, or
+  /// +infinity. A ray that starts inside hits at 0.
+  virtual float intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                          float t_max) const = 0;
 
-  /// The crossing of the same ray next to `guess` (mm, from a neighbouring ray), or NaN where it is not easily found:
-  /// then intersect() must decide. Much cheaper than intersect() for shapes that are slow to evaluate.
-  virtual float intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float guess) const = 0;
+  /// The crossing of the same ray next to `guess` (mm, from a neighbouring ray), or NaN where it is not
+  /// easily found: then intersect() must decide. Much cheaper than intersect() for shapes that are slow to
+  /// evaluate.
+  virtual float intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                               float guess) const = 0;
 
-  /// A distance that the surface is certainly farther away than, or 0 if nothing is known. Lets tiles be skipped.
+  /// A distance that the surface is certainly farther away than, or 0 if nothing is known. Lets tiles be
+  /// skipped.
   virtual float clearance(const Eigen::Vector3f& point) const = 0;
 
   /// The surface as a mesh with edges of about `spacing_mm`, vertices on the surface, normals outward.

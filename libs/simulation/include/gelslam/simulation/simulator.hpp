@@ -28,16 +28,16 @@ struct SimulatedFrame {
   std::int64_t index = 0;  ///< in the log; background frames count
   double time_s = 0;
   cv::Mat3b bgr;
-  cv::Mat1f height_mm;  ///< true height of the gel
-  cv::Mat1b contact;    ///< 255 where gel and object touch
-  cv::Mat2f slope;      ///< true (dh/dx, dh/dy)
+  cv::Mat1f height_mm;                      ///< true height of the gel
+  cv::Mat1b contact;                        ///< 255 where gel and object touch
+  cv::Mat2f slope;                          ///< true (dh/dx, dh/dy)
   Pose sensor_T_object = Pose::Identity();  ///< meaningless in background frames
   /// This frame's sensor in the sensor frame of the first contact, mm; nothing where nothing touches.
   std::optional<Pose> start_T_sensor;
 };
 
-/// A scan in memory. Every frame can be asked for in any order and from any thread; the same spec gives the same
-/// pictures. Throws Error for parameters out of range, or when the object never touches the gel.
+/// A scan in memory. Every frame can be asked for in any order and from any thread; the same spec gives the
+/// same pictures. Throws Error for parameters out of range, or when the object never touches the gel.
 class Simulator {
  public:
   explicit Simulator(const ScanSpec& spec);

@@ -8,8 +8,8 @@
 
 namespace gelslam {
 
-/// The pixel-wise network of the public systems, 5-32-32-32-2 with ReLU: (B, G, R)/255, u/W, v/H -> slope angles
-/// (atan dh/dx, atan dh/dy) in radians. Weights row-major [out][in].
+/// The pixel-wise network of the public systems, 5-32-32-32-2 with ReLU: (B, G, R)/255, u/W, v/H -> slope
+/// angles (atan dh/dx, atan dh/dy) in radians. Weights row-major [out][in].
 struct SimulatedNetwork {
   static constexpr std::array<int, 5> sizes = {5, 32, 32, 32, 2};
   std::array<std::vector<float>, 4> weight, bias;
@@ -30,8 +30,8 @@ struct TrainingOptions {
   std::uint64_t seed = 1;  ///< of first weights and of the order of samples
 };
 
-/// L1 loss, Adam (Kingma & Ba 2015); one thread, deterministic on one kind of processor. Throws Error for options out
-/// of range or fewer samples than one batch.
+/// L1 loss, Adam (Kingma & Ba 2015); one thread, deterministic on one kind of processor. Throws Error for
+/// options out of range or fewer samples than one batch.
 SimulatedNetwork train_network(const TrainingSamples& samples, const TrainingOptions& options);
 
 /// Slopes (dh/dx, dh/dy) that the network reads in a picture; nothing is subtracted.
