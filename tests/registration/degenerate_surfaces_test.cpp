@@ -1,0 +1,102 @@
+// Surfaces that do not show every motion. What they show must be followed; what they do not show must be
+// said, and the pose must stay there where the start left it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "../support/analytic_surface.hpp"
+#include "gelslam/registration/normal_flow.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::ElementsAre;
+
+RegistrationResult register_pair(const SurfacePtr& reference, const Surface& target, const Pose& initial) {
+  return register_normal_flow(NormalFlowReference(reference, {}), target, initial, {});
+}
+
+TEST(DegenerateSurfaces, APlaneShowsTiltAndDepthOnly) {
+  const SurfacePtr flat = touch(plane(), motion(0, 0, 0, 0, 0, 0.5));
+  const SurfacePtr tilted = touch(plane(), motion(0, 0, 0, 0, 0, 0.5) * motion(2, -1.5, 0, 0, 0));
+  const Pose initial = motion(0, 0, 6, 0.4, -0.3);  // all of it unseen
+  const RegistrationResult result = register_pair(tilted, *flat, initial);
+  EXPECT_THAT(result.observable, ElementsAre(false, false, true, true, true, false));
+  EXPECT_EQ(describe_observability(result.observable),
+            "sliding along x, sliding along y, twisting are not observable on this surface");
+  // The tilt is found: the tilted plane's normal lies where the flat one has it.
+  const Eigen::Vector3d normal =
+      result.target_T_reference.linear() * motion(2, -1.5, 0, 0, 0).linear().transpose().col(2);
+  EXPECT_LT(std::acos(std::min(1.0, normal.z())) / kDegree, 0.02);
+  // Sliding and twisting stay at the start. (Turning a tilted plane changes its tilt: some of the twist is
+  // seen.)
+  EXPECT_LT((result.target_T_reference.translation() - initial.translation()).head<2>().norm(), 0.01);
+  EXPECT_NEAR(so3_log(result.target_T_reference.linear()).z() / kDegree, 6, 0.5);
+}
+
+TEST(DegenerateSurfaces, ABallShowsWhereItsCentreIsAndNothingElse) {
+  constexpr double kRadius = 6;
+  const Eigen::Vector3d centre_in_sensor(0, 0, kRadius - 1);
+  const SurfacePtr target = touch(sphere(kRadius), pressed(kRadius, 1)),
+                   reference = touch(sphere(kRadius), pressed(kRadius, 1));
+  const auto about_centre = [&](const Eigen::Vector3d& turn_deg) {
+    Pose pose = Pose::Identity();
+    pose.linear() = so3_exp(turn_deg * kDegree);
+    pose.translation() = centre_in_sensor - pose.linear() * centre_in_sensor;
+    return pose;
+  };
+  // Started turned about its centre, where all looks right, it must stay.
+  for (const Eigen::Vector3d& turn_deg :
+       {Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(0, -3, 0), Eigen::Vector3d(0, 0, 10)}) {
+    const RegistrationResult result = register_pair(reference, *target, about_centre(turn_deg));
+    EXPECT_THAT(result.observable, ElementsAre(false, false, true, false, false, false));
+    EXPECT_LT(gap(result.target_T_reference, about_centre(turn_deg)).deg, 0.05) << turn_deg.transpose();
+    EXPECT_LT(gap(result.target_T_reference, about_centre(turn_deg)).mm, 0.01) << turn_deg.transpose();
+  }
+  // Started beside it, the centre is found.
+  const RegistrationResult result = register_pair(reference, *target, motion(0, 0, 0, 0.3, -0.2));
+  EXPECT_LT((result.target_T_reference * centre_in_sensor - centre_in_sensor).norm(), 0.01);
+}
+
+TEST(DegenerateSurfaces, ACylinderHidesSlidingAlongAndRollingAboutItsAxis) {
+  constexpr double kRadius = 4;
+  const Eigen::Vector3d on_axis(0, 0, kRadius - 1);
+  const SurfacePtr target = touch(cylinder(kRadius), pressed(kRadius, 1)),
+                   reference = touch(cylinder(kRadius), pressed(kRadius, 1) * motion(0, 1, 3, 0, 0));
+  Pose rolled = Pose::Identity();  // about the axis, and along it
+  rolled.linear() = so3_exp({4 * kDegree, 0, 0});
+  rolled.translation() = on_axis - rolled.linear() * on_axis + Eigen::Vector3d(0.4, 0, 0);
+  const RegistrationResult stays = register_pair(target, *target, rolled);
+  EXPECT_THAT(stays.observable, ElementsAre(false, false, true, false, true, true));
+  EXPECT_LT(gap(stays.target_T_reference, rolled).deg, 0.05);
+  EXPECT_LT(gap(stays.target_T_reference, rolled).mm, 0.01);
+  // The axis' direction is shown: twist and pitch are found.
+  const RegistrationResult turned = register_pair(reference, *target, Pose::Identity());
+  const Eigen::Vector3d axis =
+      turned.target_T_reference.linear() * motion(0, 1, 3, 0, 0).linear().transpose().col(0);
+  EXPECT_LT(std::acos(std::min(1.0, axis.x())) / kDegree, 0.05);
+  EXPECT_LT(std::abs(turned.target_T_reference.translation().x()), 0.01);
+}
+
+TEST(DegenerateSurfaces, AnEdgeHidesSlidingAlongItOnly) {
+  const Pose object_T_first = motion(0, 0, 0, 0, 0, 1.0), first_T_second = motion(2, 1, -3, 0, 0.2, 0);
+  const SurfacePtr target = touch(extruded_edge(), object_T_first),
+                   reference = touch(extruded_edge(), object_T_first * first_T_second);
+  const Pose initial = motion(0, 0, 0, 0.5, 0);
+  const RegistrationResult result = register_pair(reference, *target, initial);
+  EXPECT_THAT(result.observable, ElementsAre(false, true, true, true, true, true));
+  const Pose expected = Eigen::Translation3d(0.5, 0, 0) * first_T_second;
+  EXPECT_LT(gap(result.target_T_reference, expected).deg, 0.05);
+  EXPECT_LT(gap(result.target_T_reference, expected).mm, 0.02);
+}
+
+TEST(DegenerateSurfaces, TexturedSurfacesShowEverything) {
+  const SurfacePtr surface = touch(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
+  const RegistrationResult result = register_pair(surface, *surface, Pose::Identity());
+  EXPECT_THAT(result.observable, testing::Each(true));
+  EXPECT_EQ(describe_observability(result.observable), "");
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,107 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "../support/analytic_surface.hpp"
+#include "gelslam/registration/normal_flow.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using Vector5d = Eigen::Matrix<double, 5, 1>;
+
+const Pose kAbove = motion(0, 0, 0, 0, 0, 0.4);
+
+double smallest_eigenvalue(const Matrix6d& matrix) {
+  return Eigen::SelfAdjointEigenSolver<Matrix6d>(matrix).eigenvalues().minCoeff();
+}
+
+TEST(Information, IsSymmetricAndPositiveSemidefiniteOnEverySurface) {
+  const std::pair<Field, Pose> surfaces[] = {{textured_plane(1), kAbove},
+                                             {plane(), kAbove},
+                                             {sphere(6), pressed(6, 1)},
+                                             {cylinder(4), pressed(4, 1)},
+                                             {extruded_edge(), motion(0, 0, 0, 0, 0, 1)}};
+  for (const auto& [field, pose] : surfaces) {
+    const SurfacePtr surface = touch(field, pose);
+    const RegistrationResult result =
+        register_normal_flow(NormalFlowReference(surface, {}), *surface, motion(1, 0, 2, 0.1, 0), {});
+    EXPECT_TRUE(result.information.allFinite());
+    EXPECT_TRUE(result.information.isApprox(result.information.transpose()));
+    EXPECT_GE(smallest_eigenvalue(result.information), -1e-6 * result.information.norm());
+  }
+}
+
+TEST(Information, GrowsWithSamplesInEveryDirection) {
+  const SurfacePtr surface = touch(textured_plane(1), kAbove);
+  Matrix6d before = Matrix6d::Zero();
+  for (const int samples : {500, 1000, 2000, 4000}) {
+    NormalFlowOptions options;
+    options.max_samples = samples;
+    const Matrix6d information =
+        register_normal_flow(NormalFlowReference(surface, options), *surface, Pose::Identity(), options)
+            .information;
+    const Eigen::Matrix<double, 5, 5> more = (information - before).topLeftCorner<5, 5>();
+    EXPECT_GT((Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>>(more).eigenvalues().minCoeff()), 0)
+        << samples;
+    before = information;
+  }
+}
+
+/// Errors over many noisy targets of one clean reference, weighed by the information that came with them. For
+/// honest information that is chi-square distributed with 5 degrees of freedom (tz has noise of its own
+/// kind): mean 5, and 40 draws know the mean to 0.5. Without correlation counted in, two things make it
+/// honest only to a factor: the normals' residual has two components, and its square, not one's, stands for
+/// the variance (information half as large: mean 2.5); bilinear look-up averages up to four pixels (variance
+/// down to a quarter, while neighbouring samples then share their noise). So: not less than 1.25, not more
+/// than 10.
+TEST(Information, MatchesTheSpreadUnderWhiteNoise) {
+  constexpr double kNoiseRad = 0.02;
+  constexpr int kDraws = 40;
+  NormalFlowOptions options;
+  options.noise_correlation_samples = 1;  // white: each sample for itself
+  options.normal_noise_rad = 1e-6;        // measured from residuals
+  options.rotation_tolerance_rad = 1e-6;
+  options.translation_tolerance_mm = 1e-5;
+  const Pose first_T_second = motion(0, 0, 0, 0.3 * 0.0634, 0.6 * 0.0634);  // look-ups between pixels
+  const auto first = touch(textured_plane(1), kAbove),
+             second = touch(textured_plane(1), kAbove * first_T_second);
+  const NormalFlowReference reference(second, options);
+  const Pose noise_free = register_normal_flow(reference, *first, first_T_second, options).target_T_reference;
+  double mean = 0;
+  for (std::uint64_t seed = 0; seed < kDraws; ++seed) {
+    const RegistrationResult result =
+        register_normal_flow(reference, *with_noise(*first, kNoiseRad, seed), first_T_second, options);
+    ASSERT_TRUE(result.ok());
+    const Vector5d error = se3_log(result.target_T_reference.inverse() * noise_free).head<5>();
+    mean += error.dot(result.information.topLeftCorner<5, 5>() * error) / kDraws;
+  }
+  EXPECT_GT(mean, 1.25);
+  EXPECT_LT(mean, 10.0);
+
+  // Counting n samples as one divides the information by n; nothing else.
+  const Matrix6d white = register_normal_flow(reference, *first, first_T_second, options).information;
+  options.noise_correlation_samples = 30;
+  const Matrix6d correlated = register_normal_flow(reference, *first, first_T_second, options).information;
+  EXPECT_TRUE((correlated * 30).eval().topLeftCorner(5, 5).isApprox(white.topLeftCorner<5, 5>(), 1e-3));
+}
+
+/// The information is that of the right perturbation: turned views carry the same information in the
+/// reference's axes.
+TEST(Information, IsInTheReferencesAxes) {
+  const SurfacePtr second = touch(textured_plane(1), kAbove * motion(0, 0, 90, 0, 0)),
+                   first = touch(textured_plane(1), kAbove);
+  View narrow;  // inside both views, whichever way they are turned
+  narrow.contact_width_px = narrow.contact_height_px = 80;
+  const SurfacePtr inner = touch(textured_plane(1), kAbove * motion(0, 0, 90, 0, 0), narrow);
+  const RegistrationResult turned =
+      register_normal_flow(NormalFlowReference(inner, {}), *first, motion(0, 0, 90, 0, 0), {});
+  const RegistrationResult straight =
+      register_normal_flow(NormalFlowReference(inner, {}), *second, Pose::Identity(), {});
+  ASSERT_TRUE(turned.ok() && straight.ok());
+  EXPECT_LT((turned.information - straight.information).norm(), 0.05 * straight.information.norm());
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,226 @@
+#include "gelslam/registration/normal_flow.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "../support/analytic_surface.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+
+// What is left without noise: normals between pixels are interpolated (with 1 mm waves of slope 0.15 wrong by
+// up to 0.003 rad, in both directions, averaged over thousands of samples), and iteration stops at steps of
+// 1e-4 rad and 1e-2 mm.
+constexpr double kExactDeg = 0.03, kExactMm = 0.01;
+
+RegistrationResult register_pair(const SurfacePtr& reference, const Surface& target,
+                                 const Pose& initial = Pose::Identity(),
+                                 const NormalFlowOptions& options = {}) {
+  return register_normal_flow(NormalFlowReference(reference, options), target, initial, options);
+}
+
+void expect_near(const RegistrationResult& result, const Pose& truth, double deg, double mm) {
+  EXPECT_TRUE(result.ok()) << describe(result.status);
+  const PoseGap error = gap(result.target_T_reference, truth);
+  EXPECT_LT(error.deg, deg);
+  EXPECT_LT(error.mm, mm);
+}
+
+/// An object touched at a first place, and at places a known motion away from it.
+struct Scene {
+  const char* name;
+  Field field;
+  Pose object_T_first;
+};
+
+std::vector<Scene> scenes() {
+  return {{"textured plane", textured_plane(1), motion(0, 0, 0, 0, 0, 0.4)},
+          {"bumpy ellipsoid", bumpy_ellipsoid(2), pressed(6.0, 1.2)}};
+}
+
+class KnownMotions : public testing::TestWithParam<int> {
+ protected:
+  const Scene scene = scenes()[static_cast<std::size_t>(GetParam())];
+  const SurfacePtr first = touch(scene.field, scene.object_T_first);
+};
+
+TEST_P(KnownMotions, AreRecoveredForwardInverseAndComposed) {
+  const Pose a_T_b = motion(1.5, -2, 4, 0.25, -0.2, 0.02), b_T_c = motion(-2.5, -1, 3, -0.1, 0.3, -0.03);
+  const Pose object_T_b = scene.object_T_first * a_T_b;
+  const SurfacePtr b = touch(scene.field, object_T_b), c = touch(scene.field, object_T_b * b_T_c);
+
+  const RegistrationResult forward = register_pair(b, *first), inverse = register_pair(first, *b);
+  const RegistrationResult next = register_pair(c, *b), whole = register_pair(c, *first, a_T_b);
+  expect_near(forward, a_T_b, kExactDeg, kExactMm);
+  expect_near(inverse, a_T_b.inverse(), kExactDeg, kExactMm);
+  expect_near(next, b_T_c, kExactDeg, kExactMm);
+  expect_near(whole, a_T_b * b_T_c, kExactDeg, kExactMm);
+  const PoseGap loop = gap(forward.target_T_reference * next.target_T_reference, whole.target_T_reference);
+  EXPECT_LT(loop.deg, 2 * kExactDeg);
+  EXPECT_LT(loop.mm, 2 * kExactMm);
+}
+
+TEST_P(KnownMotions, AreRecoveredUnderNoise) {
+  const Pose first_T_second = motion(2, 1, -5, -0.2, 0.25, 0.05);
+  const SurfacePtr second = touch(scene.field, scene.object_T_first * first_T_second);
+  constexpr double kNoiseRad = 0.03;  // more than a calibrated sensor's 0.01 to 0.02
+  // White noise averages out over 3000 samples (slopes bend by some 0.3 rad/mm: below 0.005 mm); what does
+  // not is that noise flattens the reference's gradient of the normals. Ten times the expectation:
+  for (std::uint64_t seed = 0; seed < 3; ++seed)
+    expect_near(
+        register_pair(with_noise(*second, kNoiseRad, 2 * seed), *with_noise(*first, kNoiseRad, 2 * seed + 1)),
+        first_T_second, 0.2, 0.05);
+}
+
+TEST_P(KnownMotions, AreRecoveredFromTwentyDegreesOfTiltAndFortyOfTwist) {
+  const Pose tilted = motion(20, 0, 0, 0.1, 0.2), twisted = motion(0, 0, 40, -0.1, 0.1),
+             both = motion(12, -16, 40, 0, 0.1);
+  // A tracker's start: what one frame at 25 Hz adds to a good prediction.
+  const Pose off = motion(1.5, -1, 2, 0.1, -0.1);
+  for (const Pose& first_T_second : {tilted, twisted, both}) {
+    Pose object_T_second = scene.object_T_first * first_T_second;
+    const SurfacePtr second = touch(scene.field, object_T_second);
+    const RegistrationResult result = register_pair(second, *first, first_T_second * off);
+    EXPECT_GT(result.scr, 0.3);
+    // A steep view bends the interpolation more: twice the error of small motions.
+    expect_near(result, first_T_second, 2 * kExactDeg, 2 * kExactMm);
+  }
+}
+
+TEST_P(KnownMotions, ReadZFromHeights) {
+  for (const double z_mm : {-0.3, -0.05, 0.15}) {
+    const Pose first_T_second = motion(1, 1, 0, 0.1, 0, z_mm);
+    const SurfacePtr second = touch(scene.field, scene.object_T_first * first_T_second);
+    const RegistrationResult result = register_pair(second, *first);
+    // Heights are looked up at the nearest pixel: half a pixel on slopes of 0.2, averaged over all samples.
+    EXPECT_NEAR(result.target_T_reference.translation().z(), first_T_second.translation().z(), 0.005);
+    EXPECT_LT(result.height_rmse_mm, 0.02);
+    // A wrong z in the start does not matter.
+    const RegistrationResult elsewhere = register_pair(second, *first, motion(0, 0, 0, 0, 0, 0.8));
+    EXPECT_NEAR(elsewhere.target_T_reference.translation().z(), first_T_second.translation().z(), 0.005);
+  }
+}
+
+TEST_P(KnownMotions, DoNotDependOnWhichSamplesAreTaken) {
+  const Pose first_T_second = motion(-1, 2, 3, 0.2, 0.1, 0.05);
+  const SurfacePtr second = touch(scene.field, scene.object_T_first * first_T_second);
+  NormalFlowOptions options;
+  options.max_samples = 1000000;
+  const RegistrationResult all = register_pair(second, *first, Pose::Identity(), options);
+  for (const int samples : {800, 1500, 3000}) {
+    options.max_samples = samples;
+    const RegistrationResult few = register_pair(second, *first, Pose::Identity(), options);
+    const PoseGap difference = gap(few.target_T_reference, all.target_T_reference);
+    EXPECT_LT(difference.deg, 2 * kExactDeg) << samples;
+    EXPECT_LT(difference.mm, 2 * kExactMm) << samples;
+  }
+}
+
+TEST_P(KnownMotions, ComeOutWithTheSameBitsAgain) {
+  const SurfacePtr second =
+      with_noise(*touch(scene.field, scene.object_T_first * motion(1, 1, 2, 0.1, 0.1)), 0.02, 5);
+  const NormalFlowReference reference(second, {});
+  const RegistrationResult once = register_normal_flow(reference, *first, Pose::Identity(), {});
+  register_normal_flow(reference, *second, Pose::Identity(), {});  // another one in between leaves no trace
+  const RegistrationResult again =
+      register_normal_flow(NormalFlowReference(second, {}), *first, Pose::Identity(), {});
+  EXPECT_EQ(std::memcmp(once.target_T_reference.data(), again.target_T_reference.data(), 16 * sizeof(double)),
+            0);
+  EXPECT_EQ(std::memcmp(once.information.data(), again.information.data(), 36 * sizeof(double)), 0);
+  EXPECT_EQ(once.iterations, again.iterations);
+  EXPECT_EQ(once.scr, again.scr);
+  EXPECT_EQ(once.ccs, again.ccs);
+}
+
+INSTANTIATE_TEST_SUITE_P(On, KnownMotions, testing::Values(0, 1), [](const auto& instance) {
+  return instance.param == 0 ? "TexturedPlane" : "BumpyEllipsoid";
+});
+
+TEST(NormalFlow, DirtThatMovesWithTheGelDoesNotPull) {
+  const Scene scene = scenes()[0];
+  const Pose first_T_second = motion(0, 0, 3, 0.4, 0);
+  auto first = touch(scene.field, scene.object_T_first),
+       second = touch(scene.field, scene.object_T_first * first_T_second);
+  for (const auto& surface : {first, second})
+    for (const cv::Point at : {cv::Point(120, 90), cv::Point(190, 150), cv::Point(160, 120)})
+      for (int dv = -6; dv <= 6; ++dv)
+        for (int du = -6; du <= 6; ++du)  // a speck as steep as a grain of sand, 2.5 % of the contact in all
+          surface->normals(at + cv::Point(du, dv)) =
+              cv::normalize(cv::Vec3f(static_cast<float>(du) * 0.15f, static_cast<float>(dv) * 0.15f, 1));
+  const RegistrationResult robust = register_pair(second, *first);
+  NormalFlowOptions trusting;
+  trusting.robust_scale_rad = 1e6;
+  const RegistrationResult plain = register_pair(second, *first, Pose::Identity(), trusting);
+  EXPECT_LT(gap(robust.target_T_reference, first_T_second).mm, 0.02);
+  EXPECT_LT(gap(robust.target_T_reference, first_T_second).mm,
+            0.5 * gap(plain.target_T_reference, first_T_second).mm);
+}
+
+TEST(NormalFlow, WithoutContactThereIsNothingToRegister) {
+  const Scene scene = scenes()[0];
+  const SurfacePtr full = touch(scene.field, scene.object_T_first);
+  const SurfacePtr empty = touch(scene.field, motion(0, 0, 0, 0, 0, -3));
+  ASSERT_EQ(empty->contact_pixels, 0);
+  const Pose initial = motion(1, 2, 3, 0.4, 0.5, 0.6);
+  EXPECT_EQ(NormalFlowReference(empty, {}).sample_count(), 0);
+  for (const RegistrationResult& result :
+       {register_pair(empty, *full, initial), register_pair(full, *empty, initial),
+        register_pair(empty, *empty, initial)}) {
+    EXPECT_EQ(result.status, RegistrationStatus::too_little_surface);
+    EXPECT_TRUE(result.target_T_reference.isApprox(initial));
+    EXPECT_TRUE(result.information.isZero());
+  }
+}
+
+TEST(NormalFlow, ContactUpToTheImageBorder) {
+  View whole;
+  whole.contact_width_px = whole.contact_height_px = 1000;
+  const Scene scene = scenes()[0];
+  const Pose first_T_second = motion(1, -1, 4, 0.5, 0.4);
+  const SurfacePtr first = touch(scene.field, scene.object_T_first, whole);
+  const SurfacePtr second = touch(scene.field, scene.object_T_first * first_T_second, whole);
+  ASSERT_EQ(first->contact_pixels, 320 * 240);
+  expect_near(register_pair(second, *first), first_T_second, kExactDeg, kExactMm);
+
+  View corner;
+  corner.contact_centre_px = {-150, -110};
+  corner.contact_width_px = corner.contact_height_px = 60;
+  const SurfacePtr a = touch(scene.field, scene.object_T_first, corner);
+  const SurfacePtr b = touch(scene.field, scene.object_T_first * motion(0, 0, 0, 0.1, 0.1), corner);
+  expect_near(register_pair(b, *a), motion(0, 0, 0, 0.1, 0.1), 0.1, 0.03);
+}
+
+TEST(NormalFlow, TooLittleOverlapIsSaid) {
+  const Scene scene = scenes()[0];
+  const SurfacePtr first = touch(scene.field, scene.object_T_first);
+  for (const double x_mm : {10.0, 13.0, 40.0}) {  // the contact is 14 mm wide
+    const Pose first_T_second = motion(0, 0, 0, x_mm, 0);
+    const SurfacePtr second = touch(scene.field, scene.object_T_first * first_T_second);
+    const RegistrationResult result = register_pair(second, *first, first_T_second);
+    EXPECT_EQ(result.status, RegistrationStatus::too_little_overlap) << x_mm;
+    EXPECT_LT(result.scr, 0.3);
+    EXPECT_TRUE(result.target_T_reference.matrix().allFinite());
+    EXPECT_TRUE(result.information.allFinite());
+  }
+}
+
+TEST(NormalFlow, ADifferentSurfaceIsNoMatch) {
+  const Scene scene = scenes()[0];
+  const SurfacePtr first = touch(scene.field, scene.object_T_first);
+  for (std::uint64_t seed = 10; seed < 16; ++seed) {
+    const SurfacePtr other = touch(textured_plane(seed), scene.object_T_first);
+    const RegistrationResult result = register_pair(other, *first);
+    EXPECT_THAT(result.status,
+                testing::AnyOf(RegistrationStatus::curvature_mismatch, RegistrationStatus::too_little_overlap,
+                               RegistrationStatus::diverged))
+        << describe(result.status);
+    EXPECT_TRUE(result.target_T_reference.matrix().allFinite());
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
