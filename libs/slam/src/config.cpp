@@ -48,6 +48,7 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
   visit.number("scr_threshold", loops.registration.scr_threshold, 0, 1, "least shared curvature ratio of a loop");
   visit.number("ccs_threshold", loops.registration.ccs_threshold, -1, 1, "least curvature cosine similarity of a loop");
   visit.number("loop_loss_scale", options.pose_graph.loop_loss_scale, 0.01, 1e6, "robust kernel on loops, in sigmas");
+  visit.number("slope_gain_sigma", options.pose_graph.slope_gain_sigma, 0.001, 10, "how far the gain may be from 1, before loops");
   visit.flag("estimate_slope_gain", options.pose_graph.estimate_slope_gain,
              "one shared factor by which slopes read too steep, from loops");
   visit.flag("refine", options.refinement.enabled, "register all overlapping keyframes when the log has ended");
