@@ -17,11 +17,11 @@ struct Pull {
 // Gauss-Newton blocks per node, with the derivative of the error taken at zero error: good to the size of the
 // error in radians, and only used to decide where to look.
 std::vector<Pull> pulls(const std::vector<WhitenedEdge>& edges, const std::vector<NodeState>& nodes,
-                        double gain, double loop_loss_scale) {
+                        const GainState& gain, double loop_loss_scale) {
   std::vector<Pull> result(nodes.size());
   for (const WhitenedEdge& edge : edges) {
     const NodeState &from = nodes[index(edge.from)], &to = nodes[index(edge.to)];
-    const Vector6d residual = whitened_error(edge, from.data(), to.data(), gain);
+    const Vector6d residual = whitened_error(edge, from.data(), to.data(), gain.data());
     const double relative = residual.squaredNorm() / (loop_loss_scale * loop_loss_scale);
     const double weight = edge.kind == EdgeKind::loop ? 1.0 / (1.0 + relative) : 1.0;
     const Matrix6d by_to = edge.whitening;
@@ -47,7 +47,7 @@ void grow(const std::vector<WhitenedEdge>& edges, int rings, std::vector<bool>& 
 }  // namespace
 
 bool grow_active_region(const std::vector<WhitenedEdge>& edges, const std::vector<NodeState>& nodes,
-                        double gain, double loop_loss_scale, int rings, std::vector<bool>& region) {
+                        const GainState& gain, double loop_loss_scale, int rings, std::vector<bool>& region) {
   const std::vector<Pull> of_node = pulls(edges, nodes, gain, loop_loss_scale);
   std::vector<bool> seeds(nodes.size(), false);
   bool found = false;

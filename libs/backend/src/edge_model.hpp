@@ -21,30 +21,32 @@ Motion<T> relative_motion(const Motion<T>& map_T_from, const Motion<T>& map_T_to
   return {from_R_map * map_T_to.rotation, from_R_map * (map_T_to.translation_mm - map_T_from.translation_mm)};
 }
 
-/// How a sensor that reads slopes `gain` times too steep measures a true motion (pose_graph.hpp). Rotation is
-/// split as tilt * twist, not by scaling the rotation vector: that would jump where an object comes back
-/// turned by 180 degrees about z, which is an ordinary loop.
+/// How a sensor that reads slopes gain[0] times too steep along x and gain[1] times along y measures a true motion
+/// (pose_graph.hpp). Rotation is split as tilt * twist, not by scaling the rotation vector: that would jump where an
+/// object comes back turned by 180 degrees about z, which is an ordinary loop.
 template <typename T>
-Motion<T> as_measured(const Motion<T>& motion, const T& gain) {
+Motion<T> as_measured(const Motion<T>& motion, const T* gain) {
   using std::atan2, std::cos, std::sin, std::sqrt;
   const T x = motion.rotation.x(), y = motion.rotation.y(), z = motion.rotation.z(), w = motion.rotation.w();
   const T cos_half = sqrt(w * w + z * z);  // of the tilt angle; zero only for a motion turned upside down
   const Eigen::Quaternion<T> twist(w / cos_half, T(0), T(0), z / cos_half);
   const T tilt_x = (x * w - y * z) / cos_half, tilt_y = (y * w + x * z) / cos_half;
   const T sin_half_squared = tilt_x * tilt_x + tilt_y * tilt_y;
-  T scale, scaled_cos_half;
+  Eigen::Quaternion<T> tilt;
   if (sin_half_squared < T(1e-12)) {  // the square root has no derivative at 0; the series' error is < 1e-16
-    scale = gain;
-    scaled_cos_half = T(1) - gain * gain * sin_half_squared / T(2);
+    const T read_x = gain[1] * tilt_x, read_y = gain[0] * tilt_y;
+    tilt = Eigen::Quaternion<T>(T(1) - (read_x * read_x + read_y * read_y) / T(2), read_x, read_y, T(0));
   } else {
     const T sin_half = sqrt(sin_half_squared);
-    const T scaled_half = gain * atan2(sin_half, cos_half);
-    scale = sin(scaled_half) / sin_half;
-    scaled_cos_half = cos(scaled_half);
+    const T angle_per_sin = atan2(sin_half, cos_half) / sin_half;
+    const T read_x = gain[1] * angle_per_sin * tilt_x, read_y = gain[0] * angle_per_sin * tilt_y;
+    const T read_half = sqrt(read_x * read_x + read_y * read_y);
+    const T scale = sin(read_half) / read_half;
+    tilt = Eigen::Quaternion<T>(cos(read_half), scale * read_x, scale * read_y, T(0));
   }
-  const Eigen::Quaternion<T> tilt(scaled_cos_half, scale * tilt_x, scale * tilt_y, T(0));
+  const T depth_gain = (gain[0] + gain[1]) / T(2);
   return {tilt * twist,
-          {motion.translation_mm.x(), motion.translation_mm.y(), gain * motion.translation_mm.z()}};
+          {motion.translation_mm.x(), motion.translation_mm.y(), depth_gain * motion.translation_mm.z()}};
 }
 
 /// (rx ry rz tx ty tz) between a measured and a predicted motion, in the measured `to` frame; equal to the

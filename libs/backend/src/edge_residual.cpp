@@ -49,8 +49,8 @@ Pose to_pose(const NodeState& state) {
   return pose;
 }
 
-double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, double gain) {
-  return whitened_error(edge, from.data(), to.data(), gain).norm();
+double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, const GainState& gain) {
+  return whitened_error(edge, from.data(), to.data(), gain.data()).norm();
 }
 
 }  // namespace gelslam::backend::detail

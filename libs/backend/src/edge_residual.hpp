@@ -25,6 +25,9 @@ struct WhitenedEdge {
 /// A node's state as Ceres sees it: quaternion (x y z w), then translation in mm.
 using NodeState = std::array<double, 7>;
 
+/// Slope gains along x and y as Ceres sees them.
+using GainState = std::array<double, 2>;
+
 NodeState to_state(const Pose& pose);
 Pose to_pose(const NodeState& state);
 
@@ -35,13 +38,13 @@ Motion<T> motion_of(const T* state) {
 }
 
 template <typename T>
-Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, const T* to, const T& gain) {
+Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, const T* to, const T* gain) {
   const Motion<T> predicted = as_measured(relative_motion(motion_of(from), motion_of(to)), gain);
   return edge.whitening.cast<T>() * motion_error(edge.rotation, edge.translation_mm, predicted);
 }
 
 /// Whitened residual norm of an edge between two nodes.
-double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, double gain);
+double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, const GainState& gain);
 
 /// Ceres functors. Most solves do not estimate the gain, and then its derivative is not computed.
 struct EdgeResidual {
@@ -62,7 +65,7 @@ struct EdgeWithGainResidual {
   template <typename T>
   bool operator()(const T* from, const T* to, const T* gain, T* residual) const {
     Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residual);
-    r = whitened_error(edge, from, to, *gain);
+    r = whitened_error(edge, from, to, gain);
     return true;
   }
 };
@@ -73,6 +76,7 @@ struct GainPriorResidual {
   template <typename T>
   bool operator()(const T* gain, T* residual) const {
     residual[0] = (gain[0] - 1.0) / sigma;
+    residual[1] = (gain[1] - 1.0) / sigma;
     return true;
   }
 };

@@ -11,6 +11,8 @@
 namespace gelslam::backend::detail {
 namespace {
 
+constexpr GainState kTrueSlopes = {1.0, 1.0};
+
 // Above this many standard deviations initial poses contradict an edge. Wide on purpose: drift that a solve
 // can repair by itself is no contradiction.
 constexpr double kContradiction = 50.0;
@@ -54,7 +56,7 @@ class Placement {
 
  private:
   double residual(const WhitenedEdge& edge) const {
-    return residual_norm(edge, nodes_[index(edge.from)], nodes_[index(edge.to)], 1.0);
+    return residual_norm(edge, nodes_[index(edge.from)], nodes_[index(edge.to)], kTrueSlopes);
   }
 
   // Sorted so that the piece with most odometry links, then most loops, then the smallest id is first.
@@ -90,7 +92,7 @@ class Placement {
     NodeState from = nodes_[index(link.from)], to = nodes_[index(link.to)];
     NodeState& moved = placed_[index(pieces_.root(link.from))] ? to : from;
     moved = to_state(motion * to_pose(moved));
-    return residual_norm(link, from, to, 1.0);
+    return residual_norm(link, from, to, kTrueSlopes);
   }
 
   // Saturating: a false link costs the same however wrong it is.

@@ -20,7 +20,7 @@ using namespace backend::detail;
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void require_usable(const PoseGraphOptions& options) {
-  if (!(options.loop_loss_scale > 0) || !(options.slope_gain_sigma > 0) || !(options.slope_gain > 0) ||
+  if (!(options.loop_loss_scale > 0) || !(options.slope_gain_sigma > 0) || !(options.slope_gain.x > 0) || !(options.slope_gain.y > 0) ||
       options.max_iterations < 1)
     throw Error(
         "pose graph: loop_loss_scale, slope_gain, slope_gain_sigma and max_iterations must be positive");
@@ -82,7 +82,7 @@ class Solver {
         problem_(problem_options()) {}
 
   /// Minimises from `nodes` and `gain` with the loops' kernel `scale` wide; both are updated in place.
-  ceres::Solver::Summary solve(std::vector<NodeState>& nodes, double& gain, double scale) {
+  ceres::Solver::Summary solve(std::vector<NodeState>& nodes, GainState& gain, double scale) {
     if (nodes_.empty()) build(nodes, gain);
     nodes_ = nodes;
     gain_ = gain;
@@ -122,17 +122,17 @@ class Solver {
   bool may_move(int node) const { return free_.empty() || free_[index(node)]; }
   bool estimates_gain() const { return options_.estimate_slope_gain && free_.empty(); }
 
-  void build(const std::vector<NodeState>& nodes, double gain) {
+  void build(const std::vector<NodeState>& nodes, const GainState& gain) {
     nodes_ = nodes;
     gain_ = gain;
     for (const WhitenedEdge& edge : graph_.edges)
       if (may_move(edge.from) || may_move(edge.to)) add(edge);
     if (estimates_gain())
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<GainPriorResidual, 1, 1>(
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<GainPriorResidual, 2, 2>(
                                     new GainPriorResidual{options_.slope_gain_sigma}),
-                                nullptr, &gain_);
-    else if (problem_.HasParameterBlock(&gain_))
-      problem_.SetParameterBlockConstant(&gain_);
+                                nullptr, gain_.data());
+    else if (problem_.HasParameterBlock(gain_.data()))
+      problem_.SetParameterBlockConstant(gain_.data());
     for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
       double* node = nodes_[index(i)].data();
       if (!problem_.HasParameterBlock(node)) continue;
@@ -145,10 +145,10 @@ class Solver {
     ceres::LossFunction* loss = edge.kind == EdgeKind::loop ? &loop_loss_ : nullptr;
     double* from = nodes_[index(edge.from)].data();
     double* to = nodes_[index(edge.to)].data();
-    if (estimates_gain() || gain_ != 1.0)
+    if (estimates_gain() || gain_ != GainState{1.0, 1.0})
       problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<EdgeWithGainResidual, 6, 7, 7, 1>(new EdgeWithGainResidual{edge}),
-          loss, from, to, &gain_);
+          new ceres::AutoDiffCostFunction<EdgeWithGainResidual, 6, 7, 7, 2>(new EdgeWithGainResidual{edge}),
+          loss, from, to, gain_.data());
     else
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<EdgeResidual, 6, 7, 7>(new EdgeResidual{edge}), loss, from, to);
@@ -158,7 +158,7 @@ class Solver {
   const PoseGraphOptions& options_;
   std::vector<bool> free_;
   std::vector<NodeState> nodes_;
-  double gain_ = 1.0;
+  GainState gain_ = {1.0, 1.0};
   ceres::LossFunctionWrapper loop_loss_;
   ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>> manifold_;
   ceres::Problem problem_;
@@ -167,7 +167,7 @@ class Solver {
 /// A state of the graph with its residuals.
 struct Estimate {
   std::vector<NodeState> nodes;
-  double gain = 1.0;
+  GainState gain = {1.0, 1.0};
   std::vector<double> residuals;
   double worst_loop = 0;
   double cost = 0;
@@ -177,7 +177,8 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   estimate.residuals.clear();
   estimate.worst_loop = 0;
   const double scale2 = options.loop_loss_scale * options.loop_loss_scale;
-  double twice_cost = std::pow((estimate.gain - 1.0) / options.slope_gain_sigma, 2);
+  double twice_cost = 0;
+  for (const double gain : estimate.gain) twice_cost += std::pow((gain - 1.0) / options.slope_gain_sigma, 2);
   for (const WhitenedEdge& edge : graph.edges) {
     const double r =
         residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)], estimate.gain);
@@ -256,7 +257,7 @@ PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, 
     solution.group_T_node.emplace(graph.ids[i], to_pose(estimate.nodes[i]));
     solution.group_of_node.emplace(graph.ids[i], graph.ids[index(graph.group[i])]);
   }
-  solution.slope_gain = estimate.gain;
+  solution.slope_gain = {estimate.gain[0], estimate.gain[1]};
   solution.edge_residual = estimate.residuals;
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
     solution.edge_outlier.push_back(graph.edges[i].kind == EdgeKind::loop &&
@@ -273,7 +274,7 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
   const Graph graph = make_graph(initial_map_T_node, edges);
   Estimate estimate;
   estimate.nodes = graph.nodes;
-  estimate.gain = options.slope_gain;
+  estimate.gain = {options.slope_gain.x, options.slope_gain.y};
   place_pieces(graph.edges, estimate.nodes);
   evaluate(graph, options, estimate);
   const double initial_cost = estimate.cost;

@@ -37,10 +37,16 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     return result;
   }
 
-  RegistrationResult registration = register_to_keyframe(*surface);
+  RegistrationResult registration = register_to(*keyframe_->reference, previous_->keyframe_T_frame, *surface);
   if (!registration.ok() && previous_->frame != keyframe_->frame) {
-    switch_keyframe(result, previous_->frame, previous_->surface, previous_->keyframe_T_frame, previous_->information);
-    registration = register_to_keyframe(*surface);
+    // The keyframe is too far behind: try the frame before, which becomes a keyframe only if that helps.
+    auto reference = std::make_shared<const NormalFlowReference>(previous_->surface, options_.registration);
+    const RegistrationResult retry = register_to(*reference, Pose::Identity(), *surface);
+    if (retry.ok()) {
+      switch_keyframe(result, make_keyframe(previous_->frame, std::move(reference), previous_->surface),
+                      previous_->keyframe_T_frame, previous_->information);
+      registration = retry;
+    }
   }
   if (!registration.ok()) {
     // A keyframe that the retry made in vain joins nothing: nobody hears of it, and the next one gets its id.
@@ -54,13 +60,14 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   return result;
 }
 
-/// From the last pose carried on at the last speed; if that fails, from the last pose itself.
-RegistrationResult Tracker::register_to_keyframe(const Surface& surface) const {
-  const Pose starts[] = {previous_->keyframe_T_frame * last_step_, previous_->keyframe_T_frame};
+/// From the previous pose carried on at the last speed; if that fails, from the previous pose itself.
+RegistrationResult Tracker::register_to(const NormalFlowReference& reference, const Pose& reference_T_previous,
+                                        const Surface& surface) const {
+  const Pose starts[] = {reference_T_previous * last_step_, reference_T_previous};
   RegistrationResult best;
-  for (const Pose& keyframe_T_frame : starts) {
+  for (const Pose& reference_T_frame : starts) {
     RegistrationResult attempt =
-        register_normal_flow(*keyframe_->reference, surface, keyframe_T_frame.inverse(), options_.registration);
+        register_normal_flow(reference, surface, reference_T_frame.inverse(), options_.registration);
     if (attempt.ok()) return attempt;
     if (attempt.scr * attempt.ccs >= best.scr * best.ccs) best = attempt;
   }
@@ -79,7 +86,9 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
   if (!result.new_keyframe && keyframe_is_outgrown(registration, *surface)) {
-    switch_keyframe(result, result.frame, std::move(surface), keyframe_T_frame, information);
+    auto reference = std::make_shared<const NormalFlowReference>(surface, options_.registration);
+    switch_keyframe(result, make_keyframe(result.frame, std::move(reference), std::move(surface)), keyframe_T_frame,
+                    information);
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
   }
@@ -91,20 +100,22 @@ bool Tracker::keyframe_is_outgrown(const RegistrationResult& registration, const
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
 
-std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, SurfacePtr surface) {
+std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame,
+                                                       std::shared_ptr<const NormalFlowReference> reference,
+                                                       SurfacePtr surface) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
   keyframe->frame = frame;
   keyframe->trial = trial_;
-  keyframe->reference = std::make_shared<const NormalFlowReference>(surface, options_.registration);
   keyframe->surface = std::move(surface);
+  keyframe->reference = std::move(reference);
   return keyframe;
 }
 
 void Tracker::start_trial(TrackedFrame& result, SurfacePtr surface) {
   ++trial_;
   in_trial_ = true;
-  keyframe_ = make_keyframe(result.frame, surface);
+  keyframe_ = make_keyframe(result.frame, std::make_shared<const NormalFlowReference>(surface, options_.registration), surface);
   trial_T_keyframe_ = Pose::Identity();
   last_step_ = Pose::Identity();
   previous_ = Previous{result.frame, std::move(surface), Pose::Identity(), Matrix6d::Zero()};
@@ -116,13 +127,13 @@ void Tracker::start_trial(TrackedFrame& result, SurfacePtr surface) {
   result.new_keyframe_link = {};
 }
 
-void Tracker::switch_keyframe(TrackedFrame& result, std::int64_t frame, SurfacePtr surface, const Pose& keyframe_T_new,
+void Tracker::switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const Pose& keyframe_T_new,
                               const Matrix6d& information) {
   result.new_keyframe_link = KeyframeLink{keyframe_, keyframe_T_new, information};
-  keyframe_ = make_keyframe(frame, std::move(surface));
+  result.new_keyframe = keyframe;
+  keyframe_ = std::move(keyframe);
   trial_T_keyframe_ = normalized(trial_T_keyframe_ * keyframe_T_new);
   previous_->keyframe_T_frame = keyframe_T_new.inverse() * previous_->keyframe_T_frame;
-  result.new_keyframe = keyframe_;
 }
 
 }  // namespace gelslam

@@ -70,7 +70,7 @@ ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& 
     progress.begin("fusing", std::nullopt);
     const auto scope = timer.measure("finish/fusion");
     FusionOptions fusion = request.config.slam.fusion;
-    fusion.slope_gain = map.solution.slope_gain;
+    fusion.slope_gain = map.solution.slope_gain.mean();
     mesh = fuse(posed_surfaces(map), fusion);
     progress.end();
   }

@@ -71,7 +71,7 @@ ordered_json report(const ReconstructRequest& request, const std::string& log_de
   json["groups"] = summary.groups;
   json["loops"] = summary.loops;
   json["loop_outliers"] = std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
-  json["slope_gain"] = map.solution.slope_gain;
+  json["slope_gain"] = {{"x", map.solution.slope_gain.x}, {"y", map.solution.slope_gain.y}};
   json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
   json["seconds"] = summary.seconds;
   json["stages"] = stage_times(times);

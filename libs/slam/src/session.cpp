@@ -98,7 +98,7 @@ void save_session(const fs::path& folder, const SlamMap& map) {
   ordered_json json;
   json["version"] = kVersion;
   json["anchor_frame"] = map.anchor_frame;
-  json["slope_gain"] = map.solution.slope_gain;
+  json["slope_gain"] = map.solution.slope_gain.mean();
   json["keyframes"] = ordered_json::array();
   for (const PosedSurface& patch : posed_surfaces(map)) {
     const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(patch.id)];

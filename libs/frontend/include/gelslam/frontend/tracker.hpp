@@ -14,7 +14,7 @@ struct TrackerOptions {
   int contact_threshold_px = 500;  ///< fewer contact pixels are no contact
   /// A new keyframe is made when the current one shares less than this with what the frame shows: a first touch is small,
   /// and a roll leaves the keyframe behind long before tracking breaks.
-  double keyframe_min_shared = 0.45;
+  double keyframe_min_shared = 0.55;
   NormalFlowOptions registration;
 };
 
@@ -61,10 +61,12 @@ class Tracker {
     Matrix6d information = Matrix6d::Zero();
   };
 
-  RegistrationResult register_to_keyframe(const Surface& surface) const;
-  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, SurfacePtr surface);
+  RegistrationResult register_to(const NormalFlowReference& reference, const Pose& reference_T_previous,
+                                 const Surface& surface) const;
+  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const NormalFlowReference> reference,
+                                                SurfacePtr surface);
   void start_trial(TrackedFrame& result, SurfacePtr surface);
-  void switch_keyframe(TrackedFrame& result, std::int64_t frame, SurfacePtr surface, const Pose& keyframe_T_new,
+  void switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const Pose& keyframe_T_new,
                        const Matrix6d& information);
   void accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration);
   bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
