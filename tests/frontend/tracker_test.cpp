@@ -1,0 +1,240 @@
+#include "gelslam/frontend/tracker.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "../support/analytic_surface.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+
+// Single registrations are right to 0.03 degrees and 0.01 mm on such surfaces (tests/registration); a chain
+// of them adds up.
+constexpr double kStepDeg = 0.03, kStepMm = 0.01;
+
+const Field& relief() {
+  static const Field field = textured_plane(1);
+  return field;
+}
+
+const Field& other_relief() {
+  static const Field field = textured_plane(99);
+  return field;
+}
+
+/// A small contact, so that a short slide outgrows it: 7.6 mm wide.
+View small_view() {
+  View view;
+  view.contact_width_px = 60;
+  view.contact_height_px = 50;
+  return view;
+}
+
+/// Where the sensor is in frame `i` of a slide of 0.4 mm and a twist of 0.7 degrees per frame.
+Pose on_the_way(int i) { return motion(0.3 * i, -0.2 * i, 0.7 * i, 0.4 * i, 0.05 * i, 0.4 + 0.01 * i); }
+
+SurfacePtr slide(int i, const Field& field = relief()) { return touch(field, on_the_way(i), small_view()); }
+
+SurfacePtr nothing() {
+  static const SurfacePtr surface = touch(relief(), motion(0, 0, 0, 0, 0, -3), small_view());
+  return surface;
+}
+
+Pose true_motion(int from, int to) { return on_the_way(from).inverse() * on_the_way(to); }
+
+void expect_pose(const Pose& found, const Pose& truth, int registrations) {
+  EXPECT_LT(gap(found, truth).deg, kStepDeg * registrations);
+  EXPECT_LT(gap(found, truth).mm, kStepMm * registrations);
+}
+
+TEST(Tracker, WithoutContactThereIsNoTrial) {
+  Tracker tracker(TrackerOptions{});
+  for (int i = 0; i < 3; ++i) {
+    const TrackedFrame frame = tracker.track(i, 0.04 * i, nothing());
+    EXPECT_EQ(frame.status, TrackStatus::no_contact);
+    EXPECT_EQ(frame.frame, i);
+    EXPECT_EQ(frame.time_s, 0.04 * i);
+    EXPECT_EQ(frame.trial, -1);
+    EXPECT_EQ(frame.keyframe, nullptr);
+    EXPECT_EQ(frame.new_keyframe, nullptr);
+  }
+}
+
+TEST(Tracker, ContactBelowTheThresholdIsNone) {
+  const SurfacePtr surface = slide(0);
+  TrackerOptions options;
+  options.contact_threshold_px = surface->contact_pixels + 1;
+  EXPECT_EQ(Tracker(options).track(0, 0, surface).status, TrackStatus::no_contact);
+  options.contact_threshold_px = surface->contact_pixels;
+  EXPECT_EQ(Tracker(options).track(0, 0, surface).status, TrackStatus::tracked);
+}
+
+TEST(Tracker, FirstContactStartsATrialWithAKeyframe) {
+  Tracker tracker(TrackerOptions{});
+  tracker.track(0, 0, nothing());
+  const SurfacePtr surface = slide(0);
+  const TrackedFrame frame = tracker.track(1, 0.04, surface);
+  EXPECT_EQ(frame.status, TrackStatus::tracked);
+  EXPECT_EQ(frame.trial, 0);
+  EXPECT_TRUE(frame.trial_T_frame.isApprox(Pose::Identity()));
+  EXPECT_TRUE(frame.keyframe_T_frame.isApprox(Pose::Identity()));
+  ASSERT_NE(frame.new_keyframe, nullptr);
+  EXPECT_EQ(frame.keyframe, frame.new_keyframe);
+  EXPECT_EQ(frame.new_keyframe->id, 0);
+  EXPECT_EQ(frame.new_keyframe->frame, 1);
+  EXPECT_EQ(frame.new_keyframe->trial, 0);
+  EXPECT_EQ(frame.new_keyframe->surface, surface);
+  EXPECT_NE(frame.new_keyframe->reference, nullptr);
+  EXPECT_EQ(frame.new_keyframe_link.previous, nullptr);
+  EXPECT_THAT(frame.registration.observable, testing::Each(true));
+}
+
+TEST(Tracker, FramesHangOnTheKeyframeWhileTheyShareEnough) {
+  Tracker tracker(TrackerOptions{});
+  const auto keyframe = tracker.track(0, 0, slide(0)).keyframe;
+  for (int i = 1; i < 5; ++i) {
+    const TrackedFrame frame = tracker.track(i, 0.04 * i, slide(i));
+    ASSERT_EQ(frame.status, TrackStatus::tracked);
+    EXPECT_EQ(frame.trial, 0);
+    EXPECT_EQ(frame.keyframe, keyframe);
+    EXPECT_EQ(frame.new_keyframe, nullptr);
+    expect_pose(frame.trial_T_frame, true_motion(0, i), 1);
+    expect_pose(frame.keyframe_T_frame, true_motion(0, i), 1);
+  }
+}
+
+TEST(Tracker, AnOutgrownKeyframeIsReplacedAndPosesGoOn) {
+  Tracker tracker(TrackerOptions{});
+  std::shared_ptr<const Keyframe> current = tracker.track(0, 0, slide(0)).keyframe;
+  int switches = 0;
+  for (int i = 1; i < 26; ++i) {
+    const TrackedFrame frame = tracker.track(i, 0.04 * i, slide(i));
+    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
+    expect_pose(frame.trial_T_frame, true_motion(0, i), switches + 1);
+    ASSERT_NE(frame.keyframe, nullptr);
+    expect_pose(frame.keyframe_T_frame, true_motion(static_cast<int>(frame.keyframe->frame), i), 1);
+    if (!frame.new_keyframe) continue;
+    ++switches;
+    EXPECT_EQ(frame.new_keyframe->id, switches);
+    EXPECT_EQ(frame.new_keyframe->frame, i);  // early: this very frame, before tracking needs it
+    EXPECT_EQ(frame.keyframe, frame.new_keyframe);
+    const KeyframeLink& link = frame.new_keyframe_link;
+    ASSERT_EQ(link.previous, current);
+    expect_pose(link.previous_T_this, true_motion(static_cast<int>(current->frame), i), 1);
+    EXPECT_GT(link.information.topLeftCorner(5, 5).determinant(), 0);
+    current = frame.new_keyframe;
+  }
+  // 10 mm of slide; a keyframe of 7.6 mm is left when it shares less than 45 %, after about 4 mm.
+  EXPECT_GE(switches, 1);
+  EXPECT_LE(switches, 4);
+}
+
+TEST(Tracker, WhenTheKeyframeIsLostThePreviousFrameBecomesOne) {
+  TrackerOptions options;
+  options.keyframe_min_shared = 0;  // no early keyframes: tracking goes on until it breaks
+  Tracker tracker(options);
+  const auto first = tracker.track(0, 0, slide(0)).keyframe;
+  for (int i = 1; i < 26; ++i) {
+    const TrackedFrame frame = tracker.track(i, 0.04 * i, slide(i));
+    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
+    expect_pose(frame.trial_T_frame, true_motion(0, i), 2);
+    if (!frame.new_keyframe) continue;
+    EXPECT_EQ(frame.trial, 0);
+    EXPECT_EQ(frame.new_keyframe->frame, i - 1);
+    EXPECT_EQ(frame.new_keyframe->id, 1);
+    EXPECT_EQ(frame.keyframe, frame.new_keyframe);
+    EXPECT_EQ(frame.new_keyframe_link.previous, first);
+    expect_pose(frame.new_keyframe_link.previous_T_this, true_motion(0, i - 1), 1);
+    expect_pose(frame.keyframe_T_frame, true_motion(i - 1, i), 1);
+    return;
+  }
+  FAIL() << "10 mm of slide over a contact of 7.6 mm never needed a second keyframe";
+}
+
+/// A jump to another place that nothing connects. `before` frames are tracked first: with one, the previous
+/// frame is the keyframe itself and there is nothing to retry with; with more, the retry fails too.
+void expect_loss_after(int before) {
+  Tracker tracker(TrackerOptions{});
+  for (int i = 0; i < before; ++i) tracker.track(i, 0.04 * i, slide(i));
+  const SurfacePtr elsewhere = slide(0, other_relief());
+  const TrackedFrame lost = tracker.track(before, 0.04 * before, elsewhere);
+  EXPECT_EQ(lost.status, TrackStatus::lost);
+  EXPECT_FALSE(lost.registration.ok());
+  EXPECT_EQ(lost.trial, 1);
+  EXPECT_TRUE(lost.trial_T_frame.isApprox(Pose::Identity()));
+  ASSERT_NE(lost.new_keyframe, nullptr);
+  EXPECT_EQ(lost.new_keyframe->surface, elsewhere);
+  EXPECT_EQ(lost.new_keyframe->trial, 1);
+  EXPECT_EQ(lost.new_keyframe->id, 1) << "every keyframe that is made is handed out, and ids have no gaps";
+  EXPECT_EQ(lost.new_keyframe_link.previous, nullptr);
+
+  const TrackedFrame next = tracker.track(before + 1, 0.04 * (before + 1), slide(1, other_relief()));
+  EXPECT_EQ(next.status, TrackStatus::tracked);
+  EXPECT_EQ(next.trial, 1);
+  EXPECT_EQ(next.keyframe, lost.new_keyframe);
+  expect_pose(next.trial_T_frame, true_motion(0, 1), 1);
+}
+
+TEST(Tracker, AJumpStartsANewTrial) { expect_loss_after(1); }
+TEST(Tracker, AJumpAfterSomeFramesStartsANewTrial) { expect_loss_after(4); }
+
+TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
+  Tracker tracker(TrackerOptions{});
+  tracker.track(0, 0.00, slide(0));
+  EXPECT_EQ(tracker.track(1, 0.04, slide(1)).trial, 0);
+  const TrackedFrame lifted = tracker.track(2, 0.08, nothing());
+  EXPECT_EQ(lifted.status, TrackStatus::no_contact);
+  EXPECT_EQ(lifted.trial, -1);
+  EXPECT_EQ(lifted.keyframe, nullptr);
+  const TrackedFrame again = tracker.track(3, 0.12, slide(3));
+  EXPECT_EQ(again.status, TrackStatus::tracked);
+  EXPECT_EQ(again.trial, 1);
+  EXPECT_TRUE(again.trial_T_frame.isApprox(Pose::Identity()));
+  ASSERT_NE(again.new_keyframe, nullptr);
+  EXPECT_EQ(again.new_keyframe->id, 1);
+  EXPECT_EQ(again.new_keyframe_link.previous, nullptr);
+  const TrackedFrame next = tracker.track(4, 0.16, slide(4));
+  EXPECT_EQ(next.trial, 1);
+  expect_pose(next.trial_T_frame, true_motion(3, 4), 1);  // from the new trial's first frame
+}
+
+/// After a lift nothing of the old motion may be carried on: the same frames give the same poses as for a
+/// fresh tracker.
+TEST(Tracker, ANewTrialRemembersNothing) {
+  Tracker tired(TrackerOptions{}), fresh(TrackerOptions{});
+  for (int i = 0; i < 4; ++i) tired.track(i, 0, slide(3 * i));
+  tired.track(4, 0, nothing());
+  for (int i = 0; i < 3; ++i) {
+    const TrackedFrame a = tired.track(5 + i, 0, slide(i)), b = fresh.track(5 + i, 0, slide(i));
+    EXPECT_EQ(std::memcmp(a.trial_T_frame.data(), b.trial_T_frame.data(), 16 * sizeof(double)), 0) << i;
+  }
+}
+
+TEST(Tracker, TheSameFramesGiveTheSameBits) {
+  Tracker one(TrackerOptions{}), two(TrackerOptions{});
+  for (int i = 0; i < 14; ++i) {
+    const SurfacePtr surface = with_noise(*slide(i), 0.02, static_cast<std::uint64_t>(i));
+    const TrackedFrame a = one.track(i, 0.04 * i, surface), b = two.track(i, 0.04 * i, surface);
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_EQ(a.keyframe->id, b.keyframe->id);
+    EXPECT_EQ(std::memcmp(a.trial_T_frame.data(), b.trial_T_frame.data(), 16 * sizeof(double)), 0) << i;
+    EXPECT_EQ(std::memcmp(a.registration.information.data(), b.registration.information.data(),
+                          36 * sizeof(double)),
+              0)
+        << i;
+  }
+}
+
+TEST(TrackStatus, HasTheStreamsNames) {
+  EXPECT_EQ(name(TrackStatus::background), "background");
+  EXPECT_EQ(name(TrackStatus::no_contact), "no_contact");
+  EXPECT_EQ(name(TrackStatus::tracked), "tracked");
+  EXPECT_EQ(name(TrackStatus::lost), "lost");
+}
+
+}  // namespace
+}  // namespace gelslam
