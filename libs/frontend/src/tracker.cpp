@@ -49,8 +49,6 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     }
   }
   if (!registration.ok()) {
-    // A keyframe that the retry made in vain joins nothing: nobody hears of it, and the next one gets its id.
-    if (result.new_keyframe) --next_keyframe_id_;
     result.status = TrackStatus::lost;
     result.registration = registration;
     start_trial(result, std::move(surface));

@@ -13,6 +13,19 @@ std::map<int, int> tracked_frames_per_group(const std::vector<FrameRecord>& fram
   return count;
 }
 
+/// Not simply the group's first keyframe: a first touch is faint, and whatever its registration gets wrong would shift
+/// and tilt the whole map. The first keyframe that shows at least half of what is usual in this group.
+int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<bool>& in_map) {
+  std::vector<int> contact_pixels;
+  for (std::size_t id = 0; id < keyframes.size(); ++id)
+    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface->contact_pixels);
+  const auto middle = contact_pixels.begin() + static_cast<std::ptrdiff_t>(contact_pixels.size() / 2);
+  std::nth_element(contact_pixels.begin(), middle, contact_pixels.end());
+  std::size_t id = 0;
+  while (!in_map[id] || 2 * keyframes[id]->surface->contact_pixels < *middle) ++id;
+  return static_cast<int>(id);
+}
+
 int largest_group(const std::map<int, int>& frames_per_group) {
   const auto largest = std::max_element(frames_per_group.begin(), frames_per_group.end(),
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -81,10 +94,12 @@ SlamMap GelSlam::finish() const {
   const std::map<int, int> per_group = tracked_frames_per_group(map.frames, map.solution);
   map.groups = static_cast<int>(per_group.size());
   const int group = largest_group(per_group);
-  map.anchor_frame = map.keyframes[static_cast<std::size_t>(group)]->frame;
   map.in_map.resize(map.keyframes.size());
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
     map.in_map[id] = map.solution.group_of_node.at(static_cast<int>(id)) == group;
+  const int anchor = choose_anchor(map.keyframes, map.in_map);
+  map.anchor_frame = map.keyframes[static_cast<std::size_t>(anchor)]->frame;
+  map.group_T_anchor = map.solution.group_T_node.at(anchor);
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;
 }

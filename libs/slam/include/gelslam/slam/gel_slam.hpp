@@ -33,8 +33,8 @@ struct FrameRecord {
   Pose keyframe_T_frame = Pose::Identity();
 };
 
-/// The map when a scan has ended. Everything is in the frame of the largest trial group: the sensor frame of
-/// `anchor_frame`, the first frame of that group.
+/// The map when a scan has ended. Everything is in the sensor frame of `anchor_frame`: the first keyframe of the
+/// largest trial group that shows a full contact.
 struct SlamMap {
   std::int64_t anchor_frame = -1;     ///< index in the log; -1 when nothing ever touched
   std::vector<FrameRecord> frames;    ///< every frame of the log, in order
@@ -47,7 +47,9 @@ struct SlamMap {
   int groups = 0;
   int loops = 0;                      ///< edges between keyframes found by loop closure and refinement
 
-  Pose anchor_T_keyframe(int id) const { return solution.group_T_node.at(id); }
+  Pose group_T_anchor = Pose::Identity();
+
+  Pose anchor_T_keyframe(int id) const { return group_T_anchor.inverse() * solution.group_T_node.at(id); }
   bool has_pose(const FrameRecord& f) const { return f.keyframe >= 0 && in_map[static_cast<std::size_t>(f.keyframe)]; }
 };
 
