@@ -55,7 +55,7 @@ UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& cha
 }
 
 ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
-    : rule_(rule), pressure_(rule.skirt_length_mm), gap_(square(2 * (size.height / 48) + 1)), border_(square(2 * (size.height / 96) + 1)) {}
+    : rule_(rule), pressure_(rule.skirt_length_mm), half_gap_px_(size.height / 48), gap_(square(2 * half_gap_px_ + 1)) {}
 
 double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
   const double floor_mm = std::max(min_limit_mm, static_cast<double>(scatters_above_gel * scatter_mm));
@@ -107,8 +107,10 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, 
   pressure_.find(height_mm, pixel_pitch_mm, pressed_);
   cv::bitwise_and(below_, pressed_, contact);
   cv::morphologyEx(contact, contact, cv::MORPH_CLOSE, gap_);
-  cv::morphologyEx(contact, contact, cv::MORPH_OPEN, gap_);
-  cv::erode(contact, contact, border_);
+  // Slivers and the border's blur grow with depth; a faint touch is small and thin itself.
+  const auto scaled = [deep](int half_px) { return square(2 * std::max(1, static_cast<int>(std::lround(half_px * deep))) + 1); };
+  cv::morphologyEx(contact, contact, cv::MORPH_OPEN, scaled(half_gap_px_));
+  cv::erode(contact, contact, scaled(half_gap_px_ / 2));
   keep_witnessed_pieces(block_difference, std::max(min_color_dist, rule_.color_dist_threshold * deep),
                         contact);
 }

@@ -49,7 +49,8 @@ class ContactDetector {
 
   ContactRule rule_;
   PressureMap pressure_;
-  cv::Mat gap_, border_;
+  int half_gap_px_;
+  cv::Mat gap_;
   cv::Mat1b below_, pressed_, blocks_, keep_;
   cv::Mat1i labels_;
   std::vector<float> scratch_;
