@@ -1,5 +1,6 @@
 #include "gelslam/slam/session.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -31,6 +32,12 @@ cv::Mat4f pack(const Surface& surface, const cv::Rect& box) {
       packed(v, u) = {n[0], n[1], surface.height_mm(p), surface.contact(p) ? surface.curvature(p) : std::nanf("")};
     }
   return packed;
+}
+
+/// What pack() can have written: a unit normal's x and y, a height, and a curvature or NaN.
+bool possible(const cv::Vec4f& value) {
+  const bool unit = value[0] * value[0] + value[1] * value[1] <= 1.0001f;  // false for NaN
+  return unit && std::isfinite(value[2]) && !std::isinf(value[3]);
 }
 
 SurfacePtr unpack(const cv::Mat4f& packed, const cv::Rect& box, cv::Size size, double pixel_pitch_mm) {
@@ -67,24 +74,41 @@ Pose pose_from(const ordered_json& json) {
   Pose pose = Pose::Identity();
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 4; ++c) pose(r, c) = values[static_cast<std::size_t>(r * 4 + c)];
-  if (!pose.matrix().allFinite() || std::abs(pose.linear().determinant() - 1.0) > 1e-6) throw Error("a pose is no rigid motion");
+  const bool rotation = pose.linear().isUnitary(1e-6) && std::abs(pose.linear().determinant() - 1.0) < 1e-6;
+  if (!pose.matrix().allFinite() || !rotation) throw Error("a pose is no rigid motion");
   return pose;
+}
+
+cv::Rect box_from(const ordered_json& json, cv::Size size) {
+  const auto numbers = json.get<std::vector<int>>();
+  if (numbers.size() != 4) throw Error("box_px needs 4 numbers");
+  const cv::Rect box(numbers[0], numbers[1], numbers[2], numbers[3]);
+  const bool inside = box.x >= 0 && box.y >= 0 && box.width >= 0 && box.height >= 0 && box.x <= size.width &&
+                      box.y <= size.height && box.width <= size.width - box.x && box.height <= size.height - box.y;
+  if (!inside) throw Error("box_px leaves the image");
+  return box;
+}
+
+cv::Mat4f read_patch(const fs::path& file, cv::Size size) {
+  cv::Mat packed;
+  try {
+    if (fs::is_regular_file(file)) packed = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {  // sizes beyond OpenCV's limits
+  }
+  if (packed.empty() || packed.type() != CV_32FC4 || packed.size() != size)
+    throw Error(file.string() + ": missing, damaged or not the patch that session.json describes");
+  const cv::Mat4f values = packed;
+  if (!std::all_of(values.begin(), values.end(), possible)) throw Error(file.string() + ": holds numbers that no surface has");
+  return values;
 }
 
 PosedSurface load_patch(const fs::path& folder, const ordered_json& entry, cv::Size size, double pixel_pitch_mm) {
   PosedSurface patch;
   patch.id = entry.at("id").get<int>();
   patch.map_T_keyframe = pose_from(entry.at("map_T_keyframe_mm"));
-  const auto numbers = entry.at("box_px").get<std::vector<int>>();
-  if (numbers.size() != 4) throw Error("box_px needs 4 numbers");
-  const cv::Rect box(numbers[0], numbers[1], numbers[2], numbers[3]);
-  if (box.width < 0 || box.height < 0 || (box & cv::Rect({0, 0}, size)) != box) throw Error("box_px leaves the image");
-  cv::Mat packed;
-  if (!box.empty()) {
-    packed = cv::imread(patch_file(folder, patch.id).string(), cv::IMREAD_UNCHANGED);
-    if (packed.empty() || packed.type() != CV_32FC4 || packed.size() != box.size())
-      throw Error(patch_file(folder, patch.id).string() + ": damaged or not the patch that session.json describes");
-  }
+  const cv::Rect box = box_from(entry.at("box_px"), size);
+  cv::Mat4f packed;
+  if (!box.empty()) packed = read_patch(patch_file(folder, patch.id), box.size());
   patch.surface = unpack(packed, box, size, pixel_pitch_mm);
   return patch;
 }
@@ -126,11 +150,17 @@ Session load_session(const fs::path& folder) {
     if (json.at("version").get<int>() != kVersion) throw Error("written by another version of the program");
     Session session;
     session.slope_gain = json.at("slope_gain").get<double>();
+    if (!(session.slope_gain > 0.1 && session.slope_gain < 10)) throw Error("impossible slope gain");
     if (json.at("keyframes").empty()) return session;
     const cv::Size size(json.at("width_px").get<int>(), json.at("height_px").get<int>());
     if (size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide) throw Error("impossible image size");
-    for (const ordered_json& entry : json.at("keyframes"))
-      session.patches.push_back(load_patch(folder, entry, size, json.at("pixel_pitch_mm").get<double>()));
+    const double pixel_pitch_mm = json.at("pixel_pitch_mm").get<double>();
+    if (!(pixel_pitch_mm > 0 && pixel_pitch_mm <= 10)) throw Error("impossible pixel pitch");
+    for (const ordered_json& entry : json.at("keyframes")) {
+      PosedSurface patch = load_patch(folder, entry, size, pixel_pitch_mm);
+      if (!session.patches.empty() && patch.id <= session.patches.back().id) throw Error("keyframe ids do not ascend");
+      session.patches.push_back(std::move(patch));
+    }
     return session;
   } catch (const nlohmann::json::exception& error) {
     throw Error(file.string() + ": not a session: " + error.what());
