@@ -1,0 +1,152 @@
+#include "gelslam/slam/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::message_of;
+using test::TemporaryFolder;
+using test::write_bytes;
+using testing::HasSubstr;
+
+class ConfigFile : public testing::Test {
+ protected:
+  Config read(const std::string& yaml) {
+    write_bytes(folder / "config.yaml", yaml);
+    return read_config(folder / "config.yaml");
+  }
+  std::string error(const std::string& yaml) {
+    return message_of<Error>([&] { read(yaml); });
+  }
+
+  TemporaryFolder folder;
+};
+
+TEST_F(ConfigFile, WrittenDefaultsReadAsDefaults) {
+  const std::string text = write_config(Config{});
+  EXPECT_EQ(write_config(read(text)), text);
+  EXPECT_THAT(text, HasSubstr("#")) << "a comment per key";
+}
+
+TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
+  Config config;
+  config.sensor.device_name = "a \"sensor\": with # signs";
+  config.sensor.pixel_pitch_mm = 0.1 / 3;
+  config.sensor.width_px = 160;
+  config.sensor.height_px = 120;
+  config.sensor.raw_width_px = 640;
+  config.sensor.raw_height_px = 480;
+  config.sensor.frame_rate_hz = 59.94;
+  config.sensor.calibration_model_path = folder / "some model.pth";
+  config.surface.color_dist_threshold = 12.5;
+  config.surface.height_threshold_mm = 0.123456789012345;
+  config.surface.compensate_light = !config.surface.compensate_light;
+  config.background_frames = 7;
+  SlamOptions& slam = config.slam;
+  slam.tracker.contact_threshold_px = 321;
+  slam.tracker.keyframe_min_shared = 0.61;
+  slam.tracker.registration.max_samples = 2222;
+  slam.tracker.registration.max_iterations = 33;
+  slam.tracker.registration.robust_scale_rad = 0.07;
+  slam.tracker.registration.scr_threshold = 0.31;
+  slam.tracker.registration.ccs_threshold = 0.72;
+  slam.coverage.min_uncovered_weight = 77;
+  slam.loop_closure.min_sift_inliers = 9;
+  slam.loop_closure.registration.scr_threshold = 0.41;
+  slam.loop_closure.registration.ccs_threshold = 0.82;
+  slam.pose_graph.loop_loss_scale = 2.5;
+  slam.pose_graph.estimate_slope_gain = !slam.pose_graph.estimate_slope_gain;
+  slam.refinement.enabled = !slam.refinement.enabled;
+  slam.refinement.max_pairs_per_keyframe = 5;
+  slam.fusion.voxel_size_mm = 0.11;
+  slam.fusion.truncation_mm = 0.9;
+  const std::string text = write_config(config);
+  const Config back = read(text);
+  EXPECT_EQ(write_config(back), text);
+  EXPECT_EQ(back.sensor.device_name, config.sensor.device_name);
+  EXPECT_EQ(back.sensor.pixel_pitch_mm, config.sensor.pixel_pitch_mm) << "to the last bit";
+  EXPECT_EQ(back.sensor.calibration_model_path, config.sensor.calibration_model_path);
+  EXPECT_EQ(back.surface.height_threshold_mm, config.surface.height_threshold_mm);
+  EXPECT_EQ(back.surface.compensate_light, config.surface.compensate_light);
+  EXPECT_EQ(back.background_frames, 7);
+  EXPECT_EQ(back.slam.tracker.registration.max_samples, 2222);
+  EXPECT_EQ(back.slam.tracker.registration.ccs_threshold, 0.72);
+  EXPECT_EQ(back.slam.loop_closure.registration.ccs_threshold, 0.82);
+  EXPECT_EQ(back.slam.pose_graph.estimate_slope_gain, config.slam.pose_graph.estimate_slope_gain);
+  EXPECT_EQ(back.slam.refinement.enabled, config.slam.refinement.enabled);
+  EXPECT_EQ(back.slam.fusion.truncation_mm, 0.9);
+}
+
+TEST_F(ConfigFile, ThePublicConfigurationIsReadAsItIs) {
+  const Config config = read(R"(device_config:
+  device_name: "GelSight Mini"
+  ppmm: 0.05
+  imgh: 120
+  imgw: 160
+  raw_imgh: 2464
+  raw_imgw: 3280
+  framerate: 30
+  calibration_model_path: "../calibration/model/nnmodel.pth"
+contact_mask_config:
+  color_dist_threshold: 14
+  height_threshold: 0.3
+gelslam_config:
+  track_config:
+    contact_threshold: 600
+    scr_threshold: 0.35
+    ccs_threshold: 0.75
+  pose_graph_config:
+    coverage_graph_overlap_threshold: 55
+    min_sift_inliers: 10
+    scr_threshold: 0.4
+    ccs_threshold: 0.8
+)");
+  EXPECT_EQ(config.sensor.pixel_pitch_mm, 0.05);
+  EXPECT_EQ(config.surface.pixel_pitch_mm, 0.05) << "the surface stage must know, too";
+  EXPECT_EQ(config.sensor.height_px, 120);
+  EXPECT_EQ(config.sensor.width_px, 160);
+  EXPECT_EQ(config.sensor.raw_width_px, 3280);
+  EXPECT_EQ(config.sensor.frame_rate_hz, 30);
+  EXPECT_TRUE(config.sensor.calibration_model_path.is_absolute());
+  EXPECT_EQ(std::filesystem::weakly_canonical(config.sensor.calibration_model_path),
+            std::filesystem::weakly_canonical(folder / "../calibration/model/nnmodel.pth"))
+      << "relative to the file";
+  EXPECT_EQ(config.surface.color_dist_threshold, 14);
+  EXPECT_EQ(config.surface.height_threshold_mm, 0.3);
+  EXPECT_EQ(config.slam.tracker.contact_threshold_px, 600);
+  EXPECT_EQ(config.slam.tracker.registration.scr_threshold, 0.35);
+  EXPECT_EQ(config.slam.tracker.registration.ccs_threshold, 0.75);
+  EXPECT_EQ(config.slam.coverage.min_uncovered_weight, 55);
+  EXPECT_EQ(config.slam.loop_closure.min_sift_inliers, 10);
+  EXPECT_EQ(config.slam.loop_closure.registration.scr_threshold, 0.4);
+  EXPECT_EQ(config.slam.loop_closure.registration.ccs_threshold, 0.8);
+  EXPECT_EQ(config.slam.refinement.registration.ccs_threshold, 0.8)
+      << "refinement asks for what loops ask for";
+}
+
+TEST_F(ConfigFile, AnUnknownKeyNamesTheNearest) {
+  EXPECT_THAT(error("device_config:\n  framerat: 25\n"),
+              HasSubstr("config.yaml:2: device_config.framerat is an unknown key, did you mean framerate?"));
+  EXPECT_THAT(error("gelslam_config:\n  track_config:\n    max_sample: 25\n"),
+              HasSubstr("did you mean max_samples?"));
+  EXPECT_THAT(error("contact_mask_confg:\n  height_threshold: 1\n"),
+              HasSubstr("did you mean contact_mask_config?"));
+}
+
+TEST_F(ConfigFile, ValuesThatMakeNoSenseNameTheirLine) {
+  EXPECT_THAT(error("device_config:\n  imgw: 320\n  imgh: many\n"), HasSubstr("config.yaml:3: "));
+  EXPECT_THAT(error("device_config:\n  ppmm: -0.06\n"), HasSubstr("config.yaml:2: "));
+  EXPECT_THAT(error("device_config:\n  ppmm: .nan\n"), HasSubstr("config.yaml:2: "));
+  EXPECT_THAT(error("contact_mask_config:\n  background_frames: 0\n"), HasSubstr("config.yaml:2: "));
+  EXPECT_THAT(error("gelslam_config:\n  fusion_config:\n    voxel_size_mm: 1e300\n"),
+              HasSubstr("config.yaml:3: "));
+  EXPECT_THAT(message_of<Error>([&] { read_config(folder / "none.yaml"); }), HasSubstr("none.yaml"));
+}
+
+}  // namespace
+}  // namespace gelslam

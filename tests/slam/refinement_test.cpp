@@ -1,0 +1,102 @@
+#include "gelslam/slam/refinement.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/analytic_surface.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+
+/// Keyframes at known places of a relief, and a pose graph's solution that has them a little wrong.
+class Densify : public testing::Test {
+ protected:
+  void add(const Pose& relief_T_keyframe, const Pose& error = Pose::Identity()) {
+    auto keyframe = std::make_shared<Keyframe>();
+    keyframe->id = static_cast<int>(keyframes.size());
+    keyframe->surface = touch(relief, relief_T_keyframe);
+    keyframe->reference = std::make_shared<const NormalFlowReference>(keyframe->surface, NormalFlowOptions{});
+    truth.push_back(relief_T_keyframe);
+    solution.group_T_node[keyframe->id] = relief_T_keyframe * error;
+    solution.group_of_node[keyframe->id] = 0;
+    keyframes.push_back(std::move(keyframe));
+  }
+
+  const Field relief = textured_plane(1);
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
+  std::vector<Pose> truth;
+  PoseGraphSolution solution;
+  std::vector<PoseGraphEdge> edges;
+  RefinementOptions options;
+};
+
+const Pose kFirst = motion(0, 0, 0, 0, 0, 0.4), kNear = motion(1, 0, 20, 3, 1, 0.4),
+           kFar = motion(0, 0, 0, 30, 0, 0.4);
+const Pose kWrong = motion(0.5, -0.3, 1, 0.15, -0.1);
+
+TEST_F(Densify, RegistersAnOverlapThatHasNoEdge) {
+  add(kFirst);
+  add(kNear, kWrong);
+  add(kFar);
+  const std::vector<PoseGraphEdge> found = densify(keyframes, solution, edges, options);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].from, 0);
+  EXPECT_EQ(found[0].to, 1);
+  EXPECT_EQ(found[0].kind, EdgeKind::loop);
+  const PoseGap error = gap(found[0].from_T_to, truth[0].inverse() * truth[1]);
+  EXPECT_LT(error.deg, 0.03);  // as single registrations
+  EXPECT_LT(error.mm, 0.01);
+  EXPECT_GT(found[0].information(0, 0), 0);
+}
+
+TEST_F(Densify, LeavesOutWhatIsLinkedAlready) {
+  add(kFirst);
+  add(kNear, kWrong);
+  edges.push_back({0, 1, Pose::Identity(), Matrix6d::Identity(), EdgeKind::loop});
+  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+  edges[0].from = 1;  // the other way round is the same pair
+  edges[0].to = 0;
+  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+}
+
+TEST_F(Densify, KnowsNothingOfPlacesInOtherGroups) {
+  add(kFirst);
+  add(kNear, kWrong);
+  solution.group_of_node[1] = 1;
+  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+}
+
+TEST_F(Densify, DoesNotLinkOppositeSidesOfAThinObject) {
+  add(kFirst);
+  add(kFirst);
+  Pose behind = Pose::Identity();
+  behind.linear() = so3_exp({M_PI, 0, 0});
+  solution.group_T_node[1] = solution.group_T_node[0] * behind;
+  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+}
+
+TEST_F(Densify, ABelievedOverlapThatIsNoneGivesNoEdge) {
+  add(kFirst);
+  add(kFar);
+  solution.group_T_node[1] = solution.group_T_node[0];  // a false loop put it here
+  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+}
+
+TEST_F(Densify, TakesTheLargestOverlapsWhenThereAreTooMany) {
+  add(motion(0, 0, 0, 5, 0, 0.4));
+  add(motion(0, 0, 0, 1, 0, 0.4));
+  add(motion(0, 0, 0, 3, 0, 0.4));
+  add(kFirst);
+  edges = {{0, 1, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry},
+           {0, 2, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry},
+           {1, 2, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry}};
+  options.max_pairs_per_keyframe = 1;
+  const std::vector<PoseGraphEdge> found = densify(keyframes, solution, edges, options);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].from, 1);
+  EXPECT_EQ(found[0].to, 3);
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,133 @@
+#include "gelslam/slam/surface_stream.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "../support/temporary_folder.hpp"
+#include "../surface/linear_gel.hpp"
+#include "../surface/pth_file.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+constexpr double kPitchMm = 0.0634;
+const cv::Size kSize(320, 240);
+
+/// A log of PNG pictures of a gel whose colour is known: bare, or with a ball pressed in.
+class StreamOfALog : public testing::Test {
+ protected:
+  StreamOfALog() {
+    std::filesystem::create_directory(folder / "log");
+    PthFile pth;
+    pth.layers = linear_gel_model().layers;
+    write_bytes(folder / "model.pth", zip_archive(pth.entries()));
+    input.log = folder / "log";
+    input.model = folder / "model.pth";
+  }
+
+  void record(int frames, bool contact) {
+    for (int i = 0; i < frames; ++i, ++recorded) {
+      const cv::Mat1f height =
+          contact ? ball_press(kSize, kPitchMm, 150 + recorded, 120, 5, 0.8) : cv::Mat1f(kSize, 0.0F);
+      cv::imwrite((folder / ("log/" + std::to_string(recorded) + ".png")).string(),
+                  render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(recorded)));
+    }
+  }
+
+  SurfaceStream open() { return SurfaceStream(input, resolve_config(input), timer); }
+  std::string error() {
+    return message_of<Error>([&] { open(); });
+  }
+
+  TemporaryFolder folder;
+  LogInput input;
+  StageTimer timer;
+  int recorded = 0;
+};
+
+TEST_F(StreamOfALog, HandsOutBackgroundFirstAndThenSurfaces) {
+  record(10, false);
+  record(3, true);
+  SurfaceStream stream = open();
+  EXPECT_EQ(stream.frame_count(), 13);
+  for (int i = 0; i < 13; ++i) {
+    const auto item = stream.next();
+    ASSERT_TRUE(item);
+    EXPECT_EQ(item->frame, i);
+    EXPECT_NEAR(item->time_s, i / 25.0, 1e-9);
+    ASSERT_EQ(item->surface != nullptr, i >= 10) << i;
+    if (item->surface) {
+      const double radius_px = contact_radius_px(kPitchMm, 5, 0.8);
+      // The mask is a little smaller or larger than the contact circle; within 2 pixels of its border.
+      EXPECT_NEAR(item->surface->contact_pixels, M_PI * radius_px * radius_px, 4 * M_PI * radius_px);
+    }
+  }
+  EXPECT_FALSE(stream.next());
+  EXPECT_EQ(stream.warning(), "");
+  EXPECT_NE(stream.description(), "");
+}
+
+TEST_F(StreamOfALog, ALogShorterThanItsBackgroundIsRefused) {
+  record(7, false);
+  EXPECT_THAT(error(), HasSubstr("only 7 frames, fewer than the 10"));
+  EXPECT_THAT(error(), HasSubstr("--background"));
+  record(3, false);
+  EXPECT_EQ(error(), "nothing was thrown");
+}
+
+TEST_F(StreamOfALog, ContactInTheBackgroundIsRefusedUnlessForced) {
+  record(12, true);
+  EXPECT_THAT(error(), HasSubstr("should show the bare gel"));
+  EXPECT_THAT(error(), HasSubstr("--force"));
+  input.force = true;
+  EXPECT_EQ(error(), "nothing was thrown");
+}
+
+TEST_F(StreamOfALog, ABackgroundPictureMakesEveryFrameAFrame) {
+  record(3, true);
+  input.background = folder / "bare.png";
+  cv::imwrite(input.background.string(), render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99));
+  SurfaceStream stream = open();
+  for (int i = 0; i < 3; ++i) {
+    const auto item = stream.next();
+    ASSERT_TRUE(item && item->surface) << i;
+    EXPECT_EQ(item->frame, i);
+    EXPECT_GT(item->surface->contact_pixels, 500);
+  }
+  EXPECT_FALSE(stream.next());
+  input.background = folder / "none.png";
+  EXPECT_THAT(error(), HasSubstr("none.png"));
+}
+
+TEST_F(StreamOfALog, InputsThatAreNotThereAreNamed) {
+  record(10, false);
+  input.model = folder / "none.pth";
+  EXPECT_THAT(error(), HasSubstr("none.pth"));
+  input.model.clear();
+  EXPECT_THAT(error(), HasSubstr("no gradient model"));
+  input.log = folder / "nothing";
+  EXPECT_THAT(error(), HasSubstr("nothing: no such file or folder"));
+}
+
+TEST_F(StreamOfALog, TheConfigurationBesideTheLogIsUsed) {
+  record(4, false);
+  write_bytes(folder / "log/config.yaml",
+              "device_config:\n  calibration_model_path: ../model.pth\ncontact_mask_config:\n  "
+              "background_frames: 4\n");
+  input.model.clear();
+  EXPECT_EQ(error(), "nothing was thrown");
+  EXPECT_EQ(resolve_config(input).background_frames, 4);
+  write_bytes(folder / "other.yaml", "contact_mask_config:\n  background_frames: 5\n");
+  input.config = folder / "other.yaml";
+  input.model = folder / "model.pth";
+  EXPECT_EQ(resolve_config(input).background_frames, 5) << "a named one goes first";
+}
+
+}  // namespace
+}  // namespace gelslam
