@@ -1,5 +1,7 @@
 #include "gelslam/frontend/tracker.hpp"
 
+#include <algorithm>
+
 namespace gelslam {
 namespace {
 
@@ -75,7 +77,9 @@ RegistrationResult Tracker::register_to(const NormalFlowReference& reference, co
 void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration) {
   const Pose keyframe_T_frame = registration.target_T_reference.inverse();
   const Matrix6d information = information_of_inverse(registration.information, registration.target_T_reference);
-  last_step_ = previous_->keyframe_T_frame.inverse() * keyframe_T_frame;
+  // A speed along directions that the surface does not show would never be corrected: then no speed at all.
+  const bool all_shown = std::all_of(registration.observable.begin(), registration.observable.end(), [](bool b) { return b; });
+  last_step_ = all_shown ? previous_->keyframe_T_frame.inverse() * keyframe_T_frame : Pose::Identity();
   previous_ = Previous{result.frame, surface, keyframe_T_frame, information};
   result.status = TrackStatus::tracked;
   result.trial = trial_;

@@ -40,49 +40,91 @@ Vector6d with_zero_tz(const Vector5d& step) {
   return xi;
 }
 
+/// One registration in progress: the reference against one target.
+class Alignment {
+ public:
+  Alignment(const NormalFlowReference::Impl& reference, const Surface& target, const NormalFlowOptions& options)
+      : reference_(reference), target_(target), options_(options) {
+    pack_target(target, packed());
+    residuals().resize(static_cast<std::size_t>(reference.samples.size()));
+  }
+
+  /// Gauss-Newton from `initial`, moving only along `directions`. False when the overlap is lost on the way.
+  bool converge(const Pose& initial, const Directions& directions, RegistrationResult& result) {
+    const Vector5d prior = prior_information(options_) * effective_variance(0.0, options_);
+    Pose& target_T_reference = result.target_T_reference = initial;
+    result.iterations = 0;
+    bool settled = false;
+    while (result.iterations < options_.max_iterations && !settled) {
+      warp(reference_.samples, packed(), target_T_reference, residuals());
+      if (count_shared(residuals()) < options_.min_shared_pixels) return false;
+      apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
+      NormalEquations equations = linearise(reference_.samples, residuals());
+      const Vector5d from_initial = se3_log(initial.inverse() * target_T_reference).head<kParameters>();
+      equations.hessian.diagonal() += prior;
+      equations.gradient += prior.cwiseProduct(from_initial);
+      const Vector5d step = solve_along(directions, equations);
+      target_T_reference = target_T_reference * se3_exp(with_zero_tz(step)).inverse();
+      ++result.iterations;
+      settled = result.iterations >= options_.min_iterations && step.head<3>().norm() < options_.rotation_tolerance_rad &&
+                step.tail<2>().norm() < options_.translation_tolerance_mm;
+    }
+    target_T_reference = normalized(target_T_reference);
+    return true;
+  }
+
+  /// Sets z from heights and judges the result; returns what the surfaces show.
+  Directions finish(RegistrationResult& result) {
+    warp(reference_.samples, packed(), result.target_T_reference, residuals());
+    apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
+    const HeightGap gap = height_gap(reference_.samples, target_, result.target_T_reference, residuals());
+    result.target_T_reference.translation().z() += gap.mean_mm;
+    result.height_rmse_mm = gap.rmse_mm;
+    return assess(reference_, target_, residuals(), options_, result);
+  }
+
+ private:
+  static Vector5d solve_along(const Directions& directions, const NormalEquations& equations) {
+    const Directions reduced = equations.hessian * directions;
+    return directions * (directions.transpose() * reduced).ldlt().solve(directions.transpose() * equations.gradient);
+  }
+
+  // Work buffers, kept between calls: a megabyte per registration would cost more than the registration.
+  static PackedTarget& packed() {
+    thread_local PackedTarget buffer;
+    return buffer;
+  }
+  static Residuals& residuals() {
+    thread_local Residuals buffer;
+    return buffer;
+  }
+
+  const NormalFlowReference::Impl& reference_;
+  const Surface& target_;
+  const NormalFlowOptions& options_;
+};
+
 }  // namespace
 
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target, const Pose& initial,
                                         const NormalFlowOptions& options) {
   RegistrationResult result;
   result.target_T_reference = initial;
-  const Samples& samples = reference.impl().samples;
-  if (samples.size() < options.min_shared_pixels || target.contact_pixels < options.min_shared_pixels) return result;
+  if (reference.sample_count() < options.min_shared_pixels || target.contact_pixels < options.min_shared_pixels) return result;
 
-  thread_local PackedTarget packed;
-  thread_local Residuals residuals;
-  pack_target(target, packed);
-  residuals.resize(static_cast<std::size_t>(samples.size()));
-  const Vector5d prior = prior_information(options) * effective_variance(0.0, options);
+  Alignment alignment(reference.impl(), target, options);
+  result.status = RegistrationStatus::too_little_overlap;
+  if (!alignment.converge(initial, Matrix5d::Identity(), result)) return result;
+  const Directions shown = alignment.finish(result);
+  if (shown.cols() == kParameters || shown.cols() == 0) return result;
 
-  bool settled = false;
-  Pose& target_T_reference = result.target_T_reference;
-  while (result.iterations < options.max_iterations && !settled) {
-    warp(samples, packed, target_T_reference, residuals);
-    if (count_shared(residuals) < options.min_shared_pixels) {
-      result.status = RegistrationStatus::too_little_overlap;
-      return result;
-    }
-    apply_robust_weights(residuals, static_cast<float>(options.robust_scale_rad));
-    NormalEquations equations = linearise(samples, residuals);
-    const Vector5d from_initial = se3_log(initial.inverse() * target_T_reference).head<kParameters>();
-    equations.hessian.diagonal() += prior;
-    equations.gradient += prior.cwiseProduct(from_initial);
-    const Vector5d step = equations.hessian.ldlt().solve(equations.gradient);
-    target_T_reference = target_T_reference * se3_exp(with_zero_tz(step)).inverse();
-    ++result.iterations;
-    settled = result.iterations >= options.min_iterations && step.head<3>().norm() < options.rotation_tolerance_rad &&
-              step.tail<2>().norm() < options.translation_tolerance_mm;
-  }
-  target_T_reference = normalized(target_T_reference);
-
-  warp(samples, packed, target_T_reference, residuals);
-  apply_robust_weights(residuals, static_cast<float>(options.robust_scale_rad));
-  const HeightGap gap = height_gap(samples, target, target_T_reference, residuals);
-  target_T_reference.translation().z() += gap.mean_mm;
-  result.height_rmse_mm = gap.rmse_mm;
-  assess(reference.impl(), target, residuals, options, result);
-  return result;
+  // Along directions that the surfaces do not show, noise has moved the pose: once more, keeping the start there.
+  RegistrationResult held = result;
+  if (!alignment.converge(initial, shown, held)) return result;
+  alignment.finish(held);
+  held.information = result.information;
+  held.observable = result.observable;
+  return held;
 }
 
 }  // namespace gelslam

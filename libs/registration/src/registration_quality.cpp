@@ -1,6 +1,7 @@
 #include "registration_quality.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -41,14 +42,17 @@ class PixelLookup {
 };
 
 struct CurvatureAgreement {
-  double shared_ratio = 0;       // SCR
-  double cosine_similarity = 0;  // CCS
+  double shared_ratio = 0;        // SCR
+  double cosine_similarity = 0;   // CCS
+  double relief_correlation = 0;  // of curvatures without their means: 0 where only noise is left
+  double rms_per_px = 0;          // of the reference's curvature
 };
 
 CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference, const Surface& target,
                                      const Residuals& residuals, const Pose& target_T_reference) {
   const PixelLookup lookup(reference.samples, target, target_T_reference);
-  double all = 0, shared = 0, dot = 0, reference2 = 0, target2 = 0;
+  double all = 0, shared = 0, dot = 0, reference2 = 0, target2 = 0, sum = 0, target_sum = 0;
+  int count = 0;
   for (std::size_t k = 0; k < reference.curvature.size(); ++k) {
     const double c = reference.curvature[k];
     all += std::fabs(c);
@@ -58,10 +62,17 @@ CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference,
     dot += c * d;
     reference2 += c * c;
     target2 += d * d;
+    sum += c;
+    target_sum += d;
+    ++count;
   }
   CurvatureAgreement agreement;
   if (all > 0) agreement.shared_ratio = shared / all;
   if (reference2 > 0 && target2 > 0) agreement.cosine_similarity = dot / std::sqrt(reference2 * target2);
+  if (count == 0) return agreement;
+  agreement.rms_per_px = std::sqrt(reference2 / count);
+  const double spread2 = (reference2 - sum * sum / count) * (target2 - target_sum * target_sum / count);
+  if (spread2 > 0) agreement.relief_correlation = (dot - sum * target_sum / count) / std::sqrt(spread2);
   return agreement;
 }
 
@@ -85,6 +96,48 @@ Matrix5d shared_hessian(const Samples& samples, const Residuals& residuals) {
   return hessian;
 }
 
+/// What noise in the reference's normals adds to the Hessian. A gradient of pure noise looks like texture, and would
+/// make every surface seem to show every motion. How much of the gradient is noise is told by how little of the relief
+/// is found again in the target; relief and noise are taken to be alike in all directions, and what a broad shape (a
+/// cylinder) adds along one direction to be true. (Own.)
+Matrix5d noise_hessian(const Samples& s, const Residuals& residuals, double relief_correlation) {
+  double xx = 0, xy = 0, yy = 0, weight = 0;
+  Matrix5d moments = Matrix5d::Zero();
+  for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
+    const double w = residuals.weight[k];
+    if (w <= 0) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double dx = s.jacobian[c * kParameters + 3][k], dy = s.jacobian[c * kParameters + 4][k];
+      xx += w * dx * dx;
+      xy += w * dx * dy;
+      yy += w * dy * dy;
+    }
+    weight += w;
+    const double x = s.x[k], y = s.y[k], z = s.z[k];
+    const Vector5d by_dx(0, z, -y, 1, 0), by_dy(-z, 0, x, 0, 1);
+    moments += w * (by_dx * by_dx.transpose() + by_dy * by_dy.transpose());
+  }
+  if (weight <= 0) return moments;
+  const double smaller = 0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
+  return (1.0 - std::clamp(relief_correlation, 0.0, 1.0)) * std::max(0.0, smaller / weight) * moments;
+}
+
+/// Directions in which the Hessian is more than noise, as columns, and the Hessian without the others.
+struct ShownDirections {
+  Directions basis;
+  Matrix5d hessian;
+};
+
+ShownDirections shown_directions(const Matrix5d& hessian, const Matrix5d& noise, double min_signal_to_noise) {
+  // Generalised eigenvectors of (H, N + H/1000): the ratio of both along each, bounded where there is no noise.
+  const Matrix5d scale = noise + 1e-3 * hessian + 1e-12 * Matrix5d::Identity();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(hessian, scale);
+  const auto shown = (eigen.eigenvalues().array() >= min_signal_to_noise).count();  // they ascend
+  const Directions basis = eigen.eigenvectors().rightCols(shown);
+  const Directions back = scale * basis;  // of the eigenvectors' inverse, transposed
+  return {basis, back * eigen.eigenvalues().tail(shown).asDiagonal() * back.transpose()};
+}
+
 /// A motion is observable when looking has told it to within the given limits, whatever was known before.
 std::array<bool, 6> observability(const Matrix5d& information, const NormalFlowOptions& options) {
   const Matrix5d with_prior = information + Matrix5d(prior_information(options).asDiagonal());
@@ -94,10 +147,17 @@ std::array<bool, 6> observability(const Matrix5d& information, const NormalFlowO
           known(0, options.observable_sigma_rad), known(1, options.observable_sigma_rad), known(2, options.observable_sigma_rad)};
 }
 
-RegistrationStatus judge(const RegistrationResult& result, const NormalFlowOptions& options) {
+/// On a surface with hardly any relief, CCS compares noise: there the normals' agreement has to do.
+bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad, const NormalFlowOptions& options) {
+  if (agreement.cosine_similarity >= options.ccs_threshold) return true;
+  return agreement.rms_per_px < options.smooth_curvature_per_px && normal_rmse_rad < options.smooth_normal_rmse_rad;
+}
+
+RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
+                         const NormalFlowOptions& options) {
   if (result.shared_pixels < options.min_shared_pixels || result.scr < options.scr_threshold)
     return RegistrationStatus::too_little_overlap;
-  if (result.ccs < options.ccs_threshold) return RegistrationStatus::curvature_mismatch;
+  if (!curvature_matches(agreement, result.normal_rmse_rad, options)) return RegistrationStatus::curvature_mismatch;
   return RegistrationStatus::converged;
 }
 
@@ -156,7 +216,7 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
   return {mean, std::sqrt(std::max(0.0, sum2 / weight - mean * mean))};
 }
 
-void assess(const NormalFlowReference::Impl& reference, const Surface& target, const Residuals& residuals,
+Directions assess(const NormalFlowReference::Impl& reference, const Surface& target, const Residuals& residuals,
             const NormalFlowOptions& options, RegistrationResult& result) {
   result.shared_pixels = count_shared(residuals);
   result.normal_rmse_rad = normal_rmse_rad(residuals);
@@ -164,13 +224,16 @@ void assess(const NormalFlowReference::Impl& reference, const Surface& target, c
   result.scr = agreement.shared_ratio;
   result.ccs = agreement.cosine_similarity;
 
-  const Matrix5d information =
-      shared_hessian(reference.samples, residuals) / effective_variance(result.normal_rmse_rad, options);
+  const Matrix5d noise = noise_hessian(reference.samples, residuals, agreement.relief_correlation);
+  const ShownDirections shown =
+      shown_directions(shared_hessian(reference.samples, residuals), noise, options.min_signal_to_noise);
+  const Matrix5d information = shown.hessian / effective_variance(result.normal_rmse_rad, options);
   result.information.setZero();
   result.information.topLeftCorner<kParameters, kParameters>() = information;
   result.information(5, 5) = 1.0 / (options.height_noise_mm * options.height_noise_mm);
   result.observable = observability(information, options);
-  result.status = judge(result, options);
+  result.status = judge(result, agreement, options);
+  return shown.basis;
 }
 
 }  // namespace gelslam::registration::detail

@@ -25,8 +25,12 @@ struct HeightGap {
 HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& target_T_reference,
                      const Residuals& residuals);
 
-/// Fills SCR, CCS, rms values, information, observability and status from the residuals at the final pose.
-void assess(const NormalFlowReference::Impl& reference, const Surface& target, const Residuals& residuals,
+/// Motions (rx ry rz tx ty) as columns, at most five.
+using Directions = Eigen::Matrix<double, kParameters, Eigen::Dynamic, 0, kParameters, kParameters>;
+
+/// Fills SCR, CCS, rms values, information, observability and status from the residuals at the final pose. Returns the
+/// directions in which the two surfaces show more than noise; information is zero along the others.
+Directions assess(const NormalFlowReference::Impl& reference, const Surface& target, const Residuals& residuals,
             const NormalFlowOptions& options, RegistrationResult& result);
 
 }  // namespace gelslam::registration::detail

@@ -22,6 +22,9 @@ struct NormalFlowOptions {
   double height_noise_mm = 0.02;       ///< of the mean height over a contact
   double prior_rotation_rad = 0.2;     ///< how far a pose is from its start, before looking: decides what is not shown
   double prior_translation_mm = 1.0;
+  double min_signal_to_noise = 1.5;    ///< a direction must show this much more than the noise of normals would
+  double smooth_curvature_per_px = 0.02;  ///< rms; below it the relief is too faint for CCS to mean anything
+  double smooth_normal_rmse_rad = 0.06;   ///< and normals have to agree this well instead
   double observable_sigma_rad = 0.05;  ///< a motion counts as observable when it is known better than this
   double observable_sigma_mm = 0.3;
 };
