@@ -22,13 +22,14 @@ void check(const PosedSurface& posed) {
   if (!(s.pixel_pitch_mm > 0)) throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
 }
 
-/// W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies the gel's
-/// skirt and not the object (Huang et al., T-RO 2026).
+/// sqrt(W), W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies
+/// the gel's skirt and not the object (Huang et al., T-RO 2026). The root, because our mask ends before most
+/// of the skirt begins: W itself throws away good views, and the mean gets noisier (docs/fusion.md).
 cv::Mat1f skirt_weight(const cv::Mat1b& contact) {
   cv::Mat1f distance;
   cv::distanceTransform(contact, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   const float length = static_cast<float>(contact.rows) / 60.0f;
-  for (float& d : distance) d = d > 0 ? 0.5f * (std::tanh(d / length - 3.0f) + 1.0f) : 0.0f;
+  for (float& d : distance) d = d > 0 ? std::sqrt(0.5f * (std::tanh(d / length - 3.0f) + 1.0f)) : 0.0f;
   return distance;
 }
 

@@ -61,19 +61,20 @@ class Patch {
     for (int v = 0; v < height_; v += stride) {
       for (int u = 0; u < width_; u += stride) {
         const Pixel& pixel = pixels_[static_cast<std::size_t>(v * width_ + u)];
-        if (pixel.weight < min_pixel_weight) continue;
+        if (pixel.weight <= min_pixel_weight) continue;
         const Eigen::Vector3f p((static_cast<float>(u) - u_origin_) / inverse_pitch_,
                                 (static_cast<float>(v) - v_origin_) / inverse_pitch_, pixel.height_mm);
         const float nz =
             std::sqrt(std::fmax(1 - pixel.nx * pixel.nx - pixel.ny * pixel.ny, min_normal_z * min_normal_z));
         visit(Eigen::Vector3f(origin_ + p.x() * x_axis_ + p.y() * y_axis_ + p.z() * z_axis_),
-              Eigen::Vector3f(-(pixel.nx * x_axis_ + pixel.ny * y_axis_ + nz * z_axis_)), pixel.weight);
+              Eigen::Vector3f(-(pixel.nx * x_axis_ + pixel.ny * y_axis_ + nz * z_axis_)),
+              pixel.weight - min_pixel_weight);
       }
     }
   }
 
  private:
-  static constexpr float min_pixel_weight = 0.004f;  ///< a pixel on the mask's very border
+  static constexpr float min_pixel_weight = 0.05f;  ///< a pixel on the mask's very border
   static constexpr float min_normal_z = 0.05f;
 
   struct Pixel {
