@@ -225,7 +225,9 @@ Graph roll_of_400_degrees(const SlopeGain& gain, bool with_loop) {
 
 TEST(PoseGraphSlopeGain, IsRecoveredFromOneLoopAtAFullTurn) {
   const Graph graph = roll_of_400_degrees({1.05, 1.05}, true);
-  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
+  PoseGraphOptions options;
+  options.estimate_slope_gain = true;
+  const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
   // The roll is about one axis and tells one gain; the prior (1 +- 0.1) pulls by half a sigma against a turn measured
   // to 0.02 rad in 6.3, a pull of (0.003/0.1)^2. The other gain is told by nothing but its half of tz's.
   const double told = std::max(solution.slope_gain.x, solution.slope_gain.y);
@@ -238,16 +240,16 @@ TEST(PoseGraphSlopeGain, IsRecoveredFromOneLoopAtAFullTurn) {
 
 TEST(PoseGraphSlopeGain, StaysAtItsPriorWithoutLoops) {
   const Graph graph = roll_of_400_degrees({1.05, 1.05}, false);
-  const SlopeGain gain = solve_pose_graph(graph.chained(), graph.edges, {}).slope_gain;
+  PoseGraphOptions options;
+  options.estimate_slope_gain = true;
+  const SlopeGain gain = solve_pose_graph(graph.chained(), graph.edges, options).slope_gain;
   EXPECT_NEAR(gain.x, 1.0, 1e-6);
   EXPECT_NEAR(gain.y, 1.0, 1e-6);
 }
 
 TEST(PoseGraphSlopeGain, StaysAtOneWhenNotAskedFor) {
   const Graph graph = roll_of_400_degrees({1.05, 1.05}, true);
-  PoseGraphOptions options;
-  options.estimate_slope_gain = false;
-  const SlopeGain gain = solve_pose_graph(graph.chained(), graph.edges, options).slope_gain;
+  const SlopeGain gain = solve_pose_graph(graph.chained(), graph.edges, {}).slope_gain;
   EXPECT_EQ(gain.x, 1.0);
   EXPECT_EQ(gain.y, 1.0);
 }
@@ -264,6 +266,7 @@ TEST(PoseGraphSlopeGain, DiffersAlongTheTwoAxesAndALoopTurnedByHalfATwistIsNoSpe
   for (int i = 0; i < 3; ++i) graph.join(i, 27 + i, EdgeKind::loop);
   for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_gain(edge.from_T_to, {1.06, 0.98});
   PoseGraphOptions options;
+  options.estimate_slope_gain = true;
   options.slope_gain_sigma = 1.0;
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
   EXPECT_NEAR(solution.slope_gain.x, 1.06, 1e-4);
@@ -274,7 +277,6 @@ TEST(PoseGraphSlopeGain, DiffersAlongTheTwoAxesAndALoopTurnedByHalfATwistIsNoSpe
 TEST(PoseGraphSlopeGain, AKnownGainIsKeptAndUsed) {
   const Graph graph = roll_of_400_degrees({1.05, 1.02}, false);
   PoseGraphOptions options;
-  options.estimate_slope_gain = false;
   options.slope_gain = {1.05, 1.02};
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
   EXPECT_EQ(solution.slope_gain.x, 1.05);
@@ -334,10 +336,10 @@ TEST(PoseGraphWhereNeeded, ASolvedGraphIsLeftAlone) {
 }
 
 TEST(PoseGraphWhereNeeded, ALoopThatClosesDriftMovesEverything) {
-  Graph graph = roll_of_400_degrees(1.002, true);  // comes back 0.7 degrees, six sigmas, off
+  Graph graph = roll_of_400_degrees({1.002, 1.002}, true);  // comes back 0.7 degrees, six sigmas, off
   PoseGraphOptions options;
+  const std::map<int, Pose> full = solve_pose_graph(graph.chained(), graph.edges, options).group_T_node;
   options.only_where_needed = true;
-  const std::map<int, Pose> full = solve_pose_graph(graph.chained(), graph.edges, {}).group_T_node;
   EXPECT_GT(worst_error(graph.chained(), full).deg, 0.5);
   EXPECT_LT(worst_error(solve_pose_graph(graph.chained(), graph.edges, options).group_T_node, full).deg,
             0.01);

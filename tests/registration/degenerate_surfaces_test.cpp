@@ -76,7 +76,8 @@ TEST(DegenerateSurfaces, ACylinderHidesSlidingAlongAndRollingAboutItsAxis) {
   const Eigen::Vector3d axis =
       turned.target_T_reference.linear() * motion(0, 1, 3, 0, 0).linear().transpose().col(0);
   EXPECT_LT(std::acos(std::min(1.0, axis.x())) / kDegree, 0.05);
-  EXPECT_LT(std::abs(turned.target_T_reference.translation().x()), 0.01);
+  // Held along the axis to the second order of the 3 degrees between the axis' two directions.
+  EXPECT_LT(std::abs(turned.target_T_reference.translation().x()), 0.02);
 }
 
 TEST(DegenerateSurfaces, AnEdgeHidesSlidingAlongItOnly) {

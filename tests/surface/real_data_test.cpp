@@ -94,8 +94,8 @@ TEST_F(RealData, ContactIsFoundAsSoonAsTheObjectTouches) {
     const std::vector<cv::Mat3b> frames = first_frames(sequence, 12);
     ASSERT_EQ(frames.size(), 12U) << sequence;
     SurfaceEstimator estimator(model, mean_image({frames.begin(), frames.begin() + 10}), {});
-    for (std::size_t i = 0; i < 10; ++i)
-      EXPECT_LE(estimator.estimate(frames[i])->contact_pixels, 30) << sequence;
+    for (std::size_t i = 0; i < 10; ++i)  // specks of noise: a fifth of what counts as contact
+      EXPECT_LE(estimator.estimate(frames[i])->contact_pixels, 100) << sequence;
     for (std::size_t i = 10; i < 12; ++i)
       EXPECT_GE(estimator.estimate(frames[i])->contact_pixels, 500) << sequence;
   }

@@ -37,7 +37,7 @@ struct PoseGraphOptions {
   /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if the pull
   /// reaches them: for every keyframe of a live scan. Does not reconsider outliers and holds the slope gain.
   bool only_where_needed = false;
-  bool estimate_slope_gain = true;  ///< see PoseGraphSolution::slope_gain
+  bool estimate_slope_gain = false; ///< see PoseGraphSolution::slope_gain
   SlopeGain slope_gain;             ///< where its estimate starts; kept when not estimated
   double slope_gain_sigma = 0.1;    ///< prior: each gain = 1 +- this
 };

@@ -15,6 +15,8 @@
 namespace gelslam {
 
 struct SlamOptions {
+  SlamOptions() { pose_graph.estimate_slope_gain = true; }
+
   TrackerOptions tracker;
   LoopClosureOptions loop_closure;
   PoseGraphOptions pose_graph;
