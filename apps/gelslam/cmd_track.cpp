@@ -1,11 +1,13 @@
 #include <array>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/slam/surface_stream.hpp"
+#include "gelslam/slam/trial_places.hpp"
 #include "gelslam/slam/tum.hpp"
 #include "log_options.hpp"
 
@@ -59,12 +61,36 @@ TrackedFrame background_frame(const SurfaceStream::Item& item) {
   return frame;
 }
 
+/// TUM has one frame for all poses: that of the first contact. Frames of a later trial are in it once a loop has told
+/// where that trial lies.
+class TumStream {
+ public:
+  explicit TumStream(const LoopClosureOptions& options) : places_(options) {}
+
+  void write(const TrackedFrame& frame) {
+    if (frame.new_keyframe) {
+      Pose& placed = trial_T_keyframe_[frame.new_keyframe->id];
+      const KeyframeLink& link = frame.new_keyframe_link;
+      placed = link.previous ? trial_T_keyframe_.at(link.previous->id) * link.previous_T_this : Pose::Identity();
+      places_.add(*frame.new_keyframe, placed);
+    }
+    if (frame.status != TrackStatus::tracked) return;
+    if (const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial))
+      std::cout << tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) << std::flush;
+  }
+
+ private:
+  TrialPlaces places_;
+  std::map<int, Pose> trial_T_keyframe_;
+};
+
 int run(const TrackArguments& arguments) {
   const LogInput input = arguments.log.input();
   const Config config = resolve_config(input);
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
   Tracker tracker(config.slam.tracker);
+  TumStream tum(config.slam.loop_closure);
   const InterruptWatch interrupt;
   bool ever_tracked = false;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
@@ -74,8 +100,8 @@ int run(const TrackArguments& arguments) {
     ever_tracked = ever_tracked || tracked;
     if (arguments.format == "ndjson")
       std::cout << ndjson(frame).dump() << std::endl;
-    else if (tracked)
-      std::cout << tum_line(frame.time_s, frame.trial_T_frame) << std::flush;
+    else
+      tum.write(frame);
     if (interrupt.requested() || !std::cout) break;
   }
   if (!stream.warning().empty()) std::cerr << "gelslam: warning: " << stream.warning() << "\n";
@@ -89,7 +115,8 @@ void add_track_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("track", "Stream the sensor's pose against the object, frame by frame, to stdout");
   arguments->log.add_to(*command);
   command->add_option("--format", arguments->format,
-                      "tum: time and pose of every tracked frame, in the frame of the first contact, metres; "
+                      "tum: time and pose in the frame of the first contact, metres, of every frame that has one "
+                      "(after a loss: once a place is recognised); "
                       "ndjson: every frame as an object")
       ->check(CLI::IsMember({"tum", "ndjson"}))
       ->capture_default_str();

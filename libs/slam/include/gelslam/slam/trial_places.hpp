@@ -1,0 +1,34 @@
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "gelslam/frontend/keyframe.hpp"
+#include "gelslam/loop_closure/loop_closer.hpp"
+
+namespace gelslam {
+
+/// Where each trial lies in the frame of the first one, as far as loops have told: for a pose stream, which has to say
+/// at once what it knows and cannot correct it later. A trial that is never recognised has no place.
+class TrialPlaces {
+ public:
+  explicit TrialPlaces(const LoopClosureOptions& options) : loop_closer_(options) {}
+
+  /// Keyframes in order of their ids; `trial_T_keyframe` in the frame of the keyframe's own trial.
+  void add(const Keyframe& keyframe, const Pose& trial_T_keyframe);
+
+  /// Maps a trial's frame into that of trial 0, or nothing.
+  std::optional<Pose> first_T_trial(int trial) const;
+
+ private:
+  struct Placed {
+    int trial = 0;
+    Pose trial_T_keyframe = Pose::Identity();
+  };
+
+  LoopCloser loop_closer_;
+  std::map<int, Placed> keyframes_;
+  std::map<int, Pose> first_T_trial_;
+};
+
+}  // namespace gelslam
