@@ -5,6 +5,7 @@
 
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/evaluation/mesh_picture.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam {
@@ -31,6 +32,11 @@ void run_export(const ExportArguments& arguments) {
     throw Error("'" + arguments.output.string() + "' exists already; use --overwrite to replace it");
   }
   const Mesh mesh = read_mesh(mesh_file(arguments.source));
+  if (arguments.output.extension() == ".png") {
+    write_picture(arguments.output, render_mesh_picture(mesh));
+    std::cerr << "wrote " << arguments.output.string() << "\n";
+    return;
+  }
   write_mesh(arguments.output, mesh, arguments.units == "mm" ? LengthUnit::millimetre : LengthUnit::metre);
   std::cerr << "wrote " << arguments.output.string() << ": " << mesh.vertices_mm.size() << " vertices, "
             << mesh.triangles.size() << " triangles, in " << arguments.units << "\n";
@@ -39,13 +45,13 @@ void run_export(const ExportArguments& arguments) {
 }  // namespace
 
 void add_export_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("export", "Write a run's surface as PLY, OBJ or STL");
+  CLI::App* command = app.add_subcommand("export", "Write a run's surface as PLY, OBJ or STL, or a picture of it");
   const auto arguments = std::make_shared<ExportArguments>();
   command->add_option("SOURCE", arguments->source, "run folder, or a mesh file (PLY, OBJ, STL) in metres")
       ->required();
   command
       ->add_option("-o,--output", arguments->output,
-                   "file to write; its ending (ply, obj, stl) is its format")
+                   "file to write; its ending (ply, obj, stl; png: a picture from three sides) is its format")
       ->required();
   command->add_option("--units", arguments->units, "unit of the file's numbers")
       ->check(CLI::IsMember({"m", "mm"}))

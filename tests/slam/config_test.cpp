@@ -47,6 +47,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   config.surface.height_threshold_mm = 0.123456789012345;
   config.surface.compensate_light = !config.surface.compensate_light;
   config.background_frames = 7;
+  config.color_gain_bgr = {1.25, 0.75, 1.5};
   SlamOptions& slam = config.slam;
   slam.tracker.contact_threshold_px = 321;
   slam.tracker.keyframe_min_shared = 0.61;
@@ -74,6 +75,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(back.surface.height_threshold_mm, config.surface.height_threshold_mm);
   EXPECT_EQ(back.surface.compensate_light, config.surface.compensate_light);
   EXPECT_EQ(back.background_frames, 7);
+  EXPECT_EQ(back.color_gain_bgr, config.color_gain_bgr);
   EXPECT_EQ(back.slam.tracker.registration.max_samples, 2222);
   EXPECT_EQ(back.slam.tracker.registration.ccs_threshold, 0.72);
   EXPECT_EQ(back.slam.loop_closure.registration.ccs_threshold, 0.82);

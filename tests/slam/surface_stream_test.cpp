@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "../support/temporary_folder.hpp"
@@ -43,6 +44,23 @@ class StreamOfALog : public testing::Test {
   SurfaceStream open() { return SurfaceStream(input, resolve_config(input), timer); }
   std::string error() {
     return message_of<Error>([&] { open(); });
+  }
+
+  /// As a camera sees it whose channels answer 0.8, 0.5 and 0.625 times as strongly.
+  static cv::Mat3b dimmed(const cv::Mat3b& bgr) {
+    cv::Mat dark;
+    cv::multiply(bgr, cv::Scalar(0.8, 0.5, 0.625), dark);
+    return dark;
+  }
+
+  /// Of the log's last frame.
+  double deepest_mm() {
+    SurfaceStream stream = open();
+    SurfacePtr last;
+    while (const auto item = stream.next()) last = item->surface;
+    double deepest = 0;
+    cv::minMaxLoc(last->height_mm, &deepest);
+    return -deepest;
   }
 
   TemporaryFolder folder;
@@ -127,6 +145,25 @@ TEST_F(StreamOfALog, TheConfigurationBesideTheLogIsUsed) {
   input.config = folder / "other.yaml";
   input.model = folder / "model.pth";
   EXPECT_EQ(resolve_config(input).background_frames, 5) << "a named one goes first";
+}
+
+TEST_F(StreamOfALog, ColorGainUndoesADarkerCamera) {
+  cv::imwrite((folder / "bare.png").string(), dimmed(render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99)));
+  cv::imwrite((folder / "log/0.png").string(), dimmed(render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1)));
+  input.background = folder / "bare.png";
+  input.config = folder / "gain.yaml";
+  write_bytes(input.config, "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
+  // Rounding of the dark picture leaves up to one grey level: 0.4 degrees, or 1 % of the steepest slope.
+  EXPECT_NEAR(deepest_mm(), 0.8, 0.02);
+  write_bytes(input.config, "device_config:\n  color_gain_blue: 1.25\n");
+  EXPECT_LT(deepest_mm(), 0.6) << "without the gain, slopes of half the size";
+
+  input.background.clear();
+  for (int i = 0; i < 10; ++i)
+    cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(), dimmed(render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99)));
+  cv::imwrite((folder / "log/10.png").string(), dimmed(render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1)));
+  write_bytes(input.config, "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
+  EXPECT_NEAR(deepest_mm(), 0.8, 0.02) << "a background from the log gets the same gain";
 }
 
 }  // namespace

@@ -5,7 +5,8 @@
 namespace gelslam {
 namespace {
 
-void describe_sensor(OptionVisitor& visit, SensorProfile& sensor) {
+void describe_sensor(OptionVisitor& visit, Config& config) {
+  SensorProfile& sensor = config.sensor;
   visit.text("device_name", sensor.device_name, "for people");
   visit.number("ppmm", sensor.pixel_pitch_mm, 0.001, 10, "millimetres per pixel after crop and resize");
   visit.integer("imgh", sensor.height_px, 32, 4096, "height of the calibrated image, pixels");
@@ -14,6 +15,9 @@ void describe_sensor(OptionVisitor& visit, SensorProfile& sensor) {
   visit.integer("raw_imgw", sensor.raw_width_px, 32, 16384, "width of the camera's image before the crop");
   visit.number("framerate", sensor.frame_rate_hz, 0.1, 1000, "Hz, where the log does not say");
   visit.path("calibration_model_path", sensor.calibration_model_path, "nnmodel.pth of this sensor");
+  visit.number("color_gain_blue", config.color_gain_bgr[0], 0.1, 10, "on every picture, where another sensor's model is used");
+  visit.number("color_gain_green", config.color_gain_bgr[1], 0.1, 10, "the same for green");
+  visit.number("color_gain_red", config.color_gain_bgr[2], 0.1, 10, "the same for red");
 }
 
 void describe_contact(OptionVisitor& visit, Config& config) {
@@ -62,7 +66,7 @@ void describe_fusion(OptionVisitor& visit, FusionOptions& options) {
 
 OptionList describe(Config& config) {
   return [&config](OptionVisitor& visit) {
-    visit.section("device_config", "the sensor", [&] { describe_sensor(visit, config.sensor); });
+    visit.section("device_config", "the sensor", [&] { describe_sensor(visit, config); });
     visit.section("contact_mask_config", "what counts as touched", [&] { describe_contact(visit, config); });
     visit.section("gelslam_config", "tracking and mapping", [&] {
       visit.section("track_config", "frame to keyframe", [&] { describe_tracking(visit, config.slam.tracker); });

@@ -1,5 +1,7 @@
 #include "gelslam/slam/surface_stream.hpp"
 
+#include <array>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
@@ -18,17 +20,23 @@ fs::path config_of_log(const fs::path& log) {
   return fs::is_regular_file(file) ? file : fs::path();
 }
 
-std::vector<TactileImage> read_background_frames(FrameSource& source, int count) {
-  std::vector<TactileImage> frames;
-  while (static_cast<int>(frames.size()) < count) {
-    std::optional<TactileImage> image = source.next();
-    if (!image)
-      throw Error("the log has only " + std::to_string(frames.size()) + " frames, fewer than the " + std::to_string(count) +
-                  " without contact that it must start with (background_frames in the configuration, or give --background)");
-    frames.push_back(std::move(*image));
+/// Multiplies a picture's channels; values beyond white stay white.
+class ColorGain {
+ public:
+  explicit ColorGain(const std::array<double, 3>& gain_bgr) : unchanged_(gain_bgr == std::array<double, 3>{1.0, 1.0, 1.0}) {
+    for (int value = 0; value < 256; ++value)
+      for (int channel = 0; channel < 3; ++channel)
+        table_(0, value)[channel] = cv::saturate_cast<unsigned char>(value * gain_bgr[static_cast<std::size_t>(channel)]);
   }
-  return frames;
-}
+
+  void apply(cv::Mat3b& bgr) const {
+    if (!unchanged_) cv::LUT(bgr, table_, bgr);
+  }
+
+ private:
+  bool unchanged_;
+  cv::Mat3b table_ = cv::Mat3b(1, 256);
+};
 
 std::vector<cv::Mat3b> pictures(const std::vector<TactileImage>& frames) {
   std::vector<cv::Mat3b> images;
@@ -51,18 +59,35 @@ Config resolve_config(const LogInput& input) {
 
 struct SurfaceStream::Impl {
   Impl(const LogInput& input, const Config& config, StageTimer& stage_timer)
-      : timer(stage_timer), source(open_frame_source(input.log, config.sensor)) {
+      : timer(stage_timer), color_gain(config.color_gain_bgr), source(open_frame_source(input.log, config.sensor)) {
     const GradientModel model = read_pth_model(config.sensor.calibration_model_path);
     cv::Mat3b background;
     if (input.background.empty()) {
-      waiting = read_background_frames(*source, config.background_frames);
+      read_background_frames(config.background_frames);
       if (!input.force) refuse_contact(model, config);
       background = mean_image(pictures(waiting));
     } else {
       background = fit_to_profile(read_image(input.background), config.sensor, input.background.string());
+      color_gain.apply(background);
     }
     for (TactileImage& frame : waiting) frame.bgr.release();
     estimator.emplace(model, background, config.surface);
+  }
+
+  std::optional<TactileImage> next_image() {
+    std::optional<TactileImage> image = source->next();
+    if (image) color_gain.apply(image->bgr);
+    return image;
+  }
+
+  void read_background_frames(int count) {
+    while (static_cast<int>(waiting.size()) < count) {
+      std::optional<TactileImage> image = next_image();
+      if (!image)
+        throw Error("the log has only " + std::to_string(waiting.size()) + " frames, fewer than the " + std::to_string(count) +
+                    " without contact that it must start with (background_frames in the configuration, or give --background)");
+      waiting.push_back(std::move(*image));
+    }
   }
 
   void refuse_contact(const GradientModel& model, const Config& config) const {
@@ -73,6 +98,7 @@ struct SurfaceStream::Impl {
   }
 
   StageTimer& timer;
+  ColorGain color_gain;
   std::unique_ptr<FrameSource> source;
   std::optional<SurfaceEstimator> estimator;
   std::vector<TactileImage> waiting;  // background frames not handed out yet; their pictures are gone
@@ -91,7 +117,7 @@ std::optional<SurfaceStream::Item> SurfaceStream::next() {
   std::optional<TactileImage> image;
   {
     const auto scope = impl_->timer.measure("decode");
-    image = impl_->source->next();
+    image = impl_->next_image();
   }
   if (!image) return std::nullopt;
   SurfacePtr surface;

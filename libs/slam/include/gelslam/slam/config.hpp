@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -16,6 +17,9 @@ struct Config {
   SurfaceOptions surface;
   SlamOptions slam;
   int background_frames = 10;  ///< the log's first frames, without contact
+  /// Factors on every picture's blue, green and red, background included, before anything looks at it: for a log from a
+  /// sensor that is brighter or darker than the one the model was trained on.
+  std::array<double, 3> color_gain_bgr = {1.0, 1.0, 1.0};
 };
 
 /// Throws Error with file and line on unknown keys, wrong types and values out of range.
