@@ -284,6 +284,32 @@ TEST(PoseGraphSlopeGain, AKnownGainIsKeptAndUsed) {
   EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 1e-3);
 }
 
+TEST(PoseGraphSlopeGain, FramesAreLaidOnEachOtherWhereTheyTouch) {
+  const SlopeGain gain{1.1, 1.1};
+  const Eigen::Vector3d read_center(0.7, -0.4, -0.6);  // touched 0.6 mm below the sensor's origin, as read
+  Graph graph = roll_of_400_degrees({1.0, 1.0}, true);
+  for (PoseGraphEdge& edge : graph.edges) {
+    const Pose motion = edge.from_T_to;
+    edge.from_T_to = with_gain(motion, gain);
+    Eigen::Vector3d touched = read_center;
+    touched.z() /= gain.mean();
+    Eigen::Vector3d in_from = motion * touched;
+    in_from.z() *= gain.mean();
+    edge.from_T_to.translation() = in_from - edge.from_T_to.linear() * read_center;
+    edge.shared_center_mm = read_center;
+  }
+  PoseGraphOptions options;
+  options.estimate_slope_gain = true;
+  options.slope_gain_sigma = 1.0;
+  const auto worst = [&] {
+    return worst_error(solve_pose_graph(graph.chained(), graph.edges, options).group_T_node, graph.truth);
+  };
+  EXPECT_LT(worst().deg, 0.01);
+  EXPECT_LT(worst().mm, 0.005);
+  for (PoseGraphEdge& edge : graph.edges) edge.shared_center_mm.setZero();
+  EXPECT_GT(worst().mm, 0.1);  // taken at the origin instead, the object comes out too large
+}
+
 // ---- solving only where needed ----
 
 // Loops back over a long roll, solved; then one more keyframe with two loops, as a live scan does it.

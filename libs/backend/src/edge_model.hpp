@@ -23,9 +23,10 @@ Motion<T> relative_motion(const Motion<T>& map_T_from, const Motion<T>& map_T_to
 
 /// How a sensor that reads slopes gain[0] times too steep along x and gain[1] times along y measures a true motion
 /// (pose_graph.hpp). Rotation is split as tilt * twist, not by scaling the rotation vector: that would jump where an
-/// object comes back turned by 180 degrees about z, which is an ordinary loop.
+/// object comes back turned by 180 degrees about z, which is an ordinary loop. `center_mm`: the shared centre as
+/// measured, in `to`.
 template <typename T>
-Motion<T> as_measured(const Motion<T>& motion, const T* gain) {
+Motion<T> as_measured(const Motion<T>& motion, const Eigen::Vector3d& center_mm, const T* gain) {
   using std::atan2, std::cos, std::sin, std::sqrt;
   const T x = motion.rotation.x(), y = motion.rotation.y(), z = motion.rotation.z(), w = motion.rotation.w();
   const T cos_half = sqrt(w * w + z * z);  // of the tilt angle; zero only for a motion turned upside down
@@ -45,8 +46,12 @@ Motion<T> as_measured(const Motion<T>& motion, const T* gain) {
     tilt = Eigen::Quaternion<T>(cos(read_half), scale * read_x, scale * read_y, T(0));
   }
   const T depth_gain = (gain[0] + gain[1]) / T(2);
-  return {tilt * twist,
-          {motion.translation_mm.x(), motion.translation_mm.y(), depth_gain * motion.translation_mm.z()}};
+  const Eigen::Matrix<T, 3, 1> read_center = center_mm.cast<T>();
+  const Eigen::Matrix<T, 3, 1> true_center(read_center.x(), read_center.y(), read_center.z() / depth_gain);
+  Eigen::Matrix<T, 3, 1> center_in_from = motion.rotation * true_center + motion.translation_mm;
+  center_in_from.z() *= depth_gain;
+  const Eigen::Quaternion<T> rotation = tilt * twist;
+  return {rotation, center_in_from - rotation * read_center};
 }
 
 /// (rx ry rz tx ty tz) between a measured and a predicted motion, in the measured `to` frame; equal to the

@@ -20,6 +20,7 @@ struct WhitenedEdge {
   Eigen::Vector3d translation_mm;
   Matrix6d whitening;
   EdgeKind kind = EdgeKind::odometry;
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
 };
 
 /// A node's state as Ceres sees it: quaternion (x y z w), then translation in mm.
@@ -39,7 +40,7 @@ Motion<T> motion_of(const T* state) {
 
 template <typename T>
 Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, const T* to, const T* gain) {
-  const Motion<T> predicted = as_measured(relative_motion(motion_of(from), motion_of(to)), gain);
+  const Motion<T> predicted = as_measured(relative_motion(motion_of(from), motion_of(to)), edge.shared_center_mm, gain);
   return edge.whitening.cast<T>() * motion_error(edge.rotation, edge.translation_mm, predicted);
 }
 

@@ -63,7 +63,7 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
     const NodeState measured = to_state(edge.from_T_to);
     const Motion<double> motion = motion_of(measured.data());
     graph.edges.push_back({index_of(edge.from), index_of(edge.to), motion.rotation, motion.translation_mm,
-                           whitening_matrix(edge.information), edge.kind});
+                           whitening_matrix(edge.information), edge.kind, edge.shared_center_mm});
     groups.join(graph.edges.back().from, graph.edges.back().to);
   }
   for (int i = 0; i < static_cast<int>(graph.ids.size()); ++i) graph.group.push_back(groups.root(i));

@@ -11,6 +11,13 @@ Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
   return from.transpose() * information * from;
 }
 
+/// How a frame hangs on the keyframe it was registered to.
+KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe, const RegistrationResult& registration) {
+  const Pose& frame_T_keyframe = registration.target_T_reference;
+  return {keyframe, frame_T_keyframe.inverse(), information_of_inverse(registration.information, frame_T_keyframe),
+          frame_T_keyframe * registration.shared_center_mm};
+}
+
 }  // namespace
 
 std::string_view name(TrackStatus status) {
@@ -39,14 +46,14 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     return result;
   }
 
-  RegistrationResult registration = register_to(*keyframe_->reference, previous_->keyframe_T_frame, *surface);
+  RegistrationResult registration = register_to(*keyframe_->reference, previous_->link.previous_T_this, *surface);
   if (!registration.ok() && previous_->frame != keyframe_->frame) {
     // The keyframe is too far behind: try the frame before, which becomes a keyframe only if that helps.
     auto reference = std::make_shared<const NormalFlowReference>(previous_->surface, options_.registration);
     const RegistrationResult retry = register_to(*reference, Pose::Identity(), *surface);
     if (retry.ok()) {
       switch_keyframe(result, make_keyframe(previous_->frame, std::move(reference), previous_->surface),
-                      previous_->keyframe_T_frame, previous_->information);
+                      previous_->link);
       registration = retry;
     }
   }
@@ -75,12 +82,12 @@ RegistrationResult Tracker::register_to(const NormalFlowReference& reference, co
 }
 
 void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration) {
-  const Pose keyframe_T_frame = registration.target_T_reference.inverse();
-  const Matrix6d information = information_of_inverse(registration.information, registration.target_T_reference);
+  const KeyframeLink link = link_to(keyframe_, registration);
+  const Pose& keyframe_T_frame = link.previous_T_this;
   // A speed along directions that the surface does not show would never be corrected: then no speed at all.
   const bool all_shown = std::all_of(registration.observable.begin(), registration.observable.end(), [](bool b) { return b; });
-  last_step_ = all_shown ? previous_->keyframe_T_frame.inverse() * keyframe_T_frame : Pose::Identity();
-  previous_ = Previous{result.frame, surface, keyframe_T_frame, information};
+  last_step_ = all_shown ? previous_->link.previous_T_this.inverse() * keyframe_T_frame : Pose::Identity();
+  previous_ = Previous{result.frame, surface, link};
   result.status = TrackStatus::tracked;
   result.trial = trial_;
   result.registration = registration;
@@ -89,8 +96,7 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
   result.keyframe_T_frame = keyframe_T_frame;
   if (!result.new_keyframe && keyframe_is_outgrown(registration, *surface)) {
     auto reference = std::make_shared<const NormalFlowReference>(surface, options_.registration);
-    switch_keyframe(result, make_keyframe(result.frame, std::move(reference), std::move(surface)), keyframe_T_frame,
-                    information);
+    switch_keyframe(result, make_keyframe(result.frame, std::move(reference), std::move(surface)), link);
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
   }
@@ -120,7 +126,7 @@ void Tracker::start_trial(TrackedFrame& result, SurfacePtr surface) {
   keyframe_ = make_keyframe(result.frame, std::make_shared<const NormalFlowReference>(surface, options_.registration), surface);
   trial_T_keyframe_ = Pose::Identity();
   last_step_ = Pose::Identity();
-  previous_ = Previous{result.frame, std::move(surface), Pose::Identity(), Matrix6d::Zero()};
+  previous_ = Previous{result.frame, std::move(surface), {}};
   result.trial = trial_;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = Pose::Identity();
@@ -129,13 +135,12 @@ void Tracker::start_trial(TrackedFrame& result, SurfacePtr surface) {
   result.new_keyframe_link = {};
 }
 
-void Tracker::switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const Pose& keyframe_T_new,
-                              const Matrix6d& information) {
-  result.new_keyframe_link = KeyframeLink{keyframe_, keyframe_T_new, information};
+void Tracker::switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const KeyframeLink& link) {
   result.new_keyframe = keyframe;
+  result.new_keyframe_link = link;
   keyframe_ = std::move(keyframe);
-  trial_T_keyframe_ = normalized(trial_T_keyframe_ * keyframe_T_new);
-  previous_->keyframe_T_frame = keyframe_T_new.inverse() * previous_->keyframe_T_frame;
+  trial_T_keyframe_ = normalized(trial_T_keyframe_ * result.new_keyframe_link.previous_T_this);
+  previous_->link = {keyframe_, Pose::Identity(), Matrix6d::Zero(), Eigen::Vector3d::Zero()};
 }
 
 }  // namespace gelslam

@@ -70,6 +70,7 @@ std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyfram
   loop.to = -1;
   loop.from_T_to = result.target_T_reference;
   loop.information = result.information;
+  loop.shared_center_mm = result.shared_center_mm;
   loop.scr = result.scr;
   loop.ccs = result.ccs;
   loop.relief_correlation = overlap.relief_correlation;

@@ -76,6 +76,17 @@ CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference,
   return agreement;
 }
 
+Eigen::Vector3d shared_center_mm(const Samples& s, const Residuals& residuals) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double weight = 0;
+  for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
+    const double w = residuals.weight[k];
+    sum += w * Eigen::Vector3d(s.x[k], s.y[k], s.z[k]);
+    weight += w;
+  }
+  return weight > 0 ? Eigen::Vector3d(sum / weight) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
 double normal_rmse_rad(const Residuals& residuals) {
   double sum = 0, weight = 0;
   for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
@@ -219,6 +230,7 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
 Directions assess(const NormalFlowReference::Impl& reference, const Surface& target, const Residuals& residuals,
             const NormalFlowOptions& options, RegistrationResult& result) {
   result.shared_pixels = count_shared(residuals);
+  result.shared_center_mm = shared_center_mm(reference.samples, residuals);
   result.normal_rmse_rad = normal_rmse_rad(residuals);
   const CurvatureAgreement agreement = compare_curvature(reference, target, residuals, result.target_T_reference);
   result.scr = agreement.shared_ratio;

@@ -64,13 +64,14 @@ void GelSlam::skip(std::int64_t frame, double time_s) {
 void GelSlam::add_keyframe(const std::shared_ptr<const Keyframe>& keyframe, const KeyframeLink& link) {
   keyframes_.push_back(keyframe);
   if (link.previous) {
-    edges_.push_back({link.previous->id, keyframe->id, link.previous_T_this, link.information, EdgeKind::odometry});
+    edges_.push_back({link.previous->id, keyframe->id, link.previous_T_this, link.information, EdgeKind::odometry,
+                      link.shared_center_mm});
     trial_T_keyframe_[keyframe->id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
   } else {
     trial_T_keyframe_[keyframe->id] = Pose::Identity();
   }
   for (const LoopConstraint& loop : loop_closer_.add(*keyframe))
-    edges_.push_back({loop.from, loop.to, loop.from_T_to, loop.information, EdgeKind::loop});
+    edges_.push_back({loop.from, loop.to, loop.from_T_to, loop.information, EdgeKind::loop, loop.shared_center_mm});
 }
 
 SlamMap GelSlam::finish() const {

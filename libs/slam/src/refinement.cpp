@@ -75,7 +75,8 @@ std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyfr
           register_normal_flow(*keyframes[static_cast<std::size_t>(c.to)]->reference,
                                *keyframes[static_cast<std::size_t>(c.from)]->surface, from_T_to, options.registration);
       if (result.ok())
-        found.push_back({c.from, c.to, result.target_T_reference, result.information, EdgeKind::loop});
+        found.push_back({c.from, c.to, result.target_T_reference, result.information, EdgeKind::loop,
+                         result.shared_center_mm});
     }
   }
   return found;

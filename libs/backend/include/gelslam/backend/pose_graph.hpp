@@ -19,6 +19,9 @@ struct PoseGraphEdge {
   Pose from_T_to = Pose::Identity();
   Matrix6d information = Matrix6d::Identity();
   EdgeKind kind = EdgeKind::odometry;
+  /// Centre of what both frames showed, as measured, in the `to` frame. It is there that the two were laid on each
+  /// other: what a slope gain does to the rotation, the translation makes up for at this point.
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
 };
 
 /// Read slope over true slope, along the sensor's x and along its y: networks trained on presses of balls err by a few
@@ -58,8 +61,9 @@ struct PoseGraphSolution {
 /// SE(3) pose graph on Ceres. Components not joined by edges are separate groups, each with its own gauge.
 /// Initial poses need only be right within a piece of odometry: pieces that a loop joins are first put in
 /// place by the loop that most others agree with. Model of an edge with gains (gx, gy): of the true motion (R, t),
-/// with R split into a tilt (rx, ry, 0) after a twist about z, the measurement shows the tilt (gy*rx, gx*ry, 0) and
-/// the translation (tx, ty, (gx+gy)/2*tz): slopes read too steep tilt and deepen everything they measure.
+/// with R split into a tilt (rx, ry, 0) after a twist about z, the measurement shows the tilt (gy*rx, gx*ry, 0), and
+/// moves the shared centre, whose depth reads g = (gx+gy)/2 times too deep in both frames, to where it truly comes:
+/// slopes read too steep tilt and deepen everything they measure, but leave x and y of what touches alone.
 /// Deterministic. Throws Error on edges that name unknown nodes, join a node
 /// to itself or carry non-finite numbers, and on information that is not symmetric or not positive
 /// semi-definite. Source: own.

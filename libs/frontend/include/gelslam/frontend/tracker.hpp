@@ -28,6 +28,7 @@ struct KeyframeLink {
   std::shared_ptr<const Keyframe> previous;  ///< null at the start of a trial
   Pose previous_T_this = Pose::Identity();
   Matrix6d information = Matrix6d::Zero();   ///< of the right perturbation of previous_T_this
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of what both show, in this keyframe's frame
 };
 
 /// What is known of a frame as soon as it was seen.
@@ -57,8 +58,7 @@ class Tracker {
   struct Previous {  // the last tracked frame
     std::int64_t frame = 0;
     SurfacePtr surface;
-    Pose keyframe_T_frame = Pose::Identity();
-    Matrix6d information = Matrix6d::Zero();
+    KeyframeLink link;  // to the current keyframe
   };
 
   RegistrationResult register_to(const NormalFlowReference& reference, const Pose& reference_T_previous,
@@ -66,8 +66,7 @@ class Tracker {
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const NormalFlowReference> reference,
                                                 SurfacePtr surface);
   void start_trial(TrackedFrame& result, SurfacePtr surface);
-  void switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const Pose& keyframe_T_new,
-                       const Matrix6d& information);
+  void switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const KeyframeLink& link);
   void accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration);
   bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
 

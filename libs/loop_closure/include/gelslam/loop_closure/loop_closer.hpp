@@ -38,6 +38,7 @@ struct LoopConstraint {
   int from = 0, to = 0;  ///< keyframe ids
   Pose from_T_to = Pose::Identity();
   Matrix6d information = Matrix6d::Identity();
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of what both show, in the newer keyframe's frame
   int sift_inliers = 0;  ///< 0 when the place was guessed by a pose instead of recognised
   double scr = 0, ccs = 0;
   double relief_correlation = 0;  ///< of curvature with its mean removed, over the shared contact

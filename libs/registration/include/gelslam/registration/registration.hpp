@@ -30,6 +30,7 @@ struct RegistrationResult {
   double normal_rmse_rad = 0.0; ///< root mean square angle between aligned normals
   double height_rmse_mm = 0.0;  ///< root mean square height difference over the shared contact
   int shared_pixels = 0;
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of the shared contact as read, in the reference's frame
   int iterations = 0;
   /// x y z rx ry rz in the reference's sensor frame: does the surface show this motion?
   std::array<bool, 6> observable{};
