@@ -206,7 +206,7 @@ TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
 /// fresh tracker.
 TEST(Tracker, ANewTrialRemembersNothing) {
   Tracker tired(TrackerOptions{}), fresh(TrackerOptions{});
-  for (int i = 0; i < 4; ++i) tired.track(i, 0, slide(3 * i));
+  for (int i = 0; i < 4; ++i) tired.track(i, 0, slide(i));
   tired.track(4, 0, nothing());
   for (int i = 0; i < 3; ++i) {
     const TrackedFrame a = tired.track(5 + i, 0, slide(i)), b = fresh.track(5 + i, 0, slide(i));
