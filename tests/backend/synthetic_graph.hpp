@@ -84,4 +84,32 @@ inline WorstError worst_error(const std::map<int, Pose>& poses, const std::map<i
   return worst;
 }
 
+// What a sensor with gains measures of a motion, written independently of the library: the tilt's axis and angle after
+// a twist about z are found by where the z axis goes; slopes along x tell the tilt about y, and those along y that
+// about x.
+inline Pose with_gain(const Pose& motion, const SlopeGain& gain) {
+  const Eigen::Vector3d z = motion.linear().col(2);
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(z);
+  const double angle = std::atan2(axis.norm(), z.z());
+  Pose measured = motion;
+  if (axis.norm() > 0) {
+    const Eigen::AngleAxisd tilt(angle, axis.normalized());
+    const Eigen::Vector3d about = angle * axis.normalized();
+    const Eigen::Matrix3d read = so3_exp({gain.y * about.x(), gain.x * about.y(), 0});
+    measured.linear() = read * tilt.toRotationMatrix().transpose() * motion.linear();
+  }
+  measured.translation().z() *= gain.mean();
+  return measured;
+}
+
+inline Graph roll_of_400_degrees(const SlopeGain& gain, bool with_loop) {
+  Graph graph;
+  constexpr double kStepDeg = 4;
+  for (int i = 0; i <= 100; ++i) graph.truth[i] = rolled(i, kStepDeg);
+  for (int i = 0; i < 100; ++i) graph.join(i, i + 1, EdgeKind::odometry);
+  if (with_loop) graph.join(0, 90, EdgeKind::loop);
+  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_gain(edge.from_T_to, gain);
+  return graph;
+}
+
 }  // namespace gelslam
