@@ -1,4 +1,6 @@
+#include <csignal>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -84,10 +86,14 @@ int run(int argc, char** argv) {
 }  // namespace gelslam
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file over its limit is a failed write, which is reported and cleaned up
   try {
     return gelslam::run(argc, argv);
   } catch (const gelslam::Error& error) {
     gelslam::print_error(error.what());
+    return gelslam::exit_user_error;
+  } catch (const std::filesystem::filesystem_error& error) {  // a path that may not be looked at, or is none
+    gelslam::print_error(error.path1().string() + ": " + error.code().message());
     return gelslam::exit_user_error;
   } catch (const std::exception& error) {
     gelslam::print_error(std::string("internal error: ") + error.what());
