@@ -5,8 +5,11 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <string_view>
+#include <vector>
 
 #include "commands.hpp"
+#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -78,14 +81,11 @@ Mesh triangulate(const Surface& surface) {
   return mesh;
 }
 
+/// Encoded in memory: libtiff says more than one line about a full disk.
 void write_picture_file(const fs::path& path, const cv::Mat& picture) {
-  bool written = false;
-  try {
-    written = cv::imwrite(path.string(), picture);
-  } catch (const cv::Exception&) {
-    written = false;
-  }
-  if (!written) throw Error("cannot write '" + path.string() + "'; is the disk full?");
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(path.extension().string(), picture, bytes)) throw Error("cannot encode " + path.string());
+  write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
 void write_surface(const fs::path& folder, const Surface& surface) {

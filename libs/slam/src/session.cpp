@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
+#include <vector>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
@@ -89,6 +91,13 @@ cv::Rect box_from(const ordered_json& json, cv::Size size) {
   return box;
 }
 
+/// Encoded in memory: libtiff says more than one line about a full disk.
+void write_patch(const fs::path& file, const cv::Mat4f& packed) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".tiff", packed, bytes)) throw Error(file.string() + ": cannot be encoded");
+  write_file_atomically(file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
 cv::Mat4f read_patch(const fs::path& file, cv::Size size) {
   cv::Mat packed;
   try {
@@ -135,8 +144,7 @@ void save_session(const fs::path& folder, const SlamMap& map) {
                                  {"trial", keyframe.trial},
                                  {"box_px", {box.x, box.y, box.width, box.height}},
                                  {"map_T_keyframe_mm", numbers(patch.map_T_keyframe)}});
-    if (!box.empty() && !cv::imwrite(patch_file(folder, patch.id).string(), pack(*patch.surface, box)))
-      throw Error(patch_file(folder, patch.id).string() + ": cannot write; is the disk full?");
+    if (!box.empty()) write_patch(patch_file(folder, patch.id), pack(*patch.surface, box));
   }
   write_file_atomically(folder / "session.json", json.dump(1) + "\n");
 }
