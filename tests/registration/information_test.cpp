@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <array>
 
 #include "../support/analytic_surface.hpp"
 #include "gelslam/registration/normal_flow.hpp"
@@ -101,6 +102,19 @@ TEST(Information, IsInTheReferencesAxes) {
       register_normal_flow(NormalFlowReference(inner, {}), *second, Pose::Identity(), {});
   ASSERT_TRUE(turned.ok() && straight.ok());
   EXPECT_LT((turned.information - straight.information).norm(), 0.05 * straight.information.norm());
+}
+
+/// An edge along the keyframe's x hides sliding along it. Once the sensor has twisted by a quarter turn, that is its y.
+TEST(Information, ObservabilityIsAboutTheAxesOfTheSensorAsItLiesNow) {
+  const Pose object_T_sensor = motion(0, 0, 0, 0, 0, 1), quarter_turn = motion(0, 0, 90, 0, 0);
+  View square;
+  square.contact_width_px = square.contact_height_px = 120;
+  const NormalFlowReference reference(touch(extruded_edge(), object_T_sensor, square), {});
+  const SurfacePtr now = touch(extruded_edge(), object_T_sensor * quarter_turn, square);
+  const RegistrationResult result = register_normal_flow(reference, *now, quarter_turn.inverse(), {});
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(result.observable, (std::array<bool, 6>{true, false, true, true, true, true}))
+      << describe_observability(result.observable);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct PackedTarget {
 /// Residuals of one warp, structure of arrays, as long as the samples.
 struct Residuals {
   std::vector<float> rx, ry, rz;
-  std::vector<float> weight;      ///< 0 where the sample leaves the target's contact, else sample weight x coverage
+  std::vector<float> weight;      ///< the sample's, or 0 where it leaves the target's contact
   void resize(std::size_t count);
 };
 

@@ -149,13 +149,24 @@ ShownDirections shown_directions(const Matrix5d& hessian, const Matrix5d& noise,
   return {basis, back * eigen.eigenvalues().tail(shown).asDiagonal() * back.transpose()};
 }
 
-/// A motion is observable when looking has told it to within the given limits, whatever was known before.
-std::array<bool, 6> observability(const Matrix5d& information, const NormalFlowOptions& options) {
-  const Matrix5d with_prior = information + Matrix5d(prior_information(options).asDiagonal());
-  const Vector5d variance = with_prior.inverse().diagonal();
-  const auto known = [&](int parameter, double limit) { return variance(parameter) < limit * limit; };
-  return {known(3, options.observable_sigma_mm),  known(4, options.observable_sigma_mm),  true,
-          known(0, options.observable_sigma_rad), known(1, options.observable_sigma_rad), known(2, options.observable_sigma_rad)};
+/// A motion is observable when looking has told it to within the given limits, whatever was known before. `information`
+/// is about the reference's axes, the answer about the target's: those are the sensor's as it lies now.
+std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matrix3d& target_R_reference,
+                                  const NormalFlowOptions& options) {
+  Matrix6d with_prior = information;
+  with_prior.diagonal().head<kParameters>() += prior_information(options);
+  const Matrix6d covariance = with_prior.inverse();
+  const auto known = [&](int axis, int first, double limit) {
+    const Eigen::Vector3d direction = target_R_reference.row(axis);
+    return direction.dot(covariance.block<3, 3>(first, first) * direction) < limit * limit;
+  };
+  std::array<bool, 6> observable{};
+  for (int axis = 0; axis < 3; ++axis) {
+    observable[static_cast<std::size_t>(axis)] = known(axis, 3, options.observable_sigma_mm);
+    observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, options.observable_sigma_rad);
+  }
+  observable[2] = true;  // heights are read, not inferred from relief
+  return observable;
 }
 
 /// On a surface with hardly any relief, CCS compares noise: there the normals' agreement has to do.
@@ -243,7 +254,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   result.information.setZero();
   result.information.topLeftCorner<kParameters, kParameters>() = information;
   result.information(5, 5) = 1.0 / (options.height_noise_mm * options.height_noise_mm);
-  result.observable = observability(information, options);
+  result.observable = observability(result.information, result.target_T_reference.linear(), options);
   result.status = judge(result, agreement, options);
   return shown.basis;
 }

@@ -32,7 +32,7 @@ struct RegistrationResult {
   int shared_pixels = 0;
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of the shared contact as read, in the reference's frame
   int iterations = 0;
-  /// x y z rx ry rz in the reference's sensor frame: does the surface show this motion?
+  /// x y z rx ry rz along the axes of the target's sensor frame: does the surface show this motion?
   std::array<bool, 6> observable{};
 
   bool ok() const { return status == RegistrationStatus::converged; }
