@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <unordered_map>
+#include <cstdint>
 #include <vector>
 
 #include "place_features.hpp"
@@ -25,7 +25,6 @@ class PlaceIndex {
  private:
   static constexpr int kTables = 8;
   static constexpr int kBits = 14;
-  using Keys = std::array<std::uint32_t, kTables>;
 
   std::array<float, kTables * kBits> project(const std::int16_t* descriptor) const;
 
