@@ -106,7 +106,11 @@ SurfacePtr estimate(const SurfaceArguments& arguments) {
 }
 
 int run_surface(const SurfaceArguments& arguments) {
-  RunFolder folder(arguments.output, {arguments.overwrite, height_file, arguments.image});
+  RunFolder folder(arguments.output,
+                   {.overwrite = arguments.overwrite,
+                    .marker_file = height_file,
+                    .known_entries = {height_file, "height.png", "normals.png", "contact.png", "curvature.png", "surface.ply"},
+                    .input = arguments.image});
   const SurfacePtr surface = estimate(arguments);
   write_surface(folder.path(), *surface);
   folder.commit();

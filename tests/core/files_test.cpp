@@ -166,6 +166,20 @@ TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
   EXPECT_THAT(folder.names(), ElementsAre("RUN"));
 }
 
+TEST(RunFolder, NeverReplacesWhatAPersonHasPutThere) {
+  const TemporaryFolder folder;
+  const RunFolderOptions options{.overwrite = true, .known_entries = {"report.json", "mesh.ply"}};
+  std::filesystem::create_directory(folder / "RUN");
+  write_file_atomically(folder / "RUN/report.json", "x");
+  write_file_atomically(folder / "RUN/diary.txt", "dear diary");
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", options); }), HasSubstr("for it holds diary.txt"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "RUN/diary.txt"));
+  std::filesystem::remove(folder / "RUN/diary.txt");
+  RunFolder run(folder / "RUN", options);
+  run.commit();
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "RUN"));
+}
+
 TEST(RunFolder, DoesNotReplaceWhatAppearedMeanwhile) {
   TemporaryFolder folder;
   {

@@ -130,6 +130,7 @@ TEST_F(ReconstructErrors, LogsAndConfigurationsThatCannotBeUsed) {
   expect_mistake(gelslam({"reconstruct", (folder / "log.avi").string()}), "--output is required");
   expect_mistake(reconstruct("none.avi", {"--model", model}), "none.avi: no such file or folder");
   expect_mistake(reconstruct("text.avi", {"--model", model}), "text.avi: not a video");
+  expect_mistake(reconstruct(std::string(300, 'a'), {"--model", model}), "name too long");
   expect_mistake(reconstruct("log.avi", {}), "no gradient model");
   expect_mistake(reconstruct("log.avi", {"--model", (folder / "none.pth").string()}), "none.pth");
   expect_mistake(reconstruct("log.avi", {"--model", model}), "model.pth");

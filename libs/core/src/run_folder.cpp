@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "file_descriptor.hpp"
@@ -28,6 +29,17 @@ bool lies_inside(const fs::path& path, const fs::path& folder) {
   return !code && !relative.empty() && *relative.begin() != "..";
 }
 
+/// Throws when the folder holds something that the command did not put there.
+void check_entries(const fs::path& folder, const std::vector<std::string>& known) {
+  std::error_code code;
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+    const std::string name = entry->path().filename().string();
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw Error(folder.string() + ": will not be overwritten, for it holds " + name + ", which is not of this command");
+  }
+  if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
+}
+
 void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
   std::error_code code;
   const fs::file_status status = fs::status(folder, code);
@@ -42,6 +54,7 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
     throw Error(folder.string() + ": will not be overwritten, for it holds no " + options.marker_file +
                 " and so was not made by this command");
   }
+  if (!options.known_entries.empty()) check_entries(folder, options.known_entries);
   if (!options.input.empty() && lies_inside(options.input, folder)) {
     throw Error(folder.string() + ": will not be overwritten, for it holds the input " +
                 options.input.string());

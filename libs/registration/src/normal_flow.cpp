@@ -40,6 +40,10 @@ Vector6d with_zero_tz(const Vector5d& step) {
   return xi;
 }
 
+// A last step beyond these is no rounding about the optimum.
+constexpr double kWanderingRad = 0.005;
+constexpr double kWanderingMm = 0.05;
+
 /// One registration in progress: the reference against one target.
 class Alignment {
  public:
@@ -66,6 +70,7 @@ class Alignment {
       const Vector5d step = solve_along(directions, equations);
       target_T_reference = target_T_reference * se3_exp(with_zero_tz(step)).inverse();
       ++result.iterations;
+      wandering_ = step.head<3>().norm() > kWanderingRad || step.tail<2>().norm() > kWanderingMm;
       settled = result.iterations >= options_.min_iterations && step.head<3>().norm() < options_.rotation_tolerance_rad &&
                 step.tail<2>().norm() < options_.translation_tolerance_mm;
     }
@@ -80,7 +85,9 @@ class Alignment {
     const HeightGap gap = height_gap(reference_.samples, target_, result.target_T_reference, residuals());
     result.target_T_reference.translation().z() += gap.mean_mm;
     result.height_rmse_mm = gap.rmse_mm;
-    return assess(reference_, target_, residuals(), options_, result);
+    Directions shown = assess(reference_, target_, residuals(), options_, result);
+    if (result.ok() && wandering_) result.status = RegistrationStatus::diverged;
+    return shown;
   }
 
  private:
@@ -102,6 +109,7 @@ class Alignment {
   const NormalFlowReference::Impl& reference_;
   const Surface& target_;
   const NormalFlowOptions& options_;
+  bool wandering_ = false;  // the last step was still large when the iterations ran out
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "gelslam/slam/config.hpp"
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/options.hpp"
 
 namespace gelslam {
@@ -60,7 +61,7 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
 }
 
 void describe_fusion(OptionVisitor& visit, FusionOptions& options) {
-  visit.number("voxel_size_mm", options.voxel_size_mm, 0.005, 10, "edge of the mesh's cells");
+  visit.number("voxel_size_mm", options.voxel_size_mm, 0.01, 10, "edge of the mesh's cells");
   visit.number("truncation_mm", options.truncation_mm, 0.01, 20, "sheets of one side closer than this become one");
 }
 
@@ -81,6 +82,9 @@ OptionList describe(Config& config) {
 Config read_config(const std::filesystem::path& file) {
   Config config;
   read_options(file, describe(config));
+  const FusionOptions& fusion = config.slam.fusion;
+  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not by fuse() after the whole log
+    throw Error(file.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
   config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   config.slam.refinement.registration = config.slam.loop_closure.registration;
   return config;

@@ -52,7 +52,8 @@ ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested) {
   const Clock::time_point start = Clock::now();
-  RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .input = request.input.log});
+  RunFolder folder(request.run_folder,
+                   {.overwrite = request.overwrite, .known_entries = run_entries(), .input = request.input.log});
   StageTimer timer;
   SurfaceStream stream(request.input, request.config, timer);
   GelSlam slam(request.config.slam);

@@ -94,6 +94,10 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map) {
 
 }  // namespace
 
+std::vector<std::string> run_entries() {
+  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "config.yaml", "session", "report.json"};
+}
+
 void write_run(const fs::path& folder, const ReconstructRequest& request, const std::string& log_description,
                const SlamMap& map, const Mesh& mesh, const std::vector<StageStatistics>& times,
                const ReconstructSummary& summary) {
