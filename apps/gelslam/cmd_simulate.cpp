@@ -3,10 +3,13 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/interrupt.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/simulator.hpp"
@@ -35,6 +38,22 @@ void print_lists() {
   print_catalogue("motions:", motion_catalogue());
 }
 
+/// Ends the work at the next step when Ctrl-C was pressed, so that half-written files are taken away.
+class StoppableProgress final : public ProgressSink {
+ public:
+  explicit StoppableProgress(bool quiet) : shown_(make_progress(quiet)) {}
+  void begin(std::string_view task, std::optional<std::int64_t> total) override { shown_->begin(task, total); }
+  void update(std::int64_t done) override {
+    if (interrupt_.requested()) throw Error("stopped; the folder is not complete");
+    shown_->update(done);
+  }
+  void end() override { shown_->end(); }
+
+ private:
+  InterruptWatch interrupt_;
+  std::unique_ptr<ProgressSink> shown_;
+};
+
 /// Long work must not end in somebody's finished log.
 void refuse_to_replace(const std::filesystem::path& file, bool overwrite) {
   if (!overwrite && std::filesystem::exists(file))
@@ -51,7 +70,7 @@ void spread_seed(SimulateArguments& arguments) {
 void calibrate_into(const std::filesystem::path& folder, const SimulateArguments& arguments,
                     ProgressSink& progress) {
   refuse_to_replace(folder / "catalog.csv", arguments.overwrite);
-  const SlopeGain gain = write_calibration_folder(folder, arguments.calibration, progress);
+  const HeldOutGain gain = write_calibration_folder(folder, arguments.calibration, progress);
   std::cerr << std::fixed << std::setprecision(3) << "slope gain on presses not trained on: x " << gain.x
             << ", y " << gain.y << "; mean error " << std::setprecision(2) << gain.mean_error_deg
             << " degrees\n";
@@ -60,7 +79,7 @@ void calibrate_into(const std::filesystem::path& folder, const SimulateArguments
 void run_scan(SimulateArguments& arguments) {
   refuse_to_replace(arguments.output / "gelsight.avi", arguments.overwrite);
   spread_seed(arguments);
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  StoppableProgress progress(arguments.quiet);
   const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
   const bool given = !arguments.calibration_folder.empty();
   const std::filesystem::path calibration =
@@ -70,8 +89,8 @@ void run_scan(SimulateArguments& arguments) {
     throw Error(calibration.string() +
                 " holds no model/nnmodel.pth; make one with: gelslam simulate calibration -o " +
                 calibration.string());
-  if (!given) calibrate_into(calibration, arguments, *progress);
-  write_data_folder(arguments.output, simulator, arguments.folder, *progress);
+  if (!given) calibrate_into(calibration, arguments, progress);
+  write_data_folder(arguments.output, simulator, arguments.folder, progress);
 }
 
 void add_common_options(CLI::App& command, SimulateArguments& arguments) {
@@ -128,7 +147,8 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
   calibration->footer("Example: gelslam simulate calibration -o calibration");
   calibration->callback([arguments, &exit_code] {
     spread_seed(*arguments);
-    calibrate_into(arguments->output, *arguments, *make_progress(arguments->quiet));
+    StoppableProgress progress(arguments->quiet);
+    calibrate_into(arguments->output, *arguments, progress);
     exit_code = exit_done;
   });
 }

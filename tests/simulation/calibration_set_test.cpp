@@ -56,7 +56,7 @@ TEST(BallPress, ShowsTheBallInsideItsCircle) {
 }
 
 TEST(Training, SlopesOfUnseenPressesAreUnbiased) {
-  const SlopeGain gain = measure_slope_gain(trained(), small(), 16);
+  const HeldOutGain gain = measure_slope_gain(trained(), small(), 16);
   EXPECT_NEAR(gain.x, 1, 0.03);
   EXPECT_NEAR(gain.y, 1, 0.03);
   EXPECT_LT(gain.mean_error_deg, 2.2);

@@ -84,7 +84,7 @@ void add_background_samples(const CalibrationSpec& spec, std::size_t count, Rand
 }
 
 /// Read on true slope inside the contact circles. See measure_slope_gain.
-SlopeGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec,
+HeldOutGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec,
                   const std::vector<BallPress>& presses) {
   const cv::Mat2f zero = read_slopes(network, simulate_background(spec));
   cv::Vec2d read_true(0, 0), true_true(0, 0);
@@ -111,7 +111,7 @@ SlopeGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec,
 
 /// Noise in the colours makes every regression read slopes too flat. Dividing its output by the gain on
 /// presses that it was not trained on takes that out.
-void remove_gain(SimulatedNetwork& network, const SlopeGain& gain) {
+void remove_gain(SimulatedNetwork& network, const HeldOutGain& gain) {
   const std::array<double, 2> factors = {1 / gain.x, 1 / gain.y};
   const std::size_t inputs = network.weight.back().size() / factors.size();
   for (std::size_t axis = 0; axis < factors.size(); ++axis) {
@@ -166,7 +166,7 @@ cv::Mat3b simulate_background(const CalibrationSpec& spec) {
   return mean;
 }
 
-SlopeGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses) {
+HeldOutGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses) {
   std::vector<BallPress> unseen;
   for (int k = 0; k < presses; ++k) unseen.push_back(simulate_press(spec, held_out_first + k));
   return gain_on(network, spec, unseen);
@@ -196,7 +196,7 @@ SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& pro
   return network;
 }
 
-SlopeGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
+HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
                                    ProgressSink& progress) {
   check(spec);
   std::error_code failure;

@@ -40,10 +40,10 @@ cv::Mat3b simulate_background(const CalibrationSpec& spec);
 /// How a network reads slopes of the gel inside the contact circles (less 2 px, where the
 /// lens mixes in the skirt) of presses it has not seen: least-squares factor of read on
 /// true slope, through 0 (1: unbiased), and the mean absolute error of the angles.
-struct SlopeGain {
+struct HeldOutGain {
   double x = 0, y = 0, mean_error_deg = 0;
 };
-SlopeGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses);
+HeldOutGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses);
 
 /// Trains the published network on four fifths of the spec's presses by the published recipe (L1, Adam 2e-3,
 /// batch 1024, a fifth of background pixels; fewer epochs), labels from the balls' geometry inside the
@@ -53,7 +53,7 @@ SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& pro
 /// Writes a calibration folder: catalog.csv, <d>mm/<n>/gelsight.png, background.png, circles.csv (the truth
 /// about the contact circles), model/nnmodel.pth. Returns the gain on 12 held-out presses. The folder is made
 /// if it is not there.
-SlopeGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
+HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
                                    ProgressSink& progress);
 
 }  // namespace gelslam
