@@ -98,6 +98,22 @@ void ContactDetector::keep_witnessed_pieces(const cv::Mat3f& block_difference, d
   cv::bitwise_and(contact, keep_, contact);
 }
 
+void ContactDetector::fill_small_holes(cv::Mat1b& contact) {
+  cv::bitwise_not(contact, holes_);
+  const int count = cv::connectedComponentsWithStats(holes_, labels_, stats_, centroids_, 4, CV_32S);
+  const int largest_px = 8 * half_gap_px_ * 8 * half_gap_px_;
+  fills_.assign(static_cast<std::size_t>(count), false);
+  for (int i = 1; i < count; ++i) {
+    const int left = stats_(i, cv::CC_STAT_LEFT), top = stats_(i, cv::CC_STAT_TOP);
+    const bool enclosed = left > 0 && top > 0 && left + stats_(i, cv::CC_STAT_WIDTH) < contact.cols &&
+                          top + stats_(i, cv::CC_STAT_HEIGHT) < contact.rows;
+    fills_[static_cast<std::size_t>(i)] = enclosed && stats_(i, cv::CC_STAT_AREA) < largest_px;
+  }
+  for (int v = 0; v < contact.rows; ++v)
+    for (int u = 0; u < contact.cols; ++u)
+      if (fills_[static_cast<std::size_t>(labels_(v, u))] && below_(v, u)) contact(v, u) = 255;
+}
+
 void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm,
                              const cv::Mat3f& block_difference, cv::Mat1b& contact) {
   const double limit_mm = depth_limit_mm(height_mm, scatter_mm);
@@ -107,6 +123,7 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, 
   pressure_.find(height_mm, pixel_pitch_mm, pressed_);
   cv::bitwise_and(below_, pressed_, contact);
   cv::morphologyEx(contact, contact, cv::MORPH_CLOSE, gap_);
+  fill_small_holes(contact);
   // Slivers and the border's blur grow with depth; a faint touch is small and thin itself.
   const auto scaled = [deep](int half_px) { return square(2 * std::max(1, static_cast<int>(std::lround(half_px * deep))) + 1); };
   cv::morphologyEx(contact, contact, cv::MORPH_OPEN, scaled(half_gap_px_));

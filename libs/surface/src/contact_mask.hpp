@@ -44,6 +44,8 @@ class ContactDetector {
   const cv::Mat1b& contact_blocks() const { return blocks_; }
 
  private:
+  /// Flat fields between raised parts are hardly pressed, but touched: small holes that are deep enough are filled.
+  void fill_small_holes(cv::Mat1b& contact);
   double depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm);
   void keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold, cv::Mat1b& contact);
 
@@ -52,7 +54,10 @@ class ContactDetector {
   int half_gap_px_;
   cv::Mat gap_;
   cv::Mat1b below_, pressed_, blocks_, keep_;
-  cv::Mat1i labels_;
+  cv::Mat1b holes_;
+  cv::Mat1i labels_, stats_;
+  cv::Mat centroids_;
+  std::vector<bool> fills_;
   std::vector<float> scratch_;
 };
 
