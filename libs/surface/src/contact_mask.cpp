@@ -98,7 +98,11 @@ void ContactDetector::keep_witnessed_pieces(const cv::Mat3f& block_difference, d
   cv::bitwise_and(contact, keep_, contact);
 }
 
-void ContactDetector::fill_small_holes(cv::Mat1b& contact) {
+void ContactDetector::fill_small_holes(cv::Mat1b& whole_contact) {
+  const cv::Rect box = cv::boundingRect(whole_contact);  // an enclosed hole does not reach its border
+  if (box.empty()) return;
+  cv::Mat1b contact = whole_contact(box);
+  const cv::Mat1b below = below_(box);
   cv::bitwise_not(contact, holes_);
   const int count = cv::connectedComponentsWithStats(holes_, labels_, stats_, centroids_, 4, CV_32S);
   const int largest_px = 8 * half_gap_px_ * 8 * half_gap_px_;
@@ -111,7 +115,7 @@ void ContactDetector::fill_small_holes(cv::Mat1b& contact) {
   }
   for (int v = 0; v < contact.rows; ++v)
     for (int u = 0; u < contact.cols; ++u)
-      if (fills_[static_cast<std::size_t>(labels_(v, u))] && below_(v, u)) contact(v, u) = 255;
+      if (fills_[static_cast<std::size_t>(labels_(v, u))] && below(v, u)) contact(v, u) = 255;
 }
 
 void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm,
