@@ -9,13 +9,13 @@ usage() {
 usage: scripts/demo.sh [DIR]
 
 Installs what is missing, builds into DIR (as scripts/build.sh; default: build in the repository), simulates
-a pebble of 10 mm rolled over a touch sensor, reconstructs it from the sensor's video alone, and says how far
+a coin of 24 mm moved over a touch sensor, reconstructs it from the sensor's video alone, and says how far
 trajectory and mesh are from the truth. Safe to run again: it replaces what an earlier run left.
 
 Leaves in demo/ in the repository:
   picture.png      the reconstruction beside the true shape
   mesh.ply         the reconstructed surface, metres
-  trajectory.tum   the sensor's pose against the pebble, frame by frame, metres
+  trajectory.tum   the sensor's pose against the coin, frame by frame, metres
   log/             the simulated log with its ground truth and calibration, as a public data folder
   run/             all that gelslam reconstruct wrote
 END
@@ -40,9 +40,8 @@ say() { echo "demo: $*"; }
 mkdir -p "$demo"
 rm -f "$demo"/{mesh.ply,trajectory.tum,picture.png,evaluation.json}
 
-say "simulating a sensor, its calibration by ball presses, and a pebble rolled over it (28 s of video)"
-"$gelslam" simulate scan --object pebble --size 0.5 --relief 1.5 --motion allover --frames 700 --indentation 0.9 \
-  -o "$demo/log" --overwrite
+say "simulating a sensor, its calibration by ball presses, and a coin moved over it (16 s of video)"
+"$gelslam" simulate scan --object coin --motion allover --frames 400 -o "$demo/log" --overwrite
 
 say "reconstructing it from the video"
 "$gelslam" reconstruct "$demo/log" -o "$demo/run" --overwrite
@@ -59,7 +58,7 @@ trajectory, mesh = result["trajectory"], result["mesh"]
 at_100 = next(w for w in mesh["known_pose"]["within"] if w["distance_mm"] == 0.1)
 print(f"""
   pose    followed in {100 * trajectory["tracked_share"]:.0f} % of the frames that touch; off by {trajectory["ate_mm"]:.3f} mm (root mean square);
-          at the end of the roll by {trajectory["final_drift_mm"]:.3f} mm and {trajectory["final_drift_deg"]:.1f} degrees
+          at the end by {trajectory["final_drift_mm"]:.3f} mm and {trajectory["final_drift_deg"]:.1f} degrees
   mesh    on average {mesh["known_pose"]["accuracy"]["mean_mm"]:.3f} mm from the true surface, 90 % of it within {mesh["known_pose"]["accuracy"]["p90_mm"]:.3f} mm
           ({mesh["after_icp"]["accuracy"]["mean_mm"]:.3f} mm if it may first be moved as a whole); it covers {100 * at_100["completeness"]:.0f} % of what was touched
 """)
