@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <system_error>
 #include <string>
 
 #include "commands.hpp"
@@ -18,6 +19,8 @@ struct ExportArguments {
 };
 
 std::filesystem::path mesh_file(const std::filesystem::path& source) {
+  std::error_code code;
+  if (!std::filesystem::exists(source, code)) throw Error(source.string() + ": no such file or folder");
   if (!std::filesystem::is_directory(source)) return source;
   const std::filesystem::path mesh = source / "mesh.ply";
   if (!std::filesystem::exists(mesh)) {
