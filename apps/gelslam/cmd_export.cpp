@@ -1,8 +1,8 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <system_error>
 #include <string>
+#include <system_error>
 
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
