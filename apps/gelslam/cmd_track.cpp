@@ -1,6 +1,5 @@
 #include <array>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -68,12 +67,7 @@ class TumStream {
   explicit TumStream(const LoopClosureOptions& options) : places_(options) {}
 
   void write(const TrackedFrame& frame) {
-    if (frame.new_keyframe) {
-      Pose& placed = trial_T_keyframe_[frame.new_keyframe->id];
-      const KeyframeLink& link = frame.new_keyframe_link;
-      placed = link.previous ? trial_T_keyframe_.at(link.previous->id) * link.previous_T_this : Pose::Identity();
-      places_.add(*frame.new_keyframe, placed);
-    }
+    if (frame.new_keyframe) places_.add(*frame.new_keyframe, frame.new_keyframe_link);
     if (frame.status != TrackStatus::tracked) return;
     if (const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial))
       std::cout << tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) << std::flush;
@@ -81,7 +75,6 @@ class TumStream {
 
  private:
   TrialPlaces places_;
-  std::map<int, Pose> trial_T_keyframe_;
 };
 
 int run(const TrackArguments& arguments) {

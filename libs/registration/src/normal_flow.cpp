@@ -13,21 +13,6 @@ using namespace registration::detail;
 using Vector5d = Eigen::Matrix<double, kParameters, 1>;
 using Matrix5d = Eigen::Matrix<double, kParameters, kParameters>;
 
-struct NormalEquations {
-  Matrix5d hessian;
-  Vector5d gradient;
-};
-
-NormalEquations linearise(const Samples& samples, const Residuals& residuals) {
-  double entries[kHessianEntries];
-  NormalEquations equations;
-  accumulate_normal_equations(samples, residuals, equations.gradient.data(), entries);
-  const double* entry = entries;
-  for (int a = 0; a < kParameters; ++a)
-    for (int b = a; b < kParameters; ++b) equations.hessian(a, b) = equations.hessian(b, a) = *entry++;
-  return equations;
-}
-
 void warp(const Samples& samples, const PackedTarget& target, const Pose& target_T_reference, Residuals& residuals) {
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> rotation = target_T_reference.linear().cast<float>();
   const Eigen::Vector3f translation = target_T_reference.translation().cast<float>();

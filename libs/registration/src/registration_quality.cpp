@@ -97,16 +97,6 @@ double normal_rmse_rad(const Residuals& residuals) {
   return weight > 0 ? std::sqrt(sum / weight) : 0.0;
 }
 
-Matrix5d shared_hessian(const Samples& samples, const Residuals& residuals) {
-  double gradient[kParameters], entries[kHessianEntries];
-  accumulate_normal_equations(samples, residuals, gradient, entries);
-  Matrix5d hessian;
-  const double* entry = entries;
-  for (int a = 0; a < kParameters; ++a)
-    for (int b = a; b < kParameters; ++b) hessian(a, b) = hessian(b, a) = *entry++;
-  return hessian;
-}
-
 /// What noise in the reference's normals adds to the Hessian. A gradient of pure noise looks like texture, and would
 /// make every surface seem to show every motion. How much of the gradient is noise is told by how little of the relief
 /// is found again in the target; relief and noise are taken to be alike in all directions, and what a broad shape (a
@@ -205,6 +195,16 @@ void pack_target(const Surface& target, PackedTarget& packed) {
   }
 }
 
+NormalEquations linearise(const Samples& samples, const Residuals& residuals) {
+  double entries[kHessianEntries];
+  NormalEquations equations;
+  accumulate_normal_equations(samples, residuals, equations.gradient.data(), entries);
+  const double* entry = entries;
+  for (int a = 0; a < kParameters; ++a)
+    for (int b = a; b < kParameters; ++b) equations.hessian(a, b) = equations.hessian(b, a) = *entry++;
+  return equations;
+}
+
 int count_shared(const Residuals& residuals) {
   return static_cast<int>(std::count_if(residuals.weight.begin(), residuals.weight.end(), [](float w) { return w > 0; }));
 }
@@ -249,7 +249,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
 
   const Matrix5d noise = noise_hessian(reference.samples, residuals, agreement.relief_correlation);
   const ShownDirections shown =
-      shown_directions(shared_hessian(reference.samples, residuals), noise, options.min_signal_to_noise);
+      shown_directions(linearise(reference.samples, residuals).hessian, noise, options.min_signal_to_noise);
   const Matrix5d information = shown.hessian / effective_variance(result.normal_rmse_rad, options);
   result.information.setZero();
   result.information.topLeftCorner<kParameters, kParameters>() = information;

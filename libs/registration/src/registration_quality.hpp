@@ -8,6 +8,13 @@ namespace gelslam::registration::detail {
 /// Interleaves the target for warp_residuals(); contact becomes 0 or 1.
 void pack_target(const Surface& target, PackedTarget& packed);
 
+/// The weighted normal equations of one warp.
+struct NormalEquations {
+  Eigen::Matrix<double, kParameters, kParameters> hessian;
+  Eigen::Matrix<double, kParameters, 1> gradient;
+};
+NormalEquations linearise(const Samples& samples, const Residuals& residuals);
+
 int count_shared(const Residuals& residuals);
 
 /// Information that says "stay near the start" (rx ry rz tx ty), in the units of the information matrix. It decides

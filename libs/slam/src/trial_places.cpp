@@ -2,7 +2,9 @@
 
 namespace gelslam {
 
-void TrialPlaces::add(const Keyframe& keyframe, const Pose& trial_T_keyframe) {
+void TrialPlaces::add(const Keyframe& keyframe, const KeyframeLink& link) {
+  const Pose trial_T_keyframe =
+      link.previous ? Pose(keyframes_.at(link.previous->id).trial_T_keyframe * link.previous_T_this) : Pose::Identity();
   keyframes_[keyframe.id] = {keyframe.trial, trial_T_keyframe};
   if (keyframe.trial == 0) first_T_trial_.try_emplace(0, Pose::Identity());
   const std::vector<LoopConstraint> loops = loop_closer_.add(keyframe);

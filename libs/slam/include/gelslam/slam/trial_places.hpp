@@ -3,7 +3,7 @@
 #include <map>
 #include <optional>
 
-#include "gelslam/frontend/keyframe.hpp"
+#include "gelslam/frontend/tracker.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 
 namespace gelslam {
@@ -14,8 +14,8 @@ class TrialPlaces {
  public:
   explicit TrialPlaces(const LoopClosureOptions& options) : loop_closer_(options) {}
 
-  /// Keyframes in order of their ids; `trial_T_keyframe` in the frame of the keyframe's own trial.
-  void add(const Keyframe& keyframe, const Pose& trial_T_keyframe);
+  /// Keyframes in order of their ids, each with its link as the tracker reports them.
+  void add(const Keyframe& keyframe, const KeyframeLink& link);
 
   /// Maps a trial's frame into that of trial 0, or nothing.
   std::optional<Pose> first_T_trial(int trial) const;
