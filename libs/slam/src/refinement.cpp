@@ -35,9 +35,47 @@ double overlap(const std::vector<Eigen::Vector3d>& points, const Surface& other,
 }
 
 struct Candidate {
-  int from, to;
+  int from;
   double overlap;
 };
+
+std::size_t index(int id) { return static_cast<std::size_t>(id); }
+
+/// Keyframes, and what the pose graph makes of them.
+struct PosedKeyframes {
+  const std::vector<std::shared_ptr<const Keyframe>>& keyframes;
+  const PoseGraphSolution& solution;
+  std::vector<std::vector<Eigen::Vector3d>> points;  // coarse_points() of each
+
+  bool same_group(int a, int b) const { return solution.group_of_node.at(a) == solution.group_of_node.at(b); }
+  Pose relative(int from, int to) const {
+    return solution.group_T_node.at(from).inverse() * solution.group_T_node.at(to);
+  }
+  /// Share of the smaller patch that should lie on the larger one.
+  double overlap_share(int from, int to) const {
+    const Pose from_T_to = relative(from, to);
+    // Patches that face away from each other are opposite sides of a thin object, not an overlap.
+    if (from_T_to.linear()(2, 2) < 0.3) return 0.0;
+    if (points[index(from)].size() < points[index(to)].size())
+      return overlap(points[index(from)], *keyframes[index(to)]->surface, from_T_to.inverse());
+    return overlap(points[index(to)], *keyframes[index(from)]->surface, from_T_to);
+  }
+};
+
+/// Earlier keyframes that should overlap with `to` and are not linked to it, most overlap first, as many as allowed.
+std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed, const std::set<std::pair<int, int>>& linked,
+                                   const RefinementOptions& options) {
+  std::vector<Candidate> candidates;
+  for (int from = 0; from < to; ++from) {
+    if (linked.contains({from, to}) || !posed.same_group(from, to)) continue;
+    const double share = posed.overlap_share(from, to);
+    if (share >= options.min_overlap) candidates.push_back({from, share});
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.overlap > b.overlap; });
+  if (candidates.size() > index(options.max_pairs_per_keyframe)) candidates.resize(index(options.max_pairs_per_keyframe));
+  return candidates;
+}
 
 }  // namespace
 
@@ -46,37 +84,17 @@ std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyfr
                                    const RefinementOptions& options) {
   std::set<std::pair<int, int>> linked;
   for (const PoseGraphEdge& edge : edges) linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
-  std::vector<std::vector<Eigen::Vector3d>> points;
-  for (const auto& keyframe : keyframes) points.push_back(coarse_points(*keyframe->surface));
+  PosedKeyframes posed{keyframes, solution, {}};
+  for (const auto& keyframe : keyframes) posed.points.push_back(coarse_points(*keyframe->surface));
 
   std::vector<PoseGraphEdge> found;
-  const int count = static_cast<int>(keyframes.size());
-  for (int to = 0; to < count; ++to) {
-    std::vector<Candidate> candidates;
-    for (int from = 0; from < to; ++from) {
-      if (linked.contains({from, to}) || solution.group_of_node.at(from) != solution.group_of_node.at(to)) continue;
-      const Pose from_T_to = solution.group_T_node.at(from).inverse() * solution.group_T_node.at(to);
-      // Patches that face away from each other are opposite sides of a thin object, not an overlap.
-      if (from_T_to.linear()(2, 2) < 0.3) continue;
-      const auto& smaller = points[static_cast<std::size_t>(from)].size() < points[static_cast<std::size_t>(to)].size() ? from : to;
-      const int larger = smaller == from ? to : from;
-      const Pose larger_T_smaller = smaller == to ? from_T_to : from_T_to.inverse();
-      const double share = overlap(points[static_cast<std::size_t>(smaller)],
-                                   *keyframes[static_cast<std::size_t>(larger)]->surface, larger_T_smaller);
-      if (share >= options.min_overlap) candidates.push_back({from, to, share});
-    }
-    std::stable_sort(candidates.begin(), candidates.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.overlap > b.overlap; });
-    if (candidates.size() > static_cast<std::size_t>(options.max_pairs_per_keyframe))
-      candidates.resize(static_cast<std::size_t>(options.max_pairs_per_keyframe));
-    for (const Candidate& c : candidates) {
-      const Pose from_T_to = solution.group_T_node.at(c.from).inverse() * solution.group_T_node.at(c.to);
-      const RegistrationResult result =
-          register_normal_flow(*keyframes[static_cast<std::size_t>(c.to)]->reference,
-                               *keyframes[static_cast<std::size_t>(c.from)]->surface, from_T_to, options.registration);
+  for (int to = 0; to < static_cast<int>(keyframes.size()); ++to) {
+    for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
+      const int from = candidate.from;
+      const RegistrationResult result = register_normal_flow(*keyframes[index(to)]->reference, *keyframes[index(from)]->surface,
+                                                             posed.relative(from, to), options.registration);
       if (result.ok())
-        found.push_back({c.from, c.to, result.target_T_reference, result.information, EdgeKind::loop,
-                         result.shared_center_mm});
+        found.push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop, result.shared_center_mm});
     }
   }
   return found;
