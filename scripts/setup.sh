@@ -5,7 +5,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build ccache pkg-config    # build
   libeigen3-dev libopencv-dev libceres-dev libopen3d-dev libembree-dev
-  libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libspdlog-dev libfmt-dev libzip-dev
+  libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev
   libgtest-dev libgmock-dev libbenchmark-dev # tests and benchmarks
   python3-numpy python3-matplotlib           # figures
 )

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "../support/analytic_surface.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/frontend/keyframe.hpp"
 
@@ -89,14 +90,7 @@ inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Co
       surface->normals(v, u) =
           cv::Vec3f(static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()));
     }
-  cv::Mat1f along_x, along_y;
-  cv::Sobel(gx, along_x, CV_32F, 1, 0, 1, 0.5);
-  cv::Sobel(gy, along_y, CV_32F, 0, 1, 1, 0.5);
-  cv::Mat1f curvature;
-  cv::add(along_x, along_y, curvature);
-  cv::GaussianBlur(curvature, curvature, {5, 5}, 0);
-  curvature.setTo(0, surface->contact == 0);
-  surface->curvature = cv::max(-0.7, cv::min(0.7, curvature));
+  test::set_curvature(*surface, gx, gy);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   return surface;
 }
