@@ -1,0 +1,45 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gelslam {
+
+/// How a raw frame's bytes are to be read. bgr and yuyv are rows without gaps, 3 and 2 bytes per pixel.
+enum class FrameEncoding { jpeg, png, bgr, yuyv };
+
+/// One frame as the sensor sent it, before anything is decoded: what a log keeps.
+struct RawFrame {
+  FrameEncoding encoding = FrameEncoding::jpeg;
+  std::vector<std::uint8_t> bytes;
+  int width_px = 0, height_px = 0;  ///< of the picture in `bytes`
+  double time_s = 0;                ///< by the driver's clock, since the source's first frame
+  std::int64_t index = 0;           ///< of the frames that the source delivered, from 0
+  std::int64_t sequence = 0;        ///< the driver's count; a gap is a frame that the driver lost
+  std::chrono::steady_clock::time_point arrived;  ///< when this program got it
+};
+
+/// A camera, or a log that is played like one. next() is called from one thread, stop() from any.
+class RawFrameSource {
+ public:
+  virtual ~RawFrameSource() = default;
+  /// Waits for the next frame; nothing at the end of a log, or once stop() was called. Throws Error with a sentence for
+  /// people when the source is lost for good (unplugged, stalled, changed its format). A frame that came damaged is
+  /// delivered as it came: the decoder says so.
+  virtual std::optional<RawFrame> next() = 0;
+  /// Makes next() return soon, with nothing.
+  virtual void stop() = 0;
+  virtual double rate_hz() const = 0;  ///< as granted by the driver, or as the log says
+  virtual std::optional<std::int64_t> frame_count() const { return std::nullopt; }
+  /// For people: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz".
+  virtual std::string description() const = 0;
+  /// Frames that the driver lost between the ones delivered.
+  virtual std::int64_t lost_frames() const { return 0; }
+  /// What was not right so far, as sentences for people, or "".
+  virtual std::string warning() const { return ""; }
+};
+
+}  // namespace gelslam

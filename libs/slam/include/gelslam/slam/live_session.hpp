@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/core/stage_timer.hpp"
+#include "gelslam/frontend/tracker.hpp"
+#include "gelslam/fusion/mesh_block.hpp"
+
+namespace gelslam {
+
+enum class LivePhase { background, scanning, paused, finishing, finished };
+
+/// What a person at the bench needs in words and figures. Cheap to copy.
+struct LiveStatus {
+  LivePhase phase = LivePhase::background;
+  std::string words;     ///< "tracking"; "lost: too little overlap; touch a place you have seen"; "no contact"
+  std::string warning;   ///< what is wrong for longer than a frame (log stopped: disk full; background doubtful), or ""
+  std::string source;    ///< RawFrameSource::description()
+  double rate_hz = 0;    ///< measured over the last seconds
+  std::int64_t frames = 0;            ///< that arrived since the scan began
+  std::int64_t lost_by_camera = 0;    ///< gaps in the driver's count
+  std::int64_t dropped = 0;           ///< arrived, but not tracked because we were behind
+  std::int64_t damaged = 0;           ///< pictures that could not be decoded
+  double latency_ms = 0;              ///< median from a frame's arrival to its pose, last seconds
+  double age_s = 0;                   ///< of the scan
+  int keyframes = 0, loops = 0, trials = 0, groups = 0;
+  double memory_mb = 0;               ///< resident, of the whole program
+  std::int64_t log_bytes = 0;         ///< recorded so far; 0 without a log
+  SlopeGain slope_gain;
+};
+
+/// The newest frame that went through the tracker.
+struct LiveTouch {
+  std::int64_t index = 0;
+  double time_s = 0;
+  cv::Mat3b image;       ///< at the profile's resolution
+  SurfacePtr surface;    ///< never null once scanning
+  TrackStatus status = TrackStatus::no_contact;
+  int keyframe = -1;     ///< -1 without contact
+  Pose keyframe_T_frame = Pose::Identity();
+};
+
+/// Where everything is, as far as is known now. Immutable; a new one replaces it whenever the pose graph has moved.
+struct MapSnapshot {
+  struct Node {
+    int keyframe = 0;  ///< id; ids that were undone are missing
+    std::int64_t frame = 0;
+    int trial = 0;
+    int group = 0;     ///< smallest keyframe id of the group
+    Pose group_T_keyframe = Pose::Identity();
+    SurfacePtr surface;
+  };
+  struct Edge {
+    int from = 0, to = 0;  ///< keyframe ids
+    EdgeKind kind = EdgeKind::odometry;
+    bool outlier = false;
+  };
+  std::uint64_t version = 0;
+  std::vector<Node> nodes;  ///< by id, ascending
+  std::vector<Edge> edges;
+  int shown_group = -1;     ///< the largest group: the one that is meshed and drawn; -1 when there is none
+  SlopeGain slope_gain;
+
+  const Node* find(int keyframe) const;  ///< null when it is not there
+};
+
+/// What changed in the mesh of the shown group since it was last asked for.
+struct MeshChanges {
+  bool cleared = false;  ///< forget every block first: a new scan, or another group is shown
+  std::vector<MeshBlock> blocks;
+};
+
+/// A live scan as the window sees it, and what a person can ask of it. All functions may be called from the window's
+/// thread at any time and return at once; what was asked for happens soon after.
+class LiveSession {
+ public:
+  virtual ~LiveSession() = default;
+  virtual LiveStatus status() const = 0;
+  virtual std::shared_ptr<const LiveTouch> touch() const = 0;       ///< null before the first frame
+  virtual std::shared_ptr<const MapSnapshot> map() const = 0;       ///< never null
+  virtual MeshChanges take_mesh_changes() = 0;
+  virtual std::vector<StageStatistics> stage_times() const = 0;
+
+  virtual void set_paused(bool paused) = 0;
+  virtual void undo_last_trial() = 0;
+  virtual void start_new_scan() = 0;  ///< forgets the map; the log goes on
+  virtual void save_now() = 0;        ///< writes the run folder as it is, and goes on
+  virtual void stop() = 0;            ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
+};
+
+}  // namespace gelslam
