@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+struct GLFWwindow;
+
+namespace gelslam {
+
+struct GlWindowOptions {
+  std::string title = "GelSLAM";
+  int width_px = 1280, height_px = 800;  ///< of the content, in screen coordinates
+  bool visible = true;
+  int samples = 4;  ///< per pixel; what the driver cannot give is left out
+};
+
+/// An OpenGL 3.3 core context, current on the thread that made it until another one is made current. One
+/// thread only.
+class GlContext {
+ public:
+  /// A window on the main thread (GLFW), swaps tied to the screen's rate. Throws Error, with what to do
+  /// instead, when there is no display or no OpenGL 3.3.
+  static std::unique_ptr<GlContext> window(const GlWindowOptions& options);
+  /// Without display or window: EGL without a surface, else a hidden window. There is nothing to draw into
+  /// but a RenderTarget. Throws Error when neither works.
+  static std::unique_ptr<GlContext> offscreen();
+
+  ~GlContext();
+  GlContext(const GlContext&) = delete;
+  GlContext& operator=(const GlContext&) = delete;
+
+  void make_current();
+  GLFWwindow* glfw_window() const;  ///< null for EGL
+  std::string renderer() const;  ///< what draws, for people: "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5"
+
+ private:
+  struct Impl;
+  explicit GlContext(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gelslam/fusion/mesh_block.hpp"
+#include "gelslam/slam/live_session.hpp"
+#include "gelslam/viewer/orbit_camera.hpp"
+#include "gelslam/viewer/scene_style.hpp"
+
+namespace gelslam {
+
+/// The frame that touches now.
+struct TouchPatch {
+  SurfacePtr surface;
+  Pose map_T_sensor = Pose::Identity();
+  double slope_gain = 1.0;  ///< heights are divided by it (backend/pose_graph.hpp)
+};
+
+struct SceneStatistics {
+  std::size_t blocks = 0, triangles = 0;              ///< held, at full detail
+  std::size_t drawn_blocks = 0, drawn_triangles = 0;  ///< in the last draw()
+  double upload_ms = 0, detail_ms = 0,
+         draw_ms = 0;  ///< last update(); last draw(): making levels, and all of it
+};
+
+/// What is to be seen: a growing mesh, the touch on it, the way of the sensor and the pose graph. Map frame,
+/// mm. Everything needs the context it was made with to be current, one thread.
+class Scene {
+ public:
+  Scene();
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  /// Blocks replace those with the same key; empty ones remove them. Only these are sent to the GPU.
+  /// Triangles with indices out of range, or corners that are not finite or further than 1 km away, are left
+  /// out; missing normals are made.
+  void update(std::span<const MeshBlock> blocks);
+  void update(const MeshChanges& changes);
+  void clear_mesh();
+  /// The whole mesh at once, cut into blocks here.
+  void set_mesh(const Mesh& mesh);
+  /// The number per vertex that SceneColour::distance shows (mm; NaN: grey), in the order of the last
+  /// set_mesh().
+  void set_distances(std::span<const float> distance_mm);
+
+  void set_touch(std::optional<TouchPatch> touch);
+  /// Stretches of tracking, each a chain of sensor poses; they are not joined.
+  void set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor);
+  /// Keyframes and edges of the shown group; `coverage` (ids) are drawn larger.
+  void set_map(const MapSnapshot& map, const std::vector<int>& coverage = {});
+
+  Eigen::AlignedBox3f bounds_mm() const;  ///< of the mesh; empty without triangles
+  /// Where the ray first meets the mesh at full detail.
+  std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
+
+  /// Draws into that part of the framebuffer now bound, background included. Sets the GL state it needs, and
+  /// leaves depth test, blending, culling and scissor off and no program or vertex array bound.
+  void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
+  /// Makes all levels of detail that are still missing: before a picture or a measurement.
+  void finish_details();
+
+  /// The meaning of the colours that `style` gives the mesh, or nothing for plain colour.
+  std::optional<ColourLegend> legend(const SceneStyle& style) const;
+  SceneStatistics statistics() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam

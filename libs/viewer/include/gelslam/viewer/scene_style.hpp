@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gelslam {
+
+enum class SceneShading {
+  lit,     ///< clay under two lamps
+  matcap,  ///< polished: light fixed to the viewer
+  relief,  ///< grazing light, hollows dark and ridges bright: shows the finest texture
+};
+
+enum class SceneColour {
+  plain,
+  confidence,  ///< how much was observed behind a vertex
+  height,      ///< along SceneStyle::height_axis
+  keyframe,    ///< which keyframe's centre is nearest
+  distance,    ///< to another mesh, see Scene::set_distances()
+};
+
+struct SceneStyle {
+  SceneShading shading = SceneShading::lit;
+  SceneColour colour = SceneColour::plain;
+  bool light_theme = false;
+  bool mesh = true, touch = true, sensor = true, trajectory = false;
+  bool keyframes = false, edges = false;
+  bool grid = false;  ///< 1 mm squares below the mesh
+  bool level_of_detail = true;
+  float detail_px = 1.0F;  ///< parts smaller than this on the screen may be left out
+  Eigen::Vector3f height_axis{
+      0, 0, -1};  ///< unit, map frame; the default is out of the gel's side of the first touch
+  /// Values at the ends of the colour map; empty: what the mesh holds.
+  std::optional<std::array<float, 2>> range;
+};
+
+/// What the mesh's colours mean: `colours` from `min` to `max`, for a bar beside the picture.
+struct ColourLegend {
+  std::string title;  ///< "distance"
+  std::string unit;   ///< "mm", or ""
+  float min = 0, max = 1;
+  std::vector<std::array<std::uint8_t, 3>> colours_rgb;
+};
+
+}  // namespace gelslam
