@@ -6,7 +6,7 @@ packages=(
   g++ cmake ninja-build ccache pkg-config    # build
   libeigen3-dev libopencv-dev libceres-dev libopen3d-dev libembree-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev
-  libturbojpeg0-dev libavformat-dev libavcodec-dev libavutil-dev # camera pictures, logs
+  libturbojpeg0-dev zlib1g-dev libavformat-dev libavcodec-dev libavutil-dev # camera pictures, logs
   libglfw3-dev libepoxy-dev libimgui-dev         # window
   xvfb xauth libgl1-mesa-dri                     # its tests, without a display
   libgtest-dev libgmock-dev libbenchmark-dev # tests and benchmarks

@@ -18,6 +18,7 @@ find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
 find_package(Open3D REQUIRED)                  # mesh files, baselines (never in public headers)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # camera JPEGs at reduced scale (only libs/sensor)
+find_package(ZLIB REQUIRED)                     # checksums of PNG frames in logs (only libs/sensor)
 pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)  # Matroska logs (only libs/sensor)
 find_package(glfw3 3.3 REQUIRED)               # the window (only libs/viewer), with:
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)  # OpenGL functions

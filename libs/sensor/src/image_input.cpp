@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "crop_window.hpp"
 #include "gelslam/core/error.hpp"
 #include "image_header.hpp"
 #include "quiet.hpp"
@@ -15,7 +16,6 @@ namespace gelslam {
 namespace {
 
 constexpr std::uintmax_t largest_image_file_bytes = 256u << 20;
-constexpr std::int64_t most_pixels = 64'000'000;  // eight times a GelSight Mini's raw image
 
 std::string size_text(std::int64_t width, std::int64_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
@@ -42,8 +42,8 @@ void check_header(const std::vector<unsigned char>& bytes, const std::filesystem
   if (!header) return;
   if (!header->complete) throw Error(path.string() + ": the image is truncated");
   // Each side first: their product could overflow.
-  if (header->width_px > most_pixels || header->height_px > most_pixels ||
-      header->width_px * header->height_px > most_pixels) {
+  if (header->width_px > detail::most_picture_pixels || header->height_px > detail::most_picture_pixels ||
+      header->width_px * header->height_px > detail::most_picture_pixels) {
     throw Error(path.string() + ": " + size_text(header->width_px, header->height_px) +
                 " pixels are more than any touch sensor has");
   }
@@ -81,32 +81,22 @@ cv::Mat3b read_image(const std::filesystem::path& path) {
 cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px) {
   if (image.empty() || width_px < 1 || height_px < 1)
     throw std::invalid_argument("crop_and_resize: empty size");
-  const int border_x = image.cols / 7, border_y = image.rows / 7;
-  cv::Rect window(border_x, border_y, image.cols - 2 * border_x, image.rows - 2 * border_y);
-  const double aspect = static_cast<double>(width_px) / height_px;
-  const int extra_rows = std::max(0, static_cast<int>(window.height - window.width / aspect));
-  const int extra_columns = std::max(0, static_cast<int>(window.width - window.height * aspect));
-  window.x += (extra_columns + 1) / 2;
-  window.y += (extra_rows + 1) / 2;
-  window.width = std::max(1, window.width - extra_columns);
-  window.height = std::max(1, window.height - extra_rows);
+  const cv::Rect window = detail::crop_window(image.size(), width_px, height_px);
   cv::Mat result;
   cv::resize(image(window), result, cv::Size(width_px, height_px), 0, 0, cv::INTER_AREA);
   return result;
 }
 
 cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name) {
-  if (image.cols == profile.width_px && image.rows == profile.height_px) return image;
-  const bool raw = image.cols == profile.raw_width_px && image.rows == profile.raw_height_px;
-  // 5/7 of it must still be no smaller than what is wanted: enlarging would invent detail.
-  const bool large_enough = image.cols * 5 >= profile.width_px * 7 && image.rows * 5 >= profile.height_px * 7;
-  const double shape = (static_cast<double>(image.cols) * profile.height_px) /
-                       (static_cast<double>(image.rows) * profile.width_px);
-  const bool same_shape = shape > 0.9 && shape < 1.1;
-  if (raw || (large_enough && same_shape)) return crop_and_resize(image, profile.width_px, profile.height_px);
-  throw Error(name + ": is " + size_text(image.cols, image.rows) + " pixels; " + profile.device_name +
-              " needs " + size_text(profile.width_px, profile.height_px) + ", or the camera's raw image (" +
-              size_text(profile.raw_width_px, profile.raw_height_px) + "), see device_config");
+  switch (detail::picture_fit(image.cols, image.rows, profile)) {
+    case detail::PictureFit::as_it_is:
+      return image;
+    case detail::PictureFit::crop:
+      return crop_and_resize(image, profile.width_px, profile.height_px);
+    case detail::PictureFit::never:
+      break;
+  }
+  throw Error(name + ": " + detail::misfit_text(image.cols, image.rows, profile));
 }
 
 bool is_grey(const cv::Mat3b& image, int tolerance) {

@@ -1,0 +1,296 @@
+#include "gelslam/sensor/frame_decoder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "../support/pictures.hpp"
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/image_input.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::message_of;
+using test::numbered_picture;
+using ::testing::HasSubstr;
+
+std::vector<std::uint8_t> encoded(const cv::Mat& picture, const std::string& ending, int quality = 90) {
+  std::vector<std::uint8_t> bytes;
+  std::vector<int> parameters;
+  if (ending == ".jpg") parameters = {cv::IMWRITE_JPEG_QUALITY, quality};
+  cv::imencode(ending, picture, bytes, parameters);
+  return bytes;
+}
+
+RawFrame frame_of(FrameEncoding encoding, std::vector<std::uint8_t> bytes, cv::Size size) {
+  RawFrame frame;
+  frame.encoding = encoding;
+  frame.bytes = std::move(bytes);
+  frame.width_px = size.width;
+  frame.height_px = size.height;
+  frame.time_s = 1.25;
+  frame.index = 7;
+  return frame;
+}
+
+RawFrame jpeg_of(const cv::Mat& picture) {
+  return frame_of(FrameEncoding::jpeg, encoded(picture, ".jpg"), picture.size());
+}
+
+double mean_difference(const cv::Mat3b& a, const cv::Mat3b& b) {
+  return cv::norm(a, b, cv::NORM_L1) / (3.0 * static_cast<double>(a.total()));
+}
+
+cv::Mat3b decode_or_fail(FrameDecoder& decoder, const RawFrame& frame) {
+  const auto image = decoder.decode(frame);
+  EXPECT_TRUE(image.has_value()) << decoder.damage();
+  return image ? image->bgr : cv::Mat3b();
+}
+
+/// A camera's raw picture made of a calibrated one: enlarged so that it fills the whole, with a camera's
+/// noise.
+cv::Mat3b as_raw(const cv::Mat3b& picture, cv::Size raw) {
+  cv::Mat3b large;
+  cv::resize(picture, large, raw, 0, 0, cv::INTER_CUBIC);
+  cv::Mat noise(raw, CV_16SC3);
+  cv::theRNG().state = 5;
+  cv::randn(noise, cv::Scalar::all(0), cv::Scalar::all(2.5));
+  cv::add(large, noise, large, cv::noArray(), CV_8U);
+  return large;
+}
+
+std::vector<std::filesystem::path> real_pictures() {
+  const char* set = std::getenv("GELSLAM_DATA");
+  const std::filesystem::path data = set != nullptr ? set : GELSLAM_DEFAULT_DATA;
+  std::vector<std::filesystem::path> pictures;
+  for (const char* name : {"frames/bead.png", "frames/key.png", "frames/seed.png"}) {
+    if (std::filesystem::exists(data / name)) pictures.push_back(data / name);
+  }
+  return pictures;
+}
+
+TEST(FrameDecoder, ScaledDecodingGivesTheFullyDecodedPicture) {
+  const auto pictures = real_pictures();
+  if (pictures.empty()) GTEST_SKIP() << "no data; set GELSLAM_DATA";
+  const SensorProfile mini;
+  FrameDecoder decoder(mini);
+  for (const auto& path : pictures) {
+    // 1/4, 1/2 and full scale, and sizes that no block of a JPEG divides.
+    for (const cv::Size raw : {cv::Size(3280, 2464), cv::Size(1602, 1199), cv::Size(640, 480)}) {
+      const RawFrame frame = jpeg_of(as_raw(read_image(path), raw));
+      const cv::Mat3b expected =
+          crop_and_resize(cv::imdecode(frame.bytes, cv::IMREAD_COLOR), mini.width_px, mini.height_px);
+      const cv::Mat3b got = decode_or_fail(decoder, frame);
+      ASSERT_EQ(got.size(), expected.size());
+      EXPECT_LT(mean_difference(got, expected), 0.5) << path << " " << raw;
+      EXPECT_LT(std::abs(cv::mean(got)[0] - cv::mean(expected)[0]), 0.2) << "no shift of brightness";
+    }
+  }
+}
+
+/// Where the step of a line lies that is dark before and light after it: area averaging keeps the sum. The
+/// levels are taken from the line's own ends, since JPEG rounds colours.
+double edge_position(const cv::Mat1f& line) {
+  const int total = static_cast<int>(line.total()), end = total / 8;
+  const cv::Mat1f flat = line.reshape(1, 1);
+  const double dark = cv::mean(flat.colRange(0, end))[0],
+               light = cv::mean(flat.colRange(total - end, total))[0];
+  double position = 0;
+  for (const float value : flat) position += (light - value) / (light - dark);
+  return position;
+}
+
+TEST(FrameDecoder, KeepsEveryEdgeInItsPlaceWhateverTheScale) {
+  const SensorProfile mini;
+  FrameDecoder decoder(mini);
+  for (const cv::Size raw :
+       {cv::Size(3280, 2464), cv::Size(3001, 2250), cv::Size(1998, 1499), cv::Size(641, 479)}) {
+    for (const double part : {0.3, 0.5, 0.71}) {
+      const cv::Point edge(cvRound(raw.width * part), cvRound(raw.height * part));
+      cv::Mat3b picture(raw, cv::Vec3b(40, 50, 60));
+      cv::Mat right = picture.colRange(edge.x, raw.width), below = picture.rowRange(edge.y, raw.height);
+      right += cv::Scalar(100, 0, 0);
+
+      below += cv::Scalar(0, 0, 100);
+
+      const cv::Mat3b got = decode_or_fail(decoder, jpeg_of(picture));
+      const cv::Mat3b truth = crop_and_resize(picture, mini.width_px, mini.height_px);
+      cv::Mat channels[3], true_channels[3];
+      cv::split(got, channels);
+      cv::split(truth, true_channels);
+      const auto x_of = [](const cv::Mat& blue) {
+        cv::Mat1f line;
+        cv::reduce(blue, line, 0, cv::REDUCE_AVG, CV_32F);
+        return edge_position(line);
+      };
+      const auto y_of = [](const cv::Mat& red) {
+        cv::Mat1f line;
+        cv::reduce(red, line, 1, cv::REDUCE_AVG, CV_32F);
+        return edge_position(line);
+      };
+      EXPECT_NEAR(x_of(channels[0]), x_of(true_channels[0]), 0.1) << raw << " " << part;
+      EXPECT_NEAR(y_of(channels[2]), y_of(true_channels[2]), 0.1) << raw << " " << part;
+    }
+  }
+}
+
+TEST(FrameDecoder, LosslessEncodingsAreExact) {
+  const SensorProfile mini;
+  FrameDecoder decoder(mini);
+  const cv::Mat3b exact = numbered_picture(4, 320, 240), raw = numbered_picture(4, 1404, 1053);
+  const auto bytes_of = [](const cv::Mat3b& picture) {
+    return std::vector<std::uint8_t>(picture.datastart, picture.dataend);
+  };
+  EXPECT_EQ(
+      cv::norm(decode_or_fail(decoder, frame_of(FrameEncoding::bgr, bytes_of(exact), exact.size())), exact),
+      0);
+  EXPECT_EQ(
+      cv::norm(decode_or_fail(decoder, frame_of(FrameEncoding::png, encoded(exact, ".png"), exact.size())),
+               exact),
+      0);
+  // The resize of another library: the same up to rounding.
+  const cv::Mat3b expected = crop_and_resize(raw, 320, 240);
+  const cv::Mat3b from_bgr = decode_or_fail(decoder, frame_of(FrameEncoding::bgr, bytes_of(raw), raw.size()));
+  const cv::Mat3b from_png =
+      decode_or_fail(decoder, frame_of(FrameEncoding::png, encoded(raw, ".png"), raw.size()));
+  EXPECT_LE(cv::norm(from_bgr, expected, cv::NORM_INF), 1.0);
+  EXPECT_LT(mean_difference(from_bgr, expected), 0.05);
+  EXPECT_EQ(cv::norm(from_bgr, from_png), 0);
+}
+
+TEST(FrameDecoder, AJpegOfTheCalibratedSizeIsKept) {
+  FrameDecoder decoder((SensorProfile()));
+  const RawFrame frame = jpeg_of(numbered_picture(9, 320, 240));
+  EXPECT_EQ(cv::norm(decode_or_fail(decoder, frame), cv::imdecode(frame.bytes, cv::IMREAD_COLOR)), 0);
+  const auto image = decoder.decode(frame);
+  EXPECT_EQ(image->time_s, 1.25);
+  EXPECT_EQ(image->index, 7);
+}
+
+TEST(FrameDecoder, YuyvHasTheColoursOfBt601) {
+  // Written from the standard's figures (ITU-R BT.601, 8 bits), not by a library: white, black, red, blue.
+  struct Colour {
+    std::uint8_t y, u, v;
+    cv::Vec3b bgr;
+  };
+  FrameDecoder decoder((SensorProfile()));
+  for (const Colour& colour : {Colour{235, 128, 128, {255, 255, 255}}, Colour{16, 128, 128, {0, 0, 0}},
+                               Colour{81, 90, 240, {0, 0, 255}}, Colour{41, 240, 110, {255, 0, 0}}}) {
+    std::vector<std::uint8_t> bytes;
+    for (int i = 0; i < 640 * 480 / 2; ++i)
+      bytes.insert(bytes.end(), {colour.y, colour.u, colour.y, colour.v});
+    const cv::Mat3b got = decode_or_fail(decoder, frame_of(FrameEncoding::yuyv, bytes, cv::Size(640, 480)));
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(got(120, 160)[k], colour.bgr[k], 3);
+  }
+}
+
+class Damage : public testing::Test {
+ protected:
+  std::string of(const RawFrame& frame) {
+    EXPECT_FALSE(decoder.decode(frame).has_value());
+    return decoder.damage();
+  }
+  FrameDecoder decoder{SensorProfile()};
+  RawFrame good = jpeg_of(numbered_picture(2, 1280, 960));
+};
+
+TEST_F(Damage, BytesAfterTheJpegAreIgnored) {
+  const cv::Mat3b clean = decode_or_fail(decoder, good);
+  for (const int padding : {0x00, 0xff, 0xd8, 0x41}) {
+    RawFrame padded = good;
+    padded.bytes.insert(padded.bytes.end(), 5000, static_cast<std::uint8_t>(padding));
+    EXPECT_EQ(cv::norm(decode_or_fail(decoder, padded), clean), 0);
+  }
+  RawFrame stuffed = good;  // zeros between the last line and the end mark, as some cameras send
+  stuffed.bytes.insert(stuffed.bytes.end() - 2, 300, 0);
+  EXPECT_EQ(cv::norm(decode_or_fail(decoder, stuffed), clean), 0);
+}
+
+TEST_F(Damage, EveryTruncationIsSaid) {
+  for (std::size_t length = 1; length < good.bytes.size(); length += good.bytes.size() / 40 + 1) {
+    RawFrame cut = good;
+    cut.bytes.resize(length);
+    EXPECT_THAT(of(cut), testing::AnyOf(HasSubstr("JPEG ends early"), HasSubstr("no JPEG"))) << length;
+  }
+  RawFrame no_end = good;
+  no_end.bytes.resize(no_end.bytes.size() - 40);
+  EXPECT_EQ(of(no_end), "JPEG ends early");
+  EXPECT_TRUE(decoder.decode(good).has_value()) << "the next good frame is read again";
+  EXPECT_EQ(decoder.damage(), "");
+}
+
+TEST_F(Damage, AnyChangedByteIsAPictureOrWords) {
+  std::mt19937 random(3);
+  int refused = 0;
+  for (int i = 0; i < 150; ++i) {
+    RawFrame changed = good;
+    for (int k = 0; k < 20; ++k)
+      changed.bytes[random() % changed.bytes.size()] = static_cast<std::uint8_t>(random());
+    testing::internal::CaptureStderr();
+    try {
+      const auto image = decoder.decode(changed);
+      EXPECT_EQ(image.has_value(), decoder.damage().empty());
+      if (!image) ++refused;
+    } catch (const Error&) {
+      ++refused;  // a size that does not fit
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  }
+  EXPECT_GT(refused, 75) << "most damage shows";
+}
+
+TEST_F(Damage, WhatIsNoPictureIsSaid) {
+  RawFrame frame = good;
+  frame.bytes.clear();
+  EXPECT_EQ(of(frame), "the frame is empty");
+  frame.bytes.assign(1000, 0);
+  EXPECT_EQ(of(frame), "the bytes are no JPEG");
+  frame = good;
+  frame.width_px = 3280;
+  frame.height_px = 2464;
+  EXPECT_EQ(of(frame), "the picture says it is 1280x960 pixels, announced were 3280x2464");
+  frame =
+      frame_of(FrameEncoding::jpeg, encoded(cv::Mat1b(960, 1280, uchar{90}), ".jpg"), cv::Size(1280, 960));
+  EXPECT_THAT(of(frame), HasSubstr("a grey picture"));
+  EXPECT_EQ(of(frame_of(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(320, 240))),
+            "the picture ends early: 100 of 230400 bytes");
+  EXPECT_THAT(
+      of(frame_of(FrameEncoding::yuyv, std::vector<std::uint8_t>(100), cv::Size(2000000000, 2000000000))),
+      HasSubstr("which no touch sensor has"));
+  EXPECT_THAT(of(frame_of(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(-4, 3))),
+              HasSubstr("which no touch sensor has"));
+}
+
+TEST_F(Damage, PngsAreChecked) {
+  const cv::Mat3b picture = numbered_picture(1, 320, 240);
+  const RawFrame whole = frame_of(FrameEncoding::png, encoded(picture, ".png"), picture.size());
+  RawFrame frame = whole;
+  frame.bytes.resize(frame.bytes.size() / 2);
+  EXPECT_EQ(of(frame), "PNG ends early");
+  frame = whole;
+  frame.bytes[frame.bytes.size() / 2] ^= 1;
+  EXPECT_EQ(of(frame), "PNG is corrupt (wrong checksum)");
+  frame = whole;
+  frame.encoding = FrameEncoding::jpeg;
+  EXPECT_EQ(of(frame), "the bytes are no JPEG");
+  frame = frame_of(FrameEncoding::png, encoded(cv::Mat1b(240, 320, uchar{3}), ".png"), picture.size());
+  EXPECT_THAT(of(frame), HasSubstr("no colour picture"));
+  frame = whole;
+  frame.bytes.insert(frame.bytes.end(), 99, 7);
+  EXPECT_TRUE(decoder.decode(frame).has_value()) << "bytes after the end";
+}
+
+TEST_F(Damage, ASizeThatNeverFitsIsAnError) {
+  const std::string message =
+      message_of<Error>([&] { decoder.decode(jpeg_of(numbered_picture(1, 1920, 1080))); });
+  EXPECT_THAT(message, HasSubstr("frame 7 is 1920x1080 pixels; GelSight Mini needs 320x240"));
+}
+
+}  // namespace
+}  // namespace gelslam
