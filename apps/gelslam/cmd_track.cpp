@@ -30,6 +30,7 @@ std::string reason(const TrackedFrame& frame) {
   switch (frame.status) {
     case TrackStatus::background: return "the bare gel, by which contact is told";
     case TrackStatus::no_contact: return "nothing touches the sensor";
+    case TrackStatus::undone: return "taken back";
     case TrackStatus::tracked: return describe_observability(frame.registration.observable);
     case TrackStatus::lost: return std::string(describe(frame.registration.status));
   }

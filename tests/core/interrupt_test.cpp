@@ -31,6 +31,17 @@ TEST(InterruptWatch, SecondSignalEndsTheProgram) {
       testing::KilledBySignal(SIGTERM), "");
 }
 
+TEST(InterruptWatch, AsksAsOftenAsToldThenEndsTheProgram) {
+  EXPECT_EXIT(
+      {
+        const InterruptWatch watch(2);
+        std::raise(SIGINT);
+        std::raise(SIGTERM);
+        if (watch.requests() == 2) std::raise(SIGINT);
+      },
+      testing::KilledBySignal(SIGINT), "");
+}
+
 TEST(InterruptWatch, GivesBackWhatWasThere) {
   const auto previous = std::signal(SIGINT, SIG_IGN);
   { const InterruptWatch watch; }

@@ -234,6 +234,7 @@ TEST(TrackStatus, HasTheStreamsNames) {
   EXPECT_EQ(name(TrackStatus::no_contact), "no_contact");
   EXPECT_EQ(name(TrackStatus::tracked), "tracked");
   EXPECT_EQ(name(TrackStatus::lost), "lost");
+  EXPECT_EQ(name(TrackStatus::undone), "undone");
 }
 
 }  // namespace

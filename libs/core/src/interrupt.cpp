@@ -7,20 +7,22 @@ namespace {
 
 // A signal handler can reach nothing but a global; lock-free, so that it may be set there and read by any
 // thread.
-std::atomic<bool> interrupt_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
+std::atomic<int> request_count{0};
+std::atomic<int> requests_that_ask{1};
+static_assert(std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_interrupt(int) {
-  interrupt_requested.store(true);
-  // The second one of either kind is not asked any more.
+  if (request_count.fetch_add(1) + 1 < requests_that_ask.load()) return;
+  // The next one of either kind is not asked any more.
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 }
 
 }  // namespace
 
-InterruptWatch::InterruptWatch() {
-  interrupt_requested.store(false);
+InterruptWatch::InterruptWatch(int asks) {
+  request_count.store(0);
+  requests_that_ask.store(asks);
   struct sigaction action {};
   action.sa_handler = on_interrupt;
   action.sa_flags = SA_RESTART;
@@ -34,6 +36,6 @@ InterruptWatch::~InterruptWatch() {
   sigaction(SIGTERM, &previous_terminate_, nullptr);
 }
 
-bool InterruptWatch::requested() const { return interrupt_requested.load(); }
+int InterruptWatch::requests() const { return request_count.load(); }
 
 }  // namespace gelslam

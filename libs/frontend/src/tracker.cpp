@@ -26,6 +26,7 @@ std::string_view name(TrackStatus status) {
     case TrackStatus::no_contact: return "no_contact";
     case TrackStatus::tracked: return "tracked";
     case TrackStatus::lost: return "lost";
+    case TrackStatus::undone: return "undone";
   }
   return "unknown";
 }

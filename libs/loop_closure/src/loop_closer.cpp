@@ -153,6 +153,12 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
   return loops;
 }
 
+void LoopCloser::forget_from(int keyframe_id) {
+  std::vector<Place>& places = impl_->places;
+  while (!places.empty() && places.back().keyframe.id >= keyframe_id) places.pop_back();
+  impl_->index.truncate(static_cast<int>(places.size()));
+}
+
 std::optional<LoopConstraint> LoopCloser::verify(const Keyframe& older, const Keyframe& newer,
                                                  const Pose& older_T_newer_guess) const {
   std::optional<LoopConstraint> loop =

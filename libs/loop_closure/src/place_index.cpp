@@ -56,6 +56,13 @@ void PlaceIndex::add(const PlaceFeatures& features) {
   }
 }
 
+void PlaceIndex::truncate(int count) {
+  feature_count_.resize(static_cast<std::size_t>(count));
+  for (auto& table : tables_)
+    for (std::vector<int>& bucket : table)
+      while (!bucket.empty() && bucket.back() >= count) bucket.pop_back();
+}
+
 std::vector<int> PlaceIndex::most_alike(const PlaceFeatures& features, int searched, int count) const {
   std::vector<float> votes(static_cast<std::size_t>(searched), 0.0F);
   for (int i = 0; i < features.size(); ++i) {

@@ -67,7 +67,7 @@ std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed, const st
                                    const RefinementOptions& options) {
   std::vector<Candidate> candidates;
   for (int from = 0; from < to; ++from) {
-    if (linked.contains({from, to}) || !posed.same_group(from, to)) continue;
+    if (!posed.keyframes[index(from)] || linked.contains({from, to}) || !posed.same_group(from, to)) continue;
     const double share = posed.overlap_share(from, to);
     if (share >= options.min_overlap) candidates.push_back({from, share});
   }
@@ -81,14 +81,17 @@ std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed, const st
 
 std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                                    const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
-                                   const RefinementOptions& options) {
+                                   const RefinementOptions& options,
+                                   const std::function<bool()>& stop_requested) {
   std::set<std::pair<int, int>> linked;
   for (const PoseGraphEdge& edge : edges) linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
   PosedKeyframes posed{keyframes, solution, {}};
-  for (const auto& keyframe : keyframes) posed.points.push_back(coarse_points(*keyframe->surface));
+  for (const auto& keyframe : keyframes)
+    posed.points.push_back(keyframe ? coarse_points(*keyframe->surface) : std::vector<Eigen::Vector3d>());
 
   std::vector<PoseGraphEdge> found;
-  for (int to = 0; to < static_cast<int>(keyframes.size()); ++to) {
+  for (int to = 0; to < static_cast<int>(keyframes.size()) && !stop_requested(); ++to) {
+    if (!keyframes[index(to)]) continue;
     for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
       const int from = candidate.from;
       const RegistrationResult result = register_normal_flow(*keyframes[index(to)]->reference, *keyframes[index(from)]->surface,

@@ -18,9 +18,10 @@ struct TrackerOptions {
   NormalFlowOptions registration;
 };
 
-enum class TrackStatus { background, no_contact, tracked, lost };
+/// `undone`: tracked, but a person took the trial back.
+enum class TrackStatus { background, no_contact, tracked, lost, undone };
 
-/// "background", "no_contact", "tracked", "lost": as in the NDJSON stream.
+/// "background", "no_contact", "tracked", "lost", "undone": as in the NDJSON stream.
 std::string_view name(TrackStatus status);
 
 /// How a keyframe hangs on the one before it in the same trial.
@@ -53,6 +54,9 @@ class Tracker {
   explicit Tracker(const TrackerOptions& options) : options_(options) {}
 
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
+
+  /// The next frame in contact starts a new trial: frames were left out on purpose, and the object may have moved.
+  void break_trial() { in_trial_ = false; }
 
  private:
   struct Previous {  // the last tracked frame

@@ -56,6 +56,9 @@ class LoopCloser {
   /// it for later ones. Every keyframe added is searched for. Ids must grow.
   std::vector<LoopConstraint> add(const Keyframe& keyframe);
 
+  /// Forgets the keyframes with this id and later ones, as if they had never been added.
+  void forget_from(int keyframe_id);
+
   /// Registers two keyframes from a guess that came from elsewhere (the pose graph's prediction of an
   /// overlap), with the same gates as add(). Nothing when they do not show the same surface.
   std::optional<LoopConstraint> verify(const Keyframe& older, const Keyframe& newer,

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/mesh_block.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
 
 namespace gelslam {
 
@@ -18,6 +18,8 @@ enum class LivePhase { background, scanning, paused, finishing, finished };
 /// What a person at the bench needs in words and figures. Cheap to copy.
 struct LiveStatus {
   LivePhase phase = LivePhase::background;
+  /// For the colour of `words`. `lost` lasts until what is touched now has been joined to the shown map.
+  TrackStatus track = TrackStatus::no_contact;
   std::string words;     ///< "tracking"; "lost: too little overlap; touch a place you have seen"; "no contact"
   std::string warning;   ///< what is wrong for longer than a frame (log stopped: disk full; background doubtful), or ""
   std::string source;    ///< RawFrameSource::description()
@@ -43,30 +45,6 @@ struct LiveTouch {
   TrackStatus status = TrackStatus::no_contact;
   int keyframe = -1;     ///< -1 without contact
   Pose keyframe_T_frame = Pose::Identity();
-};
-
-/// Where everything is, as far as is known now. Immutable; a new one replaces it whenever the pose graph has moved.
-struct MapSnapshot {
-  struct Node {
-    int keyframe = 0;  ///< id; ids that were undone are missing
-    std::int64_t frame = 0;
-    int trial = 0;
-    int group = 0;     ///< smallest keyframe id of the group
-    Pose group_T_keyframe = Pose::Identity();
-    SurfacePtr surface;
-  };
-  struct Edge {
-    int from = 0, to = 0;  ///< keyframe ids
-    EdgeKind kind = EdgeKind::odometry;
-    bool outlier = false;
-  };
-  std::uint64_t version = 0;
-  std::vector<Node> nodes;  ///< by id, ascending
-  std::vector<Edge> edges;
-  int shown_group = -1;     ///< the largest group: the one that is meshed and drawn; -1 when there is none
-  SlopeGain slope_gain;
-
-  const Node* find(int keyframe) const;  ///< null when it is not there
 };
 
 /// What changed in the mesh of the shown group since it was last asked for.

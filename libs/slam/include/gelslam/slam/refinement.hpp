@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -18,9 +19,10 @@ struct RefinementOptions {
 };
 
 /// Once the pose graph knows roughly where every keyframe is, registers all pairs that should overlap but have no edge
-/// yet, and returns them as loop edges. Own addition; it replaces drift along chains of keyframes by direct evidence.
+/// yet, and returns them as loop edges, or those found until `stop_requested` turns true. Null keyframes are passed over. Own addition; it replaces drift along chains of keyframes by direct evidence.
 std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                                    const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
-                                   const RefinementOptions& options);
+                                   const RefinementOptions& options,
+                                   const std::function<bool()>& stop_requested = [] { return false; });
 
 }  // namespace gelslam

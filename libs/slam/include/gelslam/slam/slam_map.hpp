@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/frontend/tracker.hpp"
+#include "gelslam/fusion/fusion.hpp"
+
+namespace gelslam {
+
+/// What the log's frames became: light enough to keep one per frame of a long log.
+struct FrameRecord {
+  std::int64_t frame = 0;
+  double time_s = 0;
+  TrackStatus status = TrackStatus::no_contact;
+  int trial = -1;
+  int keyframe = -1;  ///< id; -1 without contact
+  Pose keyframe_T_frame = Pose::Identity();
+};
+
+FrameRecord record_of(const TrackedFrame& tracked);
+FrameRecord background_record(std::int64_t frame, double time_s);
+
+/// The map when a scan has ended. Everything is in the sensor frame of `anchor_frame`: the first keyframe of the
+/// largest trial group that shows a full contact.
+struct SlamMap {
+  std::int64_t anchor_frame = -1;     ///< index in the log; -1 when nothing ever touched
+  std::vector<FrameRecord> frames;    ///< every frame of the log, in order
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;  ///< by id; null where a person took them back
+  std::vector<PoseGraphEdge> edges;
+  PoseGraphSolution solution;
+  std::vector<bool> in_map;           ///< by keyframe id: belongs to the largest group
+  std::vector<int> coverage_keyframes;  ///< ids without which something touched would be missing, ascending
+  int trials = 0;
+  int groups = 0;
+  int loops = 0;                      ///< edges between keyframes found by loop closure and refinement
+
+  Pose group_T_anchor = Pose::Identity();
+
+  Pose anchor_T_keyframe(int id) const { return group_T_anchor.inverse() * solution.group_T_node.at(id); }
+  bool has_pose(const FrameRecord& f) const { return f.keyframe >= 0 && in_map[static_cast<std::size_t>(f.keyframe)]; }
+};
+
+/// The patches of the map's largest group at their places, in the anchor's frame.
+std::vector<PosedSurface> posed_surfaces(const SlamMap& map);
+
+}  // namespace gelslam

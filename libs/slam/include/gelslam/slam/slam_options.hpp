@@ -1,0 +1,23 @@
+#pragma once
+
+#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/frontend/tracker.hpp"
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/loop_closure/loop_closer.hpp"
+#include "gelslam/slam/refinement.hpp"
+
+namespace gelslam {
+
+/// One options struct per stage.
+struct SlamOptions {
+  SlamOptions() { pose_graph.estimate_slope_gain = true; }
+
+  TrackerOptions tracker;
+  LoopClosureOptions loop_closure;
+  PoseGraphOptions pose_graph;
+  RefinementOptions refinement;
+  CoverageOptions coverage;
+  FusionOptions fusion;
+};
+
+}  // namespace gelslam

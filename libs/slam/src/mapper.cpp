@@ -1,0 +1,141 @@
+#include "gelslam/slam/mapper.hpp"
+
+#include <algorithm>
+
+namespace gelslam {
+namespace {
+
+/// Largest by frames; the older of equals.
+int largest_group(const std::map<int, int>& frames_per_group) {
+  const auto largest = std::max_element(frames_per_group.begin(), frames_per_group.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+  return largest->first;
+}
+
+std::map<int, int> tracked_frames_per_group(const std::vector<FrameRecord>& frames, const PoseGraphSolution& solution) {
+  std::map<int, int> count;
+  for (const FrameRecord& frame : frames)
+    if (frame.keyframe >= 0) ++count[solution.group_of_node.at(frame.keyframe)];
+  return count;
+}
+
+/// Not simply the group's first keyframe: a first touch is faint, and whatever its registration gets wrong would shift
+/// and tilt the whole map. The first keyframe that shows at least half of what is usual in this group.
+int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<bool>& in_map) {
+  std::vector<int> contact_pixels;
+  for (std::size_t id = 0; id < keyframes.size(); ++id)
+    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface->contact_pixels);
+  const auto middle = contact_pixels.begin() + static_cast<std::ptrdiff_t>(contact_pixels.size() / 2);
+  std::nth_element(contact_pixels.begin(), middle, contact_pixels.end());
+  std::size_t id = 0;
+  while (!in_map[id] || 2 * keyframes[id]->surface->contact_pixels < *middle) ++id;
+  return static_cast<int>(id);
+}
+
+PoseGraphEdge edge_of(const KeyframeLink& link, int to) {
+  return {link.previous->id, to, link.previous_T_this, link.information, EdgeKind::odometry, link.shared_center_mm};
+}
+
+PoseGraphEdge edge_of(const LoopConstraint& loop) {
+  return {loop.from, loop.to, loop.from_T_to, loop.information, EdgeKind::loop, loop.shared_center_mm};
+}
+
+}  // namespace
+
+Mapper::Mapper(const SlamOptions& options) : options_(options), loop_closer_(options.loop_closure) {}
+
+void Mapper::add_keyframe(const std::shared_ptr<const Keyframe>& keyframe, const KeyframeLink& link, bool search_loops) {
+  const int id = keyframe->id;
+  keyframes_.resize(static_cast<std::size_t>(id) + 1);
+  keyframes_.back() = keyframe;
+  trial_T_keyframe_[id] = live_.group_T_node[id] = Pose::Identity();
+  if (link.previous) {
+    edges_.push_back(edge_of(link, id));
+    trial_T_keyframe_[id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
+    live_.group_T_node[id] = live_.group_T_node.at(link.previous->id) * link.previous_T_this;
+  }
+  if (!search_loops) return;
+  for (const LoopConstraint& loop : loop_closer_.add(*keyframe)) {
+    edges_.push_back(edge_of(loop));
+    ++loops_since_settled_;
+  }
+}
+
+void Mapper::forget_from_trial(int trial) {
+  const auto first = std::find_if(keyframes_.begin(), keyframes_.end(),
+                                  [&](const auto& keyframe) { return keyframe && keyframe->trial >= trial; });
+  if (first == keyframes_.end()) return;
+  const int id = (*first)->id;
+  keyframes_.erase(first, keyframes_.end());
+  loop_closer_.forget_from(id);
+  trial_T_keyframe_.erase(trial_T_keyframe_.lower_bound(id), trial_T_keyframe_.end());
+  live_.group_T_node.erase(live_.group_T_node.lower_bound(id), live_.group_T_node.end());
+  std::erase_if(edges_, [&](const PoseGraphEdge& edge) { return edge.from >= id || edge.to >= id; });
+  update();
+}
+
+void Mapper::update() {
+  PoseGraphOptions options = options_.pose_graph;
+  options.only_where_needed = true;
+  options.estimate_slope_gain = false;
+  options.slope_gain = live_.slope_gain;
+  live_ = solve_pose_graph(live_.group_T_node, edges_, options);
+  ++version_;
+}
+
+void Mapper::settle() {
+  live_ = solve_pose_graph(live_.group_T_node, edges_, options_.pose_graph);
+  loops_since_settled_ = 0;
+  ++version_;
+}
+
+MapSnapshot Mapper::snapshot() const {
+  MapSnapshot snapshot;
+  snapshot.version = version_;
+  snapshot.slope_gain = live_.slope_gain;
+  std::map<int, int> keyframes_per_group;
+  for (const auto& [id, group] : live_.group_of_node) {
+    const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
+    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, group, live_.group_T_node.at(id), keyframe.surface});
+    ++keyframes_per_group[group];
+  }
+  for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
+    snapshot.edges.push_back({edges_[i].from, edges_[i].to, edges_[i].kind, live_.edge_outlier[i]});
+  if (!keyframes_per_group.empty()) snapshot.shown_group = largest_group(keyframes_per_group);
+  return snapshot;
+}
+
+SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, const std::function<bool()>& stop_requested) const {
+  SlamMap map;
+  map.frames = frames;
+  for (FrameRecord& frame : map.frames)
+    if (!trial_T_keyframe_.contains(frame.keyframe)) frame.keyframe = -1;  // not here yet, while a scan goes on
+  map.keyframes = keyframes_;
+  map.edges = edges_;
+  for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
+  if (keyframes_.empty()) return map;
+
+  map.solution = solve_pose_graph(trial_T_keyframe_, map.edges, options_.pose_graph);
+  for (int round = 0; refine && options_.refinement.enabled && round < options_.refinement.rounds; ++round) {
+    const std::vector<PoseGraphEdge> found =
+        densify(map.keyframes, map.solution, map.edges, options_.refinement, stop_requested);
+    if (found.empty() || stop_requested()) break;
+    map.edges.insert(map.edges.end(), found.begin(), found.end());
+    map.solution = solve_pose_graph(map.solution.group_T_node, map.edges, options_.pose_graph);
+  }
+  map.loops = static_cast<int>(std::count_if(map.edges.begin(), map.edges.end(),
+                                             [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
+
+  const std::map<int, int> per_group = tracked_frames_per_group(map.frames, map.solution);
+  map.groups = static_cast<int>(per_group.size());
+  const int group = largest_group(per_group);
+  map.in_map.resize(map.keyframes.size());
+  for (const auto& [id, group_of_id] : map.solution.group_of_node) map.in_map[static_cast<std::size_t>(id)] = group_of_id == group;
+  const int anchor = choose_anchor(map.keyframes, map.in_map);
+  map.anchor_frame = map.keyframes[static_cast<std::size_t>(anchor)]->frame;
+  map.group_T_anchor = map.solution.group_T_node.at(anchor);
+  map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
+  return map;
+}
+
+}  // namespace gelslam
