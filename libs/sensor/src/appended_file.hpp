@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace gelslam::detail {
+
+/// A file that only grows, by whole pieces: a piece that does not fit any more (full disk, file size limit)
+/// leaves nothing of itself behind. Pieces go straight to the system, nothing is kept back in this program.
+class AppendedFile {
+ public:
+  /// Throws Error when the file exists or cannot be created.
+  explicit AppendedFile(const std::filesystem::path& path);
+  ~AppendedFile();
+  AppendedFile(const AppendedFile&) = delete;
+  AppendedFile& operator=(const AppendedFile&) = delete;
+
+  /// "" or what the system says was wrong.
+  std::string append(std::string_view first, std::string_view second);
+  /// Replaces bytes that were written before.
+  std::string overwrite(std::size_t at, std::string_view bytes);
+  /// Forces all to the disk.
+  std::string sync();
+  std::int64_t size() const { return size_; }
+
+ private:
+  int descriptor_;
+  std::int64_t size_ = 0;
+};
+
+}  // namespace gelslam::detail

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "gelslam/sensor/log_writer.hpp"
+
+namespace gelslam::detail {
+
+inline constexpr std::uint64_t matroska_tick_ns = 1000;
+inline constexpr const char* log_application = "gelslam";
+inline constexpr const char* config_attachment = "config.yaml";
+inline constexpr const char* model_attachment = "nnmodel.pth";
+inline constexpr const char* sensor_tag = "SENSOR";
+inline constexpr const char* settings_tag = "CAMERA_SETTINGS";
+inline constexpr const char* frames_tag = "NUMBER_OF_FRAMES";
+inline constexpr std::size_t largest_config_bytes = 1u << 20;
+inline constexpr std::size_t largest_model_bytes = 4u << 20;
+inline constexpr std::size_t largest_text_bytes = 64u << 10;
+
+struct MatroskaTrack {
+  FrameEncoding encoding = FrameEncoding::jpeg;  ///< not bgr
+  int width_px = 0, height_px = 0;
+  double rate_hz = 25;
+};
+
+/// Everything before the first frame, and where in it the places are that are filled in when the log is
+/// closed.
+struct MatroskaHeader {
+  std::string bytes;
+  std::size_t segment_length_at = 0;  ///< eight bytes
+  std::size_t segment_begins_at = 0;
+  std::size_t duration_at = 0, frames_at = 0;  ///< free space of the size of the two below
+};
+
+/// `unix_time_s`: when recording began.
+MatroskaHeader matroska_header(const LogAttachments& attachments, const MatroskaTrack& track,
+                               std::int64_t unix_time_s);
+std::string duration_element(std::uint64_t ticks);
+std::string frames_element(std::int64_t frames);
+
+/// What goes before a frame's `data_bytes` to make a cluster of its own of it, which any reader finds without
+/// an index.
+std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_t data_bytes);
+
+}  // namespace gelslam::detail

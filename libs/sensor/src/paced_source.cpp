@@ -1,0 +1,69 @@
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+
+namespace gelslam {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class PacedSource final : public RawFrameSource {
+ public:
+  PacedSource(std::unique_ptr<RawFrameSource> source, double speed)
+      : source_(std::move(source)), speed_(speed) {}
+
+  std::optional<RawFrame> next() override {
+    std::optional<RawFrame> frame =
+        source_->next();  // before waiting, so that reading takes none of the frame's time
+    if (!frame) return std::nullopt;
+    if (!start_) start_ = Clock::now() - since_start(frame->time_s);
+    std::unique_lock lock(mutex_);
+    if (wake_.wait_until(lock, *start_ + since_start(frame->time_s), [this] { return stopped_; }))
+      return std::nullopt;
+    frame->arrived = Clock::now();
+    return frame;
+  }
+
+  void stop() override {
+    {
+      const std::lock_guard lock(mutex_);
+      stopped_ = true;
+    }
+    wake_.notify_all();
+    source_->stop();
+  }
+
+  double rate_hz() const override { return source_->rate_hz() * speed_; }
+  std::optional<std::int64_t> frame_count() const override { return source_->frame_count(); }
+  std::string description() const override { return source_->description(); }
+  std::int64_t lost_frames() const override { return source_->lost_frames(); }
+  std::string warning() const override { return source_->warning(); }
+
+ private:
+  Clock::duration since_start(double time_s) const {
+    constexpr double most_s = 1e8;  // what a damaged time may claim must not overflow the clock
+    return std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(std::clamp(time_s / speed_, -most_s, most_s)));
+  }
+
+  std::unique_ptr<RawFrameSource> source_;
+  double speed_;
+  std::optional<Clock::time_point> start_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source, double speed) {
+  if (!(std::isfinite(speed) && speed > 0))
+    throw Error("the speed of a replay must be a positive number, such as 1 or 0.5");
+  return std::make_unique<PacedSource>(std::move(source), speed);
+}
+
+}  // namespace gelslam

@@ -1,0 +1,226 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/videoio.hpp>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "raw_frames.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::bgr_frame;
+using test::jpeg_frame;
+using test::message_of;
+using test::TemporaryFolder;
+using ::testing::HasSubstr;
+
+std::vector<RawFrame> read_all(RawFrameSource& source) {
+  std::vector<RawFrame> frames;
+  while (std::optional<RawFrame> frame = source.next()) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+/// Times of an uneven clock and a sequence with gaps.
+std::vector<RawFrame> camera_frames(int count) {
+  std::vector<RawFrame> frames;
+  for (int i = 0; i < count; ++i) {
+    frames.push_back(jpeg_frame(i));
+    frames.back().time_s = i == 0 ? 0.0 : 0.04 * i + 1e-6 * ((i * 7919) % 997);
+    frames.back().sequence = i + 3 * (i / 5);
+  }
+  return frames;
+}
+
+TEST(Log, BytesTimesAndSequencesComeBackAsTheyWere) {
+  TemporaryFolder folder;
+  const std::vector<RawFrame> sent = camera_frames(30);
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  for (const RawFrame& frame : sent) ASSERT_TRUE(writer.write(frame));
+  EXPECT_EQ(writer.frames(), 30);
+  writer.close();
+  EXPECT_EQ(static_cast<std::uintmax_t>(writer.bytes()), std::filesystem::file_size(folder / "a.mkv"));
+
+  const auto log = open_raw_log(folder / "a.mkv");
+  EXPECT_EQ(log->frame_count().value_or(-1), 30);
+  EXPECT_NEAR(log->rate_hz(), 25, 1e-9);
+  EXPECT_THAT(log->description(), HasSubstr("a.mkv, 64x48, 25 Hz, jpeg"));
+  const std::vector<RawFrame> got = read_all(*log);
+  ASSERT_EQ(got.size(), sent.size());
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    EXPECT_EQ(got[i].bytes, sent[i].bytes) << i;
+    EXPECT_EQ(got[i].encoding, FrameEncoding::jpeg);
+    EXPECT_EQ(cv::Size(got[i].width_px, got[i].height_px), cv::Size(64, 48));
+    EXPECT_NEAR(got[i].time_s, sent[i].time_s, 0.6e-6) << i;
+    EXPECT_EQ(got[i].sequence, sent[i].sequence) << i;
+    EXPECT_EQ(got[i].index, sent[i].index) << i;
+  }
+  EXPECT_EQ(log->lost_frames(), 15) << "five gaps of three";
+  EXPECT_EQ(log->warning(), "");
+  EXPECT_FALSE(log->next()) << "the end stays the end";
+}
+
+TEST(Log, AHundredHoursInTimesAreStillExact) {
+  TemporaryFolder folder;
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  for (const double time_s : {0.0, 32.768, 3600.000001, 360000.123457}) {
+    RawFrame frame = jpeg_frame(0);
+    frame.time_s = time_s;
+    writer.write(frame);
+  }
+  writer.close();
+  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
+  ASSERT_EQ(got.size(), 4u);
+  EXPECT_NEAR(got[1].time_s, 32.768, 1e-7);
+  EXPECT_NEAR(got[2].time_s, 3600.000001, 1e-7);
+  EXPECT_NEAR(got[3].time_s, 360000.123457, 1e-7);
+}
+
+TEST(Log, FramesOfEverySizeOfLengthField) {
+  TemporaryFolder folder;
+  std::vector<RawFrame> sent;
+  // Around 2^7, 2^14 and 2^21, where the containers' length fields grow.
+  for (const std::size_t size :
+       {1u, 60u, 90u, 100u, 110u, 120u, 126u, 127u, 128u, 16250u, 16330u, 16380u, 16384u, 2097000u, 2097152u})
+    sent.push_back(test::raw_frame(FrameEncoding::jpeg, std::vector<std::uint8_t>(size, 0xd8), 64, 48,
+                                   static_cast<std::int64_t>(sent.size())));
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  for (const RawFrame& frame : sent) ASSERT_TRUE(writer.write(frame));
+  writer.close();
+  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
+  ASSERT_EQ(got.size(), sent.size());
+  for (std::size_t i = 0; i < sent.size(); ++i)
+    EXPECT_TRUE(got[i].bytes == sent[i].bytes) << sent[i].bytes.size();
+}
+
+TEST(Log, AttachmentsComeBackAndAreThereBeforeTheEnd) {
+  TemporaryFolder folder;
+  LogAttachments sent;
+  sent.sensor = "GelSight Mini R0B 28KX, /dev/video2";
+  sent.camera_settings = "exposure_time_absolute 100\nwhite_balance_automatic 0\n";
+  sent.config_yaml = "device_config:\n  framerate: 25\n";
+  sent.model = std::string("PK\3\4\0\xff", 6) + std::string(20000, '\7');
+  LogWriter writer(folder / "a.mkv", sent, 25);
+  writer.write(jpeg_frame(0));
+  const auto check = [&](const char* when) {
+    const LogAttachments got = read_log_attachments(folder / "a.mkv");
+    EXPECT_EQ(got.sensor, sent.sensor) << when;
+    EXPECT_EQ(got.camera_settings, sent.camera_settings) << when;
+    EXPECT_EQ(got.config_yaml, sent.config_yaml) << when;
+    EXPECT_EQ(got.model, sent.model) << when;
+  };
+  check("while it grows");
+  writer.close();
+  check("closed");
+}
+
+TEST(Log, WithoutAttachmentsThereAreNone) {
+  TemporaryFolder folder;
+  LogWriter(folder / "a.mkv", {}, 25).write(jpeg_frame(0));
+  const LogAttachments got = read_log_attachments(folder / "a.mkv");
+  EXPECT_EQ(got.sensor + got.camera_settings + got.config_yaml + got.model, "");
+}
+
+TEST(Log, BgrBecomesPngWithoutLoss) {
+  TemporaryFolder folder;
+  cv::Mat3b noise(48, 64);
+  cv::randu(noise, 0, 256);
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  ASSERT_TRUE(writer.write(bgr_frame(noise, 0)));
+  writer.close();
+  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
+  ASSERT_EQ(got.size(), 1u);
+  EXPECT_EQ(got[0].encoding, FrameEncoding::png);
+  EXPECT_EQ(cv::norm(cv::imdecode(got[0].bytes, cv::IMREAD_COLOR), noise), 0.0);
+  RawFrame torn = bgr_frame(noise, 1);
+  torn.bytes.pop_back();
+  LogWriter other(folder / "b.mkv", {}, 25);
+  EXPECT_THROW(other.write(torn), std::invalid_argument);
+}
+
+TEST(Log, YuyvIsKeptAsItCame) {
+  TemporaryFolder folder;
+  std::vector<std::uint8_t> bytes(64 * 48 * 2);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * 7);
+  LogWriter(folder / "a.mkv", {}, 30).write(test::raw_frame(FrameEncoding::yuyv, bytes, 64, 48, 0));
+  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
+  ASSERT_EQ(got.size(), 1u);
+  EXPECT_EQ(got[0].encoding, FrameEncoding::yuyv);
+  EXPECT_EQ(got[0].bytes, bytes);
+}
+
+/// What a person gets who opens the log with another program; cv2.VideoCapture in Python is the same code.
+std::vector<int> numbers_by_opencv(const std::filesystem::path& path, std::vector<double>& times_ms) {
+  cv::VideoCapture capture(path.string(), cv::CAP_FFMPEG);
+  std::vector<int> numbers;
+  cv::Mat frame;
+  while (capture.read(frame)) {
+    numbers.push_back(test::number_in(frame));
+    times_ms.push_back(capture.get(cv::CAP_PROP_POS_MSEC));
+  }
+  return numbers;
+}
+
+TEST(Log, OtherProgramsReadItClosedOrNot) {
+  TemporaryFolder folder;
+  for (const bool closed : {true, false}) {
+    for (const FrameEncoding encoding : {FrameEncoding::jpeg, FrameEncoding::bgr}) {
+      const std::filesystem::path path =
+          folder / ("a" + std::to_string(closed) + std::to_string(static_cast<int>(encoding)) + ".mkv");
+      LogWriter writer(path, {"sensor", "a 1", "x: 1", "model"}, 25);
+      for (int i = 0; i < 10; ++i) {
+        RawFrame frame =
+            encoding == FrameEncoding::jpeg ? jpeg_frame(i) : bgr_frame(test::numbered_picture(i, 64, 48), i);
+        frame.time_s = 0.05 * i;
+        ASSERT_TRUE(writer.write(frame));
+      }
+      if (closed) writer.close();
+      std::vector<double> times_ms;
+      EXPECT_THAT(numbers_by_opencv(path, times_ms), ::testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9))
+          << path;
+      for (std::size_t i = 0; i < times_ms.size(); ++i)
+        EXPECT_NEAR(times_ms[i], 50.0 * static_cast<double>(i), 0.01) << path;
+      cv::VideoCapture capture(path.string(), cv::CAP_FFMPEG);
+      EXPECT_NEAR(capture.get(cv::CAP_PROP_FPS), 25, 1e-3);
+    }
+  }
+}
+
+TEST(Log, WhatCannotBeWrittenIsSaidAtOnce) {
+  TemporaryFolder folder;
+  test::write_bytes(folder / "there.mkv", "precious");
+  EXPECT_THAT(message_of<Error>([&] { LogWriter(folder / "there.mkv", {}, 25); }),
+              HasSubstr("there.mkv: exists already"));
+  EXPECT_EQ(test::read_bytes(folder / "there.mkv"), "precious");
+  EXPECT_THAT(message_of<Error>([&] { LogWriter(folder / "no/a.mkv", {}, 25); }),
+              HasSubstr("a.mkv: cannot be created"));
+  LogAttachments large;
+  large.model = std::string(5u << 20, 'x');
+  EXPECT_THAT(message_of<Error>([&] { LogWriter(folder / "a.mkv", large, 25); }),
+              HasSubstr("gradient model: larger than"));
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"there.mkv"});
+}
+
+TEST(Log, WithoutAFrameThereIsNoFile) {
+  TemporaryFolder folder;
+  { LogWriter writer(folder / "a.mkv", {}, 25); }
+  EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Log, FramesOfAnotherKindEndIt) {
+  TemporaryFolder folder;
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  EXPECT_TRUE(writer.write(jpeg_frame(0)));
+  EXPECT_FALSE(writer.write(jpeg_frame(1, 32, 24)));
+  EXPECT_THAT(writer.failure(), HasSubstr("after 1 frames"));
+  EXPECT_THAT(writer.failure(), HasSubstr("changed their size or kind"));
+  EXPECT_FALSE(writer.write(jpeg_frame(2))) << "stopped is stopped";
+  writer.close();
+  EXPECT_EQ(read_all(*open_raw_log(folder / "a.mkv")).size(), 1u);
+}
+
+}  // namespace
+}  // namespace gelslam
