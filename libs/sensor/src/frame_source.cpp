@@ -1,7 +1,9 @@
 #include "gelslam/sensor/frame_source.hpp"
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "image_folder_source.hpp"
+#include "raw_log_source.hpp"
 #include "video_source.hpp"
 
 namespace gelslam {
@@ -23,6 +25,9 @@ std::unique_ptr<FrameSource> open_frame_source(const fs::path& log, const Sensor
   if (!fs::is_regular_file(status)) throw Error(log.string() + ": neither a file nor a folder");
   if (detail::has_image_ending(log))
     throw Error(log.string() + ": a single image; give the folder that holds the images, or a video");
+  if (is_matroska(log)) {
+    if (auto source = detail::open_matroska_frames(log, profile)) return source;
+  }
   return detail::open_video(log, profile);
 }
 

@@ -10,6 +10,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "matroska_file.hpp"
+#include "raw_log_source.hpp"
 
 namespace gelslam {
 namespace {
@@ -154,11 +155,15 @@ bool is_matroska(const fs::path& file) {
 
 LogAttachments read_log_attachments(const fs::path& log) { return MatroskaFile(log).attachments(); }
 
+std::unique_ptr<RawFrameSource> detail::open_matroska_log(const fs::path& log, const SensorProfile& profile) {
+  auto file = std::make_unique<MatroskaFile>(log);
+  if (!file->video().encoding) return nullptr;
+  return std::make_unique<MatroskaLog>(log, std::move(file), profile.frame_rate_hz);
+}
+
 std::unique_ptr<RawFrameSource> open_raw_log(const fs::path& log, const SensorProfile& profile) {
   if (is_matroska(log)) {
-    auto file = std::make_unique<MatroskaFile>(log);
-    if (file->video().encoding)
-      return std::make_unique<MatroskaLog>(log, std::move(file), profile.frame_rate_hz);
+    if (auto source = detail::open_matroska_log(log, profile)) return source;
   }
   return std::make_unique<DecodedLog>(open_frame_source(log, profile));
 }
