@@ -8,8 +8,8 @@
 #include <span>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "pickle_reader.hpp"
-#include "pth_reader.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (data[0] == 0) {
       gelslam::surface::detail::read_state_dict_pickle(bytes);
     } else {
-      gelslam::surface::detail::parse_pth_model(bytes, "fuzz");
+      gelslam::parse_pth_model(bytes, "fuzz");
     }
   } catch (const gelslam::Error&) {  // the only way to say no
   }

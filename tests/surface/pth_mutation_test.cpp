@@ -7,9 +7,9 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "pickle_reader.hpp"
 #include "pth_file.hpp"
-#include "pth_reader.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -77,7 +77,7 @@ TEST(PthMutation, DamagedArchivesAreErrors) {
   const std::string whole = zip_archive(original().entries());
   const Outcome outcome = attack(4000, 11, [&](std::mt19937_64& random) {
     const std::string mutant = mutate(whole, random);
-    surface::detail::parse_pth_model(as_bytes(mutant), "mutant");
+    parse_pth_model(as_bytes(mutant), "mutant");
   });
   EXPECT_GT(outcome.refused, 3000);  // the CRC catches nearly every damage
 }
@@ -88,7 +88,7 @@ TEST(PthMutation, DamagedPicklesInSoundArchivesAreErrors) {
     auto mutant = entries;
     mutant["nnmodel/data.pkl"] = mutate(entries.at("nnmodel/data.pkl"), random);
     const std::string archive = zip_archive(mutant);
-    surface::detail::parse_pth_model(as_bytes(archive), "mutant");
+    parse_pth_model(as_bytes(archive), "mutant");
   });
   EXPECT_GT(outcome.refused, 1000);
   EXPECT_GT(outcome.accepted, 0);  // some bytes (device name, versions) do not matter

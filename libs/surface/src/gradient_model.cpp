@@ -12,7 +12,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "pickle_reader.hpp"
-#include "pth_reader.hpp"
 
 namespace gelslam {
 namespace surface::detail {
@@ -159,16 +158,15 @@ GradientModel read_archive(std::span<const unsigned char> file) {
 }
 
 }  // namespace
+}  // namespace surface::detail
 
 GradientModel parse_pth_model(std::span<const unsigned char> file, const std::string& name) {
   try {
-    return read_archive(file);
+    return surface::detail::read_archive(file);
   } catch (const Error& error) {
     throw Error("gradient model '" + name + "': " + error.what());
   }
 }
-
-}  // namespace surface::detail
 
 GradientModel read_pth_model(const std::filesystem::path& path) {
   std::error_code error;
@@ -183,7 +181,7 @@ GradientModel read_pth_model(const std::filesystem::path& path) {
   if (bytes.size() > surface::detail::max_file_bytes) {
     throw Error("gradient model '" + path.string() + "' is larger than 4 MiB, this is no gradient model");
   }
-  return surface::detail::parse_pth_model(bytes, path.string());
+  return parse_pth_model(bytes, path.string());
 }
 
 }  // namespace gelslam

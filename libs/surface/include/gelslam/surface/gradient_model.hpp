@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace gelslam {
@@ -19,5 +21,8 @@ struct GradientModel {
 /// Reads a PyTorch state_dict (`nnmodel.pth`: zip + pickle protocol 2) without ever running code: only the opcodes and
 /// globals a state_dict of float32 tensors needs are known, all else is refused. Throws Error.
 GradientModel read_pth_model(const std::filesystem::path& path);
+
+/// The same from bytes in memory; `name` appears in messages. Throws Error, nothing else, whatever the bytes.
+GradientModel parse_pth_model(std::span<const unsigned char> file, const std::string& name);
 
 }  // namespace gelslam

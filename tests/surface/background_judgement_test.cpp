@@ -1,0 +1,195 @@
+#include "gelslam/surface/background_judgement.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/surface/background.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+using Doubts = std::vector<std::string>;
+
+/// Bluish top, reddish bottom, greenish sides, bright middle, by about as much as a GelSight Mini shows.
+cv::Mat3b bare_gel(int width = 320) {
+  cv::Mat3b image(width * 3 / 4, width);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const double x = 2.0 * u / width - 1, y = 2.0 * v / image.rows - 1,
+                   lamp = 0.6 + 0.4 * std::exp(-2 * (x * x + y * y));
+      image(v, u) = cv::Vec3b(cv::saturate_cast<uchar>(130 * lamp * std::exp(-0.2 * y)),
+                              cv::saturate_cast<uchar>(120 * lamp),
+                              cv::saturate_cast<uchar>(90 * lamp * std::exp(0.3 * y)));
+    }
+  }
+  return image;
+}
+
+cv::Mat3b swapped(const cv::Mat3b& image) {
+  cv::Mat3b result;
+  cv::cvtColor(image, result, cv::COLOR_BGR2RGB);
+  return result;
+}
+
+cv::Mat3b upside_down(const cv::Mat3b& image) {
+  cv::Mat3b result;
+  cv::flip(image, result, 0);
+  return result;
+}
+
+cv::Mat3b exposed(const cv::Mat3b& image, double factor) {
+  cv::Mat3b result;
+  image.convertTo(result, CV_8U, factor);
+  return result;
+}
+
+/// Some spots of dirt, 12 % darker than the gel.
+cv::Mat3b stained(const cv::Mat3b& image) {
+  cv::Mat1f shade(image.size(), 1.0F);
+  cv::RNG random(7);
+  const int unit = image.cols / 320;
+  for (int i = 0; i < 8; ++i) {
+    const cv::Point centre(random.uniform(30, 290) * unit, random.uniform(30, 210) * unit);
+    cv::circle(shade, centre, random.uniform(5, 10) * unit, cv::Scalar(0.88), cv::FILLED);
+  }
+  cv::Mat3b result;
+  cv::Mat3f factors, values;
+  cv::merge(std::vector<cv::Mat>{shade, shade, shade}, factors);
+  image.convertTo(values, CV_32F);
+  cv::Mat(values.mul(factors)).convertTo(result, CV_8U);
+  return result;
+}
+
+/// A cut across the gel, three pixels wide.
+cv::Mat3b torn(const cv::Mat3b& image) {
+  cv::Mat3b result = image.clone();
+  const int unit = image.cols / 320;
+  cv::line(result, cv::Point(60, 200) * unit, cv::Point(250, 90) * unit, cv::Scalar(50, 50, 40), 3 * unit);
+  return result;
+}
+
+Doubts judge(const cv::Mat3b& image) { return judge_background(image, "GelSight Mini"); }
+
+TEST(JudgeBackground, ABareGelIsNotDoubted) {
+  EXPECT_THAT(judge(bare_gel()), IsEmpty());
+  EXPECT_THAT(judge(bare_gel(640)), IsEmpty());
+}
+
+TEST(JudgeBackground, LampsThatLieOtherwiseAreNamed) {
+  EXPECT_THAT(judge(swapped(bare_gel())), ElementsAre(HasSubstr("red and blue seem to be swapped")));
+  EXPECT_THAT(judge(upside_down(bare_gel())), ElementsAre(HasSubstr("upside down")));
+  EXPECT_THAT(judge(swapped(upside_down(bare_gel()))), ElementsAre(HasSubstr("red outweighs blue")));
+  EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(120, 90, 60))),
+              ElementsAre(HasSubstr("is it the right camera")));
+  EXPECT_THAT(judge_background(swapped(bare_gel()), "DIGIT"), IsEmpty()) << "its lamps are not known";
+}
+
+TEST(JudgeBackground, ExposureAndColour) {
+  EXPECT_THAT(judge(exposed(bare_gel(), 0.4)), ElementsAre(HasSubstr("very dark")));
+  EXPECT_THAT(judge(exposed(bare_gel(), 2.2)), Contains(HasSubstr("saturated")));
+  EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(90, 90, 90))), ElementsAre(HasSubstr("no colour")));
+  EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(0, 0, 0))),
+              ElementsAre(HasSubstr("very dark"), HasSubstr("no colour")));
+}
+
+TEST(JudgeBackground, DirtAndTears) {
+  for (const int width : {320, 640}) {
+    EXPECT_THAT(judge(stained(bare_gel(width))), ElementsAre(HasSubstr("differ sharply"))) << width;
+    EXPECT_THAT(judge(torn(bare_gel(width))), ElementsAre(HasSubstr("differ sharply"))) << width;
+  }
+}
+
+TEST(JudgeBackground, NoPictureIsAMistake) {
+  EXPECT_THROW(judge(cv::Mat3b()), Error);
+  EXPECT_THROW(judge(cv::Mat3b(20, 320)), Error);
+  EXPECT_THAT(judge(cv::Mat3b(32, 32, cv::Vec3b(0, 0, 0))), Contains(HasSubstr("very dark")));
+}
+
+class RealBackgrounds : public ::testing::Test {
+ protected:
+  struct Sensor {
+    std::string name;
+    cv::Mat3b background;
+    std::optional<GradientModel> model;
+  };
+
+  void SetUp() override {
+    const char* given = std::getenv("GELSLAM_DATA");
+    const fs::path data = given != nullptr ? fs::path(given) : fs::path(GELSLAM_DEFAULT_DATA);
+    if (!fs::exists(data / "sequences")) GTEST_SKIP() << "no data in " << data << "; set GELSLAM_DATA";
+    for (const char* name : {"calibration", "calibration_b", "calibration_sim"}) {
+      sensors.push_back({name, cv::imread((data / name / "background.png").string()),
+                         read_pth_model(data / name / "model/nnmodel.pth")});
+    }
+    sensors.push_back({"frames", cv::imread((data / "frames/background.png").string()),
+                       read_pth_model(data / "frames/nnmodel.pth")});
+    cv::Mat3b clip;
+    cv::resize(cv::imread((data / "clips/background.png").string()), clip, cv::Size(320, 240), 0, 0,
+               cv::INTER_CUBIC);
+    sensors.push_back({"clips", clip, std::nullopt});
+    for (const fs::directory_entry& entry : fs::directory_iterator(data / "sequences")) {
+      if (!entry.is_directory()) continue;
+      cv::VideoCapture video((entry.path() / "gelsight.avi").string());
+      std::vector<cv::Mat3b> frames;
+      for (cv::Mat frame; frames.size() < 10 && video.read(frame);) frames.push_back(frame.clone());
+      if (!frames.empty())
+        sensors.push_back({entry.path().filename().string(), mean_image(frames), sensors[2].model});
+    }
+  }
+
+  Doubts judge_with_model(const Sensor& sensor, const cv::Mat3b& picture) {
+    return judge_background(picture, "GelSight Mini R0B 28KX", sensor.model ? &*sensor.model : nullptr);
+  }
+
+  std::vector<Sensor> sensors;
+};
+
+TEST_F(RealBackgrounds, GoodOnesAreNotDoubted) {
+  ASSERT_GE(sensors.size(), 20u);
+  for (const Sensor& sensor : sensors)
+    EXPECT_THAT(judge_with_model(sensor, sensor.background), IsEmpty()) << sensor.name;
+}
+
+TEST_F(RealBackgrounds, SpoiltOnesAre) {
+  for (const Sensor& sensor : sensors) {
+    const cv::Mat3b& good = sensor.background;
+    EXPECT_THAT(judge_with_model(sensor, swapped(good)),
+                Contains(HasSubstr("red and blue seem to be swapped")))
+        << sensor.name;
+    EXPECT_THAT(judge_with_model(sensor, upside_down(good)), Contains(HasSubstr("upside down")))
+        << sensor.name;
+    EXPECT_THAT(judge_with_model(sensor, exposed(good, 0.3)), Contains(HasSubstr("very dark")))
+        << sensor.name;
+    EXPECT_THAT(judge_with_model(sensor, stained(good)), Contains(HasSubstr("differ sharply")))
+        << sensor.name;
+    EXPECT_THAT(judge_with_model(sensor, torn(good)), Contains(HasSubstr("differ sharply"))) << sensor.name;
+    if (sensor.model)
+      EXPECT_THAT(judge_with_model(sensor, exposed(good, 0.7)),
+                  Contains(HasSubstr("reads the bare gel as sloped")))
+          << sensor.name;
+  }
+}
+
+TEST_F(RealBackgrounds, AnotherSensorsModelIsNoticed) {
+  const Sensor &a = sensors[0], &b = sensors[1];
+  EXPECT_THAT(judge_background(a.background, "GelSight Mini", &*b.model),
+              ElementsAre(HasSubstr("is it this sensor's model")));
+  EXPECT_THAT(judge_background(b.background, "GelSight Mini", &*a.model),
+              ElementsAre(HasSubstr("is it this sensor's model")));
+}
+
+}  // namespace
+}  // namespace gelslam::test
