@@ -64,7 +64,8 @@ class Scene {
   /// Draws into that part of the framebuffer now bound, background included. Sets the GL state it needs, and
   /// leaves depth test, blending, culling and scissor off and no program or vertex array bound.
   void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
-  /// Makes all levels of detail that are still missing: before a picture or a measurement.
+  /// The next draw() makes every level of detail and colour it lacks, however long that takes: before a
+  /// picture or a measurement.
   void finish_details();
 
   /// The meaning of the colours that `style` gives the mesh, or nothing for plain colour.

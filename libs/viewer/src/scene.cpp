@@ -1,0 +1,306 @@
+#include "gelslam/viewer/scene.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <utility>
+
+#include "scene_colours.hpp"
+#include "scene_lines.hpp"
+#include "scene_map_lines.hpp"
+#include "scene_mesh.hpp"
+#include "scene_shaders.hpp"
+#include "scene_touch.hpp"
+#include "scene_values.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace viewer::detail;
+using Eigen::Matrix4f;
+using Eigen::Vector3f;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kBudget_ms = 3;  ///< of a frame, for levels of detail and new colours
+constexpr std::size_t kTrianglesPerPiece = 2000;
+constexpr int kMatcapSide_px = 256;
+constexpr float kTouchLift_mm = 0.25F;  ///< the map below the touch may be so much off before it hides it
+constexpr float kHiddenLineOpacity = 0.16F;
+const Vector3f kClay(0.58F, 0.50F, 0.43F);
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+Rgba outline_colour() { return {255, 150, 40, 255}; }
+Rgba grid_colour(bool light) { return light ? Rgba{120, 125, 135, 90} : Rgba{150, 160, 175, 60}; }
+
+}  // namespace
+
+struct Scene::Impl {
+  GlProgram mesh_program{mesh_vertex_shader, mesh_fragment_shader};
+  GlProgram touch_program{touch_vertex_shader, touch_fragment_shader};
+  GlProgram line_program{line_vertex_shader, line_fragment_shader};
+  GlProgram background_program{background_vertex_shader, background_fragment_shader};
+  GlVertexArray no_vertices;
+  GlTexture matcap, colour_map;
+  SceneColour colour_map_for = SceneColour::plain;
+  SceneMesh mesh;
+  SceneTouch touch;
+  SceneLines outline, trajectory, keyframes, edges, grid;
+  std::optional<TouchPatch> touch_patch;
+  Eigen::AlignedBox3f trajectory_box_mm;
+  std::int64_t next_piece = 0;
+  VertexDistances distances;
+  KeyframePlaces keyframe_places;
+  SceneColour values_for = SceneColour::plain;  ///< what the vertices' values mean now
+  double budget_ms = kBudget_ms;
+  SceneStatistics statistics;
+
+  Impl() {
+    const std::vector<std::uint8_t> picture = make_matcap(kMatcapSide_px);
+    fill_texture(matcap, kMatcapSide_px, kMatcapSide_px, picture.data());
+  }
+
+  Eigen::AlignedBox3f drawn_box() const {
+    Eigen::AlignedBox3f box = mesh.box_mm();
+    box.extend(trajectory_box_mm);
+    if (touch_patch && touch_patch->surface && touch_patch->map_T_sensor.matrix().allFinite()) {
+      const double reach = 0.5 * touch_patch->surface->pixel_pitch_mm *
+                           std::hypot(touch_patch->surface->contact.cols, touch_patch->surface->contact.rows);
+      const Vector3f centre = touch_patch->map_T_sensor.translation().cast<float>();
+      box.extend(Vector3f(centre.array() + static_cast<float>(reach)));
+      box.extend(Vector3f(centre.array() - static_cast<float>(reach)));
+    }
+    if (!box.isEmpty()) {  // room for the grid, lifted lines and axes
+      const Vector3f margin = Vector3f::Constant(2.0F + 0.7F * box.diagonal().norm());
+      box = Eigen::AlignedBox3f(box.min() - margin, box.max() + margin);
+    }
+    return box;
+  }
+
+  std::array<float, 2> range(const SceneStyle& style) const {
+    if (style.range) return *style.range;
+    switch (style.colour) {
+      case SceneColour::confidence:
+        return {0, std::max(mesh.confidence_p95(), 1e-3F)};
+      case SceneColour::height: {
+        const Eigen::AlignedBox3f box = mesh.box_mm();
+        if (box.isEmpty()) return {0, 1};
+        const float middle = style.height_axis.dot(box.center());
+        const float reach = 0.5F * style.height_axis.cwiseAbs().dot(box.sizes());
+        return {middle - reach, middle + reach};
+      }
+      case SceneColour::keyframe:
+        return keyframe_places.range();
+      case SceneColour::distance:
+        return {0, distances.round_limit_mm()};
+      case SceneColour::plain:
+        break;
+    }
+    return {0, 1};
+  }
+
+  /// Puts the values in order that `colour` shows.
+  void choose_values(SceneColour colour) {
+    const bool by_value = colour == SceneColour::keyframe || colour == SceneColour::distance;
+    if (!by_value || values_for == colour) return;
+    values_for = colour;
+    if (colour == SceneColour::keyframe) {
+      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.nearest(m); });
+    } else {
+      mesh.set_values([this](const DrawableMesh& m) { return distances.of(m); });
+    }
+  }
+
+  void draw_background(bool light) {
+    glDisable(GL_DEPTH_TEST);
+    background_program.use();
+    background_program.set("top", light ? Vector3f(0.985F, 0.985F, 0.98F) : Vector3f(0.175F, 0.195F, 0.225F));
+    background_program.set("bottom",
+                           light ? Vector3f(0.855F, 0.865F, 0.88F) : Vector3f(0.070F, 0.078F, 0.092F));
+    glBindVertexArray(no_vertices.name());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glEnable(GL_DEPTH_TEST);
+  }
+
+  void draw_mesh(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
+                 const SceneStyle& style) {
+    choose_values(style.colour);
+    if (style.colour != SceneColour::plain && colour_map_for != style.colour) {
+      std::vector<std::uint8_t> rgba;
+      for (const auto& [r, g, b] : colour_map_rgb(style.colour)) rgba.insert(rgba.end(), {r, g, b, 255});
+      fill_texture(colour_map, 256, 1, rgba.data());
+      colour_map_for = style.colour;
+    }
+    const auto [low, high] = range(style);
+    mesh_program.use();
+    mesh_program.set("clip_T_map", clip_T_map);
+    mesh_program.set("camera_T_map", camera.camera_T_map());
+    mesh_program.set("height_axis_m", style.height_axis);
+    mesh_program.set("colour_by", static_cast<int>(style.colour));
+    mesh_program.set("shading", static_cast<int>(style.shading));
+    mesh_program.set("range_min", low);
+    mesh_program.set("range_max", high);
+    mesh_program.set("clay", kClay);
+    mesh_program.set("colour_map", 0);
+    mesh_program.set("matcap", 1);
+    glActiveTexture(GL_TEXTURE1);
+    glBindTexture(GL_TEXTURE_2D, matcap.name());
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D, colour_map.name());
+    mesh.draw(camera, clip_T_map, viewport, style, budget_ms);
+    glBindTexture(GL_TEXTURE_2D, 0);
+    glActiveTexture(GL_TEXTURE1);
+    glBindTexture(GL_TEXTURE_2D, 0);
+    glActiveTexture(GL_TEXTURE0);
+  }
+
+  void draw_touch(const OrbitCamera& camera, const Matrix4f& clip_T_camera) {
+    touch_program.use();
+    touch_program.set("clip_T_camera", clip_T_camera);
+    touch_program.set("camera_T_map", camera.camera_T_map());
+    touch_program.set("lift_mm", kTouchLift_mm);
+    touch.draw();
+  }
+
+  /// Full where it can be seen, faint through the object.
+  void draw_lines(const SceneLines& lines, bool through) {
+    if (lines.empty()) return;
+    if (through) {
+      glDepthFunc(GL_GREATER);
+      line_program.set("opacity", kHiddenLineOpacity);
+      lines.draw();
+      glDepthFunc(GL_LEQUAL);
+    }
+    line_program.set("opacity", 1.0F);
+    lines.draw();
+  }
+
+  void draw_all_lines(const Matrix4f& clip_T_map, const Viewport& viewport, const SceneStyle& style) {
+    line_program.use();
+    line_program.set("clip_T_map", clip_T_map);
+    line_program.set("viewport_px", Eigen::Vector2f(static_cast<float>(viewport.width),
+                                                    static_cast<float>(viewport.height)));
+    line_program.set("scale", std::max(1.0F, static_cast<float>(viewport.height) / 1000.0F));
+    if (style.grid) {
+      grid.set(grid_lines(mesh.box_mm(), style.height_axis, grid_colour(style.light_theme)));
+      draw_lines(grid, false);
+    }
+    if (style.edges) draw_lines(edges, true);
+    if (style.trajectory) draw_lines(trajectory, true);
+    if (style.keyframes) draw_lines(keyframes, true);
+    if (style.sensor) draw_lines(outline, true);
+  }
+};
+
+Scene::Scene() : impl_(std::make_unique<Impl>()) {}
+Scene::~Scene() = default;
+
+void Scene::update(std::span<const MeshBlock> blocks) {
+  const auto start = Clock::now();
+  for (const MeshBlock& block : blocks) impl_->mesh.put(block.key, make_drawable(block.mesh));
+  impl_->statistics.upload_ms = ms_since(start);
+}
+
+void Scene::update(const MeshChanges& changes) {
+  if (changes.cleared) clear_mesh();
+  update(changes.blocks);
+}
+
+void Scene::clear_mesh() {
+  impl_->mesh.clear();
+  impl_->distances.clear();
+}
+
+void Scene::set_mesh(const Mesh& mesh) {
+  const auto start = Clock::now();
+  clear_mesh();
+  impl_->distances.set_vertex_count(mesh.vertices_mm.size());
+  for (DrawableMesh& piece : split(make_drawable(mesh), kTrianglesPerPiece)) {
+    impl_->mesh.put(impl_->next_piece++, std::move(piece));
+  }
+  impl_->statistics.upload_ms = ms_since(start);
+}
+
+void Scene::set_distances(std::span<const float> distance_mm) {
+  impl_->distances.set(distance_mm);
+  if (impl_->values_for == SceneColour::distance) impl_->values_for = SceneColour::plain;
+}
+
+void Scene::set_touch(std::optional<TouchPatch> touch) {
+  impl_->touch.set(touch ? make_touch_mesh(*touch) : TouchMesh());
+  impl_->outline.set(touch ? sensor_outline(*touch, outline_colour()) : std::vector<SceneLine>());
+  impl_->touch_patch = std::move(touch);
+}
+
+void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
+  const std::vector<SceneLine> lines = trajectory_lines(map_T_sensor);
+  impl_->trajectory.set(lines);
+  impl_->trajectory_box_mm.setEmpty();
+  for (const SceneLine& line : lines) impl_->trajectory_box_mm.extend(line.from_mm).extend(line.to_mm);
+}
+
+void Scene::set_map(const MapSnapshot& map, const std::vector<int>& coverage) {
+  impl_->keyframes.set(keyframe_lines(map, coverage));
+  impl_->edges.set(edge_lines(map));
+  impl_->keyframe_places = KeyframePlaces(map);
+  if (impl_->values_for == SceneColour::keyframe) impl_->values_for = SceneColour::plain;
+}
+
+Eigen::AlignedBox3f Scene::bounds_mm() const { return impl_->mesh.box_mm(); }
+
+std::optional<Vector3f> Scene::pick(const PickRay& ray) const { return impl_->mesh.pick(ray); }
+
+void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style) {
+  const auto start = Clock::now();
+  const Matrix4f clip_T_camera = camera.projection(viewport.aspect(), impl_->drawn_box());
+  const Matrix4f clip_T_map = clip_T_camera * camera.camera_T_map();
+  glViewport(viewport.x, viewport.y, viewport.width, viewport.height);
+  glScissor(viewport.x, viewport.y, viewport.width, viewport.height);
+  glEnable(GL_SCISSOR_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LEQUAL);
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_BLEND);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  impl_->draw_background(style.light_theme);
+  if (style.mesh) impl_->draw_mesh(camera, clip_T_map, viewport, style);
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  if (style.touch) impl_->draw_touch(camera, clip_T_camera);
+  glDepthMask(GL_FALSE);
+  impl_->draw_all_lines(clip_T_map, viewport, style);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  glBindVertexArray(0);
+  glUseProgram(0);
+  impl_->mesh.end_frame();
+  impl_->budget_ms = kBudget_ms;
+  impl_->statistics.draw_ms = ms_since(start);
+}
+
+void Scene::finish_details() { impl_->budget_ms = std::numeric_limits<double>::infinity(); }
+
+std::optional<ColourLegend> Scene::legend(const SceneStyle& style) const {
+  static constexpr const char* titles[] = {"", "confidence", "height", "keyframe", "distance"};
+  if (style.colour == SceneColour::plain) return std::nullopt;
+  const auto [low, high] = impl_->range(style);
+  const bool is_length = style.colour == SceneColour::height || style.colour == SceneColour::distance;
+  return ColourLegend{titles[static_cast<int>(style.colour)], is_length ? "mm" : "", low, high,
+                      colour_map_rgb(style.colour)};
+}
+
+SceneStatistics Scene::statistics() const {
+  SceneStatistics result = impl_->statistics;
+  result.blocks = impl_->mesh.block_count();
+  result.triangles = impl_->mesh.triangle_count();
+  result.drawn_blocks = impl_->mesh.drawn_blocks();
+  result.drawn_triangles = impl_->mesh.drawn_triangles();
+  result.detail_ms = impl_->mesh.preparing_ms();
+  return result;
+}
+
+}  // namespace gelslam

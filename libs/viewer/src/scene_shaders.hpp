@@ -1,0 +1,15 @@
+#pragma once
+
+namespace gelslam::viewer::detail {
+
+// GLSL 3.30. Suffixes say the frame: _m map, _c camera (x right, y up, z toward the viewer), _px pixels.
+extern const char* const mesh_vertex_shader;
+extern const char* const mesh_fragment_shader;
+extern const char* const touch_vertex_shader;
+extern const char* const touch_fragment_shader;
+extern const char* const line_vertex_shader;
+extern const char* const line_fragment_shader;
+extern const char* const background_vertex_shader;
+extern const char* const background_fragment_shader;
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,85 @@
+#include "scene_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+using Eigen::Vector3f;
+
+/// The middle of the contact in the sensor's frame.
+Eigen::Vector3d contact_centre(const Surface& surface) {
+  const cv::Moments m = cv::moments(surface.contact, true);
+  if (!(m.m00 > 0)) return Eigen::Vector3d::Zero();
+  return {(m.m10 / m.m00 - 0.5 * surface.contact.cols + 0.5) * surface.pixel_pitch_mm,
+          (m.m01 / m.m00 - 0.5 * surface.contact.rows + 0.5) * surface.pixel_pitch_mm, 0};
+}
+
+}  // namespace
+
+void VertexDistances::set(std::span<const float> distance_mm) {
+  distance_mm_.assign(distance_mm.begin(), distance_mm.end());
+  distance_mm_.resize(vertices_, std::numeric_limits<float>::quiet_NaN());
+}
+
+std::vector<float> VertexDistances::of(const DrawableMesh& piece) const {
+  std::vector<float> values;
+  values.reserve(piece.source.size());
+  for (const std::uint32_t from : piece.source) {
+    const float d = from < distance_mm_.size() ? distance_mm_[from] : no_value;
+    values.push_back(std::isfinite(d) ? d : no_value);
+  }
+  return values;
+}
+
+float VertexDistances::round_limit_mm() const {
+  std::vector<float> finite;
+  std::copy_if(distance_mm_.begin(), distance_mm_.end(), std::back_inserter(finite),
+               [](float d) { return std::isfinite(d); });
+  if (finite.empty()) return 1;
+  const auto place =
+      finite.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(finite.size() - 1));
+  std::nth_element(finite.begin(), place, finite.end());
+  const float wanted = std::max(*place, 1e-4F);
+  const float power = std::pow(10.0F, std::floor(std::log10(wanted)));
+  for (const float step : {1.0F, 2.0F, 5.0F}) {
+    if (step * power >= wanted) return step * power;
+  }
+  return 10 * power;
+}
+
+KeyframePlaces::KeyframePlaces(const MapSnapshot& map) {
+  for (const MapSnapshot::Node& node : map.nodes) {
+    if (node.group != map.shown_group || !node.group_T_keyframe.matrix().allFinite()) continue;
+    const Eigen::Vector3d centre = node.surface ? contact_centre(*node.surface) : Eigen::Vector3d::Zero();
+    places_.push_back({static_cast<float>(node.keyframe), (node.group_T_keyframe * centre).cast<float>(),
+                       -node.group_T_keyframe.linear().col(2).cast<float>()});
+  }
+}
+
+std::array<float, 2> KeyframePlaces::range() const {
+  if (places_.empty()) return {0, 1};
+  const auto [low, high] = std::minmax_element(places_.begin(), places_.end(),
+                                               [](const Place& a, const Place& b) { return a.id < b.id; });
+  return {low->id, std::max(high->id, low->id + 1)};
+}
+
+std::vector<float> KeyframePlaces::nearest(const DrawableMesh& piece) const {
+  std::vector<float> values(piece.vertices_mm.size(), no_value);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    float best = std::numeric_limits<float>::infinity();
+    for (const Place& place : places_) {
+      const float distance2 = (piece.vertices_mm[i] - place.centre_mm).squaredNorm();
+      if (distance2 >= best || place.outward.dot(piece.normals[i]) < 0.2F) continue;
+      best = distance2;
+      values[i] = place.id;
+    }
+  }
+  return values;
+}
+
+}  // namespace gelslam::viewer::detail
