@@ -130,9 +130,14 @@ TEST(Log, BgrBecomesPngWithoutLoss) {
   cv::randu(noise, 0, 256);
   LogWriter writer(folder / "a.mkv", {}, 25);
   ASSERT_TRUE(writer.write(bgr_frame(noise, 0)));
+  RawFrame second = bgr_frame(noise, 7);
+  second.time_s = 0.041234;
+  ASSERT_TRUE(writer.write(second));
   writer.close();
   const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
-  ASSERT_EQ(got.size(), 1u);
+  ASSERT_EQ(got.size(), 2u);
+  EXPECT_NEAR(got[1].time_s, 0.041234, 1e-7);
+  EXPECT_EQ(got[1].sequence, 7);
   EXPECT_EQ(got[0].encoding, FrameEncoding::png);
   EXPECT_EQ(cv::norm(cv::imdecode(got[0].bytes, cv::IMREAD_COLOR), noise), 0.0);
   RawFrame torn = bgr_frame(noise, 1);

@@ -176,10 +176,11 @@ TEST_F(RealBackgrounds, SpoiltOnesAre) {
     EXPECT_THAT(judge_with_model(sensor, stained(good)), Contains(HasSubstr("differ sharply")))
         << sensor.name;
     EXPECT_THAT(judge_with_model(sensor, torn(good)), Contains(HasSubstr("differ sharply"))) << sensor.name;
-    if (sensor.model)
+    if (sensor.model) {
       EXPECT_THAT(judge_with_model(sensor, exposed(good, 0.7)),
                   Contains(HasSubstr("reads the bare gel as sloped")))
           << sensor.name;
+    }
   }
 }
 

@@ -119,9 +119,10 @@ std::optional<MatroskaFile::Packet> MatroskaFile::next() {
       continue;
     Packet result;
     result.bytes.assign(packet.data, packet.data + packet.size);
-    if (packet.pts != AV_NOPTS_VALUE)
-      result.time_us =
-          av_rescale_q(packet.pts, av_->file->streams[av_->stream]->time_base, AVRational{1, 1'000'000});
+    // A track that is described as in AVI files (PNG) has its times as those of decoding.
+    const std::int64_t ticks = packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
+    if (ticks != AV_NOPTS_VALUE)
+      result.time_us = av_rescale_q(ticks, av_->file->streams[av_->stream]->time_base, AVRational{1, 1'000'000});
     result.sequence = sequence_of(packet);
     av_packet_unref(av_->packet);
     return result;

@@ -11,6 +11,7 @@
 #include "gelslam/sensor/frame_source.hpp"
 #include "matroska_file.hpp"
 #include "raw_log_source.hpp"
+#include "raw_picture.hpp"
 
 namespace gelslam {
 namespace {
@@ -120,12 +121,8 @@ class DecodedLog final : public RawFrameSource {
     if (stopped_) return std::nullopt;
     const std::optional<TactileImage> image = source_->next();
     if (!image) return std::nullopt;
-    const cv::Mat3b picture = image->bgr.isContinuous() ? image->bgr : image->bgr.clone();
     RawFrame frame;
-    frame.encoding = FrameEncoding::bgr;
-    frame.bytes.assign(picture.datastart, picture.datastart + picture.total() * picture.elemSize());
-    frame.width_px = picture.cols;
-    frame.height_px = picture.rows;
+    detail::put_picture(image->bgr, frame);
     frame.time_s = image->time_s;
     frame.index = frame.sequence = image->index;
     frame.arrived = std::chrono::steady_clock::now();

@@ -2,6 +2,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/options.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
 namespace {
@@ -77,17 +78,35 @@ OptionList describe(Config& config) {
   };
 }
 
+/// What follows from the keys, and what they must be to each other.
+Config completed(Config config, const std::filesystem::path& name) {
+  const FusionOptions& fusion = config.slam.fusion;
+  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not by fuse() after the whole log
+    throw Error(name.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
+  config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
+  config.slam.refinement.registration = config.slam.loop_closure.registration;
+  return config;
+}
+
 }  // namespace
 
 Config read_config(const std::filesystem::path& file) {
   Config config;
   read_options(file, describe(config));
-  const FusionOptions& fusion = config.slam.fusion;
-  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not by fuse() after the whole log
-    throw Error(file.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
-  config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
-  config.slam.refinement.registration = config.slam.loop_closure.registration;
-  return config;
+  return completed(config, file);
+}
+
+Config read_config_text(std::string_view yaml, const std::filesystem::path& name) {
+  Config config;
+  read_options_text(yaml, name, describe(config));
+  return completed(config, name);
+}
+
+GradientModel read_gradient_model(const std::filesystem::path& file) {
+  if (!is_matroska(file)) return read_pth_model(file);
+  const std::string model = read_log_attachments(file).model;
+  if (model.empty()) throw Error(file.string() + ": this log holds no gradient model; give --model nnmodel.pth");
+  return parse_pth_model({reinterpret_cast<const unsigned char*>(model.data()), model.size()}, file.string());
 }
 
 std::string write_config(const Config& config) {

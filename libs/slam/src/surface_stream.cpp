@@ -12,14 +12,6 @@
 namespace gelslam {
 namespace {
 
-namespace fs = std::filesystem;
-
-fs::path config_of_log(const fs::path& log) {
-  const fs::path folder = fs::is_directory(log) ? log : log.parent_path();
-  const fs::path file = folder / "config.yaml";
-  return fs::is_regular_file(file) ? file : fs::path();
-}
-
 /// Multiplies a picture's channels; values beyond white stay white.
 class ColorGain {
  public:
@@ -46,21 +38,10 @@ std::vector<cv::Mat3b> pictures(const std::vector<TactileImage>& frames) {
 
 }  // namespace
 
-Config resolve_config(const LogInput& input) {
-  if (!fs::exists(input.log)) throw Error(input.log.string() + ": no such file or folder");
-  const fs::path file = input.config.empty() ? config_of_log(input.log) : input.config;
-  Config config = file.empty() ? Config{} : read_config(file);
-  if (!input.model.empty()) config.sensor.calibration_model_path = fs::absolute(input.model);
-  if (config.sensor.calibration_model_path.empty())
-    throw Error("no gradient model: give --model nnmodel.pth, or name calibration_model_path in " +
-                (file.empty() ? std::string("a configuration") : file.string()));
-  return config;
-}
-
 struct SurfaceStream::Impl {
   Impl(const LogInput& input, const Config& config, StageTimer& stage_timer)
       : timer(stage_timer), color_gain(config.color_gain_bgr), source(open_frame_source(input.log, config.sensor)) {
-    const GradientModel model = read_pth_model(config.sensor.calibration_model_path);
+    const GradientModel model = read_gradient_model(config.sensor.calibration_model_path);
     cv::Mat3b background;
     if (input.background.empty()) {
       read_background_frames(config.background_frames);

@@ -14,7 +14,7 @@ struct SensorProfile {
   int raw_width_px = 3280;         ///< `raw_imgw`, camera image before the crop
   int raw_height_px = 2464;        ///< `raw_imgh`
   double frame_rate_hz = 25.0;     ///< `framerate`
-  std::filesystem::path calibration_model_path;  ///< absolute, or empty if the config names none
+  std::filesystem::path calibration_model_path;  ///< absolute (or a log that holds the model), or empty if the config names none
 };
 
 }  // namespace gelslam

@@ -3,9 +3,11 @@
 #include <array>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/surface/gradient_model.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {
@@ -24,6 +26,12 @@ struct Config {
 
 /// Throws Error with file and line on unknown keys, wrong types and values out of range.
 Config read_config(const std::filesystem::path& file);
+
+/// The same from text; `name` stands for the file in errors, and relative paths count from its folder.
+Config read_config_text(std::string_view yaml, const std::filesystem::path& name);
+
+/// Reads nnmodel.pth, or the model that a recorded log (Matroska) holds. Throws Error.
+GradientModel read_gradient_model(const std::filesystem::path& file);
 
 /// The effective configuration as YAML with a comment per key; read_config gives the same values back.
 std::string write_config(const Config& config);

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/sensor_profile.hpp"
+
+namespace gelslam {
+
+struct LogRecorderOptions {
+  std::size_t max_waiting_bytes = 512u << 20;  ///< of frames that the disk has not taken yet
+  /// Set: frames are decoded, brought to this profile's size and stored as PNG without further loss.
+  std::optional<SensorProfile> resize_to;
+};
+
+struct LogRecorderStatus {
+  std::int64_t written = 0, bytes = 0;
+  std::int64_t damaged = 0;  ///< could not be decoded, with resize_to; not recorded
+  std::int64_t left_out =
+      0;  ///< no room left to wait for the disk; a gap in the sequence numbers tells where
+  std::size_t waiting_bytes = 0;
+  bool stopped = false;  ///< the disk is full or failed: nothing more is recorded
+  std::string warning;   ///< what is or was wrong, for people, or ""
+};
+
+/// A LogWriter on a thread of its own, so that neither camera nor tracking ever waits for the disk. Frames
+/// wait in a queue that is bounded by memory only. All functions may be called from any thread.
+class LogRecorder {
+ public:
+  LogRecorder(std::unique_ptr<LogWriter> writer, const LogRecorderOptions& options = {});
+  /// finish().
+  ~LogRecorder();
+
+  /// Takes a frame and returns at once. When the queue is full the frame is left out and counted.
+  void push(RawFrame frame);
+  /// The same for a source that can wait, such as another log: waits for room instead.
+  void push_waiting(RawFrame frame);
+  /// Writes what waits, closes the log, and returns.
+  void finish();
+
+  LogRecorderStatus status() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam

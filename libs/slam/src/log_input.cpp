@@ -1,0 +1,78 @@
+#include "gelslam/slam/log_input.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path config_beside(const fs::path& log) {
+  const fs::path folder = fs::is_directory(log) ? log : log.parent_path();
+  const fs::path file = folder / "config.yaml";
+  return fs::is_regular_file(file) ? file : fs::path();
+}
+
+struct FoundConfig {
+  Config config;
+  std::string from;  ///< file, or "" for the defaults
+};
+
+FoundConfig read_file(const fs::path& file) {
+  return {file.empty() ? Config{} : read_config(file), file.string()};
+}
+
+FoundConfig config_of_log(const LogInput& input) {
+  if (!fs::exists(input.log)) throw Error(input.log.string() + ": no such file or folder");
+  const LogAttachments stored = is_matroska(input.log) ? read_log_attachments(input.log) : LogAttachments{};
+  const std::string stored_name = input.log.string() + "[config.yaml]";
+  const bool as_recorded = input.config.empty() && !stored.config_yaml.empty();
+  FoundConfig found = as_recorded
+                          ? FoundConfig{read_config_text(stored.config_yaml, stored_name), stored_name}
+                          : read_file(input.config.empty() ? config_beside(input.log) : input.config);
+  fs::path& model = found.config.sensor.calibration_model_path;
+  const bool named_by_person = !input.config.empty() && !model.empty();
+  if (!stored.model.empty() && !named_by_person) model = fs::absolute(input.log);
+  return found;
+}
+
+FoundConfig look_up(const LogInput& input) {
+  FoundConfig found = input.log.empty() ? read_file(input.config) : config_of_log(input);
+  if (!input.model.empty()) found.config.sensor.calibration_model_path = fs::absolute(input.model);
+  return found;
+}
+
+std::string model_bytes(const fs::path& file) {
+  read_gradient_model(file);  // a log with a broken model would be found out too late
+  if (is_matroska(file)) return read_log_attachments(file).model;
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+}  // namespace
+
+LogAttachments attachments_of(const Config& config) {
+  LogAttachments attachments;
+  Config stored = config;
+  fs::path& model = stored.sensor.calibration_model_path;
+  if (!model.empty()) attachments.model = model_bytes(model);
+  model.clear();  // it is in the log, and this machine's paths mean nothing elsewhere
+  attachments.config_yaml = write_config(stored);
+  return attachments;
+}
+
+Config find_config(const LogInput& input) { return look_up(input).config; }
+
+Config resolve_config(const LogInput& input) {
+  FoundConfig found = look_up(input);
+  if (found.config.sensor.calibration_model_path.empty())
+    throw Error("no gradient model: give --model nnmodel.pth, or name calibration_model_path in " +
+                (found.from.empty() ? std::string("a configuration") : found.from));
+  return found.config;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,133 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "../support/temporary_folder.hpp"
+#include "../surface/linear_gel.hpp"
+#include "../surface/pth_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/surface_stream.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+/// A log that holds all it needs: PNG pictures of a gel of known colours, the first ten bare.
+class RecordedLog : public testing::Test {
+ protected:
+  RecordedLog() {
+    PthFile pth;
+    pth.layers = linear_gel_model().layers;
+    model_bytes = zip_archive(pth.entries());
+    write_bytes(folder / "model.pth", model_bytes);
+    input.log = folder / "a.mkv";
+  }
+
+  void record(const LogAttachments& attachments, int frames = 1) {
+    LogWriter writer(input.log, attachments, 25);
+    for (int i = 0; i < frames; ++i) {
+      const cv::Size size(320, 240);
+      const cv::Mat1f height = i < 10 ? cv::Mat1f(size, 0.0F) : ball_press(size, 0.0634, 150, 120, 5, 0.8);
+      RawFrame frame;
+      frame.encoding = FrameEncoding::png;
+      cv::imencode(".png", render(height, 0.0634, 1.0, static_cast<std::uint64_t>(i)), frame.bytes);
+      frame.width_px = size.width;
+      frame.height_px = size.height;
+      frame.time_s = 0.041 * i;
+      ASSERT_TRUE(writer.write(frame));
+    }
+  }
+
+  Config with_model() {
+    Config config;
+    config.sensor.calibration_model_path = folder / "model.pth";
+    config.surface.color_dist_threshold = 12;
+    return config;
+  }
+
+  TemporaryFolder folder;
+  std::string model_bytes;
+  LogInput input;
+};
+
+TEST_F(RecordedLog, StandsOnItsOwn) {
+  record(attachments_of(with_model()), 12);
+  std::filesystem::remove(folder / "model.pth");
+  const Config config = resolve_config(input);
+  EXPECT_EQ(config.surface.color_dist_threshold, 12) << "the recorded configuration";
+  EXPECT_EQ(config.sensor.calibration_model_path, std::filesystem::absolute(input.log));
+  EXPECT_EQ(read_gradient_model(input.log).layers[2].weight, linear_gel_model().layers[2].weight);
+  StageTimer timer;
+  SurfaceStream stream(input, config, timer);
+  for (int i = 0; i < 12; ++i) {
+    const auto item = stream.next();
+    ASSERT_TRUE(item);
+    EXPECT_NEAR(item->time_s, 0.041 * i, 1e-6);
+    ASSERT_EQ(item->surface != nullptr, i >= 10);
+    if (i >= 10) {
+      EXPECT_GT(item->surface->contact_pixels, 500);
+    }
+  }
+  EXPECT_FALSE(stream.next());
+  EXPECT_EQ(stream.warning(), "");
+}
+
+TEST_F(RecordedLog, WhatAPersonNamesGoesFirst) {
+  record(attachments_of(with_model()));
+  write_bytes(folder / "config.yaml", "contact_mask_config:\n  color_dist_threshold: 13\n");
+  EXPECT_EQ(resolve_config(input).surface.color_dist_threshold, 12) << "not the one beside the log";
+  input.config = folder / "config.yaml";
+  EXPECT_EQ(resolve_config(input).surface.color_dist_threshold, 13);
+  EXPECT_EQ(resolve_config(input).sensor.calibration_model_path, std::filesystem::absolute(input.log));
+  write_bytes(folder / "config.yaml", "device_config:\n  calibration_model_path: model.pth\n");
+  EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "model.pth");
+  input.config.clear();
+  input.model = folder / "other.pth";
+  EXPECT_EQ(resolve_config(input).sensor.calibration_model_path.filename(), "other.pth");
+}
+
+TEST_F(RecordedLog, ALogCanLendItsModel) {
+  record(attachments_of(with_model()));
+  Config config;
+  config.sensor.calibration_model_path = input.log;
+  EXPECT_EQ(attachments_of(config).model, model_bytes);
+}
+
+TEST_F(RecordedLog, WithoutAttachmentsTheFileBesideItCounts) {
+  record({});
+  EXPECT_THAT(message_of<Error>([&] { resolve_config(input); }), HasSubstr("no gradient model"));
+  EXPECT_NO_THROW(find_config(input));
+  EXPECT_THAT(message_of<Error>([&] { read_gradient_model(input.log); }),
+              HasSubstr("a.mkv: this log holds no gradient model"));
+  write_bytes(folder / "config.yaml", "device_config:\n  calibration_model_path: model.pth\n");
+  EXPECT_NO_THROW(resolve_config(input));
+}
+
+TEST_F(RecordedLog, HostileAttachmentsAreNamed) {
+  LogAttachments attachments;
+  attachments.config_yaml = "device_config:\n  framerat: 25\n";
+  attachments.model = "PK\3\4 is no model";
+  record(attachments);
+  EXPECT_THAT(message_of<Error>([&] { resolve_config(input); }),
+              HasSubstr("a.mkv[config.yaml]:2: device_config.framerat"));
+  EXPECT_THAT(message_of<Error>([&] { read_gradient_model(input.log); }),
+              HasSubstr("a.mkv': not a zip archive"));
+  Config config;
+  config.sensor.calibration_model_path = input.log;
+  EXPECT_THROW(attachments_of(config), Error);
+}
+
+TEST_F(RecordedLog, ACameraNeedsNoLog) {
+  input.log.clear();
+  EXPECT_EQ(find_config(input).background_frames, Config{}.background_frames);
+  input.config = folder / "none.yaml";
+  EXPECT_THROW(find_config(input), Error);
+}
+
+}  // namespace
+}  // namespace gelslam
