@@ -12,14 +12,46 @@ namespace {
 constexpr int coordinate_bits = 20;
 constexpr std::int64_t coordinate_offset = std::int64_t{1} << (coordinate_bits - 1);
 
-/// Order of keys is lexicographic order of (z, y, x).
-std::int64_t key_of(const Eigen::Vector3i& b) {
+/// Collects blocks; forgets most repetitions at once, because neighbouring samples fall into the same few
+/// blocks.
+class PassedBlocks {
+ public:
+  PassedBlocks() : recent_(slots, {-1, false}) {}
+
+  void add(std::int64_t key, bool near) {
+    constexpr std::uint64_t multiplier = 0x9E3779B97F4A7C15u;  // golden ratio: spreads all bits upward
+    PassedBlock& slot = recent_[(static_cast<std::uint64_t>(key) * multiplier) >> (64 - slot_bits)];
+    if (slot.key == key && (slot.near || !near)) return;
+    slot = {key, near};
+    all_.push_back(slot);
+  }
+
+  std::vector<PassedBlock> sorted() && {
+    std::sort(all_.begin(), all_.end(), [](const PassedBlock& a, const PassedBlock& b) {
+      return a.key != b.key ? a.key < b.key : a.near > b.near;  // near first, so that unique keeps it
+    });
+    const auto same = [](const PassedBlock& a, const PassedBlock& b) { return a.key == b.key; };
+    all_.erase(std::unique(all_.begin(), all_.end(), same), all_.end());
+    all_.shrink_to_fit();
+    return std::move(all_);
+  }
+
+ private:
+  static constexpr int slot_bits = 12;
+  static constexpr std::size_t slots = std::size_t{1} << slot_bits;
+
+  std::vector<PassedBlock> recent_, all_;
+};
+
+}  // namespace
+
+std::int64_t block_key(const Eigen::Vector3i& b) {
   std::int64_t key = 0;
   for (int axis = 2; axis >= 0; --axis) key = (key << coordinate_bits) | (b[axis] + coordinate_offset);
   return key;
 }
 
-Eigen::Vector3i coordinate_of(std::int64_t key) {
+Eigen::Vector3i block_coordinate(std::int64_t key) {
   Eigen::Vector3i b;
   for (int axis = 0; axis < 3; ++axis) {
     b[axis] = static_cast<int>((key & ((std::int64_t{1} << coordinate_bits) - 1)) - coordinate_offset);
@@ -28,78 +60,74 @@ Eigen::Vector3i coordinate_of(std::int64_t key) {
   return b;
 }
 
-struct Entry {
-  std::int64_t key;
-  int patch;
-  bool near;  ///< within surface reach, not only list reach
-};
+std::int64_t neighbour_step(int neighbour) {
+  std::int64_t step = 0;
+  for (int axis = 2; axis >= 0; --axis) step = (step << coordinate_bits) + ((neighbour >> axis) & 1);
+  return step;
+}
 
-/// The blocks one patch passes through: its points, moved along their normals by up to `list_reach`, and
-/// dilated so that the spacing of the samples leaves no gap.
-std::vector<Entry> blocks_of(const Patch& patch, int id, float voxel, float surface_reach, float list_reach) {
+/// The patch's points, moved along their normals by up to the reach, and dilated so that the spacing of the
+/// samples leaves no gap.
+std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) {
   constexpr int stride = 2;
-  const float block_mm = voxel * static_cast<float>(block_edge);
-  const float margin = 2.0f * voxel;
-  const int steps = std::max(1, static_cast<int>(std::ceil(list_reach / (2.0f * margin))));
-  const float spacing = list_reach / static_cast<float>(steps);
-  std::vector<Entry> entries;
+  const float block_mm = reach.voxel_size_mm * static_cast<float>(block_edge);
+  const float margin = 2.0f * reach.voxel_size_mm;
+  const int steps = std::max(1, static_cast<int>(std::ceil(reach.list_mm / (2.0f * margin))));
+  const float spacing = reach.list_mm / static_cast<float>(steps);
+  // One block is left free at either end, so that every block has neighbours.
+  const float lowest = static_cast<float>(1 - coordinate_offset), highest = -lowest - 1;
+  PassedBlocks passed;
   patch.for_each_point(stride, [&](const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float) {
     for (int step = -steps; step <= steps; ++step) {
       const float along = spacing * static_cast<float>(step);
       const Eigen::Vector3f p = point + along * normal;
       const Eigen::Array3f low = ((p.array() - margin) / block_mm).floor();
       const Eigen::Array3f high = ((p.array() + margin) / block_mm).floor();
-      if (low.minCoeff() < -coordinate_offset || high.maxCoeff() >= coordinate_offset) {
+      if (low.minCoeff() < lowest || high.maxCoeff() > highest) {
         throw Error("cannot fuse: a keyframe lies too far from the map's origin for this voxel size");
       }
-      const bool near = std::fabs(along) <= surface_reach + 0.5f * spacing;
+      const bool near = std::fabs(along) <= reach.surface_mm + 0.5f * spacing;
       for (int z = static_cast<int>(low.z()); z <= static_cast<int>(high.z()); ++z) {
         for (int y = static_cast<int>(low.y()); y <= static_cast<int>(high.y()); ++y) {
           for (int x = static_cast<int>(low.x()); x <= static_cast<int>(high.x()); ++x) {
-            const std::int64_t key = key_of({x, y, z});
-            // Neighbouring samples mostly fall into the same block: most repetitions end here.
-            if (!entries.empty() && entries.back().key == key && entries.back().near == near) continue;
-            entries.push_back({key, id, near});
+            passed.add(block_key({x, y, z}), near);
           }
         }
       }
     }
   });
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return a.key != b.key ? a.key < b.key : a.near > b.near;  // near first, so that unique keeps it
-  });
-  entries.erase(std::unique(entries.begin(), entries.end(),
-                            [](const Entry& a, const Entry& b) { return a.key == b.key; }),
-                entries.end());
-  return entries;
+  return std::move(passed).sorted();
 }
 
-}  // namespace
-
-BlockGrid::BlockGrid(const std::vector<Patch>& patches, float voxel_size_mm, float surface_reach_mm,
-                     float list_reach_mm, int threads) {
-  std::vector<std::vector<Entry>> of_patch(patches.size());
-  parallel_for(patches.size(), threads, [&](std::size_t i) {
-    of_patch[i] = blocks_of(patches[i], static_cast<int>(i), voxel_size_mm, surface_reach_mm, list_reach_mm);
-  });
+BlockGrid::BlockGrid(const std::vector<Patch>& patches, const BlockReach& reach, int threads) {
+  std::vector<std::vector<PassedBlock>> of_patch(patches.size());
+  parallel_for(patches.size(), threads, [&](std::size_t i) { of_patch[i] = blocks_of(patches[i], reach); });
+  struct Entry {
+    PassedBlock block;
+    std::size_t patch;
+  };
   std::vector<Entry> all;
-  for (const auto& entries : of_patch) all.insert(all.end(), entries.begin(), entries.end());
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    for (const PassedBlock& block : of_patch[i]) all.push_back({block, i});
+  }
   std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
-    return a.key != b.key ? a.key < b.key : a.patch < b.patch;
+    return a.block.key != b.block.key ? a.block.key < b.block.key : a.patch < b.patch;
   });
   for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
+    const std::int64_t key = all[begin].block.key;
     bool near = false;
-    for (end = begin; end < all.size() && all[end].key == all[begin].key; ++end) near = near || all[end].near;
+    for (end = begin; end < all.size() && all[end].block.key == key; ++end)
+      near = near || all[end].block.near;
     if (!near) continue;
-    Block block{coordinate_of(all[begin].key) * block_edge, {}};
-    for (std::size_t i = begin; i < end; ++i) block.patches.push_back(all[i].patch);
-    index_.emplace(all[begin].key, static_cast<int>(blocks_.size()));
+    Block block{fusion::detail::block_coordinate(key) * block_edge, {}};
+    for (std::size_t i = begin; i < end; ++i) block.patches.push_back(&patches[all[i].patch]);
+    index_.emplace(key, static_cast<int>(blocks_.size()));
     blocks_.push_back(std::move(block));
   }
 }
 
-int BlockGrid::find(const Eigen::Vector3i& block_coordinate) const {
-  const auto found = index_.find(key_of(block_coordinate));
+int BlockGrid::find(const Eigen::Vector3i& coordinate) const {
+  const auto found = index_.find(block_key(coordinate));
   return found == index_.end() ? -1 : found->second;
 }
 

@@ -13,18 +13,44 @@ namespace gelslam::fusion::detail {
 constexpr int block_edge = 8;
 constexpr int block_voxels = block_edge * block_edge * block_edge;
 
+/// Neighbours are numbered by the axes in which they are one block further (or nearer): 1 x, 2 y, 4 z.
+constexpr int block_neighbours = 8;
+
+/// A block's place in one number; order of keys is lexicographic order of (z, y, x).
+std::int64_t block_key(const Eigen::Vector3i& block_coordinate);
+Eigen::Vector3i block_coordinate(std::int64_t key);
+/// What to add to a block's key to get that of its upper neighbour.
+std::int64_t neighbour_step(int neighbour);
+
+/// How far a patch reaches.
+struct BlockReach {
+  float voxel_size_mm;
+  float surface_mm;  ///< a block is wanted when a patch passes within this of it,
+  float list_mm;     ///< and then asks every patch that passes within this
+};
+/// Two sheets merge while they are less than 0.85 truncations apart, so the surface is never further than
+/// half of that from one of them.
+inline BlockReach block_reach(float voxel_size_mm, float truncation_mm) {
+  return {voxel_size_mm, 0.45f * truncation_mm, truncation_mm};
+}
+
+/// A block that a patch passes through.
+struct PassedBlock {
+  std::int64_t key;
+  bool near;  ///< within surface reach, not only list reach
+};
+/// Ascending by key. Throws Error when the patch lies too far from the map's origin.
+std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach);
+
 struct Block {
   Eigen::Vector3i first_voxel;  ///< index of the block's lowest corner
-  std::vector<int> patches;     ///< which patches reach into it, ascending
+  PatchList patches;            ///< which reach into it, in their given order
 };
 
-/// The blocks in which the fused surface can lie, in lexicographic order, and how to find them.
+/// The blocks in which the surface of all patches can lie, by key, and how to find them.
 class BlockGrid {
  public:
-  /// A block is kept when a patch passes within `surface_reach_mm` of it, and then lists every patch that
-  /// passes within `list_reach_mm`.
-  BlockGrid(const std::vector<Patch>& patches, float voxel_size_mm, float surface_reach_mm,
-            float list_reach_mm, int threads);
+  BlockGrid(const std::vector<Patch>& patches, const BlockReach& reach, int threads);
 
   const std::vector<Block>& blocks() const { return blocks_; }
   /// Index of the block at this block coordinate, or -1.

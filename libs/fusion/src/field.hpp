@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "patch.hpp"
@@ -11,22 +13,47 @@ struct FieldValue {
   float distance_mm = 0;   ///< positive outside the object
   float weight = 0;        ///< summed over the observations behind it
   Eigen::Vector3f normal;  ///< unit, out of the object: the weighted mean of what was observed
+  int keyframe = 0;        ///< the one that sees it best
 };
+
+/// A weighted mean of distances. It is summed in whole numbers, so that observations can be added and taken
+/// away in any order and leave exactly the same sum; 2^-16 of the truncation is much finer than any height.
+struct DistanceSum {
+  std::int32_t weight = 0, weighted_distance = 0;
+};
+constexpr std::size_t max_summed_patches = 30000;  ///< of weight 1: what 32 bits hold
 
 /// The signed distance field that all patches together say: a weighted mean over those that see the same side
 /// of the object, and the intersection of the half-spaces of different sides (own; docs/fusion.md).
 class Field {
  public:
-  Field(const std::vector<Patch>& patches, float truncation_mm, float min_weight)
-      : patches_(patches), truncation_mm_(truncation_mm), min_weight_(min_weight) {}
+  Field(float truncation_mm, float min_weight)
+      : truncation_mm_(truncation_mm), inverse_truncation_(1.0f / truncation_mm), min_weight_(min_weight) {}
+
+  float truncation_mm() const { return truncation_mm_; }
+  /// Best single weight below which one side of a point does not count as touched.
+  float min_weight() const { return min_weight_; }
 
   /// Value at a point, asking the listed patches. `scratch` is reused between calls. False where unobserved.
-  bool evaluate(const Eigen::Vector3f& point_mm, const std::vector<int>& listed,
-                std::vector<Observation>& scratch, FieldValue& out) const;
+  bool evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed, std::vector<Observation>& scratch,
+                FieldValue& out) const;
+
+  /// What one observation adds to its side's sum.
+  DistanceSum term(float distance_mm, float weight) const {
+    const float x = distance_mm * inverse_truncation_;
+    const float y = 1.0f - x * x;
+    // Far observations fade out, so that the mean has no step where a patch's band ends.
+    const float w = unit * weight * y * y;
+    return {static_cast<std::int32_t>(w + 0.5f), static_cast<std::int32_t>(w * x + std::copysign(0.5f, x))};
+  }
+  float mean_mm(const DistanceSum& sum) const {
+    return truncation_mm_ * (static_cast<float>(sum.weighted_distance) / static_cast<float>(sum.weight));
+  }
 
  private:
-  const std::vector<Patch>& patches_;
-  float truncation_mm_;
+  static constexpr float unit = 65536.0f;
+
+  float truncation_mm_, inverse_truncation_;
   float min_weight_;
 };
 

@@ -3,15 +3,14 @@
 #include "blocks.hpp"
 #include "dual_mesher.hpp"
 #include "field.hpp"
+#include "fusion_options.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "patch.hpp"
 #include "pieces.hpp"
 
 namespace gelslam {
-namespace {
-
-void check(const FusionOptions& o) {
+void fusion::detail::check_options(const FusionOptions& o) {
   if (!(o.voxel_size_mm >= 0.01 && o.voxel_size_mm <= 10))
     throw Error("the voxel size has to be 0.01 to 10 mm");
   if (!(o.truncation_mm >= 2 * o.voxel_size_mm && o.truncation_mm <= 100)) {
@@ -21,18 +20,14 @@ void check(const FusionOptions& o) {
     throw Error("the minimal weight has to be positive");
 }
 
-}  // namespace
-
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options) {
   using namespace fusion::detail;
-  check(options);
+  check_options(options);
   const std::vector<Patch> prepared = prepare_patches(patches, options.slope_gain, options.threads);
   const float voxel = static_cast<float>(options.voxel_size_mm);
   const float truncation = static_cast<float>(options.truncation_mm);
-  // Two sheets merge while they are less than 0.85 truncations apart, so the surface is never further than
-  // half of that from one of them.
-  const BlockGrid grid(prepared, voxel, 0.45f * truncation, truncation, options.threads);
-  const Field field(prepared, truncation, static_cast<float>(options.min_weight));
+  const BlockGrid grid(prepared, block_reach(voxel, truncation), options.threads);
+  const Field field(truncation, static_cast<float>(options.min_weight));
   const Mesh mesh = extract_zero_set(grid, field, voxel, options.threads);
   return without_small_pieces(mesh, options.min_piece_mm2);
 }

@@ -10,18 +10,6 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-void check(const PosedSurface& posed) {
-  const std::string name = "keyframe " + std::to_string(posed.id);
-  if (!posed.surface) throw Error("cannot fuse " + name + ": it has no surface");
-  if (!posed.map_T_keyframe.matrix().allFinite())
-    throw Error("cannot fuse " + name + ": its pose is not finite");
-  const Surface& s = *posed.surface;
-  if (s.height_mm.size() != s.contact.size() || s.normals.size() != s.contact.size()) {
-    throw Error("cannot fuse " + name + ": its height, normal and contact maps differ in size");
-  }
-  if (!(s.pixel_pitch_mm > 0)) throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
-}
-
 /// sqrt(W), W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies
 /// the gel's skirt and not the object (Huang et al., T-RO 2026). The root, because our mask ends before most
 /// of the skirt begins: W itself throws away good views, and the mean gets noisier (docs/fusion.md).
@@ -46,8 +34,25 @@ float border_weight(int u, int v, const cv::Size& size) {
 
 }  // namespace
 
+void check_patch(const PosedSurface& posed) {
+  const std::string name = "keyframe " + std::to_string(posed.id);
+  if (!posed.surface) throw Error("cannot fuse " + name + ": it has no surface");
+  if (!posed.map_T_keyframe.matrix().allFinite())
+    throw Error("cannot fuse " + name + ": its pose is not finite");
+  const Surface& s = *posed.surface;
+  if (s.height_mm.size() != s.contact.size() || s.normals.size() != s.contact.size()) {
+    throw Error("cannot fuse " + name + ": its height, normal and contact maps differ in size");
+  }
+  if (!(s.pixel_pitch_mm > 0)) throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
+}
+
+void check_slope_gain(double slope_gain) {
+  if (!(slope_gain > 0) || !std::isfinite(slope_gain))
+    throw Error("the slope gain has to be a positive number");
+}
+
 std::optional<Patch> Patch::prepare(const PosedSurface& posed, double slope_gain) {
-  check(posed);
+  check_patch(posed);
   const Surface& s = *posed.surface;
   if (s.contact.empty() || cv::countNonZero(s.contact) == 0) return std::nullopt;
   // One pixel of margin keeps the look-up of four neighbours inside.
@@ -57,11 +62,12 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double slope_gain
   if (box.width < 2 || box.height < 2) return std::nullopt;
 
   Patch patch;
+  patch.keyframe_ = posed.id;
   patch.width_ = box.width;
   patch.height_ = box.height;
   const cv::Mat1f weight = skirt_weight(s.contact);
   const float inverse_gain = static_cast<float>(1.0 / slope_gain);
-  patch.pixels_.resize(static_cast<std::size_t>(box.area()));
+  std::vector<Pixel> pixels(static_cast<std::size_t>(box.area()));
   for (int v = 0; v < box.height; ++v) {
     for (int u = 0; u < box.width; ++u) {
       const cv::Point at(box.x + u, box.y + v);
@@ -71,29 +77,39 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double slope_gain
       const float height_mm = s.height_mm(at) * inverse_gain;
       if (!tilted.allFinite() || !std::isfinite(height_mm)) continue;  // weight 0: it shows nothing
       // A steep slope's height is uncertain by 1/nz: its information falls with nz squared.
-      patch.pixels_[static_cast<std::size_t>(v * box.width + u)] = {
+      pixels[static_cast<std::size_t>(v * box.width + u)] = {
           height_mm, weight(at) * tilted.z() * tilted.z() * border_weight(at.x, at.y, s.contact.size()),
           tilted.x(), tilted.y()};
     }
   }
-  const Eigen::Matrix3d R = posed.map_T_keyframe.linear();
-  patch.sensor_R_map_ = R.transpose().cast<float>();
-  patch.sensor_t_map_ = (-R.transpose() * posed.map_T_keyframe.translation()).cast<float>();
-  patch.origin_ = posed.map_T_keyframe.translation().cast<float>();
-  patch.x_axis_ = R.col(0).cast<float>();
-  patch.y_axis_ = R.col(1).cast<float>();
-  patch.z_axis_ = R.col(2).cast<float>();
+  patch.pixels_ = std::make_shared<const std::vector<Pixel>>(std::move(pixels));
   patch.inverse_pitch_ = static_cast<float>(1.0 / s.pixel_pitch_mm);
   patch.u_origin_ = static_cast<float>(0.5 * (s.contact.cols - 1) - box.x);
   patch.v_origin_ = static_cast<float>(0.5 * (s.contact.rows - 1) - box.y);
   patch.u_end_ = static_cast<float>(box.width - 1);
   patch.v_end_ = static_cast<float>(box.height - 1);
+  patch.set_pose(posed.map_T_keyframe);
   return patch;
 }
 
+Patch Patch::moved_to(const Pose& map_T_keyframe) const {
+  Patch patch = *this;
+  patch.set_pose(map_T_keyframe);
+  return patch;
+}
+
+void Patch::set_pose(const Pose& map_T_keyframe) {
+  const Eigen::Matrix3d R = map_T_keyframe.linear();
+  sensor_R_map_ = R.transpose().cast<float>();
+  sensor_t_map_ = (-R.transpose() * map_T_keyframe.translation()).cast<float>();
+  origin_ = map_T_keyframe.translation().cast<float>();
+  x_axis_ = R.col(0).cast<float>();
+  y_axis_ = R.col(1).cast<float>();
+  z_axis_ = R.col(2).cast<float>();
+}
+
 std::vector<Patch> prepare_patches(const std::vector<PosedSurface>& patches, double slope_gain, int threads) {
-  if (!(slope_gain > 0) || !std::isfinite(slope_gain))
-    throw Error("the slope gain has to be a positive number");
+  check_slope_gain(slope_gain);
   std::vector<std::optional<Patch>> prepared(patches.size());
   parallel_for(patches.size(), threads,
                [&](std::size_t i) { prepared[i] = Patch::prepare(patches[i], slope_gain); });

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct Observation {
   float weight = 0;  ///< 0..1
   Eigen::Vector3f normal;  ///< of the surface, map frame, out of the object
   Eigen::Vector3f
-      direction;  ///< halfway between `normal` and the way the sensor looks from: which side of the object
+      direction;     ///< halfway between `normal` and the way the sensor looks from: which side of the object
+  int keyframe = 0;  ///< whose patch it is
 };
 
 /// A keyframe's heights, weights and slopes over the box that holds its contact, ready for look-ups from the
@@ -26,32 +28,62 @@ class Patch {
   /// Empty where the keyframe has no contact. `slope_gain` divides heights and slopes.
   static std::optional<Patch> prepare(const PosedSurface& posed, double slope_gain);
 
-  /// What the patch says about `point_mm` (map frame); false when it shows nothing there, or only further
-  /// away than `reach_mm`.
-  bool observe(const Eigen::Vector3f& point_mm, float reach_mm, Observation& out) const {
+  /// The same patch elsewhere; both share the pixels.
+  Patch moved_to(const Pose& map_T_keyframe) const;
+
+  int keyframe() const { return keyframe_; }
+
+  /// What the pixels at a point's foot say, in the sensor's frame.
+  struct Reading {
+    float distance_mm = 0, weight = 0;  ///< as in Observation
+    float nx = 0, ny = 0, nz = 1;       ///< the surface's normal, as measured: out of the gel
+  };
+
+  /// False when the patch shows nothing at `point_mm` (map frame), or only further away than `reach_mm`.
+  bool read(const Eigen::Vector3f& point_mm, float reach_mm, Reading& out) const {
     const Eigen::Vector3f p = sensor_R_map_ * point_mm + sensor_t_map_;
     const float u = p.x() * inverse_pitch_ + u_origin_;
     const float v = p.y() * inverse_pitch_ + v_origin_;
     if (!(u >= 0 && v >= 0 && u < u_end_ && v < v_end_)) return false;
     const int iu = static_cast<int>(u), iv = static_cast<int>(v);
     const float fu = u - static_cast<float>(iu), fv = v - static_cast<float>(iv);
-    const Pixel* row = &pixels_[static_cast<std::size_t>(iv * width_ + iu)];
+    const Pixel* row = pixels_->data() + (iv * width_ + iu);
     const Pixel &a = row[0], &b = row[1], &c = row[width_], &d = row[width_ + 1];
     const float wa = (1 - fu) * (1 - fv), wb = fu * (1 - fv), wc = (1 - fu) * fv, wd = fu * fv;
     const float weight = wa * a.weight + wb * b.weight + wc * c.weight + wd * d.weight;
     if (weight < min_pixel_weight) return false;
     const float height = wa * a.height_mm + wb * b.height_mm + wc * c.height_mm + wd * d.height_mm;
     const float rise = height - p.z();
-    const float nx = wa * a.nx + wb * b.nx + wc * c.nx + wd * d.nx;
-    const float ny = wa * a.ny + wb * b.ny + wc * c.ny + wd * d.ny;
-    const float nz = std::sqrt(std::fmax(1 - nx * nx - ny * ny, min_normal_z * min_normal_z));
-    const float distance = rise * nz;
-    if (std::fabs(distance) >= reach_mm) return false;
-    out.distance_mm = distance;
+    out.nx = wa * a.nx + wb * b.nx + wc * c.nx + wd * d.nx;
+    out.ny = wa * a.ny + wb * b.ny + wc * c.ny + wd * d.ny;
+    out.nz = std::sqrt(std::fmax(1 - out.nx * out.nx - out.ny * out.ny, min_normal_z * min_normal_z));
+    out.distance_mm = rise * out.nz;
+    if (std::fabs(out.distance_mm) >= reach_mm) return false;
     out.weight = weight - min_pixel_weight;  // begins at zero: no step where a patch begins
-    out.normal = -(nx * x_axis_ + ny * y_axis_ + nz * z_axis_);
-    out.direction = (out.normal - z_axis_) / std::sqrt(2 + 2 * nz);
     return true;
+  }
+
+  /// The same as an observation in the map frame.
+  bool observe(const Eigen::Vector3f& point_mm, float reach_mm, Observation& out) const {
+    Reading reading;
+    if (!read(point_mm, reach_mm, reading)) return false;
+    out.distance_mm = reading.distance_mm;
+    out.weight = reading.weight;
+    out.normal = -(reading.nx * x_axis_ + reading.ny * y_axis_ + reading.nz * z_axis_);
+    out.direction = (out.normal - z_axis_) / std::sqrt(2 + 2 * reading.nz);
+    out.keyframe = keyframe_;
+    return true;
+  }
+
+  /// A direction of the map in the sensor's frame, and the cosine between it and a reading's
+  /// Observation::direction.
+  Eigen::Vector3f in_sensor(const Eigen::Vector3f& map_direction) const {
+    return sensor_R_map_ * map_direction;
+  }
+  static float cosine(const Reading& r, const Eigen::Vector3f& sensor_direction) {
+    const float along =
+        r.nx * sensor_direction.x() + r.ny * sensor_direction.y() + (r.nz + 1) * sensor_direction.z();
+    return -along / std::sqrt(2 + 2 * r.nz);
   }
 
   /// Visits the patch's pixels, every `stride`-th in both directions, that count: visit(point_mm, normal,
@@ -60,7 +92,7 @@ class Patch {
   void for_each_point(int stride, Visit&& visit) const {
     for (int v = 0; v < height_; v += stride) {
       for (int u = 0; u < width_; u += stride) {
-        const Pixel& pixel = pixels_[static_cast<std::size_t>(v * width_ + u)];
+        const Pixel& pixel = (*pixels_)[static_cast<std::size_t>(v * width_ + u)];
         if (pixel.weight <= min_pixel_weight) continue;
         const Eigen::Vector3f p((static_cast<float>(u) - u_origin_) / inverse_pitch_,
                                 (static_cast<float>(v) - v_origin_) / inverse_pitch_, pixel.height_mm);
@@ -74,6 +106,8 @@ class Patch {
   }
 
  private:
+  void set_pose(const Pose& map_T_keyframe);
+
   static constexpr float min_pixel_weight = 0.05f;  ///< a pixel on the mask's very border
   static constexpr float min_normal_z = 0.05f;
 
@@ -85,8 +119,17 @@ class Patch {
   Eigen::Vector3f sensor_t_map_, origin_, x_axis_, y_axis_, z_axis_;
   float inverse_pitch_ = 0, u_origin_ = 0, v_origin_ = 0, u_end_ = 0, v_end_ = 0;
   int width_ = 0, height_ = 0;
-  std::vector<Pixel> pixels_;
+  int keyframe_ = 0;
+  std::shared_ptr<const std::vector<Pixel>> pixels_;
 };
+
+/// The patches that are asked at a place.
+using PatchList = std::vector<const Patch*>;
+
+/// Throws Error when the surface is missing, its maps differ in size, or its pose is not finite.
+void check_patch(const PosedSurface& posed);
+/// Throws Error when it is not a positive number.
+void check_slope_gain(double slope_gain);
 
 /// All patches with contact, in the given order. Throws Error on maps of unlike sizes and poses that are not
 /// finite.

@@ -1,0 +1,205 @@
+#include "block_mesher.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "cell_cycles.hpp"
+
+namespace gelslam::fusion::detail {
+namespace {
+
+constexpr float unobserved = std::numeric_limits<float>::quiet_NaN();
+constexpr int padded_edge = block_edge + 1;
+using PaddedDistances = std::array<float, padded_edge * padded_edge * padded_edge>;
+
+Eigen::Vector3i lowest_voxel(int cell) {
+  return {cell % block_edge, cell / block_edge % block_edge, cell / (block_edge * block_edge)};
+}
+
+/// The block's distances and those of the first layer of its upper neighbours.
+PaddedDistances padded(const std::array<const std::vector<float>*, block_neighbours>& upper) {
+  PaddedDistances out;
+  out.fill(unobserved);
+  for (int n = 0; n < block_neighbours; ++n) {
+    const std::vector<float>* from = upper[static_cast<std::size_t>(n)];
+    if (!from || from->empty()) continue;
+    const Eigen::Vector3i step(n & 1, (n >> 1) & 1, n >> 2);
+    const Eigen::Vector3i size = (step.array() == 1).select(Eigen::Array3i::Ones(), block_edge);
+    for (int z = 0; z < size.z(); ++z) {
+      for (int y = 0; y < size.y(); ++y) {
+        const Eigen::Vector3i row(0, y, z);
+        std::copy_n(
+            from->begin() + static_cast<std::ptrdiff_t>(voxel_index(row, block_edge)), size.x(),
+            out.begin() + static_cast<std::ptrdiff_t>(voxel_index(row + step * block_edge, padded_edge)));
+      }
+    }
+  }
+  return out;
+}
+
+class VertexPlacer {
+ public:
+  VertexPlacer(const BlockLattice& lattice, const PatchList& patches, const Field& field, BlockSurface& out)
+      : lattice_(lattice), patches_(patches), field_(field), out_(out) {}
+
+  void add_cell(int cell, const std::array<float, 8>& corner, std::uint8_t outside) {
+    out_.cells.push_back({cell, outside, static_cast<int>(out_.positions.size())});
+    const CellCycles& cycles = cell_cycles(outside);
+    std::array<Eigen::Vector3f, 4> sum;
+    std::array<int, 4> count{};
+    sum.fill(Eigen::Vector3f::Zero());
+    for (std::size_t e = 0; e < 12; ++e) {
+      if (cycles.of_edge[e] < 0) continue;
+      const CellEdge& edge = cell_edges()[e];
+      const float from = corner[static_cast<std::size_t>(edge.from)],
+                  to = corner[static_cast<std::size_t>(edge.to)];
+      Eigen::Vector3f crossing(static_cast<float>(edge.from & 1), static_cast<float>((edge.from >> 1) & 1),
+                               static_cast<float>(edge.from >> 2));
+      crossing[static_cast<int>(e) / 4] += from / (from - to);
+      const std::size_t cycle = static_cast<std::size_t>(cycles.of_edge[e]);
+      sum[cycle] += crossing;
+      ++count[cycle];
+    }
+    const Eigen::Vector3f corner_mm = lattice_.position(lattice_.first_voxel + lowest_voxel(cell));
+    for (std::size_t cycle = 0; cycle < static_cast<std::size_t>(cycles.count); ++cycle) {
+      add_vertex(corner_mm, sum[cycle] / static_cast<float>(count[cycle]));
+    }
+  }
+
+ private:
+  /// Moves the vertex along the observed normal onto the zero set, but not out of its cell.
+  void add_vertex(const Eigen::Vector3f& corner_mm, const Eigen::Vector3f& inside_cell) {
+    const float voxel = lattice_.voxel_size_mm;
+    FieldValue value;
+    Eigen::Vector3f p = corner_mm + voxel * inside_cell;
+    bool observed = field_.evaluate(p, patches_, scratch_, value);
+    if (observed) {  // a second step would move it by less than a micrometre
+      p -= value.distance_mm * value.normal;
+      p = p.cwiseMax(corner_mm).cwiseMin(Eigen::Vector3f(corner_mm.array() + voxel));
+      observed = field_.evaluate(p, patches_, scratch_, value);
+    }
+    out_.positions.push_back(p);
+    out_.normals.push_back(observed ? value.normal : Eigen::Vector3f::Zero());
+    out_.weights.push_back(observed ? value.weight : 0.0f);
+    out_.keyframes.push_back(observed ? value.keyframe : 0);
+  }
+
+  const BlockLattice& lattice_;
+  const PatchList& patches_;
+  const Field& field_;
+  BlockSurface& out_;
+  std::vector<Observation> scratch_;
+};
+
+class VertexJoiner {
+ public:
+  explicit VertexJoiner(const std::array<const BlockSurface*, block_neighbours>& lower) : lower_(lower) {}
+
+  std::vector<NamedTriangle> run() {
+    for (const ActiveCell& cell : lower_[0]->cells) {
+      for (int axis = 0; axis < 3; ++axis) add_edge(cell, axis);
+    }
+    return std::move(triangles_);
+  }
+
+ private:
+  static constexpr VertexName nowhere{-1, -1};
+
+  void add_edge(const ActiveCell& cell, int axis) {
+    const bool from_outside = (cell.outside & 1) != 0;
+    const bool to_outside = ((cell.outside >> (1 << axis)) & 1) != 0;
+    if (from_outside == to_outside) return;
+    const Eigen::Vector3i voxel = lowest_voxel(cell.cell);
+    const Eigen::Vector3i back_b = Eigen::Vector3i::Unit((axis + 1) % 3);
+    const Eigen::Vector3i back_c = Eigen::Vector3i::Unit((axis + 2) % 3);
+    // Counter-clockwise seen from the edge's far end.
+    std::array<VertexName, 4> quad{vertex_at(voxel, 4 * axis), vertex_at(voxel - back_b, 4 * axis + 1),
+                                   vertex_at(voxel - back_b - back_c, 4 * axis + 3),
+                                   vertex_at(voxel - back_c, 4 * axis + 2)};
+    for (const VertexName& v : quad) {
+      if (v.neighbour < 0) return;
+    }
+    if (from_outside) std::reverse(quad.begin(), quad.end());
+    add_quad(quad);
+  }
+
+  /// The vertex that crosses `edge` of the cell at `voxel`, which may lie one step below the block.
+  VertexName vertex_at(Eigen::Vector3i voxel, int edge) const {
+    int neighbour = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (voxel[axis] >= 0) continue;
+      voxel[axis] += block_edge;
+      neighbour |= 1 << axis;
+    }
+    const BlockSurface* block = lower_[static_cast<std::size_t>(neighbour)];
+    if (!block) return nowhere;
+    const int cell = static_cast<int>(voxel_index(voxel, block_edge));
+    const auto found = std::lower_bound(block->cells.begin(), block->cells.end(), cell,
+                                        [](const ActiveCell& a, int wanted) { return a.cell < wanted; });
+    if (found == block->cells.end() || found->cell != cell) return nowhere;
+    const int cycle = cell_cycles(found->outside).of_edge[static_cast<std::size_t>(edge)];
+    const int vertex = found->first_vertex + cycle;
+    if (cycle < 0 || !(block->weights[static_cast<std::size_t>(vertex)] > 0)) return nowhere;
+    return {neighbour, vertex};
+  }
+
+  void add_quad(const std::array<VertexName, 4>& quad) {
+    std::array<Eigen::Vector3f, 4> p;
+    Eigen::Vector3f observed = Eigen::Vector3f::Zero();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const BlockSurface& block = *lower_[static_cast<std::size_t>(quad[i].neighbour)];
+      p[i] = block.positions[static_cast<std::size_t>(quad[i].vertex)];
+      observed += block.normals[static_cast<std::size_t>(quad[i].vertex)];
+    }
+    // Where one side's band ends beside another's there is a step in the field, and a wall that nobody
+    // touched: its normal has nothing to do with the observed ones.
+    constexpr float least_agreement = 0.5f;
+    const Eigen::Vector3f across = (p[2] - p[0]).cross(p[3] - p[1]);
+    if (across.dot(observed) < least_agreement * across.norm() * observed.norm()) return;
+    if ((p[2] - p[0]).squaredNorm() <= (p[3] - p[1]).squaredNorm()) {
+      triangles_.push_back({quad[0], quad[1], quad[2]});
+      triangles_.push_back({quad[0], quad[2], quad[3]});
+    } else {
+      triangles_.push_back({quad[0], quad[1], quad[3]});
+      triangles_.push_back({quad[1], quad[2], quad[3]});
+    }
+  }
+
+  const std::array<const BlockSurface*, block_neighbours>& lower_;
+  std::vector<NamedTriangle> triangles_;
+};
+
+}  // namespace
+
+void place_vertices(const BlockLattice& lattice,
+                    const std::array<const std::vector<float>*, block_neighbours>& upper,
+                    const PatchList& patches, const Field& field, BlockSurface& out) {
+  out = {};
+  if (!upper[0] || upper[0]->empty()) return;
+  const PaddedDistances distances = padded(upper);
+  VertexPlacer placer(lattice, patches, field, out);
+  for (int cell = 0; cell < block_voxels; ++cell) {
+    const Eigen::Vector3i base = lowest_voxel(cell);
+    std::array<float, 8> corner;
+    unsigned outside = 0;
+    bool observed = true;
+    for (int c = 0; c < 8; ++c) {
+      const float d =
+          distances[voxel_index(base + Eigen::Vector3i(c & 1, (c >> 1) & 1, c >> 2), padded_edge)];
+      corner[static_cast<std::size_t>(c)] = d;
+      observed = observed && !std::isnan(d);
+      if (d > 0) outside |= 1u << c;
+    }
+    if (observed && outside != 0 && outside != 255) {
+      placer.add_cell(cell, corner, static_cast<std::uint8_t>(outside));
+    }
+  }
+}
+
+std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, block_neighbours>& lower) {
+  return VertexJoiner(lower).run();
+}
+
+}  // namespace gelslam::fusion::detail

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "block_sums.hpp"
+#include "field.hpp"
+
+namespace gelslam::fusion::detail {
+
+/// A cell the surface passes through.
+struct ActiveCell {
+  int cell = 0;              ///< voxel_index of its lowest corner in its block
+  std::uint8_t outside = 0;  ///< signs of its corners
+  int first_vertex = 0;      ///< of the block's vertices: one for each cycle
+
+  bool operator==(const ActiveCell&) const = default;
+};
+
+/// The vertices in a block's cells.
+struct BlockSurface {
+  std::vector<ActiveCell> cells;  ///< ascending by cell
+  std::vector<Eigen::Vector3f> positions, normals;
+  std::vector<float> weights;  ///< 0: the vertex fell where nothing was observed, and is not used
+  std::vector<int> keyframes;  ///< the one that sees the vertex best
+
+  bool operator==(const BlockSurface&) const = default;
+};
+
+/// Finds the cells of a block that the surface passes through and their vertices, moved onto the field's zero
+/// set. `upper`: distances of the block (0) and of its upper neighbours; null or empty where there are none.
+/// A cell counts when all its corners were observed.
+void place_vertices(const BlockLattice& lattice,
+                    const std::array<const std::vector<float>*, block_neighbours>& upper,
+                    const PatchList& patches, const Field& field, BlockSurface& out);
+
+/// A vertex of the block (0) or of one of its lower neighbours.
+struct VertexName {
+  int neighbour = 0;
+  int vertex = 0;
+};
+using NamedTriangle = std::array<VertexName, 3>;
+
+/// The triangles that belong to a block: around every crossed lattice edge that begins at one of its voxels,
+/// counter-clockwise seen from outside. `lower`: the block (0, never null) and its lower neighbours.
+std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, block_neighbours>& lower);
+
+}  // namespace gelslam::fusion::detail

@@ -1,0 +1,93 @@
+#include "block_sums.hpp"
+
+#include <limits>
+
+namespace gelslam::fusion::detail {
+namespace {
+
+constexpr float unobserved = std::numeric_limits<float>::quiet_NaN();
+
+/// Two directions within 44 degrees of an axis are less than 90 degrees apart, whichever leads: one side.
+constexpr float least_cosine = 0.72f;
+
+template <typename Visit>
+void for_each_voxel(const BlockLattice& lattice, int stride, Visit&& visit) {
+  for (int z = 0; z < block_edge; z += stride) {
+    for (int y = 0; y < block_edge; y += stride) {
+      for (int x = 0; x < block_edge; x += stride) {
+        const Eigen::Vector3i local(x, y, z);
+        visit(voxel_index(local, block_edge), lattice.position(lattice.first_voxel + local));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void BlockSums::gather(const BlockLattice& lattice, const PatchList& patches, const Field& field) {
+  for (auto& side : sides_) side.clear();
+  choose_axis(lattice, patches, field);
+  valid_ = !axis_.isZero() && patches.size() < max_summed_patches;
+  for (std::size_t i = 0; valid_ && i < patches.size(); ++i) change(lattice, *patches[i], field, 1);
+}
+
+/// The mean touch direction, opposite ones turned round, at a few voxels.
+void BlockSums::choose_axis(const BlockLattice& lattice, const PatchList& patches, const Field& field) {
+  constexpr int stride = 3;
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (const Patch* patch : patches) {
+    for_each_voxel(lattice, stride, [&](std::size_t, const Eigen::Vector3f& point) {
+      Observation o;
+      if (!patch->observe(point, field.truncation_mm(), o)) return;
+      sum += o.direction.dot(sum) < 0 ? Eigen::Vector3f(-o.direction) : o.direction;
+    });
+  }
+  const float length = sum.norm();
+  axis_ = length > 0 ? Eigen::Vector3f(sum / length) : Eigen::Vector3f::Zero();
+}
+
+void BlockSums::change(const BlockLattice& lattice, const Patch& patch, const Field& field, int sign) {
+  if (!valid_) return;
+  const Eigen::Vector3f axis = patch.in_sensor(axis_);
+  for_each_voxel(lattice, 1, [&](std::size_t i, const Eigen::Vector3f& point) {
+    Patch::Reading reading;
+    if (!patch.read(point, field.truncation_mm(), reading)) return;
+    const float cosine = Patch::cosine(reading, axis);
+    if (std::fabs(cosine) < least_cosine) {
+      valid_ = false;
+      return;
+    }
+    std::vector<Voxel>& side = sides_[cosine > 0 ? 0 : 1];
+    if (side.empty()) side.resize(block_voxels);
+    const DistanceSum term = field.term(reading.distance_mm, reading.weight);
+    Voxel& voxel = side[i];
+    voxel.sum.weight += sign * term.weight;
+    voxel.sum.weighted_distance += sign * term.weighted_distance;
+    if (reading.weight >= field.min_weight()) voxel.heavy = static_cast<std::int16_t>(voxel.heavy + sign);
+  });
+}
+
+void BlockSums::write_distances(const Field& field, std::vector<float>& distances) const {
+  distances.assign(block_voxels, unobserved);
+  for (const auto& side : sides_) {
+    for (std::size_t i = 0; i < side.size(); ++i) {
+      if (side[i].heavy == 0 || side[i].sum.weight == 0) continue;
+      const float mean_mm = field.mean_mm(side[i].sum);
+      if (!(distances[i] >= mean_mm)) distances[i] = mean_mm;  // the intersection of the sides' half-spaces
+    }
+  }
+}
+
+void sample_block(const BlockLattice& lattice, const PatchList& patches, const Field& field, BlockSums& sums,
+                  std::vector<float>& distances) {
+  sums.gather(lattice, patches, field);
+  if (sums.valid()) return sums.write_distances(field, distances);
+  distances.assign(block_voxels, unobserved);
+  std::vector<Observation> scratch;
+  for_each_voxel(lattice, 1, [&](std::size_t i, const Eigen::Vector3f& point) {
+    FieldValue value;
+    if (field.evaluate(point, patches, scratch, value)) distances[i] = value.distance_mm;
+  });
+}
+
+}  // namespace gelslam::fusion::detail
