@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/fusion/mesh_block.hpp"
+
+namespace gelslam {
+
+struct IncrementalOptions {
+  double budget_ms = 8.0;  ///< about how long work() takes
+  /// A patch is moved in the mesh when its pose has changed by more than this since it was put there,
+  double max_translation_mm = 0.02;
+  double max_rotation_rad = 0.00175;  ///< (0.1 degrees)
+  double max_gain_change = 0.005;     ///< or the slope gain by more than this share. 0: at any change.
+  int warm_blocks = 4096;  ///< blocks whose sums are kept ready for the next patch: 5 to 10 kB each
+};
+
+/// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are
+/// made again, from the same field by the same mesher. When work() has nothing left to do, the blocks
+/// together are the mesh of fuse() for the poses in use, with the same vertices and triangles, whatever
+/// happened before; only pieces below `min_piece_mm2` are still there. Not thread-safe; everything happens in
+/// the calling thread
+/// (`FusionOptions::threads` and `slope_gain` are not used). docs/fusion.md.
+class IncrementalFusion {
+ public:
+  /// Throws Error for options that make no sense.
+  IncrementalFusion(const FusionOptions& fusion, const IncrementalOptions& options);
+  ~IncrementalFusion();
+  IncrementalFusion(IncrementalFusion&&) noexcept;
+  IncrementalFusion& operator=(IncrementalFusion&&) noexcept;
+
+  /// Says which patches there are now and where; those no longer named are gone. Only takes note, and keeps
+  /// the surfaces. Throws Error, and changes nothing, when an id is given twice, a patch is damaged (as
+  /// fuse() does), or the gain is no positive number.
+  void set_patches(const std::vector<PosedSurface>& patches, double slope_gain);
+
+  /// Works for about `budget_ms`; true while there may be more to do. New patches first, newest first, then
+  /// what has moved or gone. Throws Error when a patch reaches too far from the map's origin; that patch is
+  /// then left out.
+  bool work();
+
+  /// Blocks whose surface has changed since the last call, by key. Together with all taken before they meet
+  /// without gaps, also while there is work left (where a large correction has come half way there is a step,
+  /// and walls are left out as in fuse()).
+  std::vector<MeshBlock> take_changed_blocks();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "block_mesher.hpp"
+#include "block_sums.hpp"
+#include "gelslam/fusion/mesh_block.hpp"
+#include "patch_places.hpp"
+
+namespace gelslam::fusion::detail {
+
+/// The blocks of a growing mesh: which patches each should ask and which it holds. A change goes through
+/// three passes, each over the blocks that the one before has named: sample, place, mesh. What is in between
+/// is not seen from outside.
+class LiveBlocks {
+ public:
+  LiveBlocks(const Field& field, float voxel_size_mm, int warm_blocks)
+      : field_(field), voxel_(voxel_size_mm), warm_blocks_(static_cast<std::size_t>(warm_blocks)) {}
+
+  void list(const PlacedPatch& placed);
+  void unlist(const PlacedPatch& placed);
+
+  /// Blocks whose patches have changed since they were sampled, those of the newest patches first.
+  std::vector<std::int64_t> take_dirty();
+
+  /// Brings a block's distances up to date; adds the blocks whose vertices hang on them.
+  void sample(std::int64_t key, std::vector<std::int64_t>& to_place);
+  /// Brings its vertices up to date; adds the blocks whose triangles hang on them.
+  void place(std::int64_t key, std::vector<std::int64_t>& to_mesh);
+  /// Its mesh; nothing when it is empty and was so.
+  std::optional<MeshBlock> mesh(std::int64_t key);
+
+  /// Forgets a block in which no patch is left.
+  void drop_if_empty(std::int64_t key);
+
+ private:
+  struct Listing {
+    PatchPtr patch;
+    bool near;
+  };
+  struct Block {
+    std::vector<Listing> listed;      ///< by keyframe
+    std::vector<PatchPtr> held;       ///< by keyframe: what distances and vertices are made of
+    std::unique_ptr<BlockSums> sums;  ///< of `held`; null while cold
+    std::uint64_t last_use = 0;       ///< of the sums
+    std::vector<float> distances;     ///< empty when nothing was observed
+    BlockSurface surface;
+    bool dirty = false, has_mesh = false;
+  };
+
+  Block* find(std::int64_t key) {
+    const auto found = blocks_.find(key);
+    return found == blocks_.end() ? nullptr : &found->second;
+  }
+  BlockLattice lattice(std::int64_t key) const { return {block_coordinate(key) * block_edge, voxel_}; }
+  void mark_dirty(std::int64_t key, Block& block);
+  void update_distances(std::int64_t key, Block& block, std::vector<PatchPtr> wanted);
+  void keep_warm(std::int64_t key, Block& block);
+
+  const Field& field_;
+  float voxel_;
+  std::size_t warm_blocks_;
+  std::unordered_map<std::int64_t, Block> blocks_;
+  std::vector<std::int64_t> dirty_;
+  std::deque<std::pair<std::int64_t, std::uint64_t>>
+      uses_;  ///< of sums: block and number of the use, oldest first
+  std::uint64_t next_use_ = 0;
+  std::size_t warm_ = 0;  ///< blocks with sums
+};
+
+}  // namespace gelslam::fusion::detail

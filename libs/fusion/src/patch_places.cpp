@@ -1,0 +1,81 @@
+#include "patch_places.hpp"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam::fusion::detail {
+namespace {
+
+constexpr std::size_t max_new = 3;  ///< each of them costs a round of its own
+
+}  // namespace
+
+void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double slope_gain) {
+  check_slope_gain(slope_gain);
+  std::map<int, PosedSurface> wanted;
+  for (const PosedSurface& posed : patches) {
+    check_patch(posed);
+    if (!wanted.emplace(posed.id, posed).second) {
+      throw Error("cannot fuse keyframe " + std::to_string(posed.id) + ": it is given twice");
+    }
+  }
+  wanted_ = std::move(wanted);
+  slope_gain_ = slope_gain;
+  const std::set<int> waiting = std::move(changed_);
+  new_.clear();
+  changed_.clear();
+  for (const auto& [id, posed] : wanted_) {
+    const auto placed = placed_.find(id);
+    if (placed == placed_.end()) {
+      (waiting.contains(id) ? changed_ : new_).insert(id);
+    } else if (stale(placed->second, posed)) {
+      changed_.insert(id);
+    }
+  }
+  // Whoever comes with a crowd (another group is shown) can wait and be done with it at once.
+  while (new_.size() > max_new) changed_.insert(new_.extract(new_.begin()));
+  for (const auto& [id, placed] : placed_) {
+    if (!wanted_.contains(id)) changed_.insert(id);
+  }
+}
+
+bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) const {
+  if (placed.posed.surface != wanted.surface) return true;
+  if (std::fabs(slope_gain_ / placed.slope_gain - 1.0) > options_.max_gain_change) return true;
+  const Pose& from = placed.posed.map_T_keyframe;
+  const Pose& to = wanted.map_T_keyframe;
+  if ((to.translation() - from.translation()).norm() > options_.max_translation_mm) return true;
+  // |R - S| = 2 sqrt(2) sin(angle / 2): exact for small angles, where the arc cosine of the trace is not.
+  const double chord = (to.linear() - from.linear()).norm();
+  return chord > 2.0 * std::sqrt(2.0) * std::sin(0.5 * options_.max_rotation_rad);
+}
+
+PlacedPatch PatchPlaces::take_out(int id) {
+  new_.erase(id);
+  changed_.erase(id);
+  auto node = placed_.extract(id);
+  last_out_ = node ? std::move(node.mapped()) : PlacedPatch{};
+  return last_out_;
+}
+
+const PlacedPatch* PatchPlaces::put_in(int id) {
+  const PlacedPatch before = std::exchange(last_out_, {});
+  const auto wanted = wanted_.find(id);
+  if (wanted == wanted_.end()) return nullptr;
+  PlacedPatch& now = placed_[id];  // stays without a patch if what follows throws
+  now.posed = wanted->second;
+  now.slope_gain = slope_gain_;
+  const bool same_pixels =
+      before.patch && before.posed.surface == now.posed.surface && before.slope_gain == slope_gain_;
+  std::optional<Patch> patch =
+      same_pixels ? before.patch->moved_to(now.posed.map_T_keyframe) : Patch::prepare(now.posed, slope_gain_);
+  if (!patch) return &now;
+  now.blocks = blocks_of(*patch, reach_);
+  now.patch = std::make_shared<const Patch>(std::move(*patch));
+  return &now;
+}
+
+}  // namespace gelslam::fusion::detail

@@ -1,0 +1,419 @@
+#include "gelslam/fusion/incremental_fusion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+
+#include "gelslam/core/error.hpp"
+#include "mesh_checks.hpp"
+#include "synthetic_touch.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;  // NOLINT: the helpers of these tests
+
+const Errors usual_errors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
+
+IncrementalOptions exact() {
+  IncrementalOptions options;
+  options.max_translation_mm = options.max_rotation_rad = options.max_gain_change = 0;
+  options.budget_ms = 1;
+  return options;
+}
+
+FusionOptions with_debris() {
+  FusionOptions options;
+  options.threads = 1;
+  options.min_piece_mm2 = 0;
+  return options;
+}
+
+/// What a viewer that takes all changes shows.
+class Shown {
+ public:
+  void take(IncrementalFusion& fusion) {
+    std::int64_t last = std::numeric_limits<std::int64_t>::min();
+    for (MeshBlock& block : fusion.take_changed_blocks()) {
+      EXPECT_GT(block.key, last);  // each once, in order
+      last = block.key;
+      ++changes_;
+      if (block.mesh.triangles.empty()) {
+        EXPECT_EQ(blocks_.erase(block.key), 1u) << "an empty block that was never shown";
+      } else {
+        blocks_.insert_or_assign(block.key, std::move(block));
+      }
+    }
+  }
+  void finish(IncrementalFusion& fusion) {
+    while (fusion.work()) take(fusion);
+    take(fusion);
+  }
+  const std::map<std::int64_t, MeshBlock>& blocks() const { return blocks_; }
+  int changes() const { return changes_; }
+
+ private:
+  std::map<std::int64_t, MeshBlock> blocks_;
+  int changes_ = 0;
+};
+
+/// Position, normal and confidence of three corners, beginning with the smallest: the same triangle is the
+/// same whatever its vertices are called.
+using Corner = std::array<float, 7>;
+using Facet = std::array<Corner, 3>;
+
+void add_facets(const Mesh& mesh, std::vector<Facet>& facets) {
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    Facet facet;
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t v = static_cast<std::size_t>(t[c]);
+      const Eigen::Vector3f &p = mesh.vertices_mm[v], &n = mesh.normals[v];
+      facet[static_cast<std::size_t>(c)] = {p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), mesh.confidence[v]};
+    }
+    std::rotate(facet.begin(), std::min_element(facet.begin(), facet.end()), facet.end());
+    facets.push_back(facet);
+  }
+}
+
+std::vector<Facet> facets_of(const Mesh& mesh) {
+  std::vector<Facet> facets;
+  add_facets(mesh, facets);
+  std::sort(facets.begin(), facets.end());
+  return facets;
+}
+
+std::vector<Facet> facets_of(const Shown& shown) {
+  std::vector<Facet> facets;
+  for (const auto& [key, block] : shown.blocks()) add_facets(block.mesh, facets);
+  std::sort(facets.begin(), facets.end());
+  return facets;
+}
+
+void expect_same_as_fuse(const Shown& shown, const std::vector<PosedSurface>& patches, double slope_gain) {
+  FusionOptions options = with_debris();
+  options.slope_gain = slope_gain;
+  const std::vector<Facet> wanted = facets_of(fuse(patches, options)), got = facets_of(shown);
+  EXPECT_EQ(got.size(), wanted.size());
+  EXPECT_TRUE(got == wanted);
+}
+
+/// All blocks as one mesh: vertices at exactly the same place are one.
+Mesh welded(const Shown& shown) {
+  Mesh mesh;
+  std::map<std::array<float, 3>, int> index;
+  for (const auto& [key, block] : shown.blocks()) {
+    const auto rename = [&](int v) {
+      const Eigen::Vector3f& p = block.mesh.vertices_mm[static_cast<std::size_t>(v)];
+      const auto [at, added] = index.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(index.size()));
+      if (added) {
+        mesh.vertices_mm.push_back(p);
+        mesh.normals.push_back(block.mesh.normals[static_cast<std::size_t>(v)]);
+      } else {
+        EXPECT_EQ(mesh.normals[static_cast<std::size_t>(at->second)],
+                  block.mesh.normals[static_cast<std::size_t>(v)]);
+      }
+      return at->second;
+    };
+    for (const Eigen::Vector3i& t : block.mesh.triangles)
+      mesh.triangles.emplace_back(rename(t[0]), rename(t[1]), rename(t[2]));
+  }
+  return mesh;
+}
+
+/// Vertices - edges + triangles: 1 for a sheet without holes, one less for every hole.
+int euler_number(const Mesh& mesh) {
+  std::set<std::pair<int, int>> edges;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    for (int c = 0; c < 3; ++c) edges.insert(std::minmax(int{t[c]}, int{t[(c + 1) % 3]}));
+  }
+  return static_cast<int>(mesh.vertices_mm.size()) - static_cast<int>(edges.size()) +
+         static_cast<int>(mesh.triangles.size());
+}
+
+const std::vector<PosedSurface>& peanut_patches() {
+  static const auto patches = roll(bumpy_ellipsoid(8, 4, 0.2), 10, 0.5, 0.6, usual_errors, 4);
+  return patches;
+}
+
+PosedSurface disturbed(PosedSurface patch, std::mt19937& random, double rotation_rad, double translation_mm) {
+  std::uniform_real_distribution<double> amount(-1, 1);
+  Vector6d motion;
+  for (int i = 0; i < 6; ++i) motion[i] = amount(random) * (i < 3 ? rotation_rad : translation_mm);
+  patch.map_T_keyframe = patch.map_T_keyframe * se3_exp(motion);
+  return patch;
+}
+
+TEST(IncrementalFusion, PatchAfterPatchEndsWhereFuseDoes) {
+  const auto& patches = peanut_patches();
+  IncrementalFusion fusion({}, exact());
+  Shown shown;
+  for (std::size_t n = 1; n <= patches.size(); ++n) {
+    fusion.set_patches({patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, 1.0);
+    shown.finish(fusion);
+    if (n == 3 || n == patches.size())
+      expect_same_as_fuse(shown, {patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, 1.0);
+  }
+  ASSERT_GT(shown.blocks().size(), 100u);
+}
+
+class AnyHistory : public ::testing::TestWithParam<int> {};
+
+TEST_P(AnyHistory, EndsWhereFuseDoes) {
+  std::mt19937 random(static_cast<unsigned>(GetParam()));
+  const auto chance = [&](int one_in) { return random() % static_cast<unsigned>(one_in) == 0; };
+  IncrementalOptions options = exact();
+  options.budget_ms = 0;                              // one step at a time: the same history every time
+  if (GetParam() % 2 == 1) options.warm_blocks = 40;  // sums come and go
+  IncrementalFusion fusion({}, options);
+  Shown shown;
+  std::map<int, PosedSurface> present;
+  double gain = 1.0;
+  for (int event = 0; event < 14; ++event) {
+    for (const PosedSurface& patch : peanut_patches()) {
+      if (!present.contains(patch.id)) {
+        if (chance(3)) present[patch.id] = patch;
+      } else if (chance(8)) {
+        present.erase(patch.id);
+      } else if (chance(4)) {
+        present[patch.id] = disturbed(patch, random, 0.02, 0.2);
+      }
+    }
+    if (chance(5)) gain = 0.95 + 0.01 * static_cast<double>(random() % 10);
+    std::vector<PosedSurface> now;
+    for (const auto& [id, patch] : present) now.push_back(patch);
+    std::shuffle(now.begin(), now.end(), random);
+    fusion.set_patches(now, gain);
+    // Mostly the next change comes before this one is done.
+    for (auto steps = random() % 3000; steps > 0 && fusion.work(); --steps) shown.take(fusion);
+  }
+  std::vector<PosedSurface> last;
+  for (const auto& [id, patch] : present) last.push_back(patch);
+  shown.finish(fusion);
+  expect_same_as_fuse(shown, last, gain);
+
+  fusion.set_patches({}, gain);
+  shown.finish(fusion);
+  EXPECT_TRUE(shown.blocks().empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, AnyHistory, ::testing::Values(1, 2, 3, 4));
+
+TEST(IncrementalFusion, ThinPlatesKeepBothSidesAsInFuse) {
+  const Shape plate = slab({7, 5, 0.25}, 0.1);
+  std::vector<PosedSurface> patches;
+  Gaussian noise(2);
+  int id = 0;
+  for (const double x : {-2.0, 2.0}) {
+    for (const double side : {1.0, -1.0}) {
+      patches.push_back(with_errors(id++, plate, press(plate, {0.1, 0.05, side}, 0.3, 0.1, {x, 0}),
+                                    {0.003, 0.04, 0.03, 0.01}, noise));
+    }
+  }
+  IncrementalFusion fusion({}, exact());
+  Shown shown;
+  for (const std::size_t n : {2u, 4u, 3u}) {
+    fusion.set_patches({patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, 1.0);
+    shown.finish(fusion);
+  }
+  patches.pop_back();
+  expect_same_as_fuse(shown, patches, 1.0);
+}
+
+TEST(IncrementalFusion, BlocksMeetAtAnyTime) {
+  // A row of patches on a ball is one sheet without holes. While they are moved, newest first, blocks of old
+  // and of new places lie side by side: there is a step, small enough not to be taken for a wall, but no gap.
+  const Shape ball = sphere(6.0);
+  std::vector<PosedSurface> patches;
+  for (int i = 0; i < 5; ++i) {
+    const Pose pose = press(ball, {std::sin(0.35 * i), 0, std::cos(0.35 * i)}, 1.0, 0.0);
+    patches.push_back({i, pose, touch(ball, pose)});
+  }
+  IncrementalOptions options = exact();
+  options.budget_ms = 0;  // one step at a time
+  IncrementalFusion fusion({}, options);
+  Shown shown;
+  fusion.set_patches(patches, 1.0);
+  shown.finish(fusion);
+  ASSERT_EQ(euler_number(welded(shown)), 1);
+  for (PosedSurface& patch : patches) patch.map_T_keyframe.translation() += Eigen::Vector3d(0.01, 0.0, 0.02);
+  fusion.set_patches(patches, 1.0);
+  int states = 0;
+  for (bool more = true; more;) {
+    more = fusion.work();
+    const int before = shown.changes();
+    shown.take(fusion);
+    if (shown.changes() == before) continue;
+    ++states;
+    const Mesh mesh = welded(shown);
+    EXPECT_EQ(topology(mesh).pieces, 1);
+    EXPECT_EQ(topology(mesh).over_used_edges, 0);
+    EXPECT_EQ(euler_number(mesh), 1);
+  }
+  EXPECT_GT(states, 2);  // it was really seen half done
+  expect_same_as_fuse(shown, patches, 1.0);
+}
+
+TEST(IncrementalFusion, APatchChangesOnlyWhatIsAroundIt) {
+  const auto& patches = peanut_patches();
+  IncrementalFusion fusion({}, exact());
+  Shown shown;
+  fusion.set_patches(patches, 1.0);
+  shown.finish(fusion);
+  fusion.set_patches(patches, 1.0);
+  EXPECT_FALSE(fusion.work());  // nothing new
+  auto moved = patches;
+  moved[4].map_T_keyframe.translation().x() += 0.05;
+  fusion.set_patches(moved, 1.0);
+  while (fusion.work()) continue;
+  const auto changed = fusion.take_changed_blocks();
+  EXPECT_GT(changed.size(), 20u);
+  EXPECT_LT(changed.size(), shown.blocks().size() / 2);
+  const Eigen::Vector3f center = patches[4].map_T_keyframe.translation().cast<float>();
+  for (const MeshBlock& block : changed) {
+    for (const auto& p : block.mesh.vertices_mm) EXPECT_LT((p - center).norm(), 9.0f);  // half a gel's width
+  }
+}
+
+TEST(IncrementalFusion, NewPatchesComeBeforeOldCorrections) {
+  const auto& patches = peanut_patches();
+  IncrementalOptions options = exact();
+  options.budget_ms = 0;
+  IncrementalFusion fusion({}, options);
+  Shown shown;
+  std::vector<PosedSurface> known(patches.begin(), patches.end() - 1);
+  fusion.set_patches(known, 1.0);
+  shown.finish(fusion);
+  for (PosedSurface& patch : known) patch.map_T_keyframe.translation().y() += 0.05;
+  known.push_back(patches.back());
+  fusion.set_patches(known, 1.0);
+  std::vector<MeshBlock> first;
+  while (first.empty() && fusion.work()) first = fusion.take_changed_blocks();
+  const auto of_the_newest = std::count_if(first.begin(), first.end(), [&](const MeshBlock& block) {
+    return std::find(block.keyframe.begin(), block.keyframe.end(), patches.back().id) != block.keyframe.end();
+  });
+  EXPECT_GT(2 * of_the_newest, static_cast<std::ptrdiff_t>(first.size()));
+}
+
+TEST(IncrementalFusion, SmallChangesAreLeftUntilTheyAddUp) {
+  const Shape ball = sphere(6.0);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
+  PosedSurface patch{3, pose, touch(ball, pose)};
+  IncrementalOptions options;
+  options.max_translation_mm = 0.02;
+  options.max_rotation_rad = 0.002;
+  options.max_gain_change = 0.01;
+  IncrementalFusion fusion({}, options);
+  Shown shown;
+  fusion.set_patches({patch}, 1.0);
+  shown.finish(fusion);
+  const int before = shown.changes();
+
+  const auto changes_after = [&](const PosedSurface& posed, double gain) {
+    fusion.set_patches({posed}, gain);
+    shown.finish(fusion);
+    return shown.changes() - before;
+  };
+  PosedSurface near = patch;
+  near.map_T_keyframe.translation().z() += 0.015;
+  EXPECT_EQ(changes_after(near, 1.0), 0);
+  near.map_T_keyframe = pose * Eigen::AngleAxisd(0.0015, Eigen::Vector3d::UnitX());
+  EXPECT_EQ(changes_after(near, 1.005), 0);
+  near.map_T_keyframe = pose * Eigen::AngleAxisd(0.0025, Eigen::Vector3d::UnitX());
+  EXPECT_GT(changes_after(near, 1.005), 0);
+  expect_same_as_fuse(shown, {near}, 1.005);
+  const int rotated = shown.changes();
+  fusion.set_patches({near}, 1.02);
+  shown.finish(fusion);
+  EXPECT_GT(shown.changes(), rotated);
+  expect_same_as_fuse(shown, {near}, 1.02);
+  // The same keyframe with another surface (an undone one's id, used again).
+  PosedSurface other{3, near.map_T_keyframe, touch(sphere(5.0), press(sphere(5.0), {0, 0, 1}, 1.0, 0.0))};
+  fusion.set_patches({other}, 1.02);
+  shown.finish(fusion);
+  expect_same_as_fuse(shown, {other}, 1.02);
+}
+
+TEST(IncrementalFusion, VerticesNameTheKeyframeThatSeesThemBest) {
+  const Shape ball = sphere(6.0);
+  const Pose left = press(ball, {-0.35, 0, 1}, 1.0, 0.0), right = press(ball, {0.35, 0, 1}, 1.0, 0.0);
+  IncrementalFusion fusion({}, exact());
+  fusion.set_patches({{12, left, touch(ball, left)}, {7, right, touch(ball, right)}}, 1.0);
+  while (fusion.work()) continue;
+  int seen = 0;
+  for (const MeshBlock& block : fusion.take_changed_blocks()) {
+    ASSERT_EQ(block.keyframe.size(), block.mesh.vertices_mm.size());
+    for (std::size_t v = 0; v < block.keyframe.size(); ++v) {
+      const float x = block.mesh.vertices_mm[v].x();
+      if (std::fabs(x) < 0.3f) continue;  // both see it about as well
+      EXPECT_EQ(block.keyframe[v], x < 0 ? 12 : 7) << x;
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 3000);
+}
+
+TEST(IncrementalFusion, NothingTouchedIsNothing) {
+  IncrementalFusion fusion({}, {});
+  EXPECT_FALSE(fusion.work());
+  EXPECT_TRUE(fusion.take_changed_blocks().empty());
+  const Shape ball = sphere(6.0);
+  Pose away = press(ball, {0, 0, 1}, 1.0, 0.0);
+  away.translation() -= 3.0 * away.linear().col(2);
+  fusion.set_patches({{0, away, touch(ball, away)}}, 1.0);
+  Shown shown;
+  shown.finish(fusion);
+  EXPECT_TRUE(shown.blocks().empty());
+}
+
+TEST(IncrementalFusion, DamagedInputChangesNothing) {
+  const Shape ball = sphere(6.0);
+  const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
+  const PosedSurface good{1, pose, touch(ball, pose)};
+  IncrementalFusion fusion({}, exact());
+  Shown shown;
+  fusion.set_patches({good}, 1.0);
+  shown.finish(fusion);
+
+  PosedSurface lost = good;
+  lost.map_T_keyframe.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(fusion.set_patches({lost}, 1.0), Error);
+  EXPECT_THROW(fusion.set_patches({{1, pose, nullptr}}, 1.0), Error);
+  EXPECT_THROW(fusion.set_patches({good, good}, 1.0), Error);
+  EXPECT_THROW(fusion.set_patches({}, 0.0), Error);
+  EXPECT_THROW(fusion.set_patches({}, std::numeric_limits<double>::infinity()), Error);
+  EXPECT_FALSE(fusion.work());
+  expect_same_as_fuse(shown, {good}, 1.0);
+
+  // Too far away is found out only on the way there: the patch is left out, the others stay.
+  PosedSurface far = good;
+  far.id = 2;
+  far.map_T_keyframe.translation().x() = 1e9;
+  fusion.set_patches({good, far}, 1.0);
+  EXPECT_THROW(while (fusion.work()) continue, Error);
+  shown.finish(fusion);
+  expect_same_as_fuse(shown, {good}, 1.0);
+  far.id = 1;  // and when a patch is sent there, it leaves its old place
+  fusion.set_patches({far}, 1.0);
+  EXPECT_THROW(while (fusion.work()) continue, Error);
+  shown.finish(fusion);
+  EXPECT_TRUE(shown.blocks().empty());
+
+  for (const auto& spoil : std::vector<void (*)(FusionOptions&, IncrementalOptions&)>{
+           [](FusionOptions&f, IncrementalOptions&) { f.voxel_size_mm = 0; },
+           [](FusionOptions&, IncrementalOptions&o) { o.budget_ms = -1; },
+           [](FusionOptions&, IncrementalOptions&o) { o.max_gain_change = std::nan(""); },
+           [](FusionOptions&, IncrementalOptions&o) { o.warm_blocks = 0; }}) {
+    FusionOptions options;
+    IncrementalOptions incremental;
+    spoil(options, incremental);
+    EXPECT_THROW(IncrementalFusion(options, incremental), Error);
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
