@@ -31,6 +31,13 @@ JpegDecoder::JpegDecoder() : handle_(tjInitDecompress()) {
 
 JpegDecoder::~JpegDecoder() { tjDestroy(handle_); }
 
+/// A header that breaks off leaves the library (2.1) waiting for its rest: it would refuse every later picture.
+void JpegDecoder::start_afresh() {
+  tjDestroy(handle_);
+  handle_ = tjInitDecompress();
+  if (handle_ == nullptr) throw std::bad_alloc();
+}
+
 JpegInfo JpegDecoder::read_header(std::span<const std::uint8_t> bytes) {
   JpegInfo info;
   int subsampling = 0, colour_space = 0;
@@ -38,6 +45,7 @@ JpegInfo JpegDecoder::read_header(std::span<const std::uint8_t> bytes) {
                                          &info.width_px, &info.height_px, &subsampling, &colour_space);
   if (failed != 0 && (tjGetErrorCode(handle_) != TJERR_WARNING || info.width_px < 1 || info.height_px < 1)) {
     damage_ = in_words(tjGetErrorStr2(handle_));
+    start_afresh();
     return {};
   }
   info.colour = colour_space != TJCS_GRAY;

@@ -26,6 +26,7 @@ class JpegDecoder {
   const std::string& damage() const { return damage_; }
 
  private:
+  void start_afresh();
   bool decompress(std::span<const std::uint8_t> bytes, cv::Mat3b& picture, int flags);
 
   void* handle_;

@@ -1,0 +1,267 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <random>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "raw_frames.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::jpeg_frame;
+using test::TemporaryFolder;
+using ::testing::HasSubstr;
+
+const LogAttachments some_attachments{"GelSight Mini", "exposure 100\n", "device_config:\n  framerate: 25\n",
+                                      std::string(900, 'm')};
+
+struct Recorded {
+  std::string bytes;
+  std::vector<std::size_t> ends;  ///< file size after each frame
+};
+
+Recorded record(const std::filesystem::path& path, int frames, bool close) {
+  LogWriter writer(path, some_attachments, 25);
+  Recorded recorded;
+  for (int i = 0; i < frames; ++i) {
+    EXPECT_TRUE(writer.write(jpeg_frame(i)));
+    recorded.ends.push_back(static_cast<std::size_t>(writer.bytes()));
+  }
+  if (close) writer.close();
+  recorded.bytes = test::read_bytes(path);
+  return recorded;
+}
+
+struct Outcome {
+  std::vector<RawFrame> frames;
+  std::string warning, error;
+};
+
+Outcome read_log(const std::filesystem::path& path) {
+  Outcome outcome;
+  try {
+    read_log_attachments(path);
+    const auto log = open_raw_log(path);
+    while (std::optional<RawFrame> frame = log->next()) outcome.frames.push_back(std::move(*frame));
+    outcome.warning = log->warning();
+  } catch (const Error& error) {
+    outcome.error = error.what();
+  }
+  return outcome;
+}
+
+void expect_first_frames(const Outcome& outcome, std::size_t count) {
+  ASSERT_EQ(outcome.frames.size(), count);
+  for (std::size_t i = 0; i < count; ++i)
+    EXPECT_TRUE(outcome.frames[i].bytes == jpeg_frame(static_cast<std::int64_t>(i)).bytes) << i;
+}
+
+TEST(DamagedLog, EveryCutGivesAllFramesBeforeIt) {
+  TemporaryFolder folder;
+  for (const bool closed : {true, false}) {
+    const Recorded recorded = record(folder / (closed ? "closed.mkv" : "open.mkv"), 6, closed);
+    const std::size_t header = recorded.bytes.find("\x1f\x43\xb6\x75");
+    testing::internal::CaptureStderr();
+    for (std::size_t length = 5; length < recorded.bytes.size(); length += length < header + 200 ? 1 : 37) {
+      test::write_bytes(folder / "cut.mkv", recorded.bytes.substr(0, length));
+      const Outcome outcome = read_log(folder / "cut.mkv");
+      const auto whole = static_cast<std::size_t>(std::count_if(
+          recorded.ends.begin(), recorded.ends.end(), [&](std::size_t end) { return end <= length; }));
+      if (whole == 0) {
+        EXPECT_THAT(outcome.error, HasSubstr("cut.mkv")) << length;
+        continue;
+      }
+      expect_first_frames(outcome, whole);
+      EXPECT_THAT(outcome.warning, HasSubstr(closed ? "ends after " + std::to_string(whole) + " of 6 frames"
+                                                    : "was never closed"))
+          << length;
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  }
+}
+
+TEST(DamagedLog, CutsJustBeforeAndAfterEachFrame) {
+  TemporaryFolder folder;
+  const Recorded recorded = record(folder / "a.mkv", 5, false);
+  for (std::size_t i = 0; i < recorded.ends.size(); ++i) {
+    for (const int offset : {-1, 0, 1, 3, 12, 30}) {
+      const std::size_t length = recorded.ends[i] + static_cast<std::size_t>(offset);
+      if (length > recorded.bytes.size()) continue;
+      test::write_bytes(folder / "cut.mkv", recorded.bytes.substr(0, length));
+      const std::size_t whole = offset < 0 ? i : i + 1;
+      if (whole > 0) expect_first_frames(read_log(folder / "cut.mkv"), whole);
+    }
+  }
+}
+
+TEST(DamagedLog, AHoleLosesOnlyWhatItHits) {
+  TemporaryFolder folder;
+  const Recorded recorded = record(folder / "a.mkv", 10, true);
+  std::string bytes = recorded.bytes;
+  const std::size_t from = recorded.ends[3] - 20,
+                    to = recorded.ends[4] + 20;  // the end of 3, all of 4, the head of 5
+  for (std::size_t i = from; i < to; ++i) bytes[i] = static_cast<char>(0x55);
+  test::write_bytes(folder / "hole.mkv", bytes);
+  const Outcome outcome = read_log(folder / "hole.mkv");
+  EXPECT_EQ(outcome.error, "");
+  ASSERT_GE(outcome.frames.size(), 7u);
+  for (std::int64_t i = 0; i < 3; ++i)
+    EXPECT_TRUE(outcome.frames[static_cast<std::size_t>(i)].bytes == jpeg_frame(i).bytes) << i;
+  for (std::int64_t i = 6; i < 10; ++i) {
+    const RawFrame& frame = outcome.frames[outcome.frames.size() - 10 + static_cast<std::size_t>(i)];
+    EXPECT_EQ(frame.sequence, i) << "the sequence tells which are missing";
+    EXPECT_NEAR(frame.time_s, 0.04 * static_cast<double>(i), 1e-6);
+    EXPECT_TRUE(frame.bytes == jpeg_frame(i).bytes) << i;
+  }
+  EXPECT_THAT(outcome.warning, HasSubstr("of 10 frames; is it truncated or damaged?"));
+}
+
+TEST(DamagedLog, AnyBytesGiveFramesOrAnErrorInSilence) {
+  TemporaryFolder folder;
+  const Recorded recorded = record(folder / "a.mkv", 3, true);
+  const std::size_t header = recorded.bytes.find("\x1f\x43\xb6\x75") + 60;
+  std::mt19937 random(5);
+  testing::internal::CaptureStderr();
+  for (int round = 0; round < 600; ++round) {
+    std::string bytes = recorded.bytes;
+    for (int change = 0; change <= round % 4; ++change)
+      bytes[random() % header] = static_cast<char>(random());
+    test::write_bytes(folder / "b.mkv", bytes);
+    const Outcome outcome = read_log(folder / "b.mkv");
+    EXPECT_LE(outcome.frames.size(), 3u);
+    EXPECT_TRUE(outcome.error.empty() || outcome.error.find("b.mkv") != std::string::npos) << outcome.error;
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+/// Length fields one after another: those of elements in the header, found by their ids.
+TEST(DamagedLog, HugeSizesCostNothing) {
+  TemporaryFolder folder;
+  const Recorded recorded = record(folder / "a.mkv", 3, true);
+  const std::string ids[] = {
+      "\x19\x41\xa4\x69", "\x61\xa7",         "\x46\x5c", "\x16\x54\xae\x6b", "\xae", "\x12\x54\xc3\x67",
+      "\x44\x87",         "\x1f\x43\xb6\x75", "\xa1",     "\x75\xa1"};
+  rusage before{}, after{};
+  getrusage(RUSAGE_SELF, &before);
+  for (const std::string& id : ids) {
+    const std::size_t at = recorded.bytes.find(id);
+    ASSERT_NE(at, std::string::npos);
+    for (const std::string& length :
+         {std::string("\x1f\xff\xff\xfe", 4), std::string("\x08\x7f\xff\xff\xff", 5),
+          std::string("\x01\x7f\xff\xff\xff\xff\xff\xff", 8)}) {
+      std::string bytes = recorded.bytes;
+      bytes.replace(at + id.size(), 1, length);
+      test::write_bytes(folder / "b.mkv", bytes);
+      const Outcome outcome = read_log(folder / "b.mkv");
+      EXPECT_LE(outcome.frames.size(), 3u);
+    }
+  }
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 200 * 1024) << "KiB";
+}
+
+TEST(DamagedLog, PicturesLargerThanAnySensorsAreRefused) {
+  TemporaryFolder folder;
+  RawFrame frame = jpeg_frame(0);
+  frame.width_px = 60000;
+  frame.height_px = 50000;
+  LogWriter(folder / "a.mkv", {}, 25).write(frame);
+  EXPECT_THAT(read_log(folder / "a.mkv").error, HasSubstr("frames of 60000x50000 pixels are larger"));
+}
+
+TEST(DamagedLog, AttachmentsThatAreTooLargeAreRefused) {
+  TemporaryFolder folder;
+  LogAttachments attachments = some_attachments;
+  attachments.model = std::string(2u << 20, 'm');
+  LogWriter(folder / "a.mkv", attachments, 25).write(jpeg_frame(0));
+  std::string bytes = test::read_bytes(folder / "a.mkv");
+  bytes.replace(bytes.find("nnmodel.pth"), 11, "config.yaml");
+  test::write_bytes(folder / "b.mkv", bytes);
+  EXPECT_THAT(read_log(folder / "b.mkv").error, HasSubstr("its attachment config.yaml is too large"));
+}
+
+TEST(DamagedLog, DamagedPicturesAreLeftOutAndCounted) {
+  TemporaryFolder folder;
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  for (int i = 0; i < 6; ++i) {
+    RawFrame frame = jpeg_frame(i);
+    if (i == 2 || i == 4) frame.bytes.resize(frame.bytes.size() / 2);
+    ASSERT_TRUE(writer.write(frame));
+  }
+  writer.close();
+  SensorProfile profile;
+  profile.width_px = 64;
+  profile.height_px = 48;
+  const auto source = open_frame_source(folder / "a.mkv", profile);
+  std::vector<int> numbers;
+  while (const auto image = source->next()) {
+    EXPECT_NEAR(image->time_s, 0.04 * static_cast<double>(image->index), 1e-6);
+    numbers.push_back(test::number_in(image->bgr));
+  }
+  EXPECT_THAT(numbers, ::testing::ElementsAre(0, 1, 3, 5));
+  EXPECT_THAT(source->warning(), HasSubstr("2 damaged pictures were left out (the first: frame 2: "));
+}
+
+/// While it lives, files cannot grow beyond `bytes`, as on a full disk.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(std::size_t bytes) {
+    previous_handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &previous_);
+    rlimit limit = previous_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &previous_);
+    std::signal(SIGXFSZ, previous_handler_);
+  }
+
+ private:
+  rlimit previous_{};
+  void (*previous_handler_)(int);
+};
+
+TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
+  TemporaryFolder folder;
+  const Recorded whole = record(folder / "whole.mkv", 10, true);
+  for (const std::size_t limit : {whole.ends[4], whole.ends[4] + 1, whole.ends[4] + 40, whole.ends[5] - 1}) {
+    const std::filesystem::path path = folder / (std::to_string(limit) + ".mkv");
+    {
+      const FileSizeLimit full(limit);
+      LogWriter writer(path, some_attachments, 25);
+      int written = 0;
+      while (written < 10 && writer.write(jpeg_frame(written))) ++written;
+      EXPECT_EQ(written, 5);
+      EXPECT_THAT(writer.failure(),
+                  HasSubstr("recording stopped after 5 frames, which are readable: File too large"));
+      EXPECT_FALSE(writer.write(jpeg_frame(5)));
+      writer.close();
+    }
+    EXPECT_EQ(std::filesystem::file_size(path), whole.ends[4]) << "nothing of the torn frame is left";
+    const Outcome outcome = read_log(path);
+    expect_first_frames(outcome, 5);
+    EXPECT_EQ(outcome.warning, "") << "it was closed";
+  }
+}
+
+TEST(FullDisk, NoRoomForTheHeaderLeavesNoFile) {
+  TemporaryFolder folder;
+  const FileSizeLimit full(100);
+  {
+    LogWriter writer(folder / "a.mkv", some_attachments, 25);
+    EXPECT_FALSE(writer.write(jpeg_frame(0)));
+    EXPECT_THAT(writer.failure(), HasSubstr("after 0 frames"));
+  }
+  EXPECT_TRUE(folder.names().empty());
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,190 @@
+#include "gelslam/sensor/log_recorder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "raw_frames.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::jpeg_frame;
+using test::message_of;
+using test::TemporaryFolder;
+using ::testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+std::vector<RawFrame> read_all(RawFrameSource& source) {
+  std::vector<RawFrame> frames;
+  while (std::optional<RawFrame> frame = source.next()) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+std::unique_ptr<LogWriter> writer_of(const std::filesystem::path& path) {
+  return std::make_unique<LogWriter>(path, LogAttachments{}, 25);
+}
+
+TEST(LogRecorder, WritesEverythingInOrder) {
+  TemporaryFolder folder;
+  LogRecorder recorder(writer_of(folder / "a.mkv"));
+  for (int i = 0; i < 200; ++i) recorder.push(jpeg_frame(i));
+  recorder.finish();
+  const LogRecorderStatus status = recorder.status();
+  EXPECT_EQ(status.written, 200);
+  EXPECT_EQ(static_cast<std::uintmax_t>(status.bytes), std::filesystem::file_size(folder / "a.mkv"));
+  EXPECT_EQ(status.waiting_bytes, 0u);
+  EXPECT_EQ(status.warning, "");
+  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
+  ASSERT_EQ(got.size(), 200u);
+  for (std::size_t i = 0; i < got.size(); ++i)
+    EXPECT_TRUE(got[i].bytes == jpeg_frame(static_cast<std::int64_t>(i)).bytes) << i;
+}
+
+TEST(LogRecorder, WhatDoesNotFitIsCountedAndTheRestIsThere) {
+  TemporaryFolder folder;
+  LogRecorderOptions options;
+  options.max_waiting_bytes = 1;  // one frame at a time
+  LogRecorder recorder(writer_of(folder / "a.mkv"), options);
+  for (int i = 0; i < 300; ++i) recorder.push(jpeg_frame(i));
+  recorder.finish();
+  const LogRecorderStatus status = recorder.status();
+  EXPECT_EQ(status.written + status.left_out, 300);
+  EXPECT_GT(status.left_out, 0);
+  EXPECT_THAT(status.warning,
+              HasSubstr("the disk is too slow: " + std::to_string(status.left_out) + " frames"));
+  EXPECT_FALSE(status.stopped);
+  const auto log = open_raw_log(folder / "a.mkv");
+  std::int64_t last = -1;
+  for (const RawFrame& frame : read_all(*log)) {
+    EXPECT_GT(frame.sequence, last);
+    last = frame.sequence;
+  }
+  EXPECT_EQ(log->frame_count().value_or(-1), status.written);
+}
+
+TEST(LogRecorder, ASourceThatCanWaitLosesNothing) {
+  TemporaryFolder folder;
+  LogRecorderOptions options;
+  options.max_waiting_bytes = 1;
+  LogRecorder recorder(writer_of(folder / "a.mkv"), options);
+  for (int i = 0; i < 100; ++i) recorder.push_waiting(jpeg_frame(i));
+  recorder.finish();
+  EXPECT_EQ(recorder.status().written, 100);
+  EXPECT_EQ(recorder.status().left_out, 0);
+}
+
+TEST(LogRecorder, ResizedLogsAreTheDecodersPicturesWithoutLoss) {
+  TemporaryFolder folder;
+  LogRecorderOptions options;
+  options.resize_to.emplace();
+  FrameDecoder decoder(*options.resize_to);
+  LogRecorder recorder(writer_of(folder / "a.mkv"), options);
+  for (int i = 0; i < 4; ++i) {
+    RawFrame frame = jpeg_frame(i, 1312, 984);
+    frame.sequence = 2 * i;
+    if (i == 2) frame.bytes.resize(100);
+    recorder.push(frame);
+  }
+  recorder.finish();
+  EXPECT_EQ(recorder.status().damaged, 1);
+  const std::vector<RawFrame> got = read_all(*open_raw_log(folder / "a.mkv"));
+  ASSERT_EQ(got.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const int number = i < 2 ? static_cast<int>(i) : 3;
+    EXPECT_EQ(got[i].encoding, FrameEncoding::png);
+    EXPECT_EQ(got[i].sequence, 2 * number);
+    EXPECT_NEAR(got[i].time_s, 0.04 * number, 1e-6);
+    const cv::Mat3b picture = cv::imdecode(got[i].bytes, cv::IMREAD_COLOR),
+                    expected = decoder.decode(jpeg_frame(number, 1312, 984))->bgr;
+    EXPECT_EQ(cv::norm(picture, expected, cv::NORM_INF), 0.0);
+  }
+}
+
+TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
+  TemporaryFolder folder;
+  LogRecorderOptions options;
+  options.max_waiting_bytes = 1;
+  LogRecorder recorder(writer_of(folder / "a.mkv"), options);
+  recorder.push_waiting(jpeg_frame(0));
+  recorder.push_waiting(jpeg_frame(1, 32, 24));
+  for (int i = 2; i < 50; ++i) recorder.push_waiting(jpeg_frame(i));
+  recorder.finish();
+  EXPECT_TRUE(recorder.status().stopped);
+  EXPECT_EQ(recorder.status().written, 1);
+  EXPECT_THAT(recorder.status().warning, HasSubstr("recording stopped after 1 frames"));
+
+  options.resize_to.emplace();
+  LogRecorder resizing(writer_of(folder / "b.mkv"), options);
+  for (int i = 0; i < 3; ++i) resizing.push_waiting(jpeg_frame(i));
+  resizing.finish();
+  EXPECT_TRUE(resizing.status().stopped);
+  EXPECT_THAT(resizing.status().warning, HasSubstr("b.mkv: recording stopped: frame 0 is 64x48 pixels"));
+}
+
+/// Frames at given times, without end until stopped.
+class ListedFrames final : public RawFrameSource {
+ public:
+  explicit ListedFrames(std::vector<double> times_s) : times_s_(std::move(times_s)) {}
+  std::optional<RawFrame> next() override {
+    if (index_ == times_s_.size()) return std::nullopt;
+    RawFrame frame;
+    frame.time_s = times_s_[index_];
+    frame.index = static_cast<std::int64_t>(index_++);
+    return frame;
+  }
+  void stop() override { stopped = true; }
+  double rate_hz() const override { return 25; }
+  std::string description() const override { return "list"; }
+  bool stopped = false;
+
+ private:
+  std::vector<double> times_s_;
+  std::size_t index_ = 0;
+};
+
+TEST(Pace, NoFrameBeforeItsTime) {
+  for (const double speed : {1.0, 4.0}) {
+    const std::vector<double> times_s{5.0, 5.02, 5.021, 5.12, 5.1, 5.16};
+    const auto source = pace(std::make_unique<ListedFrames>(times_s), speed);
+    const Clock::time_point start = Clock::now();
+    std::size_t count = 0;
+    while (const std::optional<RawFrame> frame = source->next()) {
+      const double elapsed_s = std::chrono::duration<double>(Clock::now() - start).count();
+      EXPECT_GE(elapsed_s, (times_s[count] - times_s[0]) / speed - 1e-9);
+      EXPECT_LE(frame->arrived, Clock::now());
+      EXPECT_EQ(frame->index, static_cast<std::int64_t>(count));
+      ++count;
+    }
+    EXPECT_EQ(count, times_s.size());
+    EXPECT_NEAR(source->rate_hz(), 25 * speed, 1e-9);
+  }
+}
+
+TEST(Pace, StopWakesTheWaiting) {
+  const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 1e300, 3000}));
+  ASSERT_TRUE(source->next());
+  std::thread stopper([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    source->stop();
+  });
+  EXPECT_FALSE(source->next());
+  EXPECT_FALSE(source->next());
+  stopper.join();
+}
+
+TEST(Pace, ASpeedThatIsNone) {
+  for (const double speed : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_THAT(
+        message_of<Error>([&] { pace(std::make_unique<ListedFrames>(std::vector<double>{}), speed); }),
+        HasSubstr("positive number"));
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
