@@ -42,6 +42,9 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   config.sensor.raw_width_px = 640;
   config.sensor.raw_height_px = 480;
   config.sensor.frame_rate_hz = 59.94;
+  config.sensor.camera = "DIGIT D20966";
+  config.sensor.camera_format = "YUYV";
+  config.sensor.camera_controls = "exposure_time_absolute=120, gain=3";
   config.sensor.calibration_model_path = folder / "some model.pth";
   config.surface.color_dist_threshold = 12.5;
   config.surface.height_threshold_mm = 0.123456789012345;
@@ -71,6 +74,9 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(write_config(back), text);
   EXPECT_EQ(back.sensor.device_name, config.sensor.device_name);
   EXPECT_EQ(back.sensor.pixel_pitch_mm, config.sensor.pixel_pitch_mm) << "to the last bit";
+  EXPECT_EQ(back.sensor.camera, config.sensor.camera);
+  EXPECT_EQ(back.sensor.camera_format, config.sensor.camera_format);
+  EXPECT_EQ(back.sensor.camera_controls, config.sensor.camera_controls);
   EXPECT_EQ(back.sensor.calibration_model_path, config.sensor.calibration_model_path);
   EXPECT_EQ(back.surface.height_threshold_mm, config.surface.height_threshold_mm);
   EXPECT_EQ(back.surface.compensate_light, config.surface.compensate_light);

@@ -15,7 +15,10 @@ void describe_sensor(OptionVisitor& visit, Config& config) {
   visit.integer("imgw", sensor.width_px, 32, 4096, "width of the calibrated image, pixels");
   visit.integer("raw_imgh", sensor.raw_height_px, 32, 16384, "height of the camera's image before the crop");
   visit.integer("raw_imgw", sensor.raw_width_px, 32, 16384, "width of the camera's image before the crop");
-  visit.number("framerate", sensor.frame_rate_hz, 0.1, 1000, "Hz, where the log does not say");
+  visit.number("framerate", sensor.frame_rate_hz, 0.1, 1000, "Hz, where the log does not say; what a camera is asked for");
+  visit.text("camera", sensor.camera, "/dev/videoN, part of the camera's name, or auto");
+  visit.text("camera_format", sensor.camera_format, "MJPG or YUYV, at raw_imgw x raw_imgh");
+  visit.text("camera_controls", sensor.camera_controls, "name=number, name=number; as gelslam devices names them");
   visit.path("calibration_model_path", sensor.calibration_model_path, "nnmodel.pth of this sensor");
   visit.number("color_gain_blue", config.color_gain_bgr[0], 0.1, 10, "on every picture, where another sensor's model is used");
   visit.number("color_gain_green", config.color_gain_bgr[1], 0.1, 10, "the same for green");

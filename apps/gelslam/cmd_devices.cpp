@@ -1,0 +1,135 @@
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "commands.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/sensor/camera.hpp"
+
+namespace gelslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* kind_name(CameraNode node) {
+  switch (node) {
+    case CameraNode::capture:
+      return "camera";
+    case CameraNode::metadata:
+      return "metadata";
+    case CameraNode::other:
+      return "other";
+    case CameraNode::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+const char* kind_words(CameraNode node) {
+  switch (node) {
+    case CameraNode::capture:
+      return "camera";
+    case CameraNode::metadata:
+      return "only metadata of this camera, no pictures";
+    case CameraNode::other:
+      return "no camera (an output or a decoder)";
+    case CameraNode::unknown:
+      break;
+  }
+  return "cannot be opened";
+}
+
+Json mode_json(const CameraMode& mode) {
+  Json json{{"format", mode.format}, {"width", mode.width_px}, {"height", mode.height_px}};
+  if (mode.smallest_width_px != mode.width_px || mode.smallest_height_px != mode.height_px) {
+    json["smallest_width"] = mode.smallest_width_px;
+    json["smallest_height"] = mode.smallest_height_px;
+  }
+  json["rates_hz"] = mode.rates_hz;
+  return json;
+}
+
+Json camera_json(const CameraInfo& camera) {
+  Json json{{"path", camera.path},
+            {"kind", kind_name(camera.node)},
+            {"name", camera.name},
+            {"driver", camera.driver},
+            {"bus", camera.bus},
+            {"sensor", camera.sensor},
+            {"in_use_by", camera.in_use_by},
+            {"problem", camera.problem}};
+  json["modes"] = Json::array();
+  for (const CameraMode& mode : camera.modes) json["modes"].push_back(mode_json(mode));
+  json["controls"] = Json::array();
+  for (const CameraSetting& setting : camera.settings) {
+    json["controls"].push_back(
+        {{"name", setting.name}, {"value", setting.value}, {"automatic", !setting.locked}});
+  }
+  return json;
+}
+
+std::string controls_text(const CameraInfo& camera) {
+  std::ostringstream text;
+  for (const CameraSetting& setting : camera.settings) {
+    text << (text.tellp() == 0 ? "" : ", ") << setting.name << "=" << setting.value
+         << (setting.locked ? "" : " (automatic)");
+  }
+  return text.str();
+}
+
+std::string camera_text(const CameraInfo& camera) {
+  std::ostringstream text;
+  const auto line = [&text](const char* key, const std::string& words) {
+    if (!words.empty()) text << "  " << key << one_line(words) << "\n";
+  };
+  text << camera.path << "  " << one_line(camera.name) << "\n";
+  line("kind      ", std::string(kind_words(camera.node)) +
+                         (camera.sensor.empty() ? "" : ", looks like a " + camera.sensor));
+  line("bus       ", camera.bus + (camera.driver.empty() ? "" : " (" + camera.driver + ")"));
+  for (const CameraMode& mode : camera.modes) line("format    ", mode_text(mode));
+  line("controls  ", controls_text(camera));
+  line("in use by ", camera.in_use_by);
+  line("problem   ", camera.problem);
+  return text.str();
+}
+
+std::string cameras_text(const std::vector<CameraInfo>& cameras) {
+  if (cameras.empty()) {
+    return "no camera is connected: there is no /dev/video node (plug the sensor in; a container or virtual "
+           "machine "
+           "must be given the device)\n";
+  }
+  std::string text;
+  for (const CameraInfo& camera : cameras) text += camera_text(camera);
+  return text;
+}
+
+int run_devices(bool as_json) {
+  const std::vector<CameraInfo> cameras = list_cameras();
+  if (as_json) {
+    Json json{{"cameras", Json::array()}};
+    for (const CameraInfo& camera : cameras) json["cameras"].push_back(camera_json(camera));
+    // A camera's name may be of any bytes; what is not UTF-8 is replaced instead of refused.
+    std::cout << json.dump(2, ' ', false, Json::error_handler_t::replace) << "\n";
+  } else {
+    std::cout << cameras_text(cameras);
+  }
+  for (const CameraInfo& camera : cameras) {
+    if (camera.node == CameraNode::capture) return exit_done;
+  }
+  return exit_not_good;
+}
+
+}  // namespace
+
+void add_devices_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "devices", "List the cameras with their formats, rates and controls; mark the touch sensors");
+  const auto as_json = std::make_shared<bool>(false);
+  command->add_flag("--json", *as_json, "one JSON object for another program");
+  command->footer("Example: gelslam devices\nExit code 1: there is no camera that can be opened.");
+  command->callback([as_json, &exit_code] { exit_code = run_devices(*as_json); });
+}
+
+}  // namespace gelslam

@@ -1,0 +1,307 @@
+#include "camera.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <thread>
+
+#include "../support/temporary_folder.hpp"
+#include "fake_camera.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::FakeCamera;
+using test::FakeFrame;
+using test::message_of;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class Camera : public testing::Test {
+ protected:
+  Camera() {
+    options.timeout_s = 0.05;
+    options.patience_s = 0.12;
+    options.settle_s = 0.02;
+  }
+  /// Whatever happened, nothing stays open, mapped or streaming.
+  void TearDown() override {
+    EXPECT_EQ(mini.open_count, 0);
+    EXPECT_EQ(mini.mapped_count, 0);
+    EXPECT_FALSE(mini.streaming);
+  }
+
+  std::unique_ptr<CameraSource> open() { return detail::open_camera(options, system); }
+  std::string open_error() {
+    return message_of<Error>([&] { open(); });
+  }
+  /// Opens, reads until the camera is lost, and gives the words for it.
+  std::string reading_error() {
+    return message_of<Error>([&] {
+      const auto camera = open();
+      while (camera->next()) {
+      }
+    });
+  }
+  void send(std::uint32_t sequence, double time_s) {
+    FakeFrame frame;
+    frame.sequence = sequence;
+    frame.time_s = time_s;
+    mini.frames.push_back(frame);
+  }
+  std::ptrdiff_t first_call(unsigned long request) const {
+    return std::find(mini.calls.begin(), mini.calls.end(), request) - mini.calls.begin();
+  }
+
+  FakeCamera mini;
+  detail::VideoSystem system = test::fake_system({&mini});
+  CameraOptions options;
+};
+
+TEST_F(Camera, FramesComeAsTheDriverSentThem) {
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    send(7 + i, 5000.0 + 0.04 * i);
+    mini.frames.back().bytes = {0xff, 0xd8, static_cast<std::uint8_t>(i), 0xff, 0xd9};
+  }
+  const auto before = std::chrono::steady_clock::now();
+  const auto camera = open();
+  for (std::uint8_t i = 0; i < 10; ++i) {  // more than there are buffers
+    const auto frame = camera->next();
+    ASSERT_TRUE(frame.has_value());
+    EXPECT_EQ(frame->encoding, FrameEncoding::jpeg);
+    EXPECT_THAT(frame->bytes, ElementsAre(0xff, 0xd8, i, 0xff, 0xd9));
+    EXPECT_EQ(frame->width_px, 3280);
+    EXPECT_EQ(frame->height_px, 2464);
+    EXPECT_EQ(frame->index, i);
+    EXPECT_EQ(frame->sequence, 7 + i);
+    EXPECT_NEAR(frame->time_s, 0.04 * i, 1e-5);
+    EXPECT_GE(frame->arrived, before);
+    EXPECT_LE(frame->arrived, std::chrono::steady_clock::now());
+  }
+  EXPECT_EQ(camera->description(), "GelSight Mini R0B 28KX, /dev/video0, MJPG 3280x2464, 25 Hz");
+  EXPECT_EQ(camera->rate_hz(), 25);
+  EXPECT_EQ(camera->lost_frames(), 0);
+  EXPECT_EQ(camera->warning(), "");
+}
+
+TEST_F(Camera, TheRateIsSetAfterTheFormat) {
+  open();
+  EXPECT_LT(first_call(VIDIOC_S_FMT), first_call(VIDIOC_S_PARM));
+  EXPECT_LT(first_call(VIDIOC_S_PARM), first_call(VIDIOC_REQBUFS));
+  EXPECT_EQ(std::count(mini.calls.begin(), mini.calls.end(), VIDIOC_QUERYBUF), 4);
+}
+
+TEST_F(Camera, GapsInTheSequenceAreLostFrames) {
+  for (const std::uint32_t sequence : {4294967290u, 4294967293u, 1u, 2u, 0u, 1u}) send(sequence, 0);
+  const auto camera = open();
+  std::vector<std::int64_t> sequences, lost;
+  for (int i = 0; i < 6; ++i) {
+    sequences.push_back(camera->next()->sequence - 4294967290);
+    lost.push_back(camera->lost_frames());
+  }
+  // Two are missing before the second, three across the wrap; a count that begins anew is no loss.
+  EXPECT_THAT(sequences, ElementsAre(0, 3, 7, 8, 9, 10));
+  EXPECT_THAT(lost, ElementsAre(0, 2, 5, 5, 5, 5));
+}
+
+TEST_F(Camera, DamagedAndEmptyFramesAreNotDelivered) {
+  for (std::uint32_t i = 0; i < 5; ++i) send(i, i);
+  mini.frames[1].flags |= V4L2_BUF_FLAG_ERROR;
+  mini.frames[3].bytes.clear();
+  const auto camera = open();
+  std::vector<std::int64_t> sequences;
+  for (int i = 0; i < 3; ++i) sequences.push_back(camera->next()->sequence);
+  EXPECT_THAT(sequences, ElementsAre(0, 2, 4));
+  EXPECT_EQ(camera->lost_frames(), 2);
+  EXPECT_EQ(camera->warning(), "/dev/video0: 2 frames came damaged from the driver; check cable and port");
+}
+
+TEST_F(Camera, WithoutADriversClockTimesAreThoseOfArrival) {
+  for (std::uint32_t i = 0; i < 4; ++i) send(i, 1000.0 - i);  // a clock that goes back
+  mini.frames[2].flags = V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN;
+  const auto camera = open();
+  const auto start = std::chrono::steady_clock::now();
+  double last_s = -1;
+  for (int i = 0; i < 4; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    const double time_s = camera->next()->time_s;
+    EXPECT_GT(time_s, last_s);
+    last_s = time_s;
+  }
+  EXPECT_GE(last_s, 0.009 - 1e-4);
+  EXPECT_LE(last_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+
+TEST_F(Camera, InterruptedCallsAreMadeAgain) {
+  send(0, 0);
+  mini.frames.push_front({.code = EINTR});
+  mini.frames.push_front({.code = EAGAIN});
+  EXPECT_EQ(open()->next()->sequence, 0);
+}
+
+TEST_F(Camera, AnotherFormatThanAskedIsSaid) {
+  mini.modes = {{V4L2_PIX_FMT_YUYV, 640, 480, {15, 30}}, {V4L2_PIX_FMT_YUYV, 1280, 720, {}}};
+  EXPECT_EQ(open_error(),
+            "/dev/video0: asked for MJPG 3280x2464, the driver gave YUYV 640x480; the camera offers YUYV "
+            "640x480 at 30, "
+            "15 Hz; YUYV 1280x720: see camera_format, raw_imgw and raw_imgh in device_config");
+  mini.modes = {{V4L2_PIX_FMT_MJPEG, 1920, 1080, {30}}};
+  EXPECT_THAT(open_error(), HasSubstr("asked for MJPG 3280x2464, the driver gave MJPG 1920x1080"));
+}
+
+TEST_F(Camera, AnotherRateThanAskedIsAWarning) {
+  mini.forced_rate_hz = 18.75;
+  auto camera = open();
+  EXPECT_EQ(camera->rate_hz(), 18.75);
+  EXPECT_EQ(camera->warning(), "/dev/video0: asked for 25 Hz, the driver gives 18.75 Hz");
+  camera.reset();
+  mini.forced_rate_hz = -1;
+  EXPECT_EQ(open()->warning(), "/dev/video0: the driver does not say its rate");
+}
+
+TEST_F(Camera, YuyvRowsComeWithoutGaps) {
+  mini.modes = {{V4L2_PIX_FMT_YUYV, 4, 3, {60}}};
+  mini.row_gap_bytes = 5;
+  options.encoding = FrameEncoding::yuyv;
+  options.width_px = 4;
+  options.height_px = 3;
+  std::vector<std::uint8_t> padded, expected;
+  for (std::uint8_t row = 0; row < 3; ++row) {
+    for (std::uint8_t i = 0; i < 13; ++i) {
+      padded.push_back(i < 8 ? static_cast<std::uint8_t>(row * 10 + i) : 0xee);
+      if (i < 8) expected.push_back(padded.back());
+    }
+  }
+  send(0, 0);
+  mini.frames.back().bytes.assign(padded.begin(), padded.end() - 6);  // torn: the last row is not all there
+  send(1, 1);
+  mini.frames.back().bytes.assign(padded.begin(), padded.end() - 5);  // no gap after the last row
+  const auto camera = open();
+  const auto frame = camera->next();
+  EXPECT_EQ(frame->sequence, 1) << "the torn one is not delivered";
+  EXPECT_EQ(frame->bytes, expected);
+  EXPECT_THAT(camera->warning(), HasSubstr("1 frame came damaged"));
+}
+
+TEST_F(Camera, AMetadataNodeNamesTheOneWithThePictures) {
+  FakeCamera pictures;
+  pictures.path = "/dev/video1";
+  mini.device_caps = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
+  options.device = "/dev/video0";
+  EXPECT_THAT(open_error(),
+              HasSubstr("carries only metadata of GelSight Mini R0B 28KX; see gelslam devices"));
+  system = test::fake_system({&mini, &pictures});
+  EXPECT_THAT(open_error(), HasSubstr("its pictures are at /dev/video1"));
+}
+
+TEST_F(Camera, ABusyCameraNamesItsHolder) {
+  mini.fails[VIDIOC_REQBUFS] = EBUSY;
+  EXPECT_EQ(open_error(), "/dev/video0: another program uses the camera; close it first");
+  mini.holder = "cheese (pid 4711)";
+  EXPECT_EQ(open_error(), "/dev/video0: cheese (pid 4711) uses the camera; close that program first");
+}
+
+TEST_F(Camera, ACameraThatIsBusyForAMomentIsAskedAgain) {
+  options.patience_s = 30;
+  for (const auto& [request, code] : std::map<unsigned long, int>{
+           {VIDIOC_S_FMT, EINVAL}, {VIDIOC_REQBUFS, EBUSY}, {VIDIOC_STREAMON, EBUSY}}) {
+    mini.fails = {{request, code}};
+    mini.fails_times = {{request, 2}};
+    send(3, 0);
+    const auto camera = open();
+    EXPECT_EQ(camera->next()->sequence, 3);
+  }
+}
+
+TEST_F(Camera, AVirtualCameraThatNobodyFeedsIsNamed) {
+  mini.device_caps = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
+  options.device = "/dev/video0";
+  EXPECT_EQ(open_error(), "/dev/video0: gives no pictures (GelSight Mini R0B 28KX is no camera now)");
+}
+
+TEST_F(Camera, EveryFailureHasItsWords) {
+  const std::map<int, const char*> words{
+      {EACCES,
+       "/dev/video0: permission denied; the camera belongs to the group video: sudo usermod -aG video $USER"},
+      {ENODEV, "/dev/video0: the camera is gone; is it unplugged?"},
+      {ENOSPC, "/dev/video0: not enough USB bandwidth; connect the camera to another port"},
+      {EIO, "/dev/video0: the camera does not answer; unplug it and plug it in again"},
+      {ENOMEM, "/dev/video0: cannot "}};
+  options.device = "/dev/video0";
+  for (const auto& [code, expected] : words) {
+    for (const unsigned long request :
+         {VIDIOC_QUERYCAP, VIDIOC_S_FMT, VIDIOC_REQBUFS, VIDIOC_QUERYBUF, VIDIOC_QBUF, VIDIOC_STREAMON}) {
+      mini.fails = {{request, code}};
+      EXPECT_THAT(open_error(), HasSubstr(expected)) << request;
+    }
+    mini.fails.clear();
+    mini.open_fails = code;
+    EXPECT_THAT(open_error(), HasSubstr(expected));
+    mini.open_fails = 0;
+    mini.map_fails = code;
+    EXPECT_THAT(open_error(), HasSubstr(expected));
+    mini.map_fails = 0;
+  }
+  mini.open_fails = EACCES;
+  mini.group = "";
+  EXPECT_EQ(open_error(), "/dev/video0: permission denied; check who may read and write it");
+  mini.open_fails = 0;
+  mini.fails = {{VIDIOC_QUERYCAP, ENOTTY}};
+  EXPECT_EQ(open_error(), "/dev/video0: not a camera");
+  options.device = "/dev/video9";
+  EXPECT_EQ(open_error(), "/dev/video9: there is no such device; see gelslam devices");
+  options.device = "/dev/video0";
+  mini.fails.clear();
+  mini.most_buffers = 1;
+  EXPECT_EQ(open_error(), "/dev/video0: the driver gives only 1 buffers; two are needed");
+}
+
+TEST_F(Camera, ACameraThatIsPulledOutIsSaid) {
+  send(0, 0);
+  mini.frames.push_back({.code = ENODEV});
+  EXPECT_EQ(reading_error(), "/dev/video0: the camera is gone; is it unplugged?");
+  mini.frames = {{}, {.code = EIO}};
+  EXPECT_EQ(reading_error(), "/dev/video0: the camera does not answer; unplug it and plug it in again");
+}
+
+TEST_F(Camera, ACameraThatStallsIsSaid) {
+  send(0, 0);
+  EXPECT_EQ(reading_error(),
+            "/dev/video0: no frame for 0.05 s; unplug the camera and plug it in again, directly and into "
+            "another port if "
+            "this comes back");
+}
+
+TEST_F(Camera, ACameraThatSendsOnlyDamageIsSaid) {
+  options.timeout_s = 0;
+  send(0, 0);
+  mini.frames.back().flags |= V4L2_BUF_FLAG_ERROR;
+  EXPECT_THAT(reading_error(), HasSubstr("no whole frame for 0 s (1 damaged ones)"));
+}
+
+TEST_F(Camera, StopEndsTheWaitFromAnotherThread) {
+  options.timeout_s = 60;
+  const auto camera = open();
+  std::thread other([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    camera->stop();
+  });
+  EXPECT_FALSE(camera->next().has_value());
+  other.join();
+  send(0, 0);
+  EXPECT_FALSE(camera->next().has_value()) << "stopped is stopped";
+}
+
+TEST_F(Camera, AnotherSensorThanTheConfigurationsIsAWarning) {
+  mini.card = "DIGIT: DIGIT";
+  options.device = "/dev/video0";
+  EXPECT_EQ(open()->warning(), "/dev/video0: this is a DIGIT, the configuration is for a GelSight Mini");
+  mini.card = "HD Webcam";
+  EXPECT_EQ(open()->warning(), "");
+}
+
+}  // namespace
+}  // namespace gelslam
