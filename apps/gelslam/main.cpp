@@ -21,6 +21,7 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_simulate_command(app, exit_code);
   add_surface_command(app, exit_code);
   add_track_command(app, exit_code);
+  add_view_command(app, exit_code);
 }
 
 /// The subcommand the person asked for, else the program itself.

@@ -18,7 +18,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kNearest_mm = 0.05F, kFurthest_mm = 1e6F;
 constexpr float kZoomPerStep = 0.9F;
 constexpr float kFollowTilt_rad = 25.0F * kPi / 180.0F;
-constexpr float kFitMargin = 1.06F;
+constexpr float kFitMargin = 1.12F;
 
 float tangent_of_half_view() {
   return std::tan(static_cast<float>(OrbitCamera::vertical_view_deg) * kPi / 360.0F);
@@ -78,19 +78,33 @@ void OrbitCamera::zoom(double steps, const Vector2f& cursor_px, const Viewport& 
   centre_mm_ += map_R_camera_ * Vector3f(from_middle.x() * mm, -from_middle.y() * mm, 0);
 }
 
-OrbitCamera OrbitCamera::fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const {
+OrbitCamera OrbitCamera::fitted(std::span<const Vector3f> points_mm, const Viewport& viewport) const {
   OrbitCamera result = *this;
-  if (!is_usable(box_mm)) return result;
-  result.centre_mm_ = box_mm.center();
+  const Eigen::Matrix3f camera_R_map = map_R_camera_.conjugate().toRotationMatrix();
+  Eigen::AlignedBox3f box;  // along the camera's axes
+  for (const Vector3f& point : points_mm) {
+    if (!point.allFinite()) return result;
+    box.extend(camera_R_map * point);
+  }
+  if (box.isEmpty()) return result;
+  result.centre_mm_ = map_R_camera_ * box.center();
   const float tangent_y = tangent_of_half_view(), tangent_x = tangent_y * viewport.aspect();
   float distance = 0;
-  for (const Vector3f& corner : corners(box_mm)) {
-    const Vector3f p = map_R_camera_.conjugate() * (corner - result.centre_mm_);
+  for (const Vector3f& point : points_mm) {
+    const Vector3f p = camera_R_map * point - box.center();
     distance = std::max(
         distance, p.z() + kFitMargin * std::max(std::abs(p.x()) / tangent_x, std::abs(p.y()) / tangent_y));
   }
   result.set_distance_mm(std::max(distance, 1.0F));
   return result;
+}
+
+void OrbitCamera::fit(std::span<const Vector3f> points_mm, const Viewport& viewport) {
+  *this = fitted(points_mm, viewport);
+}
+
+OrbitCamera OrbitCamera::fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const {
+  return is_usable(box_mm) ? fitted(std::span<const Vector3f>(corners(box_mm)), viewport) : *this;
 }
 
 void OrbitCamera::fit(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) {

@@ -7,6 +7,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gl_objects.hpp"
+#include "render_annotation.hpp"
 
 namespace gelslam {
 
@@ -78,6 +79,9 @@ cv::Mat3b render_scene_offscreen(Scene& scene, const OrbitCamera& camera, const 
   scene.draw(camera, {0, 0, width_px, height_px}, style);
   cv::Mat3b picture = target.read();
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(bound_before));
+  if (const auto colours = scene.legend(style)) {
+    draw_legend(picture, cv::Rect({0, 0}, picture.size()), *colours, style.light_theme);
+  }
   return picture;
 }
 

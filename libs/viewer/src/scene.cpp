@@ -23,9 +23,12 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kBudget_ms = 3;  ///< of a frame, for levels of detail and new colours
 constexpr std::size_t kTrianglesPerPiece = 2000;
+constexpr std::size_t kDistanceSamples = 4000;
+constexpr std::size_t kOutlinePoints = 5000;
 constexpr int kMatcapSide_px = 256;
 constexpr float kTouchLift_mm = 0.25F;  ///< the map below the touch may be so much off before it hides it
 constexpr float kHiddenLineOpacity = 0.16F;
+constexpr float kLeastCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 const Vector3f kClay(0.58F, 0.50F, 0.43F);
 
 double ms_since(Clock::time_point start) {
@@ -51,7 +54,8 @@ struct Scene::Impl {
   std::optional<TouchPatch> touch_patch;
   Eigen::AlignedBox3f trajectory_box_mm;
   std::int64_t next_piece = 0;
-  VertexDistances distances;
+  DistanceQuery distance_query;
+  mutable std::optional<float> distance_limit_mm;  ///< found when it is first asked for
   KeyframePlaces keyframe_places;
   SceneColour values_for = SceneColour::plain;  ///< what the vertices' values mean now
   double budget_ms = kBudget_ms;
@@ -94,11 +98,18 @@ struct Scene::Impl {
       case SceneColour::keyframe:
         return keyframe_places.range();
       case SceneColour::distance:
-        return {0, distances.round_limit_mm()};
+        return {0, distance_limit()};
       case SceneColour::plain:
         break;
     }
     return {0, 1};
+  }
+
+  float distance_limit() const {
+    if (!distance_limit_mm && distance_query) {
+      distance_limit_mm = round_limit_mm(distance_query(mesh.sample_vertices(kDistanceSamples)));
+    }
+    return distance_limit_mm.value_or(1.0F);
   }
 
   /// Puts the values in order that `colour` shows.
@@ -109,7 +120,10 @@ struct Scene::Impl {
     if (colour == SceneColour::keyframe) {
       mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.nearest(m); });
     } else {
-      mesh.set_values([this](const DrawableMesh& m) { return distances.of(m); });
+      mesh.set_values([this](const DrawableMesh& m) {
+        return drawable_values(distance_query ? distance_query(m.vertices_mm) : std::vector<float>(),
+                               m.vertices_mm.size());
+      });
     }
   }
 
@@ -143,6 +157,7 @@ struct Scene::Impl {
     mesh_program.set("range_min", low);
     mesh_program.set("range_max", high);
     mesh_program.set("clay", kClay);
+    mesh_program.set("relief_gain", 1.0F / std::max(mesh.typical_curvature(), kLeastCurvature));
     mesh_program.set("colour_map", 0);
     mesh_program.set("matcap", 1);
     glActiveTexture(GL_TEXTURE1);
@@ -210,21 +225,21 @@ void Scene::update(const MeshChanges& changes) {
 
 void Scene::clear_mesh() {
   impl_->mesh.clear();
-  impl_->distances.clear();
+  impl_->distance_limit_mm.reset();
 }
 
 void Scene::set_mesh(const Mesh& mesh) {
   const auto start = Clock::now();
   clear_mesh();
-  impl_->distances.set_vertex_count(mesh.vertices_mm.size());
   for (DrawableMesh& piece : split(make_drawable(mesh), kTrianglesPerPiece)) {
     impl_->mesh.put(impl_->next_piece++, std::move(piece));
   }
   impl_->statistics.upload_ms = ms_since(start);
 }
 
-void Scene::set_distances(std::span<const float> distance_mm) {
-  impl_->distances.set(distance_mm);
+void Scene::set_distance_query(DistanceQuery query) {
+  impl_->distance_query = std::move(query);
+  impl_->distance_limit_mm.reset();
   if (impl_->values_for == SceneColour::distance) impl_->values_for = SceneColour::plain;
 }
 
@@ -249,6 +264,8 @@ void Scene::set_map(const MapSnapshot& map, const std::vector<int>& coverage) {
 }
 
 Eigen::AlignedBox3f Scene::bounds_mm() const { return impl_->mesh.box_mm(); }
+
+std::vector<Vector3f> Scene::outline_mm() const { return impl_->mesh.sample_vertices(kOutlinePoints); }
 
 std::optional<Vector3f> Scene::pick(const PickRay& ray) const { return impl_->mesh.pick(ray); }
 

@@ -15,17 +15,17 @@ float smooth_step(float from, float to, float x) {
   return t * t * (3 - 2 * t);
 }
 
-/// Linear light from direction n of the ball: a large soft window, a low warm one, a dark floor and a bright
-/// rim.
+/// Linear light from direction n of the ball. What is touched mostly faces the viewer, so light changes most
+/// around the middle: a soft window up left, its dark edge, warm light from the right, cold rim.
 Vector3f reflection(const Vector3f& n) {
-  const Vector3f window = Vector3f(-0.5F, 0.6F, 0.62F).normalized(),
-                 lamp = Vector3f(0.75F, -0.25F, 0.6F).normalized();
-  const float sky = smooth_step(-0.9F, 0.9F, n.y());
-  Vector3f light = (1 - sky) * Vector3f(0.035F, 0.04F, 0.05F) + sky * Vector3f(0.20F, 0.23F, 0.27F);
-  light += std::max(n.dot(window), 0.0F) * Vector3f(0.32F, 0.30F, 0.27F);
-  light += smooth_step(0.80F, 0.99F, n.dot(window)) * Vector3f(0.50F, 0.49F, 0.46F);
-  light += smooth_step(0.75F, 0.98F, n.dot(lamp)) * Vector3f(0.17F, 0.11F, 0.06F);
-  return light + std::pow(1 - n.z(), 4.0F) * Vector3f(0.16F, 0.20F, 0.26F);
+  const Vector3f window = Vector3f(-0.42F, 0.50F, 0.75F).normalized(),
+                 lamp = Vector3f(0.72F, -0.38F, 0.58F).normalized();
+  const float sky = smooth_step(-0.8F, 0.9F, n.y());
+  Vector3f light = (1 - sky) * Vector3f(0.030F, 0.030F, 0.034F) + sky * Vector3f(0.13F, 0.15F, 0.18F);
+  light += smooth_step(0.35F, 1.0F, n.dot(window)) * Vector3f(0.46F, 0.45F, 0.43F);
+  light += smooth_step(0.90F, 0.985F, n.dot(window)) * Vector3f(0.34F, 0.34F, 0.33F);
+  light += smooth_step(0.55F, 1.0F, n.dot(lamp)) * Vector3f(0.33F, 0.22F, 0.13F);
+  return light + std::pow(1 - n.z(), 3.0F) * Vector3f(0.20F, 0.26F, 0.34F);
 }
 
 std::uint8_t encode(float linear) {

@@ -46,12 +46,17 @@ std::optional<int> level_for(const DrawableMesh& mesh, float cell_mm) {
   return level;
 }
 
-float percentile_95(std::vector<float> values) {
+float percentile(std::vector<float> values, double share) {
   if (values.empty()) return 0;
   const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(values.size() - 1));
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
   return *place;
+}
+
+float percentile_of_size(std::vector<float> values, double share) {
+  for (float& value : values) value = std::abs(value);
+  return percentile(std::move(values), share);
 }
 
 /// Distance along the ray to the triangle, or nothing (Möller & Trumbore 1997; both sides).
@@ -105,7 +110,7 @@ SceneMesh::Level SceneMesh::upload_indices(const std::vector<std::uint32_t>& ind
 }
 
 void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
-  box_is_old_ = true;
+  box_is_old_ = curvature_is_old_ = true;
   if (const auto old = blocks_.find(key); old != blocks_.end()) {
     release(old->second);
     blocks_.erase(old);
@@ -113,7 +118,8 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   if (mesh.indices.empty()) return;
   Block& block = blocks_[key];
   block.mesh = std::move(mesh);
-  block.confidence_p95 = percentile_95(block.mesh.confidence);
+  block.confidence_p95 = percentile(block.mesh.confidence, 0.95);
+  block.curvature_p80 = percentile_of_size(block.mesh.curvature, 0.8);
   upload_vertices(block, {});
   block.full = upload_indices(block.mesh.indices);
   triangles_ += block.mesh.indices.size() / 3;
@@ -122,7 +128,7 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
 void SceneMesh::clear() {
   for (auto& [key, block] : blocks_) release(block);
   blocks_.clear();
-  box_is_old_ = true;
+  box_is_old_ = curvature_is_old_ = true;
 }
 
 void SceneMesh::set_values(VertexValues values) {
@@ -142,7 +148,30 @@ const AlignedBox3f& SceneMesh::box_mm() const {
 float SceneMesh::confidence_p95() const {
   std::vector<float> of_blocks;
   for (const auto& [key, block] : blocks_) of_blocks.push_back(block.confidence_p95);
-  return percentile_95(std::move(of_blocks));
+  return percentile(std::move(of_blocks), 0.95);
+}
+
+float SceneMesh::typical_curvature() const {
+  if (curvature_is_old_) {
+    std::vector<float> of_blocks;
+    for (const auto& [key, block] : blocks_) of_blocks.push_back(block.curvature_p80);
+    typical_curvature_ = percentile(std::move(of_blocks), 0.5);
+    curvature_is_old_ = false;
+  }
+  return typical_curvature_;
+}
+
+std::vector<Vector3f> SceneMesh::sample_vertices(std::size_t count) const {
+  std::size_t total = 0;
+  for (const auto& [key, block] : blocks_) total += block.mesh.vertices_mm.size();
+  const std::size_t step = std::max<std::size_t>(1, total / std::max<std::size_t>(count, 1));
+  std::vector<Vector3f> sample;
+  std::size_t next = 0;  // counts from the block's first vertex
+  for (const auto& [key, block] : blocks_) {
+    for (; next < block.mesh.vertices_mm.size(); next += step) sample.push_back(block.mesh.vertices_mm[next]);
+    next -= block.mesh.vertices_mm.size();
+  }
+  return sample;
 }
 
 std::optional<Vector3f> SceneMesh::pick(const PickRay& ray) const {

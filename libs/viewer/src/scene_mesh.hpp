@@ -35,6 +35,9 @@ class SceneMesh {
   const Eigen::AlignedBox3f& box_mm() const;
   std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
   float confidence_p95() const;
+  float typical_curvature() const;  ///< what four of five vertices stay below, 1/mm
+  /// About `count` vertices, evenly from all blocks.
+  std::vector<Eigen::Vector3f> sample_vertices(std::size_t count) const;
   std::size_t block_count() const { return blocks_.size(); }
   std::size_t triangle_count() const { return triangles_; }
   std::size_t drawn_blocks() const { return counts_.size(); }
@@ -52,7 +55,7 @@ class SceneMesh {
     Level full;
     std::map<int, Level> coarser;  ///< by the cell's size, 2^n mm
     std::uint64_t values_version = 0;
-    float confidence_p95 = 0;
+    float confidence_p95 = 0, curvature_p80 = 0;
   };
   struct Wanted {
     Block* block;
@@ -77,7 +80,8 @@ class SceneMesh {
   std::uint64_t values_version_ = 0;
   double preparing_ms_ = 0;
   mutable Eigen::AlignedBox3f box_mm_;
-  mutable bool box_is_old_ = false;
+  mutable bool box_is_old_ = false, curvature_is_old_ = false;
+  mutable float typical_curvature_ = 0;
   std::vector<GLsizei> counts_;
   std::vector<const void*> offsets_;
   std::vector<GLint> base_vertices_;

@@ -28,7 +28,7 @@ in vec3 position_c, normal_c;
 in float curvature, number;
 flat in float label;
 uniform int colour_by, shading;  // SceneColour, SceneShading
-uniform float range_min, range_max;
+uniform float range_min, range_max, relief_gain;
 uniform sampler2D colour_map, matcap;
 uniform vec3 clay;  // linear
 out vec4 colour;
@@ -50,13 +50,13 @@ vec3 lit(vec3 albedo, vec3 n, vec3 v) {
   vec3 light = mix(vec3(0.10, 0.09, 0.085), vec3(0.27, 0.29, 0.33), 0.5 * n.y + 0.5);
   light += max(dot(n, key), 0.0) * vec3(0.95, 0.91, 0.84) + max(dot(n, fill), 0.0) * vec3(0.16, 0.19, 0.24);
   float shine = pow(max(dot(n, normalize(key + v)), 0.0), 32.0);
-  return albedo * light * (1.0 + 0.28 * tanh(0.5 * curvature)) + vec3(0.07) * shine;
+  return albedo * light * (1.0 + 0.28 * tanh(0.35 * relief_gain * curvature)) + vec3(0.07) * shine;
 }
 
 vec3 relief(vec3 albedo, vec3 n) {
   const vec3 grazing = normalize(vec3(-0.78, 0.48, 0.40));
-  float light = 0.20 + 0.62 * max(dot(n, grazing), 0.0) + 0.16 * max(n.z, 0.0);
-  return albedo * light * (1.0 + 0.85 * tanh(0.9 * curvature));
+  float light = 0.16 + 0.72 * max(dot(n, grazing), 0.0) + 0.26 * max(n.z, 0.0);
+  return albedo * light * (1.0 + 0.62 * tanh(0.7 * relief_gain * curvature));
 }
 
 vec3 polished(vec3 albedo, vec3 n, vec3 v) {

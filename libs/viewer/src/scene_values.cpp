@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -21,35 +20,26 @@ Eigen::Vector3d contact_centre(const Surface& surface) {
 
 }  // namespace
 
-void VertexDistances::set(std::span<const float> distance_mm) {
-  distance_mm_.assign(distance_mm.begin(), distance_mm.end());
-  distance_mm_.resize(vertices_, std::numeric_limits<float>::quiet_NaN());
-}
-
-std::vector<float> VertexDistances::of(const DrawableMesh& piece) const {
-  std::vector<float> values;
-  values.reserve(piece.source.size());
-  for (const std::uint32_t from : piece.source) {
-    const float d = from < distance_mm_.size() ? distance_mm_[from] : no_value;
-    values.push_back(std::isfinite(d) ? d : no_value);
-  }
-  return values;
-}
-
-float VertexDistances::round_limit_mm() const {
-  std::vector<float> finite;
-  std::copy_if(distance_mm_.begin(), distance_mm_.end(), std::back_inserter(finite),
-               [](float d) { return std::isfinite(d); });
-  if (finite.empty()) return 1;
+float round_limit_mm(std::vector<float> distance_mm) {
+  std::erase_if(distance_mm, [](float d) { return !std::isfinite(d) || d < 0; });
+  if (distance_mm.empty()) return 1;
   const auto place =
-      finite.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(finite.size() - 1));
-  std::nth_element(finite.begin(), place, finite.end());
+      distance_mm.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(distance_mm.size() - 1));
+  std::nth_element(distance_mm.begin(), place, distance_mm.end());
   const float wanted = std::max(*place, 1e-4F);
   const float power = std::pow(10.0F, std::floor(std::log10(wanted)));
   for (const float step : {1.0F, 2.0F, 5.0F}) {
     if (step * power >= wanted) return step * power;
   }
   return 10 * power;
+}
+
+std::vector<float> drawable_values(std::vector<float> distance_mm, std::size_t vertices) {
+  distance_mm.resize(vertices, no_value);
+  for (float& d : distance_mm) {
+    if (!std::isfinite(d)) d = no_value;
+  }
+  return distance_mm;
 }
 
 KeyframePlaces::KeyframePlaces(const MapSnapshot& map) {

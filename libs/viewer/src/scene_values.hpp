@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <span>
 #include <vector>
 
 #include "gelslam/slam/live_session.hpp"
@@ -9,20 +8,11 @@
 
 namespace gelslam::viewer::detail {
 
-/// Distances given per vertex of a whole mesh.
-class VertexDistances {
- public:
-  void clear() { distance_mm_.clear(), vertices_ = 0; }
-  void set_vertex_count(std::size_t vertices) { vertices_ = vertices; }
-  void set(std::span<const float> distance_mm);
-  std::vector<float> of(const DrawableMesh& piece) const;
-  /// What nearly all of them are below: 1, 2 or 5 times a power of ten.
-  float round_limit_mm() const;
+/// 1, 2 or 5 times a power of ten that nearly all of the distances are below; 1 without any.
+float round_limit_mm(std::vector<float> distance_mm);
 
- private:
-  std::size_t vertices_ = 0;
-  std::vector<float> distance_mm_;
-};
+/// `distance_mm` made fit for drawing: as many as the vertices, none of them NaN.
+std::vector<float> drawable_values(std::vector<float> distance_mm, std::size_t vertices);
 
 /// Where the keyframes of the shown group touch.
 class KeyframePlaces {

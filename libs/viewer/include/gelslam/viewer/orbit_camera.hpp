@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <span>
 
 #include "gelslam/core/se3.hpp"
 
@@ -36,9 +37,13 @@ class OrbitCamera {
   /// Turns about the line of sight.
   void roll(double angle_rad);
 
-  /// All of the box comes into view, from the present direction. An empty or not finite box changes nothing.
-  void fit(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport);
+  /// All of the points come into view, filling it, from the present direction. None, or one that is not
+  /// finite, changes nothing. Scene::outline_mm() gives those of a scene.
+  void fit(std::span<const Eigen::Vector3f> points_mm, const Viewport& viewport);
   /// Where fit() would go, for a glide there: camera.glide_to(goal, dt_s) in every frame.
+  OrbitCamera fitted(std::span<const Eigen::Vector3f> points_mm, const Viewport& viewport) const;
+  /// The same for the corners of a box.
+  void fit(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport);
   OrbitCamera fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const;
   /// Back to the outside view; centre and distance stay.
   void reset_direction();

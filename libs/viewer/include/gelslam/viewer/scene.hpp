@@ -1,12 +1,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "gelslam/fusion/mesh_block.hpp"
@@ -22,6 +21,9 @@ struct TouchPatch {
   Pose map_T_sensor = Pose::Identity();
   double slope_gain = 1.0;  ///< heights are divided by it (backend/pose_graph.hpp)
 };
+
+/// Distance of each point to another surface, mm; NaN is drawn grey.
+using DistanceQuery = std::function<std::vector<float>(std::span<const Eigen::Vector3f> points_mm)>;
 
 struct SceneStatistics {
   std::size_t blocks = 0, triangles = 0;              ///< held, at full detail
@@ -47,9 +49,8 @@ class Scene {
   void clear_mesh();
   /// The whole mesh at once, cut into blocks here.
   void set_mesh(const Mesh& mesh);
-  /// The number per vertex that SceneColour::distance shows (mm; NaN: grey), in the order of the last
-  /// set_mesh().
-  void set_distances(std::span<const float> distance_mm);
+  /// Distances to another surface, which SceneColour::distance shows. Asked block by block as they are drawn.
+  void set_distance_query(DistanceQuery query);
 
   void set_touch(std::optional<TouchPatch> touch);
   /// Stretches of tracking, each a chain of sensor poses; they are not joined.
@@ -58,6 +59,8 @@ class Scene {
   void set_map(const MapSnapshot& map, const std::vector<int>& coverage = {});
 
   Eigen::AlignedBox3f bounds_mm() const;  ///< of the mesh; empty without triangles
+  /// Some thousand points all over the mesh, for OrbitCamera::fit().
+  std::vector<Eigen::Vector3f> outline_mm() const;
   /// Where the ray first meets the mesh at full detail.
   std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
 

@@ -20,7 +20,7 @@ enum class SceneColour {
   confidence,  ///< how much was observed behind a vertex
   height,      ///< along SceneStyle::height_axis
   keyframe,    ///< which keyframe's centre is nearest
-  distance,    ///< to another mesh, see Scene::set_distances()
+  distance,    ///< to another surface, see Scene::set_distance_query()
 };
 
 struct SceneStyle {

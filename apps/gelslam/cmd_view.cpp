@@ -1,0 +1,134 @@
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "commands.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/evaluation/mesh_picture.hpp"
+#include "gelslam/viewer/gl_context.hpp"
+#include "gelslam/viewer/view_stage.hpp"
+
+namespace gelslam {
+namespace {
+
+struct ViewArguments {
+  std::filesystem::path source, compare, truth, snapshot;
+  std::string size = "1280x800", colour, shading = "lit";
+  std::optional<double> time_s;
+  double yaw_deg = 0, pitch_deg = 0;
+  bool light = false, trajectory = false, graph = false;
+};
+
+struct PictureSize {
+  int width_px, height_px;
+};
+
+/// "1280x800". Throws Error.
+PictureSize parse_size(const std::string& text) {
+  PictureSize size{};
+  const char* const end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size.width_px);
+  if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
+    const auto height = std::from_chars(width.ptr + 1, end, size.height_px);
+    const int least = std::min(size.width_px, size.height_px), most = std::max(size.width_px, size.height_px);
+    if (height.ec == std::errc() && height.ptr == end && least >= 16 && most <= 8192) return size;
+  }
+  throw Error("--size " + text + ": give width and height in pixels, 16 to 8192, as 1280x800");
+}
+
+SceneStyle style_of(const ViewArguments& arguments, const ViewStage& stage) {
+  static const std::map<std::string, SceneShading> shadings = {
+      {"lit", SceneShading::lit}, {"matcap", SceneShading::matcap}, {"relief", SceneShading::relief}};
+  static const std::map<std::string, SceneColour> colours = {{"plain", SceneColour::plain},
+                                                             {"confidence", SceneColour::confidence},
+                                                             {"height", SceneColour::height},
+                                                             {"keyframe", SceneColour::keyframe},
+                                                             {"distance", SceneColour::distance}};
+  SceneStyle style;
+  style.shading = shadings.at(arguments.shading);
+  style.colour = stage.has_second() ? SceneColour::distance : SceneColour::plain;
+  if (!arguments.colour.empty()) style.colour = colours.at(arguments.colour);
+  if (style.colour == SceneColour::distance && !stage.has_second()) {
+    throw Error("--colour distance needs a second surface: give --compare or --truth");
+  }
+  if (style.colour == SceneColour::keyframe && stage.history() == nullptr) {
+    throw Error("--colour keyframe needs a run folder with its session");
+  }
+  style.light_theme = arguments.light;
+  style.trajectory = arguments.trajectory;
+  style.keyframes = style.edges = arguments.graph;
+  return style;
+}
+
+std::optional<ViewContent> second_surface(const ViewArguments& arguments) {
+  if (!arguments.truth.empty()) return load_truth(arguments.truth, arguments.source);
+  if (!arguments.compare.empty()) return load_view(arguments.compare);
+  return std::nullopt;
+}
+
+void run_view(const ViewArguments& arguments) {
+  const PictureSize size = parse_size(arguments.size);
+  ViewContent content = load_view(arguments.source);
+  std::optional<ViewContent> second = second_surface(arguments);
+  const auto context = GlContext::offscreen();
+  ViewStage stage(std::move(content), std::move(second));
+  const SceneStyle style = style_of(arguments, stage);
+  if (arguments.time_s) {
+    if (stage.history() == nullptr) throw Error("--time needs a run folder with its session");
+    stage.set_time(*arguments.time_s);
+  }
+  const Viewport whole{0, 0, size.width_px, size.height_px};
+  OrbitCamera camera = stage.first_view(whole);
+  const Eigen::Vector2d turn_deg(arguments.yaw_deg, arguments.pitch_deg);
+  camera.orbit((turn_deg / 180.0 * size.height_px).cast<float>(), whole);
+  camera.fit(stage.outline_mm(), stage.parts(whole).front());
+  write_picture(arguments.snapshot, stage.picture(camera, style, size.width_px, size.height_px));
+  std::cerr << "wrote " << arguments.snapshot.string() << "\n";
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("view", "Look at a run or a mesh");
+  const auto a = std::make_shared<ViewArguments>();
+  command->add_option("SOURCE", a->source, "run folder, or a mesh file (PLY, OBJ, STL) in metres")
+      ->required();
+  auto* compare =
+      command->add_option("--compare", a->compare, "run folder or mesh in the same frame, shown beside it");
+  command
+      ->add_option("--truth", a->truth,
+                   "data folder of the run's log, or a mesh in the same frame: the true surface")
+      ->excludes(compare);
+  command
+      ->add_option("--snapshot", a->snapshot,
+                   "write a picture (PNG) instead of opening a window; needs no display")
+      ->required();
+  command->add_option("--size", a->size, "of window or picture, pixels")->capture_default_str();
+  command->add_option("--shading", a->shading, "how it is lit")
+      ->check(CLI::IsMember({"lit", "matcap", "relief"}))
+      ->capture_default_str();
+  command
+      ->add_option("--colour", a->colour, "what colours say; default plain, with a second surface distance")
+      ->check(CLI::IsMember({"plain", "confidence", "height", "keyframe", "distance"}));
+  command->add_option("--time", a->time_s, "show the run as it was at this second of the log");
+  command->add_option("--yaw", a->yaw_deg, "turn the object by so many degrees about the upright axis")
+      ->check(CLI::Range(-360.0, 360.0));
+  command->add_option("--pitch", a->pitch_deg, "the same about the lying axis")
+      ->check(CLI::Range(-360.0, 360.0));
+  command->add_flag("--light", a->light, "light background");
+  command->add_flag("--trajectory", a->trajectory, "the sensor's way");
+  command->add_flag("--graph", a->graph, "keyframes and the edges between them");
+  command->footer("Example: gelslam view RUN --truth DATA --snapshot view.png");
+  command->callback([a, &exit_code] {
+    run_view(*a);
+    exit_code = exit_done;
+  });
+}
+
+}  // namespace gelslam

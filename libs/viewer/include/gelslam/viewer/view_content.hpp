@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/mesh/mesh.hpp"
+#include "gelslam/slam/live_session.hpp"
+
+namespace gelslam {
+
+/// How a run came about, for looking back: times are seconds since the log's first frame, poses in the map
+/// frame, mm.
+struct RunHistory {
+  struct KeyframeAt {
+    double time_s = 0;
+    PosedSurface patch;
+  };
+  struct PoseAt {
+    double time_s = 0;
+    Pose map_T_sensor = Pose::Identity();
+  };
+  double slope_gain = 1.0;
+  std::vector<KeyframeAt> keyframes;     ///< ascending in time
+  std::vector<PoseAt> trajectory;        ///< the same
+  std::vector<MapSnapshot::Edge> edges;  ///< between keyframes of the map
+
+  double start_s() const;
+  double end_s() const;
+  /// Keyframes and edges that were there at a time, as one group.
+  MapSnapshot map_at(double time_s) const;
+  std::vector<PosedSurface> patches_at(double time_s) const;
+  /// The trajectory up to a time, cut where tracking was lost for more than a quarter of a second.
+  std::vector<std::vector<Pose>> trajectory_at(double time_s) const;
+};
+
+/// What `gelslam view` can show.
+struct ViewContent {
+  std::string name;                   ///< of the file or folder, for people
+  Mesh mesh;                          ///< mm
+  std::optional<RunHistory> history;  ///< of a run that kept its session
+};
+
+/// Opens a run folder (mesh.ply, and session/, keyframes.tum, trajectory.tum, pose_graph.g2o where they are)
+/// or a mesh file (PLY, OBJ, STL; metres). Throws Error when there is nothing to show or a file is damaged.
+ViewContent load_view(const std::filesystem::path& run_or_mesh);
+
+/// The true surface of a data folder, moved into the map frame of a run on that folder's log; or a mesh file
+/// as it is. Throws Error when they do not belong together or the folder knows no true surface.
+ViewContent load_truth(const std::filesystem::path& data_folder_or_mesh, const std::filesystem::path& run);
+
+}  // namespace gelslam

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelslam/viewer/scene.hpp"
+#include "gelslam/viewer/view_content.hpp"
+
+namespace gelslam {
+
+/// A run or mesh on the stage, alone or with a second one beside it, both under one camera; the first one can
+/// show how far it is from the second. A run can be taken back to any time. Needs the context it was made
+/// with to be current.
+class ViewStage {
+ public:
+  /// `first` lies in the frame of `second`, or the distances mean nothing.
+  ViewStage(ViewContent first, std::optional<ViewContent> second);
+  ~ViewStage();
+  ViewStage(const ViewStage&) = delete;
+  ViewStage& operator=(const ViewStage&) = delete;
+
+  const RunHistory* history() const;  ///< null without one
+  bool has_second() const;
+
+  /// The run as it was at that time, or (nothing) as it was saved. The surface of a time is fused bit by bit:
+  /// work() in every frame until it says false.
+  void set_time(std::optional<double> time_s);
+  bool work();
+
+  /// From outside, in front of most of the surface, its long side lying; all of it in view.
+  OrbitCamera first_view(const Viewport& whole) const;
+  std::vector<Eigen::Vector3f> outline_mm() const;  ///< points all over what is shown, for OrbitCamera::fit()
+  std::optional<Eigen::Vector3f> pick(const OrbitCamera& camera, const Eigen::Vector2f& cursor_px,
+                                      const Viewport& whole) const;
+
+  /// The parts side by side: first, then second. Only the first is coloured by distance.
+  std::vector<Viewport> parts(const Viewport& whole) const;
+  std::string title(std::size_t part) const;
+  void draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style);
+  std::optional<ColourLegend> legend(const SceneStyle& style) const;
+
+  /// One picture of it all, with titles, legend and scale; whatever work() is left is done first.
+  cv::Mat3b picture(const OrbitCamera& camera, const SceneStyle& style, int width_px, int height_px);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam
