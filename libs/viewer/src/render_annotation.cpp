@@ -53,9 +53,12 @@ int text_width(const std::string& text, const Pen& pen) {
          kOversampling;
 }
 
-std::string number_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
+/// With as many decimals as tell values apart over a range.
+std::string number_text(double value, double range) {
+  const int decimals =
+      std::clamp(2 - static_cast<int>(std::floor(std::log10(std::max(range, 1e-9)))) - 1, 0, 6);
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
   return text;
 }
 
@@ -68,24 +71,23 @@ void draw_title(cv::Mat3b& picture, const cv::Rect& area, const std::string& tit
 
 void draw_legend(cv::Mat3b& picture, const cv::Rect& area, const ColourLegend& legend, bool light_theme) {
   const Pen pen = pen_for(area, light_theme);
-  const int u = pen.unit_px, height = std::min(area.height - 12 * u, 30 * u);
-  if (height < 4 * u || area.width < 16 * u || legend.colours_rgb.empty()) return;
-  const cv::Rect bar(area.br().x - 9 * u, area.y + (area.height - height) / 2, 2 * u, height);
-  for (int y = 0; y < bar.height; ++y) {
+  const int u = pen.unit_px, width = std::min(area.width / 2 - 6 * u, 30 * u);
+  if (width < 4 * u || area.height < 16 * u || legend.colours_rgb.empty()) return;
+  const cv::Rect bar(area.br().x - 4 * u - width, area.br().y - 5 * u, width, (3 * u) / 2);
+  for (int x = 0; x < bar.width; ++x) {
     const auto n = legend.colours_rgb.size();
-    const auto place = static_cast<std::size_t>((1 - (y + 0.5) / bar.height) * static_cast<double>(n));
+    const auto place = static_cast<std::size_t>((x + 0.5) / bar.width * static_cast<double>(n));
     const auto& [r, g, b] = legend.colours_rgb[std::min(place, n - 1)];
-    picture.row(bar.y + y).colRange(bar.x, bar.br().x).setTo(cv::Vec3b(b, g, r));
+    picture.col(bar.x + x).rowRange(bar.y, bar.br().y).setTo(cv::Vec3b(b, g, r));
   }
   for (int i = 0; i <= 2; ++i) {
     const double share = 0.5 * i;
-    const int y = bar.br().y - static_cast<int>(std::lround(share * bar.height));
-    draw_text(picture, number_text(legend.min + share * (legend.max - legend.min)),
-              {bar.br().x + u, y + u / 2}, pen);
+    const std::string number = number_text(legend.min + share * (legend.max - legend.min), legend.max - legend.min);
+    const int x = bar.x + static_cast<int>(std::lround(share * bar.width)) - text_width(number, pen) / 2;
+    draw_text(picture, number, {x, bar.br().y + (5 * u) / 2}, pen);
   }
   const std::string title = legend.unit.empty() ? legend.title : legend.title + " (" + legend.unit + ")";
-  const int x = std::min(bar.x, area.br().x - u - text_width(title, pen));
-  draw_text(picture, title, {x, bar.y - 2 * u}, pen);
+  draw_text(picture, title, {bar.x, bar.y - u}, pen);
 }
 
 void draw_scale_bar(cv::Mat3b& picture, const cv::Rect& area, double mm_per_px, bool light_theme) {
@@ -97,7 +99,7 @@ void draw_scale_bar(cv::Mat3b& picture, const cv::Rect& area, double mm_per_px, 
   const int u = pen.unit_px, length_px = static_cast<int>(std::lround(length_mm / mm_per_px));
   const cv::Rect bar(area.x + 2 * u, area.br().y - 2 * u - u / 3, length_px, std::max(2, u / 3));
   cv::rectangle(picture, bar, cv::Scalar(pen.ink[0], pen.ink[1], pen.ink[2]), cv::FILLED);
-  draw_text(picture, number_text(length_mm) + " mm", bar.tl() - cv::Point(0, u), pen);
+  draw_text(picture, number_text(length_mm, 10 * length_mm) + " mm", bar.tl() - cv::Point(0, u), pen);
 }
 
 }  // namespace gelslam::viewer::detail

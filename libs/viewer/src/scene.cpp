@@ -118,7 +118,7 @@ struct Scene::Impl {
     if (!by_value || values_for == colour) return;
     values_for = colour;
     if (colour == SceneColour::keyframe) {
-      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.nearest(m); });
+      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.best(m); });
     } else {
       mesh.set_values([this](const DrawableMesh& m) {
         return drawable_values(distance_query ? distance_query(m.vertices_mm) : std::vector<float>(),
@@ -214,7 +214,7 @@ Scene::~Scene() = default;
 
 void Scene::update(std::span<const MeshBlock> blocks) {
   const auto start = Clock::now();
-  for (const MeshBlock& block : blocks) impl_->mesh.put(block.key, make_drawable(block.mesh));
+  for (const MeshBlock& block : blocks) impl_->mesh.put(block.key, make_drawable(block));
   impl_->statistics.upload_ms = ms_since(start);
 }
 

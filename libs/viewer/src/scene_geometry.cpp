@@ -156,6 +156,13 @@ DrawableMesh make_drawable(const Mesh& mesh) {
   return out;
 }
 
+DrawableMesh make_drawable(const MeshBlock& block) {
+  DrawableMesh out = make_drawable(block.mesh);
+  if (block.keyframe.size() != block.mesh.vertices_mm.size()) return out;
+  for (const std::uint32_t from : out.source) out.keyframe.push_back(block.keyframe[from]);
+  return out;
+}
+
 std::vector<DrawableMesh> split(const DrawableMesh& mesh, std::size_t triangles_per_piece) {
   const std::size_t triangles = mesh.indices.size() / 3;
   if (triangles == 0) return {};

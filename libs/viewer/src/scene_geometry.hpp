@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "gelslam/mesh/mesh.hpp"
+#include "gelslam/fusion/mesh_block.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -14,6 +14,7 @@ struct DrawableMesh {
   std::vector<float> confidence;      ///< 0 where the mesh has none
   std::vector<float> curvature;       ///< mean, 1/mm, positive on ridges
   std::vector<std::uint32_t> source;  ///< index of each vertex in the mesh it came from
+  std::vector<int> keyframe;          ///< that sees a vertex best; empty where unknown
   std::vector<std::uint32_t> indices;
   Eigen::AlignedBox3f box_mm;
   float edge_mm = 0;  ///< mean length of an edge
@@ -22,6 +23,7 @@ struct DrawableMesh {
 /// Leaves out triangles with indices out of range or corners that are not finite or further than 1 km away,
 /// and vertices that then belong to none.
 DrawableMesh make_drawable(const Mesh& mesh);
+DrawableMesh make_drawable(const MeshBlock& block);
 
 /// The same surface in pieces of about `triangles_per_piece`, by cubes of space. Vertices on borders are in
 /// both.

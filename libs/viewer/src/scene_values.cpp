@@ -58,7 +58,9 @@ std::array<float, 2> KeyframePlaces::range() const {
   return {low->id, std::max(high->id, low->id + 1)};
 }
 
-std::vector<float> KeyframePlaces::nearest(const DrawableMesh& piece) const {
+std::vector<float> KeyframePlaces::best(const DrawableMesh& piece) const {
+  if (piece.keyframe.size() == piece.vertices_mm.size())
+    return {piece.keyframe.begin(), piece.keyframe.end()};
   std::vector<float> values(piece.vertices_mm.size(), no_value);
   for (std::size_t i = 0; i < values.size(); ++i) {
     float best = std::numeric_limits<float>::infinity();

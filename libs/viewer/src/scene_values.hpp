@@ -20,8 +20,9 @@ class KeyframePlaces {
   KeyframePlaces() = default;
   explicit KeyframePlaces(const MapSnapshot& map);
 
-  /// Per vertex the id of the nearest keyframe that looks at its side.
-  std::vector<float> nearest(const DrawableMesh& piece) const;
+  /// Per vertex the id of the keyframe that sees it best: as the mesh says, else the nearest that looks at
+  /// its side.
+  std::vector<float> best(const DrawableMesh& piece) const;
   std::array<float, 2> range() const;  ///< of ids
 
  private:

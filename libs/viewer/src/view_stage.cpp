@@ -5,12 +5,16 @@
 #include <utility>
 
 #include "gelslam/evaluation/triangle_scene.hpp"
+#include "gelslam/fusion/incremental_fusion.hpp"
 #include "gelslam/viewer/render_target.hpp"
 #include "render_annotation.hpp"
 #include "view_direction.hpp"
 
 namespace gelslam {
 namespace {
+
+constexpr double kFusionBudget_ms = 8;
+constexpr std::size_t kOutlinePoints = 5000;
 
 /// Distances by Embree, kept alive by the query itself.
 DistanceQuery distance_to(const Mesh& mesh) {
@@ -28,6 +32,13 @@ DistanceQuery distance_to(const Mesh& mesh) {
   };
 }
 
+void add_outline(const Mesh& mesh, std::vector<Eigen::Vector3f>& points) {
+  const std::size_t step = 1 + mesh.vertices_mm.size() / kOutlinePoints;
+  for (std::size_t i = 0; i < mesh.vertices_mm.size(); i += step) {
+    if (mesh.vertices_mm[i].allFinite()) points.push_back(mesh.vertices_mm[i]);
+  }
+}
+
 }  // namespace
 
 struct ViewStage::Impl {
@@ -35,6 +46,7 @@ struct ViewStage::Impl {
   std::optional<ViewContent> second;
   Scene first_scene;
   std::unique_ptr<Scene> second_scene;
+  std::optional<IncrementalFusion> fusion;  ///< while an earlier time is shown
 
   Impl(ViewContent first_content, std::optional<ViewContent> second_content)
       : first(std::move(first_content)), second(std::move(second_content)) {}
@@ -45,6 +57,8 @@ struct ViewStage::Impl {
       style.colour = SceneColour::plain;
     return style;
   }
+
+  void show_time(std::optional<double> time_s);
 
   /// Keyframes, edges, trajectory and touch of a time.
   void show_map(double time_s) {
@@ -63,6 +77,24 @@ struct ViewStage::Impl {
     first_scene.set_touch(TouchPatch{patch.surface, patch.map_T_keyframe, history.slope_gain});
   }
 };
+
+/// What is shown changes only where the time does.
+void ViewStage::Impl::show_time(std::optional<double> time_s) {
+  const RunHistory& history = *first.history;
+  show_map(time_s.value_or(history.end_s()));
+  if (!time_s) {
+    if (fusion) first_scene.set_mesh(first.mesh);
+    fusion.reset();
+    return;
+  }
+  if (!fusion) {
+    first_scene.clear_mesh();
+    IncrementalOptions options;
+    options.budget_ms = kFusionBudget_ms;
+    fusion.emplace(FusionOptions(), options);
+  }
+  fusion->set_patches(history.patches_at(*time_s), history.slope_gain);
+}
 
 ViewStage::ViewStage(ViewContent first, std::optional<ViewContent> second)
     : impl_(std::make_unique<Impl>(std::move(first), std::move(second))) {
@@ -90,11 +122,9 @@ OrbitCamera ViewStage::first_view(const Viewport& whole) const {
 }
 
 std::vector<Eigen::Vector3f> ViewStage::outline_mm() const {
-  std::vector<Eigen::Vector3f> points = impl_->first_scene.outline_mm();
-  if (impl_->second_scene) {
-    const std::vector<Eigen::Vector3f> more = impl_->second_scene->outline_mm();
-    points.insert(points.end(), more.begin(), more.end());
-  }
+  std::vector<Eigen::Vector3f> points;
+  add_outline(impl_->first.mesh, points);
+  if (impl_->second) add_outline(impl_->second->mesh, points);
   return points;
 }
 
@@ -129,11 +159,15 @@ std::optional<ColourLegend> ViewStage::legend(const SceneStyle& style) const {
 }
 
 void ViewStage::set_time(std::optional<double> time_s) {
-  if (!impl_->first.history) return;
-  impl_->show_map(time_s.value_or(impl_->first.history->end_s()));
+  if (impl_->first.history) impl_->show_time(time_s);
 }
 
-bool ViewStage::work() { return false; }
+bool ViewStage::work() {
+  if (!impl_->fusion) return false;
+  const bool more = impl_->fusion->work();
+  impl_->first_scene.update(impl_->fusion->take_changed_blocks());
+  return more;
+}
 
 cv::Mat3b ViewStage::picture(const OrbitCamera& camera, const SceneStyle& style, int width_px,
                              int height_px) {

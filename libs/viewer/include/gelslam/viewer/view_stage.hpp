@@ -32,7 +32,7 @@ class ViewStage {
 
   /// From outside, in front of most of the surface, its long side lying; all of it in view.
   OrbitCamera first_view(const Viewport& whole) const;
-  std::vector<Eigen::Vector3f> outline_mm() const;  ///< points all over what is shown, for OrbitCamera::fit()
+  std::vector<Eigen::Vector3f> outline_mm() const;  ///< points all over both meshes, for OrbitCamera::fit()
   std::optional<Eigen::Vector3f> pick(const OrbitCamera& camera, const Eigen::Vector2f& cursor_px,
                                       const Viewport& whole) const;
 
