@@ -229,6 +229,38 @@ TEST(Tracker, TheSameFramesGiveTheSameBits) {
   }
 }
 
+/// NormalFlow that answers with the start it was given.
+class StandingStill final : public Registrar {
+ public:
+  std::string_view name() const override { return "still"; }
+  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
+    ++prepared;
+    return std::make_shared<const Prepared>(std::make_shared<const NormalFlowReference>(std::move(reference), NormalFlowOptions{}));
+  }
+  mutable int prepared = 0;
+
+ private:
+  struct Prepared final : PreparedReference {
+    using PreparedReference::PreparedReference;
+    RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
+      return judge_pose(*samples(), target, initial, {});
+    }
+  };
+};
+
+TEST(Tracker, TakesAnotherMethod) {
+  const auto still = std::make_shared<const StandingStill>();
+  Tracker tracker(TrackerOptions{}, still);
+  const auto keyframe = tracker.track(0, 0, slide(0)).keyframe;
+  EXPECT_EQ(still->prepared, 1);
+  ASSERT_NE(keyframe->reference, nullptr) << "loop closure goes on with it, whatever tracks";
+  const TrackedFrame same = tracker.track(1, 0.04, slide(0));
+  EXPECT_EQ(same.status, TrackStatus::tracked);
+  const TrackedFrame elsewhere = tracker.track(2, 0.08, slide(10));  // where standing still is wrong
+  EXPECT_EQ(elsewhere.status, TrackStatus::lost);
+  EXPECT_EQ(still->prepared, 3) << "the previous frame was tried, then this one began a trial";
+}
+
 TEST(TrackStatus, HasTheStreamsNames) {
   EXPECT_EQ(name(TrackStatus::background), "background");
   EXPECT_EQ(name(TrackStatus::no_contact), "no_contact");

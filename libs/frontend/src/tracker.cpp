@@ -43,14 +43,14 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     result.status = TrackStatus::tracked;
     start_trial(result, surface);
     // Against itself: what this surface can show at all.
-    result.registration = register_normal_flow(*keyframe_->reference, *surface, Pose::Identity(), options_.registration);
+    result.registration = reference_->register_to(*surface, Pose::Identity());
     return result;
   }
 
-  RegistrationResult registration = register_to(*keyframe_->reference, previous_->link.previous_T_this, *surface);
+  RegistrationResult registration = register_to(*reference_, previous_->link.previous_T_this, *surface);
   if (!registration.ok() && previous_->frame != keyframe_->frame) {
     // The keyframe is too far behind: try the frame before, which becomes a keyframe only if that helps.
-    auto reference = std::make_shared<const NormalFlowReference>(previous_->surface, options_.registration);
+    auto reference = registrar_->prepare(previous_->surface);
     const RegistrationResult retry = register_to(*reference, Pose::Identity(), *surface);
     if (retry.ok()) {
       switch_keyframe(result, make_keyframe(previous_->frame, std::move(reference), previous_->surface),
@@ -69,13 +69,12 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
 }
 
 /// From the previous pose carried on at the last speed; if that fails, from the previous pose itself.
-RegistrationResult Tracker::register_to(const NormalFlowReference& reference, const Pose& reference_T_previous,
+RegistrationResult Tracker::register_to(const PreparedReference& reference, const Pose& reference_T_previous,
                                         const Surface& surface) const {
   const Pose starts[] = {reference_T_previous * last_step_, reference_T_previous};
   RegistrationResult best;
   for (const Pose& reference_T_frame : starts) {
-    RegistrationResult attempt =
-        register_normal_flow(reference, surface, reference_T_frame.inverse(), options_.registration);
+    RegistrationResult attempt = reference.register_to(surface, reference_T_frame.inverse());
     if (attempt.ok()) return attempt;
     if (attempt.scr * attempt.ccs >= best.scr * best.ccs) best = attempt;
   }
@@ -96,7 +95,7 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
   if (!result.new_keyframe && keyframe_is_outgrown(registration, *surface)) {
-    auto reference = std::make_shared<const NormalFlowReference>(surface, options_.registration);
+    auto reference = registrar_->prepare(surface);
     switch_keyframe(result, make_keyframe(result.frame, std::move(reference), std::move(surface)), link);
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
@@ -110,21 +109,22 @@ bool Tracker::keyframe_is_outgrown(const RegistrationResult& registration, const
 }
 
 std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame,
-                                                       std::shared_ptr<const NormalFlowReference> reference,
+                                                       std::shared_ptr<const PreparedReference> reference,
                                                        SurfacePtr surface) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
   keyframe->frame = frame;
   keyframe->trial = trial_;
   keyframe->surface = std::move(surface);
-  keyframe->reference = std::move(reference);
+  keyframe->reference = reference->samples();
+  reference_ = std::move(reference);
   return keyframe;
 }
 
 void Tracker::start_trial(TrackedFrame& result, SurfacePtr surface) {
   ++trial_;
   in_trial_ = true;
-  keyframe_ = make_keyframe(result.frame, std::make_shared<const NormalFlowReference>(surface, options_.registration), surface);
+  keyframe_ = make_keyframe(result.frame, registrar_->prepare(surface), surface);
   trial_T_keyframe_ = Pose::Identity();
   last_step_ = Pose::Identity();
   previous_ = Previous{result.frame, std::move(surface), {}};

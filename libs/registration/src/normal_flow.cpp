@@ -1,6 +1,7 @@
 #include "gelslam/registration/normal_flow.hpp"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 
 #include "normal_flow_kernels.hpp"
 #include "normal_flow_reference.hpp"
@@ -63,11 +64,16 @@ class Alignment {
     return true;
   }
 
+  /// Judges a pose as it is.
+  void judge(RegistrationResult& result) {
+    const HeightGap gap = lay_upon_target(result.target_T_reference);
+    result.height_rmse_mm = std::hypot(gap.rmse_mm, gap.mean_mm);
+    assess(reference_, target_, residuals(), options_, result);
+  }
+
   /// Sets z from heights and judges the result; returns what the surfaces show.
   Directions finish(RegistrationResult& result) {
-    warp(reference_.samples, packed(), result.target_T_reference, residuals());
-    apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
-    const HeightGap gap = height_gap(reference_.samples, target_, result.target_T_reference, residuals());
+    const HeightGap gap = lay_upon_target(result.target_T_reference);
     result.target_T_reference.translation().z() += gap.mean_mm;
     result.height_rmse_mm = gap.rmse_mm;
     Directions shown = assess(reference_, target_, residuals(), options_, result);
@@ -76,6 +82,13 @@ class Alignment {
   }
 
  private:
+  /// Fills the residuals.
+  HeightGap lay_upon_target(const Pose& target_T_reference) {
+    warp(reference_.samples, packed(), target_T_reference, residuals());
+    apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
+    return height_gap(reference_.samples, target_, target_T_reference, residuals());
+  }
+
   static Vector5d solve_along(const Directions& directions, const NormalEquations& equations) {
     const Directions reduced = equations.hessian * directions;
     return directions * (directions.transpose() * reduced).ldlt().solve(directions.transpose() * equations.gradient);
@@ -97,13 +110,25 @@ class Alignment {
   bool wandering_ = false;  // the last step was still large when the iterations ran out
 };
 
+bool has_enough_surface(const NormalFlowReference& reference, const Surface& target, const NormalFlowOptions& options) {
+  return reference.sample_count() >= options.min_shared_pixels && target.contact_pixels >= options.min_shared_pixels;
+}
+
 }  // namespace
+
+RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target, const Pose& target_T_reference,
+                              const NormalFlowOptions& options) {
+  RegistrationResult result;
+  result.target_T_reference = target_T_reference;
+  if (has_enough_surface(reference, target, options)) Alignment(reference.impl(), target, options).judge(result);
+  return result;
+}
 
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target, const Pose& initial,
                                         const NormalFlowOptions& options) {
   RegistrationResult result;
   result.target_T_reference = initial;
-  if (reference.sample_count() < options.min_shared_pixels || target.contact_pixels < options.min_shared_pixels) return result;
+  if (!has_enough_surface(reference, target, options)) return result;
 
   Alignment alignment(reference.impl(), target, options);
   result.status = RegistrationStatus::too_little_overlap;

@@ -4,9 +4,10 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "gelslam/frontend/keyframe.hpp"
-#include "gelslam/registration/normal_flow.hpp"
+#include "gelslam/registration/registrar.hpp"
 
 namespace gelslam {
 
@@ -51,7 +52,10 @@ struct TrackedFrame {
 /// the retries and the early keyframes are our own). Deterministic; frames must come in order.
 class Tracker {
  public:
-  explicit Tracker(const TrackerOptions& options) : options_(options) {}
+  /// Registers with NormalFlow and options.registration, or with another method.
+  explicit Tracker(const TrackerOptions& options) : Tracker(options, make_normal_flow(options.registration)) {}
+  Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar)
+      : options_(options), registrar_(std::move(registrar)) {}
 
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
 
@@ -65,9 +69,9 @@ class Tracker {
     KeyframeLink link;  // to the current keyframe
   };
 
-  RegistrationResult register_to(const NormalFlowReference& reference, const Pose& reference_T_previous,
+  RegistrationResult register_to(const PreparedReference& reference, const Pose& reference_T_previous,
                                  const Surface& surface) const;
-  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const NormalFlowReference> reference,
+  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const PreparedReference> reference,
                                                 SurfacePtr surface);
   void start_trial(TrackedFrame& result, SurfacePtr surface);
   void switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const KeyframeLink& link);
@@ -75,10 +79,12 @@ class Tracker {
   bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
 
   TrackerOptions options_;
+  std::shared_ptr<const Registrar> registrar_;
   int next_keyframe_id_ = 0;
   int trial_ = -1;
   bool in_trial_ = false;
   std::shared_ptr<const Keyframe> keyframe_;
+  std::shared_ptr<const PreparedReference> reference_;  ///< the keyframe's
   Pose trial_T_keyframe_ = Pose::Identity();
   std::optional<Previous> previous_;
   Pose last_step_ = Pose::Identity();  ///< previous-but-one frame -> previous frame: previous2_T_previous

@@ -52,4 +52,9 @@ class NormalFlowReference {
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target, const Pose& initial,
                                         const NormalFlowOptions& options);
 
+/// Measures a pose that another method found by the same samples and limits: everything in the result but the pose
+/// itself and the iterations comes from looking at the two surfaces, laid upon each other as the pose says.
+RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target, const Pose& target_T_reference,
+                              const NormalFlowOptions& options);
+
 }  // namespace gelslam

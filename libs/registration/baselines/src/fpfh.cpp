@@ -1,0 +1,85 @@
+#include <open3d/pipelines/registration/Feature.h>
+#include <open3d/pipelines/registration/Registration.h>
+#include <open3d/utility/Random.h>
+
+#include <utility>
+
+#include "open3d_icp.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace baselines::detail;
+namespace o3d = open3d::pipelines::registration;
+
+/// A cloud with a histogram for every point; without, where it has too few points.
+struct DescribedCloud {
+  open3d::geometry::PointCloud cloud;
+  std::shared_ptr<o3d::Feature> features;
+};
+
+DescribedCloud describe_cloud(const Surface& surface, const FpfhOptions& options) {
+  DescribedCloud described{to_cloud(contact_points(surface, options.max_points)), nullptr};
+  if (described.cloud.points_.size() < kMinPoints) return described;
+  const QuietSingleThread guard;
+  described.features = o3d::ComputeFPFHFeature(
+      described.cloud,
+      open3d::geometry::KDTreeSearchParamHybrid(options.feature_radius_mm, options.feature_neighbours));
+  return described;
+}
+
+Pose align_by_features(const DescribedCloud& reference, const DescribedCloud& target, const Pose& initial,
+                       const FpfhOptions& options) {
+  const QuietSingleThread guard;
+  open3d::utility::random::Seed(options.seed);
+  const o3d::CorrespondenceCheckerBasedOnEdgeLength edge_lengths(options.edge_length_ratio);
+  const o3d::CorrespondenceCheckerBasedOnDistance distances(options.max_distance_mm);
+  const o3d::RegistrationResult rough = o3d::RegistrationRANSACBasedOnFeatureMatching(
+      reference.cloud, target.cloud, *reference.features, *target.features, false, options.max_distance_mm,
+      o3d::TransformationEstimationPointToPoint(false), options.ransac_points, {edge_lengths, distances},
+      o3d::RANSACConvergenceCriteria(options.ransac_iterations, 0.999));
+  return align_by_icp(reference.cloud, target.cloud, to_pose(rough.transformation_, initial),
+                      options.refinement);
+}
+
+class PreparedFpfh final : public PreparedReference {
+ public:
+  PreparedFpfh(std::shared_ptr<const NormalFlowReference> samples, const FpfhOptions& options)
+      : PreparedReference(std::move(samples)),
+        options_(options),
+        cloud_(describe_cloud(this->samples()->surface(), options)) {}
+
+  RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
+    const DescribedCloud target_cloud = describe_cloud(target, options_);
+    const Pose found = cloud_.features && target_cloud.features
+                           ? align_by_features(cloud_, target_cloud, initial, options_)
+                           : initial;
+    return judge_pose(*samples(), target, found, options_.refinement.judged_by);
+  }
+
+ private:
+  FpfhOptions options_;
+  DescribedCloud cloud_;
+};
+
+class FpfhRegistrar final : public Registrar {
+ public:
+  explicit FpfhRegistrar(const FpfhOptions& options) : options_(options) {}
+  std::string_view name() const override { return "fpfh"; }
+  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
+    auto samples =
+        std::make_shared<const NormalFlowReference>(std::move(reference), options_.refinement.judged_by);
+    return std::make_shared<const PreparedFpfh>(std::move(samples), options_);
+  }
+
+ private:
+  FpfhOptions options_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Registrar> make_fpfh(const FpfhOptions& options) {
+  return std::make_shared<const FpfhRegistrar>(options);
+}
+
+}  // namespace gelslam
