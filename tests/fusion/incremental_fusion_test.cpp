@@ -3,14 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <map>
 #include <random>
-#include <set>
 
 #include "gelslam/core/error.hpp"
 #include "mesh_checks.hpp"
+#include "shown_mesh.hpp"
 #include "synthetic_touch.hpp"
 
 namespace gelslam {
@@ -34,105 +33,12 @@ FusionOptions with_debris() {
   return options;
 }
 
-/// What a viewer that takes all changes shows.
-class Shown {
- public:
-  void take(IncrementalFusion& fusion) {
-    std::int64_t last = std::numeric_limits<std::int64_t>::min();
-    for (MeshBlock& block : fusion.take_changed_blocks()) {
-      EXPECT_GT(block.key, last);  // each once, in order
-      last = block.key;
-      ++changes_;
-      if (block.mesh.triangles.empty()) {
-        EXPECT_EQ(blocks_.erase(block.key), 1u) << "an empty block that was never shown";
-      } else {
-        blocks_.insert_or_assign(block.key, std::move(block));
-      }
-    }
-  }
-  void finish(IncrementalFusion& fusion) {
-    while (fusion.work()) take(fusion);
-    take(fusion);
-  }
-  const std::map<std::int64_t, MeshBlock>& blocks() const { return blocks_; }
-  int changes() const { return changes_; }
-
- private:
-  std::map<std::int64_t, MeshBlock> blocks_;
-  int changes_ = 0;
-};
-
-/// Position, normal and confidence of three corners, beginning with the smallest: the same triangle is the
-/// same whatever its vertices are called.
-using Corner = std::array<float, 7>;
-using Facet = std::array<Corner, 3>;
-
-void add_facets(const Mesh& mesh, std::vector<Facet>& facets) {
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    Facet facet;
-    for (int c = 0; c < 3; ++c) {
-      const std::size_t v = static_cast<std::size_t>(t[c]);
-      const Eigen::Vector3f &p = mesh.vertices_mm[v], &n = mesh.normals[v];
-      facet[static_cast<std::size_t>(c)] = {p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), mesh.confidence[v]};
-    }
-    std::rotate(facet.begin(), std::min_element(facet.begin(), facet.end()), facet.end());
-    facets.push_back(facet);
-  }
-}
-
-std::vector<Facet> facets_of(const Mesh& mesh) {
-  std::vector<Facet> facets;
-  add_facets(mesh, facets);
-  std::sort(facets.begin(), facets.end());
-  return facets;
-}
-
-std::vector<Facet> facets_of(const Shown& shown) {
-  std::vector<Facet> facets;
-  for (const auto& [key, block] : shown.blocks()) add_facets(block.mesh, facets);
-  std::sort(facets.begin(), facets.end());
-  return facets;
-}
-
 void expect_same_as_fuse(const Shown& shown, const std::vector<PosedSurface>& patches, double slope_gain) {
   FusionOptions options = with_debris();
   options.slope_gain = slope_gain;
   const std::vector<Facet> wanted = facets_of(fuse(patches, options)), got = facets_of(shown);
   EXPECT_EQ(got.size(), wanted.size());
   EXPECT_TRUE(got == wanted);
-}
-
-/// All blocks as one mesh: vertices at exactly the same place are one.
-Mesh welded(const Shown& shown) {
-  Mesh mesh;
-  std::map<std::array<float, 3>, int> index;
-  for (const auto& [key, block] : shown.blocks()) {
-    const auto rename = [&](int v) {
-      const Eigen::Vector3f& p = block.mesh.vertices_mm[static_cast<std::size_t>(v)];
-      const auto [at, added] = index.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(index.size()));
-      if (added) {
-        mesh.vertices_mm.push_back(p);
-        mesh.normals.push_back(block.mesh.normals[static_cast<std::size_t>(v)]);
-      } else {
-        EXPECT_EQ(mesh.normals[static_cast<std::size_t>(at->second)],
-                  block.mesh.normals[static_cast<std::size_t>(v)]);
-      }
-      return at->second;
-    };
-    for (const Eigen::Vector3i& t : block.mesh.triangles)
-      mesh.triangles.emplace_back(rename(t[0]), rename(t[1]), rename(t[2]));
-  }
-  return mesh;
-}
-
-/// Vertices - edges + triangles: 1 for a sheet without holes, one less for every hole.
-int euler_number(const Mesh& mesh) {
-  std::set<std::pair<int, int>> edges;
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    for (int c = 0; c < 3; ++c) edges.insert(std::minmax(int{t[c]}, int{t[(c + 1) % 3]}));
-  }
-  return static_cast<int>(mesh.vertices_mm.size()) - static_cast<int>(edges.size()) +
-         static_cast<int>(mesh.triangles.size());
 }
 
 const std::vector<PosedSurface>& peanut_patches() {

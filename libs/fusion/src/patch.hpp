@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -56,7 +57,7 @@ class Patch {
     const float rise = height - p.z();
     out.nx = wa * a.nx + wb * b.nx + wc * c.nx + wd * d.nx;
     out.ny = wa * a.ny + wb * b.ny + wc * c.ny + wd * d.ny;
-    out.nz = std::sqrt(std::fmax(1 - out.nx * out.nx - out.ny * out.ny, min_normal_z * min_normal_z));
+    out.nz = std::sqrt(std::max(1 - out.nx * out.nx - out.ny * out.ny, min_normal_z * min_normal_z));
     out.distance_mm = rise * out.nz;
     if (std::fabs(out.distance_mm) >= reach_mm) return false;
     out.weight = weight - min_pixel_weight;  // begins at zero: no step where a patch begins
@@ -97,7 +98,7 @@ class Patch {
         const Eigen::Vector3f p((static_cast<float>(u) - u_origin_) / inverse_pitch_,
                                 (static_cast<float>(v) - v_origin_) / inverse_pitch_, pixel.height_mm);
         const float nz =
-            std::sqrt(std::fmax(1 - pixel.nx * pixel.nx - pixel.ny * pixel.ny, min_normal_z * min_normal_z));
+            std::sqrt(std::max(1 - pixel.nx * pixel.nx - pixel.ny * pixel.ny, min_normal_z * min_normal_z));
         visit(Eigen::Vector3f(origin_ + p.x() * x_axis_ + p.y() * y_axis_ + p.z() * z_axis_),
               Eigen::Vector3f(-(pixel.nx * x_axis_ + pixel.ny * y_axis_ + nz * z_axis_)),
               pixel.weight - min_pixel_weight);

@@ -14,7 +14,7 @@ struct IncrementalOptions {
   double max_translation_mm = 0.02;
   double max_rotation_rad = 0.00175;  ///< (0.1 degrees)
   double max_gain_change = 0.005;     ///< or the slope gain by more than this share. 0: at any change.
-  int warm_blocks = 4096;  ///< blocks whose sums are kept ready for the next patch: 5 to 10 kB each
+  int warm_blocks = 4096;  ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
 };
 
 /// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are
