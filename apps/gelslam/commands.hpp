@@ -18,6 +18,7 @@ void add_evaluate_command(CLI::App& app, int& exit_code);
 void add_export_command(CLI::App& app, int& exit_code);
 void add_info_command(CLI::App& app, int& exit_code);
 void add_reconstruct_command(CLI::App& app, int& exit_code);
+void add_record_command(CLI::App& app, int& exit_code);
 void add_simulate_command(CLI::App& app, int& exit_code);
 void add_surface_command(CLI::App& app, int& exit_code);
 void add_track_command(CLI::App& app, int& exit_code);

@@ -8,7 +8,8 @@
 #include "gelslam/core/npy.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/frame_source.hpp"
-#include "gelslam/slam/config.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/log_input.hpp"
 #include "gelslam/surface/gradient_model.hpp"
 #include "info_report.hpp"
 
@@ -49,8 +50,7 @@ void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profi
   attempt(report, [&] { source->next(); });
 }
 
-Config add_config(InfoReport& report, const fs::path& file) {
-  const Config config = read_config(file);
+Config add_config(InfoReport& report, const fs::path& file, const Config& config) {
   const SensorProfile& sensor = config.sensor;
   report.add("config",
              Json{{"file", file.string()},
@@ -65,7 +65,7 @@ Config add_config(InfoReport& report, const fs::path& file) {
 }
 
 void add_model(InfoReport& report, const fs::path& file) {
-  const GradientModel model = read_pth_model(file);
+  const GradientModel model = read_gradient_model(file);
   Json layers = Json::array();
   std::string words = model.layers.empty() ? "" : std::to_string(model.layers.front().inputs);
   std::size_t weights = 0;
@@ -77,6 +77,8 @@ void add_model(InfoReport& report, const fs::path& file) {
   report.add("model", Json{{"file", file.string()}, {"layers", layers}, {"weights", weights}},
              "network " + words + ", " + std::to_string(weights) + " weights, " + file.string());
 }
+
+Config add_config(InfoReport& report, const fs::path& file) { return add_config(report, file, read_config(file)); }
 
 std::string shape_text(const std::vector<std::size_t>& shape) {
   std::string text;
@@ -207,6 +209,38 @@ InfoReport inspect_video(const fs::path& file) {
   return report;
 }
 
+/// A log that was never closed does not know its length; one that was cut off does not have it. Read to the end.
+void add_readable(InfoReport& report, const fs::path& file, const SensorProfile& profile) {
+  const auto log = open_raw_log(file, profile);
+  std::int64_t frames = 0, bytes = 0;
+  double duration_s = 0;
+  while (const std::optional<RawFrame> frame = log->next()) {
+    ++frames;
+    bytes += static_cast<std::int64_t>(frame->bytes.size());
+    duration_s = frame->time_s;
+  }
+  const std::string state = log->warning().empty() ? "whole" : log->warning();
+  report.add("readable",
+             Json{{"frames", frames}, {"duration_s", duration_s}, {"lost_by_camera", log->lost_frames()}, {"bytes", bytes}, {"state", state}},
+             std::to_string(frames) + " frames over " + number(duration_s) + " s, " + std::to_string(log->lost_frames()) +
+                 " lost by the camera, " + number(static_cast<double>(bytes) / 1e6) + " MB; " + state);
+}
+
+InfoReport inspect_recorded_log(const fs::path& file) {
+  InfoReport report(file, "a recorded log");
+  const LogAttachments stored = read_log_attachments(file);
+  LogInput input;
+  input.log = file;
+  SensorProfile profile;
+  attempt(report, [&] { profile = add_config(report, file, find_config(input)).sensor; });
+  if (!stored.sensor.empty()) report.add("sensor", stored.sensor, stored.sensor);
+  if (!stored.camera_settings.empty()) report.add("camera", stored.camera_settings, stored.camera_settings);
+  if (!stored.model.empty()) attempt(report, [&] { add_model(report, file); });
+  add_log(report, file, profile);
+  add_readable(report, file, profile);
+  return report;
+}
+
 InfoReport inspect_file(const fs::path& file) {
   const std::string ending = file.extension().string();
   const auto single = [&](const char* kind, const std::function<void(InfoReport&)>& add) {
@@ -225,7 +259,7 @@ InfoReport inspect_file(const fs::path& file) {
   if (ending == ".ply" || ending == ".obj" || ending == ".stl") {
     return single("a mesh", [&](InfoReport& r) { add_mesh(r, file); });
   }
-  return inspect_video(file);
+  return is_matroska(file) ? inspect_recorded_log(file) : inspect_video(file);
 }
 
 }  // namespace

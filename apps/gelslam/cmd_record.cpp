@@ -1,0 +1,169 @@
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <thread>
+
+#include "commands.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/interrupt.hpp"
+#include "gelslam/sensor/camera.hpp"
+#include "gelslam/sensor/log_recorder.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/log_input.hpp"
+#include "record_report.hpp"
+#include "start_check.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RecordArguments {
+  std::string output, device, from, config, model;
+  double seconds = 0;
+  bool resized = false, quiet = false;
+};
+
+/// Where frames come from, and what is known about it.
+struct RecordSource {
+  std::unique_ptr<RawFrameSource> frames;
+  LogAttachments attachments;
+  bool can_wait = false;
+};
+
+std::string settings_text(const std::vector<CameraSetting>& settings) {
+  std::string text;
+  for (const CameraSetting& setting : settings)
+    text +=
+        setting.name + " " + std::to_string(setting.value) + (setting.locked ? "" : " (automatic)") + "\n";
+  return text;
+}
+
+RecordSource open_source(const RecordArguments& arguments, const Config& config) {
+  RecordSource source;
+  source.attachments = attachments_of(config);
+  if (arguments.from.empty()) {
+    CameraOptions options = camera_options(config.sensor);
+    if (!arguments.device.empty()) options.device = arguments.device;
+    std::unique_ptr<CameraSource> camera = open_camera(options);
+    source.attachments.sensor = camera->description();
+    source.attachments.camera_settings = settings_text(camera->settings());
+    source.frames = std::move(camera);
+    return source;
+  }
+  source.can_wait = true;
+  source.frames = open_raw_log(arguments.from, config.sensor);
+  const LogAttachments old =
+      is_matroska(arguments.from) ? read_log_attachments(arguments.from) : LogAttachments{};
+  source.attachments.sensor = old.sensor.empty() ? source.frames->description() : old.sensor;
+  source.attachments.camera_settings = old.camera_settings;
+  return source;
+}
+
+std::string name_by_time() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  ::localtime_r(&now, &local);
+  char name[64];
+  std::strftime(name, sizeof name, "gelslam-%Y%m%d-%H%M%S.mkv", &local);
+  return name;
+}
+
+/// A camera may keep next() waiting for seconds; Ctrl-C must not wait with it.
+class InterruptStopper {
+ public:
+  explicit InterruptStopper(RawFrameSource& source)
+      : thread_([this, &source](const std::stop_token& done) {
+          while (!done.stop_requested()) {
+            if (interrupt_.requested()) {
+              source.stop();
+              return;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+          }
+        }) {}
+  bool requested() const { return interrupt_.requested(); }
+
+ private:
+  InterruptWatch interrupt_;
+  std::jthread thread_;
+};
+
+/// All frames from the source to the recorder. What ended the source, if it did not end by itself, is
+/// rethrown by the caller, once the log is closed.
+std::exception_ptr pump(RecordSource& source, LogRecorder& recorder, StartCheck& check, RecordReport& report,
+                        double seconds) {
+  const InterruptStopper stopper(*source.frames);
+  try {
+    while (std::optional<RawFrame> frame = source.frames->next()) {
+      if (stopper.requested() || (seconds > 0 && frame->time_s >= seconds)) break;
+      check.look_at(*frame);
+      report.count(*frame, source.frames->lost_frames(), recorder.status());
+      if (source.can_wait) {
+        recorder.push_waiting(std::move(*frame));
+      } else {
+        recorder.push(std::move(*frame));
+      }
+      if (recorder.status().stopped) break;
+    }
+  } catch (const Error&) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
+
+int run(const RecordArguments& arguments) {
+  LogInput input;
+  input.log = arguments.from;
+  input.config = arguments.config;
+  input.model = arguments.model;
+  const Config config = find_config(input);
+  const fs::path log = arguments.output.empty() ? fs::path(name_by_time()) : fs::path(arguments.output);
+  std::error_code code;
+  if (fs::exists(log, code))
+    throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed
+  RecordSource source = open_source(arguments, config);
+  LogRecorderOptions options;
+  if (arguments.resized) options.resize_to = config.sensor;
+  LogRecorder recorder(std::make_unique<LogWriter>(log, source.attachments, source.frames->rate_hz()),
+                       options);
+  RecordReport report(log.string(), arguments.quiet);
+  StartCheck check(config, [&](const std::string& doubt) { report.say("doubt: " + doubt); });
+  report.start(source.frames->description());
+  const std::exception_ptr failure = pump(source, recorder, check, report, arguments.seconds);
+  recorder.finish();
+  report.finish(recorder.status(), source.frames->lost_frames(), source.frames->warning());
+  if (failure) std::rethrow_exception(failure);
+  return report.good() ? exit_done : exit_not_good;
+}
+
+}  // namespace
+
+void add_record_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<RecordArguments>();
+  CLI::App* command = app.add_subcommand(
+      "record", "Record a sensor into a log that can be reconstructed, replayed and shared");
+  command->add_option("-o,--output", arguments->output, "Log to write (default: gelslam-DATE-TIME.mkv here)");
+  auto* device = command->add_option("--device,--camera", arguments->device,
+                                     "Camera: a path, a number or part of its name (default: the "
+                                     "configuration's, else the one that looks like the sensor)");
+  command
+      ->add_option("--from", arguments->from, "Another log instead of a camera: converts videos and folders")
+      ->excludes(device);
+  command->add_option("--seconds", arguments->seconds, "Stop after so long (default: at Ctrl-C)")
+      ->check(CLI::Range(0.01, 1e6));
+  command->add_flag(
+      "--resized", arguments->resized,
+      "Store the small pictures that are worked with, without loss (PNG), instead of the camera's own");
+  command->add_option("--config", arguments->config, "Configuration to use and to store in the log");
+  command->add_option("--model", arguments->model, "Gradient model nnmodel.pth to store in the log");
+  command->add_flag("-q,--quiet", arguments->quiet, "No progress, no summary; doubts and warnings only");
+  command->footer(
+      "Example: gelslam record --model nnmodel.pth --seconds 60 -o scan.mkv\n"
+      "Exit code 1: nothing was recorded, or not all (disk full or too slow).");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace gelslam

@@ -1,0 +1,226 @@
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "../sensor/raw_frames.hpp"
+#include "../support/run_program.hpp"
+#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using test::ProgramResult;
+using test::TemporaryFolder;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+ProgramResult gelslam(const std::vector<std::string>& arguments) {
+  return test::run_program(GELSLAM_PROGRAM, arguments);
+}
+
+fs::path data_folder() {
+  const char* given = std::getenv("GELSLAM_DATA");
+  return given != nullptr ? fs::path(given) : fs::path(GELSLAM_SOURCE_FOLDER) / "../shared/data";
+}
+
+std::vector<RawFrame> read_all(const fs::path& path) {
+  const auto log = open_raw_log(path);
+  std::vector<RawFrame> frames;
+  while (std::optional<RawFrame> frame = log->next()) frames.push_back(std::move(*frame));
+  return frames;
+}
+
+/// A log as a camera would make it: bluish top and reddish bottom, which start_check does not doubt.
+void write_source(const fs::path& path, int frames) {
+  cv::Mat3b picture(240, 320);
+  for (int v = 0; v < 240; ++v) picture.row(v).setTo(cv::Scalar(130 - v / 4.0, 105, 60 + v / 6.0));
+  LogWriter writer(path, {"GelSight Mini of the test", "gain 3\n", "", ""}, 25);
+  RawFrame frame;
+  cv::imencode(".jpg", picture, frame.bytes);
+  frame.width_px = 320;
+  frame.height_px = 240;
+  for (int i = 0; i < frames; ++i) {
+    frame.time_s = 0.04 * i;
+    frame.sequence = i;
+    frame.bytes.push_back(static_cast<std::uint8_t>(i));  // no two alike
+    ASSERT_TRUE(writer.write(frame));
+    frame.bytes.pop_back();
+  }
+}
+
+TEST(Record, CopiesALogByteByByte) {
+  const TemporaryFolder folder;
+  write_source(folder / "a.mkv", 60);
+  const ProgramResult result =
+      gelslam({"record", "--from", (folder / "a.mkv").string(), "-o", (folder / "b.mkv").string()});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.out, "");
+  EXPECT_THAT(result.err, HasSubstr("recorded 60 frames in 2.4 s (25.00 Hz), 0 lost by the camera"));
+  EXPECT_THAT(result.err, Not(HasSubstr("doubt")));
+  const std::vector<RawFrame> a = read_all(folder / "a.mkv"), b = read_all(folder / "b.mkv");
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].bytes, b[i].bytes);
+    EXPECT_EQ(a[i].time_s, b[i].time_s);
+  }
+  const LogAttachments stored = read_log_attachments(folder / "b.mkv");
+  EXPECT_EQ(stored.sensor, "GelSight Mini of the test");
+  EXPECT_EQ(stored.camera_settings, "gain 3\n");
+  EXPECT_THAT(stored.config_yaml, HasSubstr("device_config"));
+}
+
+TEST(Record, EndsAfterSecondsAndWhenAsked) {
+  const TemporaryFolder folder;
+  write_source(folder / "a.mkv", 60);
+  gelslam({"record", "--from", (folder / "a.mkv").string(), "-o", (folder / "b.mkv").string(), "--seconds",
+           "1", "-q"});
+  EXPECT_EQ(read_all(folder / "b.mkv").size(), 25u);
+}
+
+TEST(Record, MistakesAreOneLineAndLeaveNothing) {
+  const TemporaryFolder folder;
+  write_source(folder / "a.mkv", 3);
+  const std::string from = (folder / "a.mkv").string(), to = (folder / "b.mkv").string();
+  struct Mistake {
+    std::vector<std::string> arguments;
+    const char* words;
+  };
+  for (const Mistake& mistake :
+       {Mistake{{"--from", from, "-o", from}, "exists already"},
+        Mistake{{"--from", to + "x", "-o", to}, "no such file or folder"},
+        Mistake{{"--from", from, "-o", (folder / "no/b.mkv").string()}, "cannot be created"},
+        Mistake{{"--from", from, "-o", to, "--model", from}, "holds no gradient model"},
+        Mistake{{"--from", from, "-o", to, "--seconds", "-3"}, "not in range"},
+        Mistake{{"--from", from, "--device", "0"}, "excludes"}}) {
+    std::vector<std::string> arguments{"record"};
+    arguments.insert(arguments.end(), mistake.arguments.begin(), mistake.arguments.end());
+    const ProgramResult result = gelslam(arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr(mistake.words));
+  }
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"a.mkv"});
+}
+
+TEST(Record, InfoSaysWhatIsInALog) {
+  const TemporaryFolder folder;
+  write_source(folder / "a.mkv", 30);
+  const std::string whole = test::read_bytes(folder / "a.mkv");
+  test::write_bytes(folder / "cut.mkv", whole.substr(0, whole.size() / 2));
+  const ProgramResult words = gelslam({"info", (folder / "a.mkv").string()});
+  EXPECT_EQ(words.exit_code, 0) << words.out << words.err;
+  for (const char* part :
+       {"a recorded log", "GelSight Mini of the test", "gain 3", "30 frames over 1.16 s", "whole"})
+    EXPECT_THAT(words.out, HasSubstr(part));
+  const auto json = nlohmann::json::parse(gelslam({"info", (folder / "cut.mkv").string(), "--json"}).out);
+  const auto frames = json.at("readable").at("frames").get<std::size_t>();
+  EXPECT_EQ(frames, read_all(folder / "cut.mkv").size());
+  EXPECT_THAT(json.at("readable").at("state").get<std::string>(), HasSubstr("of 30 frames"));
+}
+
+/// The program under a limit, killed or asked to stop after a while.
+struct Running {
+  pid_t pid = 0;
+  Running(const std::vector<std::string>& arguments, const fs::path& err) {
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
+    const std::string program = GELSLAM_PROGRAM;
+    std::vector<char*> argv{const_cast<char*>(program.c_str())};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    EXPECT_EQ(posix_spawn(&pid, program.c_str(), &actions, nullptr, argv.data(), environ), 0);
+    posix_spawn_file_actions_destroy(&actions);
+  }
+  int wait() const {
+    int status = 0;
+    ::waitpid(pid, &status, 0);
+    return status;
+  }
+};
+
+void wait_for_bytes(const fs::path& path, std::uintmax_t bytes) {
+  std::error_code code;
+  for (int i = 0; i < 2000 && !(fs::exists(path, code) && fs::file_size(path, code) >= bytes); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+TEST(Record, KilledOrAskedToStopItLeavesAWholeBeginning) {
+  const TemporaryFolder folder;
+  write_source(folder / "a.mkv", 20000);
+  const std::vector<RawFrame> sent = read_all(folder / "a.mkv");
+  std::mt19937 random(std::random_device{}());
+  for (int round = 0; round < 4; ++round) {
+    const fs::path log = folder / (std::to_string(round) + ".mkv"),
+                   err = folder / (std::to_string(round) + ".err");
+    const bool kill = round % 2 != 0;
+    const Running program({"record", "--from", (folder / "a.mkv").string(), "-o", log.string()}, err);
+    wait_for_bytes(log, 1000);
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 15000));
+    std::error_code code;
+    const std::uintmax_t seen = fs::file_size(log, code);
+    ::kill(program.pid, kill ? SIGKILL : SIGINT);
+    const int status = program.wait();
+    const std::vector<RawFrame> got = read_all(log);
+    ASSERT_GT(got.size(), 0u);
+    ASSERT_LE(got.size(), sent.size());
+    std::uintmax_t bytes = 0;
+    for (std::size_t i = 0; i < got.size(); ++i) {
+      ASSERT_TRUE(got[i].bytes == sent[i].bytes) << i;
+      ASSERT_EQ(got[i].time_s, sent[i].time_s);
+      bytes += got[i].bytes.size() + 70;
+    }
+    EXPECT_GE(bytes + 12000, seen) << "nothing that was in the file before is missing";
+    if (!kill) {
+      EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+      EXPECT_THAT(test::read_bytes(err), HasSubstr("recorded " + std::to_string(got.size()) + " frames"));
+    }
+  }
+}
+
+TEST(Record, AFullDiskIsSaidAndWhatWasWrittenStays) {
+  const TemporaryFolder folder;
+  write_source(folder / "a.mkv", 200);
+  const auto room = fs::file_size(folder / "a.mkv") / 2;
+  rlimit previous{};
+  getrlimit(RLIMIT_FSIZE, &previous);
+  rlimit limit = previous;
+  limit.rlim_cur = room;
+  setrlimit(RLIMIT_FSIZE, &limit);
+  const ProgramResult result =
+      gelslam({"record", "--from", (folder / "a.mkv").string(), "-o", (folder / "b.mkv").string()});
+  setrlimit(RLIMIT_FSIZE, &previous);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("recording stopped after"));
+  EXPECT_THAT(result.err, HasSubstr("File too large"));
+  const std::size_t frames = read_all(folder / "b.mkv").size();
+  EXPECT_GT(frames, 50u);
+  EXPECT_THAT(result.err, HasSubstr("recorded " + std::to_string(frames) + " frames"));
+}
+
+TEST(Record, APublicLogReconstructsTheSameOnceConverted) {
+  const fs::path data = data_folder() / "sequences/track_coin";
+  if (!fs::exists(data)) GTEST_SKIP() << "no data at " << data << "; set GELSLAM_DATA";
+  const TemporaryFolder folder;
+  const std::string log = (folder / "coin.mkv").string();
+  const ProgramResult result = gelslam({"record", "--from", data.string(), "-o", log});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, Not(HasSubstr("doubt")));
+  EXPECT_FALSE(read_log_attachments(log).model.empty());
+  const ProgramResult before = gelslam({"track", data.string()}), after = gelslam({"track", log});
+  EXPECT_EQ(after.exit_code, 0) << after.err;
+  EXPECT_EQ(before.out, after.out) << "the same poses at the same times, from the model in the log";
+}
+
+}  // namespace
+}  // namespace gelslam
