@@ -1,9 +1,9 @@
 #include "gelslam/slam/reconstruct.hpp"
 
-#include <algorithm>
 #include <chrono>
 
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/slam/gel_slam.hpp"
 #include "run_writer.hpp"
 
 namespace gelslam {
@@ -32,21 +32,6 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, StageTimer& timer, Progress
   return stopped;
 }
 
-ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
-  ReconstructSummary summary;
-  summary.frames = static_cast<std::int64_t>(map.frames.size());
-  summary.tracked = std::count_if(map.frames.begin(), map.frames.end(),
-                                  [](const FrameRecord& f) { return f.status == TrackStatus::tracked; });
-  summary.in_map = std::count_if(map.frames.begin(), map.frames.end(), [&](const FrameRecord& f) { return map.has_pose(f); });
-  summary.keyframes = static_cast<int>(map.keyframes.size());
-  summary.trials = map.trials;
-  summary.groups = map.groups;
-  summary.loops = map.loops;
-  summary.vertices = mesh.vertices_mm.size();
-  summary.triangles = mesh.triangles.size();
-  return summary;
-}
-
 }  // namespace
 
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
@@ -70,9 +55,7 @@ ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& 
   {
     progress.begin("fusing", std::nullopt);
     const auto scope = timer.measure("finish/fusion");
-    FusionOptions fusion = request.config.slam.fusion;
-    fusion.slope_gain = map.solution.slope_gain.mean();
-    mesh = fuse(posed_surfaces(map), fusion);
+    mesh = fuse_map(map, request.config.slam.fusion);
     progress.end();
   }
 
@@ -80,7 +63,8 @@ ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& 
   summary.partial = partial;
   summary.warning = stream.warning();
   summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  write_run(folder.path(), request, stream.description(), map, mesh, timer.statistics(), summary);
+  write_run(folder.path(), request.config, map, mesh,
+            {request.program_version, request.input.log, stream.description(), timer.statistics(), summary, std::nullopt});
   folder.commit();
   return summary;
 }

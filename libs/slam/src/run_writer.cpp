@@ -1,5 +1,6 @@
 #include "run_writer.hpp"
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -40,7 +41,8 @@ ordered_json frame_counts(const SlamMap& map) {
   }
   ordered_json frames;
   frames["total"] = map.frames.size();
-  for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked, TrackStatus::lost})
+  for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked, TrackStatus::lost,
+                                   TrackStatus::undone})
     frames[std::string(name(status))] = count[status];
   frames["in_map"] = in_map;
   return frames;
@@ -54,13 +56,21 @@ ordered_json stage_times(const std::vector<StageStatistics>& times) {
   return stages;
 }
 
-ordered_json report(const ReconstructRequest& request, const std::string& log_description, const SlamMap& map,
-                    const std::vector<StageStatistics>& times, const ReconstructSummary& summary) {
+ordered_json live_account(const LiveAccount& live) {
+  return {{"rate_hz", live.rate_hz},
+          {"arrived", live.arrived},
+          {"lost_by_camera", live.lost_by_camera},
+          {"dropped", live.dropped},
+          {"damaged", live.damaged}};
+}
+
+ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {
+  const ReconstructSummary& summary = account.summary;
   ordered_json json;
-  json["program"] = "gelslam " + request.program_version;
-  json["log"] = fs::absolute(request.input.log).lexically_normal().string();
-  json["log_description"] = log_description;
-  json["model"] = request.config.sensor.calibration_model_path.string();
+  json["program"] = "gelslam " + account.program_version;
+  if (!account.log.empty()) json["log"] = fs::absolute(account.log).lexically_normal().string();
+  json["log_description"] = account.log_description;
+  json["model"] = config.sensor.calibration_model_path.string();
   json["partial"] = summary.partial;
   if (!summary.warning.empty()) json["warning"] = summary.warning;
   json["anchor_frame"] = map.anchor_frame;
@@ -74,7 +84,8 @@ ordered_json report(const ReconstructRequest& request, const std::string& log_de
   json["slope_gain"] = {{"x", map.solution.slope_gain.x}, {"y", map.solution.slope_gain.y}};
   json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
   json["seconds"] = summary.seconds;
-  json["stages"] = stage_times(times);
+  if (account.live) json["live"] = live_account(*account.live);
+  json["stages"] = stage_times(account.times);
   return json;
 }
 
@@ -95,19 +106,39 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map) {
 }  // namespace
 
 std::vector<std::string> run_entries() {
-  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "config.yaml", "session", "report.json"};
+  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "config.yaml", "session", "report.json",
+          "log.mkv", "screenshots", "exports", "saving.tmp"};
 }
 
-void write_run(const fs::path& folder, const ReconstructRequest& request, const std::string& log_description,
-               const SlamMap& map, const Mesh& mesh, const std::vector<StageStatistics>& times,
-               const ReconstructSummary& summary) {
+ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
+  ReconstructSummary summary;
+  summary.frames = static_cast<std::int64_t>(map.frames.size());
+  summary.tracked = std::count_if(map.frames.begin(), map.frames.end(),
+                                  [](const FrameRecord& f) { return f.status == TrackStatus::tracked; });
+  summary.in_map = std::count_if(map.frames.begin(), map.frames.end(), [&](const FrameRecord& f) { return map.has_pose(f); });
+  summary.keyframes = static_cast<int>(map.keyframes.size());
+  summary.trials = map.trials;
+  summary.groups = map.groups;
+  summary.loops = map.loops;
+  summary.vertices = mesh.vertices_mm.size();
+  summary.triangles = mesh.triangles.size();
+  return summary;
+}
+
+Mesh fuse_map(const SlamMap& map, const FusionOptions& options) {
+  FusionOptions fusion = options;
+  fusion.slope_gain = map.solution.slope_gain.mean();
+  return fuse(posed_surfaces(map), fusion);
+}
+
+void write_run(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
   write_mesh(folder / "mesh.ply", mesh);
   write_file_atomically(folder / "trajectory.tum", trajectory(map));
   write_file_atomically(folder / "keyframes.tum", keyframe_trajectory(map));
   write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map));
-  write_file_atomically(folder / "config.yaml", write_config(request.config));
+  write_file_atomically(folder / "config.yaml", write_config(config));
   save_session(folder / "session", map);
-  write_file_atomically(folder / "report.json", report(request, log_description, map, times, summary).dump(2) + "\n");
+  write_file_atomically(folder / "report.json", report(config, map, account).dump(2) + "\n");
 }
 
 }  // namespace gelslam

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "gelslam/slam/map_snapshot.hpp"
-
 namespace gelslam {
 
 FrameRecord record_of(const TrackedFrame& tracked) {
@@ -23,6 +21,21 @@ const MapSnapshot::Node* MapSnapshot::find(int keyframe) const {
   const auto node =
       std::lower_bound(nodes.begin(), nodes.end(), keyframe, [](const Node& n, int id) { return n.keyframe < id; });
   return node != nodes.end() && node->keyframe == keyframe ? &*node : nullptr;
+}
+
+MapSnapshot snapshot_of(const SlamMap& map) {
+  MapSnapshot snapshot;
+  snapshot.slope_gain = map.solution.slope_gain;
+  for (const auto& [id, group] : map.solution.group_of_node) {
+    const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(id)];
+    const bool shown = map.in_map[static_cast<std::size_t>(id)];
+    if (shown) snapshot.shown_group = group;
+    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, group,
+                              shown ? map.anchor_T_keyframe(id) : map.solution.group_T_node.at(id), keyframe.surface});
+  }
+  for (std::size_t i = 0; i < map.edges.size(); ++i)
+    snapshot.edges.push_back({map.edges[i].from, map.edges[i].to, map.edges[i].kind, map.solution.edge_outlier[i]});
+  return snapshot;
 }
 
 std::vector<PosedSurface> posed_surfaces(const SlamMap& map) {

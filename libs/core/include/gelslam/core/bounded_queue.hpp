@@ -73,8 +73,9 @@ class BoundedQueue {
   }
 
   std::optional<T> take() {
-    if (items_.empty()) return std::nullopt;
-    std::optional<T> item(std::move(items_.front()));
+    std::optional<T> item;
+    if (items_.empty()) return item;
+    item.emplace(std::move(items_.front()));
     items_.pop_front();
     not_full_.notify_one();
     return item;

@@ -7,6 +7,7 @@
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
 
 namespace gelslam {
 
@@ -42,6 +43,9 @@ struct SlamMap {
   Pose anchor_T_keyframe(int id) const { return group_T_anchor.inverse() * solution.group_T_node.at(id); }
   bool has_pose(const FrameRecord& f) const { return f.keyframe >= 0 && in_map[static_cast<std::size_t>(f.keyframe)]; }
 };
+
+/// The map as a window draws it; poses of the largest group are in the anchor's frame.
+MapSnapshot snapshot_of(const SlamMap& map);
 
 /// The patches of the map's largest group at their places, in the anchor's frame.
 std::vector<PosedSurface> posed_surfaces(const SlamMap& map);

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_frame.hpp"
+#include "gelslam/slam/config.hpp"
+#include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/reconstruct.hpp"
+
+namespace gelslam {
+
+struct LiveOptions {
+  Config config;                      ///< with its model's path made certain
+  std::filesystem::path background;   ///< an image; empty: the first frames
+  bool force = false;                 ///< take the first frames as background whatever they show
+  /// A camera does not wait: frames that arrive while we are behind are left out, whole. False: every frame is used,
+  /// as fast as it can be.
+  bool drop_when_behind = true;
+  std::filesystem::path run_folder;   ///< empty: nothing is kept
+  bool overwrite = false;
+  /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
+  std::optional<LogAttachments> record;
+  bool record_resized = false;  ///< at the profile's resolution, as PNG, instead of the sensor's own bytes
+  std::string program_version;
+};
+
+/// The live chain: capture, surface, tracking, mapping (loops and pose graph) and fusion, each on its own thread with
+/// queues between them. Tracking never waits for what comes behind it; every keyframe is searched for loops, however
+/// late. Without dropped frames its map at the end is the one that reconstruct() makes of the same log.
+class LiveSlam final : public LiveSession {
+ public:
+  /// Starts at once. Throws Error when the model cannot be read or the run folder may not be written.
+  LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& options);
+  ~LiveSlam() override;  ///< stops in a hurry if nobody has waited
+
+  LiveStatus status() const override;
+  std::shared_ptr<const LiveTouch> touch() const override;
+  std::shared_ptr<const MapSnapshot> map() const override;
+  MeshChanges take_mesh_changes() override;
+  std::vector<StageStatistics> stage_times() const override;
+
+  void set_paused(bool paused) override;
+  void undo_last_trial() override;
+  void start_new_scan() override;
+  void save_now() override;
+  void stop() override;
+
+  /// stop(), and leave out whatever takes time: loops not searched yet, refinement.
+  void hurry();
+
+  /// Waits until the source has ended or stop() was called and everything is saved. Throws Error when that failed.
+  ReconstructSummary wait();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <set>
+
+#include "gelslam/slam/live_session.hpp"
+
+namespace gelslam::slam::detail {
+
+using LiveClock = std::chrono::steady_clock;
+
+/// Rate and latency over the last seconds.
+class LiveMeter {
+ public:
+  void arrived(LiveClock::time_point when);
+  void posed(LiveClock::time_point when, double latency_ms);
+  double rate_hz() const;
+  double median_latency_ms() const;
+
+ private:
+  std::deque<LiveClock::time_point> arrivals_;
+  std::deque<std::pair<LiveClock::time_point, double>> latencies_ms_;
+};
+
+/// Where the stages pin what they know, and the window reads it. Thread-safe; nobody waits longer than for a copy.
+class LiveBoard {
+ public:
+  explicit LiveBoard(std::string source_description);
+
+  // The stages.
+  void set_phase(LivePhase phase);
+  void set_words(std::string words, TrackStatus track);  ///< what people are told before anything is tracked
+  void warn(const std::string& sentence);                ///< each sentence once, the newest last
+  void frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera);
+  void frames_dropped(std::int64_t count);
+  void frame_damaged();
+  void set_log_bytes(std::int64_t bytes);
+  void set_touch(LiveTouch touch, int trial, const std::string& why_lost, LiveClock::time_point arrived);
+  void set_map(std::shared_ptr<const MapSnapshot> map);
+  void add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks);
+  void start_scan(int scan);  ///< what belongs to earlier scans is forgotten, and ignored when it comes late
+
+  // The window.
+  LiveStatus status() const;
+  std::shared_ptr<const LiveTouch> touch() const;
+  std::shared_ptr<const MapSnapshot> map() const;
+  MeshChanges take_mesh_changes();
+
+ private:
+  bool joined() const;
+  std::string words() const;
+
+  mutable std::mutex mutex_;
+  const LiveClock::time_point start_ = LiveClock::now();
+  LiveStatus status_;
+  LiveMeter meter_;
+  std::shared_ptr<const LiveTouch> touch_;
+  int trial_ = -1;
+  std::string why_lost_;
+  std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
+  std::set<int> shown_trials_;
+  int scan_ = 0;
+  bool mesh_cleared_ = false;
+  std::map<std::int64_t, MeshBlock> changed_blocks_;
+};
+
+}  // namespace gelslam::slam::detail

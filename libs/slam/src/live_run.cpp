@@ -1,0 +1,51 @@
+#include "live_run.hpp"
+
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
+
+namespace gelslam::slam::detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Makes the folder with what is known at the start. Its report says that nothing was saved yet.
+fs::path begin(const fs::path& folder, bool overwrite, const Config& config) {
+  RunFolder run(folder, {.overwrite = overwrite, .known_entries = run_entries()});
+  write_file_atomically(run.path() / "config.yaml", write_config(config));
+  write_file_atomically(run.path() / "report.json", "{\"partial\": true, \"saved\": false}\n");
+  run.commit();
+  return run.final_path();
+}
+
+/// Removed at the end of its scope, with whatever is in it.
+struct TemporaryFolder {
+  explicit TemporaryFolder(fs::path folder) : path(std::move(folder)) {
+    fs::remove_all(path);
+    fs::create_directory(path);
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path path;
+};
+
+}  // namespace
+
+LiveRun::LiveRun(const fs::path& folder, bool overwrite, const Config& config)
+    : folder_(begin(folder, overwrite, config)), config_(config) {}
+
+void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
+  const TemporaryFolder whole(folder_ / "saving.tmp");
+  write_run(whole.path, config_, map, mesh, account);
+  for (const std::string& entry : run_entries()) {
+    if (!fs::exists(whole.path / entry)) continue;
+    if (fs::is_directory(folder_ / entry)) fs::remove_all(folder_ / entry);
+    fs::rename(whole.path / entry, folder_ / entry);
+  }
+}
+
+}  // namespace gelslam::slam::detail

@@ -1,0 +1,313 @@
+#include "gelslam/slam/live_slam.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <thread>
+
+#include "../support/temporary_folder.hpp"
+#include "../surface/linear_gel.hpp"
+#include "../surface/pth_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/simulation/simulator.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using testing::HasSubstr;
+
+constexpr int kBackgroundFrames = 10, kScanFrames = 50;
+
+/// Ten bare frames, then a peanut that is wobbled under the sensor.
+const std::vector<cv::Mat3b>& peanut_pictures() {
+  static const std::vector<cv::Mat3b> pictures = [] {
+    ScanSpec spec;
+    spec.object.name = "peanut";
+    spec.motion.frames = kScanFrames;
+    spec.background_frames = kBackgroundFrames;
+    const Simulator simulator(spec);
+    std::vector<cv::Mat3b> result;
+    for (int i = 0; i < simulator.frame_count(); ++i)
+      result.push_back(render(simulator.frame(i).height_mm, SensorProfile{}.pixel_pitch_mm, 1.0, static_cast<std::uint64_t>(i)));
+    return result;
+  }();
+  return pictures;
+}
+
+/// Plays pictures as fast as they are taken; before some of them something else happens.
+class Pictures : public RawFrameSource {
+ public:
+  explicit Pictures(std::vector<cv::Mat3b> pictures) : pictures_(std::move(pictures)) {}
+
+  std::optional<RawFrame> next() override {
+    open_.wait(false);
+    if (stopped_ || next_ >= pictures_.size()) return std::nullopt;
+    if (const auto found = before_.find(static_cast<int>(next_)); found != before_.end()) found->second();
+    if (stopped_) return std::nullopt;
+    const cv::Mat3b& picture = pictures_[next_];
+    RawFrame frame;
+    frame.encoding = FrameEncoding::bgr;
+    frame.bytes.assign(picture.ptr(), picture.ptr() + picture.total() * 3);
+    frame.width_px = picture.cols;
+    frame.height_px = picture.rows;
+    frame.index = frame.sequence = static_cast<std::int64_t>(next_);
+    frame.time_s = 0.04 * static_cast<double>(next_++);
+    frame.arrived = std::chrono::steady_clock::now();
+    if (damaged_.contains(frame.index)) frame.bytes.resize(100);
+    return frame;
+  }
+  void stop() override { stopped_ = true; }
+  double rate_hz() const override { return 25.0; }
+  std::string description() const override { return "a made-up camera"; }
+
+  /// Nothing is delivered before: what happens between frames needs the session.
+  void open() {
+    open_ = true;
+    open_.notify_all();
+  }
+  void before(int frame, std::function<void()> what) { before_[frame] = std::move(what); }
+  void damage(int frame) { damaged_.insert(frame); }
+
+ private:
+  std::vector<cv::Mat3b> pictures_;
+  std::size_t next_ = 0;
+  std::atomic<bool> open_{false}, stopped_{false};
+  std::map<int, std::function<void()>> before_;
+  std::set<std::int64_t> damaged_;
+};
+
+/// Looks until `condition` holds; a minute is far beyond what anything here takes.
+bool comes_true(const std::function<bool()>& condition) {
+  for (int i = 0; i < 6000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+class Live : public testing::Test {
+ protected:
+  Live() {
+    PthFile pth;
+    pth.layers = linear_gel_model().layers;
+    write_bytes(folder / "model.pth", zip_archive(pth.entries()));
+    options.config.sensor.calibration_model_path = folder / "model.pth";
+    options.drop_when_behind = false;
+    options.run_folder = folder / "run";
+  }
+
+  LiveSlam& start() {
+    Pictures& pictures = *source;
+    session = std::make_unique<LiveSlam>(std::move(source), options);
+    pictures.open();
+    return *session;
+  }
+  /// In the source's thread: until the tracker has seen this frame.
+  void wait_for_touch(std::int64_t index) {
+    EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->index >= index; }));
+  }
+  std::string read(const fs::path& file) const { return read_bytes(options.run_folder / file); }
+
+  TemporaryFolder folder;
+  LiveOptions options;
+  std::unique_ptr<Pictures> source = std::make_unique<Pictures>(peanut_pictures());
+  std::unique_ptr<LiveSlam> session;
+};
+
+TEST_F(Live, WithoutDropsTheMapIsThatOfTheOfflineProgram) {
+  fs::create_directory(folder / "log");
+  for (std::size_t i = 0; i < peanut_pictures().size(); ++i)
+    cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(), peanut_pictures()[i]);
+  ReconstructRequest request;
+  request.input.log = folder / "log";
+  request.config = options.config;
+  request.run_folder = folder / "offline";
+  NoProgress progress;
+  const ReconstructSummary offline = reconstruct(request, progress, [] { return false; });
+
+  const ReconstructSummary live = start().wait();
+
+  EXPECT_GT(live.tracked, kScanFrames - 5);
+  EXPECT_GT(live.keyframes, 2);
+  EXPECT_EQ(live.frames, offline.frames);
+  EXPECT_EQ(live.loops, offline.loops);
+  for (const char* file : {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "mesh.ply"})
+    EXPECT_TRUE(read(file) == read_bytes(request.run_folder / file)) << file;
+}
+
+TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
+  std::size_t triangles_before_the_end = 0;
+  source->before(kBackgroundFrames + kScanFrames - 1, [&] {
+    EXPECT_TRUE(comes_true([&] {
+      for (const MeshBlock& block : session->take_mesh_changes().blocks) triangles_before_the_end += block.mesh.triangles.size();
+      return triangles_before_the_end > 0;
+    }));
+    EXPECT_EQ(session->status().words, "tracking");
+    EXPECT_EQ(session->status().track, TrackStatus::tracked);
+    EXPECT_FALSE(session->map()->nodes.empty());
+    EXPECT_EQ(session->map()->shown_group, 0);
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(session->status().phase, LivePhase::finished);
+  const MeshChanges changes = session->take_mesh_changes();
+  EXPECT_TRUE(changes.cleared);
+  ASSERT_EQ(changes.blocks.size(), 1U);
+  EXPECT_EQ(changes.blocks.front().mesh.triangles.size(), summary.triangles);
+  EXPECT_GT(summary.triangles, 1000U);
+}
+
+TEST_F(Live, RecordsEveryFrameAlsoThoseItLeavesOut) {
+  options.record = LogAttachments{};
+  options.drop_when_behind = true;
+  source->before(30, [&] { session->set_paused(true); });
+  source->before(35, [&] { session->set_paused(false); });
+  start().wait();
+  const std::unique_ptr<RawFrameSource> log = open_raw_log(options.run_folder / "log.mkv");
+  FrameDecoder decoder{SensorProfile{}};
+  std::size_t frames = 0;
+  for (std::optional<RawFrame> frame; (frame = log->next()); ++frames) {
+    const std::size_t index = static_cast<std::size_t>(frame->sequence);
+    const std::optional<TactileImage> image = decoder.decode(*frame);
+    ASSERT_TRUE(image) << index;
+    EXPECT_EQ(cv::norm(image->bgr, peanut_pictures()[index], cv::NORM_INF), 0) << index;
+  }
+  EXPECT_EQ(frames, peanut_pictures().size());
+  EXPECT_GT(session->status().log_bytes, 0);
+}
+
+TEST_F(Live, WaitsForTheBareGel) {
+  std::vector<cv::Mat3b> pictures(peanut_pictures().end() - 15, peanut_pictures().end());
+  pictures.insert(pictures.end(), peanut_pictures().begin(), peanut_pictures().end());
+  source = std::make_unique<Pictures>(pictures);
+  source->before(15, [&] {
+    EXPECT_TRUE(comes_true([&] { return session->status().words.find("take the object off") == 0; }));
+    EXPECT_EQ(session->status().phase, LivePhase::background);
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_GT(summary.tracked, kScanFrames - 5);
+  EXPECT_THAT(read("report.json"), HasSubstr("\"background\": 25"));
+}
+
+TEST_F(Live, ALostSourceEndsTheScanWithAllThatWasSeen) {
+  source->before(40, [] { throw Error("the camera was unplugged"); });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_THAT(summary.warning, HasSubstr("unplugged"));
+  EXPECT_EQ(summary.frames, 40);
+  EXPECT_GT(summary.triangles, 1000U);
+  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+}
+
+TEST_F(Live, DamagedFramesAreLeftOutAndCounted) {
+  for (const int frame : {20, 21, 33}) source->damage(frame);
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(session->status().damaged, 3);
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 3);
+  EXPECT_EQ(summary.groups, 1);
+}
+
+TEST_F(Live, FramesThatComeTooFastAreDroppedWholeAndCounted) {
+  options.drop_when_behind = true;
+  const ReconstructSummary summary = start().wait();
+  const LiveStatus status = session->status();
+  EXPECT_EQ(status.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_GT(status.dropped, 0);  // nobody estimates a surface in the time it takes to copy a picture
+  EXPECT_EQ(summary.frames + status.dropped, status.frames);
+}
+
+TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
+  // A second touch: one that is recognised, so that taking it back has to undo loops, too.
+  std::vector<cv::Mat3b> pictures = peanut_pictures();
+  pictures.insert(pictures.end(), 3, pictures.front());
+  pictures.insert(pictures.end(), peanut_pictures().begin() + 30, peanut_pictures().begin() + 45);
+  pictures.push_back(pictures.front());
+  source = std::make_unique<Pictures>(pictures);
+  const int last = static_cast<int>(pictures.size()) - 1;
+  int trials_before = 0;
+  source->before(last, [&] {
+    wait_for_touch(last - 1);
+    EXPECT_TRUE(comes_true([&] { return !session->map()->nodes.empty() && session->map()->nodes.back().trial == 1; }));
+    trials_before = session->status().trials;
+    session->undo_last_trial();
+    EXPECT_TRUE(comes_true([&] { return session->status().trials == 1; }));
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(trials_before, 2);
+  EXPECT_EQ(summary.groups, 1);
+  EXPECT_THAT(read("report.json"), HasSubstr("\"undone\": 15"));
+  const std::string trajectory = read("trajectory.tum");
+  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.in_map);
+  EXPECT_LE(summary.in_map, kScanFrames);
+}
+
+TEST_F(Live, ANewScanForgetsTheMap) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->start_new_scan();
+    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 40);
+  EXPECT_EQ(session->map()->scan, 1);
+  EXPECT_GE(session->map()->nodes.front().frame, 40);
+}
+
+TEST_F(Live, APauseBreaksTheTrial) {
+  source->before(30, [&] {
+    wait_for_touch(29);
+    session->set_paused(true);
+    EXPECT_EQ(session->status().phase, LivePhase::paused);
+  });
+  source->before(40, [&] { session->set_paused(false); });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 10);
+  EXPECT_EQ(summary.trials, 2);
+}
+
+TEST_F(Live, SavesOnTheWayAndGoesOn) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->save_now();
+    EXPECT_TRUE(comes_true([&] { return fs::exists(options.run_folder / "mesh.ply"); }));
+    EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": true"));
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": false"));
+  EXPECT_FALSE(fs::exists(options.run_folder / "saving.tmp"));
+}
+
+TEST_F(Live, StoppedInAHurryItSavesWhatThereIs) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->hurry();
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_TRUE(summary.partial);
+  EXPECT_EQ(summary.frames, 40);
+  EXPECT_GT(summary.triangles, 1000U);
+}
+
+TEST_F(Live, RefusesARunFolderThatIsThere) {
+  fs::create_directory(options.run_folder);
+  std::ofstream(options.run_folder / "thesis.tex") << "years of work";
+  EXPECT_THAT(message_of<Error>([&] { start(); }), HasSubstr("exists already"));
+  options.overwrite = true;
+  source = std::make_unique<Pictures>(peanut_pictures());
+  EXPECT_THAT(message_of<Error>([&] { start(); }), HasSubstr("will not be overwritten"));
+}
+
+TEST_F(Live, PicturesOfAnotherSizeAreAnErrorInWords) {
+  source = std::make_unique<Pictures>(std::vector<cv::Mat3b>(3, cv::Mat3b(100, 500, cv::Vec3b(1, 2, 3))));
+  EXPECT_THAT(message_of<Error>([&] { start().wait(); }), HasSubstr("500x100"));
+}
+
+}  // namespace
+}  // namespace gelslam
