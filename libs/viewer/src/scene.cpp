@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "scene_colours.hpp"
@@ -21,7 +23,10 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kBudget_ms = 3;  ///< of a frame, for levels of detail and new colours
+/// What levels of detail and new colours may take: a part of a frame's time, within limits.
+constexpr double kBudgetShare = 0.25, kLeastBudget_ms = 3, kMostBudget_ms = 50;
+constexpr double kUnlimited_ms = std::numeric_limits<double>::infinity();
+constexpr std::size_t kTrianglesForGpu = 1'500'000, kTrianglesForProcessor = 200'000;
 constexpr std::size_t kTrianglesPerPiece = 2000;
 constexpr std::size_t kDistanceSamples = 4000;
 constexpr std::size_t kOutlinePoints = 5000;
@@ -33,6 +38,13 @@ const Vector3f kClay(0.58F, 0.50F, 0.43F);
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Mesa's renderers without a GPU.
+bool is_software_renderer() {
+  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string_view renderer = name != nullptr ? name : "";
+  return renderer.find("llvmpipe") != renderer.npos || renderer.find("softpipe") != renderer.npos;
 }
 
 Rgba outline_colour() { return {255, 150, 40, 255}; }
@@ -58,12 +70,18 @@ struct Scene::Impl {
   mutable std::optional<float> distance_limit_mm;  ///< found when it is first asked for
   KeyframePlaces keyframe_places;
   SceneColour values_for = SceneColour::plain;  ///< what the vertices' values mean now
-  double budget_ms = kBudget_ms;
+  const std::size_t max_triangles = is_software_renderer() ? kTrianglesForProcessor : kTrianglesForGpu;
+  bool details_are_due = false;
+  Clock::time_point last_draw = Clock::now();
   SceneStatistics statistics;
 
   Impl() {
     const std::vector<std::uint8_t> picture = make_matcap(kMatcapSide_px);
     fill_texture(matcap, kMatcapSide_px, kMatcapSide_px, picture.data());
+  }
+
+  double budget_ms() const {
+    return std::clamp(kBudgetShare * ms_since(last_draw), kLeastBudget_ms, kMostBudget_ms);
   }
 
   Eigen::AlignedBox3f drawn_box() const {
@@ -164,7 +182,10 @@ struct Scene::Impl {
     glBindTexture(GL_TEXTURE_2D, matcap.name());
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, colour_map.name());
-    mesh.draw(camera, clip_T_map, viewport, style, budget_ms);
+    const auto detail_px = style.level_of_detail ? std::optional(style.detail_px) : std::nullopt;
+    mesh.draw(camera, clip_T_map, viewport, detail_px,
+              style.max_triangles > 0 ? style.max_triangles : max_triangles,
+              details_are_due ? kUnlimited_ms : budget_ms());
     glBindTexture(GL_TEXTURE_2D, 0);
     glActiveTexture(GL_TEXTURE1);
     glBindTexture(GL_TEXTURE_2D, 0);
@@ -295,11 +316,12 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   glBindVertexArray(0);
   glUseProgram(0);
   impl_->mesh.end_frame();
-  impl_->budget_ms = kBudget_ms;
+  impl_->details_are_due = false;
+  impl_->last_draw = Clock::now();
   impl_->statistics.draw_ms = ms_since(start);
 }
 
-void Scene::finish_details() { impl_->budget_ms = std::numeric_limits<double>::infinity(); }
+void Scene::finish_details() { impl_->details_are_due = true; }
 
 std::optional<ColourLegend> Scene::legend(const SceneStyle& style) const {
   static constexpr const char* titles[] = {"", "confidence", "height", "keyframe", "distance"};

@@ -23,6 +23,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kFirstVertices = 1 << 15, kFirstIndices = 1 << 18;
 /// A cell must span this many edges for a level to be worth its memory.
 constexpr float kLeastEdgesPerCell = 1.5F;
+constexpr int kMostDoublings = 6;
 
 /// Whether all of a box is outside one of the view's planes (Gribb & Hartmann: rows of the matrix).
 bool is_outside(const Matrix4f& clip_T_map, const AlignedBox3f& box) {
@@ -189,16 +190,37 @@ std::optional<Vector3f> SceneMesh::pick(const PickRay& ray) const {
 }
 
 std::vector<SceneMesh::Wanted> SceneMesh::blocks_in_view(const OrbitCamera& camera,
-                                                         const Matrix4f& clip_T_map, const Viewport& viewport,
-                                                         const SceneStyle& style) {
+                                                         const Matrix4f& clip_T_map,
+                                                         const Viewport& viewport) {
   std::vector<Wanted> wanted;
   for (auto& [key, block] : blocks_) {
     if (is_outside(clip_T_map, block.mesh.box_mm)) continue;
     const float depth_mm = block.mesh.box_mm.exteriorDistance(camera.eye_mm());
-    const float cell_mm = style.detail_px * camera.mm_per_px(depth_mm, viewport);
-    wanted.push_back({&block, style.level_of_detail ? level_for(block.mesh, cell_mm) : std::nullopt});
+    wanted.push_back({&block, camera.mm_per_px(depth_mm, viewport), std::nullopt});
   }
   return wanted;
+}
+
+/// A level that is not made yet is taken to have a triangle for two of a grid's edges in each cell.
+std::size_t SceneMesh::expected_triangles(const Wanted& wanted) {
+  const Block& block = *wanted.block;
+  if (!wanted.level) return block.full.count / 3;
+  const auto made = block.coarser.find(*wanted.level);
+  if (made != block.coarser.end()) return made->second.count / 3;
+  const float edges_per_cell = std::ldexp(1.0F, *wanted.level) / block.mesh.edge_mm;
+  return static_cast<std::size_t>(static_cast<float>(block.full.count / 3) /
+                                  (edges_per_cell * edges_per_cell));
+}
+
+void SceneMesh::choose_levels(std::vector<Wanted>& wanted, float detail_px, std::size_t max_triangles) {
+  for (int doubling = 0; doubling < kMostDoublings; ++doubling) {
+    std::size_t total = 0;
+    for (Wanted& w : wanted) {
+      w.level = level_for(w.block->mesh, std::ldexp(detail_px, doubling) * w.mm_per_px);
+      total += expected_triangles(w);
+    }
+    if (total <= max_triangles) return;
+  }
 }
 
 void SceneMesh::prepare(const std::vector<Wanted>& wanted, double budget_ms) {
@@ -206,7 +228,7 @@ void SceneMesh::prepare(const std::vector<Wanted>& wanted, double budget_ms) {
   const auto spent_ms = [&] {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   };
-  for (const auto& [block, level] : wanted) {
+  for (const auto& [block, mm_per_px, level] : wanted) {
     const bool lacks_level = level && !block->coarser.contains(*level);
     const bool lacks_values = block->values_version != values_version_;
     if (!lacks_level && !lacks_values) continue;
@@ -225,7 +247,7 @@ void SceneMesh::prepare(const std::vector<Wanted>& wanted, double budget_ms) {
 void SceneMesh::list_calls(const std::vector<Wanted>& wanted) {
   counts_.clear(), offsets_.clear(), base_vertices_.clear();
   drawn_triangles_ = 0;
-  for (const auto& [block, size] : wanted) {
+  for (const auto& [block, mm_per_px, size] : wanted) {
     Level level = block->full;
     if (size) {  // the wanted one, or the coarsest that is finer
       const auto after = block->coarser.upper_bound(*size);
@@ -257,8 +279,9 @@ void SceneMesh::bind_buffers() {
 }
 
 void SceneMesh::draw(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
-                     const SceneStyle& style, double budget_ms) {
-  const std::vector<Wanted> wanted = blocks_in_view(camera, clip_T_map, viewport, style);
+                     std::optional<float> detail_px, std::size_t max_triangles, double budget_ms) {
+  std::vector<Wanted> wanted = blocks_in_view(camera, clip_T_map, viewport);
+  if (detail_px) choose_levels(wanted, *detail_px, max_triangles);
   prepare(wanted, budget_ms);
   list_calls(wanted);
   if (counts_.empty()) return;

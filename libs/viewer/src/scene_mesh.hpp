@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "gelslam/viewer/orbit_camera.hpp"
-#include "gelslam/viewer/scene_style.hpp"
 #include "gl_pool.hpp"
 #include "scene_geometry.hpp"
 
@@ -28,9 +27,11 @@ class SceneMesh {
   /// Blocks get their new values bit by bit, as they are drawn.
   void set_values(VertexValues values);
 
-  /// With the program of the mesh in use. Spends about `budget_ms` on levels and values that are missing.
+  /// With the program of the mesh in use, at full detail or so that cells of `detail_px`, or those with which
+  /// at most `max_triangles` are drawn, become one vertex. Spends about `budget_ms` on levels and values that
+  /// are missing.
   void draw(const OrbitCamera& camera, const Eigen::Matrix4f& clip_T_map, const Viewport& viewport,
-            const SceneStyle& style, double budget_ms);
+            std::optional<float> detail_px, std::size_t max_triangles, double budget_ms);
 
   const Eigen::AlignedBox3f& box_mm() const;
   std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
@@ -59,6 +60,7 @@ class SceneMesh {
   };
   struct Wanted {
     Block* block;
+    float mm_per_px;  ///< at its nearest point
     std::optional<int> level;
   };
 
@@ -66,7 +68,9 @@ class SceneMesh {
   void upload_vertices(Block& block, const std::vector<float>& values);
   Level upload_indices(const std::vector<std::uint32_t>& indices);
   std::vector<Wanted> blocks_in_view(const OrbitCamera& camera, const Eigen::Matrix4f& clip_T_map,
-                                     const Viewport& viewport, const SceneStyle& style);
+                                     const Viewport& viewport);
+  static std::size_t expected_triangles(const Wanted& wanted);
+  static void choose_levels(std::vector<Wanted>& wanted, float detail_px, std::size_t max_triangles);
   void prepare(const std::vector<Wanted>& wanted, double budget_ms);
   void list_calls(const std::vector<Wanted>& wanted);
   void bind_buffers();

@@ -179,7 +179,9 @@ cv::Mat3b ViewStage::picture(const OrbitCamera& camera, const SceneStyle& style,
   target.bind();
   impl_->first_scene.finish_details();
   if (impl_->second_scene) impl_->second_scene->finish_details();
-  draw(camera, whole, style);
+  SceneStyle full = style;  // a picture has time
+  full.level_of_detail = false;
+  draw(camera, whole, full);
   cv::Mat3b result = target.read();
   const std::vector<Viewport> shown = parts(whole);
   for (std::size_t i = 0; i < shown.size(); ++i) {
