@@ -1,6 +1,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "commands.hpp"
@@ -78,6 +79,21 @@ std::string controls_text(const CameraInfo& camera) {
   return text.str();
 }
 
+/// The program reads these; a driver may have dozens of others.
+bool can_be_read(const CameraMode& mode) {
+  return mode.format == "MJPG" || mode.format == "JPEG" || mode.format == "YUYV";
+}
+
+std::string other_formats(const CameraInfo& camera) {
+  std::string text;
+  std::set<std::string> seen;
+  for (const CameraMode& mode : camera.modes) {
+    if (!can_be_read(mode) && seen.insert(mode.format).second)
+      text += (text.empty() ? "" : ", ") + mode.format;
+  }
+  return text.empty() ? "" : text + " (not read by this program)";
+}
+
 std::string camera_text(const CameraInfo& camera) {
   std::ostringstream text;
   const auto line = [&text](const char* key, const std::string& words) {
@@ -87,7 +103,10 @@ std::string camera_text(const CameraInfo& camera) {
   line("kind      ", std::string(kind_words(camera.node)) +
                          (camera.sensor.empty() ? "" : ", looks like a " + camera.sensor));
   line("bus       ", camera.bus + (camera.driver.empty() ? "" : " (" + camera.driver + ")"));
-  for (const CameraMode& mode : camera.modes) line("format    ", mode_text(mode));
+  for (const CameraMode& mode : camera.modes) {
+    if (can_be_read(mode)) line("format    ", mode_text(mode));
+  }
+  line("also      ", other_formats(camera));
   line("controls  ", controls_text(camera));
   line("in use by ", camera.in_use_by);
   line("problem   ", camera.problem);

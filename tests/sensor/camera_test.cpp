@@ -150,6 +150,17 @@ TEST_F(Camera, AnotherFormatThanAskedIsSaid) {
             "15 Hz; YUYV 1280x720: see camera_format, raw_imgw and raw_imgh in device_config");
   mini.modes = {{V4L2_PIX_FMT_MJPEG, 1920, 1080, {30}}};
   EXPECT_THAT(open_error(), HasSubstr("asked for MJPG 3280x2464, the driver gave MJPG 1920x1080"));
+  for (const auto& [width, height] : {std::pair{3264u, 2464u}, std::pair{3280u, 2448u}}) {
+    mini.modes = {{V4L2_PIX_FMT_MJPEG, width, height, {}}};
+    EXPECT_THAT(open_error(), HasSubstr("the driver gave MJPG " + std::to_string(width)));
+  }
+}
+
+TEST_F(Camera, ARefusedFormatIsSaid) {
+  mini.fails[VIDIOC_S_FMT] = EINVAL;
+  EXPECT_EQ(open_error(),
+            "/dev/video0: the driver refuses MJPG 3280x2464; the camera offers MJPG 3280x2464 at 25 Hz: see "
+            "camera_format, raw_imgw and raw_imgh in device_config");
 }
 
 TEST_F(Camera, AnotherRateThanAskedIsAWarning) {

@@ -2,6 +2,7 @@
 
 #include <linux/videodev2.h>
 
+#include <cerrno>
 #include <cmath>
 #include <sstream>
 
@@ -23,6 +24,11 @@ bool same_pictures(std::uint32_t asked, std::uint32_t granted) {
   return asked == granted || (asked == V4L2_PIX_FMT_MJPEG && granted == V4L2_PIX_FMT_JPEG);
 }
 
+std::string what_there_is(const VideoNode& node) {
+  return "; the camera offers " + modes_text(camera_modes(node)) +
+         ": see camera_format, raw_imgw and raw_imgh in device_config";
+}
+
 v4l2_pix_format set_format(const VideoNode& node, const CameraOptions& options) {
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -32,15 +38,20 @@ v4l2_pix_format set_format(const VideoNode& node, const CameraOptions& options) 
   picture.height = static_cast<std::uint32_t>(options.height_px);
   picture.field = V4L2_FIELD_ANY;
   const v4l2_pix_format asked = picture;
-  node.require(VIDIOC_S_FMT, &format, "set the format");
+  if (const int code = node.call(VIDIOC_S_FMT, &format); code == EINVAL) {
+    throw CameraFailure(node.path() + ": the driver refuses " +
+                            format_text(asked.pixelformat, asked.width, asked.height) + what_there_is(node),
+                        code);
+  } else if (code != 0) {
+    throw camera_failure(node.system(), node.path(), "set the format", code);
+  }
   if (same_pictures(asked.pixelformat, picture.pixelformat) && asked.width == picture.width &&
       asked.height == picture.height) {
     return picture;
   }
   throw Error(node.path() + ": asked for " + format_text(asked.pixelformat, asked.width, asked.height) +
               ", the driver gave " + format_text(picture.pixelformat, picture.width, picture.height) +
-              "; the camera offers " + modes_text(camera_modes(node)) +
-              ": see camera_format, raw_imgw and raw_imgh in device_config");
+              what_there_is(node));
 }
 
 std::string hertz(double rate_hz) {
