@@ -9,9 +9,12 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gl_objects.hpp"
 
 namespace gelslam {
 namespace {
+
+using viewer::detail::is_software_renderer;
 
 constexpr const char* kWithoutWindow =
     "use --headless to work without a window, or --snapshot FILE for a picture";
@@ -69,6 +72,7 @@ struct GlContext::Impl {
   }
 
   bool open_egl() {
+    if (!epoxy_has_egl()) return false;
     display = screenless_display();
     if (display == EGL_NO_DISPLAY || eglInitialize(display, nullptr, nullptr) != EGL_TRUE) return false;
     if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context")) return false;
@@ -94,13 +98,24 @@ struct GlContext::Impl {
                   (has_display() ? glfw_reason() : "there is no display (DISPLAY is not set)") + "; " +
                   kWithoutWindow);
     }
+    create_window(options, options.samples);
+    // Where the processor draws, several samples per pixel take it twice as long.
+    if (options.samples > 0 && is_software_renderer()) {
+      glfwDestroyWindow(std::exchange(window, nullptr));
+      create_window(options, 0);
+    }
+    glfwSwapInterval(1);
+    if (options.visible) glfwShowWindow(window);
+  }
+
+  void create_window(const GlWindowOptions& options, int samples) {
     glfwDefaultWindowHints();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
-    glfwWindowHint(GLFW_SAMPLES, options.samples);
-    glfwWindowHint(GLFW_VISIBLE, options.visible ? GLFW_TRUE : GLFW_FALSE);
+    glfwWindowHint(GLFW_SAMPLES, samples);
+    glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     window = glfwCreateWindow(options.width_px, options.height_px, options.title.c_str(), nullptr, nullptr);
     if (window == nullptr) {
@@ -109,7 +124,6 @@ struct GlContext::Impl {
       throw Error("cannot open a window with OpenGL 3.3: " + reason + "; " + kWithoutWindow);
     }
     glfwMakeContextCurrent(window);
-    glfwSwapInterval(1);
   }
 };
 

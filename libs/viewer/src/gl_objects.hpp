@@ -67,4 +67,7 @@ class GlProgram {
 /// A lookup table of 8-bit RGBA texels, linear between them, clamped at its ends.
 void fill_texture(const GlTexture& texture, int width, int height, const std::uint8_t* rgba);
 
+/// Whether the current context is one of Mesa's without a GPU.
+bool is_software_renderer();
+
 }  // namespace gelslam::viewer::detail

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <string_view>
 #include <utility>
 
 #include "scene_colours.hpp"
@@ -38,13 +37,6 @@ const Vector3f kClay(0.58F, 0.50F, 0.43F);
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-/// Mesa's renderers without a GPU.
-bool is_software_renderer() {
-  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  const std::string_view renderer = name != nullptr ? name : "";
-  return renderer.find("llvmpipe") != renderer.npos || renderer.find("softpipe") != renderer.npos;
 }
 
 Rgba outline_colour() { return {255, 150, 40, 255}; }

@@ -11,7 +11,7 @@ struct GlWindowOptions {
   std::string title = "GelSLAM";
   int width_px = 1280, height_px = 800;  ///< of the content, in screen coordinates
   bool visible = true;
-  int samples = 4;  ///< per pixel; what the driver cannot give is left out
+  int samples = 4;  ///< per pixel; none where the processor draws
 };
 
 /// An OpenGL 3.3 core context, current on the thread that made it until another one is made current. One

@@ -1,0 +1,87 @@
+#include "gelslam/viewer/view_content.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gelslam/core/error.hpp"
+#include "temporary_folder.hpp"
+#include "view_run.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(ViewContent, ARunsHistoryIsThere) {
+  const TemporaryFolder folder;
+  write_run(folder / "RUN", 5);
+  const ViewContent content = load_view(folder / "RUN/");
+  EXPECT_EQ(content.name, "RUN");
+  EXPECT_GT(content.mesh.triangles.size(), 1000U);
+  ASSERT_TRUE(content.history);
+  const RunHistory& history = *content.history;
+  EXPECT_DOUBLE_EQ(history.start_s(), 0);
+  EXPECT_DOUBLE_EQ(history.end_s(), 4.9);
+  EXPECT_EQ(history.keyframes.size(), 5U);
+  EXPECT_EQ(history.edges.size(), 5U) << "lines that are no edges are left out";
+}
+
+TEST(ViewContent, ATimeShowsWhatWasThereThen) {
+  const TemporaryFolder folder;
+  write_run(folder / "RUN", 5);
+  const RunHistory history = *load_view(folder / "RUN").history;
+  EXPECT_TRUE(history.patches_at(-0.1).empty());
+  EXPECT_TRUE(history.trajectory_at(-0.1).empty());
+  EXPECT_EQ(history.patches_at(0).size(), 1U);
+  const MapSnapshot map = history.map_at(2.5);
+  ASSERT_EQ(map.nodes.size(), 3U);
+  EXPECT_EQ(map.nodes.back().keyframe, 4);
+  EXPECT_DOUBLE_EQ(map.nodes.back().group_T_keyframe.translation().x(), 3.0);
+  EXPECT_EQ(map.edges.size(), 2U) << "the loop to the last keyframe was not there yet";
+  EXPECT_EQ(history.map_at(100).edges.size(), 5U);
+  const auto way = history.trajectory_at(2.5);
+  ASSERT_EQ(way.size(), 1U);
+  EXPECT_EQ(way[0].size(), 26U);  // 0, 0.1 … 2.5
+  EXPECT_NEAR(way[0].back().translation().x(), 3.75, 1e-6) << "millimetres";
+}
+
+TEST(ViewContent, LostTrackCutsTheTrajectory) {
+  RunHistory history;
+  for (const double t : {0.0, 0.04, 0.08, 1.0, 1.04}) history.trajectory.push_back({t, Pose::Identity()});
+  const auto pieces = history.trajectory_at(2);
+  ASSERT_EQ(pieces.size(), 2U);
+  EXPECT_EQ(pieces[0].size(), 3U);
+  EXPECT_EQ(pieces[1].size(), 2U);
+}
+
+TEST(ViewContent, AMeshFileAndARunWithoutSessionHaveNoHistory) {
+  const TemporaryFolder folder;
+  write_run(folder / "RUN", 2);
+  EXPECT_FALSE(load_view(folder / "RUN" / "mesh.ply").history);
+  std::filesystem::remove_all(folder / "RUN" / "session");
+  EXPECT_FALSE(load_view(folder / "RUN").history);
+}
+
+TEST(ViewContent, MistakesAreNamed) {
+  const TemporaryFolder folder;
+  const auto message = [&](const std::filesystem::path& path) {
+    return message_of<Error>([&] { load_view(path); });
+  };
+  EXPECT_THAT(message(folder / "nowhere"), HasSubstr("no such file or folder"));
+  EXPECT_THAT(message(folder.path()), HasSubstr("holds no mesh.ply"));
+  write_run(folder / "RUN", 3);
+  write_bytes(folder / "RUN" / "keyframes.tum", "0 0 0 0 0 0 0 1\n");
+  EXPECT_THAT(message(folder / "RUN"), HasSubstr("keyframes.tum lists 1 keyframes, session/ 3"));
+  write_run(folder / "RUN", 3);
+  write_bytes(folder / "RUN" / "session" / "2.tiff", "no picture");
+  EXPECT_THAT(message(folder / "RUN"), HasSubstr("2.tiff"));
+  write_run(folder / "RUN", 3);
+  write_bytes(folder / "RUN" / "mesh.ply", "ply\nformat ascii 1.0\nelement vertex 999999999\n");
+  EXPECT_THAT(message(folder / "RUN"), HasSubstr("mesh.ply"));
+  write_bytes(folder / "no.ply", "");
+  EXPECT_THAT(message_of<Error>([&] { load_truth(folder.path(), folder / "RUN"); }),
+              HasSubstr("true_start_T_currs"));
+}
+
+}  // namespace
+}  // namespace gelslam::test
