@@ -1,0 +1,75 @@
+#include "keys.hpp"
+
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+std::map<std::string, int, std::less<>> named_keys() {
+  std::map<std::string, int, std::less<>> keys = {
+      {"space", GLFW_KEY_SPACE}, {"enter", GLFW_KEY_ENTER}, {"esc", GLFW_KEY_ESCAPE}, {"tab", GLFW_KEY_TAB},
+      {"left", GLFW_KEY_LEFT},   {"right", GLFW_KEY_RIGHT}, {"up", GLFW_KEY_UP},      {"down", GLFW_KEY_DOWN},
+  };
+  for (char letter = 'a'; letter <= 'z'; ++letter) keys[std::string(1, letter)] = GLFW_KEY_A + (letter - 'a');
+  for (char digit = '0'; digit <= '9'; ++digit) keys[std::string(1, digit)] = GLFW_KEY_0 + (digit - '0');
+  for (int i = 1; i <= 12; ++i) keys["f" + std::to_string(i)] = GLFW_KEY_F1 + (i - 1);
+  return keys;
+}
+
+}  // namespace
+
+const std::vector<KeyBinding>& key_bindings() {
+  using enum WindowAction;
+  static const std::vector<KeyBinding> bindings = {
+      {pause, GLFW_KEY_SPACE, 0, "Space", "Pause, go on"},
+      {undo_trial, GLFW_KEY_U, 0, "U", "Undo the last trial"},
+      {new_scan, GLFW_KEY_N, 0, "N", "New scan (asks first)"},
+      {save, GLFW_KEY_S, 0, "S", "Save now, and go on"},
+      {stop, GLFW_KEY_Q, GLFW_KEY_ESCAPE, "Q", "Stop and save (asks first)"},
+      {screenshot, GLFW_KEY_P, 0, "P", "Picture of this window (PNG)"},
+      {export_mesh, GLFW_KEY_E, 0, "E", "Export the mesh (PLY, OBJ, STL)"},
+      {shading_lit, GLFW_KEY_1, GLFW_KEY_KP_1, "1", "Clay"},
+      {shading_matcap, GLFW_KEY_2, GLFW_KEY_KP_2, "2", "Polished"},
+      {shading_relief, GLFW_KEY_3, GLFW_KEY_KP_3, "3", "Relief"},
+      {next_colour, GLFW_KEY_C, 0, "C", "Colours: plain, confidence, height, keyframe"},
+      {follow, GLFW_KEY_F, 0, "F", "Follow the touch"},
+      {reset_view, GLFW_KEY_R, 0, "R", "Show all"},
+      {trajectory, GLFW_KEY_T, 0, "T", "Trajectory"},
+      {pose_graph, GLFW_KEY_G, 0, "G", "Pose graph"},
+      {grid, GLFW_KEY_M, 0, "M", "Millimetre grid"},
+      {panels, GLFW_KEY_TAB, 0, "Tab", "Hide or show the panels"},
+      {help, GLFW_KEY_F1, GLFW_KEY_H, "H", "This help"},
+  };
+  return bindings;
+}
+
+const KeyBinding& binding_of(WindowAction action) {
+  const auto& all = key_bindings();
+  return *std::find_if(all.begin(), all.end(), [action](const KeyBinding& b) { return b.action == action; });
+}
+
+std::optional<WindowAction> action_of_key(int key) {
+  for (const KeyBinding& binding : key_bindings())
+    if (binding.key == key || (binding.second_key != 0 && binding.second_key == key)) return binding.action;
+  return std::nullopt;
+}
+
+std::optional<int> key_of_name(std::string_view name) {
+  static const auto keys = named_keys();
+  std::string lower(name);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const auto found = keys.find(lower);
+  return found == keys.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::vector<std::string> key_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, code] : named_keys()) names.push_back(name);
+  return names;
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gelslam::viewer::detail {
+
+/// Everything a person can ask of the window.
+enum class WindowAction {
+  pause,
+  new_scan,
+  undo_trial,
+  save,
+  screenshot,
+  export_mesh,
+  shading_lit,
+  shading_matcap,
+  shading_relief,
+  next_colour,
+  pose_graph,
+  trajectory,
+  follow,
+  reset_view,
+  grid,
+  panels,
+  help,
+  stop,
+};
+
+struct KeyBinding {
+  WindowAction action;
+  int key;               ///< GLFW code
+  int second_key;        ///< another key for the same; 0: none
+  const char* key_name;  ///< as people read it: "Space"
+  const char* what;      ///< in the help: "Pause, go on"
+};
+
+/// In the order of the help overlay.
+const std::vector<KeyBinding>& key_bindings();
+const KeyBinding& binding_of(WindowAction action);
+std::optional<WindowAction> action_of_key(int key);
+
+/// "space", "a", "7", "f1", "esc", "enter", "left": the GLFW code of a key as a script writes it; nothing for
+/// other words. Upper and lower case are the same.
+std::optional<int> key_of_name(std::string_view name);
+/// All names that key_of_name() knows, for "did you mean".
+std::vector<std::string> key_names();
+
+}  // namespace gelslam::viewer::detail
