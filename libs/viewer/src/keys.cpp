@@ -35,7 +35,7 @@ const std::vector<KeyBinding>& key_bindings() {
       {shading_lit, GLFW_KEY_1, GLFW_KEY_KP_1, "1", "Clay"},
       {shading_matcap, GLFW_KEY_2, GLFW_KEY_KP_2, "2", "Polished"},
       {shading_relief, GLFW_KEY_3, GLFW_KEY_KP_3, "3", "Relief"},
-      {next_colour, GLFW_KEY_C, 0, "C", "Colours: plain, confidence, height, keyframe"},
+      {next_colour, GLFW_KEY_C, 0, "C", "Colours by what is known"},
       {follow, GLFW_KEY_F, 0, "F", "Follow the touch"},
       {reset_view, GLFW_KEY_R, 0, "R", "Show all"},
       {trajectory, GLFW_KEY_T, 0, "T", "Trajectory"},

@@ -3,7 +3,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double side_width = 330, bar_height = 62;
+constexpr double side_width = 298, bar_height = 62;
 /// Below this the view needs the whole window.
 constexpr double smallest_view_width = 480, smallest_side_height = 420, smallest_bar_width = 300;
 
@@ -30,7 +30,7 @@ PanelLayout lay_out(const Canvas& canvas, float width_px, float height_px, bool 
 void draw_panels(Canvas& canvas, const PanelLayout& layout, const LiveFrame& frame, LiveControls& controls) {
   if (controls.shows_panels()) {
     draw_view_marks(canvas, layout.view, frame);
-    draw_banner(canvas, layout.view, frame);
+    draw_banner(canvas, layout.view, frame, layout.side.width <= 0);
   }
   if (layout.side.width > 0) draw_side(canvas, layout.side, frame);
   if (layout.bar.width > 0) draw_bar(canvas, layout.bar, frame, controls);

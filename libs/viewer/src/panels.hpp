@@ -13,7 +13,7 @@
 
 namespace gelslam::viewer::detail {
 
-/// A file of the finished scan, for the card that says where everything is.
+/// A file of the finished scan; negative bytes for a folder.
 struct ResultFile {
   std::string name;
   double bytes = 0;
@@ -46,7 +46,7 @@ PanelLayout lay_out(const Canvas& canvas, float width_px, float height_px, bool 
 void draw_panels(Canvas& canvas, const PanelLayout& layout, const LiveFrame& frame, LiveControls& controls);
 
 // The parts, each in its own file.
-void draw_banner(Canvas& canvas, const Box& view, const LiveFrame& frame);
+void draw_banner(Canvas& canvas, const Box& view, const LiveFrame& frame, bool names_folder);
 void draw_view_marks(Canvas& canvas, const Box& view, const LiveFrame& frame);
 void draw_toasts(Canvas& canvas, const Box& view, const LiveControls& controls);
 void draw_side(Canvas& canvas, const Box& side, const LiveFrame& frame);

@@ -23,7 +23,7 @@ std::vector<BarButton> buttons_of(const LiveFrame& frame, const LiveControls& co
   const bool over = phase == LivePhase::finishing || phase == LivePhase::finished;
   if (!over) {
     buttons.push_back({pause, phase == LivePhase::paused ? "Go on" : "Pause", 0, 1});
-    buttons.push_back({undo_trial, "Undo trial", 0, 4});
+    buttons.push_back({undo_trial, "Undo", 0, 4});
     buttons.push_back({new_scan, "New scan", 0, 5});
     buttons.push_back({save, "Save", 0, 3});
   }
@@ -32,7 +32,7 @@ std::vector<BarButton> buttons_of(const LiveFrame& frame, const LiveControls& co
   buttons.push_back({export_mesh, "Export", 1, 5});
   buttons.push_back({follow, "Follow", 2, 7, controls.follows()});
   buttons.push_back({reset_view, "Show all", 2, 6});
-  buttons.push_back({trajectory, "Path", 2, 8, style.trajectory});
+  buttons.push_back({trajectory, "Trajectory", 2, 8, style.trajectory});
   buttons.push_back({pose_graph, "Graph", 2, 8, style.edges});
   buttons.push_back({next_colour, "Colours", 2, 9, style.colour != SceneColour::plain});
   buttons.push_back({shading_lit, "Clay", 3, 10, style.shading == SceneShading::lit});

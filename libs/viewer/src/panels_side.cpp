@@ -9,6 +9,7 @@ namespace {
 
 constexpr double padding = 14, label_gap = 4, row_gap = 9;
 constexpr std::size_t max_stages = 8;
+constexpr float figure_rows = 4;
 
 struct Figure {
   const char* label;
@@ -32,13 +33,10 @@ std::vector<Figure> figures_of(const LiveFrame& frame) {
   return {
       {"Rate", text_of_rate(s.rate_hz)},
       {"Latency", text_of_ms(s.latency_ms)},
-      {"Time", text_of_duration(s.age_s)},
       {"Keyframes", text_of_count(s.keyframes)},
       {"Loops", text_of_count(s.loops)},
       {"Trials", text_of_count(s.trials)},
       {"Groups", text_of_count(s.groups)},
-      {"Frames", text_of_count(s.frames)},
-      {"Triangles", text_of_count(static_cast<std::int64_t>(frame.triangles))},
       loss("Camera lost", s.lost_by_camera),
       loss("Dropped", s.dropped),
       loss("Damaged", s.damaged),
@@ -50,18 +48,20 @@ std::vector<Figure> figures_of(const LiveFrame& frame) {
 }
 
 float figures_height(const Canvas& canvas) {
-  return 5 * (canvas.fonts().small->FontSize + canvas.fonts().figure->FontSize + canvas.px(row_gap));
+  return figure_rows *
+         (canvas.fonts().small->FontSize + canvas.fonts().figure->FontSize + canvas.px(row_gap));
 }
 
 void draw_figures(Canvas& canvas, const Box& box, const LiveFrame& frame) {
   const WindowFonts& fonts = canvas.fonts();
-  const float row = figures_height(canvas) / 5, column = box.width / 3;
+  const float row = figures_height(canvas) / figure_rows, column = box.width / 3;
   std::size_t i = 0;
   for (const Figure& figure : figures_of(frame)) {
     const float x = box.x + column * static_cast<float>(i % 3), y = box.y + row * static_cast<float>(i / 3);
     canvas.text(fonts.small, x, y, theme::dim, figure.label);
     // A number too wide for its column is better small than cut.
-    ImFont* font = canvas.width_of(fonts.figure, figure.value) < column ? fonts.figure : fonts.body;
+    ImFont* font =
+        canvas.width_of(fonts.figure, figure.value) < column - canvas.px(8) ? fonts.figure : fonts.body;
     canvas.text(font, x, y + fonts.small->FontSize, figure.colour, figure.value);
     ++i;
   }
@@ -86,7 +86,7 @@ void draw_stages(Canvas& canvas, const Box& box, const LiveFrame& frame) {
     std::string label = stage.stage;
     std::replace(label.begin(), label.end(), '_', ' ');
     canvas.text(font, x, y, theme::dim,
-                canvas.fitted(font, label, column - canvas.width_of(font, time) - canvas.px(6)));
+                canvas.fitted(font, label, column - canvas.width_of(font, time) - canvas.px(6), Cut::end));
     canvas.text_right(font, x + column, y, theme::text, time);
     const Box bar{x, y + font->FontSize + canvas.px(1), column, canvas.px(4)};
     canvas.fill(bar, theme::raised, 2);
@@ -116,28 +116,58 @@ float draw_picture(Canvas& canvas, float x, float y, float width, float height, 
   return head + box.height;
 }
 
+/// Where everything is, once the scan is finished.
+void draw_results(Canvas& canvas, const Box& box, const LiveFrame& frame) {
+  const WindowFonts& fonts = canvas.fonts();
+  float y = box.y;
+  canvas.text(fonts.small, box.x, y, theme::dim, "Saved in");
+  y += fonts.small->FontSize + canvas.px(label_gap);
+  // The whole path, in as many lines as it takes: it is what the person came for.
+  y += canvas.text_wrapped(fonts.body, box.x, y, box.width, theme::text, frame.output_folder) + canvas.px(12);
+  const float row = fonts.body->FontSize + canvas.px(7);
+  for (const ResultFile& file : frame.results) {
+    if (y + row > box.bottom()) return;
+    const std::string size = file.bytes < 0 ? "" : text_of_bytes(file.bytes);
+    const float room = box.width - canvas.width_of(fonts.body, size) - canvas.px(12);
+    canvas.text(fonts.body, box.x, y, theme::text, canvas.fitted(fonts.body, file.name, room));
+    canvas.text_right(fonts.body, box.right(), y, theme::dim, size);
+    y += row;
+  }
+}
+
+void draw_pictures(Canvas& canvas, const Box& box, const LiveFrame& frame) {
+  const float gap = canvas.px(10), each = 0.5F * (box.height - gap);
+  const float first = draw_picture(canvas, box.x, box.y, box.width, each, "Touch and contact", frame.tactile,
+                                   "no picture yet");
+  draw_picture(canvas, box.x, box.y + first + gap, box.width, each, "Normals", frame.normals,
+               "no surface yet");
+}
+
+/// What is scanned with, and for how long.
+void draw_source(Canvas& canvas, const Box& box, const LiveFrame& frame) {
+  ImFont* font = canvas.fonts().small;
+  const std::string time = text_of_duration(frame.status.age_s);
+  const float room = box.width - canvas.width_of(font, time) - canvas.px(10);
+  canvas.text(font, box.x, box.y, theme::dim, canvas.fitted(font, frame.status.source, room, Cut::end));
+  canvas.text_right(font, box.right(), box.y, theme::text, time);
+}
+
 }  // namespace
 
 void draw_side(Canvas& canvas, const Box& side, const LiveFrame& frame) {
   canvas.panel(side, theme::with_alpha(theme::panel, 1), 0);
   const Box inner = side.inset(canvas.px(padding));
-  ImFont* small = canvas.fonts().small;
-  const float source_height = small->FontSize + canvas.px(8);
-  canvas.text(small, inner.x, inner.y, theme::dim, canvas.fitted(small, frame.status.source, inner.width));
-
+  draw_source(canvas, inner, frame);
+  const float head = canvas.fonts().small->FontSize + canvas.px(8);
   const float stages = stages_height(canvas, frame.stages.size()), figures = figures_height(canvas);
-  const float room = inner.height - source_height - figures - canvas.px(12);
-  const bool with_stages = stages > 0 && room - stages > canvas.px(220);
-  const float pictures = room - (with_stages ? stages : 0);
-  const float each = 0.5F * (pictures - canvas.px(10));
-
-  float y = inner.y + source_height;
-  y += draw_picture(canvas, inner.x, y, inner.width, each, "Touch and contact", frame.tactile,
-                    "no picture yet");
-  y += canvas.px(10);
-  draw_picture(canvas, inner.x, y, inner.width, each, "Normals", frame.normals, "no surface yet");
-
-  y = inner.bottom() - figures - (with_stages ? stages : 0);
+  const bool with_stages = inner.height - head - figures - stages > canvas.px(240);
+  const float below = figures + (with_stages ? stages : 0);
+  const Box upper{inner.x, inner.y + head, inner.width, inner.height - head - below - canvas.px(12)};
+  if (frame.words.state == LiveState::finished)
+    draw_results(canvas, upper, frame);
+  else
+    draw_pictures(canvas, upper, frame);
+  const float y = inner.bottom() - below;
   draw_figures(canvas, {inner.x, y, inner.width, figures}, frame);
   if (with_stages) draw_stages(canvas, {inner.x, y + figures, inner.width, stages}, frame);
 }

@@ -62,7 +62,7 @@ void draw_legend(Canvas& canvas, const Box& view, const ColourLegend& legend) {
 
 void draw_view_marks(Canvas& canvas, const Box& view, const LiveFrame& frame) {
   draw_scale_bar(canvas, view, frame.mm_per_px);
-  if (frame.legend && view.width > canvas.px(300)) draw_legend(canvas, view, *frame.legend);
+  if (frame.legend && view.height > canvas.px(380)) draw_legend(canvas, view, *frame.legend);
 }
 
 void draw_toasts(Canvas& canvas, const Box& view, const LiveControls& controls) {

@@ -78,7 +78,7 @@ const char* usual_advice(LiveState state) {
     case LiveState::finishing:
       return "Closing loops, making the mesh, saving.";
     case LiveState::finished:
-      return "Everything is saved. Look around; Q closes the window.";
+      return "Everything is saved. Look around; Q closes.";
   }
   return "";
 }

@@ -32,7 +32,7 @@ cv::Mat3b tactile_picture(const LiveTouch& touch, int width_px, const cv::Vec3b&
   if (!touch.surface || touch.surface->contact.empty()) return picture;
   std::vector<std::vector<cv::Point>> borders;
   cv::findContours(enlarged(touch.surface->contact, size), borders, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
-  const int thickness = std::max(1, size.width / 160);
+  const int thickness = std::max(1, size.width / 120);
   cv::polylines(picture, borders, true, cv::Scalar(20, 20, 20), thickness + 2, cv::LINE_AA);
   cv::polylines(picture, borders, true, cv::Scalar(outline_bgr), thickness, cv::LINE_AA);
   return picture;

@@ -8,6 +8,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
+constexpr const char* ellipsis = "\u2026";
 constexpr ImGuiWindowFlags bare = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                                   ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoSavedSettings |
                                   ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoScrollWithMouse;
@@ -92,16 +93,22 @@ float Canvas::text_wrapped(ImFont* font, float x, float y, float wrap_width, ImU
   return size.y;
 }
 
-std::string Canvas::fitted(ImFont* font, std::string_view text, float width) const {
+std::string Canvas::fitted(ImFont* font, std::string_view text, float width, Cut cut) const {
   if (width_of(font, text) <= width) return std::string(text);
-  std::string shortened;
-  while (text.size() > 1) {
-    text.remove_prefix(1);
-    if ((static_cast<unsigned char>(text.front()) & 0xC0U) == 0x80U) continue;  // within a letter
-    shortened = "\u2026" + std::string(text);
-    if (width_of(font, shortened) <= width) break;
+  const auto within_letter = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
+  while (!text.empty()) {
+    if (cut == Cut::start) {
+      do text.remove_prefix(1);
+      while (!text.empty() && within_letter(text.front()));
+    } else {
+      while (within_letter(text.back()) && text.size() > 1) text.remove_suffix(1);
+      text.remove_suffix(1);
+    }
+    const std::string shortened =
+        cut == Cut::start ? ellipsis + std::string(text) : std::string(text) + ellipsis;
+    if (width_of(font, shortened) <= width) return shortened;
   }
-  return shortened;
+  return "";
 }
 
 bool Canvas::button(const Box& box, std::string_view label, std::string_view hint, ImU32 face, ImU32 ink) {

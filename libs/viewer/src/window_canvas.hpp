@@ -22,6 +22,9 @@ struct Box {
   Box inset(float margin) const { return {x + margin, y + margin, width - 2 * margin, height - 2 * margin}; }
 };
 
+/// Where a text that is too long loses letters.
+enum class Cut { start, end };
+
 /// What was written where: by it a script finds a button, and a test its words.
 struct DrawnText {
   std::string text;
@@ -56,8 +59,8 @@ class Canvas {
   void text_centred(ImFont* font, const Box& box, ImU32 colour, std::string_view text);
   /// Broken into lines; returns the height.
   float text_wrapped(ImFont* font, float x, float y, float wrap_width, ImU32 colour, std::string_view text);
-  /// Shortened at its start ("…/run/mesh.ply") until it fits: the end of a path says most.
-  std::string fitted(ImFont* font, std::string_view text, float width) const;
+  /// Shortened until it fits, at its start ("…/run/mesh.ply", of a path the end says most) or at its end.
+  std::string fitted(ImFont* font, std::string_view text, float width, Cut cut = Cut::start) const;
 
   /// Clicked in this frame. `face` and `ink` are its colours when the mouse is elsewhere.
   bool button(const Box& box, std::string_view label, std::string_view hint, ImU32 face, ImU32 ink);

@@ -60,7 +60,7 @@ WindowHost::~WindowHost() {
 }
 
 void WindowHost::install_callbacks() {
-  GLFWwindow* window = gl_->glfw_window();
+  GLFWwindow* window = glfw_window();
   glfwSetWindowUserPointer(window, this);
   glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int) {
     if (action != GLFW_REPEAT) host_of(w).push({InputEvent::Kind::key, key, action == GLFW_PRESS});
@@ -108,7 +108,7 @@ std::vector<InputEvent> WindowHost::take_input() {
 }
 
 void WindowHost::resize(int width_px, int height_px) {
-  if (GLFWwindow* window = target_ ? nullptr : gl_->glfw_window()) {
+  if (GLFWwindow* window = glfw_window()) {
     const double ratio = pixels_per_unit_;
     glfwSetWindowSize(window, cvRound(width_px / ratio), cvRound(height_px / ratio));
     return;
@@ -178,6 +178,8 @@ cv::Mat3b WindowHost::read() {
 void WindowHost::present() {
   if (!target_) glfwSwapBuffers(gl_->glfw_window());
 }
+
+GLFWwindow* WindowHost::glfw_window() const { return target_ ? nullptr : gl_->glfw_window(); }
 
 void write_png(const std::string& path, const cv::Mat3b& picture) {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();

@@ -11,6 +11,7 @@
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/render_target.hpp"
 
+struct GLFWwindow;
 struct ImGuiContext;
 
 namespace gelslam::viewer::detail {
@@ -57,6 +58,7 @@ class WindowHost {
   void end_frame();
   cv::Mat3b read();  ///< BGR; between end_frame() and present()
   void present();
+  GLFWwindow* glfw_window() const;  ///< null when it is a picture
 
  private:
   void install_callbacks();

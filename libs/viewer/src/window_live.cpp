@@ -41,8 +41,8 @@ std::vector<ResultFile> files_in(const std::filesystem::path& folder) {
   for (std::filesystem::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
     std::error_code ignored;
     const bool is_folder = it->is_directory(ignored);
-    const auto bytes = is_folder ? 0 : it->file_size(ignored);
-    files.push_back({it->path().filename().string() + (is_folder ? "/" : ""), static_cast<double>(bytes)});
+    const double bytes = is_folder ? -1 : static_cast<double>(it->file_size(ignored));
+    files.push_back({it->path().filename().string() + (is_folder ? "/" : ""), bytes});
   }
   std::sort(files.begin(), files.end(), [](const ResultFile& a, const ResultFile& b) {
     return std::pair(!a.name.starts_with("mesh"), a.name) < std::pair(!b.name.starts_with("mesh"), b.name);
@@ -132,7 +132,7 @@ void LiveWindow::draw(double now_s) {
     Canvas canvas(host_.ui_scale());
     layout_ = lay_out(canvas, static_cast<float>(window.width), static_cast<float>(window.height),
                       controls_.shows_panels());
-    view_.draw(view_viewport(), controls_.style());
+    view_.draw(view_viewport(), style_now());
     draw_panels(canvas, layout_, gather(now_s), controls_);
     texts_ = canvas.take_texts();
     panels_ = canvas.take_panels();
@@ -141,6 +141,13 @@ void LiveWindow::draw(double now_s) {
   fulfil_wishes(now_s);
   if (std::exchange(read_next_, false)) read_back_ = host_.read();
   host_.present();
+}
+
+SceneStyle LiveWindow::style_now() const {
+  SceneStyle style = controls_.style();
+  // What is to be looked at in the end is the surface alone.
+  if (status_.phase >= LivePhase::finishing) style.touch = style.sensor = false;
+  return style;
 }
 
 void LiveWindow::fulfil_wishes(double now_s) {

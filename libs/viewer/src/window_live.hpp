@@ -40,6 +40,7 @@ class LiveWindow {
   void look_at_figures(double now_s);
   LiveFrame gather(double now_s) const;
   void draw(double now_s);
+  SceneStyle style_now() const;  ///< what the person chose, as far as the phase allows
   void fulfil_wishes(double now_s);
   void save_picture(const std::filesystem::path& path, double now_s);
   bool on_panel(double x, double y) const;

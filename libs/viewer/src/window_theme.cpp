@@ -10,7 +10,7 @@ namespace gelslam::viewer::detail {
 namespace {
 
 /// Sizes in design pixels, small to large: the order in the atlas.
-constexpr std::array<float, 5> font_sizes = {14, 17, 22, 22, 46};
+constexpr std::array<float, 5> font_sizes = {14, 17, 22, 21, 46};
 
 /// Latin with accents, Greek and Cyrillic (names of folders), and a few signs.
 constexpr std::array<ImWchar, 13> many_letters = {0x20,  0xFF,   0x100,  0x17F,  0x370,  0x3FF, 0x400,

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "analytic_surface.hpp"
+#include "gelslam/slam/live_session.hpp"
+
+namespace gelslam::test {
+
+struct FakePlace {
+  Pose object_T_sensor;
+  std::shared_ptr<const Surface> surface;
+};
+
+/// A made-up live scan: a bumpy pebble, rolled across a perfect sensor place by place, and what a window asks
+/// of it, written down. Everything happens when the test says so; one thread.
+class FakeSession : public LiveSession {
+ public:
+  static constexpr int max_places = 8;
+  /// `places` touches around the object, each seen for `frames_per_place` frames.
+  explicit FakeSession(int places = 8, int frames_per_place = 3);
+
+  void advance(int frames = 1);  ///< tracks on: new frames, keyframes, loops, blocks of the mesh
+  void say(LivePhase phase, const std::string& words);
+  void release();  ///< nothing touches any more
+  LiveStatus& figures() { return status_; }
+  void set_stages(std::vector<StageStatistics> stages) { stages_ = std::move(stages); }
+  void leave_the_map();  ///< the touch goes on in a piece that no loop joins yet
+
+  /// "pause", "go on", "undo", "new", "save", "stop": what the window asked for, in order.
+  std::vector<std::string> calls;
+
+  /// stop() is followed by so many looks at the status until it is finished; none: it stays finishing.
+  int looks_until_finished = -1;
+
+  LiveStatus status() const override;
+  std::shared_ptr<const LiveTouch> touch() const override { return touch_; }
+  std::shared_ptr<const MapSnapshot> map() const override { return map_; }
+  MeshChanges take_mesh_changes() override { return std::exchange(changes_, {}); }
+  std::vector<StageStatistics> stage_times() const override { return stages_; }
+  void set_paused(bool paused) override;
+  void undo_last_trial() override { calls.emplace_back("undo"); }
+  void start_new_scan() override;
+  void save_now() override { calls.emplace_back("save"); }
+  void stop() override;
+
+ private:
+  void uncover(const Pose& object_T_sensor);
+  void publish_map(int place);
+
+  int frames_per_place_;
+  std::vector<FakePlace> places_;
+  const Mesh& object_;                               // object frame
+  std::vector<bool> seen_;                           // per triangle
+  std::map<std::int64_t, std::vector<int>> blocks_;  // triangles by cube
+  std::int64_t frame_ = 0;
+  std::uint64_t version_ = 0;
+  mutable LiveStatus status_;
+  mutable int looks_ = 0;
+  std::shared_ptr<const LiveTouch> touch_;
+  std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
+  MeshChanges changes_;
+  std::vector<StageStatistics> stages_;
+};
+
+}  // namespace gelslam::test

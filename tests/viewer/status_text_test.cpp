@@ -1,0 +1,74 @@
+#include "status_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+LiveStatus saying(LivePhase phase, const std::string& words) {
+  LiveStatus status;
+  status.phase = phase;
+  status.words = words;
+  return status;
+}
+
+TEST(StateWords, SplitWhatIsWrongFromWhatToDo) {
+  const StateWords words =
+      state_words(saying(LivePhase::scanning, "lost: too little overlap; touch a place you have seen"));
+  EXPECT_EQ(words.state, LiveState::lost);
+  EXPECT_EQ(words.headline, "Lost");
+  EXPECT_EQ(words.advice, "Too little overlap. Touch a place you have seen.");
+}
+
+TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "lost")).advice, "Touch a place you have seen.");
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact")).headline, "No contact");
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact")).advice, "Press the object on the gel.");
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).advice, "");
+  EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
+}
+
+TEST(StateWords, TellThePhaseUnderASteadyHeadline) {
+  const StateWords words = state_words(saying(LivePhase::finishing, "closing loops"));
+  EXPECT_EQ(words.headline, "Finishing");
+  EXPECT_EQ(words.advice, "Closing loops.");
+  EXPECT_EQ(state_words(saying(LivePhase::finished, "lost: whatever")).state, LiveState::finished);
+}
+
+TEST(StateWords, TakeAnyWords) {
+  for (const char* words : {"", ":", ";", ": ;", " ; : ;; ", "lost:", "lost: ", "tracking; ", "\xff\xfe"})
+    EXPECT_NO_THROW(state_words(saying(LivePhase::scanning, words))) << words;
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "")).headline, "Tracking");
+}
+
+TEST(StatusText, WritesSizesInThreeDigits) {
+  EXPECT_EQ(text_of_bytes(0), "0");
+  EXPECT_EQ(text_of_bytes(-5), "0");
+  EXPECT_EQ(text_of_bytes(std::numeric_limits<double>::quiet_NaN()), "0");
+  EXPECT_EQ(text_of_bytes(999), "999 B");
+  EXPECT_EQ(text_of_bytes(1000), "1.00 kB");
+  EXPECT_EQ(text_of_bytes(999'600), "1.00 MB");
+  EXPECT_EQ(text_of_bytes(12'345'678), "12.3 MB");
+  EXPECT_EQ(text_of_bytes(1.24e9), "1.24 GB");
+  EXPECT_EQ(text_of_bytes(5e15), "5000 TB");
+}
+
+TEST(StatusText, WritesTimesAndCounts) {
+  EXPECT_EQ(text_of_duration(7.9), "0:07");
+  EXPECT_EQ(text_of_duration(750), "12:30");
+  EXPECT_EQ(text_of_duration(3723), "1:02:03");
+  EXPECT_EQ(text_of_duration(-1), "0:00");
+  EXPECT_EQ(text_of_count(0), "0");
+  EXPECT_EQ(text_of_count(999), "999");
+  EXPECT_EQ(text_of_count(1000), "1 000");
+  EXPECT_EQ(text_of_count(-1234567), "-1 234 567");
+  EXPECT_EQ(text_of_ms(4.16), "4.2 ms");
+  EXPECT_EQ(text_of_ms(17.6), "18 ms");
+  EXPECT_EQ(text_of_ms(1300), "1.3 s");
+  EXPECT_EQ(text_of_ms(0), "-");
+}
+
+}  // namespace
+}  // namespace gelslam::viewer::detail

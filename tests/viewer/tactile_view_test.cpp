@@ -1,0 +1,66 @@
+#include "tactile_view.hpp"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+std::shared_ptr<Surface> surface_with_disc(int radius_px) {
+  auto surface = std::make_shared<Surface>();
+  surface->contact = cv::Mat1b(120, 160, uchar{0});
+  cv::circle(surface->contact, {80, 60}, radius_px, 255, cv::FILLED);
+  surface->normals = cv::Mat3f(120, 160, cv::Vec3f(0.6F, 0, 0.8F));
+  return surface;
+}
+
+LiveTouch touch_of(const std::shared_ptr<Surface>& surface) {
+  LiveTouch touch;
+  touch.image = cv::Mat3b(120, 160, cv::Vec3b(90, 100, 110));
+  touch.surface = surface;
+  return touch;
+}
+
+double distance_to(const cv::Vec3b& a, const cv::Vec3b& b) { return cv::norm(cv::Vec3d(a) - cv::Vec3d(b)); }
+
+TEST(TactilePicture, OutlinesTheContactWhereItIs) {
+  const cv::Vec3b ink(0, 255, 0);
+  const cv::Mat3b picture = tactile_picture(touch_of(surface_with_disc(40)), 320, ink);
+  ASSERT_EQ(picture.size(), cv::Size(320, 240));
+  int inked = 0;
+  for (int v = 0; v < picture.rows; ++v)
+    for (int u = 0; u < picture.cols; ++u) {
+      if (distance_to(picture(v, u), ink) > 60) continue;
+      ++inked;
+      // The mask is drawn at twice its size: its border has radius 80, the line a few pixels.
+      EXPECT_NEAR(std::hypot(u - 160.5, v - 120.5), 80, 5);
+    }
+  EXPECT_GT(inked, 2 * M_PI * 80 * 0.8) << "once around, and at least a pixel wide";
+  EXPECT_EQ(picture(120, 160), cv::Vec3b(90, 100, 110)) << "the inside stays as it is";
+}
+
+TEST(TactilePicture, LeavesAnUntouchedOrUnknownSurfaceAlone) {
+  const cv::Vec3b ink(0, 255, 0), grey(90, 100, 110);
+  LiveTouch touch = touch_of(surface_with_disc(0));
+  touch.surface = nullptr;
+  const cv::Mat3b picture = tactile_picture(touch, 77, ink);
+  EXPECT_EQ(picture.cols, 77);
+  for (const cv::Vec3b& pixel : picture) EXPECT_EQ(pixel, grey);
+  EXPECT_TRUE(tactile_picture(LiveTouch(), 100, ink).empty());
+}
+
+TEST(NormalPicture, ShowsDirectionsAsColours) {
+  const auto surface = surface_with_disc(40);
+  const cv::Mat3b picture = normal_picture(*surface, 160);
+  const cv::Vec3b middle = picture(60, 80);
+  EXPECT_NEAR(middle[2], 127.5 * 1.6, 1.5) << "x is red";
+  EXPECT_NEAR(middle[1], 127.5, 1.5) << "y is green";
+  EXPECT_NEAR(middle[0], 127.5 * 1.8, 1.5) << "z is blue";
+  EXPECT_LT(cv::norm(cv::Vec3d(picture(2, 2))), 0.6 * cv::norm(cv::Vec3d(middle)))
+      << "faded outside the contact";
+  EXPECT_TRUE(normal_picture(Surface(), 160).empty());
+}
+
+}  // namespace
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,153 @@
+#include "window_controls.hpp"
+
+#include <GLFW/glfw3.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fake_session.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using namespace viewer::detail;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class Controls : public testing::Test {
+ protected:
+  Controls() { session_.advance(); }
+  void press(int key) { controls_.press_key(key, 0); }
+  std::string newest_toast() const {
+    return controls_.toasts().empty() ? "" : controls_.toasts().back().text;
+  }
+
+  FakeSession session_{1};
+  LiveControls controls_{session_};
+};
+
+TEST_F(Controls, SpacePausesAndGoesOn) {
+  press(GLFW_KEY_SPACE);
+  press(GLFW_KEY_SPACE);
+  EXPECT_THAT(session_.calls, ElementsAre("pause", "go on"));
+}
+
+TEST_F(Controls, SaveAndUndoReachTheSession) {
+  press(GLFW_KEY_S);
+  press(GLFW_KEY_U);
+  EXPECT_THAT(session_.calls, ElementsAre("save", "undo"));
+  EXPECT_EQ(newest_toast(), "The last trial is taken back.");
+}
+
+TEST_F(Controls, UndoWithoutATrialSaysSo) {
+  session_.figures().trials = 0;
+  press(GLFW_KEY_U);
+  EXPECT_THAT(session_.calls, IsEmpty());
+  EXPECT_TRUE(controls_.toasts().back().trouble);
+}
+
+TEST_F(Controls, StopAndNewScanAskFirst) {
+  press(GLFW_KEY_Q);
+  EXPECT_EQ(controls_.dialog(), Dialog::confirm_stop);
+  press(GLFW_KEY_ESCAPE);
+  press(GLFW_KEY_N);
+  EXPECT_EQ(controls_.dialog(), Dialog::confirm_new_scan);
+  press(GLFW_KEY_N);  // no
+  EXPECT_THAT(session_.calls, IsEmpty());
+  press(GLFW_KEY_N);
+  press(GLFW_KEY_ENTER);
+  press(GLFW_KEY_ESCAPE);  // asks like Q
+  press(GLFW_KEY_Y);
+  EXPECT_THAT(session_.calls, ElementsAre("new", "stop"));
+  EXPECT_FALSE(controls_.wants_to_close()) << "the window stays until all is saved";
+}
+
+TEST_F(Controls, KeysDoNothingElseWhileADialogAsks) {
+  press(GLFW_KEY_Q);
+  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_U, GLFW_KEY_S, GLFW_KEY_P, GLFW_KEY_T}) press(key);
+  EXPECT_THAT(session_.calls, IsEmpty());
+  EXPECT_FALSE(controls_.take_screenshot());
+  EXPECT_FALSE(controls_.style().trajectory);
+  EXPECT_EQ(controls_.dialog(), Dialog::confirm_stop);
+}
+
+TEST_F(Controls, ClosingDependsOnThePhase) {
+  controls_.ask_to_close();
+  EXPECT_EQ(controls_.dialog(), Dialog::confirm_stop);
+  controls_.accept(0);
+  controls_.ask_to_close();
+  EXPECT_EQ(controls_.dialog(), Dialog::confirm_leave);
+  controls_.refuse();
+  EXPECT_FALSE(controls_.wants_to_close());
+  session_.say(LivePhase::finished, "");
+  controls_.ask_to_close();
+  EXPECT_TRUE(controls_.wants_to_close());
+}
+
+TEST_F(Controls, NothingReachesASessionThatIsOver) {
+  session_.say(LivePhase::finished, "");
+  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_U, GLFW_KEY_S, GLFW_KEY_N}) {
+    press(key);
+    EXPECT_TRUE(newest_toast().starts_with("The scan is over")) << newest_toast();
+  }
+  EXPECT_THAT(session_.calls, IsEmpty());
+  EXPECT_EQ(controls_.dialog(), Dialog::none);
+}
+
+TEST_F(Controls, ExportAsksForTheFormatAndIsHandedOutOnce) {
+  press(GLFW_KEY_E);
+  press(GLFW_KEY_S);
+  EXPECT_EQ(controls_.take_export(), "stl");
+  EXPECT_EQ(controls_.take_export(), std::nullopt);
+  press(GLFW_KEY_E);
+  press(GLFW_KEY_ESCAPE);
+  EXPECT_EQ(controls_.take_export(), std::nullopt);
+  EXPECT_THAT(session_.calls, IsEmpty()) << "S in the dialog is not 'save'";
+}
+
+TEST_F(Controls, ViewKeysChangeTheView) {
+  press(GLFW_KEY_2);
+  EXPECT_EQ(controls_.style().shading, SceneShading::matcap);
+  press(GLFW_KEY_3);
+  EXPECT_EQ(controls_.style().shading, SceneShading::relief);
+  press(GLFW_KEY_1);
+  EXPECT_EQ(controls_.style().shading, SceneShading::lit);
+  std::vector<SceneColour> seen;
+  for (int i = 0; i < 4; ++i) {
+    seen.push_back(controls_.style().colour);
+    press(GLFW_KEY_C);
+  }
+  EXPECT_EQ(controls_.style().colour, seen.front()) << "colours go round";
+  EXPECT_THAT(seen, testing::Each(testing::Ne(SceneColour::distance)));
+  press(GLFW_KEY_G);
+  EXPECT_TRUE(controls_.style().edges && controls_.style().keyframes);
+  press(GLFW_KEY_F);
+  EXPECT_FALSE(controls_.follows());
+  press(GLFW_KEY_R);
+  EXPECT_TRUE(controls_.take_reset_view());
+  EXPECT_FALSE(controls_.take_reset_view());
+}
+
+TEST_F(Controls, HelpGoesWithAnyKeyWhichThenActs) {
+  press(GLFW_KEY_F1);
+  EXPECT_EQ(controls_.dialog(), Dialog::help);
+  press(GLFW_KEY_T);
+  EXPECT_EQ(controls_.dialog(), Dialog::none);
+  EXPECT_TRUE(controls_.style().trajectory);
+  press(GLFW_KEY_H);
+  press(GLFW_KEY_ESCAPE);
+  EXPECT_EQ(controls_.dialog(), Dialog::none) << "Esc closes the help, and does not ask to stop";
+}
+
+TEST_F(Controls, ToastsAreFewAndGoByThemselves) {
+  for (int i = 0; i < 9; ++i) controls_.say("done " + std::to_string(i), i);
+  EXPECT_LE(controls_.toasts().size(), 4U);
+  EXPECT_EQ(newest_toast(), "done 8");
+  const auto shown = controls_.toasts().size();
+  controls_.say("done 8", 9);
+  EXPECT_EQ(controls_.toasts().size(), shown) << "the same words are not stacked";
+  controls_.drop_old_toasts(1000);
+  EXPECT_TRUE(controls_.toasts().empty());
+}
+
+}  // namespace
+}  // namespace gelslam::test

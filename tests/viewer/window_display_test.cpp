@@ -1,0 +1,89 @@
+// The live window on a real display (ctest runs this under Xvfb): what GLFW itself reports reaches the
+// session.
+
+#include <GLFW/glfw3.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+
+#include "fake_session.hpp"
+#include "gelslam/core/error.hpp"
+#include "temporary_folder.hpp"
+#include "window_live.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using namespace viewer::detail;
+using testing::ElementsAre;
+
+bool has_display() {
+  const char* display = std::getenv("DISPLAY");
+  return display != nullptr && *display != '\0';
+}
+
+WindowOptions small_window(const TemporaryFolder& folder) {
+  WindowOptions options;
+  options.width_px = 640;
+  options.height_px = 420;
+  options.output_folder = folder.path();
+  return options;
+}
+
+TEST(WindowOnADisplay, TakesWhatGlfwReports) {
+  if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
+  const TemporaryFolder folder;
+  FakeSession session(2);
+  session.advance(4);
+  LiveWindow window(session, small_window(folder));
+  GLFWwindow* glfw = window.host().glfw_window();
+  ASSERT_NE(glfw, nullptr);
+  const auto key_callback = glfwSetKeyCallback(glfw, nullptr);
+  const auto close_callback = glfwSetWindowCloseCallback(glfw, nullptr);
+  key_callback(glfw, GLFW_KEY_SPACE, 0, GLFW_PRESS, 0);
+  key_callback(glfw, GLFW_KEY_SPACE, 0, GLFW_REPEAT, 0);  // held down: not again
+  key_callback(glfw, GLFW_KEY_SPACE, 0, GLFW_RELEASE, 0);
+  window.turn(0.1);
+  EXPECT_THAT(session.calls, ElementsAre("pause"));
+  close_callback(glfw);
+  window.turn(0.2);
+  EXPECT_EQ(window.controls().dialog(), Dialog::confirm_stop);
+  EXPECT_FALSE(glfwWindowShouldClose(glfw));
+  const cv::Mat3b shown = window.picture(0.3);
+  EXPECT_EQ(shown.size(), cv::Size(640, 420));
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(shown, mean, deviation);
+  EXPECT_GT(deviation[1], 5) << "not blank";
+}
+
+TEST(WindowOnADisplay, PlaysAScriptToItsEnd) {
+  if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
+  const TemporaryFolder folder;
+  FakeSession session(2);
+  session.advance(4);
+  session.looks_until_finished = 10;
+  WindowOptions options = small_window(folder);
+  options.script =
+      "until tracking; resize 800 500; wait 0.3; drag 80 20; screenshot a.png\n"
+      "key q; wait 0.1; click Stop and save; until finished 20; screenshot b.png; click Close";
+  EXPECT_EQ(run_live_window(session, options), 0);
+  EXPECT_THAT(session.calls, ElementsAre("stop"));
+  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(800, 500));
+  EXPECT_FALSE(cv::imread((folder / "b.png").string()).empty());
+}
+
+TEST(WindowOnADisplay, SaysWhatToDoWithoutOne) {
+  const TemporaryFolder folder;
+  const std::string display = has_display() ? std::getenv("DISPLAY") : "";
+  ::unsetenv("DISPLAY");
+  ::unsetenv("WAYLAND_DISPLAY");
+  FakeSession session(1);
+  EXPECT_THAT(message_of<Error>([&] { run_live_window(session, small_window(folder)); }),
+              testing::HasSubstr("--headless"));
+  if (!display.empty()) ::setenv("DISPLAY", display.c_str(), 1);
+}
+
+}  // namespace
+}  // namespace gelslam::test

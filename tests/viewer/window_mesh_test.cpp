@@ -1,0 +1,102 @@
+#include "window_mesh.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "gelslam/mesh/mesh_io.hpp"
+#include "temporary_folder.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+/// A strip of the plane z = 0 of 1 mm squares, two triangles each, columns `from` to `to`.
+MeshBlock strip(std::int64_t key, int from, int to, bool with_normals = true) {
+  MeshBlock block;
+  block.key = key;
+  for (int x = from; x <= to; ++x)
+    for (int y = 0; y <= 1; ++y) {
+      block.mesh.vertices_mm.emplace_back(0.1F * static_cast<float>(x), static_cast<float>(y), 0.0F);
+      if (with_normals) block.mesh.normals.emplace_back(0, 0, 1);
+    }
+  for (int i = 0; i < to - from; ++i) {
+    block.mesh.triangles.emplace_back(2 * i, 2 * i + 2, 2 * i + 1);
+    block.mesh.triangles.emplace_back(2 * i + 1, 2 * i + 2, 2 * i + 3);
+  }
+  return block;
+}
+
+double area_mm2(const Mesh& mesh) {
+  double sum = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto at = [&mesh](int i) { return mesh.vertices_mm[static_cast<std::size_t>(i)]; };
+    sum += 0.5 * (at(t.y()) - at(t.x())).cross(at(t.z()) - at(t.x())).norm();
+  }
+  return sum;
+}
+
+TEST(WindowMesh, JoinsBlocksAtTheirBorder) {
+  WindowMesh mesh;
+  mesh.update({false, {strip(1, 0, 4), strip(2, 4, 9)}});
+  const Mesh whole = mesh.whole();
+  EXPECT_EQ(mesh.triangles(), 18U);
+  EXPECT_EQ(whole.triangles.size(), 18U);
+  EXPECT_EQ(whole.vertices_mm.size(), 20U) << "the two on the border once";
+  EXPECT_EQ(whole.normals.size(), 20U);
+  EXPECT_NEAR(area_mm2(whole), 0.9, 1e-5);
+}
+
+TEST(WindowMesh, ReplacesRemovesAndClears) {
+  WindowMesh mesh;
+  mesh.update({false, {strip(1, 0, 4), strip(2, 4, 9)}});
+  mesh.update({false, {strip(1, 0, 2)}});
+  EXPECT_EQ(mesh.triangles(), 14U);
+  mesh.update({false, {MeshBlock{2, {}}}});
+  EXPECT_NEAR(area_mm2(mesh.whole()), 0.2, 1e-5);
+  mesh.update({true, {strip(3, 5, 6)}});
+  EXPECT_EQ(mesh.triangles(), 2U);
+  EXPECT_NEAR(area_mm2(mesh.whole()), 0.1, 1e-5);
+}
+
+TEST(WindowMesh, SurvivesBrokenBlocks) {
+  MeshBlock broken = strip(1, 0, 3);
+  broken.mesh.triangles.emplace_back(0, 1, 99);
+  broken.mesh.triangles.emplace_back(-1, 1, 2);
+  broken.mesh.vertices_mm[5].z() = std::nanf("");
+  WindowMesh mesh;
+  mesh.update({false, {broken, strip(2, 3, 5, false)}});
+  const Mesh whole = mesh.whole();
+  EXPECT_TRUE(whole.normals.empty()) << "not every block had some";
+  for (const Eigen::Vector3i& t : whole.triangles) {
+    EXPECT_GE(t.minCoeff(), 0);
+    EXPECT_LT(t.maxCoeff(), static_cast<int>(whole.vertices_mm.size()));
+  }
+}
+
+TEST(Export, WritesMillimetresUnderAFreeName) {
+  const test::TemporaryFolder folder;
+  WindowMesh mesh;
+  mesh.update({false, {strip(1, 0, 9)}});
+  test::write_bytes(folder / "mesh_mm_001.stl", "somebody's");
+  const auto path = free_name(folder.path(), "mesh_mm", "stl");
+  EXPECT_EQ(path, folder / "mesh_mm_002.stl");
+  const ExportOutcome outcome = export_in_background(mesh.whole(), path).get();
+  EXPECT_TRUE(outcome.ok);
+  EXPECT_THAT(outcome.sentence, testing::HasSubstr(path.string()));
+  EXPECT_NEAR(area_mm2(read_mesh(path, LengthUnit::millimetre)), 0.9, 1e-4);
+  EXPECT_EQ(test::read_bytes(folder / "mesh_mm_001.stl"), "somebody's");
+}
+
+TEST(Export, SaysWhatIsWrong) {
+  const test::TemporaryFolder folder;
+  EXPECT_FALSE(export_in_background(Mesh(), folder / "a.ply").get().ok);
+  test::write_bytes(folder / "file", "");
+  const ExportOutcome outcome =
+      export_in_background(strip(1, 0, 3).mesh, folder.path() / "file" / "a.ply").get();
+  EXPECT_FALSE(outcome.ok);
+  EXPECT_THAT(outcome.sentence, testing::HasSubstr("a.ply"));
+}
+
+}  // namespace
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,430 @@
+// The live window, drawn into pictures without a display. With GELSLAM_PICTURES=FOLDER they are kept to be
+// looked at.
+
+#include <GLFW/glfw3.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "fake_session.hpp"
+#include "gelslam/core/error.hpp"
+#include "temporary_folder.hpp"
+#include "window_live.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using namespace viewer::detail;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+bool can_draw() {
+  try {
+    GlContext::offscreen();
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+cv::Vec3d bgr(ImU32 colour) {
+  return {static_cast<double>(colour >> IM_COL32_B_SHIFT & 0xFF),
+          static_cast<double>(colour >> IM_COL32_G_SHIFT & 0xFF),
+          static_cast<double>(colour >> IM_COL32_R_SHIFT & 0xFF)};
+}
+
+/// Share of pixels in `box` that are within 60 grey levels of `colour`.
+double share_of(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
+  const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
+                        cv::Rect({0, 0}, picture.size());
+  int hits = 0;
+  for (const cv::Vec3b& pixel : cv::Mat3b(picture(rect).clone()))
+    hits += cv::norm(cv::Vec3d(pixel) - bgr(colour)) < 60;
+  return rect.empty() ? 0 : static_cast<double>(hits) / rect.area();
+}
+
+/// How much of `box` the letters of a text cover: where its pixels lie, on average, between what is behind
+/// the text (the median: letters cover less than half) and `colour`.
+double ink_in(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
+  const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
+                        cv::Rect({0, 0}, picture.size());
+  std::array<std::vector<uchar>, 3> channels;
+  const cv::Mat3b cut = picture(rect).clone();
+  for (const cv::Vec3b& pixel : cut)
+    for (int i = 0; i < 3; ++i) channels[static_cast<std::size_t>(i)].push_back(pixel[i]);
+  cv::Vec3d behind;
+  for (int i = 0; i < 3; ++i) {
+    std::vector<uchar>& values = channels[static_cast<std::size_t>(i)];
+    if (values.empty()) return 0;
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                     values.end());
+    behind[i] = values[values.size() / 2];
+  }
+  const cv::Vec3d span = bgr(colour) - behind;
+  double sum = 0;
+  for (const cv::Vec3b& pixel : cut)
+    sum += std::clamp((cv::Vec3d(pixel) - behind).dot(span) / span.dot(span), 0.0, 1.0);
+  return sum / rect.area();
+}
+
+/// Share of the view's pixels that differ between two pictures.
+double change(const cv::Mat3b& a, const cv::Mat3b& b, const Box& view) {
+  const cv::Rect rect(0, 0, static_cast<int>(view.width), static_cast<int>(view.height));
+  cv::Mat difference;
+  cv::absdiff(a(rect), b(rect), difference);
+  cv::transform(difference, difference, cv::Matx13f(1, 1, 1));
+  return static_cast<double>(cv::countNonZero(difference > 24)) / rect.area();
+}
+
+/// Pixels that glow, below the words: much red, less green, little blue.
+int glowing(const cv::Mat3b& picture, const Box& view) {
+  const cv::Rect rect(0, 100, static_cast<int>(view.width), static_cast<int>(view.height) - 100);
+  int count = 0;
+  for (const cv::Vec3b& p : cv::Mat3b(picture(rect).clone()))
+    count += p[2] > 130 && p[2] - p[0] > 70 && p[2] > p[1];
+  return count;
+}
+
+class Window : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+    options_.visible = false;
+    options_.width_px = 820;
+    options_.height_px = 540;
+    options_.output_folder = folder_ / "run";
+    window_ = std::make_unique<LiveWindow>(session_, options_);
+  }
+
+  void scan(int frames) {
+    session_.advance(frames);
+    window_->turn(now_s_ += 0.04, true);
+  }
+  void press(int key) {
+    window_->host().push({InputEvent::Kind::key, key, true});
+    window_->turn(now_s_ += 0.02);
+  }
+  void show_all() {
+    press(GLFW_KEY_R);
+    window_->show_all_at_once();
+  }
+  /// The window as it is now, a frame after everything has arrived.
+  cv::Mat3b picture(const std::string& name) {
+    window_->turn(now_s_ += 0.6, true);
+    const cv::Mat3b result = window_->picture(now_s_ += 0.02);
+    if (const char* kept = std::getenv("GELSLAM_PICTURES"))
+      write_png(std::string(kept) + "/" + name + ".png", result);
+    return result;
+  }
+  const DrawnText* find(const std::string& text) const {
+    for (const DrawnText& drawn : window_->texts())
+      if (drawn.text.find(text) != std::string::npos) return &drawn;
+    return nullptr;
+  }
+  /// The words are there, within the picture, as letters of that colour on something else.
+  void expect_text(const cv::Mat3b& picture, const std::string& text, ImU32 colour) {
+    const DrawnText* drawn = find(text);
+    ASSERT_NE(drawn, nullptr) << text;
+    EXPECT_EQ(drawn->colour, colour) << text;
+    EXPECT_GE(drawn->box.x, 0) << text;
+    EXPECT_LE(drawn->box.right(), picture.cols) << text;
+    EXPECT_LE(drawn->box.bottom(), picture.rows) << text;
+    const double ink = ink_in(picture, drawn->box, colour);
+    EXPECT_GT(ink, 0.06) << text;
+    EXPECT_LT(ink, 0.6) << text;
+  }
+  const Box& view() const { return window_->layout().view; }
+
+  const TemporaryFolder folder_;
+  WindowOptions options_;
+  FakeSession session_;
+  std::unique_ptr<LiveWindow> window_;
+  double now_s_ = 0;
+};
+
+TEST_F(Window, SaysInWordsAndColourHowItGoes) {
+  expect_text(picture("background"), "Getting ready", theme::blue);
+  scan(1);
+  expect_text(picture("first_touch"), "Tracking", theme::green);
+  session_.say(LivePhase::scanning, "lost: too little overlap; touch a place you have seen");
+  session_.figures().warning = "The log has stopped: the disk is full. The scan goes on.";
+  session_.figures().dropped = 12;
+  cv::Mat3b shown = picture("lost");
+  expect_text(shown, "Lost", theme::red);
+  expect_text(shown, "Touch a place you have seen.", theme::text);
+  expect_text(shown, "the disk is full", theme::text);
+  expect_text(shown, "12", theme::amber);
+  session_.figures().warning.clear();
+  session_.release();
+  expect_text(picture("no_contact"), "No contact", theme::amber);
+  press(GLFW_KEY_SPACE);
+  shown = picture("paused");
+  expect_text(shown, "Paused", theme::grey);
+  expect_text(shown, "Go on", theme::text);
+  EXPECT_EQ(find("Lost"), nullptr);
+}
+
+TEST_F(Window, ShowsTheSurfaceGrowingAndTheTouchOnIt) {
+  const cv::Mat3b empty = picture("empty");
+  scan(4);
+  show_all();
+  session_.release();
+  const double first = change(empty, picture("two_places"), view());
+  scan(18);
+  press(GLFW_KEY_F);  // follow again
+  for (int i = 0; i < 15; ++i) window_->turn(now_s_ += 0.1);
+  EXPECT_GT(glowing(picture("tracking"), view()), 3000) << "the touch glows, in front";
+  session_.release();
+  show_all();
+  const cv::Mat3b untouched = picture("untouched");
+  EXPECT_LT(glowing(untouched, view()), 100);
+  EXPECT_GT(first, 0.05);
+  EXPECT_GT(change(empty, untouched, view()), 0.15);
+  EXPECT_LT(change(empty, untouched, view()), 0.7);
+  // All of it is in view: nothing but background along the borders.
+  for (const Box& border : {Box{0, 120, 8, view().height - 120}, Box{view().width - 8, 0, 8, view().height}})
+    EXPECT_LT(change(empty(cv::Rect(cvRound(border.x), cvRound(border.y), 8, cvRound(border.height))),
+                     untouched(cv::Rect(cvRound(border.x), cvRound(border.y), 8, cvRound(border.height))),
+                     {0, 0, 8, border.height}),
+              0.01);
+}
+
+TEST_F(Window, ShowsPicturesFiguresAndStages) {
+  StageStatistics slow;
+  slow.stage = "loop_closure";
+  slow.median_ms = 123;
+  session_.set_stages({slow});
+  scan(3);
+  const cv::Mat3b shown = picture("figures");
+  for (const char* text : {"25.0 Hz", "18 ms", "412 MB", "1.86 MB", "123 ms"})
+    expect_text(shown, text, theme::text);
+  for (const char* label :
+       {"Rate", "Latency", "Keyframes", "Loops", "Trials", "Groups", "Camera lost", "Dropped", "Damaged",
+        "Memory", "Log", "Disk free", "Touch and contact", "Normals", "loop"})
+    expect_text(shown, label, theme::dim);
+  const DrawnText *touch = find("Touch and contact"), *normals = find("Normals");
+  ASSERT_TRUE(touch && normals);
+  const Box between{touch->box.x, touch->box.bottom() + 6, 150, normals->box.y - touch->box.bottom() - 20};
+  EXPECT_GT(share_of(shown, between, IM_COL32(112, 120, 118, 255)), 0.3) << "the untouched gel";
+  EXPECT_GT(share_of(shown, between, theme::green), 0.005) << "the contact's outline";
+}
+
+TEST_F(Window, ColoursBringTheirLegend) {
+  scan(6);
+  show_all();
+  const cv::Mat3b plain = picture("plain");
+  press(GLFW_KEY_C);
+  const cv::Mat3b coloured = picture("confidence");
+  EXPECT_GT(change(plain, coloured, view()), 0.05);
+  EXPECT_NE(find("onfidence"), nullptr);
+  press(GLFW_KEY_G);
+  press(GLFW_KEY_T);
+  EXPECT_GT(change(coloured, picture("graph"), view()), 0.0005);
+}
+
+TEST_F(Window, TellsWhenTheTouchIsNotOnTheMap) {
+  scan(7);
+  EXPECT_EQ(find("not yet joined"), nullptr);
+  session_.leave_the_map();
+  expect_text(picture("apart"), "A new piece, not yet joined to the map", theme::text);
+  EXPECT_LT(glowing(picture("apart"), view()), 200);
+}
+
+TEST_F(Window, HelpNamesEveryKeyAndFits) {
+  for (const auto& [width, height] : {std::pair{820, 540}, {400, 300}}) {
+    window_->host().resize(width, height);
+    window_->turn(now_s_ += 0.02, true);
+    press(GLFW_KEY_H);
+    const cv::Mat3b shown = picture("help_" + std::to_string(width));
+    for (const KeyBinding& binding : key_bindings()) expect_text(shown, binding.what, theme::text);
+    expect_text(shown, "Double click", theme::blue);
+    press(GLFW_KEY_ESCAPE);
+  }
+}
+
+TEST_F(Window, ButtonsAndDialogsWorkByMouse) {
+  scan(2);
+  const auto click = [this](const std::string& text) {
+    picture("before_click");
+    const DrawnText* drawn = find(text);
+    ASSERT_NE(drawn, nullptr) << text;
+    const double x = drawn->box.x + 0.5 * drawn->box.width, y = drawn->box.y + 0.5 * drawn->box.height;
+    window_->host().push({InputEvent::Kind::pointer, 0, false, x, y});
+    window_->turn(now_s_ += 0.02, true);
+    // Both at once, as a fast finger does within one frame.
+    window_->host().push({InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, true});
+    window_->host().push({InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, false});
+    for (int i = 0; i < 3; ++i) window_->turn(now_s_ += 0.02, true);
+  };
+  click("Save");
+  click("Pause");
+  click("Go on");
+  click("New scan");
+  expect_text(picture("new_scan"), "Start a new scan?", theme::text);
+  click("Keep it");
+  click("Stop");
+  click("Save");  // lies under the dialog
+  click("Stop and save");
+  EXPECT_THAT(session_.calls, ElementsAre("save", "pause", "go on", "stop"));
+  expect_text(picture("finishing"), "Finishing", theme::blue);
+}
+
+TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
+  scan(4);
+  show_all();
+  const cv::Mat3b before = picture("view");
+  const auto drag = [this](int button, double x, double y) {
+    const double cx = 0.5 * view().width, cy = 0.6 * view().height;
+    window_->host().push({InputEvent::Kind::pointer, 0, false, cx, cy});
+    window_->host().push({InputEvent::Kind::button, button, true});
+    window_->host().push({InputEvent::Kind::pointer, 0, false, cx + x, cy + y});
+    window_->turn(now_s_ += 0.02);
+    window_->host().push({InputEvent::Kind::button, button, false});
+    window_->turn(now_s_ += 0.02);
+  };
+  drag(GLFW_MOUSE_BUTTON_LEFT, 120, 40);
+  EXPECT_FALSE(window_->controls().follows());
+  const cv::Mat3b turned = picture("turned");
+  EXPECT_GT(change(before, turned, view()), 0.03);
+  drag(GLFW_MOUSE_BUTTON_RIGHT, 60, 0);
+  const cv::Mat3b moved = picture("moved");
+  // The old picture, shifted by as much, is nearly the new one: what lies before or behind the centre moves a
+  // little more or less.
+  const cv::Rect from(150, 120, 250, 250), to(210, 120, 250, 250);
+  EXPECT_LT(change(turned(from), moved(to), {0, 0, 250, 250}),
+            0.5 * change(turned(from), moved(from), {0, 0, 250, 250}));
+  window_->host().push({InputEvent::Kind::scroll, 0, false, 0, 4});
+  window_->turn(now_s_ += 0.02);
+  EXPECT_GT(change(moved, picture("zoomed"), view()), 0.03);
+}
+
+TEST_F(Window, FinishedSaysWhereEverythingIs) {
+  scan(8);
+  session_.stop();
+  picture("stopping");
+  std::filesystem::create_directories(options_.output_folder / "session");
+  write_bytes(options_.output_folder / "mesh.ply", std::string(2'340'000, 'x'));
+  write_bytes(options_.output_folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
+  session_.say(LivePhase::finished, "");
+  const cv::Mat3b shown = picture("finished");
+  expect_text(shown, "Finished", theme::green);
+  for (const char* text : {"mesh.ply", "trajectory.tum", "session/"}) expect_text(shown, text, theme::text);
+  expect_text(shown, "2.34 MB", theme::dim);
+  EXPECT_NE(find(options_.output_folder.string()), nullptr);
+  press(GLFW_KEY_Q);
+  EXPECT_TRUE(window_->wants_to_close());
+}
+
+TEST_F(Window, PicturesAndExportsGoToTheRunFolder) {
+  scan(6);
+  press(GLFW_KEY_P);
+  const auto shot = options_.output_folder / "screenshot_001.png";
+  EXPECT_EQ(cv::imread(shot.string()).size(), cv::Size(820, 540));
+  EXPECT_THAT(window_->controls().toasts().back().text, HasSubstr(shot.string()));
+  press(GLFW_KEY_E);
+  press(GLFW_KEY_O);
+  for (int i = 0; i < 100 && !std::filesystem::exists(options_.output_folder / "mesh_mm_001.obj"); ++i) {
+    window_->turn(now_s_ += 0.3);
+    window_->host().wait(0.02);
+  }
+  EXPECT_TRUE(std::filesystem::exists(options_.output_folder / "mesh_mm_001.obj"));
+}
+
+TEST_F(Window, AFolderThatCannotBeWrittenIsSaidNotThrown) {
+  write_bytes(options_.output_folder, "a file, not a folder");
+  scan(1);
+  press(GLFW_KEY_P);
+  ASSERT_FALSE(window_->controls().toasts().empty());
+  EXPECT_TRUE(window_->controls().toasts().back().trouble);
+}
+
+TEST_F(Window, EverySizeIsDrawnWhole) {
+  scan(6);
+  for (const auto& [width, height] : {std::pair{400, 300}, {120, 100}, {1920, 1080}, {300, 900}}) {
+    window_->host().resize(width, height);
+    show_all();
+    const cv::Mat3b shown = picture("size_" + std::to_string(width));
+    EXPECT_EQ(shown.size(), cv::Size(width, height));
+    cv::Scalar mean, deviation;
+    cv::meanStdDev(shown, mean, deviation);
+    EXPECT_GT(deviation[0], 3) << width;
+    if (width >= 300) expect_text(shown, "Tracking", theme::green);
+    EXPECT_EQ(window_->layout().side.width > 0, width >= 820) << width;
+  }
+}
+
+TEST_F(Window, DrawsOnlyWhenThereIsSomethingNew) {
+  scan(2);
+  press(GLFW_KEY_F);  // or the camera is still on its way
+  for (int i = 0; i < 3; ++i) window_->turn(now_s_ += 0.3);
+  EXPECT_FALSE(window_->turn(now_s_ += 0.02));
+  EXPECT_FALSE(window_->turn(now_s_ += 0.02));
+  session_.advance();
+  EXPECT_TRUE(window_->turn(now_s_ += 0.02));
+}
+
+TEST_F(Window, ANewScanForgetsTheMesh) {
+  scan(6);
+  show_all();
+  const cv::Mat3b full = picture("full");
+  press(GLFW_KEY_N);
+  press(GLFW_KEY_ENTER);
+  EXPECT_THAT(session_.calls, ElementsAre("new"));
+  EXPECT_GT(change(full, picture("forgotten"), view()), 0.1);
+}
+
+TEST(LiveSnapshot, IsDrawnWithoutADisplay) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  const TemporaryFolder folder;
+  FakeSession session(6, 1);
+  session.advance(6);
+  WindowOptions options;
+  options.width_px = 800;
+  options.height_px = 500;
+  write_live_snapshot(session, folder / "new" / "snapshot.png", options);
+  const cv::Mat3b shown = cv::imread((folder / "new" / "snapshot.png").string());
+  ASSERT_EQ(shown.size(), cv::Size(800, 500));
+  EXPECT_GT(share_of(shown, {0, 0, 300, 80}, theme::green), 0.02) << "it says Tracking";
+  EXPECT_GT(glowing(shown, {0, 0, 550, 440}), 1000);
+}
+
+TEST(RunLiveWindow, PlaysAScriptAsAPersonWould) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  const TemporaryFolder folder;
+  FakeSession session(4, 1);
+  session.advance(4);
+  session.looks_until_finished = 20;
+  WindowOptions options;
+  options.visible = false;
+  options.width_px = 600;
+  options.height_px = 400;
+  options.output_folder = folder.path();
+  options.snapshot = folder / "last.png";
+  options.script =
+      "until tracking\nkey space; until paused\nkey space\ndrag 60 10\nscroll 2\nscreenshot a.png\n"
+      "resize 500 350\nkey q\nclick Stop and save\nuntil finished 20\nkey q";
+  EXPECT_EQ(run_live_window(session, options), 0);
+  EXPECT_THAT(session.calls, ElementsAre("pause", "go on", "stop"));
+  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(600, 400));
+  EXPECT_EQ(cv::imread((folder / "last.png").string()).size(), cv::Size(500, 350));
+}
+
+TEST(RunLiveWindow, AScriptThatWaitsInVainSaysWhere) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  FakeSession session(1);
+  WindowOptions options;
+  options.visible = false;
+  options.width_px = options.height_px = 200;
+  options.script_name = "demo.txt";
+  options.script = "wait 0\nuntil tracking 0.1";
+  EXPECT_EQ(message_of<Error>([&] { run_live_window(session, options); }),
+            "demo.txt, line 2: waited in vain for 'tracking'; it is 'background'");
+  options.script = "wait 0; scrol 2";
+  EXPECT_THAT(message_of<Error>([&] { run_live_window(session, options); }), HasSubstr("did you mean"));
+}
+
+}  // namespace
+}  // namespace gelslam::test
