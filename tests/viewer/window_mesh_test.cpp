@@ -52,7 +52,9 @@ TEST(WindowMesh, ReplacesRemovesAndClears) {
   mesh.update({false, {strip(1, 0, 4), strip(2, 4, 9)}});
   mesh.update({false, {strip(1, 0, 2)}});
   EXPECT_EQ(mesh.triangles(), 14U);
-  mesh.update({false, {MeshBlock{2, {}}}});
+  MeshBlock gone;
+  gone.key = 2;
+  mesh.update({false, {gone}});
   EXPECT_NEAR(area_mm2(mesh.whole()), 0.2, 1e-5);
   mesh.update({true, {strip(3, 5, 6)}});
   EXPECT_EQ(mesh.triangles(), 2U);
