@@ -179,8 +179,7 @@ void FakeSession::advance(int frames) {
     }
     ++frame_;
   }
-  status_.phase = LivePhase::scanning;
-  status_.words = "tracking";
+  say(LivePhase::scanning, "tracking");
   status_.rate_hz = 25.0;
   status_.latency_ms = 17.6;
   status_.frames = frame_;
@@ -190,7 +189,8 @@ void FakeSession::advance(int frames) {
   status_.log_bytes = frame_ * 620000;
 }
 
-void FakeSession::say(LivePhase phase, const std::string& words) {
+void FakeSession::say(LivePhase phase, const std::string& words, TrackStatus track) {
+  status_.track = track;
   status_.phase = phase;
   status_.words = words;
 }
@@ -209,7 +209,7 @@ void FakeSession::release() {
   touch->keyframe = -1;
   ++touch->index;
   touch_ = std::move(touch);
-  say(LivePhase::scanning, "no contact");
+  say(LivePhase::scanning, "no contact", TrackStatus::no_contact);
 }
 
 void FakeSession::leave_the_map() {

@@ -24,7 +24,7 @@ class FakeSession : public LiveSession {
   explicit FakeSession(int places = 8, int frames_per_place = 3);
 
   void advance(int frames = 1);  ///< tracks on: new frames, keyframes, loops, blocks of the mesh
-  void say(LivePhase phase, const std::string& words);
+  void say(LivePhase phase, const std::string& words, TrackStatus track = TrackStatus::tracked);
   void release();  ///< nothing touches any more
   LiveStatus& figures() { return status_; }
   void set_stages(std::vector<StageStatistics> stages) { stages_ = std::move(stages); }

@@ -7,27 +7,39 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-LiveStatus saying(LivePhase phase, const std::string& words) {
+LiveStatus saying(LivePhase phase, const std::string& words, TrackStatus track = TrackStatus::tracked) {
   LiveStatus status;
+  status.track = track;
   status.phase = phase;
   status.words = words;
   return status;
 }
 
 TEST(StateWords, SplitWhatIsWrongFromWhatToDo) {
-  const StateWords words =
-      state_words(saying(LivePhase::scanning, "lost: too little overlap; touch a place you have seen"));
+  const StateWords words = state_words(saying(
+      LivePhase::scanning, "lost: too little overlap; touch a place you have seen", TrackStatus::lost));
   EXPECT_EQ(words.state, LiveState::lost);
   EXPECT_EQ(words.headline, "Lost");
   EXPECT_EQ(words.advice, "Too little overlap. Touch a place you have seen.");
 }
 
 TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "lost")).advice, "Touch a place you have seen.");
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact")).headline, "No contact");
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact")).advice, "Press the object on the gel.");
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "lost", TrackStatus::lost)).advice,
+            "Touch a place you have seen.");
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact", TrackStatus::no_contact)).headline,
+            "No contact");
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact", TrackStatus::no_contact)).advice,
+            "Press the object on the gel.");
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).advice, "");
   EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
+}
+
+TEST(StateWords, LeaveTheColourToTheStatus) {
+  const StateWords words = state_words(
+      saying(LivePhase::scanning, "not joined to the map; touch a place you have seen", TrackStatus::lost));
+  EXPECT_EQ(words.state, LiveState::lost);
+  EXPECT_EQ(words.headline, "Not joined to the map");
+  EXPECT_EQ(words.advice, "Touch a place you have seen.");
 }
 
 TEST(StateWords, TellThePhaseUnderASteadyHeadline) {

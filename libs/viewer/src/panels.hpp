@@ -30,7 +30,6 @@ struct LiveFrame {
   std::size_t triangles = 0;
   const WindowTexture* tactile = nullptr;
   const WindowTexture* normals = nullptr;
-  bool apart = false;  ///< the touch belongs to a piece that is not joined to the map shown
   std::optional<ColourLegend> legend;
   double mm_per_px = 0;  ///< of the view at its centre; 0: no scale bar
   double time_s = 0;     ///< the window's clock

@@ -65,10 +65,6 @@ void draw_banner(Canvas& canvas, const Box& view, const LiveFrame& frame, bool n
   y += draw_state(canvas, x, y, most, frame.words, frame.time_s) + gap;
   if (!frame.status.warning.empty())
     y += draw_note(canvas, x, y, most, theme::amber, font, frame.status.warning) + gap;
-  if (frame.apart && frame.words.state == LiveState::tracking)
-    y += draw_note(canvas, x, y, most, theme::blue, font,
-                   "A new piece, not yet joined to the map: roll to a place you have seen.") +
-         gap;
   if (names_folder && frame.words.state == LiveState::finished)
     draw_note(canvas, x, y, most, theme::green, font, "Saved in " + frame.output_folder);
 }

@@ -118,9 +118,16 @@ LiveState live_state(const LiveStatus& status) {
     case LivePhase::scanning:
       break;
   }
-  if (status.words.starts_with("lost")) return LiveState::lost;
-  if (status.words.starts_with("no contact")) return LiveState::no_contact;
-  return LiveState::tracking;
+  switch (status.track) {
+    case TrackStatus::tracked:
+      return LiveState::tracking;
+    case TrackStatus::lost:
+      return LiveState::lost;
+    case TrackStatus::background:
+    case TrackStatus::no_contact:
+      break;
+  }
+  return LiveState::no_contact;
 }
 
 StateWords state_words(const LiveStatus& status) {

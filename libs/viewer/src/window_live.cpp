@@ -118,7 +118,6 @@ LiveFrame LiveWindow::gather(double now_s) const {
   frame.triangles = view_.mesh().triangles();
   frame.tactile = &view_.tactile();
   frame.normals = &view_.normals();
-  frame.apart = view_.touch_is_apart();
   frame.legend = view_.legend(controls_.style());
   frame.mm_per_px = view_.mm_per_px(view_viewport());
   frame.time_s = now_s;

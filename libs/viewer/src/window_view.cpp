@@ -63,12 +63,12 @@ void WindowView::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
 void WindowView::place_touch(double now_s) {
   const MapSnapshot::Node* node = touch_ && touch_->keyframe >= 0 ? map_->find(touch_->keyframe) : nullptr;
   const bool touching = touch_ && touch_->keyframe >= 0 && touch_->surface;
-  apart_ = node != nullptr && node->group != map_->shown_group;
-  if (touching && node != nullptr && !apart_) {
+  const bool apart = node != nullptr && node->group != map_->shown_group;
+  if (touching && node != nullptr && !apart) {
     placed_ = TouchPatch{touch_->surface, node->group_T_keyframe * touch_->keyframe_T_frame,
                          map_->slope_gain.mean()};
     placed_s_ = now_s;
-  } else if (!touching || apart_ || now_s - placed_s_ > patience_s) {
+  } else if (!touching || apart || now_s - placed_s_ > patience_s) {
     placed_.reset();
   }
   scene_.set_touch(placed_);

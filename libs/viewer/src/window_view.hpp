@@ -31,7 +31,6 @@ class WindowView {
 
   void draw(const Viewport& viewport, const SceneStyle& style);
 
-  bool touch_is_apart() const { return apart_; }
   double mm_per_px(const Viewport& viewport) const {
     return camera_.mm_per_px(camera_.distance_mm(), viewport);
   }
@@ -62,7 +61,7 @@ class WindowView {
   std::shared_ptr<const MapSnapshot> map_;
   std::optional<TouchPatch> placed_;
   double placed_s_ = 0;
-  bool apart_ = false, shows_all_ = false, trajectory_is_old_ = false;
+  bool shows_all_ = false, trajectory_is_old_ = false;
   std::vector<Sample> way_;
 };
 
