@@ -26,10 +26,10 @@ trap 'rm -rf "$work"' EXIT
 # Pictures are made out here, where it is quick.
 mkdir "$work/made_up" "$work/scan"
 "$build/bin/raw_frames" "$work/made_up" 3
-data=${GELSLAM_DATA:-$here/../../../shared/data}
-scan_video=$data/sequences/track_peanut/gelsight.avi
-scan_frames=${GELSLAM_V4L2_SCAN_FRAMES:-60}
-[[ ! -f $scan_video ]] || "$build/bin/raw_frames" "$work/scan" "$scan_frames" "$scan_video"
+scan_video=${GELSLAM_DATA:-$here/../../../shared/data}/sequences/track_peanut/gelsight.avi
+if [[ ${scripts[*]} == *_scan.sh* && -f $scan_video ]]; then
+  "$build/bin/raw_frames" "$work/scan" "${GELSLAM_V4L2_SCAN_FRAMES:-60}" "$scan_video"
+fi
 
 # The machine's first program, and what it needs before it can see this system's disk.
 mkdir -p "$work/root"/{bin,host,proc,sys}

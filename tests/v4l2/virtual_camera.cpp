@@ -65,6 +65,7 @@ void feed(const std::string& device, const std::filesystem::path& folder, double
   format.fmt.pix.sizeimage = width * height;
   format.fmt.pix.field = V4L2_FIELD_NONE;
   if (::ioctl(fd, VIDIOC_S_FMT, &format) != 0) throw failure("set the format");
+  std::cout << "feeding" << std::endl;  // a test waits for this line
   auto due = std::chrono::steady_clock::now();
   for (int i = 0; i < frames; ++i) {
     const std::vector<char>& picture = pictures[static_cast<std::size_t>(i) % pictures.size()];

@@ -9,7 +9,6 @@ runs_with 1 "$gelslam" devices
 has "no camera (an output or a decoder)" "$tmp/out"
 
 feed "$work/made_up" 25 100000
-sleep 2
 load_vivid
 runs_with 0 "$gelslam" devices
 cut -c-160 "$tmp/out"

@@ -14,17 +14,16 @@ runs_with 0 "$probe" /dev/video20 YUYV 640 480 5 10
 grep -v "^frame\|^setting" "$tmp/out"
 has "vivid, /dev/video20, YUYV 640x480, 5 Hz" "$tmp/out"
 has "decoded: 10" "$tmp/out"
-has "lost: 0" "$tmp/out"
 has "times: forward" "$tmp/out"
 has "setting: gain_automatic=0" "$tmp/out"
 lacks " automatic" "$tmp/out"
 
-control "Percentage of Dropped Buffers" 30
+control "Percentage of Dropped Buffers" 50
 runs_with 0 "$probe" /dev/video20 YUYV 640 480 5 20
 has "decoded: 20" "$tmp/out"
-lost=$(sed -n 's/^lost: //p' "$tmp/out")
-((lost > 0)) || fail "no buffer is said to be lost"
-echo "  lost $lost"
+lost() { sed -n 's/^lost: //p' "$tmp/out"; }
+echo "  lost $(lost)"
+(($(lost) >= 3)) || fail "about 20 buffers were dropped" # fewer than 3: one time in ten thousand
 control "Percentage of Dropped Buffers" 0
 
 for fault in REQBUFS QBUF STREAMON; do
@@ -47,7 +46,7 @@ control "Inject V4L2_BUF_FLAG_ERROR" 1
 wait $prober
 has "decoded: 10" "$tmp/out"
 has "1 frame came damaged from the driver" "$tmp/out"
-has "lost: 1" "$tmp/out"
+(($(lost) >= 1)) || fail "a damaged frame is a lost one"
 
 # lose_by FAULT: the camera is lost while it streams
 lose_by() {

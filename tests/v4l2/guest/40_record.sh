@@ -3,7 +3,6 @@
 
 load_loopback
 feed "$work/made_up" 25 100000
-sleep 1
 runs_with 0 "$gelslam" record --camera "GelSight Mini" --seconds 3 -o "$tmp/log.mkv"
 head -3 "$tmp/err"
 runs_with 0 "$gelslam" info --json "$tmp/log.mkv"

@@ -23,10 +23,14 @@ runs_with() {
 load_loopback() {
   busybox insmod "$cache/modules/v4l2loopback.ko" video_nr=10 'card_label="GelSight Mini R0B TEST"' exclusive_caps=1
 }
-# feed FOLDER RATE FRAMES: in the background; its process id is in $feeder
+# feed FOLDER RATE FRAMES: in the background, once the camera has its format; its process id is in $feeder
 feed() {
-  "$build/bin/virtual_camera" feed /dev/video10 "$@" &
+  "$build/bin/virtual_camera" feed /dev/video10 "$@" >"$tmp/feeder" &
   feeder=$!
+  until grep -q feeding "$tmp/feeder"; do
+    kill -0 $feeder 2>/dev/null || fail "the virtual camera cannot be fed"
+    sleep 0.05
+  done
 }
 stop_feeding() {
   [[ -n ${feeder:-} ]] || return
