@@ -13,6 +13,7 @@ namespace gelslam {
 namespace {
 
 void add_commands(CLI::App& app, int& exit_code) {
+  add_benchmark_command(app, exit_code);
   add_devices_command(app, exit_code);
   add_evaluate_command(app, exit_code);
   add_export_command(app, exit_code);

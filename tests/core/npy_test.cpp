@@ -70,6 +70,40 @@ TEST(Npy, EveryTypeComesBack) {
   EXPECT_THAT(read_npy(path).to_doubles(), ElementsAre(1.0, 0.0));
 }
 
+/// Bytes that numpy writes for np.float16([0, 1, -2, 65504, 2**-24, 0.1, np.inf, np.nan]).
+TEST(Npy, HalfPrecisionIsRead) {
+  TemporaryFolder folder;
+  const std::string data("\x00\x00\x00\x3c\x00\xc0\xff\x7b\x01\x00\x66\x2e\x00\x7c\x00\x7e", 16);
+  write_bytes(folder / "h.npy",
+              with_header("{'descr': '<f2', 'fortran_order': False, 'shape': (8,), }\n", data));
+  const std::vector<double> values = read_npy(folder / "h.npy").to_doubles();
+  ASSERT_EQ(values.size(), 8u);
+  EXPECT_THAT(std::vector(values.begin(), values.begin() + 7),
+              ElementsAre(0.0, 1.0, -2.0, 65504.0, std::ldexp(1.0, -24), 0.0999755859375,
+                          std::numeric_limits<double>::infinity()));
+  EXPECT_TRUE(std::isnan(values[7]));
+}
+
+TEST(NpySlices, ComeOneByOneInAnyOrder) {
+  TemporaryFolder folder;
+  const std::vector<float> values{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+  write_npy(folder / "a.npy", {3, 2, 2}, std::span<const float>(values));
+  NpySlices slices(folder / "a.npy");
+  EXPECT_THAT(slices.shape(), ElementsAre(3u, 2u, 2u));
+  EXPECT_THAT(slices.read(2).to_doubles(), ElementsAre(8.0, 9.0, 10.0, 11.0));
+  EXPECT_THAT(slices.read(0).to_doubles(), ElementsAre(0.0, 1.0, 2.0, 3.0));
+  EXPECT_THAT(slices.read(1).shape, ElementsAre(2u, 2u));
+}
+
+TEST(NpySlices, RefuseWhatReadNpyRefuses) {
+  TemporaryFolder folder;
+  write_bytes(folder / "cut.npy", numpy_sample().substr(0, numpy_sample().size() - 1));
+  EXPECT_THAT(message_of<Error>([&] { NpySlices slices(folder / "cut.npy"); }), HasSubstr("truncated"));
+  write_npy(folder / "s.npy", {}, std::span<const double>(std::vector<double>{7.0}));
+  EXPECT_THAT(message_of<Error>([&] { NpySlices slices(folder / "s.npy"); }), HasSubstr("single number"));
+  EXPECT_THAT(message_of<Error>([&] { NpySlices slices(folder / "none.npy"); }), HasSubstr("no such file"));
+}
+
 TEST(Npy, ScalarsAndEmptyArrays) {
   TemporaryFolder folder;
   write_npy(folder / "s.npy", {}, std::span<const double>(std::vector<double>{7.0}));

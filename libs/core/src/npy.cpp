@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
@@ -25,7 +28,8 @@ struct TypeName {
   std::string_view descr;
   std::size_t bytes;
 };
-constexpr TypeName type_names[] = {{NpyType::float32, "<f4", 4},
+constexpr TypeName type_names[] = {{NpyType::float16, "<f2", 2},
+                                   {NpyType::float32, "<f4", 4},
                                    {NpyType::float64, "<f8", 8},
                                    {NpyType::int64, "<i8", 8},
                                    {NpyType::uint8, "|u1", 1},
@@ -67,12 +71,20 @@ detail::NpyHeader read_header(std::istream& file) {
   return detail::parse_npy_header(read_exactly(file, length));
 }
 
-NpyArray read_array(std::istream& file, std::size_t max_bytes) {
+/// An opened array, the file standing at its first element.
+struct OpenArray {
+  NpyType type;
+  std::vector<std::size_t> shape;
+  std::size_t bytes;
+};
+
+/// The file is as long as its header says, and the array no longer than `max_bytes`.
+OpenArray open_array(std::istream& file, std::size_t max_bytes) {
   const detail::NpyHeader header = read_header(file);
   const auto* known = std::find_if(std::begin(type_names), std::end(type_names),
                                    [&](const TypeName& n) { return n.descr == header.descr; });
   if (known == std::end(type_names)) {
-    throw std::invalid_argument("its element type " + header.descr + " is none of <f4 <f8 <i8 |u1 |b1");
+    throw std::invalid_argument("its element type " + header.descr + " is none of <f2 <f4 <f8 <i8 |u1 |b1");
   }
   if (header.fortran_order && header.shape.size() > 1) {
     throw std::invalid_argument("it is in Fortran order; save it with numpy.ascontiguousarray");
@@ -86,10 +98,44 @@ NpyArray read_array(std::istream& file, std::size_t max_bytes) {
   if (left < *size * known->bytes) throw std::invalid_argument("it is truncated");
   if (left > *size * known->bytes) throw std::invalid_argument("it is longer than its header says");
   file.seekg(data_start);
-  NpyArray array{known->type, header.shape, std::vector<std::byte>(left)};
-  file.read(reinterpret_cast<char*>(array.data.data()), static_cast<std::streamsize>(left));
+  return {known->type, header.shape, left};
+}
+
+NpyArray read_array(std::istream& file, std::size_t max_bytes) {
+  OpenArray open = open_array(file, max_bytes);
+  NpyArray array{open.type, std::move(open.shape), std::vector<std::byte>(open.bytes)};
+  file.read(reinterpret_cast<char*>(array.data.data()), static_cast<std::streamsize>(open.bytes));
   if (!file) throw std::invalid_argument("it cannot be read to its end");
   return array;
+}
+
+std::ifstream open_file(const std::filesystem::path& path) {
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(path, code)) throw Error(path.string() + ": no such file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(path.string() + ": cannot be opened; check its permissions");
+  return file;
+}
+
+Error unusable(const std::filesystem::path& path, const std::invalid_argument& problem) {
+  return Error(path.string() + ": not a usable .npy file: " + problem.what());
+}
+
+/// IEEE 754 half precision: 1 sign, 5 exponent, 10 fraction bits.
+double half_value(std::uint16_t bits) {
+  const int exponent = bits >> 10 & 0x1f, fraction = bits & 0x3ff;
+  double value = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(1024 + fraction, exponent - 25);
+  if (exponent == 31)
+    value = fraction == 0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
+  return (bits & 0x8000) != 0 ? -value : value;
+}
+
+std::vector<double> converted_halves(const std::vector<std::byte>& data) {
+  std::vector<std::uint16_t> halves(data.size() / 2);
+  if (!halves.empty()) std::memcpy(halves.data(), data.data(), data.size());
+  std::vector<double> values(halves.size());
+  std::transform(halves.begin(), halves.end(), values.begin(), half_value);
+  return values;
 }
 
 template <class T>
@@ -139,6 +185,8 @@ std::size_t NpyArray::size() const { return data.size() / name_of(type).bytes; }
 
 std::vector<double> NpyArray::to_doubles() const {
   switch (type) {
+    case NpyType::float16:
+      return converted_halves(data);
     case NpyType::float32:
       return converted<float>(data);
     case NpyType::float64:
@@ -157,15 +205,33 @@ std::vector<double> NpyArray::to_doubles() const {
 }
 
 NpyArray read_npy(const std::filesystem::path& path, std::size_t max_bytes) {
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(path, code)) throw Error(path.string() + ": no such file");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(path.string() + ": cannot be opened; check its permissions");
+  std::ifstream file = open_file(path);
   try {
     return read_array(file, max_bytes);
   } catch (const std::invalid_argument& problem) {
-    throw Error(path.string() + ": not a usable .npy file: " + problem.what());
+    throw unusable(path, problem);
   }
+}
+
+NpySlices::NpySlices(const std::filesystem::path& path) : path_(path), file_(open_file(path)) {
+  try {
+    OpenArray open = open_array(file_, std::numeric_limits<std::size_t>::max());
+    if (open.shape.empty()) throw std::invalid_argument("it is a single number");
+    type_ = open.type;
+    shape_ = std::move(open.shape);
+    data_start_ = file_.tellg();
+    slice_bytes_ = shape_[0] == 0 ? 0 : open.bytes / shape_[0];
+  } catch (const std::invalid_argument& problem) {
+    throw unusable(path, problem);
+  }
+}
+
+NpyArray NpySlices::read(std::size_t index) {
+  NpyArray slice{type_, {shape_.begin() + 1, shape_.end()}, std::vector<std::byte>(slice_bytes_)};
+  file_.seekg(data_start_ + static_cast<std::streamoff>(index * slice_bytes_));
+  file_.read(reinterpret_cast<char*>(slice.data.data()), static_cast<std::streamsize>(slice_bytes_));
+  if (!file_) throw Error(path_.string() + ": slice " + std::to_string(index) + " cannot be read");
+  return slice;
 }
 
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,

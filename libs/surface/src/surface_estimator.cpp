@@ -13,6 +13,7 @@
 #include "gradient_map.hpp"
 #include "light.hpp"
 #include "poisson.hpp"
+#include "surface_maps.hpp"
 
 namespace gelslam {
 namespace {
@@ -20,7 +21,6 @@ namespace {
 using namespace surface::detail;
 
 constexpr int min_side_px = 16;
-constexpr float max_curvature = 0.7F;  // 1/pixel
 
 std::string size_text(cv::Size size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
@@ -39,32 +39,6 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
-
-cv::Mat3f normals_from_gradient(const cv::Mat1f& gx, const cv::Mat1f& gy) {
-  cv::Mat3f normals(gx.size());
-  for (int v = 0; v < gx.rows; ++v) {
-    const float* x = gx[v];
-    const float* y = gy[v];
-    float* out = normals[v]->val;
-    for (int u = 0; u < gx.cols; ++u) {
-      const float z = 1.0F / std::sqrt(1.0F + x[u] * x[u] + y[u] * y[u]);
-      out[3 * u] = -x[u] * z;
-      out[3 * u + 1] = -y[u] * z;
-      out[3 * u + 2] = z;
-    }
-  }
-  return normals;
-}
-
-void clip_curvature_to_contact(const cv::Mat1b& contact, cv::Mat1f& curvature) {
-  for (int v = 0; v < curvature.rows; ++v) {
-    const unsigned char* inside = contact[v];
-    float* value = curvature[v];
-    for (int u = 0; u < curvature.cols; ++u) {
-      value[u] = inside[u] != 0 ? std::clamp(value[u], -max_curvature, max_curvature) : 0.0F;
-    }
-  }
-}
 
 const cv::Mat3b& checked_background(const cv::Mat3b& background) {
   if (background.rows < min_side_px || background.cols < min_side_px) {
@@ -169,8 +143,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& bgr) {
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
-  cv::GaussianBlur(self.poisson.divergence(), surface->curvature, cv::Size(5, 5), 0.0);
-  clip_curvature_to_contact(surface->contact, surface->curvature);
+  surface->curvature = curvature_in_contact(self.poisson, surface->contact);
   self.timings.normals_ms = watch.lap_ms();
   return surface;
 }

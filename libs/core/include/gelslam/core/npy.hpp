@@ -3,12 +3,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <span>
 #include <vector>
 
 namespace gelslam {
 
-enum class NpyType { float32, float64, int64, uint8, boolean };
+enum class NpyType { float16, float32, float64, int64, uint8, boolean };
 
 /// An array of a .npy file, C order (last index fastest). `data` holds the elements as little-endian bytes.
 struct NpyArray {
@@ -25,6 +26,24 @@ struct NpyArray {
 /// longer than its header says, larger than `max_bytes`, in Fortran order, big-endian or of another type.
 /// Never runs code (pickled objects are refused).
 NpyArray read_npy(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 31);
+
+/// An array too large to be held at once, read slice by slice along its first index. Refuses what read_npy refuses.
+class NpySlices {
+ public:
+  explicit NpySlices(const std::filesystem::path& path);
+
+  const std::vector<std::size_t>& shape() const { return shape_; }  ///< at least one index
+  /// Slice `index`, of the shape without its first index. `index` is below shape()[0].
+  NpyArray read(std::size_t index);
+
+ private:
+  std::filesystem::path path_;
+  std::ifstream file_;
+  NpyType type_;
+  std::vector<std::size_t> shape_;
+  std::streamoff data_start_;
+  std::size_t slice_bytes_;
+};
 
 /// Writes version 1.0, atomically. `values` must have as many elements as `shape` says (else
 /// std::invalid_argument).
