@@ -126,6 +126,7 @@ int run(const RecordArguments& arguments) {
     throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed
   RecordSource source = open_source(arguments, config);
   LogRecorderOptions options;
+  if (source.can_wait) options.max_waiting_bytes = 32u << 20;  // a whole log need not pile up in memory
   if (arguments.resized) options.resize_to = config.sensor;
   LogRecorder recorder(std::make_unique<LogWriter>(log, source.attachments, source.frames->rate_hz()),
                        options);
