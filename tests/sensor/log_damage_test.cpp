@@ -69,7 +69,7 @@ TEST(DamagedLog, EveryCutGivesAllFramesBeforeIt) {
     const Recorded recorded = record(folder / (closed ? "closed.mkv" : "open.mkv"), 6, closed);
     const std::size_t header = recorded.bytes.find("\x1f\x43\xb6\x75");
     testing::internal::CaptureStderr();
-    for (std::size_t length = 5; length < recorded.bytes.size(); length += length < header + 200 ? 1 : 37) {
+    for (std::size_t length = 5; length < recorded.bytes.size(); length += length < header + 200 ? 3 : 53) {
       test::write_bytes(folder / "cut.mkv", recorded.bytes.substr(0, length));
       const Outcome outcome = read_log(folder / "cut.mkv");
       const auto whole = static_cast<std::size_t>(std::count_if(
@@ -85,6 +85,23 @@ TEST(DamagedLog, EveryCutGivesAllFramesBeforeIt) {
     }
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   }
+}
+
+/// FFmpeg copies the number of frames of the whole; that is no damage. Its own duration counts.
+TEST(DamagedLog, ALogThatAnotherToolCutIsWhole) {
+  TemporaryFolder folder;
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  for (const int i : {0, 1, 2, 5, 6, 9}) ASSERT_TRUE(writer.write(jpeg_frame(i)));
+  writer.close();
+  std::string bytes = test::read_bytes(folder / "a.mkv");
+  bytes.replace(bytes.find("000000000006"), 12, "000000000025");
+  test::write_bytes(folder / "ours.mkv", bytes);
+  EXPECT_THAT(read_log(folder / "ours.mkv").warning, HasSubstr("6 of 25"));
+  bytes.replace(bytes.find("gelslam"), 7, "Lavf59.");
+  test::write_bytes(folder / "theirs.mkv", bytes);
+  EXPECT_EQ(read_log(folder / "theirs.mkv").warning, "");
+  test::write_bytes(folder / "theirs_cut.mkv", bytes.substr(0, bytes.size() * 6 / 10));
+  EXPECT_THAT(read_log(folder / "theirs_cut.mkv").warning, HasSubstr("is it truncated or damaged?"));
 }
 
 TEST(DamagedLog, CutsJustBeforeAndAfterEachFrame) {

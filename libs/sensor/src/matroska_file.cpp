@@ -19,7 +19,7 @@ namespace gelslam::detail {
 namespace {
 
 constexpr std::int64_t most_pixels = 64'000'000;
-constexpr std::int64_t most_frames = 1'000'000'000;
+constexpr double most_frames = 1e9;
 
 /// What is wrong with a file is said by our errors, unless the person asked for FFmpeg's own.
 void silence_libavformat() {
@@ -42,12 +42,10 @@ std::optional<FrameEncoding> encoding_of(const AVCodecParameters& codec) {
   return std::nullopt;
 }
 
-/// LogWriter's note, else what follows from another tool's duration.
-std::optional<std::int64_t> noted_frames(const AVFormatContext& file, double rate_hz) {
-  double frames = std::atof(tag_of(file.metadata, frames_tag).c_str());
-  if (!(frames >= 1)) frames = std::round(static_cast<double>(file.duration) / AV_TIME_BASE * rate_hz);
-  if (!(frames >= 1 && frames < static_cast<double>(most_frames))) return std::nullopt;
-  return static_cast<std::int64_t>(frames);
+/// LogWriter's own note; a tool that cuts a log copies it, right or wrong.
+double noted_frames(const AVFormatContext& file, const MatroskaFile::Video& video) {
+  return video.ours ? std::atof(tag_of(file.metadata, frames_tag).c_str())
+                    : std::round(video.duration_s * video.rate_hz);
 }
 
 std::optional<std::int64_t> sequence_of(const AVPacket& packet) {
@@ -108,7 +106,9 @@ void MatroskaFile::find_video() {
     throw Error(path_.string() + ": frames of " + std::to_string(video_.width_px) + "x" +
                 std::to_string(video_.height_px) + " pixels are larger than any touch sensor's");
   video_.ours = tag_of(av_->file->metadata, "encoder") == log_application;
-  video_.frames = noted_frames(*av_->file, video_.rate_hz);
+  if (av_->file->duration > 0) video_.duration_s = static_cast<double>(av_->file->duration) / AV_TIME_BASE;
+  const double frames = noted_frames(*av_->file, video_);
+  if (frames >= 1 && frames < most_frames) video_.frames = static_cast<std::int64_t>(frames);
 }
 
 std::optional<MatroskaFile::Packet> MatroskaFile::next() {
@@ -122,7 +122,8 @@ std::optional<MatroskaFile::Packet> MatroskaFile::next() {
     // A track that is described as in AVI files (PNG) has its times as those of decoding.
     const std::int64_t ticks = packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
     if (ticks != AV_NOPTS_VALUE)
-      result.time_us = av_rescale_q(ticks, av_->file->streams[av_->stream]->time_base, AVRational{1, 1'000'000});
+      result.time_us =
+          av_rescale_q(ticks, av_->file->streams[av_->stream]->time_base, AVRational{1, 1'000'000});
     result.sequence = sequence_of(packet);
     av_packet_unref(av_->packet);
     return result;

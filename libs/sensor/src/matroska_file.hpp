@@ -23,7 +23,8 @@ class MatroskaFile {
     std::optional<FrameEncoding> encoding;  ///< none: not one that RawFrame knows
     int width_px = 0, height_px = 0;
     double rate_hz = 0;                  ///< 0: not said
-    std::optional<std::int64_t> frames;  ///< as noted when the file was closed
+    std::optional<std::int64_t> frames;  ///< as noted when the file was closed, else by duration and rate
+    double duration_s = 0;               ///< 0: not said
     bool ours = false;                   ///< written by LogWriter
   };
   const Video& video() const { return video_; }

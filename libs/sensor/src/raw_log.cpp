@@ -94,12 +94,20 @@ class MatroskaLog final : public RawFrameSource {
     if (index_ == 0) throw Error(path_.string() + ": the log holds no readable frame");
     const std::string readable =
         std::to_string(index_) + " frames, " + std::to_string(last_s_).substr(0, 8) + " s";
-    if (video.frames && index_ < *video.frames)
+    if (video.frames && ends_early()) {
       warning_ = path_.string() + " ends after " + std::to_string(index_) + " of " +
                  std::to_string(*video.frames) + " frames; is it truncated or damaged?";
-    else if (video.ours && !video.frames)
+    } else if (video.ours && !video.frames) {
       warning_ = path_.string() +
                  " was never closed (its program was killed, or is still writing); readable: " + readable;
+    }
+  }
+
+  /// Other tools note a duration only, in which frames that the camera lost are missing.
+  bool ends_early() const {
+    const MatroskaFile::Video& video = file_->video();
+    if (video.ours) return index_ < *video.frames;
+    return static_cast<double>(first_us_) * 1e-6 + last_s_ + 2.5 / rate_hz_ < video.duration_s;
   }
 
   fs::path path_;
