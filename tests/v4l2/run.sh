@@ -26,7 +26,7 @@ trap 'rm -rf "$work"' EXIT
 # Pictures are made out here, where it is quick.
 mkdir "$work/made_up" "$work/scan"
 "$build/bin/raw_frames" "$work/made_up" 3
-scan_video=${GELSLAM_DATA:-$here/../../../shared/data}/sequences/track_peanut/gelsight.avi
+scan_video=$(realpath -m "${GELSLAM_DATA:-$here/../../../shared/data}")/sequences/track_peanut/gelsight.avi
 if [[ ${scripts[*]} == *_scan.sh* && -f $scan_video ]]; then
   "$build/bin/raw_frames" "$work/scan" "${GELSLAM_V4L2_SCAN_FRAMES:-60}" "$scan_video"
 fi

@@ -1,0 +1,34 @@
+# `gelslam scan` from camera to mesh: a simulated scan's frames at the camera's full size, slowly (the machine is emulated).
+# When they end, the camera stalls: what was scanned must be saved all the same.
+. "$here/guest/common.sh"
+
+"$gelslam" --help | grep -q "^  scan " || { echo "  this program has no scan command"; exit 77; }
+[[ -e $work/scan/00020.jpg ]] || { echo "  no data; set GELSLAM_DATA"; exit 77; }
+
+load_loopback
+frames=$(ls "$work/scan" | wc -l)
+feed "$work/scan" 1.5 "$frames" "$tmp/go"
+"$gelslam" scan --headless --device "GelSight Mini" --config "$data/config.yaml" -o "$tmp/run" >"$tmp/out" 2>"$tmp/err" &
+scanner=$!
+until grep -q video10 "/proc/$scanner/maps"; do
+  kill -0 $scanner 2>/dev/null || { cat "$tmp/err"; fail "the scan did not begin"; }
+  sleep 0.2
+done
+touch "$tmp/go"
+wait $scanner
+echo "  exit code $?"
+cut -c-200 "$tmp/err" | tr '\r' '\n' | tail -8
+has "no frame for 5 s" "$tmp/err"
+
+[[ -s $tmp/run/mesh.ply ]] || { ls -R "$tmp/run"; fail "no mesh"; }
+runs_with 0 "$gelslam" info --json "$tmp/run/mesh.ply"
+python3 - "$tmp/run" "$frames" <<'P' || fail "the run is not as expected"
+import pathlib, sys
+run = pathlib.Path(sys.argv[1])
+tracked = [line for line in (run / "trajectory.tum").read_text().splitlines() if not line.startswith("#")]
+vertices = next(int(line.split()[2]) for line in open(run / "mesh.ply", "rb").read(2000).decode("latin1").splitlines()
+                if line.startswith("element vertex"))
+print("  tracked", len(tracked), "of", sys.argv[2], "frames; vertices", vertices, "; files", *sorted(p.name for p in run.iterdir()))
+assert len(tracked) >= 20, "too few frames were tracked"
+assert vertices > 5000, "too small a mesh"
+P
