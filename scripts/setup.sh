@@ -8,6 +8,7 @@ packages=(
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev
   libturbojpeg0-dev zlib1g-dev libavformat-dev libavcodec-dev libavutil-dev # camera pictures, logs
   libglfw3-dev libepoxy-dev libimgui-dev         # window
+  fonts-dejavu-core                              # its letters
   xvfb xauth libgl1-mesa-dri                     # its tests, without a display
   libgtest-dev libgmock-dev libbenchmark-dev # tests and benchmarks
   python3-numpy python3-matplotlib           # figures

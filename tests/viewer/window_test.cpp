@@ -197,14 +197,15 @@ TEST_F(Window, ShowsPicturesFiguresAndStages) {
   StageStatistics slow;
   slow.stage = "loop_closure";
   slow.median_ms = 123;
+  slow.count = 100;
   session_.set_stages({slow});
   scan(3);
   const cv::Mat3b shown = picture("figures");
-  for (const char* text : {"25.0 Hz", "18 ms", "412 MB", "1.86 MB", "123 ms"})
-    expect_text(shown, text, theme::text);
+  for (const char* text : {"25.0 Hz", "18 ms", "412 MB", "1.86 MB"}) expect_text(shown, text, theme::text);
+  expect_text(shown, "123", theme::amber);
   for (const char* label :
        {"Rate", "Latency", "Keyframes", "Loops", "Trials", "Groups", "Camera lost", "Dropped", "Damaged",
-        "Memory", "Log", "Disk free", "Touch and contact", "Normals", "loop"})
+        "Memory", "Log", "Disk free", "Touch and contact", "Normals", "loop closure", "Stages, ms"})
     expect_text(shown, label, theme::dim);
   const DrawnText *touch = find("Touch and contact"), *normals = find("Normals");
   ASSERT_TRUE(touch && normals);

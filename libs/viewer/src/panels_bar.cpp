@@ -30,7 +30,7 @@ std::vector<BarButton> buttons_of(const LiveFrame& frame, const LiveControls& co
   buttons.push_back({stop, over ? "Close" : "Stop", 0, 0});
   buttons.push_back({screenshot, "Picture", 1, 6});
   buttons.push_back({export_mesh, "Export", 1, 5});
-  buttons.push_back({follow, "Follow", 2, 7, controls.follows()});
+  if (!over) buttons.push_back({follow, "Follow", 2, 7, controls.follows()});
   buttons.push_back({reset_view, "Show all", 2, 6});
   buttons.push_back({trajectory, "Trajectory", 2, 8, style.trajectory});
   buttons.push_back({pose_graph, "Graph", 2, 8, style.edges});

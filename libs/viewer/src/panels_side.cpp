@@ -7,7 +7,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double padding = 14, label_gap = 4, row_gap = 9;
+constexpr double padding = 14, label_gap = 4, row_gap = 9, stage_gap = 9;
 constexpr std::size_t max_stages = 8;
 constexpr float figure_rows = 4;
 
@@ -16,6 +16,12 @@ struct Figure {
   std::string value;
   ImU32 colour = theme::text;
 };
+
+std::string number_text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), value < 9.95 ? "%.1f" : "%.0f", value);
+  return text.data();
+}
 
 std::string text_of_rate(double rate_hz) {
   std::array<char, 32> text{};
@@ -68,33 +74,44 @@ void draw_figures(Canvas& canvas, const Box& box, const LiveFrame& frame) {
 }
 
 float stages_height(const Canvas& canvas, std::size_t stages) {
+  const float small = canvas.fonts().small->FontSize;
   const std::size_t rows = (std::min(stages, max_stages) + 1) / 2;
-  return static_cast<float>(rows) * (canvas.fonts().small->FontSize + canvas.px(9));
+  return rows == 0 ? 0 : small + canvas.px(8) + static_cast<float>(rows) * (small + canvas.px(stage_gap));
 }
 
-/// Median of each stage against the time between two frames; a light mark for the 95th percentile.
+void draw_stage(Canvas& canvas, float x, float y, float width, const StageStatistics& stage,
+                const LiveStatus& status) {
+  ImFont* font = canvas.fonts().small;
+  const double budget_ms = status.rate_hz > 1 ? 1000 / status.rate_hz : 40;
+  const auto share = [budget_ms](double ms) {
+    return static_cast<float>(std::clamp(ms / budget_ms, 0.0, 1.0));
+  };
+  // What is not done for every frame may take longer than one.
+  const bool too_slow = stage.median_ms > budget_ms && 2 * stage.count > status.frames;
+  const std::string time = number_text(stage.median_ms);
+  std::string label = stage.stage;
+  std::replace(label.begin(), label.end(), '_', ' ');
+  const float room = width - canvas.width_of(font, time) - canvas.px(6);
+  canvas.text(font, x, y, theme::dim, canvas.fitted(font, label, room, Cut::end));
+  canvas.text_right(font, x + width, y, too_slow ? theme::amber : theme::text, time);
+  const Box bar{x, y + font->FontSize + canvas.px(1), width, canvas.px(4)};
+  canvas.fill(bar, theme::raised, 2);
+  canvas.fill({bar.x, bar.y, width * share(stage.p95_ms), bar.height}, theme::with_alpha(theme::blue, 0.35),
+              2);
+  canvas.fill({bar.x, bar.y, width * share(stage.median_ms), bar.height},
+              too_slow ? theme::amber : theme::blue, 2);
+}
+
+/// Median of each stage against the time between two frames; a light part reaches to the 95th percentile.
 void draw_stages(Canvas& canvas, const Box& box, const LiveFrame& frame) {
   ImFont* font = canvas.fonts().small;
-  const double budget_ms = frame.status.rate_hz > 1 ? 1000 / frame.status.rate_hz : 40;
-  const float gap = canvas.px(14), column = 0.5F * (box.width - gap), row = font->FontSize + canvas.px(9);
-  for (std::size_t i = 0; i < std::min(frame.stages.size(), max_stages); ++i) {
-    const StageStatistics& stage = frame.stages[i];
-    const float x = box.x + (column + gap) * static_cast<float>(i % 2),
-                y = box.y + row * static_cast<float>(i / 2);
-    const auto share = [&](double ms) { return static_cast<float>(std::clamp(ms / budget_ms, 0.0, 1.0)); };
-    const std::string time = text_of_ms(stage.median_ms);
-    std::string label = stage.stage;
-    std::replace(label.begin(), label.end(), '_', ' ');
-    canvas.text(font, x, y, theme::dim,
-                canvas.fitted(font, label, column - canvas.width_of(font, time) - canvas.px(6), Cut::end));
-    canvas.text_right(font, x + column, y, theme::text, time);
-    const Box bar{x, y + font->FontSize + canvas.px(1), column, canvas.px(4)};
-    canvas.fill(bar, theme::raised, 2);
-    canvas.fill({bar.x, bar.y, bar.width * share(stage.p95_ms), bar.height},
-                theme::with_alpha(theme::blue, 0.35), 2);
-    canvas.fill({bar.x, bar.y, bar.width * share(stage.median_ms), bar.height},
-                stage.median_ms > budget_ms ? theme::amber : theme::blue, 2);
-  }
+  canvas.text(font, box.x, box.y, theme::dim, "Stages, ms");
+  const float top = box.y + font->FontSize + canvas.px(8);
+  const float gap = canvas.px(14), column = 0.5F * (box.width - gap),
+              row = font->FontSize + canvas.px(stage_gap);
+  for (std::size_t i = 0; i < std::min(frame.stages.size(), max_stages); ++i)
+    draw_stage(canvas, box.x + (column + gap) * static_cast<float>(i % 2),
+               top + row * static_cast<float>(i / 2), column, frame.stages[i], frame.status);
 }
 
 /// A picture under its name, as wide as fits into width and height; returns the height used.

@@ -125,6 +125,7 @@ LiveState live_state(const LiveStatus& status) {
       return LiveState::lost;
     case TrackStatus::background:
     case TrackStatus::no_contact:
+    case TrackStatus::undone:
       break;
   }
   return LiveState::no_contact;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double frame_s = 1.0 / 60;
 constexpr double figures_interval_s = 0.5;  ///< of what costs more than a glance: stage times, disk
-constexpr double idle_redraw_s = 0.25;
+constexpr double idle_redraw_s = 0.5;
 constexpr double double_click_s = 0.35;
 constexpr float double_click_px = 6;
 
@@ -34,6 +34,9 @@ double free_bytes(const std::filesystem::path& folder) {
   return code ? -1 : static_cast<double>(space.available);
 }
 
+/// Meshes are what most people look for, screenshots what they know already.
+int rank(const std::string& name) { return name.starts_with("mesh") ? 0 : name.ends_with(".png") ? 2 : 1; }
+
 /// What lies in the finished run's folder; folders in it with a stroke and no size.
 std::vector<ResultFile> files_in(const std::filesystem::path& folder) {
   std::vector<ResultFile> files;
@@ -45,7 +48,7 @@ std::vector<ResultFile> files_in(const std::filesystem::path& folder) {
     files.push_back({it->path().filename().string() + (is_folder ? "/" : ""), bytes});
   }
   std::sort(files.begin(), files.end(), [](const ResultFile& a, const ResultFile& b) {
-    return std::pair(!a.name.starts_with("mesh"), a.name) < std::pair(!b.name.starts_with("mesh"), b.name);
+    return std::pair(rank(a.name), a.name) < std::pair(rank(b.name), b.name);
   });
   return files;
 }
@@ -87,7 +90,10 @@ bool LiveWindow::turn(double now_s, bool draw_anyway) {
   handle_input(now_s);
   controls_.drop_old_toasts(now_s);
   look_at_figures(now_s);
-  if (status_.phase != phase_before && status_.phase >= LivePhase::finishing) view_.show_all();
+  if (status_.phase != phase_before && status_.phase >= LivePhase::finishing) {
+    controls_.stop_following();  // there is no touch any more; all of the surface is to be seen
+    view_.show_all();
+  }
   bool changed = view_.take_news(session_, now_s) || draw_anyway || scripted || input_seen_;
   changed |= controls_.take_reset_view() && (view_.show_all(), true);
   changed |= view_.advance(dt_s, controls_.follows(), view_viewport());
