@@ -14,6 +14,7 @@
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "gelslam/slam/config.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {
@@ -100,7 +101,7 @@ void write_surface(const fs::path& folder, const Surface& surface) {
 SurfacePtr estimate(const SurfaceArguments& arguments) {
   SurfaceOptions options;
   options.pixel_pitch_mm = arguments.pitch_mm;
-  SurfaceEstimator estimator(read_pth_model(arguments.model), read_sensor_image(arguments.background),
+  SurfaceEstimator estimator(read_gradient_model(arguments.model), read_sensor_image(arguments.background),
                              options);
   return estimator.estimate(read_sensor_image(arguments.image));
 }
