@@ -1,14 +1,13 @@
 #include <chrono>
-#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <thread>
 
+#include "camera_input.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/interrupt.hpp"
-#include "gelslam/sensor/camera.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
@@ -33,42 +32,20 @@ struct RecordSource {
   bool can_wait = false;
 };
 
-std::string settings_text(const std::vector<CameraSetting>& settings) {
-  std::string text;
-  for (const CameraSetting& setting : settings)
-    text +=
-        setting.name + " " + std::to_string(setting.value) + (setting.locked ? "" : " (automatic)") + "\n";
-  return text;
-}
-
 RecordSource open_source(const RecordArguments& arguments, const Config& config) {
   RecordSource source;
-  source.attachments = attachments_of(config);
   if (arguments.from.empty()) {
-    CameraOptions options = camera_options(config.sensor);
-    if (!arguments.device.empty()) options.device = arguments.device;
-    std::unique_ptr<CameraSource> camera = open_camera(options);
-    source.attachments.sensor = camera->description();
-    source.attachments.camera_settings = settings_text(camera->settings());
-    source.frames = std::move(camera);
-    return source;
+    CameraInput camera = open_camera_input(config, arguments.device);
+    return {std::move(camera.frames), std::move(camera.attachments), false};
   }
   source.can_wait = true;
+  source.attachments = attachments_of(config);
   source.frames = open_raw_log(arguments.from, config.sensor);
   const LogAttachments old =
       is_matroska(arguments.from) ? read_log_attachments(arguments.from) : LogAttachments{};
   source.attachments.sensor = old.sensor.empty() ? source.frames->description() : old.sensor;
   source.attachments.camera_settings = old.camera_settings;
   return source;
-}
-
-std::string name_by_time() {
-  const std::time_t now = std::time(nullptr);
-  std::tm local{};
-  ::localtime_r(&now, &local);
-  char name[64];
-  std::strftime(name, sizeof name, "gelslam-%Y%m%d-%H%M%S.mkv", &local);
-  return name;
 }
 
 /// A camera may keep next() waiting for seconds; Ctrl-C must not wait with it.
@@ -120,7 +97,7 @@ int run(const RecordArguments& arguments) {
   input.config = arguments.config;
   input.model = arguments.model;
   const Config config = find_config(input);
-  const fs::path log = arguments.output.empty() ? fs::path(name_by_time()) : fs::path(arguments.output);
+  const fs::path log = arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
   std::error_code code;
   if (fs::exists(log, code))
     throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed

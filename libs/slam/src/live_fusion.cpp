@@ -1,5 +1,7 @@
 #include "live_fusion.hpp"
 
+#include "gelslam/core/error.hpp"
+
 namespace gelslam::slam::detail {
 
 void FusionStage::set_map(std::shared_ptr<const MapSnapshot> map) {
@@ -29,10 +31,20 @@ void FusionStage::run() {
       const std::lock_guard lock(mutex_);
       if (stopped_) return;
     }
-    if (!fusion_) continue;
-    const auto scope = timer_.measure("fusion");
-    work_left = fusion_->work();
+    if (fusion_) work_left = work();
+  }
+}
+
+/// A patch that cannot be drawn is no reason to draw no more.
+bool FusionStage::work() {
+  const auto scope = timer_.measure("fusion");
+  try {
+    const bool work_left = fusion_->work();
     board_.add_blocks(scan_, std::exchange(cleared_, false), fusion_->take_changed_blocks());
+    return work_left;
+  } catch (const Error& error) {
+    board_.warn(error.what());
+    return true;
   }
 }
 

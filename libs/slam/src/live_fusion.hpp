@@ -24,6 +24,7 @@ class FusionStage {
  private:
   std::shared_ptr<const MapSnapshot> wait_for_map(bool work_left);
   void follow(const MapSnapshot& map);
+  bool work();  ///< true while there is more to do
 
   const FusionOptions options_;
   LiveBoard& board_;

@@ -1,0 +1,41 @@
+#include <memory>
+
+#include "commands.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "live_command.hpp"
+
+namespace gelslam {
+namespace {
+
+struct ReplayArguments {
+  std::string log;
+  double speed = 1.0;
+  bool every_frame = false;
+  LiveArguments live;
+};
+
+int run(const ReplayArguments& arguments) {
+  const LiveArguments& live = arguments.live;
+  const Config config = resolve_config({arguments.log, live.config, live.model, live.background, live.force});
+  LiveOptions options = live.options(config);
+  options.drop_when_behind = !arguments.every_frame;
+  std::unique_ptr<RawFrameSource> source = open_raw_log(arguments.log, config.sensor);
+  if (!arguments.every_frame) source = pace(std::move(source), arguments.speed);
+  return run_live(std::move(source), options, live);
+}
+
+}  // namespace
+
+void add_replay_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<ReplayArguments>();
+  CLI::App* command = app.add_subcommand("replay", "Play a recorded log through the live program, as if it came from a camera");
+  command->add_option("LOG", arguments->log, "Log (.mkv), video, folder of images, or data folder")->required();
+  CLI::Option* speed =
+      command->add_option("--speed", arguments->speed, "Times the sensor's own rate")->check(CLI::PositiveNumber)->capture_default_str();
+  command->add_flag("--every-frame", arguments->every_frame, "As fast as it goes without leaving out a frame")->excludes(speed);
+  arguments->live.add_to(*command);
+  command->footer("Example: gelslam replay runs/pebble/log.mkv -o runs/pebble-again");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace gelslam

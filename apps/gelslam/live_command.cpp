@@ -1,0 +1,158 @@
+#include "live_command.hpp"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <sstream>
+#include <stop_token>
+#include <thread>
+
+#include "commands.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
+#include "gelslam/viewer/window.hpp"
+
+namespace gelslam {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Passes on what a person asks for outside the window: Ctrl-C, once or twice, and --seconds.
+class StopWatch {
+ public:
+  StopWatch(LiveSlam& session, double seconds)
+      : thread_([this, &session, seconds](const std::stop_token& token) {
+          const Clock::time_point start = Clock::now();
+          bool stopped = false;
+          while (!token.stop_requested()) {
+            const bool time_is_up = seconds > 0 && std::chrono::duration<double>(Clock::now() - start).count() > seconds;
+            if (!std::exchange(stopped, stopped || interrupt_.requested() || time_is_up) && stopped) session.stop();
+            if (interrupt_.requests() > 1) return session.hurry();
+            std::this_thread::sleep_for(std::chrono::milliseconds(30));
+          }
+        }) {}
+
+ private:
+  InterruptWatch interrupt_{2};
+  std::jthread thread_;  // ends before the watch it looks at
+};
+
+/// A line in the terminal that is written over, or, where stderr is no terminal, a line for every change of state.
+class StatusLine {
+ public:
+  explicit StatusLine(bool quiet) : quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
+  ~StatusLine() {
+    if (terminal_ && !last_.empty()) std::cerr << "\r\033[K" << std::flush;
+  }
+
+  void show(const LiveStatus& s) {
+    if (quiet_) return;
+    if (!s.warning.empty() && s.warning != warned_) {
+      if (terminal_) std::cerr << "\r\033[K";
+      std::cerr << "warning: " << s.warning << "\n";
+      warned_ = s.warning;
+    }
+    const std::string line = terminal_ ? s.words + figures(s) : s.words;
+    if (line == last_ || line.empty()) return;
+    std::cerr << (terminal_ ? "\r\033[K" : "") << line << (terminal_ ? "" : "\n") << std::flush;
+    last_ = line;
+  }
+
+ private:
+  static std::string figures(const LiveStatus& s) {
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(1) << " | " << s.rate_hz << " Hz, " << s.latency_ms << " ms | " << s.keyframes
+         << " keyframes, " << s.loops << " loops, " << s.groups << (s.groups == 1 ? " group" : " groups");
+    if (s.lost_by_camera + s.dropped + s.damaged > 0)
+      text << " | " << s.lost_by_camera << " lost, " << s.dropped << " dropped, " << s.damaged << " damaged";
+    return text.str();
+  }
+
+  const bool quiet_, terminal_;
+  std::string last_, warned_;
+};
+
+void wait_in_terminal(const LiveSlam& session, bool quiet) {
+  StatusLine line(quiet);
+  while (session.status().phase != LivePhase::finished) {
+    line.show(session.status());
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
+
+std::string read_script(const std::string& file) {
+  if (file.empty()) return "";
+  std::ifstream stream(file);
+  if (!stream) throw Error(file + ": cannot be read");
+  std::ostringstream text;
+  text << stream.rdbuf();
+  check_window_script(text.str(), file);
+  return text.str();
+}
+
+std::string in_words(const ReconstructSummary& s, const LiveStatus& status, const std::string& run_folder) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1);
+  if (!s.warning.empty()) text << "warning: " << s.warning << "\n";
+  text << status.frames << " frames in " << s.seconds << " s, " << status.lost_by_camera << " lost by the camera, " << status.dropped
+       << " dropped, " << status.damaged << " damaged\n"
+       << s.tracked << " tracked, " << s.in_map << " in the map; " << s.trials << (s.trials == 1 ? " trial" : " trials") << " in "
+       << s.groups << (s.groups == 1 ? " group, " : " groups, ") << s.keyframes << " keyframes, " << s.loops << " loops\n"
+       << "mesh of " << s.vertices << " vertices and " << s.triangles << " triangles"
+       << (run_folder.empty() ? ", not kept (no -o)" : ": " + run_folder) << "\n";
+  return text.str();
+}
+
+}  // namespace
+
+void LiveArguments::add_to(CLI::App& command) {
+  command.add_option("-o,--output", run_folder, "Run folder to write: mesh, trajectory, report; with a scan, its log");
+  command.add_flag("--overwrite", overwrite, "Replace the run folder if it is there");
+  command.add_option("--config", config, "Configuration");
+  command.add_option("--model", model, "Gradient model nnmodel.pth (default: the one the configuration names)");
+  command.add_option("--background", background, "Image of the bare gel (default: the mean of the first frames)");
+  command.add_flag("--force", force, "Take the first frames as background whatever they show");
+  command.add_option("--seconds", seconds, "Stop after so long")->check(CLI::PositiveNumber);
+  command.add_flag("--headless", headless, "No window: words in the terminal");
+  command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)");
+  command.add_option("--script", script, "Keys and movements from a file instead of a person's (docs/viewer.md)");
+  command.add_flag("-q,--quiet", quiet, "No words in the terminal");
+}
+
+LiveOptions LiveArguments::options(const Config& resolved_config) const {
+  LiveOptions options;
+  options.config = resolved_config;
+  options.background = background;
+  options.force = force;
+  options.run_folder = run_folder;
+  options.overwrite = overwrite;
+  options.program_version = GELSLAM_VERSION;
+  return options;
+}
+
+int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options, const LiveArguments& arguments) {
+  WindowOptions window;
+  window.output_folder = arguments.run_folder.empty() ? "." : arguments.run_folder;
+  window.script = read_script(arguments.script);
+  window.script_name = arguments.script;
+  window.snapshot = arguments.snapshot;
+
+  LiveSlam session(std::move(source), options);
+  const StopWatch stop_watch(session, arguments.seconds);
+  if (!arguments.headless) {
+    lower_thread_priority();  // drawing goes after tracking; the threads of the chain run already
+    run_live_window(session, window);
+    session.stop();
+  }
+  wait_in_terminal(session, arguments.quiet);
+  const ReconstructSummary summary = session.wait();
+  if (arguments.headless && !arguments.snapshot.empty()) write_live_snapshot(session, arguments.snapshot, window);
+  if (!arguments.quiet) std::cerr << in_words(summary, session.status(), arguments.run_folder);
+  return summary.tracked == 0 || summary.partial ? exit_not_good : exit_done;
+}
+
+}  // namespace gelslam

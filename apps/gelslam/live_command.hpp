@@ -1,0 +1,26 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "gelslam/slam/live_slam.hpp"
+
+namespace gelslam {
+
+/// What `scan` and `replay` have in common: the session, its window or its words in the terminal, and its end.
+struct LiveArguments {
+  std::string config, model, background, run_folder, snapshot, script;
+  bool force = false, overwrite = false, headless = false, quiet = false;
+  double seconds = 0;  ///< 0: until a person or the source ends it
+
+  void add_to(CLI::App& command);
+  /// The part of the options that does not depend on where frames come from.
+  LiveOptions options(const Config& resolved_config) const;
+};
+
+/// Runs a scan until it is saved. The first Ctrl-C stops it, the second saves at once what there is, the third ends the
+/// program. Returns the exit code.
+int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options, const LiveArguments& arguments);
+
+}  // namespace gelslam
