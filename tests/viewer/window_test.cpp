@@ -357,6 +357,16 @@ TEST_F(Window, EverySizeIsDrawnWhole) {
   }
 }
 
+TEST_F(Window, AMinimisedWindowDoesNoHarm) {
+  scan(2);
+  window_->host().resize(1, 1);
+  press(GLFW_KEY_H);
+  EXPECT_EQ(picture("minimised").size(), cv::Size(1, 1));
+  press(GLFW_KEY_E);
+  press(GLFW_KEY_Q);
+  picture("minimised_question");
+}
+
 TEST_F(Window, DrawsOnlyWhenThereIsSomethingNew) {
   scan(2);
   press(GLFW_KEY_F);  // or the camera is still on its way
