@@ -15,50 +15,14 @@
 #include <sstream>
 #include <thread>
 
-#include "../support/run_program.hpp"
+#include "simulated_scan.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using test::ProgramResult;
-using test::read_bytes;
-using test::TemporaryFolder;
-
-constexpr int kBackgroundFrames = 10, kScanFrames = 80;
-
-ProgramResult gelslam(const std::vector<std::string>& arguments) {
-  return test::run_program(GELSLAM_PROGRAM, arguments);
-}
-
-/// A peanut wobbled over a sensor that was calibrated on few presses.
-class SimulatedScan : public testing::Environment {
- public:
-  void SetUp() override {
-    folder_ = std::make_unique<TemporaryFolder>();
-    const ProgramResult calibration = gelslam({"simulate", "calibration", "--presses", "60", "--epochs", "20",
-                                               "-o", (*folder_ / "calibration").string(), "-q"});
-    ASSERT_EQ(calibration.exit_code, 0) << calibration.err;
-    const ProgramResult scan = gelslam({"simulate", "scan", "--object", "peanut", "--motion", "wobble",
-                                        "--frames", std::to_string(kScanFrames), "--calibration",
-                                        (*folder_ / "calibration").string(), "-o", log().string(), "-q"});
-    ASSERT_EQ(scan.exit_code, 0) << scan.err;
-  }
-  void TearDown() override { folder_.reset(); }
-  fs::path log() const { return *folder_ / "scan"; }
-  fs::path model() const { return *folder_ / "calibration/model/nnmodel.pth"; }
-
- private:
-  std::unique_ptr<TemporaryFolder> folder_;
-};
-
-SimulatedScan& scan() {
-  static auto* const environment =
-      dynamic_cast<SimulatedScan*>(testing::AddGlobalTestEnvironment(new SimulatedScan));
-  return *environment;
-}
-[[maybe_unused]] const SimulatedScan& registered_before_main = scan();
+using namespace test;
 
 json evaluate(const fs::path& run) {
   const ProgramResult result =
@@ -78,29 +42,6 @@ void expect_good_trajectory(const json& trajectory) {
     EXPECT_LT(trajectory.at("mae").at(axis).get<double>(), 0.1) << axis;
   for (const char* axis : {"rx_deg", "ry_deg", "rz_deg"})
     EXPECT_LT(trajectory.at("mae").at(axis).get<double>(), 1.0) << axis;
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-/// A run folder with all its files, which agree with each other.
-void expect_complete(const fs::path& run) {
-  const json report = json::parse(read_bytes(run / "report.json"));
-  const std::size_t in_map = lines_of(read_bytes(run / "trajectory.tum")).size();
-  EXPECT_EQ(report.at("frames").at("in_map"), in_map);
-  EXPECT_GT(in_map, 0u);
-  EXPECT_FALSE(lines_of(read_bytes(run / "keyframes.tum")).empty());
-  EXPECT_GT(fs::file_size(run / "pose_graph.g2o"), 0u);
-  EXPECT_GT(report.at("mesh").at("triangles").get<int>(), 100);
-  EXPECT_TRUE(fs::exists(run / "session/session.json"));
-  for (const char* readable : {"mesh.ply", "config.yaml", "."}) {
-    const ProgramResult info = gelslam({"info", (run / readable).string()});
-    EXPECT_EQ(info.exit_code, 0) << readable << ": " << info.err << info.out;
-  }
 }
 
 TEST(Reconstruct, AScanBecomesATrueTrajectoryAndATrueSurface) {
@@ -159,54 +100,6 @@ TEST(Reconstruct, TheSameLogGivesTheSameBytesOnOneCoreAndOnAll) {
   for (const char* file :
        {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "session/session.json"})
     EXPECT_TRUE(read_bytes(folder / "all" / file) == read_bytes(folder / "one" / file)) << file;
-}
-
-/// The scan to and fro, as a folder of pictures of any length.
-void write_long_log(const fs::path& folder, int frames) {
-  fs::create_directory(folder);
-  cv::VideoCapture video((scan().log() / "gelsight.avi").string());
-  std::vector<fs::path> pictures;
-  const auto name = [&](int i) { return folder / (std::to_string(i) + ".png"); };
-  for (cv::Mat image; video.read(image); pictures.push_back(name(static_cast<int>(pictures.size()))))
-    cv::imwrite(name(static_cast<int>(pictures.size())).string(), image);
-  const int recorded = static_cast<int>(pictures.size()), first = kBackgroundFrames + 20,
-            range = recorded - first;
-  ASSERT_EQ(recorded, kBackgroundFrames + kScanFrames);
-  for (int i = recorded; i < frames; ++i) {
-    const int phase = (i - recorded) % (2 * range), back = phase < range ? range - 1 - phase : phase - range;
-    fs::create_hard_link(name(first + back), name(i));
-  }
-}
-
-/// Seconds of processor time that a running child has used: unlike time on the wall, it tells how far the
-/// child is whatever else the machine does. Negative once it has ended.
-double processor_seconds(pid_t child) {
-  siginfo_t ended{};
-  if (::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-      ended.si_pid != 0)
-    return -1;
-  const std::string stat = read_bytes("/proc/" + std::to_string(child) + "/stat");
-  std::istringstream fields(stat.substr(stat.rfind(')') + 1));
-  std::string skipped;
-  for (int i = 0; i < 11; ++i) fields >> skipped;
-  double user = 0, system = 0;
-  fields >> user >> system;
-  return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
-}
-
-/// Starts the program, asks it to stop (as Ctrl-C does) after `after_s` of processor time; its exit code.
-int run_interrupted(const std::vector<std::string>& arguments, double after_s) {
-  std::vector<char*> argv{const_cast<char*>(GELSLAM_PROGRAM)};
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-  pid_t child = 0;
-  if (::posix_spawn(&child, GELSLAM_PROGRAM, nullptr, nullptr, argv.data(), environ) != 0) return -1;
-  for (double used = 0; used >= 0 && used < after_s; used = processor_seconds(child))
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  ::kill(child, SIGINT);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
 TEST(Reconstruct, StoppedInTheMiddleItKeepsWhatItHas) {

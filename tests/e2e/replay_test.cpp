@@ -1,0 +1,102 @@
+// A log through the live program, as if it came from a camera: gelslam replay without a window.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "simulated_scan.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using nlohmann::json;
+using testing::HasSubstr;
+
+std::vector<std::string> replay(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"replay", "--headless", "--model", scan().model().string()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+TEST(Replay, WithEveryFrameTheRunIsThatOfReconstruct) {
+  const TemporaryFolder folder;
+  const ProgramResult live =
+      gelslam(replay({scan().log().string(), "--every-frame", "-o", (folder / "live").string()}));
+  ASSERT_EQ(live.exit_code, 0) << live.err;
+  EXPECT_THAT(live.err, HasSubstr("tracking\n"));
+  EXPECT_THAT(live.err, HasSubstr("0 dropped"));
+  const ProgramResult offline =
+      gelslam({"reconstruct", scan().log().string(), "-o", (folder / "offline").string(), "-q"});
+  ASSERT_EQ(offline.exit_code, 0) << offline.err;
+  expect_complete(folder / "live");
+  for (const char* file :
+       {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "session/session.json"})
+    EXPECT_TRUE(read_bytes(folder / "live" / file) == read_bytes(folder / "offline" / file)) << file;
+}
+
+TEST(Replay, AtTheSensorsRateItTakesAsLongAsTheScanTook) {
+  const TemporaryFolder folder;
+  const ProgramResult result =
+      gelslam(replay({scan().log().string(), "--speed", "2", "-o", (folder / "run").string(), "-q"}));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  const json report = json::parse(read_bytes(folder / "run/report.json"));
+  const json& live = report.at("live");
+  EXPECT_EQ(live.at("arrived"), kBackgroundFrames + kScanFrames);
+  EXPECT_EQ(live.at("arrived"), report.at("frames").at("total").get<int>() + live.at("dropped").get<int>());
+  // Nothing comes earlier than recorded; how much later depends on the machine.
+  EXPECT_GT(report.at("seconds").get<double>(), (kBackgroundFrames + kScanFrames - 1) / 50.0);
+  EXPECT_EQ(report.at("partial"), false);
+}
+
+TEST(Replay, StoppedByCtrlCItSavesWhatItHas) {
+  const TemporaryFolder folder;
+  write_long_log(folder / "log", 1500);
+  json report;
+  for (double after_s = 0.4; after_s < 20; after_s *= 2) {
+    const int exit_code = run_interrupted(replay({(folder / "log").string(), "--every-frame", "-o",
+                                                  (folder / "run").string(), "--overwrite", "-q"}),
+                                          after_s);
+    ASSERT_THAT(exit_code, testing::AnyOf(0, 1, -SIGINT));
+    if (exit_code != 0) continue;
+    report = json::parse(read_bytes(folder / "run/report.json"));
+    if (report.at("frames").at("tracked") > 20) break;
+  }
+  ASSERT_TRUE(report.is_object());
+  EXPECT_LT(report.at("frames").at("total").get<int>(), 1500);
+  expect_complete(folder / "run");
+  EXPECT_THAT(folder.names(), testing::ElementsAre("log", "run")) << "nothing temporary left";
+}
+
+TEST(Replay, NothingOnTheGelIsNoScan) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "bare");
+  for (int i = 0; i < 15; ++i)
+    cv::imwrite((folder / ("bare/" + std::to_string(i) + ".png")).string(),
+                cv::Mat3b(240, 320, cv::Vec3b(90, 100, 110)) + cv::Scalar::all(i % 2));
+  const ProgramResult result = gelslam(replay({(folder / "bare").string(), "--every-frame"}));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("not kept (no -o)"));
+}
+
+TEST(Replay, MistakesAreOneLine) {
+  const TemporaryFolder folder;
+  for (const auto& [arguments, words] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{(folder / "none").string()}, "no such file"},
+           {{scan().log().string(), "--speed", "0"}, "speed"},
+           {{scan().log().string(), "--speed", "2", "--every-frame"}, "excludes"},
+           {{scan().log().string(), "--script", (folder / "none.txt").string()}, "cannot be read"},
+           {{scan().log().string(), "-o", scan().log().string()}, "exists already"}}) {
+    const ProgramResult result = gelslam(replay(arguments));
+    EXPECT_EQ(result.exit_code, 2) << words;
+    EXPECT_EQ(result.error_lines(), 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
