@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,12 +15,13 @@
 #include "gelslam/evaluation/mesh_picture.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/view_stage.hpp"
+#include "gelslam/viewer/view_window.hpp"
 
 namespace gelslam {
 namespace {
 
 struct ViewArguments {
-  std::filesystem::path source, compare, truth, snapshot;
+  std::filesystem::path source, compare, truth, snapshot, script;
   std::string size = "1280x800", colour, shading = "lit";
   std::optional<double> time_s;
   double yaw_deg = 0, pitch_deg = 0;
@@ -42,7 +45,7 @@ PictureSize parse_size(const std::string& text) {
   throw Error("--size " + text + ": give width and height in pixels, 16 to 8192, as 1280x800");
 }
 
-SceneStyle style_of(const ViewArguments& arguments, const ViewStage& stage) {
+SceneStyle style_of(const ViewArguments& arguments) {
   static const std::map<std::string, SceneShading> shadings = {
       {"lit", SceneShading::lit}, {"matcap", SceneShading::matcap}, {"relief", SceneShading::relief}};
   static const std::map<std::string, SceneColour> colours = {{"plain", SceneColour::plain},
@@ -52,14 +55,9 @@ SceneStyle style_of(const ViewArguments& arguments, const ViewStage& stage) {
                                                              {"distance", SceneColour::distance}};
   SceneStyle style;
   style.shading = shadings.at(arguments.shading);
-  style.colour = stage.has_second() ? SceneColour::distance : SceneColour::plain;
+  const bool has_second = !arguments.compare.empty() || !arguments.truth.empty();
+  style.colour = has_second ? SceneColour::distance : SceneColour::plain;
   if (!arguments.colour.empty()) style.colour = colours.at(arguments.colour);
-  if (style.colour == SceneColour::distance && !stage.has_second()) {
-    throw Error("--colour distance needs a second surface: give --compare or --truth");
-  }
-  if (style.colour == SceneColour::keyframe && stage.history() == nullptr) {
-    throw Error("--colour keyframe needs a run folder with its session");
-  }
   style.light_theme = arguments.light;
   style.trajectory = arguments.trajectory;
   style.keyframes = style.edges = arguments.graph;
@@ -72,17 +70,23 @@ std::optional<ViewContent> second_surface(const ViewArguments& arguments) {
   return std::nullopt;
 }
 
-void run_view(const ViewArguments& arguments) {
-  const PictureSize size = parse_size(arguments.size);
-  ViewContent content = load_view(arguments.source);
-  std::optional<ViewContent> second = second_surface(arguments);
+/// What can be seen wrong before any window is opened. Throws Error.
+void check(const ViewArguments& arguments, const ViewContent& content, const SceneStyle& style) {
+  const bool has_second = !arguments.compare.empty() || !arguments.truth.empty();
+  if (style.colour == SceneColour::distance && !has_second) {
+    throw Error("--colour distance needs a second surface: give --compare or --truth");
+  }
+  if (content.history) return;
+  if (style.colour == SceneColour::keyframe)
+    throw Error("--colour keyframe needs a run folder with its session");
+  if (arguments.time_s) throw Error("--time needs a run folder with its session");
+}
+
+void write_snapshot(const ViewArguments& arguments, const PictureSize& size, ViewContent content,
+                    std::optional<ViewContent> second, const SceneStyle& style) {
   const auto context = GlContext::offscreen();
   ViewStage stage(std::move(content), std::move(second));
-  const SceneStyle style = style_of(arguments, stage);
-  if (arguments.time_s) {
-    if (stage.history() == nullptr) throw Error("--time needs a run folder with its session");
-    stage.set_time(*arguments.time_s);
-  }
+  stage.set_time(arguments.time_s);
   const Viewport whole{0, 0, size.width_px, size.height_px};
   OrbitCamera camera = stage.first_view(whole);
   const Eigen::Vector2d turn_deg(arguments.yaw_deg, arguments.pitch_deg);
@@ -90,6 +94,40 @@ void run_view(const ViewArguments& arguments) {
   camera.fit(stage.outline_mm(), stage.parts(whole).front());
   write_picture(arguments.snapshot, stage.picture(camera, style, size.width_px, size.height_px));
   std::cerr << "wrote " << arguments.snapshot.string() << "\n";
+}
+
+std::string read_script(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file || std::filesystem::is_directory(path)) throw Error(path.string() + ": cannot read the script");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void open_window(const ViewArguments& arguments, const PictureSize& size, ViewContent content,
+                 std::optional<ViewContent> second, const SceneStyle& style) {
+  ViewWindowOptions options;
+  options.title = content.name + " - GelSLAM";
+  options.width_px = size.width_px;
+  options.height_px = size.height_px;
+  options.style = style;
+  options.time_s = arguments.time_s;
+  options.yaw_deg = arguments.yaw_deg;
+  options.pitch_deg = arguments.pitch_deg;
+  if (!arguments.script.empty()) options.script = read_script(arguments.script);
+  options.script_name = arguments.script.string();
+  run_view_window(std::move(content), std::move(second), options);
+}
+
+void run_view(const ViewArguments& arguments) {
+  const PictureSize size = parse_size(arguments.size);
+  ViewContent content = load_view(arguments.source);
+  std::optional<ViewContent> second = second_surface(arguments);
+  const SceneStyle style = style_of(arguments);
+  check(arguments, content, style);
+  if (arguments.snapshot.empty()) {
+    open_window(arguments, size, std::move(content), std::move(second), style);
+  } else {
+    write_snapshot(arguments, size, std::move(content), std::move(second), style);
+  }
 }
 
 }  // namespace
@@ -105,10 +143,12 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->add_option("--truth", a->truth,
                    "data folder of the run's log, or a mesh in the same frame: the true surface")
       ->excludes(compare);
+  auto* snapshot = command->add_option("--snapshot", a->snapshot,
+                                       "write a picture (PNG) instead of opening a window; needs no display");
   command
-      ->add_option("--snapshot", a->snapshot,
-                   "write a picture (PNG) instead of opening a window; needs no display")
-      ->required();
+      ->add_option("--script", a->script,
+                   "keys and movements for the window instead of a person's (docs/viewer.md)")
+      ->excludes(snapshot);
   command->add_option("--size", a->size, "of window or picture, pixels")->capture_default_str();
   command->add_option("--shading", a->shading, "how it is lit")
       ->check(CLI::IsMember({"lit", "matcap", "relief"}))
@@ -124,7 +164,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_flag("--light", a->light, "light background");
   command->add_flag("--trajectory", a->trajectory, "the sensor's way");
   command->add_flag("--graph", a->graph, "keyframes and the edges between them");
-  command->footer("Example: gelslam view RUN --truth DATA --snapshot view.png");
+  command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {
     run_view(*a);
     exit_code = exit_done;

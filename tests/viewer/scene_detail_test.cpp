@@ -99,7 +99,19 @@ TEST(SceneDetail, NeighboursStillMeet) {
     EXPECT_EQ(open_edges({make_drawable(ball)}, cell), 0) << "one piece, cell " << cell;
     EXPECT_EQ(open_edges({half_of(ball, true), half_of(ball, false)}, cell), 0)
         << "two halves, cell " << cell;
+    EXPECT_EQ(open_edges(split(make_drawable(ball), 400), cell), 0)
+        << "many, meeting in corners, cell " << cell;
   }
+}
+
+TEST(SceneDetail, NeighboursMeetWhateverTheirLevels) {
+  std::map<std::pair<Place, Place>, int> balance;
+  float cell = 0.1F;
+  for (const DrawableMesh& piece : split(make_drawable(seamless_ball(5, 60)), 400)) {
+    add_edges(piece, cluster_vertices(piece, cell), balance);
+    cell = cell > 2 ? 0.1F : 2 * cell;
+  }
+  for (const auto& [edge, count] : balance) EXPECT_EQ(count, 0);
 }
 
 TEST(SceneDetail, VerticesAreTheMeshsOwnAndStayInTheirCells) {

@@ -23,7 +23,7 @@ using Eigen::Vector3f;
 using Clock = std::chrono::steady_clock;
 
 /// What levels of detail and new colours may take: a part of a frame's time, within limits.
-constexpr double kBudgetShare = 0.25, kLeastBudget_ms = 3, kMostBudget_ms = 50;
+constexpr double kBudgetShare = 0.4, kLeastBudget_ms = 3, kMostBudget_ms = 100;
 constexpr double kUnlimited_ms = std::numeric_limits<double>::infinity();
 constexpr std::size_t kTrianglesForGpu = 1'500'000, kTrianglesForProcessor = 200'000;
 constexpr std::size_t kTrianglesPerPiece = 2000;
@@ -34,6 +34,11 @@ constexpr float kTouchLift_mm = 0.25F;  ///< the map below the touch may be so m
 constexpr float kHiddenLineOpacity = 0.16F;
 constexpr float kLeastCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 const Vector3f kClay(0.58F, 0.50F, 0.43F);
+
+/// Colours that come from a number put into each vertex for them.
+bool is_by_value(SceneColour colour) {
+  return colour == SceneColour::keyframe || colour == SceneColour::distance;
+}
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -62,6 +67,7 @@ struct Scene::Impl {
   mutable std::optional<float> distance_limit_mm;  ///< found when it is first asked for
   KeyframePlaces keyframe_places;
   SceneColour values_for = SceneColour::plain;  ///< what the vertices' values mean now
+  bool values_are_old = false;
   const std::size_t max_triangles = is_software_renderer() ? kTrianglesForProcessor : kTrianglesForGpu;
   bool details_are_due = false;
   Clock::time_point last_draw = Clock::now();
@@ -124,17 +130,20 @@ struct Scene::Impl {
 
   /// Puts the values in order that `colour` shows.
   void choose_values(SceneColour colour) {
-    const bool by_value = colour == SceneColour::keyframe || colour == SceneColour::distance;
-    if (!by_value || values_for == colour) return;
+    if (!is_by_value(colour) || (values_for == colour && !values_are_old)) return;
+    const bool same_meaning = values_for == colour && colour == SceneColour::keyframe;
     values_for = colour;
+    values_are_old = false;
     if (colour == SceneColour::keyframe) {
-      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.best(m); });
-    } else {
-      mesh.set_values([this](const DrawableMesh& m) {
-        return drawable_values(distance_query ? distance_query(m.vertices_mm) : std::vector<float>(),
-                               m.vertices_mm.size());
-      });
+      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.best(m); }, same_meaning);
+      return;
     }
+    mesh.set_values(
+        [this](const DrawableMesh& m) {
+          return drawable_values(distance_query ? distance_query(m.vertices_mm) : std::vector<float>(),
+                                 m.vertices_mm.size());
+        },
+        same_meaning);
   }
 
   void draw_background(bool light) {
@@ -175,9 +184,13 @@ struct Scene::Impl {
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, colour_map.name());
     const auto detail_px = style.level_of_detail ? std::optional(style.detail_px) : std::nullopt;
-    mesh.draw(camera, clip_T_map, viewport, detail_px,
-              style.max_triangles > 0 ? style.max_triangles : max_triangles,
-              details_are_due ? kUnlimited_ms : budget_ms());
+    mesh.prepare(camera, clip_T_map, viewport, detail_px,
+                 style.max_triangles > 0 ? style.max_triangles : max_triangles,
+                 details_are_due ? kUnlimited_ms : budget_ms());
+    mesh.draw(true);
+    // Their numbers are still to come: clay, so that grey means that there is none.
+    if (is_by_value(style.colour)) mesh_program.set("colour_by", static_cast<int>(SceneColour::plain));
+    mesh.draw(false);
     glBindTexture(GL_TEXTURE_2D, 0);
     glActiveTexture(GL_TEXTURE1);
     glBindTexture(GL_TEXTURE_2D, 0);
@@ -253,7 +266,7 @@ void Scene::set_mesh(const Mesh& mesh) {
 void Scene::set_distance_query(DistanceQuery query) {
   impl_->distance_query = std::move(query);
   impl_->distance_limit_mm.reset();
-  if (impl_->values_for == SceneColour::distance) impl_->values_for = SceneColour::plain;
+  if (impl_->values_for == SceneColour::distance) impl_->values_are_old = true;
 }
 
 void Scene::set_touch(std::optional<TouchPatch> touch) {
@@ -273,7 +286,7 @@ void Scene::set_map(const MapSnapshot& map, const std::vector<int>& coverage) {
   impl_->keyframes.set(keyframe_lines(map, coverage));
   impl_->edges.set(edge_lines(map));
   impl_->keyframe_places = KeyframePlaces(map);
-  if (impl_->values_for == SceneColour::keyframe) impl_->values_for = SceneColour::plain;
+  if (impl_->values_for == SceneColour::keyframe) impl_->values_are_old = true;
 }
 
 Eigen::AlignedBox3f Scene::bounds_mm() const { return impl_->mesh.box_mm(); }
@@ -330,6 +343,7 @@ SceneStatistics Scene::statistics() const {
   result.triangles = impl_->mesh.triangle_count();
   result.drawn_blocks = impl_->mesh.drawn_blocks();
   result.drawn_triangles = impl_->mesh.drawn_triangles();
+  result.complete = impl_->mesh.is_complete();
   result.detail_ms = impl_->mesh.preparing_ms();
   return result;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 namespace gelslam::viewer::detail {
@@ -28,19 +29,24 @@ std::vector<bool> border_vertices(const DrawableMesh& mesh) {
   return border;
 }
 
+/// The cell of a grid fixed in space: 21 bits for each axis, so that two cells of one block never share a
+/// key.
+std::uint64_t key_of_cell(const Vector3f& p, float cell_mm) {
+  std::uint64_t key = 0;
+  for (const float x : p) {
+    const double index = std::floor(static_cast<double>(x) / static_cast<double>(cell_mm));
+    key = key << 21 | (static_cast<std::uint64_t>(static_cast<std::int64_t>(index)) & 0x1FFFFF);
+  }
+  return key;
+}
+
 struct Cell {
-  std::uint32_t chosen = 0;
-  float distance2 = 0;
-  bool border = false;
+  Vector3f sum_mm = Vector3f::Zero();
+  std::uint32_t count = 0, chosen = 0;
+  float distance2 = std::numeric_limits<float>::infinity();
 };
 
-/// Whether `p` represents its cell better. Ties are broken by coordinates, so that the order of vertices is
-/// nothing.
-bool is_better(const Cell& cell, const Vector3f& chosen, const Vector3f& p, float distance2, bool border) {
-  if (border != cell.border) return border;
-  if (distance2 != cell.distance2) return distance2 < cell.distance2;
-  return std::lexicographical_compare(p.data(), p.data() + 3, chosen.data(), chosen.data() + 3);
-}
+constexpr std::uint32_t kBorder = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
@@ -49,31 +55,32 @@ std::vector<std::uint32_t> cluster_vertices(const DrawableMesh& mesh, float cell
   std::unordered_map<std::uint64_t, std::uint32_t> cell_of_key;
   cell_of_key.reserve(mesh.vertices_mm.size());
   std::vector<Cell> cells;
-  std::vector<std::uint32_t> cell_of_vertex(mesh.vertices_mm.size());
+  std::vector<std::uint32_t> cell_of_vertex(mesh.vertices_mm.size(), kBorder);
   for (std::uint32_t i = 0; i < mesh.vertices_mm.size(); ++i) {
-    const Vector3f& p = mesh.vertices_mm[i];
-    const Eigen::Vector3d index = (p.cast<double>() / static_cast<double>(cell_mm)).array().floor();
-    std::uint64_t key = 0;  // 21 bits each: two cells of one block never share a key
-    for (const double k : index)
-      key = key << 21 | (static_cast<std::uint64_t>(static_cast<std::int64_t>(k)) & 0x1FFFFF);
-    const Vector3f centre = ((index.array() + 0.5) * static_cast<double>(cell_mm)).matrix().cast<float>();
-    const float distance2 = (p - centre).squaredNorm();
-    const auto [found, is_new] = cell_of_key.try_emplace(key, static_cast<std::uint32_t>(cells.size()));
-    cell_of_vertex[i] = found->second;
-    if (is_new) {
-      cells.push_back({i, distance2, border[i]});
-      continue;
-    }
-    Cell& cell = cells[found->second];
-    if (is_better(cell, mesh.vertices_mm[cell.chosen], p, distance2, border[i]))
-      cell = {i, distance2, border[i]};
+    if (border[i]) continue;
+    const std::uint64_t key = key_of_cell(mesh.vertices_mm[i], cell_mm);
+    cell_of_vertex[i] = cell_of_key.try_emplace(key, static_cast<std::uint32_t>(cells.size())).first->second;
+    if (cell_of_vertex[i] == cells.size()) cells.emplace_back();
+    Cell& cell = cells[cell_of_vertex[i]];
+    cell.sum_mm += mesh.vertices_mm[i];
+    ++cell.count;
   }
+  // The vertex nearest to the mean of its cell stands for it.
+  for (std::uint32_t i = 0; i < mesh.vertices_mm.size(); ++i) {
+    if (border[i]) continue;
+    Cell& cell = cells[cell_of_vertex[i]];
+    const float distance2 =
+        (mesh.vertices_mm[i] - cell.sum_mm / static_cast<float>(cell.count)).squaredNorm();
+    if (distance2 < cell.distance2) cell.distance2 = distance2, cell.chosen = i;
+  }
+  const auto stand_in = [&](std::uint32_t vertex) {
+    return cell_of_vertex[vertex] == kBorder ? vertex : cells[cell_of_vertex[vertex]].chosen;
+  };
   std::vector<std::uint32_t> indices;
   for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
-    const std::uint32_t a = cell_of_vertex[mesh.indices[t]], b = cell_of_vertex[mesh.indices[t + 1]],
-                        c = cell_of_vertex[mesh.indices[t + 2]];
-    if (a == b || b == c || a == c) continue;
-    for (const std::uint32_t cell : {a, b, c}) indices.push_back(cells[cell].chosen);
+    const std::uint32_t a = stand_in(mesh.indices[t]), b = stand_in(mesh.indices[t + 1]),
+                        c = stand_in(mesh.indices[t + 2]);
+    if (a != b && b != c && a != c) indices.insert(indices.end(), {a, b, c});
   }
   return indices;
 }

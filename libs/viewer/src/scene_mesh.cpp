@@ -132,9 +132,10 @@ void SceneMesh::clear() {
   box_is_old_ = curvature_is_old_ = true;
 }
 
-void SceneMesh::set_values(VertexValues values) {
+void SceneMesh::set_values(VertexValues values, bool same_meaning) {
   values_ = std::move(values);
   ++values_version_;
+  if (!same_meaning) ++values_meaning_;
 }
 
 const AlignedBox3f& SceneMesh::box_mm() const {
@@ -201,7 +202,7 @@ std::vector<SceneMesh::Wanted> SceneMesh::blocks_in_view(const OrbitCamera& came
   return wanted;
 }
 
-/// A level that is not made yet is taken to have a triangle for two of a grid's edges in each cell.
+/// A level that is not made yet is taken to keep a square's border, and inside it a share by the cell's size.
 std::size_t SceneMesh::expected_triangles(const Wanted& wanted) {
   const Block& block = *wanted.block;
   if (!wanted.level) return block.full.count / 3;
@@ -223,29 +224,34 @@ void SceneMesh::choose_levels(std::vector<Wanted>& wanted, float detail_px, std:
   }
 }
 
-void SceneMesh::prepare(const std::vector<Wanted>& wanted, double budget_ms) {
+void SceneMesh::make_missing(const std::vector<Wanted>& wanted, double budget_ms) {
   const auto start = Clock::now();
+  is_complete_ = true;
   const auto spent_ms = [&] {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   };
   for (const auto& [block, mm_per_px, level] : wanted) {
     const bool lacks_level = level && !block->coarser.contains(*level);
-    const bool lacks_values = block->values_version != values_version_;
+    const bool lacks_values = values_ && block->values_version != values_version_;
     if (!lacks_level && !lacks_values) continue;
-    if (spent_ms() > budget_ms) break;
+    if (spent_ms() > budget_ms) {
+      is_complete_ = false;
+      break;
+    }
     if (lacks_level)
       block->coarser[*level] = upload_indices(cluster_vertices(block->mesh, std::ldexp(1.0F, *level)));
     if (lacks_values) {
       vertices_.release(block->first_vertex, block->mesh.vertices_mm.size());
-      upload_vertices(*block, values_ ? values_(block->mesh) : std::vector<float>());
+      upload_vertices(*block, values_(block->mesh));
       block->values_version = values_version_;
+      block->values_meaning = values_meaning_;
     }
   }
   preparing_ms_ = spent_ms();
 }
 
 void SceneMesh::list_calls(const std::vector<Wanted>& wanted) {
-  counts_.clear(), offsets_.clear(), base_vertices_.clear();
+  with_values_ = {}, without_values_ = {};
   drawn_triangles_ = 0;
   for (const auto& [block, mm_per_px, size] : wanted) {
     Level level = block->full;
@@ -254,9 +260,11 @@ void SceneMesh::list_calls(const std::vector<Wanted>& wanted) {
       if (after != block->coarser.begin()) level = std::prev(after)->second;
     }
     if (level.count == 0) continue;
-    counts_.push_back(static_cast<GLsizei>(level.count));
-    offsets_.push_back(reinterpret_cast<const void*>(level.first * sizeof(std::uint32_t)));
-    base_vertices_.push_back(static_cast<GLint>(block->first_vertex));
+    Calls& calls = block->values_version > 0 && block->values_meaning == values_meaning_ ? with_values_
+                                                                                         : without_values_;
+    calls.counts.push_back(static_cast<GLsizei>(level.count));
+    calls.offsets.push_back(reinterpret_cast<const void*>(level.first * sizeof(std::uint32_t)));
+    calls.base_vertices.push_back(static_cast<GLint>(block->first_vertex));
     drawn_triangles_ += level.count / 3;
   }
 }
@@ -278,16 +286,20 @@ void SceneMesh::bind_buffers() {
   bound_vertices_ = vertices_.buffer_version(), bound_indices_ = indices_.buffer_version();
 }
 
-void SceneMesh::draw(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
-                     std::optional<float> detail_px, std::size_t max_triangles, double budget_ms) {
+void SceneMesh::prepare(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
+                        std::optional<float> detail_px, std::size_t max_triangles, double budget_ms) {
   std::vector<Wanted> wanted = blocks_in_view(camera, clip_T_map, viewport);
   if (detail_px) choose_levels(wanted, *detail_px, max_triangles);
-  prepare(wanted, budget_ms);
+  make_missing(wanted, budget_ms);
   list_calls(wanted);
-  if (counts_.empty()) return;
+}
+
+void SceneMesh::draw(bool with_values) {
+  const Calls& calls = with_values ? with_values_ : without_values_;
+  if (calls.counts.empty()) return;
   bind_buffers();
-  glMultiDrawElementsBaseVertex(GL_TRIANGLES, counts_.data(), GL_UNSIGNED_INT, offsets_.data(),
-                                static_cast<GLsizei>(counts_.size()), base_vertices_.data());
+  glMultiDrawElementsBaseVertex(GL_TRIANGLES, calls.counts.data(), GL_UNSIGNED_INT, calls.offsets.data(),
+                                static_cast<GLsizei>(calls.counts.size()), calls.base_vertices.data());
   glBindVertexArray(0);
 }
 

@@ -24,14 +24,18 @@ class SceneMesh {
 
   void put(std::int64_t key, DrawableMesh mesh);  ///< without triangles: removes
   void clear();
-  /// Blocks get their new values bit by bit, as they are drawn.
-  void set_values(VertexValues values);
+  /// Blocks get their new values bit by bit, as they are drawn. Until then they keep the old ones, or, when
+  /// those mean something else, count as blocks without.
+  void set_values(VertexValues values, bool same_meaning);
 
-  /// With the program of the mesh in use, at full detail or so that cells of `detail_px`, or those with which
-  /// at most `max_triangles` are drawn, become one vertex. Spends about `budget_ms` on levels and values that
+  /// Chooses what of which block is drawn: full detail, or so that cells of `detail_px`, or those with which
+  /// about `max_triangles` are drawn, become one vertex. Spends about `budget_ms` on levels and values that
   /// are missing.
-  void draw(const OrbitCamera& camera, const Eigen::Matrix4f& clip_T_map, const Viewport& viewport,
-            std::optional<float> detail_px, std::size_t max_triangles, double budget_ms);
+  void prepare(const OrbitCamera& camera, const Eigen::Matrix4f& clip_T_map, const Viewport& viewport,
+               std::optional<float> detail_px, std::size_t max_triangles, double budget_ms);
+  /// Draws the blocks that were chosen, those with values or those without, with the program of the mesh in
+  /// use.
+  void draw(bool with_values);
 
   const Eigen::AlignedBox3f& box_mm() const;
   std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
@@ -41,8 +45,9 @@ class SceneMesh {
   std::vector<Eigen::Vector3f> sample_vertices(std::size_t count) const;
   std::size_t block_count() const { return blocks_.size(); }
   std::size_t triangle_count() const { return triangles_; }
-  std::size_t drawn_blocks() const { return counts_.size(); }
+  std::size_t drawn_blocks() const { return with_values_.counts.size() + without_values_.counts.size(); }
   std::size_t drawn_triangles() const { return drawn_triangles_; }
+  bool is_complete() const { return is_complete_; }
   double preparing_ms() const { return preparing_ms_; }
   void end_frame();
 
@@ -55,13 +60,20 @@ class SceneMesh {
     std::size_t first_vertex = 0;
     Level full;
     std::map<int, Level> coarser;  ///< by the cell's size, 2^n mm
-    std::uint64_t values_version = 0;
+    std::uint64_t values_version = 0, values_meaning = 0;
     float confidence_p95 = 0, curvature_p80 = 0;
   };
   struct Wanted {
     Block* block;
     float mm_per_px;  ///< at its nearest point
     std::optional<int> level;
+  };
+
+  /// One glMultiDrawElementsBaseVertex.
+  struct Calls {
+    std::vector<GLsizei> counts;
+    std::vector<const void*> offsets;
+    std::vector<GLint> base_vertices;
   };
 
   void release(Block& block);
@@ -71,7 +83,7 @@ class SceneMesh {
                                      const Viewport& viewport);
   static std::size_t expected_triangles(const Wanted& wanted);
   static void choose_levels(std::vector<Wanted>& wanted, float detail_px, std::size_t max_triangles);
-  void prepare(const std::vector<Wanted>& wanted, double budget_ms);
+  void make_missing(const std::vector<Wanted>& wanted, double budget_ms);
   void list_calls(const std::vector<Wanted>& wanted);
   void bind_buffers();
 
@@ -81,14 +93,13 @@ class SceneMesh {
   std::unordered_map<std::int64_t, Block> blocks_;
   std::size_t triangles_ = 0, drawn_triangles_ = 0;
   VertexValues values_;
-  std::uint64_t values_version_ = 0;
+  std::uint64_t values_version_ = 0, values_meaning_ = 0;
   double preparing_ms_ = 0;
+  bool is_complete_ = true;
   mutable Eigen::AlignedBox3f box_mm_;
   mutable bool box_is_old_ = false, curvature_is_old_ = false;
   mutable float typical_curvature_ = 0;
-  std::vector<GLsizei> counts_;
-  std::vector<const void*> offsets_;
-  std::vector<GLint> base_vertices_;
+  Calls with_values_, without_values_;
 };
 
 }  // namespace gelslam::viewer::detail

@@ -67,11 +67,13 @@ vec3 polished(vec3 albedo, vec3 n, vec3 v) {
 
 void main() {
   vec3 n = normalize(normal_c), v = normalize(-position_c), albedo = surface_colour();
-  if (!gl_FrontFacing) {
+  // Coarse triangles may fold over; their normals still say which side it is.
+  bool inside = !gl_FrontFacing && dot(n, v) < 0.0;
+  if (inside) {
     n = -n;
     albedo = vec3(0.16, 0.17, 0.19);
   }
-  vec3 c = !gl_FrontFacing || shading == 0 ? lit(albedo, n, v) : shading == 1 ? polished(albedo, n, v) : relief(albedo, n);
+  vec3 c = inside || shading == 0 ? lit(albedo, n, v) : shading == 1 ? polished(albedo, n, v) : relief(albedo, n);
   colour = vec4(pow(c, vec3(1.0 / 2.2)), 1.0);
 }
 )";

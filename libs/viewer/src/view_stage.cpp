@@ -1,6 +1,7 @@
 #include "gelslam/viewer/view_stage.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <utility>
 
@@ -46,10 +47,16 @@ struct ViewStage::Impl {
   std::optional<ViewContent> second;
   Scene first_scene;
   std::unique_ptr<Scene> second_scene;
-  std::optional<IncrementalFusion> fusion;  ///< while an earlier time is shown
+  std::array<float, 2> distance_range{0, 1};  ///< of the saved surface, kept through time
+  std::optional<IncrementalFusion> fusion;    ///< while an earlier time is shown
 
   Impl(ViewContent first_content, std::optional<ViewContent> second_content)
       : first(std::move(first_content)), second(std::move(second_content)) {}
+
+  SceneStyle first_style(SceneStyle style) const {
+    if (style.colour == SceneColour::distance && second && !style.range) style.range = distance_range;
+    return style;
+  }
 
   SceneStyle second_style(SceneStyle style) const {
     if (const auto legend = first_scene.legend(style)) style.range = {legend->min, legend->max};
@@ -104,6 +111,10 @@ ViewStage::ViewStage(ViewContent first, std::optional<ViewContent> second)
   impl_->second_scene = std::make_unique<Scene>();
   impl_->second_scene->set_mesh(impl_->second->mesh);
   impl_->first_scene.set_distance_query(distance_to(impl_->second->mesh));
+  SceneStyle by_distance;
+  by_distance.colour = SceneColour::distance;
+  const auto legend = impl_->first_scene.legend(by_distance);
+  impl_->distance_range = {legend->min, legend->max};
 }
 
 ViewStage::~ViewStage() = default;
@@ -150,12 +161,17 @@ std::optional<Eigen::Vector3f> ViewStage::pick(const OrbitCamera& camera, const 
 
 void ViewStage::draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style) {
   const std::vector<Viewport> shown = parts(whole);
-  impl_->first_scene.draw(camera, shown[0], style);
+  impl_->first_scene.draw(camera, shown[0], impl_->first_style(style));
   if (impl_->second_scene) impl_->second_scene->draw(camera, shown[1], impl_->second_style(style));
 }
 
+bool ViewStage::is_complete() const {
+  return impl_->first_scene.statistics().complete &&
+         (!impl_->second_scene || impl_->second_scene->statistics().complete);
+}
+
 std::optional<ColourLegend> ViewStage::legend(const SceneStyle& style) const {
-  return impl_->first_scene.legend(style);
+  return impl_->first_scene.legend(impl_->first_style(style));
 }
 
 void ViewStage::set_time(std::optional<double> time_s) {

@@ -28,6 +28,7 @@ using DistanceQuery = std::function<std::vector<float>(std::span<const Eigen::Ve
 struct SceneStatistics {
   std::size_t blocks = 0, triangles = 0;              ///< held, at full detail
   std::size_t drawn_blocks = 0, drawn_triangles = 0;  ///< in the last draw()
+  bool complete = true;  ///< the last draw() lacked no level of detail or colour: drawing again adds nothing
   double upload_ms = 0, detail_ms = 0,
          draw_ms = 0;  ///< last update(); last draw(): making levels, and all of it
 };

@@ -1,0 +1,116 @@
+#include "view_controls.hpp"
+
+#include <GLFW/glfw3.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+/// Keyframes at 10, 12, 14 s, poses from 10 to 50 s.
+RunHistory history() {
+  RunHistory result;
+  for (int k = 0; k < 3; ++k) result.keyframes.push_back({10.0 + 2 * k, {}});
+  for (int i = 0; i <= 40; ++i) result.trajectory.push_back({10.0 + i, Pose::Identity()});
+  return result;
+}
+
+TEST(ViewControls, TheSliderRunsFromTheStartToTheSavedRun) {
+  const RunHistory run = history();
+  ViewControls controls(&run, false, {}, std::nullopt);
+  EXPECT_EQ(controls.share(), 1) << "as saved";
+  controls.seek(0.25);
+  EXPECT_DOUBLE_EQ(*controls.time_s(), 20);
+  EXPECT_DOUBLE_EQ(controls.share(), 0.25);
+  controls.seek(-3);
+  EXPECT_DOUBLE_EQ(*controls.time_s(), 10);
+  controls.seek(2);
+  EXPECT_FALSE(controls.time_s());
+  controls.seek(std::nan(""));
+  EXPECT_FALSE(controls.time_s());
+}
+
+TEST(ViewControls, ArrowsGoKeyframeByKeyframeAndTheEndIsTheSavedRun) {
+  const RunHistory run = history();
+  ViewControls controls(&run, false, {}, std::nullopt);
+  const auto after = [&](int key) {
+    controls.press_key(key);
+    return controls.time_s().value_or(-1);
+  };
+  EXPECT_EQ(after(GLFW_KEY_LEFT), 14);
+  EXPECT_EQ(after(GLFW_KEY_LEFT), 12);
+  EXPECT_EQ(after(GLFW_KEY_LEFT), 10);
+  EXPECT_EQ(after(GLFW_KEY_LEFT), 10);
+  EXPECT_EQ(after(GLFW_KEY_RIGHT), 12);
+  EXPECT_EQ(after(GLFW_KEY_RIGHT), 14);
+  EXPECT_EQ(after(GLFW_KEY_RIGHT), -1);
+}
+
+TEST(ViewControls, PlayingEndsAtTheSavedRunWithinTwentySeconds) {
+  const RunHistory run = history();
+  ViewControls controls(&run, false, {}, std::nullopt);
+  EXPECT_FALSE(controls.advance(1));
+  controls.press_key(GLFW_KEY_SPACE);
+  EXPECT_DOUBLE_EQ(*controls.time_s(), 10) << "from the start";
+  double played_s = 0;
+  while (controls.advance(0.02) && controls.plays()) played_s += 0.02;
+  EXPECT_NEAR(played_s, 20, 0.1);
+  EXPECT_FALSE(controls.time_s());
+  controls.press_key(GLFW_KEY_SPACE);
+  controls.advance(1);
+  controls.press_key(GLFW_KEY_SPACE);
+  const auto rests_at = controls.time_s();
+  EXPECT_FALSE(controls.advance(1));
+  EXPECT_EQ(controls.time_s(), rests_at);
+}
+
+TEST(ViewControls, WithoutHistoryTimeDoesNothing) {
+  ViewControls controls(nullptr, false, {}, 7.0);
+  EXPECT_FALSE(controls.time_s());
+  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_LEFT, GLFW_KEY_RIGHT}) controls.press_key(key);
+  controls.seek(0.5);
+  EXPECT_FALSE(controls.advance(1));
+  EXPECT_FALSE(controls.time_s());
+}
+
+TEST(ViewControls, ColoursAreThoseThatMeanSomething) {
+  const RunHistory run = history();
+  const auto seen = [](ViewControls controls) {
+    std::set<SceneColour> colours;
+    for (int i = 0; i < 10; ++i) {
+      controls.press_key(GLFW_KEY_C);
+      colours.insert(controls.style().colour);
+    }
+    return colours;
+  };
+  using enum SceneColour;
+  EXPECT_EQ(seen(ViewControls(nullptr, false, {}, {})), (std::set{plain, confidence, height}));
+  EXPECT_EQ(seen(ViewControls(&run, false, {}, {})), (std::set{plain, confidence, height, keyframe}));
+  EXPECT_EQ(seen(ViewControls(&run, true, {}, {})),
+            (std::set{plain, confidence, height, keyframe, distance}));
+}
+
+TEST(ViewControls, EscapeClosesTheHelpFirst) {
+  ViewControls controls(nullptr, false, {}, {});
+  controls.press_key(GLFW_KEY_H);
+  EXPECT_TRUE(controls.shows_help());
+  controls.press_key(GLFW_KEY_ESCAPE);
+  EXPECT_FALSE(controls.shows_help());
+  EXPECT_FALSE(controls.wants_to_close());
+  controls.press_key(GLFW_KEY_ESCAPE);
+  EXPECT_TRUE(controls.wants_to_close());
+}
+
+TEST(ViewControls, NoKeyMeansTwoThings) {
+  std::set<int> keys;
+  for (const ViewKey& key : view_keys()) {
+    EXPECT_TRUE(keys.insert(key.key).second) << key.what;
+    if (key.second_key == 0) continue;
+    EXPECT_TRUE(keys.insert(key.second_key).second) << key.what;
+  }
+}
+
+}  // namespace
+}  // namespace gelslam::viewer::detail

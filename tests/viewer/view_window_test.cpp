@@ -1,0 +1,129 @@
+// The window of `gelslam view`, drawn into pictures without a display.
+#include <gmock/gmock.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "scene_fixture.hpp"
+#include "temporary_folder.hpp"
+#include "view_loop.hpp"
+#include "view_run.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+using namespace viewer::detail;
+
+class ViewWindow : public SceneDrawing {
+ protected:
+  void SetUp() override {
+    SceneDrawing::SetUp();
+    if (IsSkipped()) return;
+    write_run(folder / "RUN", 5);
+    options.visible = false;
+    options.width_px = 900;
+    options.height_px = 600;
+    options.picture_folder = folder.path();
+  }
+  /// Turns until the script is through and nothing moves.
+  static void play(ViewLoop& loop) {
+    for (int i = 1; i < 110; ++i) loop.turn(0.05 * i);
+  }
+  static std::vector<std::string> words(const ViewLoop& loop) {
+    std::vector<std::string> result;
+    for (const DrawnText& text : loop.texts()) result.push_back(text.text);
+    return result;
+  }
+
+  TemporaryFolder folder;
+  ViewWindowOptions options;
+};
+
+TEST_F(ViewWindow, ARunHasASlider) {
+  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+  loop.turn(1);
+  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Clay", "Close"}));
+  EXPECT_GT(loop.layout().track.width, 500);
+}
+
+TEST_F(ViewWindow, AMeshHasNone) {
+  ViewLoop loop(load_view(folder / "RUN" / "mesh.ply"), std::nullopt, options);
+  loop.turn(1);
+  EXPECT_THAT(words(loop), Not(Contains("Play")));
+  EXPECT_EQ(loop.layout().track.width, 0);
+}
+
+TEST_F(ViewWindow, PressingTheSliderSetsTheTimeAndTheSurfaceFollows) {
+  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+  loop.turn(1);
+  const cv::Mat3b saved = loop.picture(1.1);
+  const Box track = loop.layout().track;
+  loop.host().push(
+      {InputEvent::Kind::pointer, 0, false, track.x + 0.3 * track.width, track.y + 0.5 * track.height});
+  loop.host().push({InputEvent::Kind::button, 0, true});
+  loop.turn(1.2);
+  ASSERT_TRUE(loop.controls().time_s());
+  EXPECT_NEAR(*loop.controls().time_s(), 0.3 * 4.9, 0.02);
+  loop.host().push({InputEvent::Kind::pointer, 0, false, track.x + 0.6 * track.width, 5});  // still held
+  loop.turn(1.3);
+  EXPECT_NEAR(*loop.controls().time_s(), 0.6 * 4.9, 0.02);
+  loop.host().push({InputEvent::Kind::button, 0, false});
+  for (int i = 0; i < 40; ++i) loop.turn(1.4 + 0.1 * i);
+  EXPECT_THAT(words(loop), Contains("2.9 s"));
+  const auto bright = [](const cv::Mat3b& picture) {
+    const cv::Mat3b view = picture.rowRange(60, picture.rows - 140);
+    return std::count_if(view.begin(), view.end(), [](const cv::Vec3b& c) { return c[1] > 90; });
+  };
+  EXPECT_LT(static_cast<double>(bright(loop.picture(6))), 0.9 * static_cast<double>(bright(saved)));
+}
+
+TEST_F(ViewWindow, AScriptTurnsZoomsAndTakesPictures) {
+  options.script =
+      "screenshot a.png\ndrag 120 40\nscreenshot b.png\nscroll 4\nkey r\nwait 2\nscreenshot c.png\nkey 3\n"
+      "key c\nkey l\nscreenshot d.png\nquit\n";
+  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+  play(loop);
+  const auto picture = [&](const char* name) { return cv::Mat3b(cv::imread((folder / name).string())); };
+  const cv::Mat3b a = picture("a.png"), b = picture("b.png"), c = picture("c.png"), d = picture("d.png");
+  ASSERT_FALSE(a.empty() || b.empty() || c.empty() || d.empty());
+  const cv::Rect view(0, 60, 900, 380);
+  EXPECT_GT(cv::norm(a(view), b(view), cv::NORM_L1) / view.area(), 3) << "turned";
+  EXPECT_LT(cv::norm(a(view), c(view), cv::NORM_L1) / view.area(), 0.5) << "back again";
+  EXPECT_GT(cv::mean(d(view))[0], cv::mean(a(view))[0] + 80) << "light";
+}
+
+TEST_F(ViewWindow, KeyPWritesAPictureAndSaysWhere) {
+  options.script = "key p\nwait 0.2\n";
+  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+  for (int i = 1; i < 20; ++i) loop.turn(0.03 * i);
+  EXPECT_THAT(folder.names(), Contains("view_001.png"));
+  EXPECT_THAT(words(loop), Contains(HasSubstr("Picture: ")));
+}
+
+TEST_F(ViewWindow, TwoSurfacesTheirNamesAndTheDistance) {
+  options.style.colour = SceneColour::distance;
+  ViewContent truth = load_view(folder / "RUN" / "mesh.ply");
+  truth.name = "truth";
+  ViewLoop loop(load_view(folder / "RUN"), truth, options);
+  for (int i = 1; i < 10; ++i) loop.turn(0.03 * i);
+  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "truth", "distance"}));
+}
+
+TEST_F(ViewWindow, TinyWindowsAndHelpDoNoHarm) {
+  options.script = "key h\nresize 300 200\nwait 0.1\nresize 100 100\nwait 0.1\nresize 1600 1200\nwait 0.1\n";
+  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+  play(loop);
+  EXPECT_THAT(words(loop), Contains("One keyframe back"));
+}
+
+TEST_F(ViewWindow, AWrongScriptIsNamed) {
+  options.script = "key p\njump 3\n";
+  options.script_name = "my.txt";
+  EXPECT_THAT(message_of<Error>([&] { ViewLoop(load_view(folder / "RUN"), std::nullopt, options); }),
+              HasSubstr("my.txt"));
+}
+
+}  // namespace
+}  // namespace gelslam::test
