@@ -28,7 +28,7 @@ mkdir "$work/made_up" "$work/scan"
 "$build/bin/raw_frames" "$work/made_up" 3
 scan_video=$(realpath -m "${GELSLAM_DATA:-$here/../../../shared/data}")/sequences/track_peanut/gelsight.avi
 if [[ ${scripts[*]} == *_scan.sh* && -f $scan_video ]]; then
-  "$build/bin/raw_frames" "$work/scan" "${GELSLAM_V4L2_SCAN_FRAMES:-60}" "$scan_video"
+  "$build/bin/raw_frames" "$work/scan" "${GELSLAM_V4L2_SCAN_FRAMES:-45}" "$scan_video"
 fi
 
 # The machine's first program, and what it needs before it can see this system's disk.
@@ -44,7 +44,7 @@ cp "$here/guest/init" "$work/root/init"
 } >"$work/root/settings"
 (cd "$work/root" && find . | cpio -o -H newc --quiet) >"$work/initramfs"
 
-timeout "${GELSLAM_V4L2_TIMEOUT_S:-500}" qemu-system-x86_64 -accel tcg -cpu max -m 1536 -nodefaults -nographic \
+timeout "${GELSLAM_V4L2_TIMEOUT_S:-850}" qemu-system-x86_64 -accel tcg -cpu max -m 1536 -nodefaults -nographic \
   -serial stdio -no-reboot -kernel "$cache/vmlinuz" -initrd "$work/initramfs" \
   -append 'console=ttyS0 quiet loglevel=3 panic=-1' \
   -fsdev local,id=host,path=/,security_model=none,readonly=on,multidevs=remap \

@@ -7,8 +7,8 @@
 
 load_loopback
 frames=$(ls "$work/scan" | wc -l)
-feed "$work/scan" 1.5 "$frames" "$tmp/go"
-"$gelslam" scan --headless --device "GelSight Mini" --config "$data/config.yaml" -o "$tmp/run" >"$tmp/out" 2>"$tmp/err" &
+feed "$work/scan" 1 "$frames" "$tmp/go"
+"$gelslam" scan --headless --camera "GelSight Mini" --config "$data/config.yaml" -o "$tmp/run" >"$tmp/out" 2>"$tmp/err" &
 scanner=$!
 until grep -q video10 "/proc/$scanner/maps"; do
   kill -0 $scanner 2>/dev/null || { cat "$tmp/err"; fail "the scan did not begin"; }
@@ -22,13 +22,17 @@ has "no frame for 5 s" "$tmp/err"
 
 [[ -s $tmp/run/mesh.ply ]] || { ls -R "$tmp/run"; fail "no mesh"; }
 runs_with 0 "$gelslam" info --json "$tmp/run/mesh.ply"
-python3 - "$tmp/run" "$frames" <<'P' || fail "the run is not as expected"
-import pathlib, sys
-run = pathlib.Path(sys.argv[1])
+runs_with 0 "$gelslam" info --json "$tmp/run/log.mkv"
+python3 - "$tmp/run" "$frames" "$tmp/out" <<'P' || fail "the run is not as expected"
+import json, pathlib, sys
+run, sent, log = pathlib.Path(sys.argv[1]), int(sys.argv[2]), json.load(open(sys.argv[3]))["readable"]
 tracked = [line for line in (run / "trajectory.tum").read_text().splitlines() if not line.startswith("#")]
-vertices = next(int(line.split()[2]) for line in open(run / "mesh.ply", "rb").read(2000).decode("latin1").splitlines()
-                if line.startswith("element vertex"))
-print("  tracked", len(tracked), "of", sys.argv[2], "frames; vertices", vertices, "; files", *sorted(p.name for p in run.iterdir()))
-assert len(tracked) >= 20, "too few frames were tracked"
-assert vertices > 5000, "too small a mesh"
+head = (run / "mesh.ply").read_bytes()[:2000].decode("latin1").splitlines()
+vertices = next(int(line.split()[2]) for line in head if line.startswith("element vertex"))
+print("  sent", sent, "recorded", log["frames"], "tracked", len(tracked), "vertices", vertices)
+print("  files", *sorted(path.name for path in run.iterdir()))
+assert log["state"] == "whole" and log["frames"] + log["lost_by_camera"] >= sent, log
+# The emulated processor leaves out as many frames as it must; these are enough to see that the chain is whole.
+assert len(tracked) >= 8, "too few frames were tracked"
+assert vertices > 4000, "too small a mesh"
 P
