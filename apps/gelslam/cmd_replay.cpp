@@ -18,6 +18,7 @@ int run(const ReplayArguments& arguments) {
   const LiveArguments& live = arguments.live;
   const Config config = resolve_config({arguments.log, live.config, live.model, live.background, live.force});
   LiveOptions options = live.options(config);
+  options.log = arguments.log;
   options.drop_when_behind = !arguments.every_frame;
   std::unique_ptr<RawFrameSource> source = open_raw_log(arguments.log, config.sensor);
   if (!arguments.every_frame) source = pace(std::move(source), arguments.speed);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -70,6 +71,21 @@ TEST(Replay, StoppedByCtrlCItSavesWhatItHas) {
   EXPECT_LT(report.at("frames").at("total").get<int>(), 1500);
   expect_complete(folder / "run");
   EXPECT_THAT(folder.names(), testing::ElementsAre("log", "run")) << "nothing temporary left";
+}
+
+TEST(Replay, DoesNotReplaceTheRunThatHoldsItsLog) {
+  const TemporaryFolder folder;
+  const fs::path run = folder / "run";
+  fs::create_directory(run);
+  for (const char* ours : {"report.json", "screenshot_001.png", "mesh_mm_001.stl"}) std::ofstream(run / ours) << "{}";
+  const ProgramResult recorded = gelslam({"record", "--from", scan().log().string(), "-o", (run / "log.mkv").string(), "-q"});
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  const ProgramResult result = gelslam(replay({(run / "log.mkv").string(), "-o", run.string(), "--overwrite"}));
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("holds the input"));
+  EXPECT_TRUE(fs::exists(run / "log.mkv"));
+  fs::remove(run / "log.mkv");
+  EXPECT_EQ(gelslam(replay({scan().log().string(), "--every-frame", "-o", run.string(), "--overwrite", "-q"})).exit_code, 0);
 }
 
 TEST(Replay, NothingOnTheGelIsNoScan) {

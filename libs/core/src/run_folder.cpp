@@ -29,12 +29,16 @@ bool lies_inside(const fs::path& path, const fs::path& folder) {
   return !code && !relative.empty() && *relative.begin() != "..";
 }
 
+bool matches(const std::string& name, const std::string& known) {
+  return known.ends_with('*') ? name.starts_with(known.substr(0, known.size() - 1)) : name == known;
+}
+
 /// Throws when the folder holds something that the command did not put there.
 void check_entries(const fs::path& folder, const std::vector<std::string>& known) {
   std::error_code code;
   for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
     const std::string name = entry->path().filename().string();
-    if (std::find(known.begin(), known.end(), name) == known.end())
+    if (std::none_of(known.begin(), known.end(), [&](const std::string& k) { return matches(name, k); }))
       throw Error(folder.string() + ": will not be overwritten, for it holds " + name + ", which is not of this command");
   }
   if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());

@@ -10,8 +10,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Makes the folder with what is known at the start. Its report says that nothing was saved yet.
-fs::path begin(const fs::path& folder, bool overwrite, const Config& config) {
-  RunFolder run(folder, {.overwrite = overwrite, .known_entries = run_entries()});
+fs::path begin(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config) {
+  RunFolder run(folder, {.overwrite = overwrite, .known_entries = run_entries(), .input = input});
   write_file_atomically(run.path() / "config.yaml", write_config(config));
   write_file_atomically(run.path() / "report.json", "{\"partial\": true, \"saved\": false}\n");
   run.commit();
@@ -35,8 +35,8 @@ struct TemporaryFolder {
 
 }  // namespace
 
-LiveRun::LiveRun(const fs::path& folder, bool overwrite, const Config& config)
-    : folder_(begin(folder, overwrite, config)), config_(config) {}
+LiveRun::LiveRun(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config)
+    : folder_(begin(folder, overwrite, input, config)), config_(config) {}
 
 void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
   const TemporaryFolder whole(folder_ / "saving.tmp");

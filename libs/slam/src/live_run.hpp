@@ -10,8 +10,8 @@ namespace gelslam::slam::detail {
 /// replaced whole whenever the scan is saved.
 class LiveRun {
  public:
-  /// Throws Error like RunFolder.
-  LiveRun(const std::filesystem::path& folder, bool overwrite, const Config& config);
+  /// Throws Error like RunFolder. `input` is never replaced; empty: a camera.
+  LiveRun(const std::filesystem::path& folder, bool overwrite, const std::filesystem::path& input, const Config& config);
 
   const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path log() const { return folder_ / "log.mkv"; }

@@ -41,7 +41,7 @@ struct LiveSlam::Impl {
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer) {
     if (options.run_folder.empty()) return;
-    run.emplace(options.run_folder, options.overwrite, options.config);
+    run.emplace(options.run_folder, options.overwrite, options.log, options.config);
     if (options.record) recorder = make_recorder(run->log(), *options.record, *source, options);
   }
 
@@ -211,7 +211,7 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
   }
   if (!run) return;
   const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped, status.damaged};
-  run->save(map, mesh, {options.program_version, recorder ? run->log() : std::filesystem::path(), status.source, timer.statistics(), counts, live});
+  run->save(map, mesh, {options.program_version, recorder ? run->log() : options.log, status.source, timer.statistics(), counts, live});
 }
 
 /// The window goes on with what was saved, instead of what was good enough while it grew.

@@ -107,7 +107,7 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map) {
 
 std::vector<std::string> run_entries() {
   return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "config.yaml", "session", "report.json",
-          "log.mkv", "screenshots", "exports", "saving.tmp"};
+          "log.mkv", "screenshot_*", "mesh_mm_*", "saving.tmp"};
 }
 
 ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {

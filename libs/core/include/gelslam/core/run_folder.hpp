@@ -10,7 +10,8 @@ struct RunFolderOptions {
   bool overwrite = false;  ///< replace a folder that is there, with all it holds
   /// Only a folder that holds this file is ever replaced: it was written by us, and is not somebody's home.
   std::string marker_file = "report.json";
-  /// All that such a folder may hold. With anything else in it, it is not replaced: a person has put that there.
+  /// All that such a folder may hold ("picture_*" stands for every name that begins so). With anything else in it, it is
+  /// not replaced: a person has put that there.
   /// Empty: not checked.
   std::vector<std::string> known_entries = {};
   /// Must not lie inside the folder that is replaced; empty: nothing to protect.

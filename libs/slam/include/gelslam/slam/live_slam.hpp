@@ -15,6 +15,7 @@ namespace gelslam {
 
 struct LiveOptions {
   Config config;                      ///< with its model's path made certain
+  std::filesystem::path log;          ///< what is replayed; empty for a camera
   std::filesystem::path background;   ///< an image; empty: the first frames
   bool force = false;                 ///< take the first frames as background whatever they show
   /// A camera does not wait: frames that arrive while we are behind are left out, whole. False: every frame is used,
