@@ -17,7 +17,7 @@ namespace {
 using viewer::detail::is_software_renderer;
 
 constexpr const char* kWithoutWindow =
-    "use --headless to work without a window, or --snapshot FILE for a picture";
+    "--snapshot FILE draws a picture without a display, and scan and replay work without one with --headless";
 
 std::string glfw_reason() {
   const char* text = nullptr;

@@ -170,8 +170,7 @@ uniform vec3 top, bottom;
 out vec4 colour;
 void main() {
   float glow = 0.10 * exp(-1.4 * dot(place, place));
-  float grain = fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453) - 0.5;  // hides 8-bit steps
-  colour = vec4(mix(bottom, top, smoothstep(-1.0, 1.0, place.y)) * (1.0 + glow) + grain / 255.0, 1.0);
+  colour = vec4(mix(bottom, top, smoothstep(-1.0, 1.0, place.y)) * (1.0 + glow), 1.0);
 }
 )";
 

@@ -1,0 +1,63 @@
+// gelslam view from the command line.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "run_program.hpp"
+#include "view_run.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using testing::HasSubstr;
+
+class ViewCommand : public testing::Test {
+ protected:
+  void SetUp() override { write_run(folder_ / "RUN", 4); }
+  ProgramResult view(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "view");
+    return run_program(GELSLAM_PROGRAM, arguments);
+  }
+  void expect_mistake(const std::vector<std::string>& arguments, const std::string& words) const {
+    const ProgramResult result = view(arguments);
+    EXPECT_EQ(result.exit_code, 2) << words;
+    EXPECT_EQ(result.error_lines(), 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_EQ(folder_.names(), std::vector<std::string>{"RUN"}) << "nothing is left behind";
+  }
+  TemporaryFolder folder_;
+  const std::string run_ = (folder_ / "RUN").string(), png_ = (folder_ / "x.png").string();
+};
+
+TEST_F(ViewCommand, WritesAPictureOfTheSizeAskedFor) {
+  const ProgramResult result =
+      view({run_, "--compare", run_, "--time", "1.5", "--graph", "--size", "320x200", "--snapshot", png_});
+  if (result.err.find("cannot draw") != std::string::npos) GTEST_SKIP() << result.err;
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const cv::Mat picture = cv::imread(png_);
+  EXPECT_EQ(picture.size(), cv::Size(320, 200));
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(picture, mean, deviation);
+  EXPECT_GT(deviation[1], 15) << "more than background";
+}
+
+TEST_F(ViewCommand, MistakesAreOneLine) {
+  expect_mistake({(folder_ / "nowhere").string(), "--snapshot", png_}, "no such file or folder");
+  expect_mistake({run_, "--size", "9x", "--snapshot", png_}, "--size 9x");
+  expect_mistake({run_, "--size", "100000x10", "--snapshot", png_}, "16 to 8192");
+  expect_mistake({run_, "--colour", "distance", "--snapshot", png_}, "--compare or --truth");
+  expect_mistake({run_ + "/mesh.ply", "--time", "1", "--snapshot", png_}, "--time needs a run folder");
+  expect_mistake({run_, "--yaw", "nan", "--snapshot", png_}, "need numbers");
+  expect_mistake({run_, "--truth", run_, "--snapshot", png_}, "true_start_T_currs");
+  expect_mistake({run_, "--script", run_}, "cannot read the script");
+}
+
+TEST_F(ViewCommand, WithoutADisplayItSaysWhatToDo) {
+  ::unsetenv("DISPLAY");
+  ::unsetenv("WAYLAND_DISPLAY");
+  expect_mistake({run_}, "--snapshot FILE");
+}
+
+}  // namespace
+}  // namespace gelslam::test
