@@ -39,10 +39,25 @@ std::shared_ptr<const Registrar> make_registrar(std::string_view name, const Nor
               (near.empty() ? " (there are " + known + ")" : ", did you mean " + near + "?"));
 }
 
-IcpOptions tuned_icp() { return {}; }
+IcpOptions tuned_icp() {
+  IcpOptions options;
+  options.max_distance_mm = 0.2;
+  return options;
+}
 
-FpfhOptions tuned_fpfh() { return {}; }
+FpfhOptions tuned_fpfh() {
+  FpfhOptions options;
+  options.feature_radius_mm = 2.0;
+  options.refinement = tuned_icp();
+  return options;
+}
 
-FilterRegOptions tuned_filter_reg() { return {}; }
+FilterRegOptions tuned_filter_reg() {
+  FilterRegOptions options;
+  options.variance_mm2 = 0.005;
+  options.outlier_share = 0.3;
+  options.tolerance_mm2 = 1e-4;
+  return options;
+}
 
 }  // namespace gelslam

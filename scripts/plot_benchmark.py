@@ -1,0 +1,160 @@
+#!/usr/bin/python3
+"""Draws what `gelslam benchmark -o BENCH` wrote, into the same folder:
+accuracy.png (errors per object and axis), runtime.png (histogram), error_over_time.png (mean error with one standard deviation
+shaded, over trials), trajectory.png (estimates against the truth, of one trial).
+
+Example: gelslam benchmark data/TactileTracking -o BENCH && scripts/plot_benchmark.py BENCH
+"""
+
+import argparse
+import csv
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+TITLES = ("x (mm)", "y (mm)", "z (mm)", "rotation about x (°)", "rotation about y (°)", "rotation about z (°)")
+COLOURS = {"normalflow": "#1b6ca8", "icp": "#d1495b", "filterreg": "#2e933c", "fpfh": "#8d6a9f", "icp-tuned": "#edae49",
+           "filterreg-tuned": "#00798c", "fpfh-tuned": "#30343f"}
+
+
+def colour(method):
+    return COLOURS.get(method, "grey")
+
+
+def read(folder, name):
+    path = folder / name
+    try:
+        with open(path, newline="") as file:
+            rows = list(csv.DictReader(file))
+    except OSError as error:
+        sys.exit("plot_benchmark: %s: %s (write it with gelslam benchmark -o)" % (path, error.strerror))
+    if not rows:
+        sys.exit("plot_benchmark: %s holds no measurements" % path)
+    return rows
+
+
+def in_order(values):
+    return list(dict.fromkeys(values))
+
+
+def grid(title, height=6.0, width=12.0):
+    figure, axes = plt.subplots(2, 3, figsize=(width, height), dpi=120)
+    figure.suptitle(title, fontsize=11)
+    return figure, axes.ravel()
+
+
+def save(figure, path):
+    figure.tight_layout()
+    figure.savefig(path)
+    plt.close(figure)
+    print(path)
+
+
+def draw_accuracy(folder):
+    rows = read(folder, "accuracy.csv")
+    objects, methods = in_order(r["object"] for r in rows), in_order(r["method"] for r in rows)
+    figure, plots = grid("mean absolute error", width=max(12.0, 0.5 * len(objects) * len(methods)))
+    width = 0.8 / len(methods)
+    for plot, axis, title in zip(plots, AXES, TITLES):
+        for i, method in enumerate(methods):
+            by_object = {r["object"]: float(r[axis]) for r in rows if r["method"] == method}
+            places = [objects.index(o) - 0.4 + (i + 0.5) * width for o in by_object]
+            plot.bar(places, list(by_object.values()), width, color=colour(method), label=method)
+        plot.set_xticks(range(len(objects)), objects, rotation=60, ha="right", fontsize=7)
+        values = [float(r[axis]) for r in rows if float(r[axis]) > 0] or [1.0]
+        plot.set_yscale("log")
+        plot.set_ylim(10.0 ** np.floor(np.log10(min(values))), 10.0 ** np.ceil(np.log10(max(values)) + 1e-9))  # whole decades
+        plot.set_title(title, fontsize=9)
+        plot.grid(True, axis="y", alpha=0.3)
+    plots[0].legend(fontsize=7)
+    save(figure, folder / "accuracy.png")
+
+
+def draw_runtime(folder):
+    rows = read(folder, "runtime.csv")
+    figure, plot = plt.subplots(figsize=(8, 4), dpi=120)
+    for method in in_order(r["method"] for r in rows):
+        mine = [r for r in rows if r["method"] == method]
+        edges = [float(r["low_ms"]) for r in mine] + [float(mine[-1]["high_ms"])]
+        counts = [int(r["frames"]) for r in mine]
+        plot.stairs(counts, edges, fill=True, alpha=0.55, color=colour(method), label="%s (%d frames)" % (method, sum(counts)))
+    plot.set_xscale("log")
+    plot.set_xlabel("processor time per frame, one thread (ms)")
+    plot.set_ylabel("frames")
+    plot.legend(fontsize=8)
+    save(figure, folder / "runtime.png")
+
+
+def draw_errors(folder, which):
+    rows = read(folder, "error_over_time.csv")
+    objects = in_order(r["object"] for r in rows)
+    which = which or ("all" if "all" in objects else objects[0])
+    rows = [r for r in rows if r["object"] == which]
+    if not rows:
+        sys.exit("plot_benchmark: there is no object '%s' (there are %s)" % (which, ", ".join(objects)))
+    figure, plots = grid("absolute error since the first contact, %s: mean over up to %d trials, one standard deviation shaded"
+                         % (which, max(int(r["trials"]) for r in rows)))
+    for plot, axis, title in zip(plots, AXES, TITLES):
+        for method in in_order(r["method"] for r in rows):
+            mine = [r for r in rows if r["method"] == method]
+            frames = np.array([int(r["frame"]) for r in mine])
+            mean = np.array([float(r["mean_" + axis]) for r in mine])
+            deviation = np.array([float(r["deviation_" + axis]) for r in mine])
+            plot.plot(frames, mean, color=colour(method), linewidth=1, label=method)
+            plot.fill_between(frames, np.maximum(mean - deviation, 0), mean + deviation, color=colour(method), alpha=0.2, linewidth=0)
+        plot.set_title(title, fontsize=9)
+        plot.set_xlabel("frame", fontsize=8)
+        plot.grid(True, alpha=0.3)
+    plots[0].legend(fontsize=7)
+    save(figure, folder / "error_over_time.png")
+
+
+def draw_trajectory(folder, which):
+    rows = read(folder, "frames.csv")
+    trials = in_order(r["trial"] for r in rows)
+    which = which or trials[0]
+    rows = [r for r in rows if r["trial"] == which]
+    if not rows:
+        sys.exit("plot_benchmark: there is no trial '%s' (there are %s)" % (which, ", ".join(trials)))
+    figure, plots = grid("trajectory of %s; crosses: not tracked" % which)
+    methods = in_order(r["method"] for r in rows)
+    for plot, axis, title in zip(plots, AXES, TITLES):
+        first = [r for r in rows if r["method"] == methods[0]]
+        truth = [float(r["true_" + axis]) for r in first]
+        plot.plot([float(r["time_s"]) for r in first], truth, color="black", linewidth=2.2, alpha=0.5, label="truth")
+        for method in methods:
+            mine = [r for r in rows if r["method"] == method]
+            time, value = [float(r["time_s"]) for r in mine], [float(r[axis]) for r in mine]
+            plot.plot(time, value, color=colour(method), linewidth=1, label=method)
+            lost = [i for i, r in enumerate(mine) if r["tracked"] == "0"]
+            plot.plot([time[i] for i in lost], [value[i] for i in lost], "x", color=colour(method), markersize=4)
+        low, high = min(truth), max(truth)
+        margin = max(0.25 * (high - low), 0.05)
+        plot.set_ylim(low - margin, high + margin)  # a method that is off the chart is off the chart
+        plot.set_title(title, fontsize=9)
+        plot.set_xlabel("time (s)", fontsize=8)
+        plot.grid(True, alpha=0.3)
+    plots[0].legend(fontsize=7)
+    save(figure, folder / "trajectory.png")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("bench", type=pathlib.Path, help="folder that gelslam benchmark wrote")
+    parser.add_argument("--object", help="whose error over time is drawn (default: all)")
+    parser.add_argument("--trial", help="whose trajectory is drawn (default: the first)")
+    arguments = parser.parse_args()
+    draw_accuracy(arguments.bench)
+    draw_runtime(arguments.bench)
+    draw_errors(arguments.bench, arguments.object)
+    draw_trajectory(arguments.bench, arguments.trial)
+
+
+if __name__ == "__main__":
+    main()
