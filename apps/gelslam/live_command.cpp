@@ -137,6 +137,7 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
 int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options, const LiveArguments& arguments) {
   WindowOptions window;
   window.output_folder = arguments.run_folder.empty() ? "." : arguments.run_folder;
+  window.keeps_run = !arguments.run_folder.empty();
   window.script = read_script(arguments.script);
   window.script_name = arguments.script;
   window.snapshot = arguments.snapshot;

@@ -319,6 +319,25 @@ TEST_F(Window, FinishedSaysWhereEverythingIs) {
   EXPECT_TRUE(window_->wants_to_close());
 }
 
+TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
+  options_.keeps_run = false;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  scan(2);
+  press(GLFW_KEY_S);
+  ASSERT_FALSE(window_->controls().toasts().empty());
+  EXPECT_TRUE(window_->controls().toasts().back().trouble);
+  press(GLFW_KEY_Q);
+  expect_text(picture("stop_without_folder"), "nothing is kept", theme::grey);
+  press(GLFW_KEY_ENTER);
+  EXPECT_THAT(session_.calls, ElementsAre("stop"));
+  session_.say(LivePhase::finished, "");
+  std::filesystem::create_directories(options_.output_folder);
+  write_bytes(options_.output_folder / "letter.txt", "not ours");
+  expect_text(picture("finished_without_folder"), "Nothing is kept", theme::text);
+  EXPECT_EQ(find("letter.txt"), nullptr);
+  EXPECT_EQ(find("Saved in"), nullptr);
+}
+
 TEST_F(Window, PicturesAndExportsGoToTheRunFolder) {
   scan(6);
   press(GLFW_KEY_P);

@@ -24,7 +24,7 @@ struct LiveFrame {
   LiveStatus status;
   StateWords words;
   std::vector<StageStatistics> stages;
-  std::string output_folder;
+  std::string output_folder;        ///< of the run; empty: nothing is kept
   double disk_free_bytes = -1;      ///< negative: not known
   std::vector<ResultFile> results;  ///< once finished
   std::size_t triangles = 0;

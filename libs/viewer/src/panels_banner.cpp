@@ -65,7 +65,7 @@ void draw_banner(Canvas& canvas, const Box& view, const LiveFrame& frame, bool n
   y += draw_state(canvas, x, y, most, frame.words, frame.time_s) + gap;
   if (!frame.status.warning.empty())
     y += draw_note(canvas, x, y, most, theme::amber, font, frame.status.warning) + gap;
-  if (names_folder && frame.words.state == LiveState::finished)
+  if (names_folder && frame.words.state == LiveState::finished && !frame.output_folder.empty())
     draw_note(canvas, x, y, most, theme::green, font, "Saved in " + frame.output_folder);
 }
 

@@ -63,10 +63,20 @@ void draw_yes_no(Canvas& canvas, const LiveFrame& frame, LiveControls& controls,
   if (answer == 1) controls.refuse();
 }
 
+void draw_stop(Canvas& canvas, const LiveFrame& frame, LiveControls& controls) {
+  if (frame.output_folder.empty())
+    return draw_yes_no(
+        canvas, frame, controls, "Stop the scan?",
+        "Loops are closed and the mesh is made, but nothing is kept (no -o): export it afterwards.", "Stop",
+        "Go on scanning");
+  draw_yes_no(canvas, frame, controls, "Stop the scan?",
+              "Loops are closed, the mesh is made, and everything is saved in " + frame.output_folder + ".",
+              "Stop and save", "Go on scanning");
+}
+
 void draw_export(Canvas& canvas, LiveControls& controls) {
   const int answer = draw_question(
-      canvas, "Export the mesh",
-      "As it is now, in millimetres, at full resolution, into the folder of this scan.",
+      canvas, "Export the mesh", "As it is now, in millimetres, at full resolution.",
       {{"PLY", "P", theme::blue}, {"OBJ", "O", theme::blue}, {"STL", "S", theme::blue}, {"Cancel", "Esc"}});
   constexpr std::array<const char*, 3> formats = {"ply", "obj", "stl"};
   if (answer >= 0 && answer < 3) controls.choose_format(formats[static_cast<std::size_t>(answer)]);
@@ -123,10 +133,7 @@ void draw_dialog(Canvas& canvas, const LiveFrame& frame, LiveControls& controls)
     case Dialog::choose_export:
       return draw_export(canvas, controls);
     case Dialog::confirm_stop:
-      return draw_yes_no(
-          canvas, frame, controls, "Stop the scan?",
-          "Loops are closed, the mesh is made, and everything is saved in " + frame.output_folder + ".",
-          "Stop and save", "Go on scanning");
+      return draw_stop(canvas, frame, controls);
     case Dialog::confirm_new_scan:
       return draw_yes_no(
           canvas, frame, controls, "Start a new scan?",

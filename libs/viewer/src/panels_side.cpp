@@ -135,6 +135,7 @@ float draw_picture(Canvas& canvas, float x, float y, float width, float height, 
 
 /// Where everything is, once the scan is finished.
 void draw_results(Canvas& canvas, const Box& box, const LiveFrame& frame) {
+  if (frame.output_folder.empty()) return;
   const WindowFonts& fonts = canvas.fonts();
   float y = box.y;
   canvas.text(fonts.small, box.x, y, theme::dim, "Saved in");

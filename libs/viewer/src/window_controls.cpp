@@ -74,6 +74,9 @@ void LiveControls::perform(WindowAction action, double now_s) {
       return;
     case save:
       if (refuse_unless_scanning("save", now_s)) return;
+      if (!keeps_run_)
+        return complain("There is no folder to save in: start with -o FOLDER, or export the mesh (E).",
+                        now_s);
       session_.save_now();
       return say("Saving what there is; the scan goes on.", now_s);
     case stop:
@@ -169,7 +172,7 @@ void LiveControls::accept(double now_s) {
   switch (std::exchange(dialog_, Dialog::none)) {
     case Dialog::confirm_stop:
       session_.stop();
-      return say("Stopping: loops are closed, the mesh is made and saved.", now_s);
+      return say("Stopping: loops are closed, and the mesh is made.", now_s);
     case Dialog::confirm_new_scan:
       session_.start_new_scan();
       follows_ = true;

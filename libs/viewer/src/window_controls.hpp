@@ -25,7 +25,9 @@ struct Toast {
 /// the session and wishes for the window come out. Times are the window's clock, seconds.
 class LiveControls {
  public:
-  explicit LiveControls(LiveSession& session) : session_(session) {}
+  /// `keeps_run`: there is a run folder to save in.
+  explicit LiveControls(LiveSession& session, bool keeps_run = true)
+      : session_(session), keeps_run_(keeps_run) {}
 
   void press_key(int key, double now_s);  ///< GLFW code
   void perform(WindowAction action, double now_s);
@@ -58,6 +60,7 @@ class LiveControls {
   bool refuse_unless_scanning(const char* what, double now_s);
 
   LiveSession& session_;
+  bool keeps_run_;
   Dialog dialog_ = Dialog::none;
   std::deque<Toast> toasts_;
   SceneStyle style_;

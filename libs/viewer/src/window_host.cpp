@@ -40,6 +40,7 @@ WindowHost::WindowHost(const WindowHostOptions& options)
       height_px_(options.height_px) {
   if (!options.visible) target_ = std::make_unique<RenderTarget>(width_px_, height_px_);
   imgui_ = ImGui::CreateContext();
+  ImGui::SetCurrentContext(imgui_);
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;  // leaves no file behind
   io.LogFilename = nullptr;
@@ -53,10 +54,14 @@ WindowHost::WindowHost(const WindowHostOptions& options)
 }
 
 WindowHost::~WindowHost() {
-  gl_->make_current();
-  ImGui::SetCurrentContext(imgui_);
+  make_current();
   ImGui_ImplOpenGL3_Shutdown();
   ImGui::DestroyContext(imgui_);
+}
+
+void WindowHost::make_current() {
+  gl_->make_current();
+  ImGui::SetCurrentContext(imgui_);
 }
 
 void WindowHost::install_callbacks() {
@@ -87,7 +92,7 @@ void WindowHost::wait(double timeout_s) {
 }
 
 std::vector<InputEvent> WindowHost::take_input() {
-  ImGui::SetCurrentContext(imgui_);
+  make_current();
   ImGuiIO& io = ImGui::GetIO();
   std::vector<InputEvent> taken;
   std::array<bool, GLFW_MOUSE_BUTTON_LAST + 1> changed{};
@@ -140,8 +145,7 @@ float WindowHost::ui_scale() const {
 }
 
 void WindowHost::begin_frame(double dt_s) {
-  gl_->make_current();
-  ImGui::SetCurrentContext(imgui_);
+  make_current();
   update_size();
   if (load_fonts(ui_scale())) {
     ImGui_ImplOpenGL3_DestroyFontsTexture();

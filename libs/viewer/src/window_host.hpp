@@ -42,6 +42,7 @@ class WindowHost {
   WindowHost(const WindowHost&) = delete;
   WindowHost& operator=(const WindowHost&) = delete;
 
+  void make_current();  ///< OpenGL and ImGui: where there are two windows
   /// Sleeps until something is done in the window, at most `timeout_s`.
   void wait(double timeout_s);
   void push(const InputEvent& event) { events_.push_back(event); }

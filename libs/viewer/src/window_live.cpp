@@ -59,7 +59,7 @@ LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
     : session_(session),
       options_(options),
       host_(host_options(options)),
-      controls_(session),
+      controls_(session, options.keeps_run),
       player_(parse_script(options.script, options.script_name), options.script_name) {
   const ImVec4 outline = ImGui::ColorConvertU32ToFloat4(theme::green);
   const auto byte = [](float share) { return cv::saturate_cast<uchar>(255 * share); };
@@ -110,15 +110,17 @@ void LiveWindow::look_at_figures(double now_s) {
   figures_s_ = now_s;
   stages_ = session_.stage_times();
   disk_free_bytes_ = free_bytes(options_.output_folder);
-  if (status_.phase == LivePhase::finished) results_ = files_in(options_.output_folder);
+  if (status_.phase == LivePhase::finished && options_.keeps_run) results_ = files_in(options_.output_folder);
 }
 
 LiveFrame LiveWindow::gather(double now_s) const {
   LiveFrame frame;
   frame.status = status_;
   frame.words = state_words(status_);
+  if (frame.words.state == LiveState::finished && !options_.keeps_run)
+    frame.words.advice = "Nothing is kept (no -o). E exports the mesh; Q closes.";
   frame.stages = stages_;
-  frame.output_folder = options_.output_folder.string();
+  frame.output_folder = options_.keeps_run ? options_.output_folder.string() : "";
   frame.disk_free_bytes = disk_free_bytes_;
   frame.results = results_;
   frame.triangles = view_.mesh().triangles();

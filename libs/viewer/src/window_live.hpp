@@ -18,6 +18,9 @@ namespace gelslam::viewer::detail {
 class LiveWindow {
  public:
   LiveWindow(LiveSession& session, const WindowOptions& options);
+  ~LiveWindow() { host_.make_current(); }  // what was drawn with is freed there
+  LiveWindow(const LiveWindow&) = delete;
+  LiveWindow& operator=(const LiveWindow&) = delete;
 
   /// Until the person or the script closes it.
   void run();

@@ -12,6 +12,7 @@ struct WindowOptions {
   std::string title = "GelSLAM";
   /// Where screenshots and exports go, and what the finished window points at; made when it is first needed.
   std::filesystem::path output_folder = ".";
+  bool keeps_run = true;  ///< false: there is no run folder; output_folder only takes pictures and exports
   /// Keys and movements instead of a person's (docs/viewer.md has the format); empty: none. Text, not a
   /// file's name.
   std::string script;
