@@ -336,6 +336,7 @@ TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
   expect_text(picture("finished_without_folder"), "Nothing is kept", theme::text);
   EXPECT_EQ(find("letter.txt"), nullptr);
   EXPECT_EQ(find("Saved in"), nullptr);
+  EXPECT_EQ(find("Stages"), nullptr) << "there are none";
 }
 
 TEST_F(Window, PicturesAndExportsGoToTheRunFolder) {

@@ -135,7 +135,6 @@ float draw_picture(Canvas& canvas, float x, float y, float width, float height, 
 
 /// Where everything is, once the scan is finished.
 void draw_results(Canvas& canvas, const Box& box, const LiveFrame& frame) {
-  if (frame.output_folder.empty()) return;
   const WindowFonts& fonts = canvas.fonts();
   float y = box.y;
   canvas.text(fonts.small, box.x, y, theme::dim, "Saved in");
@@ -178,10 +177,10 @@ void draw_side(Canvas& canvas, const Box& side, const LiveFrame& frame) {
   draw_source(canvas, inner, frame);
   const float head = canvas.fonts().small->FontSize + canvas.px(8);
   const float stages = stages_height(canvas, frame.stages.size()), figures = figures_height(canvas);
-  const bool with_stages = inner.height - head - figures - stages > canvas.px(240);
+  const bool with_stages = stages > 0 && inner.height - head - figures - stages > canvas.px(240);
   const float below = figures + (with_stages ? stages : 0);
   const Box upper{inner.x, inner.y + head, inner.width, inner.height - head - below - canvas.px(12)};
-  if (frame.words.state == LiveState::finished)
+  if (frame.words.state == LiveState::finished && !frame.output_folder.empty())
     draw_results(canvas, upper, frame);
   else
     draw_pictures(canvas, upper, frame);
