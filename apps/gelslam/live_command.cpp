@@ -14,6 +14,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/core/process.hpp"
+#include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
 
 namespace gelslam {
@@ -141,6 +142,9 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   window.script = read_script(arguments.script);
   window.script_name = arguments.script;
   window.snapshot = arguments.snapshot;
+
+  // Where no window can be opened, nothing should have begun.
+  if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
 
   LiveSlam session(std::move(source), options);
   const StopWatch stop_watch(session, arguments.seconds);

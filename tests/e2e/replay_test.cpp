@@ -99,6 +99,18 @@ TEST(Replay, NothingOnTheGelIsNoScan) {
   EXPECT_THAT(result.err, HasSubstr("not kept (no -o)"));
 }
 
+TEST(Replay, WithoutADisplayNothingBegins) {
+  const TemporaryFolder folder;
+  ::unsetenv("DISPLAY");
+  ::unsetenv("WAYLAND_DISPLAY");
+  const ProgramResult result = gelslam(
+      {"replay", scan().log().string(), "--model", scan().model().string(), "-o", (folder / "run").string()});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.error_lines(), 1) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("--headless"));
+  EXPECT_TRUE(folder.names().empty());
+}
+
 TEST(Replay, MistakesAreOneLine) {
   const TemporaryFolder folder;
   for (const auto& [arguments, words] : std::vector<std::pair<std::vector<std::string>, std::string>>{
