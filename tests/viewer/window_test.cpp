@@ -10,9 +10,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "fake_session.hpp"
-#include "gelslam/core/error.hpp"
 #include "temporary_folder.hpp"
 #include "window_live.hpp"
+#include "window_pictures.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -20,73 +20,6 @@ namespace {
 using namespace viewer::detail;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-bool can_draw() {
-  try {
-    GlContext::offscreen();
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
-cv::Vec3d bgr(ImU32 colour) {
-  return {static_cast<double>(colour >> IM_COL32_B_SHIFT & 0xFF),
-          static_cast<double>(colour >> IM_COL32_G_SHIFT & 0xFF),
-          static_cast<double>(colour >> IM_COL32_R_SHIFT & 0xFF)};
-}
-
-/// Share of pixels in `box` that are within 60 grey levels of `colour`.
-double share_of(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
-  const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
-                        cv::Rect({0, 0}, picture.size());
-  int hits = 0;
-  for (const cv::Vec3b& pixel : cv::Mat3b(picture(rect).clone()))
-    hits += cv::norm(cv::Vec3d(pixel) - bgr(colour)) < 60;
-  return rect.empty() ? 0 : static_cast<double>(hits) / rect.area();
-}
-
-/// How much of `box` the letters of a text cover: where its pixels lie, on average, between what is behind
-/// the text (the median: letters cover less than half) and `colour`.
-double ink_in(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
-  const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
-                        cv::Rect({0, 0}, picture.size());
-  std::array<std::vector<uchar>, 3> channels;
-  const cv::Mat3b cut = picture(rect).clone();
-  for (const cv::Vec3b& pixel : cut)
-    for (int i = 0; i < 3; ++i) channels[static_cast<std::size_t>(i)].push_back(pixel[i]);
-  cv::Vec3d behind;
-  for (int i = 0; i < 3; ++i) {
-    std::vector<uchar>& values = channels[static_cast<std::size_t>(i)];
-    if (values.empty()) return 0;
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                     values.end());
-    behind[i] = values[values.size() / 2];
-  }
-  const cv::Vec3d span = bgr(colour) - behind;
-  double sum = 0;
-  for (const cv::Vec3b& pixel : cut)
-    sum += std::clamp((cv::Vec3d(pixel) - behind).dot(span) / span.dot(span), 0.0, 1.0);
-  return sum / rect.area();
-}
-
-/// Share of the view's pixels, below the words, that differ between two pictures.
-double change(const cv::Mat3b& a, const cv::Mat3b& b, const Box& view) {
-  const cv::Rect rect(0, 100, static_cast<int>(view.width), static_cast<int>(view.height) - 100);
-  cv::Mat difference;
-  cv::absdiff(a(rect), b(rect), difference);
-  cv::transform(difference, difference, cv::Matx13f(1, 1, 1));
-  return static_cast<double>(cv::countNonZero(difference > 24)) / rect.area();
-}
-
-/// Pixels that glow, below the words: much red, less green, little blue.
-int glowing(const cv::Mat3b& picture, const Box& view) {
-  const cv::Rect rect(0, 100, static_cast<int>(view.width), static_cast<int>(view.height) - 100);
-  int count = 0;
-  for (const cv::Vec3b& p : cv::Mat3b(picture(rect).clone()))
-    count += p[2] > 130 && p[2] - p[0] > 70 && p[2] > p[1];
-  return count;
-}
 
 class Window : public testing::Test {
  protected:
@@ -406,56 +339,6 @@ TEST_F(Window, ANewScanForgetsTheMesh) {
   press(GLFW_KEY_ENTER);
   EXPECT_THAT(session_.calls, ElementsAre("new"));
   EXPECT_LT(change(empty, picture("forgotten"), view()), 0.05) << "but for words";
-}
-
-TEST(LiveSnapshot, IsDrawnWithoutADisplay) {
-  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
-  const TemporaryFolder folder;
-  FakeSession session(6, 1);
-  session.advance(6);
-  WindowOptions options;
-  options.width_px = 800;
-  options.height_px = 500;
-  write_live_snapshot(session, folder / "new" / "snapshot.png", options);
-  const cv::Mat3b shown = cv::imread((folder / "new" / "snapshot.png").string());
-  ASSERT_EQ(shown.size(), cv::Size(800, 500));
-  EXPECT_GT(share_of(shown, {0, 0, 300, 80}, theme::green), 0.02) << "it says Tracking";
-  EXPECT_GT(glowing(shown, {0, 0, 550, 440}), 1000);
-}
-
-TEST(RunLiveWindow, PlaysAScriptAsAPersonWould) {
-  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
-  const TemporaryFolder folder;
-  FakeSession session(4, 1);
-  session.advance(4);
-  session.looks_until_finished = 20;
-  WindowOptions options;
-  options.visible = false;
-  options.width_px = 600;
-  options.height_px = 400;
-  options.output_folder = folder.path();
-  options.snapshot = folder / "last.png";
-  options.script =
-      "until tracking\nkey space; until paused\nkey space\ndrag 60 10\nscroll 2\nscreenshot a.png\n"
-      "resize 500 350\nkey q\nclick Stop and save\nuntil finished 20\nkey q";
-  EXPECT_EQ(run_live_window(session, options), 0);
-  EXPECT_THAT(session.calls, ElementsAre("pause", "go on", "stop"));
-  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(600, 400));
-  EXPECT_EQ(cv::imread((folder / "last.png").string()).size(), cv::Size(500, 350));
-}
-
-TEST(RunLiveWindow, AScriptThatWaitsInVainSaysWhere) {
-  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
-  FakeSession session(1);
-  WindowOptions options;
-  options.visible = false;
-  options.width_px = options.height_px = 200;
-  options.script_name = "demo.txt";
-  options.script = "wait 0\nuntil tracking 0.1";
-  EXPECT_EQ(message_of<Error>([&] { run_live_window(session, options); }),
-            "demo.txt, line 2: waited in vain for 'tracking'; it is 'background'");
-  options.script = "wait 0; scrol 2";
-  EXPECT_THAT(message_of<Error>([&] { run_live_window(session, options); }), HasSubstr("did you mean"));
 }
 
 }  // namespace

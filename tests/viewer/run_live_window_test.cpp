@@ -1,0 +1,71 @@
+// The functions that commands call, from opening to closing.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "fake_session.hpp"
+#include "gelslam/viewer/window.hpp"
+#include "temporary_folder.hpp"
+#include "window_pictures.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace theme = viewer::detail::theme;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(LiveSnapshot, IsDrawnWithoutADisplay) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  const TemporaryFolder folder;
+  FakeSession session(6, 1);
+  session.advance(6);
+  WindowOptions options;
+  options.width_px = 800;
+  options.height_px = 500;
+  write_live_snapshot(session, folder / "new" / "snapshot.png", options);
+  const cv::Mat3b shown = cv::imread((folder / "new" / "snapshot.png").string());
+  ASSERT_EQ(shown.size(), cv::Size(800, 500));
+  EXPECT_GT(share_of(shown, {0, 0, 300, 80}, theme::green), 0.02) << "it says Tracking";
+  EXPECT_GT(glowing(shown, {0, 0, 550, 440}), 1000);
+}
+
+TEST(RunLiveWindow, PlaysAScriptAsAPersonWould) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  const TemporaryFolder folder;
+  FakeSession session(4, 1);
+  session.advance(4);
+  session.looks_until_finished = 20;
+  WindowOptions options;
+  options.visible = false;
+  options.width_px = 600;
+  options.height_px = 400;
+  options.output_folder = folder.path();
+  options.snapshot = folder / "last.png";
+  options.script =
+      "until tracking\nkey space; until paused\nkey space\ndrag 60 10\nscroll 2\nscreenshot a.png\n"
+      "resize 500 350\nkey q\nclick Stop and save\nuntil finished 20\nkey q";
+  EXPECT_EQ(run_live_window(session, options), 0);
+  EXPECT_THAT(session.calls, ElementsAre("pause", "go on", "stop"));
+  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(600, 400));
+  EXPECT_EQ(cv::imread((folder / "last.png").string()).size(), cv::Size(500, 350));
+}
+
+TEST(RunLiveWindow, AScriptThatWaitsInVainSaysWhere) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  FakeSession session(1);
+  WindowOptions options;
+  options.visible = false;
+  options.width_px = options.height_px = 200;
+  options.script_name = "demo.txt";
+  options.script = "wait 0\nuntil tracking 0.1";
+  EXPECT_EQ(message_of<Error>([&] { run_live_window(session, options); }),
+            "demo.txt, line 2: waited in vain for 'tracking'; it is 'background'");
+  options.script = "wait 0; scrol 2";
+  EXPECT_THAT(message_of<Error>([&] { run_live_window(session, options); }), HasSubstr("did you mean"));
+}
+
+}  // namespace
+}  // namespace gelslam::test

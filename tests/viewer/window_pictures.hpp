@@ -1,0 +1,86 @@
+#pragma once
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/viewer/gl_context.hpp"
+#include "window_canvas.hpp"
+
+// What is to be seen in pictures of the window.
+namespace gelslam::test {
+
+using viewer::detail::Box;
+
+inline bool can_draw() {
+  try {
+    GlContext::offscreen();
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+inline cv::Vec3d bgr(ImU32 colour) {
+  return {static_cast<double>(colour >> IM_COL32_B_SHIFT & 0xFF),
+          static_cast<double>(colour >> IM_COL32_G_SHIFT & 0xFF),
+          static_cast<double>(colour >> IM_COL32_R_SHIFT & 0xFF)};
+}
+
+/// Share of pixels in `box` that are within 60 grey levels of `colour`.
+inline double share_of(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
+  const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
+                        cv::Rect({0, 0}, picture.size());
+  int hits = 0;
+  for (const cv::Vec3b& pixel : cv::Mat3b(picture(rect).clone()))
+    hits += cv::norm(cv::Vec3d(pixel) - bgr(colour)) < 60;
+  return rect.empty() ? 0 : static_cast<double>(hits) / rect.area();
+}
+
+/// How much of `box` the letters of a text cover: where its pixels lie, on average, between what is behind
+/// the text (the median: letters cover less than half) and `colour`.
+inline double ink_in(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
+  const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
+                        cv::Rect({0, 0}, picture.size());
+  std::array<std::vector<uchar>, 3> channels;
+  const cv::Mat3b cut = picture(rect).clone();
+  for (const cv::Vec3b& pixel : cut)
+    for (int i = 0; i < 3; ++i) channels[static_cast<std::size_t>(i)].push_back(pixel[i]);
+  cv::Vec3d behind;
+  for (int i = 0; i < 3; ++i) {
+    std::vector<uchar>& values = channels[static_cast<std::size_t>(i)];
+    if (values.empty()) return 0;
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                     values.end());
+    behind[i] = values[values.size() / 2];
+  }
+  const cv::Vec3d span = bgr(colour) - behind;
+  double sum = 0;
+  for (const cv::Vec3b& pixel : cut)
+    sum += std::clamp((cv::Vec3d(pixel) - behind).dot(span) / span.dot(span), 0.0, 1.0);
+  return sum / rect.area();
+}
+
+/// Share of the view's pixels, below the words, that differ between two pictures.
+inline double change(const cv::Mat3b& a, const cv::Mat3b& b, const Box& view) {
+  const cv::Rect rect(0, 100, static_cast<int>(view.width), static_cast<int>(view.height) - 100);
+  cv::Mat difference;
+  cv::absdiff(a(rect), b(rect), difference);
+  cv::transform(difference, difference, cv::Matx13f(1, 1, 1));
+  return static_cast<double>(cv::countNonZero(difference > 24)) / rect.area();
+}
+
+/// Pixels that glow, below the words: much red, less green, little blue.
+inline int glowing(const cv::Mat3b& picture, const Box& view) {
+  const cv::Rect rect(0, 100, static_cast<int>(view.width), static_cast<int>(view.height) - 100);
+  int count = 0;
+  for (const cv::Vec3b& p : cv::Mat3b(picture(rect).clone()))
+    count += p[2] > 130 && p[2] - p[0] > 70 && p[2] > p[1];
+  return count;
+}
+
+}  // namespace gelslam::test
