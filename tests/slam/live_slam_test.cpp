@@ -67,6 +67,7 @@ class Pictures : public RawFrameSource {
   void stop() override { stopped_ = true; }
   double rate_hz() const override { return 25.0; }
   std::string description() const override { return "a made-up camera"; }
+  std::string warning() const override { return warning_ ? warning_() : ""; }
 
   /// Nothing is delivered before: what happens between frames needs the session.
   void open() {
@@ -74,6 +75,7 @@ class Pictures : public RawFrameSource {
     open_.notify_all();
   }
   void before(int frame, std::function<void()> what) { before_[frame] = std::move(what); }
+  void warn(std::function<std::string()> warning) { warning_ = std::move(warning); }
   void damage(int frame) { damaged_.insert(frame); }
 
  private:
@@ -82,6 +84,7 @@ class Pictures : public RawFrameSource {
   std::atomic<bool> open_{false}, stopped_{false};
   std::map<int, std::function<void()>> before_;
   std::set<std::int64_t> damaged_;
+  std::function<std::string()> warning_;
 };
 
 /// Looks until `condition` holds; a minute is far beyond what anything here takes.
@@ -200,6 +203,7 @@ TEST_F(Live, ALostSourceEndsTheScanWithAllThatWasSeen) {
   source->before(40, [] { throw Error("the camera was unplugged"); });
   const ReconstructSummary summary = start().wait();
   EXPECT_THAT(summary.warning, HasSubstr("unplugged"));
+  EXPECT_TRUE(summary.partial);
   EXPECT_EQ(summary.frames, 40);
   EXPECT_GT(summary.triangles, 1000U);
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
@@ -271,6 +275,15 @@ TEST_F(Live, APauseBreaksTheTrial) {
   EXPECT_EQ(summary.trials, 2);
 }
 
+TEST_F(Live, FramesOnTheirWayBelongToTheTrialBeforeThePause) {
+  source->before(30, [&] { session->set_paused(true); });  // the tracker is a few frames behind
+  source->before(40, [&] {
+    wait_for_touch(29);
+    session->set_paused(false);
+  });
+  EXPECT_EQ(start().wait().trials, 2);
+}
+
 TEST_F(Live, SavesOnTheWayAndGoesOn) {
   source->before(40, [&] {
     wait_for_touch(39);
@@ -282,6 +295,52 @@ TEST_F(Live, SavesOnTheWayAndGoesOn) {
   EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
   EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": false"));
   EXPECT_FALSE(fs::exists(options.run_folder / "saving.tmp"));
+}
+
+TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
+  // The first of these keeps the mapper busy, while the tracker goes on to a new scan: the others must not be made of the
+  // old map and the new scan's frames.
+  source->before(40, [&] {
+    wait_for_touch(39);
+    for (int i = 0; i < 5; ++i) session->save_now();
+    session->start_new_scan();
+    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1 && session->map()->version > 0; }));  // by the mapper
+    EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));
+    session->stop();
+  });
+  start().wait();
+}
+
+TEST_F(Live, ARunFolderThatCannotBeWrittenDoesNotEndTheScan) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    fs::remove_all(options.run_folder);
+    std::ofstream(options.run_folder) << "in the way";
+    session->save_now();
+    EXPECT_TRUE(comes_true([&] { return session->status().warning.find("/run: cannot be written: ") != std::string::npos; }));
+    EXPECT_NE(session->status().phase, LivePhase::finished);
+    fs::remove(options.run_folder);
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+}
+
+TEST_F(Live, SaysSoWhenTheLogEndsWithTheLastFrames) {
+  options.record = LogAttachments{};
+  source->damage(kBackgroundFrames + kScanFrames - 1);
+  const ReconstructSummary summary = start().wait();
+  EXPECT_THAT(summary.warning, HasSubstr("recording stopped"));
+  EXPECT_EQ(session->status().log_bytes, static_cast<std::int64_t>(fs::file_size(options.run_folder / "log.mkv")));
+}
+
+TEST_F(Live, AWarningThatCountsIsSaidOnceWithItsNewestCount) {
+  int frames = 0;
+  source->warn([&] { return std::to_string(frames) + " frames came damaged"; });
+  for (const int frame : {20, 30, 40}) source->before(frame, [&frames, frame] { frames = frame; });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_THAT(summary.warning, HasSubstr("40 frames came damaged"));
+  EXPECT_THAT(summary.warning, testing::Not(HasSubstr("30 frames came damaged")));
 }
 
 TEST_F(Live, StoppedInAHurryItSavesWhatThereIs) {

@@ -66,8 +66,25 @@ void LiveBoard::set_words(std::string words, TrackStatus track) {
 
 void LiveBoard::warn(const std::string& sentence) {
   const std::lock_guard lock(mutex_);
-  if (sentence.empty() || status_.warning.find(sentence) != std::string::npos) return;
-  status_.warning += (status_.warning.empty() ? "" : "; ") + sentence;
+  if (sentence.empty() || all_warnings().find(sentence) != std::string::npos) return;
+  warnings_.push_back({"", sentence});
+}
+
+void LiveBoard::warn_about(const std::string& what, const std::string& sentence) {
+  if (sentence.empty()) return;
+  const std::lock_guard lock(mutex_);
+  const auto last =
+      std::find_if(warnings_.begin(), warnings_.end(), [&](const Warning& warning) { return warning.about == what; });
+  if (last == warnings_.end())
+    warnings_.push_back({what, sentence});
+  else
+    last->sentence = sentence;
+}
+
+std::string LiveBoard::all_warnings() const {
+  std::string text;
+  for (const Warning& warning : warnings_) text += (text.empty() ? "" : "; ") + warning.sentence;
+  return text;
 }
 
 void LiveBoard::frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera) {
@@ -156,6 +173,7 @@ LiveStatus LiveBoard::status() const {
   const double memory_mb = resident_memory_mb();
   const std::lock_guard lock(mutex_);
   LiveStatus status = status_;
+  status.warning = all_warnings();
   if (status.phase == LivePhase::scanning) {
     status.words = words();
     const bool contact = touch_ && touch_->status != TrackStatus::no_contact;

@@ -5,6 +5,8 @@
 #include <map>
 #include <mutex>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "gelslam/slam/live_session.hpp"
 
@@ -34,6 +36,8 @@ class LiveBoard {
   void set_phase(LivePhase phase);
   void set_words(std::string words, TrackStatus track);  ///< what people are told before anything is tracked
   void warn(const std::string& sentence);                ///< each sentence once, the newest last
+  /// What is said anew as it changes ("3 frames came damaged"): the newest sentence about it takes the place of the last.
+  void warn_about(const std::string& what, const std::string& sentence);
   void frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera);
   void frames_dropped(std::int64_t count);
   void frame_damaged();
@@ -50,12 +54,18 @@ class LiveBoard {
   MeshChanges take_mesh_changes();
 
  private:
+  struct Warning {
+    std::string about, sentence;  // about nothing: it stays
+  };
+
   bool joined() const;
   std::string words() const;
+  std::string all_warnings() const;
 
   mutable std::mutex mutex_;
   const LiveClock::time_point start_ = LiveClock::now();
-  LiveStatus status_;
+  LiveStatus status_;  // without its warning
+  std::vector<Warning> warnings_;
   LiveMeter meter_;
   std::shared_ptr<const LiveTouch> touch_;
   int trial_ = -1;

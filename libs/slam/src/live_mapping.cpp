@@ -6,7 +6,7 @@
 namespace gelslam::slam::detail {
 
 void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
-                       const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish, const std::function<void()>& save) {
+                       const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish, const std::function<void(const std::vector<FrameRecord>&)>& save) {
   const auto handle = [&](const MapperMessage& message) {
     if (const auto* added = std::get_if<NewKeyframe>(&message)) {
       const auto scope = timer_.measure("loop closure");
@@ -17,7 +17,7 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
       mapper_.emplace(options_);
       scan_ = start->scan;
     } else {
-      save();
+      save(std::get<SaveSoFar>(message).records);
     }
   };
   while (const std::optional<MapperMessage> message = in.pop()) {

@@ -19,7 +19,7 @@ class MappingStage {
 
   /// `publish` is called with every new map, `save` when a person asked for it; both from this thread.
   void run(MapperQueue& in, const std::atomic<bool>& hurry, const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
-           const std::function<void()>& save);
+           const std::function<void(const std::vector<FrameRecord>&)>& save);
 
   /// The map as well as it can be had; `stop_requested` leaves out what takes time. From the thread of run() or after it.
   SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested) const;

@@ -2,11 +2,13 @@
 
 #include <memory>
 #include <variant>
+#include <vector>
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/tactile_image.hpp"
+#include "gelslam/slam/slam_map.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "live_board.hpp"
 
@@ -39,8 +41,13 @@ struct ForgetFromTrial {
 struct StartScan {
   int scan = 0;
 };
+/// With what had become of the frames when it was asked for: by the time the mapper hears of it, the tracker may have gone
+/// on to another scan, whose frames do not belong to this map.
+struct SaveSoFar {
+  std::vector<FrameRecord> records;
+};
 
-using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, StartScan, SaveNow>;
+using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, StartScan, SaveSoFar>;
 
 using RawQueue = BoundedQueue<RawFramePtr>;
 using TrackerQueue = BoundedQueue<TrackerMessage>;

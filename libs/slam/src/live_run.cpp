@@ -39,6 +39,15 @@ LiveRun::LiveRun(const fs::path& folder, bool overwrite, const fs::path& input, 
     : folder_(begin(folder, overwrite, input, config)), config_(config) {}
 
 void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
+  try {
+    replace_entries(map, mesh, account);
+  } catch (const fs::filesystem_error& error) {
+    throw Error(error.path1().string() + ": cannot be written: " + error.code().message());
+  }
+}
+
+void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
+  fs::create_directories(folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
   const TemporaryFolder whole(folder_ / "saving.tmp");
   write_run(whole.path, config_, map, mesh, account);
   for (const std::string& entry : run_entries()) {

@@ -16,10 +16,12 @@ class LiveRun {
   const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path log() const { return folder_ / "log.mkv"; }
 
-  /// Throws Error when the disk is full; what was saved before is then still there.
+  /// Throws Error when the disk is full or the folder may not be written; what was saved before is then still there.
   void save(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
 
  private:
+  void replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
+
   const std::filesystem::path folder_;
   const Config config_;
 };

@@ -49,11 +49,13 @@ struct LiveSlam::Impl {
   void capture();
   void take_frames();
   void record(const RawFrame& frame);
+  void report_recording();
   void map_and_save();
-  void save_for_now();
+  void save_for_now(const std::vector<FrameRecord>& records);
   void finish();
   void save(const SlamMap& map, const Mesh& mesh, bool partial);
   void show(const SlamMap& map, const Mesh& mesh);
+  bool failed();
   void join();
   template <typename Work>
   void guarded(const Work& work);
@@ -73,7 +75,7 @@ struct LiveSlam::Impl {
   RawQueue raw{kRawFrames};
   TrackerQueue surfaced{kSurfacedFrames};
   MapperQueue keyframes{1};  // its limit is never asked for: the tracker goes beyond it
-  std::atomic<bool> paused{false}, hurried{false}, stopped{false};
+  std::atomic<bool> paused{false}, hurried{false}, stopped{false}, lost{false};
 
   std::mutex mutex;  // for what follows
   ReconstructSummary summary;
@@ -86,9 +88,13 @@ struct LiveSlam::Impl {
 /// A full disk ends the log, not the scan.
 void LiveSlam::Impl::record(const RawFrame& frame) {
   recorder->push(frame);
+  report_recording();
+}
+
+void LiveSlam::Impl::report_recording() {
   const LogRecorderStatus status = recorder->status();
   board.set_log_bytes(status.bytes);
-  board.warn(status.warning);
+  board.warn_about("the log", status.warning);
 }
 
 /// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
@@ -107,7 +113,9 @@ void LiveSlam::Impl::start() {
   threads.emplace_back([this] {
     guarded([this] { capture(); });
     raw.close();
-    if (recorder) recorder->finish();
+    if (!recorder) return;
+    recorder->finish();
+    report_recording();  // what went wrong with the last frames, too
   });
   threads.emplace_back([this] {
     guarded([this] { surface.run(raw, surfaced); });
@@ -127,7 +135,8 @@ void LiveSlam::Impl::start() {
   threads.emplace_back([this] {
     lower_thread_priority();
     guarded([this] { map_and_save(); });
-    fusion.stop();  // if that failed early
+    source->stop();  // if that failed early: nothing would be made of further frames
+    fusion.stop();
     board.set_phase(LivePhase::finished);
   });
 }
@@ -138,13 +147,14 @@ void LiveSlam::Impl::capture() {
     take_frames();
   } catch (const Error& error) {
     board.warn(error.what());
+    lost = true;
   }
 }
 
 void LiveSlam::Impl::take_frames() {
   while (std::optional<RawFrame> frame = source->next()) {
     board.frame_arrived(frame->arrived, source->lost_frames());
-    board.warn(source->warning());
+    board.warn_about("the source", source->warning());
     if (recorder) record(*frame);
     if (paused) continue;
     auto shared = std::make_shared<const RawFrame>(std::move(*frame));
@@ -153,7 +163,7 @@ void LiveSlam::Impl::take_frames() {
     else
       raw.push(std::move(shared));
   }
-  board.warn(source->warning());
+  board.warn_about("the source", source->warning());
 }
 
 void LiveSlam::Impl::map_and_save() {
@@ -163,16 +173,16 @@ void LiveSlam::Impl::map_and_save() {
         fusion.set_map(map);
         board.set_map(std::move(map));
       },
-      [this] { save_for_now(); });
+      [this](const std::vector<FrameRecord>& records) { save_for_now(records); });
   finish();
 }
 
 /// Not being able to save is no reason to end a scan.
-void LiveSlam::Impl::save_for_now() {
+void LiveSlam::Impl::save_for_now(const std::vector<FrameRecord>& records) {
   try {
-    const SlamMap map = mapping.finish(tracking.records(), [this] { return stopped.load(); });
+    const SlamMap map = mapping.finish(records, [this] { return stopped.load(); });
     save(map, fuse_map(map, options.config.slam.fusion), true);
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     board.warn(error.what());
   }
 }
@@ -194,7 +204,7 @@ void LiveSlam::Impl::finish() {
     mesh = fuse_map(map, options.config.slam.fusion);
   }
   board.set_words("saving", TrackStatus::background);
-  save(map, mesh, hurried);
+  save(map, mesh, hurried || lost || failed());
   show(map, mesh);
   board.set_words(run ? "done: everything is in " + run->folder().string() : "done", TrackStatus::background);
 }
@@ -224,6 +234,11 @@ void LiveSlam::Impl::show(const SlamMap& map, const Mesh& mesh) {
   MeshBlock whole;
   whole.mesh = mesh;
   board.add_blocks(scan, true, {std::move(whole)});
+}
+
+bool LiveSlam::Impl::failed() {
+  const std::lock_guard lock(mutex);
+  return !failure.empty();
 }
 
 void LiveSlam::Impl::join() {
@@ -256,8 +271,10 @@ MeshChanges LiveSlam::take_mesh_changes() { return impl_->board.take_mesh_change
 std::vector<StageStatistics> LiveSlam::stage_times() const { return impl_->timer.statistics(); }
 
 void LiveSlam::set_paused(bool paused) {
-  // The object may be elsewhere when the scan goes on.
-  if (impl_->paused.exchange(paused) != paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
+  // The object may be elsewhere when the scan goes on. What was on its way to the tracker when it was paused still belongs
+  // to the trial.
+  if (impl_->paused && !paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
+  impl_->paused = paused;
 }
 void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}); }
 void LiveSlam::start_new_scan() { impl_->surfaced.push_beyond_limit(NewScan{}); }
@@ -277,7 +294,9 @@ ReconstructSummary LiveSlam::wait() {
   impl_->join();
   const std::lock_guard lock(impl_->mutex);
   if (!impl_->failure.empty()) throw Error(impl_->failure);
-  return impl_->summary;
+  ReconstructSummary summary = impl_->summary;
+  summary.warning = impl_->board.status().warning;  // the log may have ended after the map was saved
+  return summary;
 }
 
 }  // namespace gelslam

@@ -25,7 +25,7 @@ class TrackingStage {
   void handle(BreakTrial, MapperQueue&) { tracker_.break_trial(); }
   void handle(UndoTrial, MapperQueue& out);
   void handle(NewScan, MapperQueue& out);
-  void handle(SaveNow save, MapperQueue& out) { out.push_beyond_limit(save); }
+  void handle(SaveNow, MapperQueue& out) { out.push_beyond_limit(SaveSoFar{records()}); }
   void record(const FrameRecord& record);
 
   const TrackerOptions options_;
