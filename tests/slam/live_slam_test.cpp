@@ -160,6 +160,7 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
   });
   const ReconstructSummary summary = start().wait();
   EXPECT_EQ(session->status().phase, LivePhase::finished);
+  EXPECT_EQ(session->status().age_s, session->status().age_s);  // the clock has stopped
   const MeshChanges changes = session->take_mesh_changes();
   EXPECT_TRUE(changes.cleared);
   ASSERT_EQ(changes.blocks.size(), 1U);

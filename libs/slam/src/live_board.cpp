@@ -56,6 +56,7 @@ LiveBoard::LiveBoard(std::string source_description) { status_.source = std::mov
 void LiveBoard::set_phase(LivePhase phase) {
   const std::lock_guard lock(mutex_);
   status_.phase = phase;
+  if (phase == LivePhase::finished) end_ = LiveClock::now();
 }
 
 void LiveBoard::set_words(std::string words, TrackStatus track) {
@@ -181,7 +182,7 @@ LiveStatus LiveBoard::status() const {
   }
   status.rate_hz = meter_.rate_hz();
   status.latency_ms = meter_.median_latency_ms();
-  status.age_s = seconds(LiveClock::now() - start_);
+  status.age_s = seconds(end_.value_or(LiveClock::now()) - start_);
   status.memory_mb = memory_mb;
   return status;
 }

@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -64,6 +65,7 @@ class LiveBoard {
 
   mutable std::mutex mutex_;
   const LiveClock::time_point start_ = LiveClock::now();
+  std::optional<LiveClock::time_point> end_;
   LiveStatus status_;  // without its warning
   std::vector<Warning> warnings_;
   LiveMeter meter_;
