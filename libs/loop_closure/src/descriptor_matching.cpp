@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "gelslam/core/target_clones.hpp"
+
 namespace gelslam::loop_closure::detail {
 namespace {
 
@@ -9,9 +11,8 @@ constexpr int kFar = std::numeric_limits<int>::max();
 
 // Squared distances of one descriptor to `count` others. Differences of numbers 0..255 and their squares' sum
 // fit.
-__attribute__((target_clones("avx2", "default"))) void squared_distances(const std::int16_t* query,
-                                                                         const std::int16_t* others,
-                                                                         int count, int* result) {
+GELSLAM_TARGET_CLONES("avx2", "default")
+void squared_distances(const std::int16_t* query, const std::int16_t* others, int count, int* result) {
   for (int i = 0; i < count; ++i) {
     const std::int16_t* other = others + static_cast<std::ptrdiff_t>(i) * kDescriptorSize;
     int sum = 0;

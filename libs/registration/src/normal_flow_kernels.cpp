@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "gelslam/core/target_clones.hpp"
+
 namespace gelslam::registration::detail {
 namespace {
 
@@ -15,7 +17,7 @@ Float4 load4(const float* p) {
   return v;
 }
 
-#define GELSLAM_CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
+#define GELSLAM_CLONES GELSLAM_TARGET_CLONES("avx512f", "arch=haswell", "default")
 
 // Sums in 64 independent lanes: the order of additions, and so the result, does not depend on the vector width.
 constexpr int kLanes = 64;

@@ -4,7 +4,9 @@
 
 #include <cmath>
 
-#define GELSLAM_CLONES __attribute__((target_clones("avx512f", "avx2,fma", "default")))
+#include "gelslam/core/target_clones.hpp"
+
+#define GELSLAM_CLONES GELSLAM_TARGET_CLONES("avx512f", "avx2,fma", "default")
 
 namespace gelslam::simulation::detail {
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "gelslam/core/target_clones.hpp"
+
 namespace gelslam::simulation::detail {
 namespace {
 
@@ -10,10 +12,9 @@ float fade(float t) { return t * t * t * (t * (t * 6.0F - 15.0F) + 10.0F); }
 /// Weighted gradients of the eight corners of the lattice cell at (ix, iy, iz) for the point (x, y, z) inside
 /// it. Branchless and over all corners at once, so that it vectorises: this is where a textured object's time
 /// goes.
-__attribute__((target_clones("avx2", "default"))) float blend_corners(std::int32_t ix, std::int32_t iy,
-                                                                      std::int32_t iz, float x, float y,
-                                                                      float z, float fx, float fy, float fz,
-                                                                      std::uint32_t seed) {
+GELSLAM_TARGET_CLONES("avx2", "default")
+float blend_corners(std::int32_t ix, std::int32_t iy, std::int32_t iz, float x, float y, float z, float fx,
+                    float fy, float fz, std::uint32_t seed) {
   alignas(32) float term[8];
   for (std::int32_t k = 0; k < 8; ++k) {
     const std::int32_t kx = k & 1, ky = (k >> 1) & 1, kz = (k >> 2) & 1;

@@ -4,15 +4,9 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/target_clones.hpp"
 
-// Run-time choice of the instruction set. Not with sanitizers: the choice is made before their run time is
-// ready.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define GELSLAM_KERNEL __attribute__((target_clones("avx512f", "fma", "default")))
-#else
-#define GELSLAM_KERNEL
-#endif
+#define GELSLAM_KERNEL GELSLAM_TARGET_CLONES("avx512f", "fma", "default")
 
 namespace gelslam::surface::detail {
 namespace {
