@@ -285,6 +285,27 @@ TEST_F(Live, FramesOnTheirWayBelongToTheTrialBeforeThePause) {
   EXPECT_EQ(start().wait().trials, 2);
 }
 
+TEST_F(Live, APauseBeforeTheBackgroundIsSeenAndCanBeEnded) {
+  source->before(3, [&] {
+    session->set_paused(true);
+    EXPECT_EQ(session->status().phase, LivePhase::paused);  // by which the window's key knows what it does
+    session->set_paused(false);
+    EXPECT_EQ(session->status().phase, LivePhase::background);
+  });
+  EXPECT_GT(start().wait().tracked, kScanFrames - 5);
+}
+
+TEST_F(Live, SaysWhenItCouldNotSave) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    fs::remove_all(options.run_folder);
+    std::ofstream(options.run_folder) << "in the way";
+  });
+  EXPECT_THAT(message_of<Error>([&] { start().wait(); }), HasSubstr("/run: cannot be written: "));
+  EXPECT_EQ(session->status().phase, LivePhase::finished);
+  EXPECT_THAT(session->status().failure, HasSubstr("/run: cannot be written: "));
+}
+
 TEST_F(Live, SavesOnTheWayAndGoesOn) {
   source->before(40, [&] {
     wait_for_touch(39);

@@ -49,6 +49,17 @@ TEST(StateWords, TellThePhaseUnderASteadyHeadline) {
   EXPECT_EQ(state_words(saying(LivePhase::finished, "lost: whatever")).state, LiveState::finished);
 }
 
+TEST(StateWords, ClaimNothingThatIsNotSaved) {
+  LiveStatus status = saying(LivePhase::finished, "saving");
+  EXPECT_EQ(state_words(status).advice, "Everything is saved. Look around; Q closes.");
+  status.failure = "run/mesh.ply: cannot be written: No space left on device";
+  EXPECT_EQ(state_words(status).state, LiveState::lost);
+  EXPECT_EQ(state_words(status).headline, "Ended with an error");
+  EXPECT_EQ(state_words(status).advice, "Not all may be saved. Q closes.");
+  status.log_bytes = 1000;
+  EXPECT_NE(state_words(status).advice.find("gelslam reconstruct makes it from the log"), std::string::npos);
+}
+
 TEST(StateWords, TakeAnyWords) {
   for (const char* words : {"", ":", ";", ": ;", " ; : ;; ", "lost:", "lost: ", "tracking; ", "\xff\xfe"})
     EXPECT_NO_THROW(state_words(saying(LivePhase::scanning, words))) << words;

@@ -258,10 +258,12 @@ LiveSlam::~LiveSlam() {
 
 LiveStatus LiveSlam::status() const {
   LiveStatus status = impl_->board.status();
-  if (status.phase == LivePhase::scanning && impl_->paused) {
+  if ((status.phase == LivePhase::background || status.phase == LivePhase::scanning) && impl_->paused) {
     status.phase = LivePhase::paused;
     status.words = "paused";
   }
+  const std::lock_guard lock(impl_->mutex);
+  status.failure = impl_->failure;
   return status;
 }
 

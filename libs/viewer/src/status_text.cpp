@@ -144,6 +144,11 @@ StateWords state_words(const LiveStatus& status) {
   } else if (status.phase == LivePhase::background || status.phase == LivePhase::finishing) {
     // Here the session's words say what is being done, under a headline that stays.
     result.advice = sentences(words);
+  } else if (status.phase == LivePhase::finished && !status.failure.empty()) {
+    result.state = LiveState::lost;  // its colour
+    result.headline = "Ended with an error";
+    result.advice = status.log_bytes > 0 ? "Not all may be saved; gelslam reconstruct makes it from the log. Q closes."
+                                         : "Not all may be saved. Q closes.";
   }
   if (result.advice.empty()) result.advice = usual_advice(result.state);
   return result;

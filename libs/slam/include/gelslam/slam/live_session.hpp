@@ -22,6 +22,7 @@ struct LiveStatus {
   TrackStatus track = TrackStatus::no_contact;
   std::string words;     ///< "tracking"; "lost: too little overlap; touch a place you have seen"; "no contact"
   std::string warning;   ///< what is wrong for longer than a frame (log stopped: disk full; background doubtful), or ""
+  std::string failure;   ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
   std::string source;    ///< RawFrameSource::description()
   double rate_hz = 0;    ///< measured over the last seconds
   std::int64_t frames = 0;            ///< that arrived since the scan began
