@@ -42,6 +42,22 @@ TEST(InterruptWatch, AsksAsOftenAsToldThenEndsTheProgram) {
       testing::KilledBySignal(SIGINT), "");
 }
 
+TEST(InterruptWatch, AClosedTerminalAsksOnceUnlessItIsToBeOutlived) {
+  {
+    const InterruptWatch watch;
+    std::raise(SIGHUP);
+    std::raise(SIGHUP);
+    EXPECT_EQ(watch.requests(), 1);
+  }
+  const auto previous = std::signal(SIGHUP, SIG_IGN);  // nohup
+  {
+    const InterruptWatch watch;
+    std::raise(SIGHUP);
+    EXPECT_FALSE(watch.requested());
+  }
+  std::signal(SIGHUP, previous);
+}
+
 TEST(InterruptWatch, GivesBackWhatWasThere) {
   const auto previous = std::signal(SIGINT, SIG_IGN);
   { const InterruptWatch watch; }

@@ -11,7 +11,9 @@ std::atomic<int> request_count{0};
 std::atomic<int> requests_that_ask{1};
 static_assert(std::atomic<int>::is_always_lock_free);
 
-extern "C" void on_interrupt(int) {
+extern "C" void on_interrupt(int signal) {
+  // A shell passes on the hang-up that the terminal has sent already: one closed terminal asks once.
+  if (signal == SIGHUP && request_count.load() > 0) return;
   if (request_count.fetch_add(1) + 1 < requests_that_ask.load()) return;
   // The next one of either kind is not asked any more.
   std::signal(SIGINT, SIG_DFL);
@@ -29,11 +31,14 @@ InterruptWatch::InterruptWatch(int asks) {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, &previous_interrupt_);
   sigaction(SIGTERM, &action, &previous_terminate_);
+  sigaction(SIGHUP, nullptr, &previous_hangup_);
+  if (previous_hangup_.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // else nohup: to outlive the terminal
 }
 
 InterruptWatch::~InterruptWatch() {
   sigaction(SIGINT, &previous_interrupt_, nullptr);
   sigaction(SIGTERM, &previous_terminate_, nullptr);
+  sigaction(SIGHUP, &previous_hangup_, nullptr);
 }
 
 int InterruptWatch::requests() const { return request_count.load(); }
