@@ -117,7 +117,7 @@ TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
   recorder.finish();
   EXPECT_TRUE(recorder.status().stopped);
   EXPECT_EQ(recorder.status().written, 1);
-  EXPECT_THAT(recorder.status().warning, HasSubstr("recording stopped after 1 frames"));
+  EXPECT_THAT(recorder.status().warning, HasSubstr("recording stopped after 1 frame, which is readable"));
 
   options.resize_to.emplace();
   LogRecorder resizing(writer_of(folder / "b.mkv"), options);
@@ -167,7 +167,7 @@ TEST(Pace, NoFrameBeforeItsTime) {
 }
 
 TEST(Pace, StopWakesTheWaiting) {
-  const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 1e300, 3000}));
+  const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 20, 21}));
   ASSERT_TRUE(source->next());
   std::thread stopper([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -176,6 +176,22 @@ TEST(Pace, StopWakesTheWaiting) {
   EXPECT_FALSE(source->next());
   EXPECT_FALSE(source->next());
   stopper.join();
+}
+
+TEST(Pace, NobodyWaitsForADamagedTime) {
+  const std::vector<double> times_s{0, 1e9, 1e300, 3000, 1e9 + 0.01};
+  const auto source = pace(std::make_unique<ListedFrames>(times_s));
+  const Clock::time_point start = Clock::now();
+  for (std::size_t i = 0; i < times_s.size(); ++i) EXPECT_TRUE(source->next());
+  EXPECT_LT(Clock::now() - start, std::chrono::seconds(5));
+}
+
+TEST(Pace, GoesOnAtItsPaceAfterADamagedTime) {
+  const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 1e9, 1e9 + 0.2, 1e9 + 0.4}));
+  const Clock::time_point start = Clock::now();
+  while (source->next()) {
+  }
+  EXPECT_GE(Clock::now() - start, std::chrono::milliseconds(399));
 }
 
 TEST(Pace, ASpeedThatIsNone) {

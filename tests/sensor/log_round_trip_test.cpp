@@ -79,6 +79,20 @@ TEST(Log, AHundredHoursInTimesAreStillExact) {
   EXPECT_NEAR(got[3].time_s, 360000.123457, 1e-7);
 }
 
+TEST(Log, TimesThatDoNotGoForwardAreMended) {
+  TemporaryFolder folder;
+  LogWriter writer(folder / "a.mkv", {}, 25);
+  for (const double time_s : {0.0, 0.04, 0.04, 0.02, 0.2, 0.16}) {
+    RawFrame frame = jpeg_frame(0);
+    frame.time_s = time_s;
+    writer.write(frame);
+  }
+  writer.close();
+  std::vector<double> times_s;
+  for (const RawFrame& frame : read_all(*open_raw_log(folder / "a.mkv"))) times_s.push_back(frame.time_s);
+  EXPECT_THAT(times_s, testing::Pointwise(testing::DoubleNear(1e-6), {0.0, 0.04, 0.08, 0.12, 0.2, 0.24}));
+}
+
 TEST(Log, FramesOfEverySizeOfLengthField) {
   TemporaryFolder folder;
   std::vector<RawFrame> sent;
@@ -220,7 +234,7 @@ TEST(Log, FramesOfAnotherKindEndIt) {
   LogWriter writer(folder / "a.mkv", {}, 25);
   EXPECT_TRUE(writer.write(jpeg_frame(0)));
   EXPECT_FALSE(writer.write(jpeg_frame(1, 32, 24)));
-  EXPECT_THAT(writer.failure(), HasSubstr("after 1 frames"));
+  EXPECT_THAT(writer.failure(), HasSubstr("after 1 frame,"));
   EXPECT_THAT(writer.failure(), HasSubstr("changed their size or kind"));
   EXPECT_FALSE(writer.write(jpeg_frame(2))) << "stopped is stopped";
   writer.close();

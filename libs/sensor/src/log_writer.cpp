@@ -66,7 +66,10 @@ struct LogWriter::Impl {
 
   bool fail(const std::string& reason) {
     failure = path.string() + ": recording stopped after " + std::to_string(frames) +
-              " frames, which are readable: " + reason;
+              (frames == 0   ? " frames: "
+               : frames == 1 ? " frame, which is readable: "
+                             : " frames, which are readable: ") +
+              reason;
     return false;
   }
 

@@ -10,6 +10,7 @@ namespace gelslam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr double most_gap_s = 30.0;  // a camera that is silent for 5 s ends its log
 
 class PacedSource final : public RawFrameSource {
  public:
@@ -20,9 +21,12 @@ class PacedSource final : public RawFrameSource {
     std::optional<RawFrame> frame =
         source_->next();  // before waiting, so that reading takes none of the frame's time
     if (!frame) return std::nullopt;
-    if (!start_) start_ = Clock::now() - since_start(frame->time_s);
+    if (!start_) start_ = Clock::now();
+    const double step_s = frame->time_s - last_s_.value_or(frame->time_s);
+    last_s_ = frame->time_s;
+    if (std::abs(step_s) < most_gap_s) played_s_ += step_s;  // else a damaged time: nobody waits for it
     std::unique_lock lock(mutex_);
-    if (wake_.wait_until(lock, *start_ + since_start(frame->time_s), [this] { return stopped_; }))
+    if (wake_.wait_until(lock, *start_ + at_this_speed(played_s_), [this] { return stopped_; }))
       return std::nullopt;
     frame->arrived = Clock::now();
     return frame;
@@ -44,8 +48,8 @@ class PacedSource final : public RawFrameSource {
   std::string warning() const override { return source_->warning(); }
 
  private:
-  Clock::duration since_start(double time_s) const {
-    constexpr double most_s = 1e8;  // what a damaged time may claim must not overflow the clock
+  Clock::duration at_this_speed(double time_s) const {
+    constexpr double most_s = 1e8;  // must not overflow the clock
     return std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(std::clamp(time_s / speed_, -most_s, most_s)));
   }
@@ -53,6 +57,8 @@ class PacedSource final : public RawFrameSource {
   std::unique_ptr<RawFrameSource> source_;
   double speed_;
   std::optional<Clock::time_point> start_;
+  std::optional<double> last_s_;
+  double played_s_ = 0;
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stopped_ = false;

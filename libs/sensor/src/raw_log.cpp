@@ -82,10 +82,16 @@ class MatroskaLog final : public RawFrameSource {
     if (frames > 0) lost_ = std::min(lost_ + std::min(frames, most), most);
   }
 
+  /// A repeated or backward time (damage, or a tool that rounds) would make a trajectory that no program takes.
   double time_of(const MatroskaFile::Packet& packet) {
-    if (!packet.time_us) return last_s_ = index_ == 0 ? 0.0 : last_s_ + 1.0 / rate_hz_;
-    if (index_ == 0) first_us_ = *packet.time_us;
-    return last_s_ = (static_cast<double>(*packet.time_us) - static_cast<double>(first_us_)) * 1e-6;
+    if (index_ == 0) {
+      first_us_ = packet.time_us.value_or(0);
+      return last_s_ = 0.0;
+    }
+    const double next_s = last_s_ + 1.0 / rate_hz_;
+    if (!packet.time_us) return last_s_ = next_s;
+    const double time_s = (static_cast<double>(*packet.time_us) - static_cast<double>(first_us_)) * 1e-6;
+    return last_s_ = time_s > last_s_ ? time_s : next_s;
   }
 
   void end() {

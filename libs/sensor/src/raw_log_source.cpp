@@ -25,9 +25,7 @@ class DecodingSource final : public FrameSource {
         throw Error(name_ + ", frame " + std::to_string(frame->index) +
                     ": a grey picture; slopes are read from the sensor's colours, give the colour video");
       }
-      // A repeated or backward time would make a trajectory that no program takes.
-      if (delivered_++ > 0 && image->time_s <= last_s_) image->time_s = last_s_ + 1.0 / rate_hz();
-      last_s_ = image->time_s;
+      ++delivered_;
       return image;
     }
     if (delivered_ == 0)
@@ -61,7 +59,6 @@ class DecodingSource final : public FrameSource {
   std::string name_;
   FrameDecoder decoder_;
   std::int64_t delivered_ = 0, damaged_ = 0;
-  double last_s_ = 0;
   std::string first_damage_;
 };
 
