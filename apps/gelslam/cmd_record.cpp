@@ -77,7 +77,9 @@ std::exception_ptr pump(RecordSource& source, LogRecorder& recorder, StartCheck&
     while (std::optional<RawFrame> frame = source.frames->next()) {
       if (stopper.requested() || (seconds > 0 && frame->time_s >= seconds)) break;
       check.look_at(*frame);
-      report.count(*frame, source.frames->lost_frames(), recorder.status());
+      LogRecorderStatus status = recorder.status();
+      if (source.can_wait && !status.stopped) status.warning.clear();  // a log waits for the disk, as long as it takes
+      report.count(*frame, source.frames->lost_frames(), status);
       if (source.can_wait) {
         recorder.push_waiting(std::move(*frame));
       } else {

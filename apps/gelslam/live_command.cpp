@@ -52,7 +52,9 @@ class StatusLine {
 
   void show(const LiveStatus& s) {
     if (quiet_) return;
-    if (!s.warning.empty() && s.warning != warned_) {
+    const Clock::time_point now = Clock::now();
+    if (!s.warning.empty() && s.warning != warned_ && now >= next_warning_) {
+      next_warning_ = now + std::chrono::seconds(5);  // some of them count what they warn of; the last word is said at the end
       if (terminal_) std::cerr << "\r\033[K";
       std::cerr << "warning: " << s.warning << "\n";
       warned_ = s.warning;
@@ -75,6 +77,7 @@ class StatusLine {
 
   const bool quiet_, terminal_;
   std::string last_, warned_;
+  Clock::time_point next_warning_;
 };
 
 void wait_in_terminal(const LiveSlam& session, bool quiet) {
@@ -117,7 +120,7 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_option("--model", model, "Gradient model nnmodel.pth (default: the one the configuration names)");
   command.add_option("--background", background, "Image of the bare gel (default: the mean of the first frames)");
   command.add_flag("--force", force, "Take the first frames as background whatever they show");
-  command.add_option("--seconds", seconds, "Stop after so long")->check(CLI::PositiveNumber);
+  command.add_option("--seconds", seconds, "Stop after so long")->check(CLI::Range(0.01, 1e6));
   command.add_flag("--headless", headless, "No window: words in the terminal");
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)");
   command.add_option("--script", script, "Keys and movements from a file instead of a person's (docs/viewer.md)");

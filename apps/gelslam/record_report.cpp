@@ -37,8 +37,8 @@ void RecordReport::say(const std::string& sentence) {
 void RecordReport::count(const RawFrame& frame, std::int64_t lost, const LogRecorderStatus& status) {
   if (frames_++ == 0) first_s_ = frame.time_s;
   last_s_ = std::max(last_s_, frame.time_s);
-  if (!status.warning.empty() && !slow_said_) {
-    slow_said_ = true;
+  if (!status.warning.empty() && said_.empty()) {
+    said_ = status.warning;
     say("warning: " + status.warning);
   }
   const auto now = std::chrono::steady_clock::now();
@@ -55,7 +55,7 @@ void RecordReport::finish(const LogRecorderStatus& status, std::int64_t lost,
   clear_line();
   good_ = status.written > 0 && !status.stopped && status.left_out == 0;
   if (!source_warning.empty()) say("warning: " + source_warning);
-  if (!status.warning.empty()) say("warning: " + status.warning);
+  if (!status.warning.empty() && status.warning != said_) say("warning: " + status.warning);
   if (status.damaged > 0)
     say("warning: " + std::to_string(status.damaged) + " damaged pictures were left out");
   if (status.written == 0) {
@@ -63,9 +63,10 @@ void RecordReport::finish(const LogRecorderStatus& status, std::int64_t lost,
     return;
   }
   if (quiet_) return;
-  std::cerr << "recorded " << status.written << " frames in " << printed("%.1f s", last_s_ - first_s_) << " ("
-            << printed("%.2f Hz", rate_hz()) << "), " << lost << " lost by the camera, "
-            << size_text(status.bytes) << ": " << log_ << "\n";
+  std::cerr << "recorded " << status.written << " frames";
+  if (status.written == frames_)  // else the times are not those of what was recorded
+    std::cerr << " in " << printed("%.1f s", last_s_ - first_s_) << " (" << printed("%.2f Hz", rate_hz()) << ")";
+  std::cerr << ", " << lost << " lost by the camera, " << size_text(status.bytes) << ": " << log_ << "\n";
 }
 
 void RecordReport::clear_line() {

@@ -27,7 +27,8 @@ class RecordReport {
   double rate_hz() const;
 
   std::string log_;
-  bool quiet_, terminal_, good_ = true, drawn_ = false, slow_said_ = false;
+  bool quiet_, terminal_, good_ = true, drawn_ = false;
+  std::string said_;  // the first warning
   std::int64_t frames_ = 0;
   double first_s_ = 0, last_s_ = 0;
   std::chrono::steady_clock::time_point drawn_at_;

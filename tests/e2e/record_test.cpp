@@ -216,6 +216,7 @@ TEST(Record, APublicLogReconstructsTheSameOnceConverted) {
   const ProgramResult result = gelslam({"record", "--from", data.string(), "-o", log});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, Not(HasSubstr("doubt")));
+  EXPECT_THAT(result.err, Not(HasSubstr("slow"))) << "a log can wait for its pictures to be written";
   EXPECT_FALSE(read_log_attachments(log).model.empty());
   const ProgramResult before = gelslam({"track", data.string()}), after = gelslam({"track", log});
   EXPECT_EQ(after.exit_code, 0) << after.err;
