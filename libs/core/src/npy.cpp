@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -156,8 +157,7 @@ std::vector<double> converted<std::int64_t>(const std::vector<std::byte>& data) 
   return values;
 }
 
-void write_array(const std::filesystem::path& path, NpyType type, const std::vector<std::size_t>& shape,
-                 std::string_view bytes) {
+std::string format_array(NpyType type, const std::vector<std::size_t>& shape, std::string_view bytes) {
   const TypeName& name = name_of(type);
   const auto size = checked_size(shape, bytes.size() / name.bytes);
   if (!size || *size * name.bytes != bytes.size())
@@ -171,7 +171,12 @@ void write_array(const std::filesystem::path& path, NpyType type, const std::vec
       {'\x01', '\x00', static_cast<char>(header.size() & 0xff), static_cast<char>(header.size() >> 8)};
   contents += header;
   contents += bytes;
-  write_file_atomically(path, contents);
+  return contents;
+}
+
+void write_array(const std::filesystem::path& path, NpyType type, const std::vector<std::size_t>& shape,
+                 std::string_view bytes) {
+  write_file_atomically(path, format_array(type, shape, bytes));
 }
 
 template <class T>
@@ -232,6 +237,19 @@ NpyArray NpySlices::read(std::size_t index) {
   file_.read(reinterpret_cast<char*>(slice.data.data()), static_cast<std::streamsize>(slice_bytes_));
   if (!file_) throw Error(path_.string() + ": slice " + std::to_string(index) + " cannot be read");
   return slice;
+}
+
+NpyArray parse_npy(std::string_view bytes, const std::string& name) {
+  std::istringstream stream{std::string(bytes)};
+  try {
+    return read_array(stream, bytes.size());
+  } catch (const std::invalid_argument& problem) {
+    throw Error(name + ": not a usable .npy file: " + problem.what());
+  }
+}
+
+std::string format_npy(const std::vector<std::size_t>& shape, std::span<const double> values) {
+  return format_array(NpyType::float64, shape, bytes_of(values));
 }
 
 void write_npy(const std::filesystem::path& path, const std::vector<std::size_t>& shape,

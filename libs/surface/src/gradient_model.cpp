@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/state_dict.hpp"
 #include "pickle_reader.hpp"
 
 namespace gelslam {
@@ -166,6 +167,17 @@ GradientModel parse_pth_model(std::span<const unsigned char> file, const std::st
   } catch (const Error& error) {
     throw Error("gradient model '" + name + "': " + error.what());
   }
+}
+
+void write_pth_model(const std::filesystem::path& path, const GradientModel& model) {
+  std::vector<NamedTensor> tensors;
+  for (std::size_t l = 0; l < model.layers.size(); ++l) {
+    const GradientModel::Layer& layer = model.layers[l];
+    const std::string name = "fc" + std::to_string(l + 1);
+    tensors.push_back({name + ".weight", {layer.outputs, layer.inputs}, layer.weight});
+    tensors.push_back({name + ".bias", {layer.outputs}, layer.bias});
+  }
+  write_state_dict(path, tensors);
 }
 
 GradientModel read_pth_model(const std::filesystem::path& path) {

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace gelslam {
@@ -26,6 +28,12 @@ struct NpyArray {
 /// longer than its header says, larger than `max_bytes`, in Fortran order, big-endian or of another type.
 /// Never runs code (pickled objects are refused).
 NpyArray read_npy(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{1} << 31);
+
+/// The same from bytes in memory; `name` stands for the file in errors.
+NpyArray parse_npy(std::string_view bytes, const std::string& name);
+
+/// The bytes of a file of float64 values, version 1.0, as write_npy writes them.
+std::string format_npy(const std::vector<std::size_t>& shape, std::span<const double> values);
 
 /// An array too large to be held at once, read slice by slice along its first index. Refuses what read_npy refuses.
 class NpySlices {

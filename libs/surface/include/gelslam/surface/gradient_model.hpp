@@ -22,6 +22,9 @@ struct GradientModel {
 /// globals a state_dict of float32 tensors needs are known, all else is refused. Throws Error.
 GradientModel read_pth_model(const std::filesystem::path& path);
 
+/// Writes a state_dict that torch.load and read_pth_model read. Throws Error when the disk does not take it.
+void write_pth_model(const std::filesystem::path& path, const GradientModel& model);
+
 /// The same from bytes in memory; `name` appears in messages. Throws Error, nothing else, whatever the bytes.
 GradientModel parse_pth_model(std::span<const unsigned char> file, const std::string& name);
 

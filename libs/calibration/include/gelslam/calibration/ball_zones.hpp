@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "gelslam/calibration/press_set.hpp"
+
+namespace gelslam {
+
+/// The part of a press where the gel surely lies on the ball.
+struct BallZone {
+  std::size_t press = 0;  ///< index into the set
+  double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
+};
+
+struct RejectedPress {
+  std::size_t press = 0;
+  std::string reason;  ///< for people
+};
+
+struct BallZones {
+  std::vector<BallZone> zones;          ///< in the set's order
+  std::vector<RejectedPress> rejected;  ///< presses that cannot be used, and why
+};
+
+/// Finds the zones of all presses. A label's centre is believed; how far inside its radius the gel leaves the
+/// ball is read from the pictures, for the whole set at once (own): people draw the visible edge, 4 pixels
+/// too wide; circles from geometry (where the ball would cut the undeformed gel) are a third too wide, and
+/// what lies between is skirt that must not be taught as ball. Presses without a label are labelled by
+/// find_circle when `automatic`, else rejected. `progress`, if given, is called with the number of presses
+/// done.
+BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,
+                          const std::function<void(std::size_t)>& progress = nullptr);
+
+/// Throws Error, in words that say what to do, when the zones cannot make a calibration: too few presses, a
+/// side of the gel without any, or pictures whose untouched gel differs from the background (another sensor
+/// or light).
+void require_good_coverage(const PressSet& set, const BallZones& zones);
+
+}  // namespace gelslam

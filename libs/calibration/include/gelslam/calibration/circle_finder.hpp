@@ -1,0 +1,32 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+#include "gelslam/calibration/press_set.hpp"
+
+namespace gelslam {
+
+/// The circle of a press, found in the picture itself.
+struct FoundCircle {
+  ContactCircle circle;
+  /// Radius inside which the gel lies on the ball: where the colour change stops growing. The drawn radius is
+  /// `visible_rim_px` more.
+  double ball_radius_px = 0.0;
+  double confidence = 0.0;  ///< 0 to 1: share of the colour change around the contact that the ball explains
+  std::string problem;      ///< for people: why it should not be used; empty when it is good
+};
+
+/// What people draw around a contact is this much wider than the part of the gel that lies on the ball
+/// (median over hand-made labels of real presses; the public recipe takes 4 pixels off again).
+inline constexpr double visible_rim_px = 3.8;
+
+/// Finds the contact circle by fitting a press to the picture (own): the relative colour change is a
+/// quadratic function of the slope, common to the whole contact, and the slope is that of a ball of `ball_px`
+/// pixels radius inside the contact and dies away exponentially outside. Centre, radius and decay are fitted
+/// by robust least squares with the colour function eliminated (variable projection), sub-pixel. Parts
+/// outside the picture are not needed. Both images of one size. Never throws on a picture: without contact
+/// `problem` says so.
+FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px);
+
+}  // namespace gelslam

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gelslam {
+
+/// Where a ball touches the gel, in pixels. `radius_px` is that of the disc a person sees and draws; about
+/// its outer 4 pixels are already the gel's skirt (the public recipe leaves them out as well).
+struct ContactCircle {
+  double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
+};
+
+/// One picture of a ball of known diameter pressed into the gel.
+struct CalibrationPress {
+  std::string name;  ///< its folder, relative to the set's: "6.310mm/0"
+  double diameter_mm = 0.0;
+  cv::Mat3b bgr;
+  std::optional<ContactCircle> label;
+};
+
+/// A calibration folder of the public layout: catalog.csv (experiment_reldir,diameter(mm)), background.png,
+/// <experiment_reldir>/gelsight.png and, where labelled, <experiment_reldir>/label.npz (center, radius).
+struct PressSet {
+  std::filesystem::path folder;
+  cv::Mat3b background;
+  std::vector<CalibrationPress> presses;  ///< in the catalogue's order
+};
+
+/// Reads all of it. Throws Error, naming the file and what to do: no folder, catalogue or background, a
+/// damaged line or picture, a picture of another size than the background, a name that leaves the folder or
+/// comes twice, a label that is no circle, more than 2000 presses.
+PressSet read_press_set(const std::filesystem::path& folder);
+
+/// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
+ContactCircle read_label(const std::filesystem::path& path);
+
+/// float64 `center` and `radius`, as numpy.savez writes them. Throws Error when the disk does not take it.
+void write_label(const std::filesystem::path& path, const ContactCircle& circle);
+
+}  // namespace gelslam

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/calibration/press_set.hpp"
+#include "gelslam/surface/gradient_model.hpp"
+
+namespace gelslam {
+
+/// Read against true slopes of some pixels.
+struct SlopeSums {
+  std::array<double, 2> read_true{}, true_true{};  ///< x, y
+  double abs_error_deg = 0.0, error_x_deg = 0.0, error_y_deg = 0.0;
+  double pixels = 0.0;
+
+  void add(const std::array<double, 2>& read, const std::array<double, 2>& truth);
+  void add(const SlopeSums& other);
+  /// Regression of read on true slope through 0: 1 is unbiased. NaN without slopes.
+  double gain_x() const { return read_true[0] / true_true[0]; }
+  double gain_y() const { return read_true[1] / true_true[1]; }
+  double gain() const { return (read_true[0] + read_true[1]) / (true_true[0] + true_true[1]); }
+  double mean_abs_error_deg() const { return abs_error_deg / (2.0 * pixels); }  ///< per axis, of the angles
+};
+
+/// The same by place and by steepness.
+struct SlopeStatistics {
+  static constexpr std::array<double, 6> slope_limits = {0.05, 0.1, 0.2, 0.3, 0.4, 0.6};
+  SlopeSums all;
+  std::array<SlopeSums, 9> ninths;                      ///< of the gel, row by row
+  std::array<SlopeSums, slope_limits.size()> by_slope;  ///< steepness up to each limit
+  std::array<SlopeSums, 8> by_rim;                      ///< distance to the zone's rim: 0-2, 2-4 ... px
+
+  void add(const SlopeStatistics& other);
+};
+
+/// Reads the press's zone with the model. `recentre`: the ball's centre is moved first to where the model
+/// itself sees it, so that an error of the circle is not taken for one of the model (for gains); else it is
+/// taken as it is (for errors).
+SlopeStatistics measure_slopes(const GradientModel& model, const PressSet& set, const BallZone& zone,
+                               double pixel_pitch_mm, bool recentre);
+
+}  // namespace gelslam

@@ -1,0 +1,164 @@
+#include "gelslam/calibration/circle_finder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <vector>
+
+#include "press_fit.hpp"
+#include "visible_rim.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace calibration::detail;
+
+constexpr float dark_levels = 10.0F;  // keeps the relative change finite where there is no light
+constexpr double seed_share = 0.3;    // of the strongest change: what belongs to the contact at first sight
+constexpr float min_seed_levels = 6.0F;
+constexpr int min_seed_pixels = 60;
+constexpr double window_radii = 2.0, window_margin_px = 10.0;  // around the contact at first sight
+constexpr int wanted_points = 1800;
+
+constexpr double min_radius_px = 6.0;
+constexpr double min_confidence = 0.55;
+constexpr double max_ball_share = 0.95;     // of the ball's radius: no gel is that deep
+constexpr double min_visible_share = 0.35;  // of the circle inside the picture
+
+/// Colour difference to the background without what all of the picture has in common (another exposure).
+cv::Mat3f difference(const cv::Mat3b& bgr, const cv::Mat3b& background) {
+  cv::Mat3f change;
+  cv::subtract(bgr, background, change, cv::noArray(), CV_32F);
+  std::vector<float> values(change.total());
+  cv::Vec3f common;
+  for (int channel = 0; channel < 3; ++channel) {
+    std::transform(change.begin(), change.end(), values.begin(),
+                   [&](const cv::Vec3f& c) { return c[channel]; });
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    common[channel] = *middle;
+  }
+  for (cv::Vec3f& c : change) c -= common;
+  return change;
+}
+
+struct Seed {
+  double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
+};
+
+/// The place that changed most: the heaviest connected piece of the picture above a threshold.
+std::optional<Seed> find_seed(const cv::Mat3f& change) {
+  cv::Mat3f smooth;
+  cv::GaussianBlur(change, smooth, cv::Size(), 2.0);
+  cv::Mat1f strength(smooth.size());
+  std::transform(smooth.begin(), smooth.end(), strength.begin(),
+                 [](const cv::Vec3f& c) { return static_cast<float>(cv::norm(c)); });
+  std::vector<float> sorted(strength.begin(), strength.end());
+  const auto strongest =
+      sorted.end() - static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, sorted.size() / 200));
+  std::nth_element(sorted.begin(), strongest, sorted.end());
+  const float threshold = std::max(min_seed_levels, static_cast<float>(seed_share) * *strongest);
+  cv::Mat1i labels;
+  cv::Mat1i stats;
+  cv::Mat1d centres;
+  const int pieces =
+      cv::connectedComponentsWithStats(strength > threshold, labels, stats, centres, 8, CV_32S);
+  std::vector<double> weights(static_cast<std::size_t>(pieces), 0.0);
+  for (int v = 0; v < labels.rows; ++v)
+    for (int u = 0; u < labels.cols; ++u)
+      if (labels(v, u) > 0)
+        weights[static_cast<std::size_t>(labels(v, u))] += static_cast<double>(strength(v, u));
+  const auto heaviest = static_cast<int>(std::max_element(weights.begin(), weights.end()) - weights.begin());
+  if (heaviest == 0 || stats(heaviest, cv::CC_STAT_AREA) < min_seed_pixels) return std::nullopt;
+  return Seed{centres(heaviest, 0), centres(heaviest, 1),
+              std::sqrt(stats(heaviest, cv::CC_STAT_AREA) / 3.14159265)};
+}
+
+/// Change relative to the background's brightness, a little smoothed.
+cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) {
+  cv::Mat3f relative, soft_background;
+  background.convertTo(soft_background, CV_32F);
+  cv::GaussianBlur(soft_background, soft_background, cv::Size(), 1.0);
+  cv::GaussianBlur(change, relative, cv::Size(), 1.0);
+  std::transform(relative.begin(), relative.end(), soft_background.begin(), relative.begin(),
+                 [](const cv::Vec3f& c, const cv::Vec3f& b) {
+                   return cv::Vec3f(c[0] / (b[0] + dark_levels), c[1] / (b[1] + dark_levels),
+                                    c[2] / (b[2] + dark_levels));
+                 });
+  return relative;
+}
+
+PressPoints points_around(const Seed& seed, const cv::Mat3f& relative) {
+  const double reach = window_radii * seed.radius_px + window_margin_px;
+  const cv::Point first(static_cast<int>(seed.u_px - reach), static_cast<int>(seed.v_px - reach)),
+      last(static_cast<int>(seed.u_px + reach) + 2, static_cast<int>(seed.v_px + reach) + 2);
+  const cv::Rect window = cv::Rect(first, last) & cv::Rect(0, 0, relative.cols, relative.rows);
+  const int stride =
+      std::max(1, static_cast<int>(std::lround(std::sqrt(window.area() / double{wanted_points}))));
+  PressPoints points;
+  for (int v = window.y; v < window.y + window.height; v += stride)
+    for (int u = window.x; u < window.x + window.width; u += stride) {
+      points.u_px.push_back(u);
+      points.v_px.push_back(v);
+      for (int channel = 0; channel < 3; ++channel)
+        points.change[static_cast<std::size_t>(channel)].push_back(
+            static_cast<double>(relative(v, u)[channel]));
+    }
+  return points;
+}
+
+/// Share of the circle that lies in the picture.
+double visible_share(const ContactCircle& circle, const cv::Size& size) {
+  constexpr int steps = 720;
+  int inside = 0;
+  for (int k = 0; k < steps; ++k) {
+    const double angle = 2.0 * 3.14159265358979 * k / steps;
+    const double u = circle.u_px + circle.radius_px * std::cos(angle),
+                 v = circle.v_px + circle.radius_px * std::sin(angle);
+    if (u > -0.5 && v > -0.5 && u < size.width - 0.5 && v < size.height - 0.5) ++inside;
+  }
+  return static_cast<double>(inside) / steps;
+}
+
+std::string problem_with(const FoundCircle& found, const cv::Size& size, double ball_px) {
+  if (found.confidence < min_confidence) return "the colours do not look like a ball pressed into the gel";
+  if (found.ball_radius_px < min_radius_px) return "the contact is too small";
+  if (found.ball_radius_px > max_ball_share * ball_px)
+    return "the contact is larger than the ball: is the diameter right?";
+  if (found.circle.u_px < 0.0 || found.circle.v_px < 0.0 || found.circle.u_px > size.width - 1.0 ||
+      found.circle.v_px > size.height - 1.0)
+    return "the ball's middle lies outside the picture";
+  if (visible_share(found.circle, size) < min_visible_share)
+    return "most of the contact lies outside the picture";
+  return "";
+}
+
+}  // namespace
+
+FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px) {
+  FoundCircle found;
+  const cv::Mat3f change = difference(bgr, background);
+  const std::optional<Seed> seed = find_seed(change);
+  if (!seed) {
+    found.problem = "nothing touches the gel";
+    return found;
+  }
+  const cv::Mat3f relative = relative_change(change, background);
+  const PressPoints points = points_around(*seed, relative);
+  std::optional<PressFit> best;
+  for (const double share : {0.75, 1.0}) {
+    const PressShape start{seed->u_px, seed->v_px, std::min(share * seed->radius_px, 0.9 * ball_px), 8.0};
+    const PressFit fit = fit_press(points, start, ball_px);
+    if (!best || fit.cost < best->cost) best = fit;
+  }
+  found.ball_radius_px = best->shape.radius_px;
+  const ContactCircle knee{best->shape.u_px, best->shape.v_px, best->shape.radius_px};
+  found.circle = find_visible_rim(relative, knee)
+                     .value_or(ContactCircle{knee.u_px, knee.v_px, knee.radius_px + visible_rim_px});
+  found.confidence = best->explained;
+  found.problem = problem_with(found, bgr.size(), ball_px);
+  return found;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+namespace gelslam::calibration::detail {
+
+/// Relative colour change against the background at some pixels.
+struct PressPoints {
+  std::vector<double> u_px, v_px;
+  std::array<std::vector<double>, 3> change;  ///< B, G, R
+};
+
+/// A pressed ball: the gel lies on it inside the radius; outside, the slope falls by a factor e per
+/// `decay_px`.
+struct PressShape {
+  double u_px = 0.0, v_px = 0.0, radius_px = 0.0, decay_px = 0.0;
+};
+
+struct PressFit {
+  PressShape shape;
+  double cost = 0.0;       ///< robust, mean over points
+  double explained = 0.0;  ///< 1 - residual / total sum of squares, weighted as in the fit
+};
+
+/// Levenberg-Marquardt with numerical derivatives over the shape; for each shape the colour function
+/// (quadratic in the slope, per channel) is solved exactly (variable projection, Golub & Pereyra 1973).
+/// Pseudo-Huber loss.
+PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px);
+
+}  // namespace gelslam::calibration::detail

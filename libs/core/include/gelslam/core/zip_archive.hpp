@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace gelslam {
+
+struct ZipEntry {
+  std::string name, contents;
+};
+
+/// What to be content with in a file from elsewhere.
+struct ZipLimits {
+  std::size_t entries = 64;
+  std::size_t entry_bytes = 64 * 1024;
+};
+
+/// All entries of a zip archive, checksums verified. Throws Error when the file is missing, damaged, no zip
+/// archive, or larger than `limits`.
+std::vector<ZipEntry> read_zip(const std::filesystem::path& path, const ZipLimits& limits = {});
+
+/// Entries stored, not compressed (as PyTorch wants them), with a fixed date: the same entries give the same
+/// bytes. The file appears when it is whole. Throws Error when the disk does not take it.
+void write_zip(const std::filesystem::path& path, const std::vector<ZipEntry>& entries);
+
+}  // namespace gelslam
