@@ -14,6 +14,7 @@ inline constexpr int exit_internal_error = 3;  ///< our mistake
 /// and a callback that does the work and sets `exit_code`. Mistakes are thrown as Error; main prints them.
 /// One line here and one in main.cpp per command, in alphabetical order.
 void add_benchmark_command(CLI::App& app, int& exit_code);
+void add_calibrate_command(CLI::App& app, int& exit_code);
 void add_devices_command(CLI::App& app, int& exit_code);
 void add_evaluate_command(CLI::App& app, int& exit_code);
 void add_export_command(CLI::App& app, int& exit_code);

@@ -248,7 +248,7 @@ InfoReport inspect_file(const fs::path& file) {
     add(report);
     return report;
   };
-  if (ending == ".pth") return single("a gradient model", [&](InfoReport& r) { add_model(r, file); });
+  if (ending == ".pth" || ending == ".json") return single("a gradient model", [&](InfoReport& r) { add_model(r, file); });
   if (ending == ".yaml" || ending == ".yml") {
     return single("a configuration", [&](InfoReport& r) {
       const fs::path model = add_config(r, file).sensor.calibration_model_path;

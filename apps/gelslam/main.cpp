@@ -14,6 +14,7 @@ namespace {
 
 void add_commands(CLI::App& app, int& exit_code) {
   add_benchmark_command(app, exit_code);
+  add_calibrate_command(app, exit_code);
   add_devices_command(app, exit_code);
   add_evaluate_command(app, exit_code);
   add_export_command(app, exit_code);
@@ -28,10 +29,13 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_view_command(app, exit_code);
 }
 
-/// The subcommand the person asked for, else the program itself.
-const CLI::App& chosen_command(const CLI::App& app) {
+/// The subcommand (or its subcommand) the person asked for, else the program itself; `name` is all that leads there.
+const CLI::App& chosen_command(const CLI::App& app, std::string& name) {
+  name += app.get_name();
   const auto chosen = app.get_subcommands();
-  return chosen.empty() ? app : *chosen.front();
+  if (chosen.empty()) return app;
+  name += " ";
+  return chosen_command(*chosen.front(), name);
 }
 
 /// Everything that could have been meant on this command's line: option names and subcommands.
@@ -60,8 +64,8 @@ void print_error(const std::string& message) {
 int report_parse_error(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
     return app.exit(error);  // --help, --version
-  const CLI::App& command = chosen_command(app);
-  const std::string name = &command == &app ? "gelslam" : "gelslam " + command.get_name();
+  std::string name;
+  const CLI::App& command = chosen_command(app, name);
   const bool unexpected = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
   print_error(std::string(error.what()) + (unexpected ? did_you_mean(command) : "") + " (see " + name +
               " --help)");

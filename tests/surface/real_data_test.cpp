@@ -8,7 +8,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "ball_fit.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
@@ -62,28 +61,6 @@ TEST_F(RealData, EveryModelIsRead) {
   for (const char* path : {"frames/nnmodel.pth", "calibration/model/nnmodel.pth",
                            "calibration_b/model/nnmodel.pth", "calibration_sim/model/nnmodel.pth"}) {
     EXPECT_EQ(read_pth_model(data_folder() / path).layers.size(), 4U) << path;
-  }
-}
-
-// A solver with the public system's gain would give -19 %.
-TEST_F(RealData, PressedBallsHaveTheirRadius) {
-  const fs::path folder = data_folder() / "calibration";
-  const GradientModel model = read_pth_model(folder / "model" / "nnmodel.pth");
-  std::map<double, std::vector<double>> errors;
-  for (const Press& press : presses(folder)) {
-    const SurfacePtr surface = SurfaceEstimator(model, read(folder / "background.png"), {})
-                                   .estimate(read(press.folder / "gelsight.png"));
-    const auto circle = bench::find_contact_circle(*surface);
-    ASSERT_TRUE(circle) << press.folder;
-    const auto radius_mm = bench::fit_ball_radius_mm(*surface, *circle, 0.5 * press.diameter_mm);
-    if (radius_mm) errors[press.diameter_mm].push_back(*radius_mm / (0.5 * press.diameter_mm) - 1.0);
-  }
-  ASSERT_EQ(errors.size(), 2U);
-  for (auto& [diameter_mm, values] : errors) {
-    EXPECT_GE(values.size(), 15U);
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                     values.end());
-    EXPECT_LT(std::abs(values[values.size() / 2]), 0.05) << diameter_mm;
   }
 }
 

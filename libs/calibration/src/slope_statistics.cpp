@@ -10,17 +10,12 @@
 namespace gelslam {
 namespace {
 
-struct ZonePixel {
-  int u = 0, v = 0;
-  std::array<double, 2> read{};
-};
-
-std::vector<ZonePixel> pixels_of(const SlopeMap& map, const BallZone& zone) {
-  std::vector<ZonePixel> pixels;
+std::vector<ZoneReading> readings_of(const SlopeMap& map, const BallZone& zone) {
+  std::vector<ZoneReading> pixels;
   for (int v = 0; v < map.gx.rows; ++v)
     for (int u = 0; u < map.gx.cols; ++u)
       if (std::hypot(u - zone.u_px, v - zone.v_px) <= zone.radius_px)
-        pixels.push_back({u, v, {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))}});
+        pixels.push_back({u, v, {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))}, {}});
   return pixels;
 }
 
@@ -30,10 +25,10 @@ std::array<double, 2> ball_slope(double du, double dv, double ball_px) {
 }
 
 /// Where the read slopes say the centre is: the shift by which they agree with the ball in the mean.
-void recentre(const std::vector<ZonePixel>& pixels, double ball_px, BallZone& zone) {
+void recentre(const std::vector<ZoneReading>& pixels, double ball_px, BallZone& zone) {
   for (int iteration = 0; iteration < 5 && !pixels.empty(); ++iteration) {
     double du = 0.0, dv = 0.0;
-    for (const ZonePixel& pixel : pixels) {
+    for (const ZoneReading& pixel : pixels) {
       const auto truth = ball_slope(pixel.u - zone.u_px, pixel.v - zone.v_px, ball_px);
       du += std::atan(pixel.read[0]) - std::atan(truth[0]);
       dv += std::atan(pixel.read[1]) - std::atan(truth[1]);
@@ -54,8 +49,6 @@ void SlopeSums::add(const std::array<double, 2>& read, const std::array<double, 
     true_true[axis] += truth[axis] * truth[axis];
   }
   abs_error_deg += std::abs(error_x) + std::abs(error_y);
-  error_x_deg += error_x;
-  error_y_deg += error_y;
   pixels += 1.0;
 }
 
@@ -65,8 +58,6 @@ void SlopeSums::add(const SlopeSums& other) {
     true_true[axis] += other.true_true[axis];
   }
   abs_error_deg += other.abs_error_deg;
-  error_x_deg += other.error_x_deg;
-  error_y_deg += other.error_y_deg;
   pixels += other.pixels;
 }
 
@@ -74,32 +65,32 @@ void SlopeStatistics::add(const SlopeStatistics& other) {
   all.add(other.all);
   for (std::size_t k = 0; k < ninths.size(); ++k) ninths[k].add(other.ninths[k]);
   for (std::size_t k = 0; k < by_slope.size(); ++k) by_slope[k].add(other.by_slope[k]);
-  for (std::size_t k = 0; k < by_rim.size(); ++k) by_rim[k].add(other.by_rim[k]);
 }
 
-SlopeStatistics measure_slopes(const GradientModel& model, const PressSet& set, const BallZone& zone,
-                               double pixel_pitch_mm, bool recentred) {
+std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
+                                   double pixel_pitch_mm, bool recentred) {
   const CalibrationPress& press = set.presses[zone.press];
   const double ball_px = 0.5 * press.diameter_mm / pixel_pitch_mm;
-  const std::vector<ZonePixel> pixels = pixels_of(read_slope_map(model, press.bgr, set.background), zone);
+  std::vector<ZoneReading> pixels = readings_of(read_slope_map(model, press.bgr, set.background), zone);
   BallZone centre = zone;
   if (recentred) recentre(pixels, ball_px, centre);
+  for (ZoneReading& pixel : pixels)
+    pixel.truth = ball_slope(pixel.u - centre.u_px, pixel.v - centre.v_px, ball_px);
+  return pixels;
+}
+
+SlopeStatistics statistics_of(const std::vector<ZoneReading>& pixels, const cv::Size& picture) {
   SlopeStatistics statistics;
-  for (const ZonePixel& pixel : pixels) {
-    const auto truth = ball_slope(pixel.u - centre.u_px, pixel.v - centre.v_px, ball_px);
-    const double steepness = std::hypot(truth[0], truth[1]);
+  constexpr auto& limits = SlopeStatistics::slope_limits;
+  for (const ZoneReading& pixel : pixels) {
     const auto ninth =
-        static_cast<std::size_t>(3 * (3 * pixel.v / press.bgr.rows) + 3 * pixel.u / press.bgr.cols);
-    statistics.all.add(pixel.read, truth);
-    statistics.ninths[ninth].add(pixel.read, truth);
-    const auto limit = std::lower_bound(SlopeStatistics::slope_limits.begin(),
-                                        SlopeStatistics::slope_limits.end(), steepness);
-    if (limit != SlopeStatistics::slope_limits.end())
-      statistics.by_slope[static_cast<std::size_t>(limit - SlopeStatistics::slope_limits.begin())].add(
-          pixel.read, truth);
-    const double to_rim = zone.radius_px - std::hypot(pixel.u - zone.u_px, pixel.v - zone.v_px);
-    const auto ring = static_cast<std::size_t>(std::max(0.0, to_rim / 2.0));
-    if (ring < statistics.by_rim.size()) statistics.by_rim[ring].add(pixel.read, truth);
+        static_cast<std::size_t>(3 * (3 * pixel.v / picture.height) + 3 * pixel.u / picture.width);
+    statistics.all.add(pixel.read, pixel.truth);
+    statistics.ninths[ninth].add(pixel.read, pixel.truth);
+    const auto limit =
+        std::lower_bound(limits.begin(), limits.end(), std::hypot(pixel.truth[0], pixel.truth[1]));
+    if (limit != limits.end())
+      statistics.by_slope[static_cast<std::size_t>(limit - limits.begin())].add(pixel.read, pixel.truth);
   }
   return statistics;
 }

@@ -3,6 +3,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/options.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/surface/model_file.hpp"
 
 namespace gelslam {
 namespace {
@@ -106,10 +107,10 @@ Config read_config_text(std::string_view yaml, const std::filesystem::path& name
 }
 
 GradientModel read_gradient_model(const std::filesystem::path& file) {
-  if (!is_matroska(file)) return read_pth_model(file);
+  if (!is_matroska(file)) return read_model(file);
   const std::string model = read_log_attachments(file).model;
   if (model.empty()) throw Error(file.string() + ": this log holds no gradient model; give --model nnmodel.pth");
-  return parse_pth_model({reinterpret_cast<const unsigned char*>(model.data()), model.size()}, file.string());
+  return parse_model_file({reinterpret_cast<const unsigned char*>(model.data()), model.size()}, file.string()).model;
 }
 
 std::string write_config(const Config& config) {

@@ -2,8 +2,9 @@
 
 #include <array>
 #include <cstddef>
+#include <vector>
 
-#include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/surface/gradient_model.hpp"
 
@@ -12,7 +13,7 @@ namespace gelslam {
 /// Read against true slopes of some pixels.
 struct SlopeSums {
   std::array<double, 2> read_true{}, true_true{};  ///< x, y
-  double abs_error_deg = 0.0, error_x_deg = 0.0, error_y_deg = 0.0;
+  double abs_error_deg = 0.0;                      ///< summed over both axes
   double pixels = 0.0;
 
   void add(const std::array<double, 2>& read, const std::array<double, 2>& truth);
@@ -30,15 +31,23 @@ struct SlopeStatistics {
   SlopeSums all;
   std::array<SlopeSums, 9> ninths;                      ///< of the gel, row by row
   std::array<SlopeSums, slope_limits.size()> by_slope;  ///< steepness up to each limit
-  std::array<SlopeSums, 8> by_rim;                      ///< distance to the zone's rim: 0-2, 2-4 ... px
 
   void add(const SlopeStatistics& other);
 };
 
-/// Reads the press's zone with the model. `recentre`: the ball's centre is moved first to where the model
+/// One pixel of a zone: slopes dh/dx, dh/dy as the model reads them and as the ball has them.
+struct ZoneReading {
+  int u = 0, v = 0;
+  std::array<double, 2> read{}, truth{};
+};
+
+/// Reads the press's zone with the model. `recentred`: the ball's centre is moved first to where the model
 /// itself sees it, so that an error of the circle is not taken for one of the model (for gains); else it is
-/// taken as it is (for errors).
-SlopeStatistics measure_slopes(const GradientModel& model, const PressSet& set, const BallZone& zone,
-                               double pixel_pitch_mm, bool recentre);
+/// taken as it is (for errors). Throws Error when the model does not fit.
+std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
+                                   double pixel_pitch_mm, bool recentred);
+
+/// `picture`: size of the press's picture.
+SlopeStatistics statistics_of(const std::vector<ZoneReading>& pixels, const cv::Size& picture);
 
 }  // namespace gelslam

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gelslam/calibration/ball_zones.hpp"
+#include "gelslam/calibration/press_set.hpp"
+#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/progress.hpp"
+
+namespace gelslam {
+
+/// The subcommands of `gelslam calibrate`; each in its own cmd_calibrate_<name>.cpp.
+void add_calibrate_check_command(CLI::App& calibrate, int& exit_code);
+void add_calibrate_drift_command(CLI::App& calibrate, int& exit_code);
+void add_calibrate_label_command(CLI::App& calibrate, int& exit_code);
+void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
+
+/// What the commands that read presses have in common.
+struct PressOptions {
+  std::filesystem::path folder;
+  double pitch_mm = 0.0634;
+  bool quiet = false;
+
+  void add_to(CLI::App& command);
+};
+
+/// Zones of all presses, with a progress bar; presses that cannot be used are named on stderr. Ctrl-C throws
+/// Error.
+BallZones find_zones_for_people(const PressSet& set, const PressOptions& options, bool automatic,
+                                ProgressSink& progress, const InterruptWatch& interrupt);
+
+/// Throws Error "... is already there" unless `overwrite`.
+void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite);
+
+/// Throws Error when Ctrl-C was pressed.
+void stop_if_asked(const InterruptWatch& interrupt);
+
+/// "median 1.2" of numbers; 0 without any.
+double median_of(std::vector<double> values);
+
+}  // namespace gelslam

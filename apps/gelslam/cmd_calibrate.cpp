@@ -1,0 +1,63 @@
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+
+#include "calibrate_commands.hpp"
+#include "commands.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+
+void PressOptions::add_to(CLI::App& command) {
+  command
+      .add_option("PRESSES", folder, "calibration folder: catalog.csv, background.png, a folder per press")
+      ->required();
+  command.add_option("--pitch", pitch_mm, "millimetres per pixel")
+      ->check(CLI::Range(1e-4, 10.0))
+      ->capture_default_str();
+  command.add_flag("-q,--quiet", quiet, "no progress on stderr");
+}
+
+BallZones find_zones_for_people(const PressSet& set, const PressOptions& options, bool automatic,
+                                ProgressSink& progress, const InterruptWatch& interrupt) {
+  progress.begin("looking at presses", static_cast<std::int64_t>(set.presses.size()));
+  BallZones zones = find_ball_zones(set, options.pitch_mm, automatic, [&](std::size_t done) {
+    stop_if_asked(interrupt);
+    progress.update(static_cast<std::int64_t>(done));
+  });
+  progress.end();
+  for (const RejectedPress& press : zones.rejected)
+    std::cerr << "left out: " << set.presses[press.press].name << ": " << press.reason << "\n";
+  return zones;
+}
+
+void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite) {
+  if (!overwrite && std::filesystem::exists(file))
+    throw Error("'" + file.string() + "' is already there; choose another name, or give --overwrite");
+}
+
+void stop_if_asked(const InterruptWatch& interrupt) {
+  if (interrupt.requested()) throw Error("stopped; nothing was written");
+}
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void add_calibrate_command(CLI::App& app, int& exit_code) {
+  CLI::App* command =
+      app.add_subcommand("calibrate", "Make and judge a sensor's model from presses of a ball");
+  command->require_subcommand(1);
+  add_calibrate_check_command(*command, exit_code);
+  add_calibrate_drift_command(*command, exit_code);
+  add_calibrate_label_command(*command, exit_code);
+  add_calibrate_train_command(*command, exit_code);
+  command->footer(
+      "In order: label the presses, train a model on them, check it; later, drift.\n"
+      "Example: gelslam calibrate label PRESSES --accept && gelslam calibrate train PRESSES -o model.json");
+}
+
+}  // namespace gelslam

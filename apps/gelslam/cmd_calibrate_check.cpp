@@ -1,0 +1,137 @@
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "calibrate_commands.hpp"
+#include "commands.hpp"
+#include "gelslam/calibration/model_check.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/surface/model_file.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct CheckArguments {
+  PressOptions presses;
+  fs::path model, report;
+  bool json = false, overwrite = false;
+};
+
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json gains_to_json(const ModelCheck& check) {
+  Json ninths = Json::array(), slopes = Json::array();
+  for (const SlopeSums& ninth : check.gains.ninths)
+    ninths.push_back(
+        {{"gain_x", finite(ninth.gain_x())}, {"gain_y", finite(ninth.gain_y())}, {"pixels", ninth.pixels}});
+  for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k)
+    slopes.push_back({{"slope_to", SlopeStatistics::slope_limits[k]},
+                      {"gain", finite(check.gains.by_slope[k].gain())},
+                      {"error_deg", finite(check.errors.by_slope[k].mean_abs_error_deg())},
+                      {"pixels", check.gains.by_slope[k].pixels}});
+  return {{"x", finite(check.gains.all.gain_x())},
+          {"y", finite(check.gains.all.gain_y())},
+          {"ninths", std::move(ninths)},
+          {"by_slope", std::move(slopes)}};
+}
+
+Json to_json(const ModelCheck& check, const PressSet& set, const BallZones& zones) {
+  Json json = {{"verdict", verdict_name(check.verdict)},
+               {"reasons", check.reasons},
+               {"slope_error_deg", finite(check.errors.all.mean_abs_error_deg())},
+               {"gain", gains_to_json(check)},
+               {"balls", Json::array()},
+               {"presses", Json::array()},
+               {"left_out", Json::array()}};
+  for (const DiameterCheck& ball : check.diameters)
+    json["balls"].push_back({{"diameter_mm", ball.diameter_mm},
+                             {"presses", ball.presses},
+                             {"median_radius_mm", ball.median_radius_mm},
+                             {"radius_error_percent", 100.0 * ball.radius_error()},
+                             {"gain", finite(ball.gain)}});
+  for (const PressCheck& press : check.presses)
+    json["presses"].push_back({{"name", set.presses[press.zone.press].name},
+                               {"diameter_mm", set.presses[press.zone.press].diameter_mm},
+                               {"center_px", {press.zone.u_px, press.zone.v_px}},
+                               {"zone_radius_px", press.zone.radius_px},
+                               {"slope_error_deg", press.mean_abs_error_deg},
+                               {"radius_mm", press.radius_mm ? Json(*press.radius_mm) : Json(nullptr)}});
+  for (const RejectedPress& press : zones.rejected)
+    json["left_out"].push_back({{"name", set.presses[press.press].name}, {"reason", press.reason}});
+  return json;
+}
+
+void print_for_people(const ModelCheck& check) {
+  std::printf("%s\n", verdict_name(check.verdict));
+  for (const std::string& reason : check.reasons) std::printf("  %s\n", reason.c_str());
+  std::printf("slope error %.2f degrees on %zu presses; slope gain (read over true) x %.3f, y %.3f\n",
+              check.errors.all.mean_abs_error_deg(), check.presses.size(), check.gains.all.gain_x(),
+              check.gains.all.gain_y());
+  std::printf("gain by steepness:");
+  double from = 0.0;
+  for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k) {
+    const double to = SlopeStatistics::slope_limits[k];
+    if (check.gains.by_slope[k].pixels > 0.0)
+      std::printf("  %.2f-%.2f: %.3f", from, to, check.gains.by_slope[k].gain());
+    from = to;
+  }
+  std::printf("\ngain by place (x/y):\n");
+  for (std::size_t k = 0; k < 9; ++k) {
+    const SlopeSums& ninth = check.gains.ninths[k];
+    std::printf(ninth.pixels > 0.0 ? "  %.3f/%.3f" : "  no press   ", ninth.gain_x(), ninth.gain_y());
+    if (k % 3 == 2) std::printf("\n");
+  }
+  for (const DiameterCheck& ball : check.diameters)
+    std::printf("ball of %.2f mm: median radius %.3f mm (%+.1f %%) over %zu presses\n", ball.diameter_mm,
+                ball.median_radius_mm, 100.0 * ball.radius_error(), ball.presses);
+}
+
+int run_check(CheckArguments arguments, bool pitch_given) {
+  if (!arguments.report.empty()) refuse_to_replace_file(arguments.report, arguments.overwrite);
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
+  const ModelFile file = read_model_file(arguments.model);
+  if (file.record && !pitch_given) arguments.presses.pitch_mm = file.record->pixel_pitch_mm;
+  const PressSet set = read_press_set(arguments.presses.folder);
+  const BallZones zones = find_zones_for_people(set, arguments.presses, true, *progress, interrupt);
+  progress->begin("checking", static_cast<std::int64_t>(zones.zones.size()));
+  const ModelCheck check =
+      check_model(file.model, set, zones.zones, arguments.presses.pitch_mm, [&](std::size_t done) {
+        stop_if_asked(interrupt);
+        progress->update(static_cast<std::int64_t>(done));
+      });
+  progress->end();
+  if (!arguments.report.empty()) write_check_report(arguments.report, check, set, arguments.model.string());
+  if (arguments.json)
+    std::cout << to_json(check, set, zones).dump(1) << "\n";
+  else
+    print_for_people(check);
+  return check.verdict == Verdict::recalibrate ? exit_not_good : exit_done;
+}
+
+}  // namespace
+
+void add_calibrate_check_command(CLI::App& calibrate, int& exit_code) {
+  CLI::App* command = calibrate.add_subcommand("check", "Judge a model on presses of balls");
+  const auto arguments = std::make_shared<CheckArguments>();
+  command->add_option("MODEL", arguments->model, "model to judge (ours or nnmodel.pth)")->required();
+  arguments->presses.add_to(*command);
+  command->add_option("-o,--output", arguments->report, "also write a page for the browser (.html)");
+  command->add_flag("--json", arguments->json, "everything as JSON on standard output");
+  command->add_flag("--overwrite", arguments->overwrite, "replace a page that is there");
+  command->footer(
+      "Presses without a label are labelled automatically. Says good, usable or recalibrate, and why; exit "
+      "code 1 for\n"
+      "recalibrate. Presses the model has not been trained on say most.\n"
+      "Example: gelslam calibrate check model.json PRESSES -o check.html");
+  command->callback(
+      [arguments, command, &exit_code] { exit_code = run_check(*arguments, command->count("--pitch") > 0); });
+}
+
+}  // namespace gelslam

@@ -1,0 +1,140 @@
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string_view>
+#include <vector>
+
+#include "calibrate_commands.hpp"
+#include "commands.hpp"
+#include "gelslam/calibration/circle_finder.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct LabelArguments {
+  PressOptions presses;
+  fs::path sheet;
+  bool accept = false, overwrite = false;
+};
+
+void draw_circle(cv::Mat3b& image, const ContactCircle& circle, const cv::Scalar& color) {
+  constexpr int shift = 4, unit = 1 << shift;  // sub-pixel drawing
+  const cv::Point centre(static_cast<int>(std::lround(circle.u_px * unit)),
+                         static_cast<int>(std::lround(circle.v_px * unit)));
+  cv::circle(image, centre, static_cast<int>(std::lround(circle.radius_px * unit)), color, 1, cv::LINE_AA,
+             shift);
+  cv::circle(image, centre, unit, color, 1, cv::LINE_AA, shift);
+}
+
+/// All presses beside each other, the change against the background doubled; white: found, black: the label
+/// there.
+void write_sheet(const fs::path& path, const PressSet& set, const std::vector<FoundCircle>& found) {
+  constexpr int columns = 6;
+  const int rows = (static_cast<int>(found.size()) + columns - 1) / columns;
+  const cv::Size size = set.background.size();
+  cv::Mat3b sheet(rows * size.height, columns * size.width, cv::Vec3b(0, 0, 0));
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    cv::Mat3s change;
+    cv::subtract(set.presses[k].bgr, set.background, change, cv::noArray(), CV_16S);
+    cv::Mat3b picture;
+    change.convertTo(picture, CV_8U, 2.0, 128.0);
+    if (set.presses[k].label) draw_circle(picture, *set.presses[k].label, cv::Scalar(0, 0, 0));
+    if (found[k].problem.empty()) draw_circle(picture, found[k].circle, cv::Scalar(255, 255, 255));
+    cv::putText(picture, set.presses[k].name, cv::Point(4, 14), cv::FONT_HERSHEY_SIMPLEX, 0.45,
+                cv::Scalar(255, 255, 255));
+    const int place = static_cast<int>(k);
+    picture.copyTo(
+        sheet(cv::Rect(cv::Point(place % columns * size.width, place / columns * size.height), size)));
+  }
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", sheet, bytes)) throw Error("cannot encode " + path.string());
+  write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+void compare_with_labels(const PressSet& set, const std::vector<FoundCircle>& found) {
+  std::vector<double> centres, radii;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const auto& label = set.presses[k].label;
+    if (!label || !found[k].problem.empty()) continue;
+    centres.push_back(std::hypot(found[k].circle.u_px - label->u_px, found[k].circle.v_px - label->v_px));
+    radii.push_back(std::abs(found[k].circle.radius_px - label->radius_px));
+  }
+  if (!centres.empty())
+    std::printf("%zu labels were there; median distance of the centres %.1f px, of the radii %.1f px\n",
+                centres.size(), median_of(centres), median_of(radii));
+}
+
+std::vector<FoundCircle> find_all(const PressSet& set, const LabelArguments& arguments) {
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
+  std::vector<FoundCircle> found;
+  progress->begin("labelling", static_cast<std::int64_t>(set.presses.size()));
+  for (const CalibrationPress& press : set.presses) {
+    stop_if_asked(interrupt);
+    found.push_back(
+        find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / arguments.presses.pitch_mm));
+    progress->update(static_cast<std::int64_t>(found.size()));
+  }
+  progress->end();
+  return found;
+}
+
+int run_label(const LabelArguments& arguments) {
+  if (!arguments.sheet.empty()) refuse_to_replace_file(arguments.sheet, arguments.overwrite);
+  const PressSet set = read_press_set(arguments.presses.folder);
+  const std::vector<FoundCircle> found = find_all(set, arguments);
+  std::size_t unclear = 0, written = 0, kept = 0;
+  std::printf("%-16s %8s %8s %8s %11s\n", "press", "u px", "v px", "radius", "confidence");
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const CalibrationPress& press = set.presses[k];
+    const bool keep = press.label && !arguments.overwrite;
+    const ContactCircle& circle = found[k].circle;
+    if (!found[k].problem.empty()) {
+      ++unclear;
+      std::printf("%-16s %s%s\n", press.name.c_str(), found[k].problem.c_str(),
+                  press.label ? "; keeps its label" : "");
+      continue;
+    }
+    std::printf("%-16s %8.1f %8.1f %8.1f %11.2f%s\n", press.name.c_str(), circle.u_px, circle.v_px,
+                circle.radius_px, found[k].confidence, keep ? "  keeps its label" : "");
+    kept += keep ? 1 : 0;
+    if (!arguments.accept || keep) continue;
+    write_label(set.folder / press.name / "label.npz", circle);
+    ++written;
+  }
+  compare_with_labels(set, found);
+  if (!arguments.sheet.empty()) write_sheet(arguments.sheet, set, found);
+  if (arguments.accept)
+    std::cerr << written << " labels written, " << kept << " kept, " << unclear << " presses not clear\n";
+  else
+    std::cerr << "nothing was written; --accept writes these labels\n";
+  return unclear == 0 ? exit_done : exit_not_good;
+}
+
+}  // namespace
+
+void add_calibrate_label_command(CLI::App& calibrate, int& exit_code) {
+  CLI::App* command = calibrate.add_subcommand("label", "Find the contact circle of every press");
+  const auto arguments = std::make_shared<LabelArguments>();
+  arguments->presses.add_to(*command);
+  command->add_flag("--accept", arguments->accept, "write label.npz for every circle found");
+  command->add_flag("--overwrite", arguments->overwrite, "also where a label is there");
+  command->add_option("--sheet", arguments->sheet,
+                      "write a picture of all presses with their circles (.png)");
+  command->footer(
+      "Exit code 1 when some presses are not clear.\n"
+      "Example: gelslam calibrate label PRESSES --sheet circles.png, look at it, then gelslam calibrate "
+      "label PRESSES "
+      "--accept");
+  command->callback([arguments, &exit_code] { exit_code = run_label(*arguments); });
+}
+
+}  // namespace gelslam

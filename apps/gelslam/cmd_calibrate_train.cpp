@@ -1,0 +1,110 @@
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "calibrate_commands.hpp"
+#include "commands.hpp"
+#include "gelslam/calibration/model_check.hpp"
+#include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/surface/model_file.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TrainArguments {
+  PressOptions presses;
+  fs::path output, pth;
+  std::uint64_t seed = 1;
+  bool automatic = false, published = false, overwrite = false;
+};
+
+void require_labels(const PressSet& set) {
+  std::size_t bare = 0;
+  std::string first;
+  for (const CalibrationPress& press : set.presses) {
+    if (press.label) continue;
+    if (bare++ == 0) first = press.name;
+  }
+  if (bare > 0)
+    throw Error("'" + set.folder.string() + "': " + std::to_string(bare) + " of " +
+                std::to_string(set.presses.size()) + " presses have no label (first: " + first +
+                "); run: gelslam calibrate label " + set.folder.string() + " --accept, or give --automatic");
+}
+
+CalibrationRecord record_of(const PressSet& set, const ModelCheck& check, const TrainArguments& arguments) {
+  CalibrationRecord record;
+  record.width_px = set.background.cols;
+  record.height_px = set.background.rows;
+  record.pixel_pitch_mm = arguments.presses.pitch_mm;
+  record.presses = static_cast<int>(check.presses.size());
+  for (const DiameterCheck& ball : check.diameters) record.diameters_mm.push_back(ball.diameter_mm);
+  record.seed = arguments.seed;
+  record.background_cells = background_cells(set.background);
+  return record;
+}
+
+void write_model(const fs::path& path, const GradientModel& model, const CalibrationRecord& record) {
+  if (path.extension() == ".pth")
+    write_pth_model(path, model);
+  else
+    write_model_file(path, {model, record});
+}
+
+int run_train(const TrainArguments& arguments) {
+  refuse_to_replace_file(arguments.output, arguments.overwrite);
+  if (!arguments.pth.empty()) refuse_to_replace_file(arguments.pth, arguments.overwrite);
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
+  const PressSet set = read_press_set(arguments.presses.folder);
+  if (!arguments.automatic) require_labels(set);
+  const BallZones zones =
+      find_zones_for_people(set, arguments.presses, arguments.automatic, *progress, interrupt);
+  require_good_coverage(set, zones);
+  ModelTraining training{arguments.presses.pitch_mm, arguments.seed, {}};
+  if (arguments.published) training.recipe = published_recipe();
+  const GradientModel model =
+      train_model(set, zones.zones, training, *progress, [&] { return interrupt.requested(); });
+  const ModelCheck check = check_model(model, set, zones.zones, arguments.presses.pitch_mm,
+                                       [&](std::size_t) { stop_if_asked(interrupt); });
+  const std::string contradiction = contradiction_between_balls(check);
+  if (!contradiction.empty()) throw Error("'" + set.folder.string() + "': " + contradiction);
+  const CalibrationRecord record = record_of(set, check, arguments);
+  write_model(arguments.output, model, record);
+  if (!arguments.pth.empty()) write_pth_model(arguments.pth, model);
+  std::printf("trained on %zu presses; on these: slope error %.2f degrees, gain x %.3f y %.3f",
+              check.presses.size(), check.errors.all.mean_abs_error_deg(), check.gains.all.gain_x(),
+              check.gains.all.gain_y());
+  for (const DiameterCheck& ball : check.diameters)
+    std::printf(", %.2f mm ball %+.1f %%", ball.diameter_mm, 100.0 * ball.radius_error());
+  std::printf("\n");
+  for (const std::string& reason : check.reasons) std::cerr << "note: " << reason << "\n";
+  return check.verdict == Verdict::recalibrate ? exit_not_good : exit_done;
+}
+
+}  // namespace
+
+void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
+  CLI::App* command = calibrate.add_subcommand("train", "Train a model on labelled presses");
+  const auto arguments = std::make_shared<TrainArguments>();
+  arguments->presses.add_to(*command);
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "model to write; .pth: as PyTorch has it, else our own format")
+      ->required();
+  command->add_option("--pth", arguments->pth, "write it as an nnmodel.pth too");
+  command->add_option("--seed", arguments->seed, "of all that is random")->capture_default_str();
+  command->add_flag("--automatic", arguments->automatic,
+                    "label presses that have no label, for this run only");
+  command->add_flag("--published", arguments->published, "the published recipe instead of ours, to compare");
+  command->add_flag("--overwrite", arguments->overwrite, "replace a model that is there");
+  command->footer(
+      "The same presses and seed give the same model. Exit code 1 when the model is written but poor.\n"
+      "Example: gelslam calibrate train PRESSES -o model.json --pth nnmodel.pth");
+  command->callback([arguments, &exit_code] { exit_code = run_train(*arguments); });
+}
+
+}  // namespace gelslam

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelslam/calibration/ball_zones.hpp"
+#include "gelslam/calibration/slope_statistics.hpp"
+#include "gelslam/surface/gradient_model.hpp"
+
+namespace gelslam {
+
+struct PressCheck {
+  BallZone zone;
+  double mean_abs_error_deg = 0.0;
+  std::optional<double> radius_mm;  ///< of the reconstructed ball; nothing when no sphere fits
+};
+
+struct DiameterCheck {
+  double diameter_mm = 0.0;
+  std::size_t presses = 0;
+  double median_radius_mm = 0.0;
+  double gain = 0.0;  ///< read over true slope on balls of this size
+  double radius_error() const { return median_radius_mm / (0.5 * diameter_mm) - 1.0; }
+};
+
+enum class Verdict { good, usable, recalibrate };
+const char* verdict_name(Verdict verdict);
+
+/// How a model reads presses of known balls.
+struct ModelCheck {
+  SlopeStatistics errors;  ///< against the circles as they are
+  SlopeStatistics gains;   ///< each ball's centre moved to where the model sees it
+  std::vector<PressCheck> presses;
+  std::vector<DiameterCheck> diameters;  ///< in growing order
+  cv::Mat1f error_map_deg;  ///< mean absolute angle error in 16x12 cells of the gel, NaN where no press
+  Verdict verdict = Verdict::recalibrate;
+  std::vector<std::string> reasons;  ///< for people: what is not good, worst first; empty when all is
+};
+
+/// Reads every zone, reconstructs every ball (as `gelslam surface` does) and judges. `progress`, if given, is
+/// called with the number of presses done. Throws Error without zones, or when the model does not fit.
+ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
+                       double pixel_pitch_mm, const std::function<void(std::size_t)>& progress = nullptr);
+
+/// Sentences about two sizes of balls that contradict each other (one diameter in the catalogue is wrong), or
+/// "". The model must have been trained on these presses.
+std::string contradiction_between_balls(const ModelCheck& check);
+
+/// One page for a browser, pictures inside: verdict, error map, gain by place and steepness, every press. The
+/// file appears when it is whole; Error when the disk does not take it.
+void write_check_report(const std::filesystem::path& path, const ModelCheck& check, const PressSet& set,
+                        const std::string& model_name);
+
+}  // namespace gelslam

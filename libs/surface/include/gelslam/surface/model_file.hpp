@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gelslam/surface/gradient_model.hpp"
+
+namespace gelslam {
+
+/// Under what a model was made: kept in model files of our own.
+struct CalibrationRecord {
+  int width_px = 0, height_px = 0;
+  double pixel_pitch_mm = 0.0;
+  int presses = 0;                   ///< that were used
+  std::vector<double> diameters_mm;  ///< of the balls
+  std::uint64_t seed = 0;
+  cv::Mat3f background_cells;  ///< mean BGR of the bare gel in background_grid cells, grey levels
+};
+inline const cv::Size background_grid{20, 15};
+
+/// The bare gel as a record keeps it: means of 20x15 cells. `background` must be at least that large.
+cv::Mat3f background_cells(const cv::Mat3b& background);
+
+struct ModelFile {
+  GradientModel model;
+  std::optional<CalibrationRecord> record;  ///< nothing in an nnmodel.pth
+};
+
+/// Reads a model of either kind, told apart by content: nnmodel.pth (zip, see read_pth_model) or our own
+/// (JSON, see docs/file-formats.md). Throws Error when it is neither, damaged, of a newer version, or no
+/// 5-32-32-32-2 network.
+ModelFile read_model_file(const std::filesystem::path& path);
+GradientModel read_model(const std::filesystem::path& path);
+
+/// The same from bytes in memory; `name` stands for the file in errors.
+ModelFile parse_model_file(std::span<const unsigned char> bytes, const std::string& name);
+
+/// Writes our own format, whole or not at all; the same content gives the same bytes. Throws Error when the
+/// disk does not take it.
+void write_model_file(const std::filesystem::path& path, const ModelFile& file);
+
+}  // namespace gelslam

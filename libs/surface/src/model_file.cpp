@@ -1,0 +1,167 @@
+#include "gelslam/surface/model_file.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string_view>
+
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* format_name = "gelslam gradient model";
+constexpr int format_version = 1;
+constexpr std::size_t max_file_bytes = 4 * 1024 * 1024;
+constexpr std::size_t max_text_bytes = 1024 * 1024;  // real ones have 40 KiB
+constexpr int layer_sizes[] = {5, 32, 32, 32, 2};
+constexpr double max_number = 1e6;
+
+const Json& member(const Json& object, const char* name) {
+  const auto found = object.is_object() ? object.find(name) : object.end();
+  if (!object.is_object() || found == object.end()) throw Error(std::string("'") + name + "' is missing");
+  return *found;
+}
+
+double number(const Json& value, const char* name, double min, double max) {
+  const double x = value.is_number() ? value.get<double>() : std::nan("");
+  if (!(x >= min && x <= max)) throw Error(std::string("'") + name + "' holds no good number");
+  return x;
+}
+
+int whole_number(const Json& object, const char* name, int min, int max) {
+  const Json& value = member(object, name);
+  if (!value.is_number_integer()) throw Error(std::string("'") + name + "' is no whole number");
+  return static_cast<int>(number(value, name, min, max));
+}
+
+std::vector<float> numbers(const Json& object, const char* name, std::size_t count) {
+  const Json& array = member(object, name);
+  if (!array.is_array() || array.size() != count)
+    throw Error(std::string("'") + name + "' does not hold " + std::to_string(count) + " numbers");
+  std::vector<float> values;
+  for (const Json& value : array)
+    values.push_back(static_cast<float>(number(value, name, -max_number, max_number)));
+  return values;
+}
+
+GradientModel parse_layers(const Json& layers) {
+  if (!layers.is_array() || layers.size() != 4) throw Error("'layers' does not hold 4 layers");
+  GradientModel model;
+  for (std::size_t l = 0; l < 4; ++l) {
+    const int inputs = layer_sizes[l], outputs = layer_sizes[l + 1];
+    GradientModel::Layer layer{inputs, outputs, {}, {}};
+    layer.weight = numbers(layers[l], "weight", static_cast<std::size_t>(inputs * outputs));
+    layer.bias = numbers(layers[l], "bias", static_cast<std::size_t>(outputs));
+    model.layers.push_back(std::move(layer));
+  }
+  return model;
+}
+
+CalibrationRecord parse_record(const Json& json) {
+  CalibrationRecord record;
+  record.width_px = whole_number(json, "width_px", 1, 100'000);
+  record.height_px = whole_number(json, "height_px", 1, 100'000);
+  record.pixel_pitch_mm = number(member(json, "pixel_pitch_mm"), "pixel_pitch_mm", 1e-4, 10.0);
+  record.presses = whole_number(json, "presses", 0, 1'000'000);
+  const Json& diameters = member(json, "diameters_mm");
+  if (!diameters.is_array() || diameters.size() > 1000) throw Error("'diameters_mm' is no list");
+  for (const Json& diameter : diameters)
+    record.diameters_mm.push_back(number(diameter, "diameters_mm", 0.0, 1e4));
+  const Json& seed = member(json, "seed");
+  if (!seed.is_number_unsigned()) throw Error("'seed' is no whole number");
+  record.seed = seed.get<std::uint64_t>();
+  const std::vector<float> cells =
+      numbers(json, "background_bgr", static_cast<std::size_t>(3 * background_grid.area()));
+  record.background_cells.create(background_grid);
+  for (int k = 0; k < background_grid.area(); ++k)
+    for (int c = 0; c < 3; ++c)
+      record.background_cells(k / background_grid.width, k % background_grid.width)[c] =
+          cells[static_cast<std::size_t>(3 * k + c)];
+  return record;
+}
+
+ModelFile parse_text(std::string_view text) {
+  if (text.size() > max_text_bytes) throw Error("it is larger than 1 MiB, this is no gradient model");
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded()) throw Error("it is damaged (no JSON)");
+  const Json& format = member(json, "format");
+  if (!format.is_string() || format.get_ref<const std::string&>() != format_name)
+    throw Error(std::string("its 'format' is not \"") + format_name + "\"");
+  if (whole_number(json, "version", 1, 1'000'000) > format_version)
+    throw Error("it was written by a newer gelslam; update this one");
+  ModelFile file;
+  file.model = parse_layers(member(json, "layers"));
+  if (json.contains("calibration")) file.record = parse_record(json["calibration"]);
+  return file;
+}
+
+Json to_json(const CalibrationRecord& record) {
+  Json cells = Json::array();
+  for (const cv::Vec3f& cell : record.background_cells)
+    for (int c = 0; c < 3; ++c) cells.push_back(std::round(static_cast<double>(cell[c]) * 100.0) / 100.0);
+  return {{"width_px", record.width_px},
+          {"height_px", record.height_px},
+          {"pixel_pitch_mm", record.pixel_pitch_mm},
+          {"presses", record.presses},
+          {"diameters_mm", record.diameters_mm},
+          {"seed", record.seed},
+          {"background_bgr", std::move(cells)}};
+}
+
+}  // namespace
+
+cv::Mat3f background_cells(const cv::Mat3b& background) {
+  cv::Mat3f numbers, cells;
+  background.convertTo(numbers, CV_32F);
+  cv::resize(numbers, cells, background_grid, 0.0, 0.0, cv::INTER_AREA);
+  return cells;
+}
+
+ModelFile parse_model_file(std::span<const unsigned char> bytes, const std::string& name) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (text.starts_with("PK")) return {parse_pth_model(bytes, name), std::nullopt};
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos || text[first] != '{')
+    throw Error("gradient model '" + name +
+                "' is neither an nnmodel.pth (zip archive) nor a gelslam model (JSON)");
+  try {
+    return parse_text(text);
+  } catch (const Error& error) {
+    throw Error("gradient model '" + name + "': " + error.what());
+  }
+}
+
+ModelFile read_model_file(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    throw Error(
+        "gradient model '" + path.string() +
+        "' does not exist or is no file (give an nnmodel.pth, or a model that gelslam calibrate wrote)");
+  std::ifstream stream(path, std::ios::binary);
+  std::vector<unsigned char> bytes(max_file_bytes + 1);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream.is_open() || stream.bad()) throw Error("gradient model '" + path.string() + "' cannot be read");
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  if (bytes.size() > max_file_bytes)
+    throw Error("gradient model '" + path.string() + "' is larger than 4 MiB, this is no gradient model");
+  return parse_model_file(bytes, path.string());
+}
+
+GradientModel read_model(const std::filesystem::path& path) { return read_model_file(path).model; }
+
+void write_model_file(const std::filesystem::path& path, const ModelFile& file) {
+  Json json = {{"format", format_name}, {"version", format_version}};
+  if (file.record) json["calibration"] = to_json(*file.record);
+  json["layers"] = Json::array();
+  for (const GradientModel::Layer& layer : file.model.layers)
+    json["layers"].push_back({{"weight", layer.weight}, {"bias", layer.bias}});
+  write_file_atomically(path, json.dump() + "\n");
+}
+
+}  // namespace gelslam
