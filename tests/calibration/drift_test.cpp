@@ -1,0 +1,65 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "gelslam/calibration/background_drift.hpp"
+#include "gelslam/surface/model_file.hpp"
+
+namespace gelslam::test {
+namespace {
+
+cv::Mat3f bare_gel() {
+  cv::Mat3f cells(background_grid);
+  for (int v = 0; v < cells.rows; ++v)
+    for (int u = 0; u < cells.cols; ++u) {
+      const double bump = std::exp(-0.01 * ((u - 10) * (u - 10) + (v - 7) * (v - 7)));
+      cells(v, u) = cv::Vec3f(static_cast<float>(60 + 80 * bump), static_cast<float>(90 + 30 * bump),
+                              static_cast<float>(40 + 90 * bump));
+    }
+  return cells;
+}
+
+TEST(Drift, IsNothingForTheSameGel) {
+  const BackgroundDrift drift = measure_drift(bare_gel(), bare_gel());
+  EXPECT_FALSE(drift.gel_changed || drift.light_changed);
+  EXPECT_NEAR(drift.gel_change_levels, 0.0, 1e-3);
+  EXPECT_THAT(drift.words, ::testing::HasSubstr("as they were"));
+}
+
+TEST(Drift, TellsTheLightFromTheGel) {
+  const cv::Mat3f then = bare_gel();
+  cv::Mat3f now = then.clone();
+  for (cv::Vec3f& cell : now) cell = cv::Vec3f(1.3F * cell[0], cell[1], 0.8F * cell[2] + 5.0F);
+  const BackgroundDrift drift = measure_drift(then, now);
+  EXPECT_NEAR(drift.light_gain[0], 1.3, 0.01);
+  EXPECT_NEAR(drift.light_gain[2], 0.8, 0.01);
+  EXPECT_NEAR(drift.light_offset[2], 5.0, 1.0);
+  EXPECT_TRUE(drift.light_changed);
+  EXPECT_FALSE(drift.gel_changed);
+}
+
+TEST(Drift, NoticesDirtAndWhereItIs) {
+  const cv::Mat3f then = bare_gel();
+  cv::Mat3f now = then.clone();
+  now(3, 12) -= cv::Vec3f(45, 45, 45);
+  const BackgroundDrift drift = measure_drift(then, now);
+  EXPECT_TRUE(drift.gel_changed);
+  EXPECT_FALSE(drift.light_changed);
+  EXPECT_EQ(drift.worst_cell, cv::Point(12, 3));
+  EXPECT_NEAR(drift.worst_cell_levels, 45.0, 3.0);
+}
+
+TEST(Drift, NoticesAnotherGel) {
+  const cv::Mat3f then = bare_gel();
+  cv::Mat3f now;
+  cv::flip(then, now, 1);
+  for (int v = 0; v < now.rows; ++v)
+    for (int u = 0; u < now.cols; ++u)
+      now(v, u) += cv::Vec3f(static_cast<float>(2 * u), 0, static_cast<float>(-3 * v));
+  EXPECT_TRUE(measure_drift(then, now).gel_changed);
+}
+
+}  // namespace
+}  // namespace gelslam::test

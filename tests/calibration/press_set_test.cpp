@@ -1,0 +1,148 @@
+#include "gelslam/calibration/press_set.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "../support/pictures.hpp"
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/core/zip_archive.hpp"
+#include "simulated_presses.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// Two presses with pictures of any content: reading does not look at it.
+PressSet small_set() {
+  PressSet set;
+  set.background = numbered_picture(0, 64, 48);
+  set.presses.push_back({"6mm/0", 6.31, numbered_picture(1, 64, 48), ContactCircle{30.25, 20.5, 11.0}});
+  set.presses.push_back({"9mm/0", 9.5, numbered_picture(2, 64, 48), std::nullopt});
+  return set;
+}
+
+std::string refusal(const fs::path& folder) {
+  return message_of<Error>([&] { read_press_set(folder); });
+}
+
+TEST(PressSet, ComesBackAsItWasWritten) {
+  const TemporaryFolder folder;
+  const PressSet written = small_set();
+  write_folder(folder.path(), written);
+  const PressSet read = read_press_set(folder.path());
+  ASSERT_EQ(read.presses.size(), 2U);
+  EXPECT_EQ(read.presses[0].name, "6mm/0");
+  EXPECT_EQ(read.presses[1].diameter_mm, 9.5);
+  EXPECT_EQ(cv::norm(read.presses[1].bgr, written.presses[1].bgr), 0.0);
+  EXPECT_EQ(cv::norm(read.background, written.background), 0.0);
+  ASSERT_TRUE(read.presses[0].label);
+  EXPECT_EQ(read.presses[0].label->u_px, 30.25);
+  EXPECT_EQ(read.presses[0].label->v_px, 20.5);
+  EXPECT_EQ(read.presses[0].label->radius_px, 11.0);
+  EXPECT_FALSE(read.presses[1].label);
+}
+
+TEST(PressSet, ReadsWindowsLineEndsAndQuotes) {
+  const TemporaryFolder folder;
+  write_folder(folder.path(), small_set());
+  write_bytes(folder / "catalog.csv",
+              "experiment_reldir,diameter(mm)\r\n\"6mm/0\",6.31\r\n\r\n9mm/0, 9.5 \r\n");
+  EXPECT_EQ(read_press_set(folder.path()).presses[1].diameter_mm, 9.5);
+}
+
+TEST(PressSet, SaysWhatIsWrongWithTheFolder) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(refusal(folder / "none"), HasSubstr("is no folder of ball presses"));
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("catalog.csv' cannot be read"));
+  write_folder(folder.path(), small_set());
+  fs::remove(folder / "background.png");
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("is missing: take a picture of the gel"));
+  cv::imwrite((folder / "background.png").string(), numbered_picture(0, 60, 48));
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("is 64x48 but the background is 60x48"));
+  write_folder(folder.path(), small_set());
+  fs::remove(folder / "9mm/0/gelsight.png");
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("9mm/0/gelsight.png"));
+}
+
+TEST(PressSet, SaysWhichLineOfTheCatalogueIsWrong) {
+  const TemporaryFolder folder;
+  write_folder(folder.path(), small_set());
+  const auto with = [&](const std::string& line) {
+    write_bytes(folder / "catalog.csv", "h\n6mm/0,6.31\n" + line + "\n");
+    return refusal(folder.path());
+  };
+  EXPECT_THAT(with("9mm/0"), HasSubstr("line 3 cannot be read"));
+  EXPECT_THAT(with("9mm/0,big"), HasSubstr("line 3 cannot be read"));
+  EXPECT_THAT(with("9mm/0,nan"), HasSubstr("the diameter must be"));
+  EXPECT_THAT(with("9mm/0,-9.5"), HasSubstr("the diameter must be"));
+  EXPECT_THAT(with("../secret,9.5"), HasSubstr("must lie inside"));
+  EXPECT_THAT(with("/etc,9.5"), HasSubstr("must lie inside"));
+  EXPECT_THAT(with("6mm/0,9.5"), HasSubstr("is there twice"));
+  EXPECT_THAT(with(std::string(5000, 'x') + ",9.5"), HasSubstr("too long"));
+  write_bytes(folder / "catalog.csv", "header\n");
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("names no presses"));
+}
+
+TEST(Label, ReadsWholeNumbersAsPeopleSaveThem) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "label.npz";
+  write_npy(folder / "r.npy", {}, std::vector<std::int64_t>{29});
+  const double center[] = {270.0, 142.125};
+  write_zip(path, {{"center.npy", format_npy({2}, center)}, {"radius.npy", read_bytes(folder / "r.npy")}});
+  EXPECT_EQ(read_label(path).radius_px, 29.0);
+  EXPECT_EQ(read_label(path).v_px, 142.125);
+}
+
+TEST(Label, RefusesWhatIsNoCircle) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "label.npz";
+  const auto refused = [&] { return message_of<Error>([&] { read_label(path); }); };
+  const auto save = [&](std::vector<double> center, std::vector<double> radius) {
+    write_zip(path, {{"center.npy", format_npy({center.size()}, center)},
+                     {"radius.npy", format_npy({radius.size()}, radius)}});
+  };
+  save({1, 2, 3}, {4});
+  EXPECT_THAT(refused(), HasSubstr("holds 3 numbers, expected 2"));
+  save({1, 2}, {-4});
+  EXPECT_THAT(refused(), HasSubstr("no circle"));
+  save({std::nan(""), 2}, {4});
+  EXPECT_THAT(refused(), HasSubstr("no circle"));
+  save({1, 2}, {std::numeric_limits<double>::infinity()});
+  EXPECT_THAT(refused(), HasSubstr("no circle"));
+  write_zip(path, {{"center.npy", "nonsense"}, {"radius.npy", ""}});
+  EXPECT_THAT(refused(), HasSubstr("not a usable .npy"));
+  write_zip(path, {{"radius.npy", ""}});
+  EXPECT_THAT(refused(), HasSubstr("'center.npy' is missing"));
+  write_zip(path, {{"center.npy", std::string(100'000, 'x')}});
+  EXPECT_THAT(refused(), HasSubstr("more than expected"));
+  write_bytes(path, "no archive");
+  EXPECT_THAT(refused(), HasSubstr("no zip archive"));
+}
+
+TEST(Label, EveryTruncationAndFlippedByteIsAnErrorOrACircle) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "label.npz";
+  write_label(path, {100.5, 60.25, 30.0});
+  const std::string good = read_bytes(path);
+  for (std::size_t k = 0; k < good.size(); k += 3) {
+    write_bytes(path, good.substr(0, k));
+    EXPECT_THROW(read_label(path), Error) << "cut at " << k;
+    std::string flipped = good;
+    flipped[k] = static_cast<char>(flipped[k] ^ 0x55);
+    write_bytes(path, flipped);
+    try {
+      EXPECT_GT(read_label(path).radius_px, 0.0);
+    } catch (const Error&) {
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gelslam::test

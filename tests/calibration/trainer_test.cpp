@@ -1,0 +1,194 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "../support/temporary_folder.hpp"
+#include "gain_field.hpp"
+#include "gelslam/calibration/circle_finder.hpp"
+#include "gelslam/calibration/model_check.hpp"
+#include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/surface/slope_map.hpp"
+#include "network_kernels.hpp"
+#include "simulated_presses.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using namespace calibration::detail;
+
+constexpr double pitch_mm = 0.0634;
+
+NetworkNumbers random_network(std::mt19937& random) {
+  NetworkNumbers network;
+  std::uniform_real_distribution<float> number(-0.4F, 0.4F);
+  for (float& value : network.values) value = number(random);
+  return network;
+}
+
+/// Sum of squares of the outputs: its derivative by the outputs is twice the outputs.
+double loss(const NetworkNumbers& network, TileActivations tile) {
+  network_forward(network, tile);
+  double sum = 0.0;
+  for (const float value : tile.output) sum += static_cast<double>(value) * static_cast<double>(value);
+  return sum;
+}
+
+TEST(NetworkKernels, DerivativesAreThoseOfFiniteDifferences) {
+  std::mt19937 random(5);
+  const NetworkNumbers network = random_network(random);
+  TileActivations tile;
+  std::uniform_real_distribution<float> number(-1.0F, 1.0F);
+  for (float& value : tile.input) value = number(random);
+  network_forward(network, tile);
+  std::array<float, 2 * tile_samples> derivative{};
+  for (std::size_t k = 0; k < derivative.size(); ++k) derivative[k] = 2.0F * tile.output[k];
+  NetworkNumbers gradient;
+  network_backward(network, tile, derivative, gradient);
+  double difference = 0.0, size = 0.0;
+  for (std::size_t k = 0; k < network.values.size(); k += 7) {
+    NetworkNumbers more = network, less = network;
+    constexpr float step = 2e-3F;
+    more.values[k] += step;
+    less.values[k] -= step;
+    const double numerical = (loss(more, tile) - loss(less, tile)) / (2.0 * static_cast<double>(step));
+    const auto analytical = static_cast<double>(gradient.values[k]);
+    difference += (numerical - analytical) * (numerical - analytical);
+    size += numerical * numerical;
+  }
+  EXPECT_GT(size, 1.0);
+  EXPECT_LT(std::sqrt(difference / size), 0.01);  // kinks of the ReLU
+}
+
+// A reader that shrinks everything by a tenth, and the right side by two: asked for what the field says, it
+// is right.
+TEST(GainField, StretchesUntilReadingsAreTrue) {
+  GainField field;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> place(0.0F, 1.0F), angle(-0.3F, 0.3F);
+  const auto shrink = [](const GainField::Pair& where) { return where[0] > 2.0F / 3.0F ? 0.8F : 0.9F; };
+  for (int step = 0; step < 3000; ++step) {
+    for (int k = 0; k < 64; ++k) {
+      const GainField::Pair where{place(random), place(random)}, truth{angle(random), angle(random)};
+      const GainField::Pair asked = field.stretched(where, truth);
+      field.note(where, {shrink(where) * asked[0], shrink(where) * asked[1]}, truth);
+    }
+    field.settle();
+  }
+  for (const GainField::Pair& where : {GainField::Pair{0.17F, 0.5F}, {0.83F, 0.17F}, {0.9F, 0.9F}}) {
+    const GainField::Pair truth{0.2F, -0.1F};
+    const GainField::Pair asked = field.stretched(where, truth);
+    EXPECT_NEAR(shrink(where) * asked[0] / truth[0], 1.0, 0.05) << where[0];
+  }
+}
+
+GradientModel trained(const PressSet& set, const BallZones& zones, const TrainingRecipe& recipe,
+                      std::uint64_t seed) {
+  NoProgress quiet;
+  return train_model(set, zones.zones, {pitch_mm, seed, recipe}, quiet, [] { return false; });
+}
+
+TrainingRecipe short_recipe(int steps) {
+  TrainingRecipe recipe;
+  recipe.steps = steps;
+  return recipe;
+}
+
+TEST(TrainModel, IsTheSameForTheSameSeed) {
+  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const GradientModel a = trained(set, zones, short_recipe(60), 7),
+                      b = trained(set, zones, short_recipe(60), 7),
+                      c = trained(set, zones, short_recipe(60), 8);
+  for (std::size_t l = 0; l < 4; ++l) {
+    EXPECT_EQ(a.layers[l].weight, b.layers[l].weight);
+    EXPECT_EQ(a.layers[l].bias, b.layers[l].bias);
+  }
+  EXPECT_NE(a.layers[0].weight, c.layers[0].weight);
+}
+
+TEST(TrainModel, StopsWhenAskedAndRefusesTooLittle) {
+  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  BallZones zones = find_ball_zones(set, pitch_mm, false);
+  NoProgress quiet;
+  EXPECT_THAT(message_of<Error>([&] {
+                train_model(set, zones.zones, {pitch_mm, 1, {}}, quiet, [] { return true; });
+              }),
+              ::testing::HasSubstr("stopped"));
+  zones.zones.resize(1);
+  zones.zones[0].radius_px = 8.0;
+  EXPECT_THAT(message_of<Error>([&] {
+                train_model(set, zones.zones, {pitch_mm, 1, {}}, quiet, [] { return false; });
+              }),
+              ::testing::HasSubstr("too few to train on"));
+}
+
+/// Regression of read on the simulator's own slopes, inside the true contacts of presses never trained on.
+SlopeSums against_the_truth(const GradientModel& model, const SimulatedPresses& presses) {
+  SlopeSums sums;
+  for (const BallPress& press : presses.truth) {
+    const SlopeMap map = read_slope_map(model, press.bgr, presses.set.background);
+    for (int v = 0; v < map.gx.rows; ++v)
+      for (int u = 0; u < map.gx.cols; ++u) {
+        if (std::hypot(u - press.centre_px.x, v - press.centre_px.y) > press.radius_px - 2.0) continue;
+        const cv::Vec2f truth = press.gel.slope(v, u);
+        sums.add({static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
+                 {static_cast<double>(truth[0]), static_cast<double>(truth[1])});
+      }
+  }
+  return sums;
+}
+
+// The whole chain on pictures only: circles found, network trained, unseen balls read and reconstructed.
+TEST(TrainModel, ReadsUnseenBallsFromPicturesAlone) {
+  const PressSet& set = forty_presses().set;
+  const BallZones zones = find_ball_zones(set, pitch_mm, true);
+  const GradientModel model = trained(set, zones, short_recipe(1500), 1);
+  const SimulatedPresses unseen = simulated_presses(1000, 10);
+  const SlopeSums sums = against_the_truth(model, unseen);
+  EXPECT_LT(sums.mean_abs_error_deg(), 2.5);
+  EXPECT_NEAR(sums.gain_x(), 1.0, 0.05);
+  EXPECT_NEAR(sums.gain_y(), 1.0, 0.05);
+  const BallZones unseen_zones = find_ball_zones(unseen.set, pitch_mm, true);
+  const ModelCheck check = check_model(model, unseen.set, unseen_zones.zones, pitch_mm);
+  for (const DiameterCheck& ball : check.diameters)
+    EXPECT_NEAR(ball.radius_error(), 0.0, 0.05) << ball.diameter_mm;
+  EXPECT_NE(check.verdict, Verdict::recalibrate);
+  EXPECT_EQ(contradiction_between_balls(check), "");
+}
+
+TEST(ModelCheck, NoticesSwappedDiametersAndAModelThatReadsTooSteep) {
+  PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const GradientModel model = trained(set, zones, short_recipe(500), 1);
+  GradientModel steep = model;
+  for (float& weight : steep.layers[3].weight) weight *= 1.2F;
+  for (float& bias : steep.layers[3].bias) bias *= 1.2F;
+  const ModelCheck good = check_model(model, set, zones.zones, pitch_mm),
+                   bad = check_model(steep, set, zones.zones, pitch_mm);
+  EXPECT_NEAR(bad.gains.all.gain() / good.gains.all.gain(), 1.2, 0.03);
+  EXPECT_EQ(bad.verdict, Verdict::recalibrate);
+  for (CalibrationPress& press : set.presses) press.diameter_mm = press.diameter_mm > 8.0 ? 6.31 : 9.5;
+  const BallZones swapped = find_ball_zones(set, pitch_mm, false);
+  const ModelCheck contradicting =
+      check_model(trained(set, swapped, short_recipe(500), 1), set, swapped.zones, pitch_mm);
+  EXPECT_THAT(contradiction_between_balls(contradicting), ::testing::HasSubstr("contradict each other"));
+}
+
+TEST(ModelCheck, WritesAPage) {
+  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const ModelCheck check = check_model(trained(set, zones, short_recipe(100), 1), set, zones.zones, pitch_mm);
+  const TemporaryFolder folder;
+  write_check_report(folder / "check.html", check, set, "<model>");
+  const std::string page = read_bytes(folder / "check.html");
+  EXPECT_THAT(page, ::testing::HasSubstr("&lt;model&gt;"));
+  EXPECT_THAT(page, ::testing::HasSubstr("data:image/png;base64,iVBORw0KGgo"));
+  EXPECT_THAT(page, ::testing::HasSubstr(verdict_name(check.verdict)));
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"check.html"});
+}
+
+}  // namespace
+}  // namespace gelslam::test

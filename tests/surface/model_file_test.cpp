@@ -1,0 +1,122 @@
+#include "gelslam/surface/model_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "pth_file.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+void expect_same(const GradientModel& a, const GradientModel& b) {
+  ASSERT_EQ(a.layers.size(), b.layers.size());
+  for (std::size_t l = 0; l < a.layers.size(); ++l) {
+    EXPECT_EQ(a.layers[l].weight, b.layers[l].weight);
+    EXPECT_EQ(a.layers[l].bias, b.layers[l].bias);
+  }
+}
+
+ModelFile some_file() {
+  ModelFile file;
+  file.model.layers = random_layers(3);
+  CalibrationRecord record;
+  record.width_px = 320;
+  record.height_px = 240;
+  record.pixel_pitch_mm = 0.0634;
+  record.presses = 48;
+  record.diameters_mm = {6.31, 9.5};
+  record.seed = 18446744073709551615ULL;
+  record.background_cells = cv::Mat3f(background_grid, cv::Vec3f(10.25F, 200.5F, 77.75F));
+  file.record = record;
+  return file;
+}
+
+std::string refusal(const std::string& contents) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "model.json", contents);
+  return message_of<Error>([&] { read_model(folder / "model.json"); });
+}
+
+std::string good_text() {
+  const TemporaryFolder folder;
+  write_model_file(folder / "model.json", some_file());
+  return read_bytes(folder / "model.json");
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(ModelFile, ComesBackExactly) {
+  const TemporaryFolder folder;
+  const ModelFile written = some_file();
+  write_model_file(folder / "model.json", written);
+  const ModelFile read = read_model_file(folder / "model.json");
+  expect_same(read.model, written.model);
+  ASSERT_TRUE(read.record);
+  EXPECT_EQ(read.record->seed, written.record->seed);
+  EXPECT_EQ(read.record->presses, 48);
+  EXPECT_EQ(read.record->diameters_mm, written.record->diameters_mm);
+  EXPECT_EQ(read.record->pixel_pitch_mm, 0.0634);
+  EXPECT_LT(cv::norm(read.record->background_cells, written.record->background_cells, cv::NORM_INF), 0.006);
+}
+
+TEST(ModelFile, ReadsBothKindsByContentNotByName) {
+  const TemporaryFolder folder;
+  const ModelFile written = some_file();
+  write_pth_model(folder / "a.json", written.model);
+  write_model_file(folder / "b.pth", written);
+  expect_same(read_model(folder / "a.json"), written.model);
+  expect_same(read_model(folder / "b.pth"), written.model);
+  EXPECT_FALSE(read_model_file(folder / "a.json").record);
+  expect_same(read_pth_model(folder / "a.json"), written.model);
+}
+
+TEST(ModelFile, GivesTheSameBytesForTheSameModel) {
+  EXPECT_EQ(good_text(), good_text());
+  const TemporaryFolder folder;
+  for (const char* name : {"a", "b"}) write_pth_model(folder / name, some_file().model);
+  EXPECT_EQ(read_bytes(folder / "a"), read_bytes(folder / "b"));
+}
+
+TEST(ModelFile, SaysWhatIsWrong) {
+  const std::string good = good_text();
+  EXPECT_THAT(refusal(""), HasSubstr("is neither an nnmodel.pth"));
+  EXPECT_THAT(refusal("# a picture"), HasSubstr("is neither an nnmodel.pth"));
+  EXPECT_THAT(refusal(good.substr(0, good.size() / 2)), HasSubstr("damaged"));
+  EXPECT_THAT(refusal("{}"), HasSubstr("'format' is missing"));
+  EXPECT_THAT(refusal(replaced(good, "gelslam gradient", "another gradient")),
+              HasSubstr("its 'format' is not"));
+  EXPECT_THAT(refusal(replaced(good, "\"version\":1", "\"version\":2")), HasSubstr("newer gelslam"));
+  EXPECT_THAT(refusal(replaced(good, "\"version\":1", "\"version\":\"1\"")),
+              HasSubstr("'version' is no whole number"));
+  EXPECT_THAT(refusal(replaced(good, "\"bias\":[", "\"bias\":[1.0,")),
+              HasSubstr("'bias' does not hold 32 numbers"));
+  EXPECT_THAT(refusal(replaced(good, "\"weight\":[", "\"weight\":[1e99,")), HasSubstr("'weight'"));
+  EXPECT_THAT(refusal(replaced(good, "\"presses\":48", "\"presses\":-1")),
+              HasSubstr("'presses' holds no good number"));
+  EXPECT_THAT(refusal(replaced(good, "\"presses\":48", "\"presses\":4.5")),
+              HasSubstr("'presses' is no whole number"));
+  EXPECT_THAT(refusal(std::string(2'000'000, '[')), HasSubstr("neither"));
+  EXPECT_THAT(refusal("{\"a\":" + std::string(900'000, '[')), HasSubstr("damaged"));
+  EXPECT_THAT(refusal("{" + std::string(1'100'000, ' ') + "}"), HasSubstr("larger than 1 MiB"));
+}
+
+TEST(ModelFile, ReplacesAFileOnlyWhenWhole) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "model.json");
+  EXPECT_THROW(write_model_file(folder / "model.json", some_file()), Error);
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"model.json"});
+}
+
+}  // namespace
+}  // namespace gelslam::test
