@@ -29,7 +29,8 @@ NetworkNumbers random_network(std::mt19937& random) {
 }
 
 /// Sum of squares of the outputs: its derivative by the outputs is twice the outputs.
-double loss(const NetworkNumbers& network, TileActivations tile) {
+double loss(const NetworkNumbers& network, const TileActivations& inputs) {
+  TileActivations tile = inputs;
   network_forward(network, tile);
   double sum = 0.0;
   for (const float value : tile.output) sum += static_cast<double>(value) * static_cast<double>(value);
