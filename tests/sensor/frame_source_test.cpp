@@ -169,7 +169,7 @@ TEST(ImageFolderSource, NaturalOrderAndTheProfilesRate) {
 
 TEST(ImageFolderSource, UnusableFoldersAreNamed) {
   TemporaryFolder folder;
-  EXPECT_THAT(error_of(folder.path()), HasSubstr("holds neither gelsight.avi nor images"));
+  EXPECT_THAT(error_of(folder.path()), HasSubstr("holds neither log.mkv nor gelsight.avi nor images"));
   cv::imwrite((folder / "1.png").string(), numbered_picture(1, 64, 48));
   cv::imwrite((folder / "2.png").string(), cv::Mat1b(48, 64, uchar{7}));
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: a grey image"));

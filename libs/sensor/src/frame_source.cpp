@@ -15,11 +15,13 @@ std::unique_ptr<FrameSource> open_frame_source(const fs::path& log, const Sensor
   const fs::file_status status = fs::status(log, code);
   if (!fs::exists(status)) throw Error(log.string() + ": no such file or folder");
   if (fs::is_directory(status)) {
+    const fs::path recorded = log / "log.mkv";
+    if (fs::exists(recorded, code)) return open_frame_source(recorded, profile);
     const fs::path video = log / "gelsight.avi";
     if (fs::exists(video, code)) return detail::open_video(video, profile);
     std::vector<fs::path> images = detail::list_images(log);
     if (images.empty())
-      throw Error(log.string() + ": the folder holds neither gelsight.avi nor images (png, jpg, bmp, tiff)");
+      throw Error(log.string() + ": the folder holds neither log.mkv nor gelsight.avi nor images (png, jpg, bmp, tiff)");
     return detail::open_image_folder(log, std::move(images), profile);
   }
   if (!fs::is_regular_file(status)) throw Error(log.string() + ": neither a file nor a folder");

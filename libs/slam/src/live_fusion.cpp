@@ -44,7 +44,7 @@ bool FusionStage::work() {
     return work_left;
   } catch (const Error& error) {
     board_.warn(error.what());
-    return true;
+    return false;
   }
 }
 

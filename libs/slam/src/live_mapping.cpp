@@ -4,9 +4,15 @@
 #include <memory>
 
 namespace gelslam::slam::detail {
+namespace {
+
+constexpr std::chrono::milliseconds kLongestSilence{200};
+
+}  // namespace
 
 void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
-                       const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish, const std::function<void(const std::vector<FrameRecord>&)>& save) {
+                       const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
+                       const std::function<void(const std::vector<FrameRecord>&)>& save) {
   const auto handle = [&](const MapperMessage& message) {
     if (const auto* added = std::get_if<NewKeyframe>(&message)) {
       const auto scope = timer_.measure("loop closure");
@@ -22,8 +28,13 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
   };
   while (const std::optional<MapperMessage> message = in.pop()) {
     handle(*message);
-    // All that has come meanwhile, before the graph is solved once for all of it.
-    while (const std::optional<MapperMessage> more = in.try_pop()) handle(*more);
+    // What has come meanwhile, before the graph is solved once for all of it; but whoever looks should not wait long.
+    const LiveClock::time_point start = LiveClock::now();
+    while (LiveClock::now() - start < kLongestSilence) {
+      const std::optional<MapperMessage> more = in.try_pop();
+      if (!more) break;
+      handle(*more);
+    }
     {
       const auto scope = timer_.measure("pose graph");
       mapper_->update();

@@ -52,7 +52,8 @@ void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAcc
   write_run(whole.path, config_, map, mesh, account);
   for (const std::string& entry : run_entries()) {
     if (!fs::exists(whole.path / entry)) continue;
-    if (fs::is_directory(folder_ / entry)) fs::remove_all(folder_ / entry);
+    // A folder cannot be replaced in one step: the old one goes out of the way, and away with `whole`.
+    if (fs::is_directory(folder_ / entry)) fs::rename(folder_ / entry, whole.path / ("old_" + entry));
     fs::rename(whole.path / entry, folder_ / entry);
   }
 }

@@ -1,6 +1,8 @@
 #include "gelslam/slam/live_slam.hpp"
 
 #include <atomic>
+#include <exception>
+#include <latch>
 #include <thread>
 
 #include "gelslam/core/error.hpp"
@@ -18,9 +20,9 @@ using namespace slam::detail;
 
 namespace {
 
-// A camera frame waits for at most one other: what is older than that is not worth its latency.
+// What is older than this is not worth its latency.
 constexpr std::size_t kRawFrames = 2;
-constexpr std::size_t kSurfacedFrames = 4;
+constexpr std::size_t kSurfacedFrames = 2;
 
 std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& log, const LogAttachments& attachments,
                                            const RawFrameSource& source, const LiveOptions& options) {
@@ -79,8 +81,10 @@ struct LiveSlam::Impl {
 
   std::mutex mutex;  // for what follows
   ReconstructSummary summary;
-  std::string failure;
+  std::exception_ptr failure;
+  std::string failure_in_words;
 
+  std::latch captured{1};  // nothing more comes, and the log is whole
   std::jthread fusion_thread;
   std::vector<std::jthread> threads;
 };
@@ -105,7 +109,9 @@ void LiveSlam::Impl::guarded(const Work& work) {
   } catch (const std::exception& error) {
     board.warn(error.what());
     const std::lock_guard lock(mutex);
-    if (failure.empty()) failure = error.what();
+    if (failure) return;
+    failure = std::current_exception();
+    failure_in_words = error.what();
   }
 }
 
@@ -113,9 +119,11 @@ void LiveSlam::Impl::start() {
   threads.emplace_back([this] {
     guarded([this] { capture(); });
     raw.close();
-    if (!recorder) return;
-    recorder->finish();
-    report_recording();  // what went wrong with the last frames, too
+    if (recorder) {
+      recorder->finish();
+      report_recording();  // what went wrong with the last frames, too
+    }
+    captured.count_down();
   });
   threads.emplace_back([this] {
     guarded([this] { surface.run(raw, surfaced); });
@@ -204,6 +212,7 @@ void LiveSlam::Impl::finish() {
     mesh = fuse_map(map, options.config.slam.fusion);
   }
   board.set_words("saving", TrackStatus::background);
+  captured.wait();
   save(map, mesh, hurried || lost || failed());
   show(map, mesh);
   board.set_words(run ? "done: everything is in " + run->folder().string() : "done", TrackStatus::background);
@@ -238,7 +247,7 @@ void LiveSlam::Impl::show(const SlamMap& map, const Mesh& mesh) {
 
 bool LiveSlam::Impl::failed() {
   const std::lock_guard lock(mutex);
-  return !failure.empty();
+  return failure != nullptr;
 }
 
 void LiveSlam::Impl::join() {
@@ -263,7 +272,7 @@ LiveStatus LiveSlam::status() const {
     status.words = "paused";
   }
   const std::lock_guard lock(impl_->mutex);
-  status.failure = impl_->failure;
+  status.failure = impl_->failure_in_words;
   return status;
 }
 
@@ -295,10 +304,8 @@ void LiveSlam::hurry() {
 ReconstructSummary LiveSlam::wait() {
   impl_->join();
   const std::lock_guard lock(impl_->mutex);
-  if (!impl_->failure.empty()) throw Error(impl_->failure);
-  ReconstructSummary summary = impl_->summary;
-  summary.warning = impl_->board.status().warning;  // the log may have ended after the map was saved
-  return summary;
+  if (impl_->failure) std::rethrow_exception(impl_->failure);
+  return impl_->summary;
 }
 
 }  // namespace gelslam

@@ -53,7 +53,8 @@ class LiveSlam final : public LiveSession {
   /// stop(), and leave out whatever takes time: loops not searched yet, refinement.
   void hurry();
 
-  /// Waits until the source has ended or stop() was called and everything is saved. Throws Error when that failed.
+  /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage threw: an Error when the
+  /// source does not fit or nothing could be saved.
   ReconstructSummary wait();
 
  private:
