@@ -52,7 +52,7 @@ struct LiveSlam::Impl {
   void take_frames();
   void record(const RawFrame& frame);
   void report_recording();
-  void map_and_save();
+  void map_keyframes();
   void save_for_now(const std::vector<FrameRecord>& records);
   void finish();
   void save(const SlamMap& map, const Mesh& mesh, bool partial);
@@ -85,6 +85,7 @@ struct LiveSlam::Impl {
   std::string failure_in_words;
 
   std::latch captured{1};  // nothing more comes, and the log is whole
+  std::latch mapped{1};    // the mapper has seen every keyframe
   std::jthread fusion_thread;
   std::vector<std::jthread> threads;
 };
@@ -135,6 +136,11 @@ void LiveSlam::Impl::start() {
     guarded([this] { tracking.run(surfaced, keyframes); });
     surfaced.close();
     keyframes.close();
+    mapped.wait();
+    // Here and not in the mapper's thread, whose priority is low: now a person waits.
+    guarded([this] { finish(); });
+    fusion.stop();
+    board.set_phase(LivePhase::finished);
   });
   fusion_thread = std::jthread([this] {
     lower_thread_priority();
@@ -142,10 +148,9 @@ void LiveSlam::Impl::start() {
   });
   threads.emplace_back([this] {
     lower_thread_priority();
-    guarded([this] { map_and_save(); });
+    guarded([this] { map_keyframes(); });
     source->stop();  // if that failed early: nothing would be made of further frames
-    fusion.stop();
-    board.set_phase(LivePhase::finished);
+    mapped.count_down();
   });
 }
 
@@ -174,7 +179,7 @@ void LiveSlam::Impl::take_frames() {
   board.warn_about("the source", source->warning());
 }
 
-void LiveSlam::Impl::map_and_save() {
+void LiveSlam::Impl::map_keyframes() {
   mapping.run(
       keyframes, hurried,
       [this](std::shared_ptr<const MapSnapshot> map) {
@@ -182,7 +187,6 @@ void LiveSlam::Impl::map_and_save() {
         board.set_map(std::move(map));
       },
       [this](const std::vector<FrameRecord>& records) { save_for_now(records); });
-  finish();
 }
 
 /// Not being able to save is no reason to end a scan.
