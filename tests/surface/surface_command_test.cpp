@@ -102,7 +102,7 @@ TEST_F(SurfaceCommand, RefusesImagesThatDoNotFit) {
   expect_mistake(run("touch.png", {}, "grey.png"), "grey image");
   expect_mistake(run("nothing.png"), "nothing.png");
   write_bytes(folder_ / "nnmodel.pth", "no model");
-  expect_mistake(run("touch.png"), "not a zip archive");
+  expect_mistake(run("touch.png"), "neither an nnmodel.pth");
 }
 
 }  // namespace
