@@ -42,9 +42,8 @@ void stop_if_asked(const InterruptWatch& interrupt) {
 
 double median_of(std::vector<double> values) {
   if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  std::sort(values.begin(), values.end());
+  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
 void add_calibrate_command(CLI::App& app, int& exit_code) {

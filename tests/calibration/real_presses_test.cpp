@@ -1,0 +1,79 @@
+// The same on real presses; skipped where the data is not there.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "gelslam/calibration/circle_finder.hpp"
+#include "gelslam/calibration/model_check.hpp"
+#include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/surface/model_file.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double pitch_mm = 0.0634;
+
+class RealPresses : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* given = std::getenv("GELSLAM_DATA");
+    data_ = given != nullptr ? fs::path(given) : fs::path(GELSLAM_DEFAULT_DATA);
+    if (!fs::exists(data_ / "calibration")) GTEST_SKIP() << "no data in " << data_ << "; set GELSLAM_DATA";
+  }
+  fs::path data_;
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+}
+
+// Two ways of finding a centre agree better with each other than with these labels, which are good to a pixel
+// and a half per axis: their centres cannot be met much closer.
+TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
+  const PressSet set = read_press_set(data_ / "calibration_b");
+  std::vector<double> centres, radii;
+  for (const CalibrationPress& press : set.presses) {
+    const FoundCircle found = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / pitch_mm);
+    EXPECT_EQ(found.problem, "") << press.name;
+    centres.push_back(
+        std::hypot(found.circle.u_px - press.label->u_px, found.circle.v_px - press.label->v_px));
+    radii.push_back(std::abs(found.circle.radius_px - press.label->radius_px));
+  }
+  EXPECT_LT(median(centres), 2.0);
+  EXPECT_LT(median(radii), 1.0);
+}
+
+TEST_F(RealPresses, TheOneWrongLabelIsLeftOut) {
+  const PressSet set = read_press_set(data_ / "calibration_b");
+  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  ASSERT_EQ(zones.rejected.size(), 1U);
+  EXPECT_EQ(set.presses[zones.rejected.front().press].name, "9.470mm/50");
+}
+
+TEST_F(RealPresses, AModelReadsBallsItHasNotSeenBetterThanTheSensorsOwn) {
+  const PressSet set = read_press_set(data_ / "calibration");
+  const BallZones zones = find_ball_zones(set, pitch_mm, true);
+  EXPECT_EQ(zones.zones.size(), set.presses.size());
+  std::vector<BallZone> seen, unseen;
+  for (std::size_t k = 0; k < zones.zones.size(); ++k) (k % 5 == 2 ? unseen : seen).push_back(zones.zones[k]);
+  ModelTraining training{pitch_mm, 1, {}};
+  training.recipe.steps = 2500;
+  NoProgress quiet;
+  const ModelCheck ours =
+      check_model(train_model(set, seen, training, quiet, [] { return false; }), set, unseen, pitch_mm);
+  const ModelCheck shipped =
+      check_model(read_model(data_ / "calibration/model/nnmodel.pth"), set, unseen, pitch_mm);
+  EXPECT_LT(ours.errors.all.mean_abs_error_deg(), shipped.errors.all.mean_abs_error_deg());
+  EXPECT_NEAR(ours.gains.all.gain(), 1.0, 0.05);
+  for (const DiameterCheck& ball : ours.diameters)
+    EXPECT_NEAR(ball.radius_error(), 0.0, 0.05) << ball.diameter_mm;
+}
+
+}  // namespace
+}  // namespace gelslam::test
