@@ -32,7 +32,8 @@ struct PressOptions {
 BallZones find_zones_for_people(const PressSet& set, const PressOptions& options, bool automatic,
                                 ProgressSink& progress, const InterruptWatch& interrupt);
 
-/// Throws Error "... is already there" unless `overwrite`.
+/// Called before long work: throws Error when the file's folder does not exist, or when the file is there and not to
+/// be overwritten.
 void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite);
 
 /// Throws Error when Ctrl-C was pressed.

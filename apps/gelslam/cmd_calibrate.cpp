@@ -32,6 +32,9 @@ BallZones find_zones_for_people(const PressSet& set, const PressOptions& options
 }
 
 void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite) {
+  const std::filesystem::path folder = file.parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    throw Error("there is no folder '" + folder.string() + "' to write '" + file.filename().string() + "' into");
   if (!overwrite && std::filesystem::exists(file))
     throw Error("'" + file.string() + "' is already there; choose another name, or give --overwrite");
 }

@@ -93,6 +93,7 @@ TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {
   expect_mistake(train(), "take a picture of the gel with nothing on it");
   expect_mistake(calibrate({"check", (folder / "none.json").string(), presses}), "does not exist");
   EXPECT_EQ(folder.names(), std::vector<std::string>{"presses"});
+  expect_mistake(calibrate({"train", presses, "-o", (folder / "none/model.json").string()}), "there is no folder");
   expect_mistake(calibrate({"train"}), "gelslam calibrate train --help");
   expect_mistake(calibrate({"tarin", presses}), "gelslam calibrate --help");
 }
