@@ -59,7 +59,7 @@ def save(figure, path):
 def draw_accuracy(folder):
     rows = read(folder, "accuracy.csv")
     objects, methods = in_order(r["object"] for r in rows), in_order(r["method"] for r in rows)
-    figure, plots = grid("mean absolute error", width=max(12.0, 0.5 * len(objects) * len(methods)))
+    figure, plots = grid("mean absolute error", width=min(max(12.0, 0.3 * len(objects) * len(methods)), 20.0))
     width = 0.8 / len(methods)
     for plot, axis, title in zip(plots, AXES, TITLES):
         for i, method in enumerate(methods):
@@ -69,7 +69,7 @@ def draw_accuracy(folder):
         plot.set_xticks(range(len(objects)), objects, rotation=60, ha="right", fontsize=7)
         values = [float(r[axis]) for r in rows if float(r[axis]) > 0] or [1.0]
         plot.set_yscale("log")
-        plot.set_ylim(10.0 ** np.floor(np.log10(min(values))), 10.0 ** np.ceil(np.log10(max(values)) + 1e-9))  # whole decades
+        plot.set_ylim(10.0 ** np.floor(np.log10(min(values))), 10.0 ** np.ceil(np.log10(1.1 * max(values))))  # whole decades
         plot.set_title(title, fontsize=9)
         plot.grid(True, axis="y", alpha=0.3)
     plots[0].legend(fontsize=7)
@@ -83,11 +83,12 @@ def draw_runtime(folder):
         mine = [r for r in rows if r["method"] == method]
         edges = [float(r["low_ms"]) for r in mine] + [float(mine[-1]["high_ms"])]
         counts = [int(r["frames"]) for r in mine]
-        plot.stairs(counts, edges, fill=True, alpha=0.55, color=colour(method), label="%s (%d frames)" % (method, sum(counts)))
+        plot.stairs(counts, edges, fill=True, alpha=0.35, color=colour(method))
+        plot.stairs(counts, edges, color=colour(method), linewidth=1.2, label="%s (%d frames)" % (method, sum(counts)))
     plot.set_xscale("log")
     plot.set_xlabel("processor time per frame, one thread (ms)")
     plot.set_ylabel("frames")
-    plot.legend(fontsize=8)
+    plot.legend(fontsize=8, loc="upper right")
     save(figure, folder / "runtime.png")
 
 

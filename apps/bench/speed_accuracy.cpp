@@ -204,12 +204,15 @@ int main(int argc, char** argv) {
   gelslam::bench::Arguments arguments;
   CLI::App app{"Time against error of every registration method and setting"};
   app.add_option("DATA", arguments.data, "data folders with truth (default: GELSLAM_DATA/sequences/track_*)");
-  app.add_option("--methods", arguments.methods, "normalflow, icp, filterreg, fpfh")->delimiter(',');
+  app.add_option("--methods", arguments.methods, "normalflow, icp, filterreg, fpfh")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_option("--stride", arguments.choice.stride, "frames between references")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--gaps", arguments.choice.gaps, "frames from a reference to its targets")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::PositiveNumber);
   app.add_option("-o,--output", arguments.out, "folder for speed_accuracy.csv and .json");
   CLI11_PARSE(app, argc, argv);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -28,7 +29,9 @@ BenchmarkRequest request_of(const BenchmarkArguments& arguments) {
   BenchmarkRequest request;
   for (const std::string& method : arguments.methods)
     make_registrar(method, {});  // a misspelling is told at once
-  request.methods = arguments.methods;
+  for (const std::string& method : arguments.methods)
+    if (std::find(request.methods.begin(), request.methods.end(), method) == request.methods.end())
+      request.methods.push_back(method);
   request.make = [](const std::string& method, const NormalFlowOptions& limits) {
     return make_registrar(method, limits);
   };
@@ -80,7 +83,10 @@ void add_benchmark_command(CLI::App& app, int& exit_code) {
       ->required();
   std::string known;
   for (const std::string& name : registrar_names()) known += (known.empty() ? "" : ", ") + name;
-  command->add_option("--methods", arguments->methods, "Of: " + known)->delimiter(',')->capture_default_str();
+  command->add_option("--methods", arguments->methods, "Of: " + known)
+      ->delimiter(',')
+      ->allow_extra_args(false)  // what follows may be DATA
+      ->capture_default_str();
   command
       ->add_option("--protocol", arguments->protocol,
                    "frame0: every frame against the first in contact, as published; keyframes: the tracker")

@@ -62,7 +62,7 @@ TEST(BenchmarkCommand, WithoutAnyContactItSaysSo) {
   write_public_trial(data / "bead1", 2, {1});
   write_npy_boolean(data / "bead1/contact_masks.npy", {2, 120, 160},
                     std::vector<std::uint8_t>(2 * 120 * 160));
-  const ProgramResult result = benchmark({data.path().string(), "--methods", "icp"});
+  const ProgramResult result = benchmark({"--methods", "icp,icp", data.path().string()});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr("nothing ever touched"));
 }
