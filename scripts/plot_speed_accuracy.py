@@ -20,7 +20,7 @@ MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iteration
          "robust scale": "D", "tolerance": "x"}
 KNOB_LABELS = {"o": "samples or points", "^": "most iterations", "v": "least iterations", "s": "resolution", "D": "robust scale",
                "x": "tolerance", "d": "other", "*": "default", "P": "best baseline settings found"}
-LABELLED = ("samples", "points", "resolution", "samples; 2 iterations, robust 0.05")
+LABELLED = ("samples", "points", "resolution")
 
 
 def read_rows(folder):
@@ -56,7 +56,7 @@ def draw(rows, path):
     handles += [plt.Line2D([], [], color="dimgrey", marker=m, linestyle="", markersize=11 if m == "*" else 6, label=t)
                 for m, t in KNOB_LABELS.items() if m in used]
     handles.append(plt.Line2D([], [], color="black", linestyle="--", linewidth=1, label="Pareto front"))
-    axes.legend(handles=handles, fontsize=8, loc="upper right", ncol=2)
+    axes.legend(handles=handles, fontsize=8, loc="upper left", bbox_to_anchor=(0.0, 1.0), ncol=2)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlabel("processor time per registration, median, one thread (ms)")

@@ -16,7 +16,7 @@ find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
 find_package(CLI11 REQUIRED)                   # command line
 find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
 find_package(Open3D REQUIRED)                  # mesh files, baselines (never in public headers)
-find_package(OpenMP REQUIRED COMPONENTS CXX)   # to tell Open3D how many threads it may take (only the baselines)
+find_package(OpenMP REQUIRED COMPONENTS CXX)   # to keep Open3D to one thread (only the baselines)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # camera JPEGs at reduced scale (only libs/sensor)
 find_package(ZLIB REQUIRED)                     # checksums of PNG frames in logs (only libs/sensor)

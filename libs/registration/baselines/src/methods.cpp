@@ -47,7 +47,7 @@ IcpOptions tuned_icp() {
 
 FpfhOptions tuned_fpfh() {
   FpfhOptions options;
-  options.feature_radius_mm = 2.0;
+  options.max_distance_mm = 0.2;
   options.refinement = tuned_icp();
   return options;
 }

@@ -1,6 +1,5 @@
 #include "open3d_icp.hpp"
 
-#include <omp.h>
 #include <open3d/pipelines/registration/Registration.h>
 #include <open3d/utility/Logging.h>
 
@@ -11,14 +10,11 @@ namespace gelslam::baselines::detail {
 namespace o3d = open3d::pipelines::registration;
 
 QuietSingleThread::QuietSingleThread()
-    : threads_before_(omp_get_max_threads()),
-      verbosity_before_(static_cast<int>(open3d::utility::GetVerbosityLevel())) {
-  omp_set_num_threads(1);
+    : verbosity_before_(static_cast<int>(open3d::utility::GetVerbosityLevel())) {
   open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Error);
 }
 
 QuietSingleThread::~QuietSingleThread() {
-  omp_set_num_threads(threads_before_);
   open3d::utility::SetVerbosityLevel(static_cast<open3d::utility::VerbosityLevel>(verbosity_before_));
 }
 

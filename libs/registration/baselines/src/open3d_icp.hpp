@@ -4,11 +4,11 @@
 
 #include "contact_points.hpp"
 #include "gelslam/baselines/baselines.hpp"
+#include "single_thread.hpp"
 
 namespace gelslam::baselines::detail {
 
-/// While it lives, Open3D runs on one thread and says nothing: times are compared with methods of one thread,
-/// and sums come in the same order every time.
+/// While it lives, Open3D runs on one thread and says nothing.
 class QuietSingleThread {
  public:
   QuietSingleThread();
@@ -17,7 +17,7 @@ class QuietSingleThread {
   QuietSingleThread& operator=(const QuietSingleThread&) = delete;
 
  private:
-  int threads_before_;
+  SingleThread single_thread_;
   int verbosity_before_;
 };
 
