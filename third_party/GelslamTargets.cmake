@@ -20,6 +20,8 @@ function(gelslam_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
   gelslam_compile_options(${name})
+  # Where tests/support/data_folder.hpp looks when GELSLAM_DATA is not set.
+  target_compile_definitions(${name} PRIVATE GELSLAM_DEFAULT_DATA="${PROJECT_SOURCE_DIR}/../shared/data")
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 240)
 endfunction()

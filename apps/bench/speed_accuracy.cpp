@@ -19,6 +19,7 @@
 #include "gelslam/benchmark/report.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 #include "registration_problems.hpp"
 #include "speed_settings.hpp"
@@ -59,13 +60,6 @@ struct Measured {
     return std::pow(product, 1.0 / 6.0);
   }
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void judge(const RegistrationProblem& problem, const RegistrationResult& result, Measured& measured) {
   FrameEstimate estimate;

@@ -2,7 +2,6 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <map>
@@ -17,6 +16,7 @@
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/view_stage.hpp"
 #include "gelslam/viewer/view_window.hpp"
+#include "script_file.hpp"
 
 namespace gelslam {
 namespace {
@@ -100,12 +100,6 @@ void write_snapshot(const ViewArguments& arguments, const PictureSize& size, Vie
   std::cerr << "wrote " << arguments.snapshot.string() << "\n";
 }
 
-std::string read_script(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path)) throw Error(path.string() + ": cannot read the script");
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 void open_window(const ViewArguments& arguments, const PictureSize& size, ViewContent content,
                  std::optional<ViewContent> second, const SceneStyle& style) {
   ViewWindowOptions options;
@@ -116,7 +110,7 @@ void open_window(const ViewArguments& arguments, const PictureSize& size, ViewCo
   options.time_s = arguments.time_s;
   options.yaw_deg = arguments.yaw_deg;
   options.pitch_deg = arguments.pitch_deg;
-  if (!arguments.script.empty()) options.script = read_script(arguments.script);
+  options.script = read_script_file(arguments.script);
   options.script_name = arguments.script.string();
   run_view_window(std::move(content), std::move(second), options);
 }

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <sstream>
@@ -16,6 +15,7 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
+#include "script_file.hpp"
 
 namespace gelslam {
 namespace {
@@ -88,16 +88,6 @@ void wait_in_terminal(const LiveSlam& session, bool quiet) {
   }
 }
 
-std::string read_script(const std::string& file) {
-  if (file.empty()) return "";
-  std::ifstream stream(file);
-  if (!stream) throw Error(file + ": cannot be read");
-  std::ostringstream text;
-  text << stream.rdbuf();
-  check_window_script(text.str(), file);
-  return text.str();
-}
-
 std::string in_words(const ReconstructSummary& s, const LiveStatus& status, const std::string& run_folder) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(1);
@@ -142,8 +132,9 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   WindowOptions window;
   window.output_folder = arguments.run_folder.empty() ? "." : arguments.run_folder;
   window.keeps_run = !arguments.run_folder.empty();
-  window.script = read_script(arguments.script);
+  window.script = read_script_file(arguments.script);
   window.script_name = arguments.script;
+  if (!window.script.empty()) check_window_script(window.script, window.script_name);
   window.snapshot = arguments.snapshot;
 
   // Where no window can be opened, nothing should have begun.

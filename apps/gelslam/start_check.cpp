@@ -1,7 +1,5 @@
 #include "start_check.hpp"
 
-#include <opencv2/core.hpp>
-
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/background_judgement.hpp"
@@ -9,7 +7,7 @@
 namespace gelslam {
 
 StartCheck::StartCheck(const Config& config, std::function<void(const std::string&)> say_doubt)
-    : config_(config), say_doubt_(std::move(say_doubt)) {
+    : config_(config), color_gain_(config.color_gain_bgr), say_doubt_(std::move(say_doubt)) {
   decoder_.emplace(config_.sensor);
 }
 
@@ -17,7 +15,8 @@ void StartCheck::look_at(const RawFrame& frame) {
   if (!decoder_) return;
   try {
     if (std::optional<TactileImage> image = decoder_->decode(frame)) {
-      pictures_.push_back(with_color_gain(image->bgr));
+      color_gain_.apply(image->bgr);
+      pictures_.push_back(image->bgr.clone());
     } else if (pictures_.empty() && frame.index == 0) {
       say_doubt_("the first picture cannot be decoded: " + decoder_->damage());
     }
@@ -28,13 +27,6 @@ void StartCheck::look_at(const RawFrame& frame) {
   }
   decoder_.reset();
   pictures_.clear();
-}
-
-cv::Mat3b StartCheck::with_color_gain(const cv::Mat3b& picture) const {
-  const auto& gain = config_.color_gain_bgr;
-  cv::Mat3b result;
-  cv::multiply(picture, cv::Scalar(gain[0], gain[1], gain[2]), result);
-  return result;
 }
 
 void StartCheck::judge() {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/slam/color_gain.hpp"
 #include "gelslam/slam/config.hpp"
 
 namespace gelslam {
@@ -20,9 +21,9 @@ class StartCheck {
 
  private:
   void judge();
-  cv::Mat3b with_color_gain(const cv::Mat3b& picture) const;
 
   Config config_;
+  ColorGain color_gain_;
   std::function<void(const std::string&)> say_doubt_;
   std::optional<FrameDecoder> decoder_;  ///< gone once all is said
   std::vector<cv::Mat3b> pictures_;

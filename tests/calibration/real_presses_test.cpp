@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "../support/data_folder.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
@@ -21,11 +22,9 @@ constexpr double pitch_mm = 0.0634;
 class RealPresses : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* given = std::getenv("GELSLAM_DATA");
-    data_ = given != nullptr ? fs::path(given) : fs::path(GELSLAM_DEFAULT_DATA);
     if (!fs::exists(data_ / "calibration")) GTEST_SKIP() << "no data in " << data_ << "; set GELSLAM_DATA";
   }
-  fs::path data_;
+  const fs::path data_ = test::data_folder();
 };
 
 double median(std::vector<double> values) {

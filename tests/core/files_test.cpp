@@ -1,10 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
-#include <csignal>
-
+#include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
@@ -14,6 +12,7 @@ namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
+using test::FileSizeLimit;
 using test::message_of;
 using test::read_bytes;
 using test::TemporaryFolder;
@@ -21,25 +20,6 @@ using test::write_bytes;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-/// No file may grow beyond `bytes` while it lives: what a full disk looks like to the writer.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    previous_handler_ = std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &previous_);
-    const rlimit limit{bytes, previous_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &previous_);
-    std::signal(SIGXFSZ, previous_handler_);
-  }
-
- private:
-  rlimit previous_{};
-  void (*previous_handler_)(int);
-};
 
 TEST(WriteFileAtomically, ReplacesAndLeavesNothingElse) {
   TemporaryFolder folder;

@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"
 #include "../support/run_program.hpp"
 
@@ -97,11 +97,7 @@ TEST(InfoErrors, EveryUnusableInputIsOneLine) {
   expect_mistake(gelslam({"info", (folder / "empty").string()}), "the folder holds neither");
 }
 
-fs::path real_model() {
-  const char* given = std::getenv("GELSLAM_DATA");
-  return (given != nullptr ? fs::path(given) : fs::path(GELSLAM_SOURCE_FOLDER) / "../shared/data") /
-         "calibration/model/nnmodel.pth";
-}
+fs::path real_model() { return test::data_folder() / "calibration/model/nnmodel.pth"; }
 
 /// Mistakes in what `gelslam reconstruct` is given; whichever it is, no output may be left behind.
 class ReconstructErrors : public testing::Test {

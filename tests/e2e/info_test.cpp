@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"
 #include "../support/run_program.hpp"
 
@@ -12,6 +12,7 @@ namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
+using test::data_folder;
 using test::ProgramResult;
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
@@ -20,11 +21,6 @@ ProgramResult info(const fs::path& path, bool json = false) {
   std::vector<std::string> arguments{"info", path.string()};
   if (json) arguments.push_back("--json");
   return test::run_program(GELSLAM_PROGRAM, arguments);
-}
-
-fs::path data_folder() {
-  const char* given = std::getenv("GELSLAM_DATA");
-  return given != nullptr ? fs::path(given) : fs::path(GELSLAM_SOURCE_FOLDER) / "../shared/data";
 }
 
 TEST(Info, ARealDataFolder) {

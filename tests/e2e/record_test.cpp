@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "../sensor/raw_frames.hpp"
+#include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
 #include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -20,6 +21,7 @@ namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
+using test::data_folder;
 using test::ProgramResult;
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
@@ -27,11 +29,6 @@ using ::testing::Not;
 
 ProgramResult gelslam(const std::vector<std::string>& arguments) {
   return test::run_program(GELSLAM_PROGRAM, arguments);
-}
-
-fs::path data_folder() {
-  const char* given = std::getenv("GELSLAM_DATA");
-  return given != nullptr ? fs::path(given) : fs::path(GELSLAM_SOURCE_FOLDER) / "../shared/data";
 }
 
 std::vector<RawFrame> read_all(const fs::path& path) {

@@ -5,11 +5,11 @@
 
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "../support/data_folder.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
@@ -333,9 +333,7 @@ TEST(Report, JsonAndTableHoldTheFigures) {
 }
 
 TEST(RealData, TheSequencesTruthsAreReadable) {
-  const char* variable = std::getenv("GELSLAM_DATA");
-  const std::filesystem::path sequences =
-      std::filesystem::path(variable ? variable : GELSLAM_DEFAULT_DATA) / "sequences";
+  const std::filesystem::path sequences = test::data_folder() / "sequences";
   if (!std::filesystem::is_directory(sequences))
     GTEST_SKIP() << "no data at " << sequences << " (set GELSLAM_DATA)";
   for (const auto& entry : std::filesystem::directory_iterator(sequences)) {

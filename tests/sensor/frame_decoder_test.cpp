@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
@@ -66,8 +67,7 @@ cv::Mat3b as_raw(const cv::Mat3b& picture, cv::Size raw) {
 }
 
 std::vector<std::filesystem::path> real_pictures() {
-  const char* set = std::getenv("GELSLAM_DATA");
-  const std::filesystem::path data = set != nullptr ? set : GELSLAM_DEFAULT_DATA;
+  const std::filesystem::path data = test::data_folder();
   std::vector<std::filesystem::path> pictures;
   for (const char* name : {"frames/bead.png", "frames/key.png", "frames/seed.png"}) {
     if (std::filesystem::exists(data / name)) pictures.push_back(data / name);

@@ -1,10 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <random>
 
+#include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
@@ -15,6 +14,7 @@
 namespace gelslam {
 namespace {
 
+using test::FileSizeLimit;
 using test::jpeg_frame;
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
@@ -225,26 +225,6 @@ TEST(DamagedLog, DamagedPicturesAreLeftOutAndCounted) {
   EXPECT_THAT(numbers, ::testing::ElementsAre(0, 1, 3, 5));
   EXPECT_THAT(source->warning(), HasSubstr("2 damaged pictures were left out (the first: frame 2: "));
 }
-
-/// While it lives, files cannot grow beyond `bytes`, as on a full disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(std::size_t bytes) {
-    previous_handler_ = std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &previous_);
-    rlimit limit = previous_;
-    limit.rlim_cur = bytes;
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &previous_);
-    std::signal(SIGXFSZ, previous_handler_);
-  }
-
- private:
-  rlimit previous_{};
-  void (*previous_handler_)(int);
-};
 
 TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
   TemporaryFolder folder;

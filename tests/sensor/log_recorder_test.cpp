@@ -50,8 +50,15 @@ TEST(LogRecorder, WhatDoesNotFitIsCountedAndTheRestIsThere) {
   TemporaryFolder folder;
   LogRecorderOptions options;
   options.max_waiting_bytes = 1;  // one frame at a time
+  // A large picture to be made small keeps the recorder busy for longer than all of them take to be pushed,
+  // however fast the disk.
+  options.resize_to.emplace();
+  RawFrame frame = jpeg_frame(0, 1312, 984);
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
-  for (int i = 0; i < 300; ++i) recorder.push(jpeg_frame(i));
+  for (int i = 0; i < 300; ++i) {
+    frame.sequence = i;
+    recorder.push(frame);
+  }
   recorder.finish();
   const LogRecorderStatus status = recorder.status();
   EXPECT_EQ(status.written + status.left_out, 300);

@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "../support/data_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/background.hpp"
 
@@ -127,8 +127,7 @@ class RealBackgrounds : public ::testing::Test {
   };
 
   void SetUp() override {
-    const char* given = std::getenv("GELSLAM_DATA");
-    const fs::path data = given != nullptr ? fs::path(given) : fs::path(GELSLAM_DEFAULT_DATA);
+    const fs::path data = test::data_folder();
     if (!fs::exists(data / "sequences")) GTEST_SKIP() << "no data in " << data << "; set GELSLAM_DATA";
     for (const char* name : {"calibration", "calibration_b", "calibration_sim"}) {
       sensors.push_back({name, cv::imread((data / name / "background.png").string()),

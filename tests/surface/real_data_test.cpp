@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "../support/data_folder.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
@@ -15,11 +15,6 @@ namespace gelslam::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path data_folder() {
-  const char* given = std::getenv("GELSLAM_DATA");
-  return given != nullptr ? fs::path(given) : fs::path(GELSLAM_DEFAULT_DATA);
-}
 
 cv::Mat3b read(const fs::path& path) { return cv::imread(path.string()); }
 

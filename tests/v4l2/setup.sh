@@ -38,12 +38,12 @@ say "downloading kernel $version"
 kbuild=$(apt-cache depends "linux-headers-$version" | sed -n 's/.*Depends: \(linux-kbuild-.*\)/\1/p' | head -1)
 apt-get download -qq "$image" "linux-headers-$version" "linux-headers-${version%-amd64}-common" "$kbuild" \
   v4l2loopback-dkms 2> >(grep -v 'unsandboxed as root' >&2 || true)
-for package in ./*.deb; do dpkg-deb -x "$package" root; done
+for package in ./*.deb; do dpkg-deb -x "$package" unpacked; done
 
 say "building v4l2loopback"
-headers=$work/root/usr/src/linux-headers-$version
-sed -i "s|/usr/src/|$work/root/usr/src/|g" "$headers/Makefile" "$headers/.kernelvariables"
-if ! make -C "$headers" M="$(echo "$work"/root/usr/src/v4l2loopback-*)" modules >build.log 2>&1; then
+headers=$work/unpacked/usr/src/linux-headers-$version
+sed -i "s|/usr/src/|$work/unpacked/usr/src/|g" "$headers/Makefile" "$headers/.kernelvariables"
+if ! make -C "$headers" M="$(echo "$work"/unpacked/usr/src/v4l2loopback-*)" modules >build.log 2>&1; then
   tail -20 build.log >&2
   say "v4l2loopback does not build against kernel $version" >&2
   exit 1
@@ -51,7 +51,7 @@ fi
 
 # Every module that is needed, in the order in which the kernel takes them.
 mkdir modules
-find "$work/root" -name '*.ko' -o -name '*.ko.xz' >all_modules
+find "$work/unpacked" -name '*.ko' -o -name '*.ko.xz' >all_modules
 add_module() {  # name list
   local file name=${1//-/_} needed
   file=$(sed -n "\|/$(sed 's/_/[-_]/g' <<<"$name")\.ko\(\.xz\)\?\$|p" all_modules | head -1)
@@ -75,7 +75,7 @@ mv modules/media.tmp modules/media.list
 
 rm -rf "$cache.new"
 mkdir -p "$cache.new"
-cp "root/boot/vmlinuz-$version" "$cache.new/vmlinuz"
+cp "unpacked/boot/vmlinuz-$version" "$cache.new/vmlinuz"
 cp -r modules "$cache.new/"
 echo "$version" >"$cache.new/version"
 rm -rf "$cache"

@@ -6,6 +6,7 @@
 
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 
 namespace gelslam {
 namespace {
@@ -19,12 +20,6 @@ constexpr double clearly = 0.5;  // of the label's radius: else what was found i
 constexpr std::size_t min_presses = 10;
 constexpr double max_background_levels = 8.0;
 constexpr double untouched_radii = 2.5;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double spread(const std::vector<double>& values, double middle) {
   std::vector<double> distances;
@@ -95,7 +90,7 @@ double background_difference(const PressSet& set, const BallZone& zone) {
       }
       differences.push_back(std::sqrt(squared));
     }
-  return differences.empty() ? 0.0 : median(differences);
+  return median(differences);
 }
 
 void require_one_sensor(const PressSet& set, const BallZones& zones) {

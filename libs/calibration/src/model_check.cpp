@@ -9,6 +9,7 @@
 
 #include "gelslam/calibration/ball_fit.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {
@@ -25,12 +26,6 @@ constexpr Limits good = {3.0, 0.03, 0.03}, usable = {5.0, 0.10, 0.08};
 constexpr double odd_ninth_gain = 0.15;  // of one ninth, worth a sentence
 constexpr double min_ninth_pixels = 1500;
 constexpr double max_gain_ratio = 0.12;  // between balls of two sizes: beyond it one diameter is wrong
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::string formatted(const char* format, double a, double b = 0.0) {
   std::array<char, 200> text{};
@@ -151,7 +146,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   }
   for (const auto& [diameter_mm, size] : sizes)
     check.diameters.push_back(
-        {diameter_mm, size.presses, size.radii_mm.empty() ? 0.0 : median(size.radii_mm), size.slopes.gain()});
+        {diameter_mm, size.presses, median(size.radii_mm), size.slopes.gain()});
   check.error_map_deg = map.mean();
   judge(check);
   return check;

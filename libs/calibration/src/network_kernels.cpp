@@ -4,12 +4,9 @@
 
 #include <cmath>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define GELSLAM_CALIBRATION_KERNEL __attribute__((target_clones("avx512f", "fma", "default")))
-#else
-#define GELSLAM_CALIBRATION_KERNEL
-#endif
+#include "gelslam/core/target_clones.hpp"
+
+#define GELSLAM_CALIBRATION_KERNEL GELSLAM_TARGET_CLONES("avx512f", "fma", "default")
 
 namespace gelslam::calibration::detail {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/core/zip_archive.hpp"
 #include "gelslam/sensor/image_input.hpp"
 
@@ -71,16 +72,13 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
   return presses;
 }
 
-std::string size_text(const cv::Mat& image) {
-  return std::to_string(image.cols) + "x" + std::to_string(image.rows);
-}
-
 cv::Mat3b read_background(const fs::path& path) {
   if (!fs::exists(path))
     throw Error(quoted(path) + " is missing: take a picture of the gel with nothing on it");
   cv::Mat3b background = read_image(path);
   if (std::min(background.rows, background.cols) < 16)
-    throw Error(quoted(path) + " is " + size_text(background) + ", need at least 16x16");
+    throw Error(quoted(path) + " is " + size_text(background.cols, background.rows) +
+                ", need at least 16x16");
   return background;
 }
 
@@ -101,8 +99,9 @@ void read_press(const PressSet& set, CalibrationPress& press) {
   const fs::path folder = set.folder / press.name;
   press.bgr = read_image(folder / "gelsight.png");
   if (press.bgr.size() != set.background.size())
-    throw Error(quoted(folder / "gelsight.png") + " is " + size_text(press.bgr) + " but the background is " +
-                size_text(set.background) + ": all pictures must come from one sensor");
+    throw Error(quoted(folder / "gelsight.png") + " is " + size_text(press.bgr.cols, press.bgr.rows) +
+                " but the background is " + size_text(set.background.cols, set.background.rows) +
+                ": all pictures must come from one sensor");
   if (fs::exists(folder / "label.npz")) press.label = read_label(folder / "label.npz");
 }
 

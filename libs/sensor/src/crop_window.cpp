@@ -1,13 +1,11 @@
 #include "crop_window.hpp"
 
+#include "gelslam/core/text.hpp"
+
 #include <algorithm>
 
 namespace gelslam::detail {
 namespace {
-
-std::string size_text(std::int64_t width, std::int64_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include "area_resample.hpp"
 #include "crop_window.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "jpeg_decoder.hpp"
 #include "png_decoder.hpp"
 
@@ -13,10 +14,6 @@ namespace gelslam {
 namespace {
 
 constexpr std::size_t most_bytes = 512u << 20;
-
-std::string size_text(std::int64_t width, std::int64_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 
 #include "crop_window.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "image_header.hpp"
 #include "quiet.hpp"
 
@@ -16,10 +17,6 @@ namespace gelslam {
 namespace {
 
 constexpr std::uintmax_t largest_image_file_bytes = 256u << 20;
-
-std::string size_text(std::int64_t width, std::int64_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   std::error_code code;

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "quiet.hpp"
 
@@ -83,7 +84,7 @@ class VideoSource final : public FrameSource {
   std::string warning() const override { return warning_; }
 
  private:
-  std::string size_text() const { return std::to_string(width_) + "x" + std::to_string(height_); }
+  std::string size_text() const { return gelslam::size_text(width_, height_); }
 
   double time_of_frame() {
     const double container_s = capture_.get(cv::CAP_PROP_POS_MSEC) / 1000.0;

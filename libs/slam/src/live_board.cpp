@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "gelslam/core/median.hpp"
 #include "gelslam/core/process.hpp"
 
 namespace gelslam::slam::detail {
@@ -43,12 +44,9 @@ double LiveMeter::rate_hz() const {
 }
 
 double LiveMeter::median_latency_ms() const {
-  if (latencies_ms_.empty()) return 0.0;
   std::vector<double> values;
   for (const auto& [when, latency_ms] : latencies_ms_) values.push_back(latency_ms);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 LiveBoard::LiveBoard(std::string source_description) { status_.source = std::move(source_description); }

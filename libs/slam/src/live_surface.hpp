@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "color_gain.hpp"
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/slam/color_gain.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 #include "live_messages.hpp"

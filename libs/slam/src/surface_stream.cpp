@@ -3,16 +3,14 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "color_gain.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "gelslam/slam/color_gain.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {
 namespace {
-
-using slam::detail::ColorGain;
 
 std::vector<cv::Mat3b> pictures(const std::vector<TactileImage>& frames) {
   std::vector<cv::Mat3b> images;

@@ -10,6 +10,7 @@
 #include "change_mask.hpp"
 #include "contact_mask.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gradient_map.hpp"
 #include "light.hpp"
 #include "poisson.hpp"
@@ -21,10 +22,6 @@ namespace {
 using namespace surface::detail;
 
 constexpr int min_side_px = 16;
-
-std::string size_text(cv::Size size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
 
 // Milliseconds since the last call.
 class Stopwatch {
@@ -42,7 +39,8 @@ class Stopwatch {
 
 const cv::Mat3b& checked_background(const cv::Mat3b& background) {
   if (background.rows < min_side_px || background.cols < min_side_px) {
-    throw Error("background image is " + size_text(background.size()) + ", need at least 16x16");
+    throw Error("background image is " + size_text(background.cols, background.rows) +
+                ", need at least 16x16");
   }
   return background;
 }
@@ -123,7 +121,8 @@ SurfaceEstimator& SurfaceEstimator::operator=(SurfaceEstimator&&) noexcept = def
 SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& bgr) {
   Impl& self = *impl_;
   if (bgr.size() != self.size) {
-    throw Error("image is " + size_text(bgr.size()) + " but the background is " + size_text(self.size));
+    throw Error("image is " + size_text(bgr.cols, bgr.rows) + " but the background is " +
+                size_text(self.size.width, self.size.height));
   }
   Stopwatch watch;
   auto surface = std::make_shared<Surface>();
@@ -137,7 +136,8 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& bgr) {
   surface->height_mm = self.height_from_gradient();
   self.timings.poisson_ms = watch.lap_ms();
 
-  self.contact_detector.detect(surface->height_mm, self.options.pixel_pitch_mm, self.scatter_mm, self.blocks, surface->contact);
+  self.contact_detector.detect(surface->height_mm, self.options.pixel_pitch_mm, self.scatter_mm, self.blocks,
+                               surface->contact);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   self.remember_contact();
   self.timings.contact_ms = watch.lap_ms();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,5 +22,11 @@ std::string one_line(std::string_view text);
 /// Order by which people sort file names: runs of digits compare as numbers, so frame_2 comes before
 /// frame_10. A strict weak ordering; equal numbers with different leading zeros are ordered bytewise.
 bool natural_less(std::string_view a, std::string_view b);
+
+/// printf into a string, of 511 bytes at most: tables are easier to read in this form than in any other.
+[[gnu::format(printf, 1, 2)]] std::string format_text(const char* pattern, ...);
+
+/// "320x240".
+std::string size_text(std::int64_t width, std::int64_t height);
 
 }  // namespace gelslam

@@ -3,7 +3,7 @@
 #include <array>
 #include <opencv2/core.hpp>
 
-namespace gelslam::slam::detail {
+namespace gelslam {
 
 /// Multiplies a picture's channels; values beyond white stay white.
 class ColorGain {
@@ -23,4 +23,4 @@ class ColorGain {
   cv::Mat3b table_ = cv::Mat3b(1, 256);
 };
 
-}  // namespace gelslam::slam::detail
+}  // namespace gelslam
