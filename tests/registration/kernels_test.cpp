@@ -89,15 +89,13 @@ TEST(Kernels, RobustWeightsAreCauchys) {
 
 TEST(Kernels, WarpLooksUpBilinearlyInsideContactOnly) {
   const auto target = with_noise(*touch(textured_plane(4), motion(0, 0, 0, 0, 0, 0.4)), 0.05, 1);
-  PackedTarget packed;
-  pack_target(*target, packed);
   const Samples samples = random_samples(3000, 5);
   const Pose pose = motion(5, -4, 25, 0.7, -0.4, 0.1);
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> rotation = pose.linear().cast<float>();
   const Eigen::Vector3f translation = pose.translation().cast<float>();
   Residuals residuals;
   residuals.resize(3000);
-  warp_residuals(samples, packed, rotation.data(), translation.data(), residuals);
+  warp_residuals(samples, view_of(*target), rotation.data(), translation.data(), residuals);
 
   int inside = 0, outside = 0;
   for (std::size_t i = 0; i < 3000; ++i) {

@@ -14,7 +14,8 @@ using namespace registration::detail;
 using Vector5d = Eigen::Matrix<double, kParameters, 1>;
 using Matrix5d = Eigen::Matrix<double, kParameters, kParameters>;
 
-void warp(const Samples& samples, const PackedTarget& target, const Pose& target_T_reference, Residuals& residuals) {
+void warp(const Samples& samples, const TargetView& target, const Pose& target_T_reference,
+          Residuals& residuals) {
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> rotation = target_T_reference.linear().cast<float>();
   const Eigen::Vector3f translation = target_T_reference.translation().cast<float>();
   warp_residuals(samples, target, rotation.data(), translation.data(), residuals);
@@ -33,9 +34,9 @@ constexpr double kWanderingMm = 0.05;
 /// One registration in progress: the reference against one target.
 class Alignment {
  public:
-  Alignment(const NormalFlowReference::Impl& reference, const Surface& target, const NormalFlowOptions& options)
-      : reference_(reference), target_(target), options_(options) {
-    pack_target(target, packed());
+  Alignment(const NormalFlowReference::Impl& reference, const Surface& target,
+            const NormalFlowOptions& options)
+      : reference_(reference), target_(target), view_(view_of(target)), options_(options) {
     residuals().resize(static_cast<std::size_t>(reference.samples.size()));
   }
 
@@ -46,7 +47,7 @@ class Alignment {
     result.iterations = 0;
     bool settled = false;
     while (result.iterations < options_.max_iterations && !settled) {
-      warp(reference_.samples, packed(), target_T_reference, residuals());
+      warp(reference_.samples, view_, target_T_reference, residuals());
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
       apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
       NormalEquations equations = linearise(reference_.samples, residuals());
@@ -57,7 +58,8 @@ class Alignment {
       target_T_reference = target_T_reference * se3_exp(with_zero_tz(step)).inverse();
       ++result.iterations;
       wandering_ = step.head<3>().norm() > kWanderingRad || step.tail<2>().norm() > kWanderingMm;
-      settled = result.iterations >= options_.min_iterations && step.head<3>().norm() < options_.rotation_tolerance_rad &&
+      settled = result.iterations >= options_.min_iterations &&
+                step.head<3>().norm() < options_.rotation_tolerance_rad &&
                 step.tail<2>().norm() < options_.translation_tolerance_mm;
     }
     target_T_reference = normalized(target_T_reference);
@@ -84,21 +86,18 @@ class Alignment {
  private:
   /// Fills the residuals.
   HeightGap lay_upon_target(const Pose& target_T_reference) {
-    warp(reference_.samples, packed(), target_T_reference, residuals());
+    warp(reference_.samples, view_, target_T_reference, residuals());
     apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
     return height_gap(reference_.samples, target_, target_T_reference, residuals());
   }
 
   static Vector5d solve_along(const Directions& directions, const NormalEquations& equations) {
     const Directions reduced = equations.hessian * directions;
-    return directions * (directions.transpose() * reduced).ldlt().solve(directions.transpose() * equations.gradient);
+    return directions *
+           (directions.transpose() * reduced).ldlt().solve(directions.transpose() * equations.gradient);
   }
 
-  // Work buffers, kept between calls: a megabyte per registration would cost more than the registration.
-  static PackedTarget& packed() {
-    thread_local PackedTarget buffer;
-    return buffer;
-  }
+  // A work buffer, kept between calls.
   static Residuals& residuals() {
     thread_local Residuals buffer;
     return buffer;
@@ -106,26 +105,30 @@ class Alignment {
 
   const NormalFlowReference::Impl& reference_;
   const Surface& target_;
+  TargetView view_;
   const NormalFlowOptions& options_;
   bool wandering_ = false;  // the last step was still large when the iterations ran out
 };
 
-bool has_enough_surface(const NormalFlowReference& reference, const Surface& target, const NormalFlowOptions& options) {
-  return reference.sample_count() >= options.min_shared_pixels && target.contact_pixels >= options.min_shared_pixels;
+bool has_enough_surface(const NormalFlowReference& reference, const Surface& target,
+                        const NormalFlowOptions& options) {
+  return reference.sample_count() >= options.min_shared_pixels &&
+         target.contact_pixels >= options.min_shared_pixels;
 }
 
 }  // namespace
 
-RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target, const Pose& target_T_reference,
-                              const NormalFlowOptions& options) {
+RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target,
+                              const Pose& target_T_reference, const NormalFlowOptions& options) {
   RegistrationResult result;
   result.target_T_reference = target_T_reference;
-  if (has_enough_surface(reference, target, options)) Alignment(reference.impl(), target, options).judge(result);
+  if (has_enough_surface(reference, target, options))
+    Alignment(reference.impl(), target, options).judge(result);
   return result;
 }
 
-RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target, const Pose& initial,
-                                        const NormalFlowOptions& options) {
+RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target,
+                                        const Pose& initial, const NormalFlowOptions& options) {
   RegistrationResult result;
   result.target_T_reference = initial;
   if (!has_enough_surface(reference, target, options)) return result;
@@ -136,7 +139,8 @@ RegistrationResult register_normal_flow(const NormalFlowReference& reference, co
   const Directions shown = alignment.finish(result);
   if (shown.cols() == kParameters || shown.cols() == 0) return result;
 
-  // Along directions that the surfaces do not show, noise has moved the pose: once more, keeping the start there.
+  // Along directions that the surfaces do not show, noise has moved the pose: once more, keeping the start
+  // there.
   RegistrationResult held = result;
   if (!alignment.converge(initial, shown, held)) return result;
   alignment.finish(held);

@@ -1,5 +1,6 @@
 #include "normal_flow_kernels.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -10,16 +11,12 @@ namespace gelslam::registration::detail {
 namespace {
 
 using Float4 = float __attribute__((vector_size(16)));
-
-Float4 load4(const float* p) {
-  Float4 v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
+using Int4 = std::int32_t __attribute__((vector_size(16)));
 
 #define GELSLAM_CLONES GELSLAM_TARGET_CLONES("avx512f", "arch=haswell", "default")
 
-// Sums in 64 independent lanes: the order of additions, and so the result, does not depend on the vector width.
+// Sums in 64 independent lanes: the order of additions, and so the result, does not depend on the vector
+// width.
 constexpr int kLanes = 64;
 
 GELSLAM_CLONES float weighted_sum(const float* __restrict w, const float* __restrict a, int count) {
@@ -33,9 +30,9 @@ GELSLAM_CLONES float weighted_sum(const float* __restrict w, const float* __rest
   return sum;
 }
 
-GELSLAM_CLONES float projected_sum(const float* __restrict wx, const float* __restrict wy, const float* __restrict wz,
-                                   const float* __restrict jx, const float* __restrict jy, const float* __restrict jz,
-                                   int count) {
+GELSLAM_CLONES float projected_sum(const float* __restrict wx, const float* __restrict wy,
+                                   const float* __restrict wz, const float* __restrict jx,
+                                   const float* __restrict jy, const float* __restrict jz, int count) {
   float lanes[kLanes] = {};
   int i = 0;
   for (; i + kLanes <= count; i += kLanes)
@@ -47,7 +44,8 @@ GELSLAM_CLONES float projected_sum(const float* __restrict wx, const float* __re
   return sum;
 }
 
-GELSLAM_CLONES void multiply(const float* __restrict w, const float* __restrict a, float* __restrict out, int count) {
+GELSLAM_CLONES void multiply(const float* __restrict w, const float* __restrict a, float* __restrict out,
+                             int count) {
   for (int i = 0; i < count; ++i) out[i] = w[i] * a[i];
 }
 
@@ -58,6 +56,79 @@ GELSLAM_CLONES void cauchy(const float* __restrict rx, const float* __restrict r
     w[i] = w[i] / (1.0f + r2 * inverse_scale2);
   }
 }
+
+// Samples are warped in blocks that stay in the first-level cache.
+constexpr int kBlock = 256;
+
+/// Where a block of samples falls in the target, in pixels.
+GELSLAM_CLONES void project(const float* __restrict x, const float* __restrict y, const float* __restrict z,
+                            const float* __restrict r, const float* __restrict t, const TargetView& target,
+                            float* __restrict u, float* __restrict v, int count) {
+  const float scale = target.inverse_pitch_per_mm, center_u = target.center_u_px,
+              center_v = target.center_v_px;
+  const float r0 = r[0], r1 = r[1], r2 = r[2], r3 = r[3], r4 = r[4], r5 = r[5], t0 = t[0], t1 = t[1];
+  for (int i = 0; i < count; ++i) {
+    u[i] = (r0 * x[i] + r1 * y[i] + r2 * z[i] + t0) * scale + center_u;
+    v[i] = (r3 * x[i] + r4 * y[i] + r5 * z[i] + t1) * scale + center_v;
+  }
+}
+
+/// r = Rᵀ texel - n.
+GELSLAM_CLONES void rotate_and_subtract(const float* __restrict texel_x, const float* __restrict texel_y,
+                                        const float* __restrict texel_z, const float* __restrict r,
+                                        const float* __restrict nx, const float* __restrict ny,
+                                        const float* __restrict nz, float* __restrict rx,
+                                        float* __restrict ry, float* __restrict rz, int count) {
+  const float r0 = r[0], r1 = r[1], r2 = r[2], r3 = r[3], r4 = r[4], r5 = r[5], r6 = r[6], r7 = r[7],
+              r8 = r[8];
+  for (int i = 0; i < count; ++i) {
+    rx[i] = r0 * texel_x[i] + r3 * texel_y[i] + r6 * texel_z[i] - nx[i];
+    ry[i] = r1 * texel_x[i] + r4 * texel_y[i] + r7 * texel_z[i] - ny[i];
+    rz[i] = r2 * texel_x[i] + r5 * texel_y[i] + r8 * texel_z[i] - nz[i];
+  }
+}
+
+/// Three floats, and a fourth that means nothing.
+Float4 load_normal(const float* p) {
+  Float4 v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+
+/// The same of a pixel that may be the last of the image, from one float before it.
+Float4 load_right_normal(const float* p) { return __builtin_shuffle(load_normal(p - 1), Int4{1, 2, 3, 3}); }
+
+/// Normals between pixels of the target, and whether all four pixels are contact: a look-up that touches any
+/// other mixes gel and object.
+class BilinearLookup {
+ public:
+  explicit BilinearLookup(const TargetView& target)
+      : target_(target),
+        limit_u_(static_cast<float>(target.width - 1)),
+        limit_v_(static_cast<float>(target.height - 1)) {}
+
+  bool operator()(float u, float v, float& x, float& y, float& z) const {
+    if (!(u >= 0.0f && v >= 0.0f && u < limit_u_ && v < limit_v_)) return false;
+    const int ui = static_cast<int>(u), vi = static_cast<int>(v);
+    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(vi) * target_.width + ui;
+    const std::uint8_t* const contact = target_.contact + at;
+    if (!(contact[0] && contact[1] && contact[target_.width] && contact[target_.width + 1])) return false;
+    const float fu = u - static_cast<float>(ui), fv = v - static_cast<float>(vi);
+    const float* const p = target_.normals + 3 * at;
+    const float* const q = p + 3 * static_cast<std::ptrdiff_t>(target_.width);
+    const Float4 top = load_normal(p) + fu * (load_normal(p + 3) - load_normal(p));
+    const Float4 bottom = load_normal(q) + fu * (load_right_normal(q + 3) - load_normal(q));
+    const Float4 between = top + fv * (bottom - top);
+    x = between[0];
+    y = between[1];
+    z = between[2];
+    return true;
+  }
+
+ private:
+  const TargetView& target_;
+  float limit_u_, limit_v_;
+};
 
 }  // namespace
 
@@ -71,43 +142,31 @@ void Residuals::resize(std::size_t count) {
   for (auto* v : {&rx, &ry, &rz, &weight}) v->resize(count);
 }
 
-void warp_residuals(const Samples& samples, const PackedTarget& target, const float* rotation, const float* translation,
-                    Residuals& residuals) {
-  const float* const r = rotation;
-  const int count = samples.size();
-  const float limit_u = static_cast<float>(target.width - 1);
-  const float limit_v = static_cast<float>(target.height - 1);
-  const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(target.width) * 4;
-  for (int i = 0; i < count; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const float x = samples.x[k], y = samples.y[k], z = samples.z[k];
-    const float u = (r[0] * x + r[1] * y + r[2] * z + translation[0]) * target.inverse_pitch_per_mm + target.center_u_px;
-    const float v = (r[3] * x + r[4] * y + r[5] * z + translation[1]) * target.inverse_pitch_per_mm + target.center_v_px;
-    if (!(u >= 0.0f && v >= 0.0f && u < limit_u && v < limit_v)) {
-      residuals.rx[k] = residuals.ry[k] = residuals.rz[k] = residuals.weight[k] = 0.0f;
-      continue;
+void warp_residuals(const Samples& samples, const TargetView& target, const float* rotation,
+                    const float* translation, Residuals& residuals) {
+  const BilinearLookup look_up(target);
+  float u[kBlock], v[kBlock], x[kBlock], y[kBlock], z[kBlock];
+  for (int first = 0; first < samples.size(); first += kBlock) {
+    const int count = std::min(kBlock, samples.size() - first);
+    project(&samples.x[first], &samples.y[first], &samples.z[first], rotation, translation, target, u, v,
+            count);
+    for (int i = 0; i < count; ++i) {
+      const bool inside = look_up(u[i], v[i], x[i], y[i], z[i]);
+      if (!inside) x[i] = y[i] = z[i] = 0.0f;
+      residuals.weight[first + i] = inside ? samples.weight[first + i] : 0.0f;
     }
-    const int ui = static_cast<int>(u), vi = static_cast<int>(v);
-    const float fu = u - static_cast<float>(ui), fv = v - static_cast<float>(vi);
-    const float* p = target.texel.data() + vi * row + ui * 4;
-    const Float4 top = load4(p) + fu * (load4(p + 4) - load4(p));
-    const Float4 bottom = load4(p + row) + fu * (load4(p + row + 4) - load4(p + row));
-    const Float4 texel = top + fv * (bottom - top);
-    const float tx = texel[0], ty = texel[1], tz = texel[2];
-    residuals.rx[k] = r[0] * tx + r[3] * ty + r[6] * tz - samples.nx[k];
-    residuals.ry[k] = r[1] * tx + r[4] * ty + r[7] * tz - samples.ny[k];
-    residuals.rz[k] = r[2] * tx + r[5] * ty + r[8] * tz - samples.nz[k];
-    // A look-up that touches any pixel outside the contact mixes gel and object: leave it out.
-    residuals.weight[k] = texel[3] > 0.999f ? samples.weight[k] : 0.0f;
+    rotate_and_subtract(x, y, z, rotation, &samples.nx[first], &samples.ny[first], &samples.nz[first],
+                        &residuals.rx[first], &residuals.ry[first], &residuals.rz[first], count);
   }
 }
 
 void apply_robust_weights(Residuals& residuals, float scale) {
-  cauchy(residuals.rx.data(), residuals.ry.data(), residuals.rz.data(), residuals.weight.data(), 1.0f / (scale * scale),
-         static_cast<int>(residuals.weight.size()));
+  cauchy(residuals.rx.data(), residuals.ry.data(), residuals.rz.data(), residuals.weight.data(),
+         1.0f / (scale * scale), static_cast<int>(residuals.weight.size()));
 }
 
-void accumulate_normal_equations(const Samples& samples, const Residuals& residuals, double* gradient, double* hessian) {
+void accumulate_normal_equations(const Samples& samples, const Residuals& residuals, double* gradient,
+                                 double* hessian) {
   const int count = samples.size();
   thread_local std::vector<float> wx, wy, wz;
   for (auto* v : {&wx, &wy, &wz}) v->resize(static_cast<std::size_t>(count));
@@ -116,7 +175,8 @@ void accumulate_normal_equations(const Samples& samples, const Residuals& residu
   multiply(residuals.weight.data(), residuals.rz.data(), wz.data(), count);
   for (std::size_t c = 0; c < kParameters; ++c)
     gradient[c] = projected_sum(wx.data(), wy.data(), wz.data(), samples.jacobian[c].data(),
-                                samples.jacobian[kParameters + c].data(), samples.jacobian[2 * kParameters + c].data(), count);
+                                samples.jacobian[kParameters + c].data(),
+                                samples.jacobian[2 * kParameters + c].data(), count);
   for (std::size_t c = 0; c < kHessianEntries; ++c)
     hessian[c] = weighted_sum(residuals.weight.data(), samples.hessian[c].data(), count);
 }

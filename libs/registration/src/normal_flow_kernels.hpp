@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace gelslam::registration::detail {
@@ -14,37 +15,38 @@ inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
 struct Samples {
   std::vector<float> x, y, z, nx, ny, nz;
   std::vector<float> weight;  ///< how far to trust the sample, 0..1 (the contact's border is the gel's skirt)
-  std::array<std::vector<float>, 3 * kParameters> jacobian;       ///< row-major 3x5, one array per entry
-  std::array<std::vector<float>, kHessianEntries> hessian;        ///< upper triangle of JᵀJ per sample, row by row
+  std::array<std::vector<float>, 3 * kParameters> jacobian;  ///< row-major 3x5, one array per entry
+  std::array<std::vector<float>, kHessianEntries> hessian;  ///< upper triangle of JᵀJ per sample, row by row
 
   int size() const { return static_cast<int>(x.size()); }
   void resize(std::size_t count);
 };
 
-/// A target frame ready for sampling: per pixel the three components of the normal and contact
-/// (0 or 1), interleaved so that one bilinear look-up touches four cache lines at most.
-struct PackedTarget {
+/// A target frame as warp_residuals() reads it; both maps are continuous.
+struct TargetView {
   int width = 0, height = 0;
   float inverse_pitch_per_mm = 0;
   float center_u_px = 0, center_v_px = 0;  ///< pixel coordinates of the sensor's origin
-  std::vector<float> texel;                ///< width * height * 4
+  const float* normals = nullptr;          ///< width * height * 3
+  const std::uint8_t* contact = nullptr;   ///< width * height; 0 is no contact
 };
 
 /// Residuals of one warp, structure of arrays, as long as the samples.
 struct Residuals {
   std::vector<float> rx, ry, rz;
-  std::vector<float> weight;      ///< the sample's, or 0 where it leaves the target's contact
+  std::vector<float> weight;  ///< the sample's, or 0 where it leaves the target's contact
   void resize(std::size_t count);
 };
 
 /// r = Rᵀ n'(P(R q + t)) - n for every sample (`rotation` row-major 3x3, translation in mm).
-void warp_residuals(const Samples& samples, const PackedTarget& target, const float* rotation, const float* translation,
-                    Residuals& residuals);
+void warp_residuals(const Samples& samples, const TargetView& target, const float* rotation,
+                    const float* translation, Residuals& residuals);
 
 /// Multiplies each weight by a Cauchy weight of its residual's size: 1 / (1 + |r|² / scale²).
 void apply_robust_weights(Residuals& residuals, float scale);
 
 /// gradient = Σ w Jᵀ r (5), hessian = Σ w JᵀJ (15, upper triangle).
-void accumulate_normal_equations(const Samples& samples, const Residuals& residuals, double* gradient, double* hessian);
+void accumulate_normal_equations(const Samples& samples, const Residuals& residuals, double* gradient,
+                                 double* hessian);
 
 }  // namespace gelslam::registration::detail

@@ -12,8 +12,9 @@ namespace {
 using registration::detail::kParameters;
 using registration::detail::Samples;
 
-/// Half of the samples where the surface bends most (they fix x, y and twist), half spread evenly over the rest of
-/// the contact (they fix the tilt and keep a dirty spot from ruling the estimate). Pixels in raster order.
+/// Half of the samples where the surface bends most (they fix x, y and twist), half spread evenly over the
+/// rest of the contact (they fix the tilt and keep a dirty spot from ruling the estimate). Pixels in raster
+/// order.
 std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   std::vector<cv::Point> candidates;
   candidates.reserve(static_cast<std::size_t>(surface.contact_pixels));
@@ -23,7 +24,9 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   const auto wanted = static_cast<std::size_t>(max_samples);
   if (candidates.size() <= wanted) return candidates;
 
-  const auto raster_order = [](const cv::Point& a, const cv::Point& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; };
+  const auto raster_order = [](const cv::Point& a, const cv::Point& b) {
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+  };
   const auto bent = candidates.begin() + static_cast<std::ptrdiff_t>(wanted / 2);
   std::nth_element(candidates.begin(), bent, candidates.end(), [&](const cv::Point& a, const cv::Point& b) {
     const float ca = std::fabs(surface.curvature(a)), cb = std::fabs(surface.curvature(b));
@@ -34,30 +37,37 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   const std::size_t even = wanted - wanted / 2;
   std::vector<cv::Point> selected(candidates.begin(), bent);
   for (std::size_t k = 0; k < even; ++k)
-    selected.push_back(bent[static_cast<std::ptrdiff_t>((static_cast<double>(k) + 0.5) * rest / static_cast<double>(even))]);
+    selected.push_back(
+        bent[static_cast<std::ptrdiff_t>((static_cast<double>(k) + 0.5) * rest / static_cast<double>(even))]);
   std::sort(selected.begin(), selected.end(), raster_order);
   return selected;
 }
 
-/// Weight of a contact pixel by its distance to the contact's border (Huang et al., T-RO 2026): near the border the gel
-/// spans from object to rest and does not show the object.
-cv::Mat1f border_weight(const cv::Mat1b& contact) {
-  cv::Mat1f distance_px;
-  cv::distanceTransform(contact, distance_px, cv::DIST_L2, 3);
-  const float scale_px = static_cast<float>(contact.rows) / 60.0f;
-  for (float& d : distance_px) d = 0.5f * (std::tanh(d / scale_px - 1.0f) + 1.0f);
-  return distance_px;
-}
+/// Weight of a contact pixel by its distance to the contact's border (Huang et al., T-RO 2026): near the
+/// border the gel spans from object to rest and does not show the object.
+class BorderWeight {
+ public:
+  explicit BorderWeight(const cv::Mat1b& contact) : scale_px_(static_cast<float>(contact.rows) / 60.0f) {
+    cv::distanceTransform(contact, distance_px_, cv::DIST_L2, 3);
+  }
+  float operator()(cv::Point p) const {
+    return 0.5f * (std::tanh(distance_px_(p) / scale_px_ - 1.0f) + 1.0f);
+  }
 
-struct NormalGradient {
-  cv::Mat3f dx, dy;  ///< change of the normal per pixel
+ private:
+  float scale_px_;
+  cv::Mat1f distance_px_;
 };
 
-NormalGradient normal_gradient(const cv::Mat3f& normals) {
-  NormalGradient g;
-  cv::Sobel(normals, g.dx, CV_32F, 1, 0, 3, 1.0 / 8.0);
-  cv::Sobel(normals, g.dy, CV_32F, 0, 1, 3, 1.0 / 8.0);
-  return g;
+/// Change of the normal per pixel along x and y (Sobel). `p` is no border pixel.
+struct NormalGradient {
+  cv::Vec3f dx, dy;
+};
+
+NormalGradient normal_gradient(const cv::Mat3f& normals, cv::Point p) {
+  const cv::Vec3f *above = &normals(p.y - 1, p.x), *here = &normals(p), *below = &normals(p.y + 1, p.x);
+  return {(above[1] - above[-1] + 2.0f * (here[1] - here[-1]) + below[1] - below[-1]) * 0.125f,
+          (below[-1] - above[-1] + 2.0f * (below[0] - above[0]) + below[1] - above[1]) * 0.125f};
 }
 
 void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, const cv::Vec3f& normal_dy) {
@@ -85,8 +95,7 @@ void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, c
 NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options) {
   auto impl = std::make_unique<Impl>();
   const std::vector<cv::Point> pixels = select_samples(*surface, options.max_samples);
-  const cv::Mat1f weight = border_weight(surface->contact);
-  const NormalGradient gradient = normal_gradient(surface->normals);
+  const BorderWeight weight(surface->contact);
   const float pitch = static_cast<float>(surface->pixel_pitch_mm);
   const float center_u = static_cast<float>(surface->contact.cols) * 0.5f - 0.5f;
   const float center_v = static_cast<float>(surface->contact.rows) * 0.5f - 0.5f;
@@ -104,7 +113,8 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
     samples.ny[k] = n[1];
     samples.nz[k] = n[2];
     samples.weight[k] = weight(p);
-    set_jacobian(samples, k, gradient.dx(p) / pitch, gradient.dy(p) / pitch);
+    const NormalGradient gradient = normal_gradient(surface->normals, p);
+    set_jacobian(samples, k, gradient.dx / pitch, gradient.dy / pitch);
     impl->curvature[k] = surface->curvature(p);
   }
   impl->surface = std::move(surface);

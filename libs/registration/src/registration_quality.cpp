@@ -175,24 +175,16 @@ RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreem
 
 }  // namespace
 
-void pack_target(const Surface& target, PackedTarget& packed) {
-  packed.width = target.contact.cols;
-  packed.height = target.contact.rows;
-  packed.inverse_pitch_per_mm = static_cast<float>(1.0 / target.pixel_pitch_mm);
-  packed.center_u_px = static_cast<float>(packed.width) * 0.5f - 0.5f;
-  packed.center_v_px = static_cast<float>(packed.height) * 0.5f - 0.5f;
-  packed.texel.resize(static_cast<std::size_t>(packed.width) * static_cast<std::size_t>(packed.height) * 4);
-  float* out = packed.texel.data();
-  for (int v = 0; v < packed.height; ++v) {
-    const cv::Vec3f* normal = target.normals[v];
-    const std::uint8_t* contact = target.contact[v];
-    for (int u = 0; u < packed.width; ++u, out += 4) {
-      out[0] = normal[u][0];
-      out[1] = normal[u][1];
-      out[2] = normal[u][2];
-      out[3] = contact[u] ? 1.0f : 0.0f;
-    }
-  }
+TargetView view_of(const Surface& target) {
+  TargetView view;
+  view.width = target.contact.cols;
+  view.height = target.contact.rows;
+  view.inverse_pitch_per_mm = static_cast<float>(1.0 / target.pixel_pitch_mm);
+  view.center_u_px = static_cast<float>(view.width) * 0.5f - 0.5f;
+  view.center_v_px = static_cast<float>(view.height) * 0.5f - 0.5f;
+  view.normals = target.normals.ptr<float>();
+  view.contact = target.contact.ptr();
+  return view;
 }
 
 NormalEquations linearise(const Samples& samples, const Residuals& residuals) {

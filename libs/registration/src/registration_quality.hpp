@@ -5,8 +5,8 @@
 
 namespace gelslam::registration::detail {
 
-/// Interleaves the target for warp_residuals(); contact becomes 0 or 1.
-void pack_target(const Surface& target, PackedTarget& packed);
+/// The target for warp_residuals(); refers to the surface's maps.
+TargetView view_of(const Surface& target);
 
 /// The weighted normal equations of one warp.
 struct NormalEquations {

@@ -38,6 +38,7 @@ void describe_contact(OptionVisitor& visit, Config& config) {
 void describe_registration(OptionVisitor& visit, NormalFlowOptions& options) {
   visit.integer("max_samples", options.max_samples, 50, 1000000, "keyframe pixels used");
   visit.integer("max_iterations", options.max_iterations, 1, 1000, "at most, per registration");
+  visit.integer("min_iterations", options.min_iterations, 1, 1000, "at least, per registration");
   visit.number("robust_scale_rad", options.robust_scale_rad, 0.001, 10, "normals further apart than this lose weight");
   visit.number("scr_threshold", options.scr_threshold, 0, 1, "least shared curvature ratio");
   visit.number("ccs_threshold", options.ccs_threshold, -1, 1, "least curvature cosine similarity");
