@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 
 namespace gelslam {
@@ -12,34 +12,47 @@ namespace {
 using registration::detail::kParameters;
 using registration::detail::Samples;
 
+/// |curvature| that this many pixels of the contact exceed, or reach.
+float curvature_of_rank(const std::vector<float>& bend, std::size_t rank) {
+  std::vector<float> ordered = bend;
+  const auto nth = ordered.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(ordered.begin(), nth, ordered.end(), std::greater<>());
+  return *nth;
+}
+
 /// Half of the samples where the surface bends most (they fix x, y and twist), half spread evenly over the
 /// rest of the contact (they fix the tilt and keep a dirty spot from ruling the estimate). Pixels in raster
 /// order.
 std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   std::vector<cv::Point> candidates;
+  std::vector<float> bend;
   candidates.reserve(static_cast<std::size_t>(surface.contact_pixels));
+  bend.reserve(candidates.capacity());
   for (int v = 1; v + 1 < surface.contact.rows; ++v)
     for (int u = 1; u + 1 < surface.contact.cols; ++u)
-      if (surface.contact(v, u)) candidates.emplace_back(u, v);
+      if (surface.contact(v, u)) {
+        candidates.emplace_back(u, v);
+        bend.push_back(std::fabs(surface.curvature(v, u)));
+      }
   const auto wanted = static_cast<std::size_t>(max_samples);
   if (candidates.size() <= wanted) return candidates;
 
-  const auto raster_order = [](const cv::Point& a, const cv::Point& b) {
-    return a.y != b.y ? a.y < b.y : a.x < b.x;
-  };
-  const auto bent = candidates.begin() + static_cast<std::ptrdiff_t>(wanted / 2);
-  std::nth_element(candidates.begin(), bent, candidates.end(), [&](const cv::Point& a, const cv::Point& b) {
-    const float ca = std::fabs(surface.curvature(a)), cb = std::fabs(surface.curvature(b));
-    return ca != cb ? ca > cb : raster_order(a, b);
-  });
-  std::sort(bent, candidates.end(), raster_order);
-  const auto rest = static_cast<double>(candidates.end() - bent);
-  const std::size_t even = wanted - wanted / 2;
-  std::vector<cv::Point> selected(candidates.begin(), bent);
-  for (std::size_t k = 0; k < even; ++k)
-    selected.push_back(
-        bent[static_cast<std::ptrdiff_t>((static_cast<double>(k) + 0.5) * rest / static_cast<double>(even))]);
-  std::sort(selected.begin(), selected.end(), raster_order);
+  const std::size_t bent = wanted / 2, even = wanted - bent, rest = candidates.size() - bent;
+  const float limit = curvature_of_rank(bend, bent);
+  // Pixels of just that curvature that still belong to the bent ones.
+  auto at_limit = static_cast<std::ptrdiff_t>(bent) -
+                  std::count_if(bend.begin(), bend.end(), [&](float c) { return c > limit; });
+  std::vector<cv::Point> selected;
+  selected.reserve(wanted);
+  std::size_t rest_index = 0, rest_selected = 0;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const bool is_bent = bend[i] > limit || (bend[i] == limit && at_limit-- > 0);
+    // Of the rest the middles of `even` equal parts.
+    if (is_bent || rest_index++ == (2 * rest_selected + 1) * rest / (2 * even)) {
+      selected.push_back(candidates[i]);
+      if (!is_bent) ++rest_selected;
+    }
+  }
   return selected;
 }
 
