@@ -1,6 +1,9 @@
 #include <memory>
+#include <optional>
 
 #include "commands.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "live_command.hpp"
 
@@ -14,12 +17,24 @@ struct ReplayArguments {
   LiveArguments live;
 };
 
+/// A log of another camera is refused before a run folder is made, or replaced.
+void check_pictures_fit(const std::string& log, const SensorProfile& profile) {
+  const std::optional<RawFrame> first = open_raw_log(log, profile)->next();
+  if (!first) return;
+  try {
+    FrameDecoder(profile).decode(*first);
+  } catch (const Error& error) {
+    throw Error(log + ": " + error.what());
+  }
+}
+
 int run(const ReplayArguments& arguments) {
   const LiveArguments& live = arguments.live;
   const Config config = resolve_config({arguments.log, live.config, live.model, live.background, live.force});
   LiveOptions options = live.options(config);
   options.log = arguments.log;
   options.drop_when_behind = !arguments.every_frame;
+  check_pictures_fit(arguments.log, config.sensor);
   std::unique_ptr<RawFrameSource> source = open_raw_log(arguments.log, config.sensor);
   if (!arguments.every_frame) source = pace(std::move(source), arguments.speed);
   return run_live(std::move(source), options, live);

@@ -16,6 +16,7 @@
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/view_stage.hpp"
 #include "gelslam/viewer/view_window.hpp"
+#include "picture_name.hpp"
 #include "script_file.hpp"
 
 namespace gelslam {
@@ -142,7 +143,8 @@ void add_view_command(CLI::App& app, int& exit_code) {
                    "data folder of the run's log, or a mesh in the same frame: the true surface")
       ->excludes(compare);
   auto* snapshot = command->add_option("--snapshot", a->snapshot,
-                                       "write a picture (PNG) instead of opening a window; needs no display");
+                                       "write a picture (PNG) instead of opening a window; needs no display")
+                        ->check(refuse_unless_png);
   command
       ->add_option("--script", a->script,
                    "keys and movements for the window instead of a person's (docs/viewer.md)")

@@ -15,6 +15,7 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
+#include "picture_name.hpp"
 #include "script_file.hpp"
 
 namespace gelslam {
@@ -112,7 +113,8 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_flag("--force", force, "Take the first frames as background whatever they show");
   command.add_option("--seconds", seconds, "Stop after so long")->check(CLI::Range(0.01, 1e6));
   command.add_flag("--headless", headless, "No window: words in the terminal");
-  command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)");
+  command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
+      ->check(refuse_unless_png);
   command.add_option("--script", script, "Keys and movements from a file instead of a person's (docs/viewer.md)");
   command.add_flag("-q,--quiet", quiet, "No words in the terminal");
 }

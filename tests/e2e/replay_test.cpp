@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "gelslam/sensor/log_writer.hpp"
 #include "simulated_scan.hpp"
 
 namespace gelslam {
@@ -97,6 +98,23 @@ TEST(Replay, NothingOnTheGelIsNoScan) {
   const ProgramResult result = gelslam(replay({(folder / "bare").string(), "--every-frame"}));
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr("not kept (no -o)"));
+}
+
+TEST(Replay, ALogOfAnotherCameraLeavesNoRun) {
+  const TemporaryFolder folder;
+  {
+    LogWriter writer(folder / "other.mkv", {}, 25);
+    RawFrame frame;
+    frame.encoding = FrameEncoding::bgr;
+    frame.width_px = frame.height_px = 100;
+    frame.bytes.resize(30000, 100);
+    writer.write(frame);
+  }
+  const ProgramResult result = gelslam(replay({(folder / "other.mkv").string(), "-o", (folder / "run").string()}));
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.error_lines(), 1) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("other.mkv: frame 0 is 100x100 pixels"));
+  EXPECT_THAT(folder.names(), testing::ElementsAre("other.mkv"));
 }
 
 TEST(Replay, WithoutADisplayNothingBegins) {

@@ -16,6 +16,7 @@
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/simulation/simulator.hpp"
+#include "live_board.hpp"
 
 namespace gelslam {
 namespace {
@@ -354,6 +355,37 @@ TEST_F(Live, SaysSoWhenTheLogEndsWithTheLastFrames) {
   const ReconstructSummary summary = start().wait();
   EXPECT_THAT(summary.warning, HasSubstr("recording stopped"));
   EXPECT_EQ(session->status().log_bytes, static_cast<std::int64_t>(fs::file_size(options.run_folder / "log.mkv")));
+}
+
+TEST_F(Live, ALogThatSomebodyRemovesIsMissed) {
+  options.record = LogAttachments{};
+  source->before(40, [&] {
+    wait_for_touch(39);
+    fs::remove_all(options.run_folder);
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_THAT(summary.warning, HasSubstr("log.mkv: recording stopped: somebody removed the log"));
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+}
+
+TEST_F(Live, HoweverFastFramesComeTheBackgroundIsSeen) {
+  options.drop_when_behind = true;
+  const ReconstructSummary summary = start().wait();
+  EXPECT_THAT(read("report.json"), HasSubstr("\"background\": 10"));
+  EXPECT_EQ(session->status().dropped, kBackgroundFrames + kScanFrames - summary.frames);
+}
+
+TEST(LiveMeter, TheRateFallsWhenNothingComes) {
+  using namespace std::chrono_literals;
+  slam::detail::LiveMeter meter;
+  const slam::detail::LiveClock::time_point start{};
+  for (int i = 0; i <= 25; ++i) meter.arrived(start + i * 40ms);
+  EXPECT_NEAR(meter.rate_hz(start + 1000ms), 25.0, 1e-9);
+  EXPECT_NEAR(meter.rate_hz(start + 1070ms), 25.0, 1e-9) << "one that is late is no stall";
+  EXPECT_NEAR(meter.rate_hz(start + 5000ms), 5.0, 1e-9);
+  meter.arrived(start + 6000ms);
+  EXPECT_LT(meter.rate_hz(start + 6000ms), 1.0) << "the window holds one frame";
 }
 
 TEST_F(Live, AWarningThatCountsIsSaidOnceWithItsNewestCount) {

@@ -3,12 +3,12 @@
 #include <open3d/utility/Logging.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <exception>
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "ply_reader.hpp"
 
@@ -73,10 +73,7 @@ void check_readable(const Mesh& mesh) {
 }
 
 std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  return lower_case(path.extension().string());
 }
 
 }  // namespace

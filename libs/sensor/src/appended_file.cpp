@@ -1,6 +1,7 @@
 #include "appended_file.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -54,6 +55,11 @@ std::string AppendedFile::overwrite(std::size_t at, std::string_view bytes) {
   const ssize_t written = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(at));
   if (written < 0) return system_message();
   return static_cast<std::size_t>(written) == bytes.size() ? "" : "not all was taken";
+}
+
+bool AppendedFile::removed() const {
+  struct stat status {};
+  return ::fstat(descriptor_, &status) == 0 && status.st_nlink == 0;
 }
 
 std::string AppendedFile::sync() { return ::fsync(descriptor_) == 0 ? "" : system_message(); }

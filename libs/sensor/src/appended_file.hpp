@@ -23,6 +23,8 @@ class AppendedFile {
   std::string overwrite(std::size_t at, std::string_view bytes);
   /// Forces all to the disk.
   std::string sync();
+  /// Somebody has taken the file away meanwhile: it has no name any more.
+  bool removed() const;
   std::int64_t size() const { return size_; }
 
  private:

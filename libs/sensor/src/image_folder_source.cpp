@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <sstream>
 
 #include "gelslam/core/error.hpp"
@@ -51,9 +50,7 @@ class ImageFolderSource final : public FrameSource {
 
 bool has_image_ending(const fs::path& path) {
   static constexpr std::array endings{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_case(path.extension().string());
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 

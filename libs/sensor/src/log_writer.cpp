@@ -73,6 +73,13 @@ struct LogWriter::Impl {
     return false;
   }
 
+  /// A file without a name goes on growing on the disk, for nobody.
+  bool lose() {
+    failure = path.string() + ": recording stopped: somebody removed the log, and with it " + std::to_string(frames) +
+              (frames == 1 ? " frame" : " frames");
+    return false;
+  }
+
   bool begin(const RawFrame& frame) {
     track.encoding = frame.encoding == FrameEncoding::bgr ? FrameEncoding::png : frame.encoding;
     track.width_px = frame.width_px;
@@ -91,6 +98,7 @@ struct LogWriter::Impl {
 
   bool write(const RawFrame& frame) {
     if (!failure.empty()) return false;
+    if (file->removed()) return lose();
     if (frames == 0 && file->size() == 0 && !begin(frame)) return false;
     if (!fits(frame)) return fail("the camera's pictures changed their size or kind");
     const std::uint64_t ticks = ticks_of(frame.time_s);
@@ -111,6 +119,10 @@ struct LogWriter::Impl {
     if (frames == 0) {
       std::error_code ignored;
       std::filesystem::remove(path, ignored);
+      return;
+    }
+    if (file->removed()) {
+      if (failure.empty()) lose();
       return;
     }
     const std::uint64_t frame_ticks =

@@ -1,8 +1,7 @@
-#include <algorithm>
 #include <array>
-#include <cctype>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "random.hpp"
 #include "shape_makers.hpp"
@@ -35,9 +34,7 @@ constexpr std::array<Entry, 12> catalogue = {{
 }};
 
 bool is_mesh_name(const std::string& name) {
-  std::string extension = std::filesystem::path(name).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_case(std::filesystem::path(name).extension().string());
   return extension == ".ply" || extension == ".obj" || extension == ".stl";
 }
 

@@ -38,9 +38,13 @@ void LiveMeter::posed(LiveClock::time_point when, double latency_ms) {
   while (when - latencies_ms_.front().first > kMeterWindow) latencies_ms_.pop_front();
 }
 
-double LiveMeter::rate_hz() const {
+double LiveMeter::rate_hz(LiveClock::time_point now) const {
   if (arrivals_.size() < 2) return 0.0;
-  return static_cast<double>(arrivals_.size() - 1) / std::max(1e-6, seconds(arrivals_.back() - arrivals_.front()));
+  const double intervals = static_cast<double>(arrivals_.size() - 1);
+  const double span_s = seconds(arrivals_.back() - arrivals_.front()), since_last_s = seconds(now - arrivals_.back());
+  // A frame that is a little late is on its way; one that is later than two intervals counts as missing.
+  const bool stalled = since_last_s > 2.0 * span_s / intervals;
+  return intervals / std::max(1e-6, stalled ? span_s + since_last_s : span_s);
 }
 
 double LiveMeter::median_latency_ms() const {
@@ -55,6 +59,11 @@ void LiveBoard::set_phase(LivePhase phase) {
   const std::lock_guard lock(mutex_);
   status_.phase = phase;
   if (phase == LivePhase::finished) end_ = LiveClock::now();
+}
+
+LivePhase LiveBoard::phase() const {
+  const std::lock_guard lock(mutex_);
+  return status_.phase;
 }
 
 void LiveBoard::set_words(std::string words, TrackStatus track) {
@@ -96,6 +105,11 @@ void LiveBoard::frame_arrived(LiveClock::time_point when, std::int64_t lost_by_c
 void LiveBoard::frames_dropped(std::int64_t count) {
   const std::lock_guard lock(mutex_);
   status_.dropped += count;
+}
+
+void LiveBoard::source_ended() {
+  const std::lock_guard lock(mutex_);
+  source_end_ = LiveClock::now();
 }
 
 void LiveBoard::frame_damaged() {
@@ -178,7 +192,7 @@ LiveStatus LiveBoard::status() const {
     const bool contact = touch_ && touch_->status != TrackStatus::no_contact;
     status.track = !contact ? TrackStatus::no_contact : joined() ? TrackStatus::tracked : TrackStatus::lost;
   }
-  status.rate_hz = meter_.rate_hz();
+  status.rate_hz = meter_.rate_hz(source_end_.value_or(LiveClock::now()));
   status.latency_ms = meter_.median_latency_ms();
   status.age_s = seconds(end_.value_or(LiveClock::now()) - start_);
   status.memory_mb = memory_mb;

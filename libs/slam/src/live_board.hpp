@@ -20,7 +20,8 @@ class LiveMeter {
  public:
   void arrived(LiveClock::time_point when);
   void posed(LiveClock::time_point when, double latency_ms);
-  double rate_hz() const;
+  /// Of the source as it is `now`: falls when nothing comes any more.
+  double rate_hz(LiveClock::time_point now) const;
   double median_latency_ms() const;
 
  private:
@@ -35,12 +36,14 @@ class LiveBoard {
 
   // The stages.
   void set_phase(LivePhase phase);
+  LivePhase phase() const;
   void set_words(std::string words, TrackStatus track);  ///< what people are told before anything is tracked
   void warn(const std::string& sentence);                ///< each sentence once, the newest last
   /// What is said anew as it changes ("3 frames came damaged"): the newest sentence about it takes the place of the last.
   void warn_about(const std::string& what, const std::string& sentence);
   void frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera);
   void frames_dropped(std::int64_t count);
+  void source_ended();  ///< the rate stays what it was
   void frame_damaged();
   void set_log_bytes(std::int64_t bytes);
   void set_touch(LiveTouch touch, int trial, const std::string& why_lost, LiveClock::time_point arrived);
@@ -65,7 +68,7 @@ class LiveBoard {
 
   mutable std::mutex mutex_;
   const LiveClock::time_point start_ = LiveClock::now();
-  std::optional<LiveClock::time_point> end_;
+  std::optional<LiveClock::time_point> source_end_, end_;
   LiveStatus status_;  // without its warning
   std::vector<Warning> warnings_;
   LiveMeter meter_;

@@ -33,6 +33,15 @@ struct TemporaryFolder {
   const fs::path path;
 };
 
+constexpr std::string_view kSavingFolder = "saving.tmp";
+
+/// Of a message that names a file on its way: with the name that the file was to have.
+std::string in_run(std::string message) {
+  const std::string on_the_way = std::string(kSavingFolder) + "/";
+  const std::size_t at = message.find(on_the_way);
+  return at == std::string::npos ? message : message.erase(at, on_the_way.size());
+}
+
 }  // namespace
 
 LiveRun::LiveRun(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config)
@@ -43,12 +52,14 @@ void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& accou
     replace_entries(map, mesh, account);
   } catch (const fs::filesystem_error& error) {
     throw Error(error.path1().string() + ": cannot be written: " + error.code().message());
+  } catch (const Error& error) {
+    throw Error(in_run(error.what()));
   }
 }
 
 void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
   fs::create_directories(folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
-  const TemporaryFolder whole(folder_ / "saving.tmp");
+  const TemporaryFolder whole(folder_ / kSavingFolder);
   write_run(whole.path, config_, map, mesh, account);
   for (const std::string& entry : run_entries()) {
     if (!fs::exists(whole.path / entry)) continue;

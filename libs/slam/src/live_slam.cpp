@@ -119,6 +119,7 @@ void LiveSlam::Impl::guarded(const Work& work) {
 void LiveSlam::Impl::start() {
   threads.emplace_back([this] {
     guarded([this] { capture(); });
+    board.source_ended();
     raw.close();
     if (recorder) {
       recorder->finish();
@@ -171,7 +172,8 @@ void LiveSlam::Impl::take_frames() {
     if (recorder) record(*frame);
     if (paused) continue;
     auto shared = std::make_shared<const RawFrame>(std::move(*frame));
-    if (options.drop_when_behind)
+    // What the background needs is waited for, however fast frames come.
+    if (options.drop_when_behind && board.phase() != LivePhase::background)
       board.frames_dropped(static_cast<std::int64_t>(raw.push_newest(std::move(shared))));
     else
       raw.push(std::move(shared));

@@ -170,8 +170,8 @@ Session load_session(const fs::path& folder) {
       session.patches.push_back(std::move(patch));
     }
     return session;
-  } catch (const nlohmann::json::exception& error) {
-    throw Error(file.string() + ": not a session: " + error.what());
+  } catch (const nlohmann::json::exception&) {
+    throw Error(file.string() + ": damaged, or not a session of gelslam");
   } catch (const Error& error) {
     throw Error(file.string() + ": " + error.what());
   }

@@ -1,12 +1,12 @@
 #include "gelslam/surface/background_judgement.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gradient_map.hpp"
 
 namespace gelslam {
@@ -38,10 +38,8 @@ std::string sentence(const char* format, double number) {
   return text;
 }
 
-bool is_gelsight_mini(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return name.find("gelsight mini") != std::string::npos;
+bool is_gelsight_mini(const std::string& name) {
+  return lower_case(name).find("gelsight mini") != std::string::npos;
 }
 
 double share_above(const cv::Mat1f& values, double limit) {

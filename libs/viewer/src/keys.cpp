@@ -6,6 +6,8 @@
 #include <cctype>
 #include <map>
 
+#include "gelslam/core/text.hpp"
+
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -60,9 +62,7 @@ std::optional<WindowAction> action_of_key(int key) {
 
 std::optional<int> key_of_name(std::string_view name) {
   static const auto keys = named_keys();
-  std::string lower(name);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const auto found = keys.find(lower);
+  const auto found = keys.find(lower_case(std::string(name)));
   return found == keys.end() ? std::nullopt : std::optional(found->second);
 }
 

@@ -23,6 +23,9 @@ std::string one_line(std::string_view text);
 /// frame_10. A strict weak ordering; equal numbers with different leading zeros are ordered bytewise.
 bool natural_less(std::string_view a, std::string_view b);
 
+/// ASCII letters only.
+std::string lower_case(std::string text);
+
 /// printf into a string, of 511 bytes at most: tables are easier to read in this form than in any other.
 [[gnu::format(printf, 1, 2)]] std::string format_text(const char* pattern, ...);
 
