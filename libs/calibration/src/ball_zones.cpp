@@ -16,7 +16,6 @@ constexpr double min_zone_px = 5.0;
 constexpr std::size_t min_compared = 5;  // labels, to tell how they were drawn
 constexpr double close_centres = 0.12;   // of the radius: a label and what is found mean the same
 constexpr double beside = 0.6;           // of the radius: a label that misses its contact
-constexpr double clearly = 0.5;  // of the label's radius: else what was found is no contact but a part of one
 constexpr std::size_t min_presses = 10;
 constexpr double max_background_levels = 8.0;
 constexpr double untouched_radii = 2.5;

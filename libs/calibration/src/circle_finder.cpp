@@ -15,7 +15,9 @@ namespace {
 using namespace calibration::detail;
 
 constexpr float dark_levels = 10.0F;  // keeps the relative change finite where there is no light
-constexpr double seed_share = 0.3;    // of the strongest change: what belongs to the contact at first sight
+// Of the strongest change: what belongs to the contact at first sight. Where a light is weak, one side of a
+// ball changes much less than the other; the low share sees both.
+constexpr float low_seed_share = 0.12F, seed_share = 0.3F;
 constexpr float min_seed_levels = 6.0F;
 constexpr int min_seed_pixels = 60;
 constexpr double window_radii = 2.0, window_margin_px = 10.0;  // around the contact at first sight
@@ -47,18 +49,8 @@ struct Seed {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
 };
 
-/// The place that changed most: the heaviest connected piece of the picture above a threshold.
-std::optional<Seed> find_seed(const cv::Mat3f& change) {
-  cv::Mat3f smooth;
-  cv::GaussianBlur(change, smooth, cv::Size(), 2.0);
-  cv::Mat1f strength(smooth.size());
-  std::transform(smooth.begin(), smooth.end(), strength.begin(),
-                 [](const cv::Vec3f& c) { return static_cast<float>(cv::norm(c)); });
-  std::vector<float> sorted(strength.begin(), strength.end());
-  const auto strongest =
-      sorted.end() - static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, sorted.size() / 200));
-  std::nth_element(sorted.begin(), strongest, sorted.end());
-  const float threshold = std::max(min_seed_levels, static_cast<float>(seed_share) * *strongest);
+/// The heaviest connected piece of the picture that changed by more than `threshold`.
+std::optional<Seed> heaviest_piece(const cv::Mat1f& strength, float threshold) {
   cv::Mat1i labels;
   cv::Mat1i stats;
   cv::Mat1d centres;
@@ -75,6 +67,24 @@ std::optional<Seed> find_seed(const cv::Mat3f& change) {
               std::sqrt(stats(heaviest, cv::CC_STAT_AREA) / 3.14159265)};
 }
 
+/// The place that changed most, seen narrowly and widely: the contact lies at one of them.
+std::vector<Seed> find_seeds(const cv::Mat3f& change) {
+  cv::Mat3f smooth;
+  cv::GaussianBlur(change, smooth, cv::Size(), 2.0);
+  cv::Mat1f strength(smooth.size());
+  std::transform(smooth.begin(), smooth.end(), strength.begin(),
+                 [](const cv::Vec3f& c) { return static_cast<float>(cv::norm(c)); });
+  std::vector<float> sorted(strength.begin(), strength.end());
+  const auto strongest =
+      sorted.end() - static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, sorted.size() / 200));
+  std::nth_element(sorted.begin(), strongest, sorted.end());
+  std::vector<Seed> seeds;
+  for (const float share : {seed_share, low_seed_share})
+    if (const auto seed = heaviest_piece(strength, std::max(min_seed_levels, share * *strongest)))
+      seeds.push_back(*seed);
+  return seeds;
+}
+
 /// Change relative to the background's brightness, a little smoothed.
 cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) {
   cv::Mat3f relative, soft_background;
@@ -89,11 +99,16 @@ cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) 
   return relative;
 }
 
-PressPoints points_around(const Seed& seed, const cv::Mat3f& relative) {
-  const double reach = window_radii * seed.radius_px + window_margin_px;
-  const cv::Point first(static_cast<int>(seed.u_px - reach), static_cast<int>(seed.v_px - reach)),
-      last(static_cast<int>(seed.u_px + reach) + 2, static_cast<int>(seed.v_px + reach) + 2);
-  const cv::Rect window = cv::Rect(first, last) & cv::Rect(0, 0, relative.cols, relative.rows);
+/// What the fit has to explain: one window for all seeds, so that their costs can be compared.
+PressPoints points_around(const std::vector<Seed>& seeds, const cv::Mat3f& relative) {
+  cv::Rect window;
+  for (const Seed& seed : seeds) {
+    const double reach = window_radii * seed.radius_px + window_margin_px;
+    const cv::Point first(static_cast<int>(seed.u_px - reach), static_cast<int>(seed.v_px - reach)),
+        last(static_cast<int>(seed.u_px + reach) + 2, static_cast<int>(seed.v_px + reach) + 2);
+    window |= cv::Rect(first, last);
+  }
+  window &= cv::Rect(0, 0, relative.cols, relative.rows);
   const int stride =
       std::max(1, static_cast<int>(std::lround(std::sqrt(window.area() / double{wanted_points}))));
   PressPoints points;
@@ -106,6 +121,20 @@ PressPoints points_around(const Seed& seed, const cv::Mat3f& relative) {
             static_cast<double>(relative(v, u)[channel]));
     }
   return points;
+}
+
+/// The best of the fits from all seeds in one window, then once more in the window that belongs to it.
+PressFit fit_from(const std::vector<Seed>& seeds, const cv::Mat3f& relative, double ball_px) {
+  const PressPoints points = points_around(seeds, relative);
+  std::optional<PressFit> best;
+  for (const Seed& seed : seeds)
+    for (const double share : {0.75, 1.0}) {
+      const PressShape start{seed.u_px, seed.v_px, std::min(share * seed.radius_px, 0.9 * ball_px), 8.0};
+      const PressFit fit = fit_press(points, start, ball_px);
+      if (!best || fit.cost < best->cost) best = fit;
+    }
+  const PressShape& shape = best->shape;
+  return fit_press(points_around({{shape.u_px, shape.v_px, shape.radius_px}}, relative), shape, ball_px);
 }
 
 /// Share of the circle that lies in the picture.
@@ -139,24 +168,18 @@ std::string problem_with(const FoundCircle& found, const cv::Size& size, double 
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px) {
   FoundCircle found;
   const cv::Mat3f change = difference(bgr, background);
-  const std::optional<Seed> seed = find_seed(change);
-  if (!seed) {
+  const std::vector<Seed> seeds = find_seeds(change);
+  if (seeds.empty()) {
     found.problem = "nothing touches the gel";
     return found;
   }
   const cv::Mat3f relative = relative_change(change, background);
-  const PressPoints points = points_around(*seed, relative);
-  std::optional<PressFit> best;
-  for (const double share : {0.75, 1.0}) {
-    const PressShape start{seed->u_px, seed->v_px, std::min(share * seed->radius_px, 0.9 * ball_px), 8.0};
-    const PressFit fit = fit_press(points, start, ball_px);
-    if (!best || fit.cost < best->cost) best = fit;
-  }
-  found.ball_radius_px = best->shape.radius_px;
-  const ContactCircle knee{best->shape.u_px, best->shape.v_px, best->shape.radius_px};
+  const PressFit fit = fit_from(seeds, relative, ball_px);
+  found.ball_radius_px = fit.shape.radius_px;
+  const ContactCircle knee{fit.shape.u_px, fit.shape.v_px, fit.shape.radius_px};
   found.circle = find_visible_rim(relative, knee)
                      .value_or(ContactCircle{knee.u_px, knee.v_px, knee.radius_px + visible_rim_px});
-  found.confidence = best->explained;
+  found.confidence = fit.explained;
   found.problem = problem_with(found, bgr.size(), ball_px);
   return found;
 }
