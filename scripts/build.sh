@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Builds everything. Usage: scripts/build.sh [DIR]; the program is then DIR/bin/gelslam (default DIR: build in the
-# repository; a relative DIR counts from where you are). GELSLAM_WERROR=ON makes warnings errors.
+# Builds everything, or only one target. Usage: scripts/build.sh [DIR [TARGET]]; the program is then DIR/bin/gelslam
+# (default DIR: build in the repository; a relative DIR counts from where you are). GELSLAM_WERROR=ON makes warnings errors.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-if [[ ${1:-} == -* || $# -gt 1 ]]; then
-  echo "usage: scripts/build.sh [DIR]" >&2
+if [[ ${1:-} == -* || $# -gt 2 ]]; then
+  echo "usage: scripts/build.sh [DIR [TARGET]]" >&2
   exit 2
 fi
 dir=${1:-$root/build}
@@ -25,5 +25,5 @@ memory_jobs=$(awk '/MemAvailable/ { print int($2 / 1500000) }' /proc/meminfo 2>/
 if ((memory_jobs < jobs)); then jobs=$((memory_jobs > 0 ? memory_jobs : 1)); fi
 
 echo "build: compiling with $jobs jobs"
-cmake --build "$dir" --parallel "$jobs"
+cmake --build "$dir" --parallel "$jobs" --target "${2:-all}"
 echo "build: the program is $dir/bin/gelslam"
