@@ -15,9 +15,10 @@ namespace {
 using namespace calibration::detail;
 
 constexpr float dark_levels = 10.0F;  // keeps the relative change finite where there is no light
-// Of the strongest change: what belongs to the contact at first sight. Where a light is weak, one side of a
-// ball changes much less than the other; the low share sees both.
-constexpr float low_seed_share = 0.12F, seed_share = 0.3F;
+constexpr float seed_share = 0.3F;    // of the strongest change: what belongs to the contact at first sight
+constexpr float wide_share = 0.12F;   // and at second sight, with its skirt and the sides that change little
+constexpr double least_of_wide =
+    0.5;  // a circle smaller than this share of the wide piece is a part of the contact
 constexpr float min_seed_levels = 6.0F;
 constexpr int min_seed_pixels = 60;
 constexpr double window_radii = 2.0, window_margin_px = 10.0;  // around the contact at first sight
@@ -67,8 +68,12 @@ std::optional<Seed> heaviest_piece(const cv::Mat1f& strength, float threshold) {
               std::sqrt(stats(heaviest, cv::CC_STAT_AREA) / 3.14159265)};
 }
 
-/// The place that changed most, seen narrowly and widely: the contact lies at one of them.
-std::vector<Seed> find_seeds(const cv::Mat3f& change) {
+/// The place that changed most, seen narrowly and widely.
+struct Seeds {
+  std::optional<Seed> narrow, wide;
+};
+
+Seeds find_seeds(const cv::Mat3f& change) {
   cv::Mat3f smooth;
   cv::GaussianBlur(change, smooth, cv::Size(), 2.0);
   cv::Mat1f strength(smooth.size());
@@ -78,11 +83,10 @@ std::vector<Seed> find_seeds(const cv::Mat3f& change) {
   const auto strongest =
       sorted.end() - static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, sorted.size() / 200));
   std::nth_element(sorted.begin(), strongest, sorted.end());
-  std::vector<Seed> seeds;
-  for (const float share : {seed_share, low_seed_share})
-    if (const auto seed = heaviest_piece(strength, std::max(min_seed_levels, share * *strongest)))
-      seeds.push_back(*seed);
-  return seeds;
+  const auto piece_above = [&](float share) {
+    return heaviest_piece(strength, std::max(min_seed_levels, share * *strongest));
+  };
+  return {piece_above(seed_share), piece_above(wide_share)};
 }
 
 /// Change relative to the background's brightness, a little smoothed.
@@ -99,16 +103,11 @@ cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) 
   return relative;
 }
 
-/// What the fit has to explain: one window for all seeds, so that their costs can be compared.
-PressPoints points_around(const std::vector<Seed>& seeds, const cv::Mat3f& relative) {
-  cv::Rect window;
-  for (const Seed& seed : seeds) {
-    const double reach = window_radii * seed.radius_px + window_margin_px;
-    const cv::Point first(static_cast<int>(seed.u_px - reach), static_cast<int>(seed.v_px - reach)),
-        last(static_cast<int>(seed.u_px + reach) + 2, static_cast<int>(seed.v_px + reach) + 2);
-    window |= cv::Rect(first, last);
-  }
-  window &= cv::Rect(0, 0, relative.cols, relative.rows);
+PressPoints points_around(const Seed& seed, const cv::Mat3f& relative) {
+  const double reach = window_radii * seed.radius_px + window_margin_px;
+  const cv::Point first(static_cast<int>(seed.u_px - reach), static_cast<int>(seed.v_px - reach)),
+      last(static_cast<int>(seed.u_px + reach) + 2, static_cast<int>(seed.v_px + reach) + 2);
+  const cv::Rect window = cv::Rect(first, last) & cv::Rect(0, 0, relative.cols, relative.rows);
   const int stride =
       std::max(1, static_cast<int>(std::lround(std::sqrt(window.area() / double{wanted_points}))));
   PressPoints points;
@@ -123,18 +122,23 @@ PressPoints points_around(const std::vector<Seed>& seeds, const cv::Mat3f& relat
   return points;
 }
 
-/// The best of the fits from all seeds in one window, then once more in the window that belongs to it.
-PressFit fit_from(const std::vector<Seed>& seeds, const cv::Mat3f& relative, double ball_px) {
-  const PressPoints points = points_around(seeds, relative);
+PressFit fit_from(const Seed& seed, const cv::Mat3f& relative, double ball_px) {
+  const PressPoints points = points_around(seed, relative);
   std::optional<PressFit> best;
-  for (const Seed& seed : seeds)
-    for (const double share : {0.75, 1.0}) {
-      const PressShape start{seed.u_px, seed.v_px, std::min(share * seed.radius_px, 0.9 * ball_px), 8.0};
-      const PressFit fit = fit_press(points, start, ball_px);
-      if (!best || fit.cost < best->cost) best = fit;
-    }
-  const PressShape& shape = best->shape;
-  return fit_press(points_around({{shape.u_px, shape.v_px, shape.radius_px}}, relative), shape, ball_px);
+  for (const double share : {0.75, 1.0}) {
+    const PressShape start{seed.u_px, seed.v_px, std::min(share * seed.radius_px, 0.9 * ball_px), 8.0};
+    const PressFit fit = fit_press(points, start, ball_px);
+    if (!best || fit.cost < best->cost) best = fit;
+  }
+  return *best;
+}
+
+/// In a dim corner the strongest change can be a piece of the skirt; a small circle then explains that piece
+/// alone.
+PressFit fit_contact(const Seeds& seeds, const cv::Mat3f& relative, double ball_px) {
+  const PressFit fit = fit_from(*seeds.narrow, relative, ball_px);
+  if (!seeds.wide || fit.shape.radius_px > least_of_wide * seeds.wide->radius_px) return fit;
+  return fit_from(*seeds.wide, relative, ball_px);
 }
 
 /// Share of the circle that lies in the picture.
@@ -168,13 +172,13 @@ std::string problem_with(const FoundCircle& found, const cv::Size& size, double 
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px) {
   FoundCircle found;
   const cv::Mat3f change = difference(bgr, background);
-  const std::vector<Seed> seeds = find_seeds(change);
-  if (seeds.empty()) {
+  const Seeds seeds = find_seeds(change);
+  if (!seeds.narrow) {
     found.problem = "nothing touches the gel";
     return found;
   }
   const cv::Mat3f relative = relative_change(change, background);
-  const PressFit fit = fit_from(seeds, relative, ball_px);
+  const PressFit fit = fit_contact(seeds, relative, ball_px);
   found.ball_radius_px = fit.shape.radius_px;
   const ContactCircle knee{fit.shape.u_px, fit.shape.v_px, fit.shape.radius_px};
   found.circle = find_visible_rim(relative, knee)
