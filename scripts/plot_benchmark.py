@@ -7,53 +7,25 @@ Example: gelslam benchmark data/TactileTracking -o BENCH && scripts/plot_benchma
 """
 
 import argparse
-import csv
 import pathlib
 import sys
 
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
+from plotting import colour, in_order, plt, read_table, save
 
 AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 TITLES = ("x (mm)", "y (mm)", "z (mm)", "rotation about x (°)", "rotation about y (°)", "rotation about z (°)")
-COLOURS = {"normalflow": "#1b6ca8", "icp": "#d1495b", "filterreg": "#2e933c", "fpfh": "#8d6a9f", "icp-tuned": "#edae49",
-           "filterreg-tuned": "#00798c", "fpfh-tuned": "#30343f"}
-
-
-def colour(method):
-    return COLOURS.get(method, "grey")
 
 
 def read(folder, name):
-    path = folder / name
-    try:
-        with open(path, newline="") as file:
-            rows = list(csv.DictReader(file))
-    except OSError as error:
-        sys.exit("plot_benchmark: %s: %s (write it with gelslam benchmark -o)" % (path, error.strerror))
-    if not rows:
-        sys.exit("plot_benchmark: %s holds no measurements" % path)
-    return rows
-
-
-def in_order(values):
-    return list(dict.fromkeys(values))
+    return read_table(folder / name, "gelslam benchmark -o")
 
 
 def grid(title, height=6.0, width=12.0):
     figure, axes = plt.subplots(2, 3, figsize=(width, height), dpi=120)
     figure.suptitle(title, fontsize=11)
     return figure, axes.ravel()
-
-
-def save(figure, path):
-    figure.tight_layout()
-    figure.savefig(path)
-    plt.close(figure)
-    print(path)
 
 
 def draw_accuracy(folder):

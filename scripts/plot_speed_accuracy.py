@@ -5,17 +5,10 @@ Example: build/bin/speed_accuracy -o STUDY && scripts/plot_speed_accuracy.py STU
 """
 
 import argparse
-import csv
 import pathlib
-import sys
 
-import matplotlib
+from plotting import NAMES, colour, plt, read_table, save
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-
-COLOURS = {"normalflow": "#1b6ca8", "icp": "#d1495b", "filterreg": "#2e933c", "fpfh": "#8d6a9f"}
-NAMES = {"normalflow": "NormalFlow (ours)", "icp": "ICP, point to plane", "filterreg": "FilterReg", "fpfh": "FPFH + RANSAC + ICP"}
 MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iterations": "^", "least iterations": "v", "resolution": "s",
          "robust scale": "D", "tolerance": "x"}
 KNOB_LABELS = {"o": "samples or points", "^": "most iterations", "v": "least iterations", "s": "resolution", "D": "robust scale",
@@ -24,17 +17,10 @@ LABELLED = ("samples", "points", "resolution")
 
 
 def read_rows(folder):
-    path = folder / "speed_accuracy.csv"
-    try:
-        with open(path, newline="") as file:
-            rows = list(csv.DictReader(file))
-    except OSError as error:
-        sys.exit("plot_speed_accuracy: %s: %s (write it with build/bin/speed_accuracy -o)" % (path, error.strerror))
+    rows = read_table(folder / "speed_accuracy.csv", "build/bin/speed_accuracy -o")
     for row in rows:
         row["ms"], row["mm"] = float(row["median_ms"]), float(row["error_mm"])
         row["front"] = row["on_front"] == "true"
-    if not rows:
-        sys.exit("plot_speed_accuracy: %s holds no measurements" % path)
     return rows
 
 
@@ -43,15 +29,15 @@ def draw(rows, path):
     for row in rows:
         mark = MARKS.get(row["knob"], "d")
         big = row["knob"] in ("default", "tuned")
-        colour = COLOURS.get(row["method"], "grey")
-        style = {"color": colour} if mark == "x" else {"color": colour, "edgecolors": "black" if big else "white", "linewidths": 0.6}
+        of_method = colour(row["method"])
+        style = {"color": of_method} if mark == "x" else {"color": of_method, "edgecolors": "black" if big else "white", "linewidths": 0.6}
         axes.scatter(row["ms"], row["mm"], s=260 if mark == "*" else 120 if big else 34, marker=mark, zorder=4 if big else 3, **style)
         if row["knob"] in LABELLED:
-            axes.annotate(row["value"], (row["ms"], row["mm"]), fontsize=6.5, color=colour, xytext=(4, 3), textcoords="offset points")
+            axes.annotate(row["value"], (row["ms"], row["mm"]), fontsize=6.5, color=of_method, xytext=(4, 3), textcoords="offset points")
     front = sorted((r["ms"], r["mm"]) for r in rows if r["front"])
     axes.step(*zip(*front), where="post", color="black", linewidth=1.0, linestyle="--", zorder=2, label="Pareto front")
     methods = [m for m in NAMES if any(r["method"] == m for r in rows)]
-    handles = [plt.Line2D([], [], color=COLOURS[m], marker="o", linestyle="", label=NAMES[m]) for m in methods]
+    handles = [plt.Line2D([], [], color=colour(m), marker="o", linestyle="", label=NAMES[m]) for m in methods]
     used = {MARKS.get(r["knob"], "d") for r in rows}
     handles += [plt.Line2D([], [], color="dimgrey", marker=m, linestyle="", markersize=11 if m == "*" else 6, label=t)
                 for m, t in KNOB_LABELS.items() if m in used]
@@ -63,8 +49,7 @@ def draw(rows, path):
     axes.set_ylabel("geometric mean of six axis errors (mm; 1° = 0.087 mm)")
     axes.set_title("%s pairs of frames, each method from the pose of the frame before" % rows[0]["problems"], fontsize=10)
     axes.grid(True, which="both", alpha=0.25)
-    figure.tight_layout()
-    figure.savefig(path)
+    save(figure, path)
 
 
 def main():
@@ -72,9 +57,7 @@ def main():
     parser.add_argument("study", type=pathlib.Path, help="folder that speed_accuracy wrote")
     parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/speed_accuracy.png)")
     arguments = parser.parse_args()
-    path = arguments.output or arguments.study / "speed_accuracy.png"
-    draw(read_rows(arguments.study), path)
-    print(path)
+    draw(read_rows(arguments.study), arguments.output or arguments.study / "speed_accuracy.png")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,13 @@
 #include "registration_problems.hpp"
 
+#include <algorithm>
+#include <cstdlib>
 #include <ctime>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -72,6 +75,24 @@ std::map<int, SurfacePtr> surfaces_of(const std::filesystem::path& folder, cv::S
 
 }  // namespace
 
+std::vector<std::filesystem::path> sequence_folders(const std::vector<std::string>& prefixes) {
+  namespace fs = std::filesystem;
+  const char* data = std::getenv("GELSLAM_DATA");
+  const fs::path sequences = fs::path(data == nullptr ? "../shared/data" : data) / "sequences";
+  if (!fs::is_directory(sequences))
+    throw Error("there is no " + sequences.string() + ": name data folders, or set GELSLAM_DATA");
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(sequences)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_directory() && std::any_of(prefixes.begin(), prefixes.end(), [&](const std::string& prefix) {
+          return name.starts_with(prefix);
+        }))
+      folders.push_back(entry.path());
+  }
+  std::sort(folders.begin(), folders.end());
+  return folders;
+}
+
 double thread_cpu_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -93,9 +114,15 @@ ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, con
       reference = pair.reference;
       set.references.push_back(surfaces.at(reference));
     }
-    set.problems.push_back({set.references.size() - 1, surfaces.at(pair.target),
-                            pose(pair.target - 1).inverse() * pose(reference),
-                            pose(pair.target).inverse() * pose(reference)});
+    RegistrationProblem problem;
+    problem.reference = set.references.size() - 1;
+    problem.target = surfaces.at(pair.target);
+    if (!choice.frames_missing) problem.start = pose(pair.target - 1).inverse() * pose(reference);
+    problem.truth = pose(pair.target).inverse() * pose(reference);
+    problem.gap = pair.target - pair.reference;
+    problem.name = folder.filename().string() + ", frames " + std::to_string(pair.reference) + " and " +
+                   std::to_string(pair.target);
+    set.problems.push_back(problem);
   }
   return set;
 }

@@ -10,6 +10,8 @@ namespace {
 
 constexpr int kFrames = 12;
 
+}  // namespace
+
 GradientModel quickly_trained_model() {
   CalibrationSpec spec;
   spec.presses = 60;
@@ -22,6 +24,8 @@ GradientModel quickly_trained_model() {
         {SimulatedNetwork::sizes[i], SimulatedNetwork::sizes[i + 1], network.weight[i], network.bias[i]});
   return model;
 }
+
+namespace {
 
 SimulatedFrames make() {
   ScanSpec spec;

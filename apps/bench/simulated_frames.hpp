@@ -8,6 +8,9 @@
 
 namespace gelslam::bench {
 
+/// The model of the simulated sensor, trained on a few ball presses in some seconds; always the same.
+GradientModel quickly_trained_model();
+
 /// Some frames from the middle of a simulated scan (a peanut wobbled at 25 Hz), with the model of the sensor.
 struct SimulatedFrames {
   GradientModel model;

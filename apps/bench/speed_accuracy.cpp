@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -17,20 +16,19 @@
 #include <vector>
 
 #include "gelslam/benchmark/report.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
+#include "judgement.hpp"
 #include "registration_problems.hpp"
 #include "speed_settings.hpp"
+#include "study_files.hpp"
 
 namespace gelslam::bench {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-constexpr double kSuccessMm = 0.3, kSuccessDeg = 2.0;
 
 struct Arguments {
   std::vector<fs::path> data;
@@ -67,11 +65,9 @@ void judge(const RegistrationProblem& problem, const RegistrationResult& result,
   estimate.true_first_T_frame = problem.truth.inverse();
   const SixAxes error = axis_error(estimate);
   for (std::size_t axis = 0; axis < 6; ++axis) measured.error_sum[axis] += std::abs(error[axis]);
-  const Pose gap = problem.truth.inverse() * result.target_T_reference;
   ++measured.problems;
   measured.tracked += result.ok() ? 1 : 0;
-  measured.right +=
-      gap.translation().norm() < kSuccessMm && rotation_angle_rad(gap) < kSuccessDeg * M_PI / 180 ? 1 : 0;
+  measured.right += judge_result(problem, result).right ? 1 : 0;
 }
 
 void measure(const ProblemSet& set, Measured& measured) {
@@ -137,20 +133,6 @@ Json to_json(const std::vector<Measured>& all) {
   return rows;
 }
 
-std::string to_csv(const Json& rows) {
-  std::string text;
-  for (const auto& [key, value] : rows.front().items()) text += (text.empty() ? "" : ",") + key;
-  for (const Json& row : rows) {
-    text += "\n";
-    bool first = true;
-    for (const auto& [key, value] : row.items()) {
-      text += (first ? "" : ",") + (value.is_string() ? '"' + value.get<std::string>() + '"' : value.dump());
-      first = false;
-    }
-  }
-  return text + "\n";
-}
-
 void print_table(const Json& rows) {
   std::printf("%-11s %-34s %-8s %9s %9s %7s %7s %7s %7s %7s %7s %9s %6s %6s\n", "method", "setting", "value",
               "ms", "prepare", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg", "error mm", "right",
@@ -165,29 +147,11 @@ void print_table(const Json& rows) {
                 r["on_front"].get<bool>() ? "*" : "");
 }
 
-/// The sequences that are tracked about one place, of the data folder in GELSLAM_DATA.
-std::vector<fs::path> default_data() {
-  const char* data = std::getenv("GELSLAM_DATA");
-  const fs::path sequences = fs::path(data == nullptr ? "../shared/data" : data) / "sequences";
-  if (!fs::is_directory(sequences))
-    throw Error("there is no " + sequences.string() + ": name data folders, or set GELSLAM_DATA");
-  std::vector<fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(sequences))
-    if (entry.is_directory() && entry.path().filename().string().starts_with("track_"))
-      folders.push_back(entry.path());
-  std::sort(folders.begin(), folders.end());
-  return folders;
-}
-
 void run(Arguments arguments) {
-  if (arguments.data.empty()) arguments.data = default_data();
+  if (arguments.data.empty()) arguments.data = sequence_folders({"track_"});
   const Json rows = to_json(measure_all(arguments));
   if (rows.empty()) throw Error("none of the methods is known: normalflow, icp, filterreg, fpfh");
-  if (!arguments.out.empty()) {
-    fs::create_directories(arguments.out);
-    write_file_atomically(arguments.out / "speed_accuracy.json", rows.dump(1) + "\n");
-    write_file_atomically(arguments.out / "speed_accuracy.csv", to_csv(rows));
-  }
+  if (!arguments.out.empty()) write_study(arguments.out, "speed_accuracy", rows);
   print_table(rows);
 }
 

@@ -93,9 +93,9 @@ cv::Mat1f speckled_albedo(const cv::Size& size, Random& random) {
 }
 
 /// Slopes of the little hills that grains between gel and object make: they stay on the gel.
-cv::Mat2f grain_slopes(const cv::Size& size, double pitch_mm, Random& random) {
+cv::Mat2f grain_slopes(const cv::Size& size, double pitch_mm, int grains, Random& random) {
   cv::Mat1f hills(size, 0.0F);
-  for (int k = 0; k < 30; ++k)
+  for (int k = 0; k < grains; ++k)
     draw_spot(hills, static_cast<float>(random.uniform(0, size.width)),
               static_cast<float>(random.uniform(0, size.height)),
               static_cast<float>(random.uniform(1.5, 3.5)), -static_cast<float>(random.uniform(0.02, 0.06)));
@@ -120,6 +120,8 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
     : geometry_(geometry), options_(options) {
   if (!(options.noise_gain >= 0 && options.noise_gain <= 50))
     throw Error("noise gain must be between 0 and 50");
+  if (options.late_grains < 0 || options.late_grains > 10'000)
+    throw Error("number of grains must be between 0 and 10000");
   const cv::Size size(geometry.width_px, geometry.height_px);
   brightness_.create(size);
   ambient_.create(size);
@@ -139,7 +141,8 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
     }
   Random random(hash(options.seed, 0xd127));
   albedo_ = options.dirt ? speckled_albedo(size, random) : cv::Mat1f(size, 1.0F);
-  if (options.dirt) late_dirt_slope_ = grain_slopes(size, geometry.pixel_pitch_mm, random);
+  if (options.dirt)
+    late_dirt_slope_ = grain_slopes(size, geometry.pixel_pitch_mm, options.late_grains, random);
   flat_ = shade(cv::Mat2f(size, cv::Vec2f(0, 0)));
   background_ = through_lens(flat_);
 }

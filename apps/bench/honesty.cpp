@@ -1,0 +1,195 @@
+// Study: what a method's "tracked" is worth. Every method answers hard and easy problems, generated ones and
+// those of the sequences; every answer is written with its gates' values and its true error.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "answers.hpp"
+#include "gelslam/baselines/baselines.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/registration/normal_flow.hpp"
+#include "simulated_frames.hpp"
+#include "stability_levels.hpp"
+#include "study_files.hpp"
+
+namespace gelslam::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  std::vector<fs::path> data;
+  std::vector<std::string> methods = {"normalflow",      "icp", "icp-tuned", "filterreg",
+                                      "filterreg-tuned", "fpfh"};
+  std::vector<std::string> charts;  // empty: all
+  bool quick = false, simulated_only = false;
+  fs::path out;
+};
+
+Json to_json(const Answer& answer) {
+  const Judgement& judged = answer.judgement;
+  return {{"source", answer.source},
+          {"where", answer.where},
+          {"method", answer.method},
+          {"tracked", judged.tracked},
+          {"scr", answer.scr},
+          {"ccs", answer.ccs},
+          {"error_mm", judged.error_mm},
+          {"error_deg", judged.error_deg},
+          {"shown_error_mm", judged.shown_error_mm},
+          {"shown_error_deg", judged.shown_error_deg},
+          {"right", judged.right},
+          {"shown_right", judged.shown_right},
+          {"wrong", judged.wrong}};
+}
+
+/// Counts over the answers of one method from one source.
+struct Tally {
+  int answers = 0, tracked = 0, silent = 0, tracked_not_right = 0, lost_right = 0;
+
+  void add(const Judgement& judged) {
+    ++answers;
+    tracked += judged.tracked ? 1 : 0;
+    silent += judged.silent_failure() ? 1 : 0;
+    tracked_not_right += judged.tracked && !judged.shown_right ? 1 : 0;
+    lost_right += !judged.tracked && judged.right ? 1 : 0;
+  }
+};
+
+/// By source ("generated", "frame 0", "keyframes") and method, in the order of `methods`.
+Json summary(const std::vector<Answer>& answers, const std::vector<std::string>& methods) {
+  std::map<std::pair<std::string, std::size_t>, Tally> tallies;
+  for (const Answer& answer : answers) {
+    const auto method = std::find(methods.begin(), methods.end(), answer.method) - methods.begin();
+    tallies[{answer.source, static_cast<std::size_t>(method)}].add(answer.judgement);
+  }
+  Json rows = Json::array();
+  for (const auto& [key, tally] : tallies)
+    rows.push_back({{"source", key.first},
+                    {"method", methods[key.second]},
+                    {"answers", tally.answers},
+                    {"tracked", tally.tracked},
+                    {"silent_failures", tally.silent},
+                    {"tracked_not_right", tally.tracked_not_right},
+                    {"lost", tally.answers - tally.tracked},
+                    {"lost_but_right", tally.lost_right}});
+  return rows;
+}
+
+/// Where each method fails in silence: how often, and how badly at worst.
+Json silent_failures(const std::vector<Answer>& answers) {
+  std::map<std::tuple<std::string, std::string, std::string>, Json> found;
+  for (const Answer& answer : answers) {
+    if (!answer.judgement.silent_failure()) continue;
+    Json& entry = found[{answer.method, answer.source, answer.where}];
+    if (entry.is_null())
+      entry = {{"method", answer.method}, {"source", answer.source}, {"where", answer.where}, {"times", 0},
+               {"worst_mm", 0.0},         {"worst_deg", 0.0},        {"first", answer.name}};
+    entry["times"] = entry["times"].get<int>() + 1;
+    entry["worst_mm"] = std::max(entry["worst_mm"].get<double>(), answer.judgement.shown_error_mm);
+    entry["worst_deg"] = std::max(entry["worst_deg"].get<double>(), answer.judgement.shown_error_deg);
+  }
+  Json rows = Json::array();
+  for (const auto& [key, entry] : found) rows.push_back(entry);
+  return rows;
+}
+
+void print(const Json& sums, const Json& silent) {
+  std::printf("%-10s %-16s %8s %8s %8s %11s %8s %11s\n", "source", "method", "answers", "tracked", "silent",
+              "not right", "lost", "lost right");
+  for (const Json& r : sums)
+    std::printf("%-10s %-16s %8d %8d %8d %11d %8d %11d\n", r["source"].get<std::string>().c_str(),
+                r["method"].get<std::string>().c_str(), r["answers"].get<int>(), r["tracked"].get<int>(),
+                r["silent_failures"].get<int>(), r["tracked_not_right"].get<int>(), r["lost"].get<int>(),
+                r["lost_but_right"].get<int>());
+  std::printf("\nsilent failures of NormalFlow\n%-10s %-22s %6s %9s %9s  %s\n", "source", "where", "times",
+              "worst mm", "worst deg", "first");
+  for (const Json& r : silent)
+    if (r["method"] == "normalflow")
+      std::printf("%-10s %-22s %6d %9.2f %9.1f  %s\n", r["source"].get<std::string>().c_str(),
+                  r["where"].get<std::string>().c_str(), r["times"].get<int>(), r["worst_mm"].get<double>(),
+                  r["worst_deg"].get<double>(), r["first"].get<std::string>().c_str());
+}
+
+std::vector<Answer> ask_all(const Arguments& arguments) {
+  std::vector<fs::path> folders = arguments.data;
+  if (folders.empty() && !arguments.simulated_only) folders = sequence_folders({"hard_", "track_"});
+  std::vector<Answer> answers;
+  const auto add = [&](std::vector<Answer> more) {
+    answers.insert(answers.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+  };
+  StabilityChoice choice;
+  if (arguments.quick) choice = {1, 1, false, {}};
+  choice.charts = arguments.charts;
+  TouchStudio studio(quickly_trained_model());
+  const auto sink = [&](const StabilityLevel& level) {
+    std::cerr << level.chart << " " << level.level << "\n";
+    add(answers_to(level, arguments.methods));
+  };
+  simulated_levels(studio, choice, sink);
+  trap_levels(studio, choice, sink);
+  for (const fs::path& folder : folders) {
+    std::cerr << folder.filename().string() << "\n";
+    add(answers_to(folder, arguments.quick ? 60 : std::numeric_limits<int>::max(), arguments.methods));
+  }
+  return answers;
+}
+
+void run(const Arguments& arguments) {
+  for (const std::string& method : arguments.methods)
+    make_registrar(method, {});  // a misspelling is told at once
+  const std::vector<Answer> answers = ask_all(arguments);
+  const Json sums = summary(answers, arguments.methods), silent = silent_failures(answers);
+  if (!arguments.out.empty()) {
+    Json rows = Json::array();
+    for (const Answer& answer : answers) rows.push_back(to_json(answer));
+    write_study(arguments.out, "honesty_answers", rows);
+    write_study(arguments.out, "honesty", sums);
+    write_study(arguments.out, "silent_failures", silent);
+    const NormalFlowOptions limits;
+    write_study(arguments.out, "gates",
+                Json::array({{{"scr", limits.scr_threshold}, {"ccs", limits.ccs_threshold}}}));
+  }
+  print(sums, silent);
+}
+
+}  // namespace
+}  // namespace gelslam::bench
+
+int main(int argc, char** argv) {
+  gelslam::bench::Arguments arguments;
+  CLI::App app{"What is wrong among what methods call tracked, and right among what they call lost"};
+  app.add_option("DATA", arguments.data,
+                 "data folders with truth (default: GELSLAM_DATA/sequences/hard_* and track_*)");
+  app.add_option("--methods", arguments.methods,
+                 "normalflow, icp, fpfh, filterreg; -tuned for their best settings")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_option("--charts", arguments.charts, "only these (default: all)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(gelslam::bench::stability_charts()));
+  app.add_flag("--quick", arguments.quick, "few generated problems, 60 frames of each sequence");
+  app.add_flag("--simulated-only", arguments.simulated_only, "without the sequences");
+  app.add_option("-o,--output", arguments.out,
+                 "folder for honesty, honesty_answers, silent_failures and gates, each .csv and .json");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    gelslam::bench::run(arguments);
+  } catch (const gelslam::Error& error) {
+    std::cerr << "honesty: error: " << error.what() << "\n";
+    return 2;
+  }
+  return 0;
+}

@@ -1,0 +1,47 @@
+"""What the scripts that draw studies share: colours and names of methods, reading tables, saving pictures."""
+
+import csv
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+COLOURS = {"normalflow": "#1b6ca8", "icp": "#d1495b", "filterreg": "#2e933c", "fpfh": "#8d6a9f", "icp-tuned": "#edae49",
+           "filterreg-tuned": "#00798c", "fpfh-tuned": "#30343f"}
+NAMES = {"normalflow": "NormalFlow (ours)", "icp": "ICP, point to plane", "filterreg": "FilterReg", "fpfh": "FPFH + RANSAC + ICP",
+         "icp-tuned": "ICP, tuned", "filterreg-tuned": "FilterReg, tuned", "fpfh-tuned": "FPFH + RANSAC + ICP, tuned"}
+
+
+def colour(method):
+    return COLOURS.get(method, "grey")
+
+
+def program():
+    return sys.argv[0].rsplit("/", 1)[-1].removesuffix(".py")
+
+
+def read_table(path, writer):
+    """Rows of a CSV file as dictionaries. `writer`: the command that writes it, for who has not run it."""
+    try:
+        with open(path, newline="") as file:
+            rows = list(csv.DictReader(file))
+    except OSError as error:
+        sys.exit("%s: %s: %s (write it with %s)" % (program(), path, error.strerror, writer))
+    if not rows:
+        sys.exit("%s: %s holds no measurements" % (program(), path))
+    return rows
+
+
+def in_order(values):
+    """Each value once, as they come."""
+    return list(dict.fromkeys(values))
+
+
+def save(figure, path, room=(0, 0, 1, 1)):
+    """`room`: left, bottom, right and top of what the plots may fill."""
+    figure.tight_layout(rect=room)
+    figure.savefig(path)
+    plt.close(figure)
+    print(path)

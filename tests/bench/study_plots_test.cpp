@@ -1,0 +1,64 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "../support/run_program.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::string kPython = "/usr/bin/python3";
+
+bool can_draw() { return run_program(kPython, {"-c", "import matplotlib"}).exit_code == 0; }
+
+ProgramResult draw(const std::string& script, const std::vector<std::string>& arguments) {
+  std::vector<std::string> all = {std::string(GELSLAM_SCRIPTS) + "/" + script};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  return run_program(kPython, all);
+}
+
+/// The study is made by its program, so that both agree on the columns.
+void expect_picture(const std::string& program, const std::string& charts, const std::string& script) {
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  const TemporaryFolder folder;
+  const std::string study = (folder / "study").string(), picture = (folder / "picture.png").string();
+  const ProgramResult measured = run_program(program, {"--quick", "--simulated-only", "--charts", charts,
+                                                       "--methods", "normalflow,filterreg", "-o", study});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  EXPECT_THAT(measured.out, HasSubstr("filterreg"));
+  const ProgramResult drawn = draw(script, {study, "-o", picture});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_EQ(drawn.err, "");
+  EXPECT_THAT(read_bytes(picture), StartsWith("\x89PNG"));
+}
+
+TEST(StudyPlots, Stability) { expect_picture(GELSLAM_STABILITY, "start x", "plot_stability.py"); }
+
+TEST(StudyPlots, Honesty) { expect_picture(GELSLAM_HONESTY, "hidden motion", "plot_honesty.py"); }
+
+TEST(StudyPlots, WithoutAStudyTheySayWhatWritesIt) {
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  const TemporaryFolder folder;
+  for (const std::string name : {"stability", "honesty", "speed_accuracy", "benchmark"}) {
+    const ProgramResult result = draw("plot_" + name + ".py", {folder.path().string()});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_EQ(result.error_lines(), 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("plot_" + name + ": "));
+    EXPECT_THAT(result.err, HasSubstr("write it with"));
+  }
+}
+
+TEST(StudyPrograms, MistakesAreOneLine) {
+  for (const std::string program : {GELSLAM_STABILITY, GELSLAM_HONESTY}) {
+    const ProgramResult result =
+        run_program(program, {"--simulated-only", "--charts", "dirt", "--quick", "--methods", "icq"});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("did you mean icp?"));
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
