@@ -12,6 +12,7 @@
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/data_folder.hpp"
+#include "gelslam/simulation/press_log.hpp"
 #include "gelslam/simulation/simulator.hpp"
 #include "terminal_progress.hpp"
 
@@ -21,6 +22,7 @@ namespace {
 struct SimulateArguments {
   ScanSpec scan;
   CalibrationSpec calibration;
+  PressLogSpec press_log;
   DataFolderOptions folder;
   std::filesystem::path output, calibration_folder;
   std::uint64_t seed = 1;
@@ -65,6 +67,8 @@ void spread_seed(SimulateArguments& arguments) {
   arguments.scan.object.seed = arguments.scan.motion.seed = arguments.scan.optics.seed = arguments.seed;
   arguments.calibration.seed = arguments.seed;
   arguments.calibration.optics = arguments.scan.optics;
+  arguments.press_log.seed = arguments.seed;
+  arguments.press_log.optics = arguments.scan.optics;
 }
 
 void calibrate_into(const std::filesystem::path& folder, const SimulateArguments& arguments,
@@ -153,6 +157,29 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
   });
 }
 
+void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& arguments, int& exit_code) {
+  CLI::App* presses = simulate.add_subcommand(
+      "presses", "A hand that presses a ball all over the gel, as a log for gelslam calibrate collect");
+  PressLogSpec& spec = arguments->press_log;
+  presses->add_option("--diameter", spec.diameter_mm, "of the ball, mm")->capture_default_str();
+  presses->add_option("--presses", spec.presses, "good ones")->capture_default_str();
+  presses->add_flag("--mishaps", spec.mishaps,
+                    "and bad ones between them: sliding, too deep, too shallow, off the gel, two at once");
+  presses->add_option("--background-frames", spec.background_frames,
+                      "of the bare gel at the start; with 0 the ball lies on it already")
+      ->capture_default_str();
+  presses->add_flag("--lossless", arguments->folder.lossless, "PNG instead of JPEG pictures in the video");
+  add_common_options(*presses, *arguments);
+  presses->footer("Example: gelslam simulate presses --diameter 9.5 --mishaps -o hand");
+  presses->callback([arguments, &exit_code] {
+    refuse_to_replace(arguments->output / "gelsight.avi", arguments->overwrite);
+    spread_seed(*arguments);
+    StoppableProgress progress(arguments->quiet);
+    write_press_log(arguments->output, arguments->press_log, arguments->folder.lossless, progress);
+    exit_code = exit_done;
+  });
+}
+
 }  // namespace
 
 void add_simulate_command(CLI::App& app, int& exit_code) {
@@ -162,6 +189,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   simulate->add_flag("--list", arguments->list, "list objects and motions");
   simulate->require_subcommand(0, 1);
   add_calibration(*simulate, arguments, exit_code);
+  add_presses(*simulate, arguments, exit_code);
   add_scan(*simulate, arguments, exit_code);
   simulate->footer(
       "Examples:\n  gelslam simulate --list\n  gelslam simulate calibration -o calibration\n"

@@ -6,19 +6,18 @@
 #include <cstdio>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "data_files.hpp"
+#include "pressed_ball.hpp"
 #include "random.hpp"
-#include "shape_makers.hpp"
 
 namespace gelslam {
 namespace {
 
-using simulation::detail::hash;
-using simulation::detail::Random;
+using namespace simulation::detail;
 
 constexpr std::array<double, 2> diameters_mm = {6.31, 9.5};
 constexpr int background_pictures = 10;
@@ -44,16 +43,6 @@ OpticsOptions optics_at_calibration(const CalibrationSpec& spec) {
 cv::Mat3b picture(const CalibrationSpec& spec, const GelShape& gel, std::int64_t number) {
   // Numbers of their own, so that no picture shares its noise with a frame of a scan.
   return Optics(spec.geometry, optics_at_calibration(spec)).render(gel, -1 - number, 0, false);
-}
-
-/// Largest distance of a contact pixel from the centre: the circle's radius, also where the picture cuts it.
-double contact_radius_px(const cv::Mat1b& contact, const cv::Point2d& centre) {
-  double squared = 0;
-  for (int v = 0; v < contact.rows; ++v)
-    for (int u = 0; u < contact.cols; ++u)
-      if (contact(v, u) != 0)
-        squared = std::max(squared, (u - centre.x) * (u - centre.x) + (v - centre.y) * (v - centre.y));
-  return std::sqrt(squared);
 }
 
 /// Angles of the ball's surface at a pixel inside the contact circle (ALGORITHMS of the public systems): the
@@ -128,8 +117,7 @@ std::string press_folder(double diameter_mm, int number) {
 }
 
 void write_png(const std::filesystem::path& path, const cv::Mat3b& bgr) {
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", bgr, bytes)) throw Error("cannot encode " + path.string());
+  const std::vector<std::uint8_t> bytes = encode_frame(bgr, true);
   write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
@@ -144,14 +132,11 @@ BallPress simulate_press(const CalibrationSpec& spec, int number) {
   const double x = random.uniform(-1, 1) * (spec.geometry.half_width_mm() - 0.3);
   const double y = random.uniform(-1, 1) * (spec.geometry.half_height_mm() - 0.3);
   const double depth = random.uniform(0.08, 0.33) * radius;
-  Pose sensor_T_ball = Pose::Identity();
-  sensor_T_ball.translation() << x, y, radius - depth;
-  const ShapePtr ball = simulation::detail::make_ball(static_cast<float>(radius));
-  press.gel = press_object(*ball, sensor_T_ball, spec.geometry, spec.gel);
-  press.bgr = picture(spec, press.gel, number);
-  press.centre_px = {x / spec.geometry.pixel_pitch_mm + 0.5 * spec.geometry.width_px - 0.5,
-                     y / spec.geometry.pixel_pitch_mm + 0.5 * spec.geometry.height_px - 0.5};
-  press.radius_px = contact_radius_px(press.gel.contact, press.centre_px);
+  PressedBall pressed = press_ball(spec.geometry, spec.gel, radius, x, y, depth);
+  press.bgr = picture(spec, pressed.gel, number);
+  press.gel = std::move(pressed.gel);
+  press.centre_px = pressed.centre_px;
+  press.radius_px = pressed.radius_px;
   return press;
 }
 
@@ -199,9 +184,7 @@ SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& pro
 HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
                                    ProgressSink& progress) {
   check(spec);
-  std::error_code failure;
-  std::filesystem::create_directories(folder / "model", failure);
-  if (failure) throw Error("cannot make folder " + (folder / "model").string() + ": " + failure.message());
+  make_folder(folder / "model");
   std::ostringstream catalogue, circles;
   catalogue << "experiment_reldir,diameter(mm)\n";
   circles << "experiment_reldir,center_u_px,center_v_px,radius_px\n";
@@ -210,8 +193,7 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
     const BallPress press = simulate_press(spec, k);
     const std::string name =
         press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % diameters_mm.size()]++);
-    std::filesystem::create_directories(folder / name, failure);
-    if (failure) throw Error("cannot make folder " + (folder / name).string() + ": " + failure.message());
+    make_folder(folder / name);
     write_png(folder / name / "gelsight.png", press.bgr);
     catalogue << name << "," << press.diameter_mm << "\n";
     circles << name << "," << press.centre_px.x << "," << press.centre_px.y << "," << press.radius_px << "\n";

@@ -6,17 +6,16 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <sstream>
 #include <thread>
 
 #include "avi_writer.hpp"
+#include "data_files.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "jpeg_encoder.hpp"
 #include "npy_stream.hpp"
 #include "touched_points.hpp"
 
@@ -26,7 +25,6 @@ namespace {
 using namespace simulation::detail;
 
 constexpr double metres_per_mm = 1e-3;
-constexpr int jpeg_quality = 95;
 
 struct Encoded {
   SimulatedFrame frame;
@@ -35,10 +33,7 @@ struct Encoded {
 
 Encoded encode(const Simulator& simulator, int index, bool lossless) {
   Encoded encoded{simulator.frame(index), {}};
-  if (!lossless)
-    encoded.picture = encode_jpeg(encoded.frame.bgr, jpeg_quality);
-  else if (!cv::imencode(".png", encoded.frame.bgr, encoded.picture))
-    throw Error("cannot encode a simulated picture");
+  encoded.picture = encode_frame(encoded.frame.bgr, lossless);
   return encoded;
 }
 
@@ -115,36 +110,12 @@ std::string meta_json(const std::string& name, const Simulator& simulator, const
   return meta.dump(1) + "\n";
 }
 
-/// The same keys as the public configurations have.
-std::string config_yaml(const std::filesystem::path& folder, const Simulator& simulator,
-                        const DataFolderOptions& options) {
-  const SensorGeometry& geometry = simulator.spec().geometry;
-  std::ostringstream yaml;
-  yaml << "# Configuration of the Device\ndevice_config:\n  device_name: \"GelSight Mini\"\n  ppmm: "
-       << geometry.pixel_pitch_mm << "\n  imgh: " << geometry.height_px << "\n  imgw: " << geometry.width_px
-       << "\n  raw_imgh: 2464\n  raw_imgw: 3280\n  framerate: " << simulator.spec().motion.frame_rate_hz
-       << "\n";
-  if (!options.model.empty()) {
-    const std::filesystem::path model = std::filesystem::absolute(options.model).lexically_normal();
-    const std::filesystem::path here = std::filesystem::absolute(folder).lexically_normal();
-    yaml << "  calibration_model_path: " << nlohmann::json(model.lexically_relative(here).string()).dump()
-         << "\n";
-  }
-  yaml << "contact_mask_config:\n  color_dist_threshold: 15\n  height_threshold: 0.2\n"
-          "gelslam_config:\n  track_config:\n    contact_threshold: 500\n    scr_threshold: 0.3\n    "
-          "ccs_threshold: 0.7\n"
-          "  pose_graph_config:\n    coverage_graph_overlap_threshold: 50\n    min_sift_inliers: 8\n"
-          "    scr_threshold: 0.3\n    ccs_threshold: 0.7\n";
-  return yaml.str();
-}
-
 /// The files that grow with every frame.
 class FrameFiles {
  public:
   FrameFiles(const std::filesystem::path& folder, const Simulator& simulator,
              const DataFolderOptions& options)
-      : video_(folder / "gelsight.avi",
-               options.lossless ? std::array{'M', 'P', 'N', 'G'} : std::array{'M', 'J', 'P', 'G'},
+      : video_(folder / "gelsight.avi", frame_codec(options.lossless),
                simulator.spec().geometry.width_px, simulator.spec().geometry.height_px,
                simulator.spec().motion.frame_rate_hz) {
     if (!options.truth_maps) return;
@@ -179,9 +150,7 @@ class FrameFiles {
 
 void write_data_folder(const std::filesystem::path& folder, const Simulator& simulator,
                        const DataFolderOptions& options, ProgressSink& progress) {
-  std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
-  if (failure) throw Error("cannot make folder " + folder.string() + ": " + failure.message());
+  make_folder(folder);
   if (options.threads < 0 || options.threads > 256)
     throw Error("number of threads must be between 0 and 256");
   const int available = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -210,7 +179,7 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   write_npy(folder / "touched.npy", {points.size() / 3, 3}, points);
   write_npy(folder / "true_start_T_currs.npy", {summary.poses_m.size() / 16, 4, 4}, summary.poses_m);
   write_mesh(folder / "gt_mesh.ply", simulator.surface(), LengthUnit::metre);
-  write_file_atomically(folder / "config.yaml", config_yaml(folder, simulator, options));
+  write_file_atomically(folder / "config.yaml", config_yaml(folder, simulator.spec().geometry, simulator.spec().motion.frame_rate_hz, options.model));
   const std::string name = std::filesystem::absolute(folder).lexically_normal().filename().string();
   write_file_atomically(folder / "meta.json",
                         meta_json(name, simulator, options, summary, points.size() / 3));

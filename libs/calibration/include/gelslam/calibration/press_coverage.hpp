@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "gelslam/calibration/press_set.hpp"
+
+namespace gelslam {
+
+/// Where on the gel presses lie, and where they are still missing: nine zones, row by row from the upper
+/// left.
+class PressCoverage {
+ public:
+  static constexpr int side = 3;
+
+  /// `wanted` presses in all; each zone wants a ninth of them (rounded down, at least one), the rest may lie
+  /// anywhere.
+  PressCoverage(const cv::Size& picture, int wanted);
+
+  void add(const ContactCircle& circle);
+  void take_back(const ContactCircle& circle);  ///< one that was added
+
+  int total() const;
+  int wanted() const { return wanted_; }
+  int taken(std::size_t zone) const { return taken_[zone]; }
+  int missing(std::size_t zone) const;  ///< presses that the zone still wants
+  bool enough() const;                  ///< as many as wanted, and no zone wants more
+  /// What to do next, for people: "press at the upper left (2 more there)", "press anywhere (3 more)", or,
+  /// when it is enough, "enough presses, all over the gel".
+  std::string advice() const;
+  /// Zones that want more, for people: "upper left (2), middle (1)"; "" when none does.
+  std::string gaps() const;
+
+ private:
+  std::size_t zone_of(const ContactCircle& circle) const;
+
+  cv::Size picture_;
+  int wanted_;
+  std::array<int, side * side> taken_{};
+};
+
+/// Names of the zones, in their order: "upper left", "top", ...
+const char* press_zone_name(std::size_t zone);
+
+}  // namespace gelslam

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "gelslam/calibration/press_collector.hpp"
+#include "gelslam/calibration/press_set.hpp"
+
+namespace gelslam {
+
+/// A calibration folder (see PressSet) that grows press by press. What is there is never overwritten, and
+/// after every press it is whole: a session that breaks off loses nothing, and a later one goes on, with
+/// another ball if it likes.
+class PressFolder {
+ public:
+  /// Reads what is there; makes nothing yet. Throws Error when the folder holds something else, or presses
+  /// that cannot be read. `labels`: circles are written as label.npz.
+  PressFolder(const std::filesystem::path& folder, double diameter_mm, bool labels);
+
+  /// Of an earlier session; empty when there is none.
+  const cv::Mat3b& background() const { return background_; }
+  /// Where the presses of this ball lie that were there already.
+  std::vector<ContactCircle> earlier_circles(double pixel_pitch_mm) const;
+
+  /// Makes the folder with background.png, if it is not there. Throws Error, as for all that follows, when
+  /// the disk does not take it.
+  void write_background(const cv::Mat3b& background);
+  /// Throws Error when this background, of now, is not that of the earlier presses: another sensor, gel or
+  /// light.
+  void require_same_gel(const cv::Mat3b& now) const;
+  /// Writes <diameter>mm/<n>/ and the catalogue's line; returns the press's name.
+  std::string add(const CollectedPress& press);
+  /// Removes the last press that was added by this object, file by file; false when there is none.
+  bool take_back();
+
+ private:
+  std::filesystem::path folder_;
+  double diameter_mm_;
+  bool labels_;
+  cv::Mat3b background_;
+  PressSet earlier_;
+  std::vector<std::string> added_;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,60 @@
+#include "gelslam/calibration/press_coverage.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+namespace gelslam {
+
+PressCoverage::PressCoverage(const cv::Size& picture, int wanted) : picture_(picture), wanted_(wanted) {
+  if (picture.empty() || wanted < 1)
+    throw std::invalid_argument("PressCoverage: no picture or nothing wanted");
+}
+
+std::size_t PressCoverage::zone_of(const ContactCircle& circle) const {
+  const auto third = [](double place_px, int size_px) {
+    return std::clamp(static_cast<int>(side * (place_px + 0.5) / size_px), 0, side - 1);
+  };
+  return static_cast<std::size_t>(side * third(circle.v_px, picture_.height) +
+                                  third(circle.u_px, picture_.width));
+}
+
+void PressCoverage::add(const ContactCircle& circle) { ++taken_[zone_of(circle)]; }
+
+void PressCoverage::take_back(const ContactCircle& circle) { --taken_[zone_of(circle)]; }
+
+int PressCoverage::total() const { return std::accumulate(taken_.begin(), taken_.end(), 0); }
+
+int PressCoverage::missing(std::size_t zone) const {
+  return std::max(0, std::max(1, wanted_ / (side * side)) - taken_[zone]);
+}
+
+bool PressCoverage::enough() const { return total() >= wanted_ && gaps().empty(); }
+
+std::string PressCoverage::advice() const {
+  if (enough()) return "enough presses, all over the gel";
+  std::size_t barest = 0;
+  for (std::size_t zone = 1; zone < taken_.size(); ++zone)
+    if (missing(zone) > missing(barest)) barest = zone;
+  if (missing(barest) > 0)
+    return std::string("press at the ") + press_zone_name(barest) + " (" + std::to_string(missing(barest)) +
+           " more there)";
+  return "press anywhere (" + std::to_string(wanted_ - total()) + " more)";
+}
+
+std::string PressCoverage::gaps() const {
+  std::string text;
+  for (std::size_t zone = 0; zone < taken_.size(); ++zone)
+    if (missing(zone) > 0)
+      text += (text.empty() ? "" : ", ") + std::string(press_zone_name(zone)) + " (" +
+              std::to_string(missing(zone)) + ")";
+  return text;
+}
+
+const char* press_zone_name(std::size_t zone) {
+  constexpr std::array<const char*, 9> names = {
+      "upper left", "top", "upper right", "left", "middle", "right", "lower left", "bottom", "lower right"};
+  return names.at(zone);
+}
+
+}  // namespace gelslam

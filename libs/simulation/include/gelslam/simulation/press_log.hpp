@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "gelslam/core/progress.hpp"
+#include "gelslam/simulation/gel.hpp"
+#include "gelslam/simulation/optics.hpp"
+#include "gelslam/simulation/sensor_geometry.hpp"
+
+namespace gelslam {
+
+/// What a hand does with the ball: well, or in one of the ways that calibrate nothing.
+enum class TouchKind { good, sliding, too_deep, too_shallow, off_the_gel, two_contacts };
+const char* touch_kind_name(TouchKind kind);  ///< "good", "sliding", "too deep", ...
+
+struct PressLogSpec {
+  double diameter_mm = 6.31;  ///< of the ball, 3 .. 15
+  int presses = 20;           ///< good ones, over the whole gel, 1 .. 500
+  bool mishaps = false;       ///< a bad touch of each kind in turn after every second good one
+  int background_frames =
+      15;  ///< bare gel before the first touch, 0 .. 1000; with 0 the ball lies on the gel at the start
+  GelOptions gel;
+  OpticsOptions optics;
+  SensorGeometry geometry;
+  double frame_rate_hz = 25.0;
+  std::uint64_t seed = 1;  ///< of places and depths
+};
+
+/// One touch of the log, with the truth.
+struct SimulatedTouch {
+  TouchKind kind = TouchKind::good;
+  int first_frame = 0, last_frame = 0;  ///< while the ball is held (while it slides)
+  cv::Point2d centre_px;                ///< of the contact circle, when the hold begins
+  double radius_px = 0;                 ///< the same
+};
+
+/// The whole log, picture by picture: bare gel, then for every touch approach, hold, lift and bare gel again.
+/// Deterministic. Throws Error for a spec out of range.
+std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,
+                                               const std::function<void(const cv::Mat3b& bgr)>& take);
+
+/// Writes it as a data folder: gelsight.avi, config.yaml, touches.csv (the truth). The folder is made if it
+/// is not there. Throws Error.
+void write_press_log(const std::filesystem::path& folder, const PressLogSpec& spec, bool lossless,
+                     ProgressSink& progress);
+
+}  // namespace gelslam

@@ -1,0 +1,197 @@
+#include "gelslam/simulation/press_log.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <sstream>
+
+#include "avi_writer.hpp"
+#include "data_files.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "pressed_ball.hpp"
+#include "random.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace simulation::detail;
+
+constexpr int hold_frames = 10, slide_frames = 12, bare_frames = 6;
+constexpr std::array<double, 2> approach_shares = {0.3,
+                                                   0.7};  // of the depth, frame by frame; back the same way
+constexpr double slide_mm = 0.25;                         // per frame
+// Contact radii as the gel has them, in widths of the picture; a ball's contact radius is about sqrt(depth *
+// ball radius).
+constexpr double least_contact = 20.0 / 320, most_contact = 29.0 / 320, deep_contact = 56.0 / 320,
+                 shallow_contact = 9.0 / 320;
+constexpr double most_of_ball = 0.6, deep_most_of_ball = 0.92;
+constexpr int frames_per_touch = hold_frames + 2 * static_cast<int>(approach_shares.size()) + bare_frames;
+
+void check(const PressLogSpec& spec) {
+  if (!(spec.diameter_mm >= 3.0 && spec.diameter_mm <= 15.0))
+    throw Error("the ball's diameter must be between 3 and 15 mm");
+  if (spec.presses < 1 || spec.presses > 500) throw Error("number of presses must be between 1 and 500");
+  if (spec.background_frames < 0 || spec.background_frames > 1000)
+    throw Error("number of background frames must be between 0 and 1000");
+}
+
+struct PlannedTouch {
+  TouchKind kind = TouchKind::good;
+  double x_mm = 0, y_mm = 0, contact_mm = 0;
+};
+
+TouchKind mishap(int number) {
+  constexpr std::array kinds = {TouchKind::sliding, TouchKind::too_deep, TouchKind::too_shallow,
+                                TouchKind::off_the_gel, TouchKind::two_contacts};
+  return kinds[static_cast<std::size_t>(number) % kinds.size()];
+}
+
+/// Ninth by ninth over the gel, somewhere in each.
+PlannedTouch plan_good(const PressLogSpec& spec, int number, Random& random) {
+  const double width_mm = 2.0 * spec.geometry.half_width_mm(), radius = 0.5 * spec.diameter_mm;
+  PlannedTouch touch;
+  // 0.85: the middle of a ball in the outermost part of the gel can hardly be seen.
+  const auto place = [&](int third, double half_mm) {
+    return 0.85 * half_mm * ((third + random.uniform()) * 2.0 / 3.0 - 1.0);
+  };
+  touch.x_mm = place(number % 3, spec.geometry.half_width_mm());
+  touch.y_mm = place(number / 3 % 3, spec.geometry.half_height_mm());
+  touch.contact_mm = std::min(random.uniform(least_contact, most_contact) * width_mm, most_of_ball * radius);
+  return touch;
+}
+
+PlannedTouch plan_bad(const PressLogSpec& spec, TouchKind kind, Random& random) {
+  const double width_mm = 2.0 * spec.geometry.half_width_mm(), radius = 0.5 * spec.diameter_mm;
+  PlannedTouch touch = plan_good(spec, 4, random);  // in the middle of the gel, where nothing else is wrong
+  touch.kind = kind;
+  if (kind == TouchKind::too_deep)
+    touch.contact_mm = std::min(deep_contact * width_mm, deep_most_of_ball * radius);
+  if (kind == TouchKind::too_shallow) touch.contact_mm = shallow_contact * width_mm;
+  if (kind == TouchKind::off_the_gel) touch.x_mm = spec.geometry.half_width_mm() + 0.3 * touch.contact_mm;
+  if (kind == TouchKind::two_contacts) touch.x_mm = -0.5 * spec.geometry.half_width_mm();
+  return touch;
+}
+
+std::vector<PlannedTouch> plan(const PressLogSpec& spec) {
+  Random random(hash(spec.seed, 0x9e55));
+  std::vector<PlannedTouch> touches;
+  for (int number = 0; number < spec.presses; ++number) {
+    touches.push_back(plan_good(spec, number, random));
+    if (spec.mishaps && number % 2 == 1) touches.push_back(plan_bad(spec, mishap(number / 2), random));
+  }
+  return touches;
+}
+
+/// Two contacts that lie far apart: what each does to the gel adds up.
+void add_contact(GelShape& gel, const GelShape& other) {
+  cv::add(gel.height_mm, other.height_mm, gel.height_mm);
+  cv::add(gel.slope, other.slope, gel.slope);
+  cv::bitwise_or(gel.contact, other.contact, gel.contact);
+}
+
+/// Draws the log, keeping count of the frames.
+class PressFilm {
+ public:
+  PressFilm(const PressLogSpec& spec, const std::function<void(const cv::Mat3b&)>& take)
+      : spec_(spec), take_(take), optics_(spec.geometry, spec.optics), flat_(flat_gel(spec.geometry)) {}
+
+  void show(const GelShape& gel, int frames) {
+    for (int k = 0; k < frames; ++k, ++frame_)
+      take_(optics_.render(gel, frame_, frame_ / spec_.frame_rate_hz, false));
+  }
+  void show_bare(int frames) { show(flat_, frames); }
+
+  SimulatedTouch show_touch(const PlannedTouch& planned) {
+    for (const double share : approach_shares) show(pressed(planned, share, 0).gel, 1);
+    SimulatedTouch touch{planned.kind, frame_, 0, {}, 0};
+    const PressedBall ball = pressed(planned, 1.0, 0);
+    touch.centre_px = ball.centre_px;
+    touch.radius_px = ball.radius_px;
+    if (planned.kind == TouchKind::sliding)
+      for (int k = 0; k < slide_frames; ++k) show(pressed(planned, 1.0, k * slide_mm).gel, 1);
+    else
+      show(ball.gel, hold_frames);
+    touch.last_frame = frame_ - 1;
+    const double slid_mm = planned.kind == TouchKind::sliding ? slide_frames * slide_mm : 0.0;
+    for (auto share = approach_shares.rbegin(); share != approach_shares.rend(); ++share)
+      show(pressed(planned, *share, slid_mm).gel, 1);
+    show_bare(bare_frames);
+    return touch;
+  }
+
+ private:
+  PressedBall pressed(const PlannedTouch& touch, double share, double slid_mm) const {
+    const double radius = 0.5 * spec_.diameter_mm,
+                 depth = share * touch.contact_mm * touch.contact_mm / radius;
+    PressedBall ball = press_ball(spec_.geometry, spec_.gel, radius, touch.x_mm + slid_mm, touch.y_mm, depth);
+    if (touch.kind == TouchKind::two_contacts)
+      add_contact(ball.gel,
+                  press_ball(spec_.geometry, spec_.gel, radius, -touch.x_mm, touch.y_mm, depth).gel);
+    return ball;
+  }
+
+  const PressLogSpec& spec_;
+  const std::function<void(const cv::Mat3b&)>& take_;
+  Optics optics_;
+  GelShape flat_;
+  int frame_ = 0;
+};
+
+}  // namespace
+
+const char* touch_kind_name(TouchKind kind) {
+  switch (kind) {
+    case TouchKind::good:
+      return "good";
+    case TouchKind::sliding:
+      return "sliding";
+    case TouchKind::too_deep:
+      return "too deep";
+    case TouchKind::too_shallow:
+      return "too shallow";
+    case TouchKind::off_the_gel:
+      return "off the gel";
+    case TouchKind::two_contacts:
+      return "two contacts";
+  }
+  return "";
+}
+
+std::vector<SimulatedTouch> simulate_press_log(const PressLogSpec& spec,
+                                               const std::function<void(const cv::Mat3b& bgr)>& take) {
+  check(spec);
+  PressFilm film(spec, take);
+  film.show_bare(spec.background_frames);
+  std::vector<SimulatedTouch> touches;
+  for (const PlannedTouch& planned : plan(spec)) touches.push_back(film.show_touch(planned));
+  return touches;
+}
+
+void write_press_log(const std::filesystem::path& folder, const PressLogSpec& spec, bool lossless,
+                     ProgressSink& progress) {
+  check(spec);
+  make_folder(folder);
+  AviWriter video(folder / "gelsight.avi", frame_codec(lossless), spec.geometry.width_px,
+                  spec.geometry.height_px, spec.frame_rate_hz);
+  const int touch_count = spec.presses + (spec.mishaps ? spec.presses / 2 : 0);
+  progress.begin("pressing a ball", spec.background_frames + touch_count * frames_per_touch);
+  std::int64_t frames = 0;
+  const std::vector<SimulatedTouch> touches = simulate_press_log(spec, [&](const cv::Mat3b& bgr) {
+    video.add(encode_frame(bgr, lossless));
+    progress.update(++frames);
+  });
+  progress.end();
+  std::ostringstream truth;
+  truth << "kind,first_frame,last_frame,diameter_mm,center_u_px,center_v_px,radius_px\n";
+  for (const SimulatedTouch& touch : touches)
+    truth << touch_kind_name(touch.kind) << "," << touch.first_frame << "," << touch.last_frame << ","
+          << spec.diameter_mm << "," << touch.centre_px.x << "," << touch.centre_px.y << ","
+          << touch.radius_px << "\n";
+  write_file_atomically(folder / "touches.csv", truth.str());
+  write_file_atomically(folder / "config.yaml", config_yaml(folder, spec.geometry, spec.frame_rate_hz, {}));
+  video.finish();  // last: a folder with a gelsight.avi is whole
+}
+
+}  // namespace gelslam
