@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """Draws what build/bin/stability wrote: the share of cases in which each method finds the truth, against what makes it hard.
 
+Of several studies, a method is taken from the last that has it: after a change to one method, only that one need be measured again.
+
 Example: build/bin/stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
 """
 
@@ -18,6 +20,15 @@ LABELS = {
     "missing frames": "frames from one picture to the next"}
 REVERSED = ("overlap", "relief", "depth")  # harder to the right
 COLUMNS = 4
+
+
+def read_studies(folders):
+    rows = []
+    for folder in folders:
+        more = read_table(folder / "stability.csv", "build/bin/stability -o")
+        again = {r["method"] for r in more}
+        rows = [r for r in rows if r["method"] not in again] + more
+    return rows
 
 
 def curve(rows, chart, method, column):
@@ -70,11 +81,10 @@ def draw(rows, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=pathlib.Path, help="folder that stability wrote")
+    parser.add_argument("study", type=pathlib.Path, nargs="+", help="folder that stability wrote")
     parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/stability.png)")
     arguments = parser.parse_args()
-    rows = read_table(arguments.study / "stability.csv", "build/bin/stability -o")
-    draw(rows, arguments.output or arguments.study / "stability.png")
+    draw(read_studies(arguments.study), arguments.output or arguments.study[0] / "stability.png")
 
 
 if __name__ == "__main__":

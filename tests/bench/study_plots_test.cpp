@@ -1,6 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
 
 namespace gelslam {
@@ -39,10 +43,33 @@ TEST(StudyPlots, Stability) { expect_picture(GELSLAM_STABILITY, "start x", "plot
 
 TEST(StudyPlots, Honesty) { expect_picture(GELSLAM_HONESTY, "hidden motion", "plot_honesty.py"); }
 
+TEST(StudyPlots, Parsimony) {
+  const std::filesystem::path coin = data_folder() / "sequences/track_coin";
+  if (!std::filesystem::is_directory(coin)) GTEST_SKIP() << "no data";
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  const TemporaryFolder folder;
+  const std::string study = (folder / "study").string();
+  const ProgramResult measured =
+      run_program(GELSLAM_PARSIMONY, {coin.string(), "--knobs", "voxel_size_mm", "--quick", "-o", study});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  const auto rows = nlohmann::json::parse(read_bytes(study + "/parsimony.json"));
+  ASSERT_EQ(rows.size(), 3U);
+  // Cells of 0.05 mm instead of 0.08 and 0.12 mm: triangles go with the square, and poses do not care.
+  const auto triangles = [&](int row) { return rows[row]["triangles"].get<double>(); };
+  EXPECT_NEAR(triangles(1) / triangles(0), std::pow(0.08 / 0.05, 2), 0.4);
+  EXPECT_NEAR(triangles(2) / triangles(0), std::pow(0.08 / 0.12, 2), 0.15);
+  EXPECT_EQ(rows[1]["error_mm"], rows[0]["error_mm"]);
+  EXPECT_GT(rows[1]["bytes"], rows[0]["bytes"]);
+  const ProgramResult drawn = draw("plot_parsimony.py", {study});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(folder.names(), testing::ElementsAre("study"));
+  EXPECT_THAT(read_bytes(study + "/parsimony.png"), StartsWith("\x89PNG"));
+}
+
 TEST(StudyPlots, WithoutAStudyTheySayWhatWritesIt) {
   if (!can_draw()) GTEST_SKIP() << "no matplotlib";
   const TemporaryFolder folder;
-  for (const std::string name : {"stability", "honesty", "speed_accuracy", "benchmark"}) {
+  for (const std::string name : {"stability", "honesty", "parsimony", "speed_accuracy", "benchmark"}) {
     const ProgramResult result = draw("plot_" + name + ".py", {folder.path().string()});
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_EQ(result.error_lines(), 1) << result.err;
