@@ -11,6 +11,7 @@
 #include "../support/data_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/background.hpp"
+#include "gelslam/surface/marker_dots.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -73,6 +74,39 @@ cv::Mat3b stained(const cv::Mat3b& image) {
   return result;
 }
 
+/// Printed dots, `columns` by `rows`, a little out of line, as dark as ink.
+cv::Mat3b with_markers(const cv::Mat3b& image, int columns, int rows, double diameter_px,
+                       double light = 0.35) {
+  cv::Mat3b result = image.clone();
+  cv::Mat1f ink(image.size(), 0.0F);
+  cv::RNG random(3);
+  const int unit = image.cols / 320;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const double u = (column + 0.5) * image.cols / columns + random.uniform(-1.0, 1.0) * unit,
+                   v = (row + 0.5) * image.rows / rows + random.uniform(-1.0, 1.0) * unit;
+      cv::circle(ink, cv::Point2d(u, v), cvRound(0.5 * diameter_px * unit), cv::Scalar(1), cv::FILLED);
+    }
+  }
+  cv::GaussianBlur(ink, ink, cv::Size(), unit, unit);
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u)
+      for (int c = 0; c < 3; ++c)
+        result(v, u)[c] = cv::saturate_cast<uchar>(result(v, u)[c] *
+                                                   (1.0 - (1.0 - light) * static_cast<double>(ink(v, u))));
+  return result;
+}
+
+/// As many dark specks that lie anyhow: dirt.
+cv::Mat3b with_dirt(const cv::Mat3b& image, int count) {
+  cv::Mat3b result = image.clone();
+  cv::RNG random(5);
+  for (int k = 0; k < count; ++k)
+    cv::circle(result, {random.uniform(8, image.cols - 8), random.uniform(8, image.rows - 8)},
+               random.uniform(2, 6), cv::Scalar(40, 40, 35), cv::FILLED);
+  return result;
+}
+
 /// A cut across the gel, three pixels wide.
 cv::Mat3b torn(const cv::Mat3b& image) {
   cv::Mat3b result = image.clone();
@@ -110,6 +144,21 @@ TEST(JudgeBackground, DirtAndTears) {
     EXPECT_THAT(judge(stained(bare_gel(width))), ElementsAre(HasSubstr("differ sharply"))) << width;
     EXPECT_THAT(judge(torn(bare_gel(width))), ElementsAre(HasSubstr("differ sharply"))) << width;
   }
+}
+
+TEST(JudgeBackground, Markers) {
+  EXPECT_THAT(judge(with_markers(bare_gel(), 9, 7, 9)),
+              ElementsAre(HasSubstr("the gel has markers (63 dots, 3")));
+  const auto large = find_marker_dots(with_markers(bare_gel(640), 8, 6, 7));
+  ASSERT_TRUE(large);
+  EXPECT_EQ(large->count, 48);
+  EXPECT_NEAR(large->spacing_px, 80.0, 3.0);
+  EXPECT_NEAR(large->diameter_px, 14.0, 3.0);
+  EXPECT_FALSE(find_marker_dots(bare_gel()));
+  for (const int specks : {12, 30, 60})
+    EXPECT_FALSE(find_marker_dots(with_dirt(bare_gel(), specks))) << specks;
+  EXPECT_FALSE(find_marker_dots(torn(bare_gel())));
+  EXPECT_FALSE(find_marker_dots(cv::Mat3b(8, 8, cv::Vec3b(0, 0, 0))));
 }
 
 TEST(JudgeBackground, NoPictureIsAMistake) {
@@ -175,6 +224,15 @@ TEST_F(RealBackgrounds, SpoiltOnesAre) {
     EXPECT_THAT(judge_with_model(sensor, stained(good)), Contains(HasSubstr("differ sharply")))
         << sensor.name;
     EXPECT_THAT(judge_with_model(sensor, torn(good)), Contains(HasSubstr("differ sharply"))) << sensor.name;
+    for (const auto& [columns, rows, diameter_px] : {std::tuple{9, 7, 9.0}, {14, 11, 6.0}, {5, 4, 18.0}}) {
+      EXPECT_THAT(judge_with_model(sensor, with_markers(good, columns, rows, diameter_px)),
+                  Contains(HasSubstr("the gel has markers")))
+          << sensor.name << " " << columns;
+    }
+    EXPECT_THAT(judge_with_model(sensor, with_markers(good, 9, 7, 9, 0.55)),
+                Contains(HasSubstr("the gel has markers")))
+        << sensor.name << ", faded";
+    EXPECT_FALSE(find_marker_dots(with_dirt(good, 40))) << sensor.name;
     if (sensor.model) {
       EXPECT_THAT(judge_with_model(sensor, exposed(good, 0.7)),
                   Contains(HasSubstr("reads the bare gel as sloped")))

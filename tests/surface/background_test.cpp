@@ -44,6 +44,19 @@ TEST(CheckBackground, BareGelIsClean) {
   for (const double noise : {0.0, 1.0, 5.0}) EXPECT_EQ(check(rolling(1e-9, 0.0, noise)).reason, "") << noise;
 }
 
+TEST(CheckBackground, MarkersAreNoContactButNoBareGelEither) {
+  std::vector<cv::Mat3b> frames(4, render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, 3));
+  for (cv::Mat3b& frame : frames) {
+    frame = frame.clone();
+    for (int v = 20; v < 240; v += 34)
+      for (int u = 20; u < 320; u += 34) frame(cv::Rect(u, v, 8, 8)) *= 0.3;
+  }
+  const BackgroundCheck result = check(frames);
+  EXPECT_TRUE(result.markers);
+  EXPECT_FALSE(result.contact);
+  EXPECT_THAT(result.reason, HasSubstr("use a gel without markers"));
+}
+
 TEST(CheckBackground, ASlowChangeOfLightIsNoContact) {
   std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
   for (std::size_t i = 0; i < frames.size(); ++i) frames[i] += cv::Scalar::all(static_cast<double>(i));

@@ -55,8 +55,8 @@ void SurfaceStage::gather_background(const TactileImage& image) {
   }
   const std::vector<cv::Mat3b> frames(waiting_.begin(), waiting_.end());
   const BackgroundCheck check = force_ ? BackgroundCheck{} : check_background(frames, model_, config_.surface);
-  if (check.contact) {
-    board_.set_words("take the object off the gel: " + check.reason, TrackStatus::background);
+  if (check.contact || check.markers) {
+    board_.set_words((check.contact ? "take the object off the gel: " : "") + check.reason, TrackStatus::background);
     return;
   }
   const cv::Mat3b background = mean_image(frames);

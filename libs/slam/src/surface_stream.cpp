@@ -55,6 +55,7 @@ struct SurfaceStream::Impl {
 
   void refuse_contact(const GradientModel& model, const Config& config) const {
     const BackgroundCheck check = check_background(pictures(waiting), model, config.surface);
+    if (check.markers) throw Error(check.reason + " (--force goes on all the same)");
     if (check.contact)
       throw Error("the log's first " + std::to_string(waiting.size()) + " frames should show the bare gel, but " + check.reason +
                   " (record again without touching, give --background IMAGE, or go on with --force)");

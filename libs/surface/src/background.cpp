@@ -7,6 +7,7 @@
 
 #include "block_image.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/surface/marker_dots.hpp"
 #include "gradient_map.hpp"
 #include "light.hpp"
 #include "poisson.hpp"
@@ -135,6 +136,7 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
                                  const SurfaceOptions& options) {
   const cv::Mat3b mean = mean_image(frames);
   BackgroundCheck check;
+  if (const auto markers = find_marker_dots(mean)) return {false, true, markers->sentence()};
   check.reason = find_motion(frames, mean);
   if (check.reason.empty()) check.reason = find_imprint(mean, model, options.pixel_pitch_mm);
   check.contact = !check.reason.empty();

@@ -7,6 +7,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/surface/marker_dots.hpp"
 #include "gradient_map.hpp"
 
 namespace gelslam {
@@ -98,7 +99,7 @@ RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
   return {down / down_2, side / side_2};
 }
 
-std::string judge_lamps(const cv::Mat3f& bgr) {
+std::string judge_mini_lamps(const cv::Mat3f& bgr) {
   const RedOverBlue slope = red_over_blue(bgr);
   const cv::Scalar mean = cv::mean(bgr);
   const bool blue_leads = mean[0] > least_blue_over_red * mean[2];
@@ -129,15 +130,26 @@ double median_slope(const cv::Mat3b& mean, const GradientModel& model) {
   return *middle;
 }
 
-}  // namespace
-
-std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
-                                          const GradientModel* model) {
+/// Grey levels. Throws Error when the picture is too small.
+cv::Mat3f as_numbers(const cv::Mat3b& mean) {
   constexpr int least_px = 32;
   if (std::min(mean.cols, mean.rows) < least_px)
     throw Error("the background is too small to be judged: less than 32 pixels");
   cv::Mat3f bgr;
   mean.convertTo(bgr, CV_32F);
+  return bgr;
+}
+
+}  // namespace
+
+std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name) {
+  const cv::Mat3f bgr = as_numbers(mean);
+  return is_gelsight_mini(device_name) ? judge_mini_lamps(bgr) : "";
+}
+
+std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
+                                          const GradientModel* model) {
+  const cv::Mat3f bgr = as_numbers(mean);
   std::vector<std::string> doubts;
   const cv::Scalar channels = cv::mean(bgr);
   const double brightness = (channels[0] + channels[1] + channels[2]) / 3;
@@ -158,13 +170,15 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
     doubts.push_back("the picture has no colour, from which slopes are read: is it the right camera?");
     return doubts;
   }
-  const double stains = stained(bgr);
+  const auto markers = find_marker_dots(mean);
+  if (markers) doubts.push_back(markers->sentence());
+  const double stains = markers ? 0.0 : stained(bgr);
   if (stains > stained_share) {
     doubts.push_back(sentence(
         "%.1f %% of the gel differ sharply from what is around them: dirt, a tear, or something touches it",
         100 * stains));
   }
-  const std::string lamps = is_gelsight_mini(device_name) ? judge_lamps(bgr) : "";
+  const std::string lamps = judge_lamps(mean, device_name);
   if (!lamps.empty()) doubts.push_back(lamps);
   if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);

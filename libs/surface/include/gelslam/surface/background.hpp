@@ -15,11 +15,12 @@ cv::Mat3b mean_image(const std::vector<cv::Mat3b>& images);
 
 struct BackgroundCheck {
   bool contact = false;
-  std::string reason;  ///< for people; empty when there is no contact
+  bool markers = false;  ///< on the gel: no slopes can be read, touched or not
+  std::string reason;    ///< for people; empty when there is neither
 };
 
 /// Says whether would-be background frames already show contact (own): something moves between the frames, or
-/// the model reads an imprint (bent or steep locally, where the bare gel shows at most a smooth bias) in
+/// the gel has markers (find_marker_dots), or the model reads an imprint (bent or steep locally, where the bare gel shows at most a smooth bias) in
 /// their mean. A flat object that does not move at all cannot be told from bare gel. Throws Error like
 /// mean_image, and when the model does not fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
