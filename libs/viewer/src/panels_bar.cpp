@@ -1,17 +1,15 @@
 #include <vector>
 
+#include "button_bar.hpp"
 #include "panels.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double margin = 9, gap = 6, button_padding = 11, group_gap = 20;
-
 struct BarButton {
   WindowAction action;
   std::string label;
-  int group;     ///< a gap goes between groups
-  int priority;  ///< the highest numbers go first where there is no room
+  int group, priority;  ///< see BarItem
   bool lit = false;
 };
 
@@ -42,47 +40,21 @@ std::vector<BarButton> buttons_of(const LiveFrame& frame, const LiveControls& co
   return buttons;
 }
 
-float width_of(const Canvas& canvas, const BarButton& button) {
-  return canvas.width_of(canvas.fonts().body, button.label) + canvas.px(2 * button_padding);
-}
-
-float total_width(const Canvas& canvas, const std::vector<BarButton>& buttons) {
-  float width = canvas.px(2 * margin);
-  for (std::size_t i = 0; i < buttons.size(); ++i) {
-    width += width_of(canvas, buttons[i]);
-    if (i > 0) width += canvas.px(buttons[i].group == buttons[i - 1].group ? gap : group_gap);
-  }
-  return width;
-}
-
-/// Leaves out the least important ones until the rest fit: their keys work all the same.
-void drop_what_does_not_fit(const Canvas& canvas, float room, std::vector<BarButton>& buttons) {
-  while (buttons.size() > 1 && total_width(canvas, buttons) > room) {
-    int worst = 0;
-    for (const BarButton& button : buttons) worst = std::max(worst, button.priority);
-    std::erase_if(buttons, [worst](const BarButton& button) { return button.priority == worst; });
-  }
+ImU32 ink_of(const BarButton& button) {
+  if (button.action == WindowAction::stop) return theme::red;
+  return button.lit ? theme::blue : theme::text;
 }
 
 }  // namespace
 
 void draw_bar(Canvas& canvas, const Box& bar, const LiveFrame& frame, LiveControls& controls) {
-  canvas.panel(bar, theme::with_alpha(theme::panel, 1), 0);
-  canvas.fill({bar.x, bar.y, bar.width, canvas.px(1)}, theme::line);
-  std::vector<BarButton> buttons = buttons_of(frame, controls);
-  drop_what_does_not_fit(canvas, bar.width, buttons);
-  float x = bar.x + canvas.px(margin);
-  for (std::size_t i = 0; i < buttons.size(); ++i) {
-    const BarButton& button = buttons[i];
-    if (i > 0) x += canvas.px(button.group == buttons[i - 1].group ? gap : group_gap);
-    const Box box{x, bar.y + canvas.px(margin), width_of(canvas, button), bar.height - canvas.px(2 * margin)};
-    const ImU32 ink = button.action == WindowAction::stop ? theme::red
-                      : button.lit                        ? theme::blue
-                                                          : theme::text;
-    if (canvas.button(box, button.label, binding_of(button.action).key_name, theme::raised, ink))
-      controls.perform(button.action, frame.time_s);
-    x = box.right();
-  }
+  const std::vector<BarButton> buttons = buttons_of(frame, controls);
+  std::vector<BarItem> items;
+  for (const BarButton& button : buttons)
+    items.push_back(
+        {button.label, binding_of(button.action).key_name, button.group, button.priority, ink_of(button)});
+  if (const auto clicked = draw_button_bar(canvas, bar, items))
+    controls.perform(buttons[*clicked].action, frame.time_s);
 }
 
 }  // namespace gelslam::viewer::detail

@@ -2,6 +2,7 @@
 #include <array>
 
 #include "panels.hpp"
+#include "window_cards.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -82,10 +83,6 @@ void draw_export(Canvas& canvas, LiveControls& controls) {
   if (answer >= 0 && answer < 3) controls.choose_format(formats[static_cast<std::size_t>(answer)]);
   if (answer == 3) controls.refuse();
 }
-
-struct HelpLine {
-  std::string key, what;
-};
 
 std::vector<HelpLine> help_lines() {
   std::vector<HelpLine> lines;

@@ -4,12 +4,14 @@
 #include <array>
 #include <cstdio>
 
+#include "button_bar.hpp"
 #include "panels.hpp"
+#include "window_cards.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kBarHeight = 62, kSliderHeight = 46, kMargin = 9, kGap = 6, kGroupGap = 20, kPadding = 11;
+constexpr double kBarHeight = 62, kSliderHeight = 46;
 
 std::string seconds_text(double time_s) {
   std::array<char, 32> text{};
@@ -20,8 +22,7 @@ std::string seconds_text(double time_s) {
 struct ViewButton {
   ViewAction action;
   const char* label;
-  int group;     ///< a gap goes between groups
-  int priority;  ///< the highest numbers go first where there is no room
+  int group, priority;  ///< see BarItem
   bool lit;
 };
 
@@ -46,40 +47,13 @@ std::vector<ViewButton> buttons_of(const ViewControls& controls) {
   return buttons;
 }
 
-float width_of(const Canvas& canvas, const ViewButton& button) {
-  return canvas.width_of(canvas.fonts().body, button.label) + canvas.px(2 * kPadding);
-}
-
-float gap_before(const Canvas& canvas, const std::vector<ViewButton>& buttons, std::size_t i) {
-  if (i == 0) return 0;
-  return canvas.px(buttons[i].group == buttons[i - 1].group ? kGap : kGroupGap);
-}
-
-float total_width(const Canvas& canvas, const std::vector<ViewButton>& buttons) {
-  float width = canvas.px(2 * kMargin);
-  for (std::size_t i = 0; i < buttons.size(); ++i)
-    width += gap_before(canvas, buttons, i) + width_of(canvas, buttons[i]);
-  return width;
-}
-
 void draw_buttons(Canvas& canvas, const Box& bar, ViewControls& controls) {
-  canvas.panel(bar, theme::with_alpha(theme::panel, 1), 0);
-  canvas.fill({bar.x, bar.y, bar.width, canvas.px(1)}, theme::line);
-  std::vector<ViewButton> buttons = buttons_of(controls);
-  for (int worst = 9; worst > 0 && total_width(canvas, buttons) > bar.width; --worst) {
-    std::erase_if(buttons, [worst](const ViewButton& button) { return button.priority == worst; });
-  }
-  float x = bar.x + canvas.px(kMargin);
-  for (std::size_t i = 0; i < buttons.size(); ++i) {
-    x += gap_before(canvas, buttons, i);
-    const Box box{x, bar.y + canvas.px(kMargin), width_of(canvas, buttons[i]),
-                  bar.height - canvas.px(2 * kMargin)};
-    const ImU32 ink = buttons[i].lit ? theme::blue : theme::text;
-    if (canvas.button(box, buttons[i].label, key_name_of(buttons[i].action), theme::raised, ink)) {
-      controls.perform(buttons[i].action);
-    }
-    x = box.right();
-  }
+  const std::vector<ViewButton> buttons = buttons_of(controls);
+  std::vector<BarItem> items;
+  for (const ViewButton& button : buttons)
+    items.push_back({button.label, key_name_of(button.action), button.group, button.priority,
+                     button.lit ? theme::blue : theme::text});
+  if (const auto clicked = draw_button_bar(canvas, bar, items)) controls.perform(buttons[*clicked].action);
 }
 
 void draw_slider(Canvas& canvas, const ViewLayout& layout, const RunHistory& history,
@@ -118,37 +92,14 @@ void draw_titles(Canvas& canvas, const ViewFrame& frame, bool light_theme) {
   }
 }
 
-void draw_message(Canvas& canvas, const Box& view, const std::string& message) {
-  if (message.empty()) return;
-  ImFont* font = canvas.fonts().body;
-  const std::string text = canvas.fitted(font, message, view.width - canvas.px(60));
-  const float width = canvas.width_of(font, text) + canvas.px(24), height = font->FontSize + canvas.px(18);
-  const Box box{view.x + 0.5F * (view.width - width), view.bottom() - height - canvas.px(18), width, height};
-  canvas.fill(box, theme::panel, 8);
-  canvas.frame(box, theme::line, 8);
-  canvas.text_centred(font, box, theme::text, text);
-}
-
-void draw_help_card(Canvas& canvas, const Box& view) {
-  std::vector<std::pair<std::string, std::string>> lines;
-  for (const ViewKey& key : view_keys()) lines.emplace_back(key.key_name, key.what);
+std::vector<HelpLine> help_lines() {
+  std::vector<HelpLine> lines;
+  for (const ViewKey& key : view_keys()) lines.push_back({key.key_name, key.what});
   lines.insert(lines.end(), {{"Left drag", "Turn"},
                              {"Right drag", "Move"},
                              {"Wheel", "Nearer, further"},
                              {"Double click", "Turn about this place"}});
-  ImFont* font = canvas.fonts().body;
-  const float row = font->FontSize + canvas.px(6), width = canvas.px(400);
-  const float height = row * static_cast<float>(lines.size()) + canvas.px(40);
-  const Box card{view.x + 0.5F * (view.width - width), std::max(0.0F, view.y + 0.5F * (view.height - height)),
-                 width, height};
-  canvas.panel(card, theme::panel, 12);
-  canvas.frame(card, theme::line, 12);
-  float y = card.y + canvas.px(20);
-  for (const auto& [key, what] : lines) {
-    canvas.text_right(font, card.x + canvas.px(125), y, theme::blue, key);
-    canvas.text(font, card.x + canvas.px(145), y, theme::text, what);
-    y += row;
-  }
+  return lines;
 }
 
 }  // namespace
@@ -177,8 +128,8 @@ void draw_view_panels(Canvas& canvas, const ViewLayout& layout, const ViewFrame&
   }
   if (layout.slider.width > 0 && history != nullptr) draw_slider(canvas, layout, *history, controls);
   if (layout.bar.width > 0) draw_buttons(canvas, layout.bar, controls);
-  draw_message(canvas, layout.view, frame.message);
-  if (controls.shows_help()) draw_help_card(canvas, layout.view);
+  draw_note(canvas, layout.view, frame.message);
+  if (controls.shows_help()) draw_help_card(canvas, layout.view, help_lines());
 }
 
 }  // namespace gelslam::viewer::detail
