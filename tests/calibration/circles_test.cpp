@@ -38,7 +38,7 @@ TEST(FindCircle, FindsTheBallThatWasPressed) {
     if (!found.problem.empty()) continue;
     centre_errors.push_back(std::hypot(found.circle.u_px - presses.truth[k].centre_px.x,
                                        found.circle.v_px - presses.truth[k].centre_px.y));
-    radius_errors.push_back(found.ball_radius_px - presses.truth[k].radius_px);
+    radius_errors.push_back(found.ball.radius_px - presses.truth[k].radius_px);
   }
   EXPECT_GE(centre_errors.size(), 34U);
   EXPECT_LT(median(centre_errors), 1.5);  // what is asked for on real presses
@@ -56,7 +56,7 @@ TEST(FindCircle, DoesNotCareAboutTheExposure) {
       find_circle(brighter, presses.set.background, 0.5 * presses.set.presses[3].diameter_mm / pitch_mm);
   EXPECT_NEAR(shifted.circle.u_px, plain.circle.u_px, 0.3);
   EXPECT_NEAR(shifted.circle.v_px, plain.circle.v_px, 0.3);
-  EXPECT_NEAR(shifted.ball_radius_px, plain.ball_radius_px, 0.3);
+  EXPECT_NEAR(shifted.ball.radius_px, plain.ball.radius_px, 0.3);
 }
 
 TEST(FindCircle, SaysWhenThereIsNoBall) {

@@ -40,10 +40,10 @@ LabelStyle style_of_labels(const PressSet& set, const std::vector<FoundCircle>& 
   std::vector<double> ratios, offsets;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto& label = set.presses[k].label;
-    if (!label || !found[k].problem.empty()) continue;
+    if (!label || set.presses[k].left_out || !found[k].problem.empty()) continue;
     if (distance_px(*label, found[k].circle) > close_centres * label->radius_px) continue;
-    ratios.push_back(found[k].ball_radius_px / label->radius_px);
-    offsets.push_back(label->radius_px - found[k].ball_radius_px);
+    ratios.push_back(found[k].ball.radius_px / label->radius_px);
+    offsets.push_back(label->radius_px - found[k].ball.radius_px);
   }
   if (ratios.size() < min_compared) return {};
   const double ratio = median(ratios), offset = median(offsets);
@@ -140,8 +140,11 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
   for (std::size_t k = 0; k < set.presses.size(); ++k) {
     const CalibrationPress& press = set.presses[k];
     std::string problem;
-    BallZone zone{k, found[k].circle.u_px, found[k].circle.v_px, found[k].ball_radius_px - margin_px};
-    if (press.label) {
+    const ContactCircle& ball = found[k].ball;
+    BallZone zone{k, ball.u_px, ball.v_px, ball.radius_px - margin_px};
+    if (press.left_out) {
+      problem = "a person has left it out";
+    } else if (press.label) {
       zone = {k, press.label->u_px, press.label->v_px, style.ball_radius_px(*press.label) - margin_px};
       problem = problem_with_label(press, found[k], ball_px(press, pixel_pitch_mm));
     } else {

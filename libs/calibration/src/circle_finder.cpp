@@ -6,7 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "gelslam/calibration/press_change.hpp"
 #include "press_fit.hpp"
+#include "press_points.hpp"
 #include "visible_rim.hpp"
 
 namespace gelslam {
@@ -14,37 +16,20 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr float dark_levels = 10.0F;  // keeps the relative change finite where there is no light
-constexpr float seed_share = 0.3F;    // of the strongest change: what belongs to the contact at first sight
-constexpr float wide_share = 0.12F;   // and at second sight, with its skirt and the sides that change little
+constexpr float seed_share = 0.3F;   // of the strongest change: what belongs to the contact at first sight
+constexpr float wide_share = 0.12F;  // and at second sight, with its skirt and the sides that change little
 constexpr double least_of_wide =
     0.5;  // a circle smaller than this share of the wide piece is a part of the contact
 constexpr float min_seed_levels = 6.0F;
 constexpr int min_seed_pixels = 60;
-constexpr double window_radii = 2.0, window_margin_px = 10.0;  // around the contact at first sight
-constexpr int wanted_points = 1800;
+constexpr double wanted_points = 1800, wanted_points_to_refine = 900;
+
+constexpr double most_refined = 0.25;  // of the radius: further away, the finer fit has lost the contact
 
 constexpr double min_radius_px = 6.0;
 constexpr double min_confidence = 0.55;
 constexpr double max_ball_share = 0.95;     // of the ball's radius: no gel is that deep
 constexpr double min_visible_share = 0.35;  // of the circle inside the picture
-
-/// Colour difference to the background without what all of the picture has in common (another exposure).
-cv::Mat3f difference(const cv::Mat3b& bgr, const cv::Mat3b& background) {
-  cv::Mat3f change;
-  cv::subtract(bgr, background, change, cv::noArray(), CV_32F);
-  std::vector<float> values(change.total());
-  cv::Vec3f common;
-  for (int channel = 0; channel < 3; ++channel) {
-    std::transform(change.begin(), change.end(), values.begin(),
-                   [&](const cv::Vec3f& c) { return c[channel]; });
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    common[channel] = *middle;
-  }
-  for (cv::Vec3f& c : change) c -= common;
-  return change;
-}
 
 struct Seed {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
@@ -89,41 +74,8 @@ Seeds find_seeds(const cv::Mat3f& change) {
   return {piece_above(seed_share), piece_above(wide_share)};
 }
 
-/// Change relative to the background's brightness, a little smoothed.
-cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) {
-  cv::Mat3f relative, soft_background;
-  background.convertTo(soft_background, CV_32F);
-  cv::GaussianBlur(soft_background, soft_background, cv::Size(), 1.0);
-  cv::GaussianBlur(change, relative, cv::Size(), 1.0);
-  std::transform(relative.begin(), relative.end(), soft_background.begin(), relative.begin(),
-                 [](const cv::Vec3f& c, const cv::Vec3f& b) {
-                   return cv::Vec3f(c[0] / (b[0] + dark_levels), c[1] / (b[1] + dark_levels),
-                                    c[2] / (b[2] + dark_levels));
-                 });
-  return relative;
-}
-
-PressPoints points_around(const Seed& seed, const cv::Mat3f& relative) {
-  const double reach = window_radii * seed.radius_px + window_margin_px;
-  const cv::Point first(static_cast<int>(seed.u_px - reach), static_cast<int>(seed.v_px - reach)),
-      last(static_cast<int>(seed.u_px + reach) + 2, static_cast<int>(seed.v_px + reach) + 2);
-  const cv::Rect window = cv::Rect(first, last) & cv::Rect(0, 0, relative.cols, relative.rows);
-  const int stride =
-      std::max(1, static_cast<int>(std::lround(std::sqrt(window.area() / double{wanted_points}))));
-  PressPoints points;
-  for (int v = window.y; v < window.y + window.height; v += stride)
-    for (int u = window.x; u < window.x + window.width; u += stride) {
-      points.u_px.push_back(u);
-      points.v_px.push_back(v);
-      for (int channel = 0; channel < 3; ++channel)
-        points.change[static_cast<std::size_t>(channel)].push_back(
-            static_cast<double>(relative(v, u)[channel]));
-    }
-  return points;
-}
-
 PressFit fit_from(const Seed& seed, const cv::Mat3f& relative, double ball_px) {
-  const PressPoints points = points_around(seed, relative);
+  const PressPoints points = points_around({seed.u_px, seed.v_px, seed.radius_px}, relative, wanted_points);
   std::optional<PressFit> best;
   for (const double share : {0.75, 1.0}) {
     const PressShape start{seed.u_px, seed.v_px, std::min(share * seed.radius_px, 0.9 * ball_px), 8.0};
@@ -141,6 +93,16 @@ PressFit fit_contact(const Seeds& seeds, const cv::Mat3f& relative, double ball_
   return fit_from(*seeds.wide, relative, ball_px);
 }
 
+/// The ball itself: its centre, and where the gel leaves it.
+ContactCircle refined(const PressShape& shape, const cv::Mat3f& relative, double ball_px) {
+  const ContactCircle around{shape.u_px, shape.v_px, shape.radius_px};
+  const PressShape ball =
+      refine_press(points_around(around, relative, wanted_points_to_refine), shape, ball_px).shape;
+  const bool near =
+      std::hypot(ball.u_px - shape.u_px, ball.v_px - shape.v_px) < most_refined * shape.radius_px;
+  return near ? ContactCircle{ball.u_px, ball.v_px, ball.radius_px} : around;
+}
+
 /// Share of the circle that lies in the picture.
 double visible_share(const ContactCircle& circle, const cv::Size& size) {
   constexpr int steps = 720;
@@ -156,8 +118,8 @@ double visible_share(const ContactCircle& circle, const cv::Size& size) {
 
 std::string problem_with(const FoundCircle& found, const cv::Size& size, double ball_px) {
   if (found.confidence < min_confidence) return "the colours do not look like a ball pressed into the gel";
-  if (found.ball_radius_px < min_radius_px) return "the contact is too small";
-  if (found.ball_radius_px > max_ball_share * ball_px)
+  if (found.ball.radius_px < min_radius_px) return "the contact is too small";
+  if (found.ball.radius_px > max_ball_share * ball_px)
     return "the contact is larger than the ball: is the diameter right?";
   if (found.circle.u_px < 0.0 || found.circle.v_px < 0.0 || found.circle.u_px > size.width - 1.0 ||
       found.circle.v_px > size.height - 1.0)
@@ -171,7 +133,7 @@ std::string problem_with(const FoundCircle& found, const cv::Size& size, double 
 
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px) {
   FoundCircle found;
-  const cv::Mat3f change = difference(bgr, background);
+  const cv::Mat3f change = press_change(bgr, background);
   const Seeds seeds = find_seeds(change);
   if (!seeds.narrow) {
     found.problem = "nothing touches the gel";
@@ -179,7 +141,7 @@ FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, doubl
   }
   const cv::Mat3f relative = relative_change(change, background);
   const PressFit fit = fit_contact(seeds, relative, ball_px);
-  found.ball_radius_px = fit.shape.radius_px;
+  found.ball = refined(fit.shape, relative, ball_px);
   const ContactCircle knee{fit.shape.u_px, fit.shape.v_px, fit.shape.radius_px};
   found.circle = find_visible_rim(relative, knee)
                      .value_or(ContactCircle{knee.u_px, knee.v_px, knee.radius_px + visible_rim_px});

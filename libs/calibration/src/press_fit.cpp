@@ -2,18 +2,17 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace gelslam::calibration::detail {
 namespace {
 
-constexpr int features = 5;          // sx, sy, sx^2, sx sy, sy^2
 constexpr double loss_scale = 0.05;  // relative colour change; noise is a third of it
 constexpr int max_iterations = 25;
 constexpr double step_px = 0.05;  // of the numerical derivatives
 constexpr double converged_px = 0.01;
 
-using Features = Eigen::Matrix<double, Eigen::Dynamic, features>;
 using Changes = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 using Parameters = Eigen::Vector4d;
 
@@ -23,22 +22,25 @@ Parameters bounded(Parameters p, double ball_px) {
   return p;
 }
 
-void fill_features(const PressPoints& points, const Parameters& p, double ball_px, Features& f) {
-  const double squared = ball_px * ball_px;
-  const double rim = 1.0 / std::sqrt(squared - p[2] * p[2]);  // slope over distance at the contact's rim
-  for (Eigen::Index k = 0; k < f.rows(); ++k) {
-    const auto point = static_cast<std::size_t>(k);
-    const double x = points.u_px[point] - p[0], y = points.v_px[point] - p[1];
-    const double distance = std::sqrt(x * x + y * y);
-    const double slope_over_distance = distance <= p[2]
-                                           ? 1.0 / std::sqrt(squared - distance * distance)
-                                           : rim * p[2] / distance * std::exp((p[2] - distance) / p[3]);
-    const double sx = slope_over_distance * x, sy = slope_over_distance * y;
-    f.row(k) << sx, sy, sx * sx, sx * sy, sy * sy;
+/// Terms of a polynomial in sx and sy without its constant: 5 of degree 2, 14 of degree 4.
+constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2 - 1; }
+
+template <int degree, class Row>
+void fill_terms(double sx, double sy, Row row) {
+  std::array<double, degree + 1> power_x{1.0}, power_y{1.0};
+  int term = 0;
+  for (std::size_t k = 1; k <= degree; ++k) {
+    power_x[k] = power_x[k - 1] * sx;
+    power_y[k] = power_y[k - 1] * sy;
+    for (std::size_t j = 0; j <= k; ++j) row[term++] = power_x[k - j] * power_y[j];
   }
 }
 
+template <int degree>
 class Fitter {
+  static constexpr int features = terms_of(degree);
+  using Features = Eigen::Matrix<double, Eigen::Dynamic, features>;
+
  public:
   Fitter(const PressPoints& points, double ball_px)
       : points_(points),
@@ -68,9 +70,23 @@ class Fitter {
   }
 
  private:
+  void fill_features(const Parameters& p) {
+    const double squared = ball_px_ * ball_px_;
+    const double rim = 1.0 / std::sqrt(squared - p[2] * p[2]);  // slope over distance at the contact's rim
+    for (Eigen::Index k = 0; k < size_; ++k) {
+      const auto point = static_cast<std::size_t>(k);
+      const double x = points_.u_px[point] - p[0], y = points_.v_px[point] - p[1];
+      const double distance = std::sqrt(x * x + y * y);
+      const double slope_over_distance = distance <= p[2]
+                                             ? 1.0 / std::sqrt(squared - distance * distance)
+                                             : rim * p[2] / distance * std::exp((p[2] - distance) / p[3]);
+      fill_terms<degree>(slope_over_distance * x, slope_over_distance * y, features_.row(k));
+    }
+  }
+
   /// What is left of the colours when the best colour function of this shape's slopes is taken away.
   Changes residuals_at(const Parameters& p) {
-    fill_features(points_, p, ball_px_, features_);
+    fill_features(p);
     const Features weighted = weights_.asDiagonal() * features_;
     Eigen::Matrix<double, features, features> information = weighted.transpose() * features_;
     information.diagonal().array() += 1e-9 * information.trace() + 1e-12;
@@ -140,7 +156,11 @@ class Fitter {
 }  // namespace
 
 PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px) {
-  return Fitter(points, ball_px).run(start);
+  return Fitter<2>(points, ball_px).run(start);
+}
+
+PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px) {
+  return Fitter<4>(points, ball_px).run(start);
 }
 
 }  // namespace gelslam::calibration::detail

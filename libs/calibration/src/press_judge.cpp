@@ -49,7 +49,7 @@ std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiec
   const double width = 2.0 * found.circle.radius_px / size.width;
   if (found.problem.empty() && inset_px(found.circle, size) < least_inset * found.circle.radius_px)
     return off_the_edge;
-  if (found.ball_radius_px > most_of_ball * ball_px)
+  if (found.ball.radius_px > most_of_ball * ball_px)
     return "too deep, or a smaller ball than was said: press less deep, and check the diameter";
   if (found.problem.empty() && width > most_width) return "too deep: press less deep";
   if (found.problem.empty() && width < least_width) return "too shallow: press a little deeper";

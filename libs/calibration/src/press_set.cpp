@@ -102,7 +102,9 @@ void read_press(const PressSet& set, CalibrationPress& press) {
     throw Error(quoted(folder / "gelsight.png") + " is " + size_text(press.bgr.cols, press.bgr.rows) +
                 " but the background is " + size_text(set.background.cols, set.background.rows) +
                 ": all pictures must come from one sensor");
-  if (fs::exists(folder / "label.npz")) press.label = read_label(folder / "label.npz");
+  press.left_out = fs::exists(folder / left_out_file);
+  const fs::path label = folder / (press.left_out ? left_out_file : label_file);
+  if (fs::exists(label)) press.label = read_label(label);
 }
 
 }  // namespace

@@ -9,10 +9,10 @@ namespace gelslam {
 
 /// The circle of a press, found in the picture itself.
 struct FoundCircle {
-  ContactCircle circle;
-  /// Radius inside which the gel lies on the ball: where the colour change stops growing. The drawn radius is
-  /// `visible_rim_px` more.
-  double ball_radius_px = 0.0;
+  ContactCircle circle;  ///< the disc that people see and draw
+  /// The ball itself: its centre, which shadows move less than the disc's, and the radius inside which the gel lies
+  /// on it, where the colour change stops growing. The disc is `visible_rim_px` wider.
+  ContactCircle ball;
   double confidence = 0.0;  ///< 0 to 1: share of the colour change around the contact that the ball explains
   std::string problem;      ///< for people: why it should not be used; empty when it is good
 };

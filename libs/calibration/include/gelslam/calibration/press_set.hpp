@@ -20,10 +20,15 @@ struct CalibrationPress {
   double diameter_mm = 0.0;
   cv::Mat3b bgr;
   std::optional<ContactCircle> label;
+  bool left_out = false;  ///< a person said that it is not to be used
 };
 
+/// Files of a press: its label, or in its place the same of a press that a person has left out.
+inline constexpr const char *label_file = "label.npz", *left_out_file = "left_out.npz";
+
 /// A calibration folder of the public layout: catalog.csv (experiment_reldir,diameter(mm)), background.png,
-/// <experiment_reldir>/gelsight.png and, where labelled, <experiment_reldir>/label.npz (center, radius).
+/// <experiment_reldir>/gelsight.png and, where labelled, <experiment_reldir>/label.npz (center, radius); our own
+/// left_out.npz takes the label's place where a press is not to be used.
 struct PressSet {
   std::filesystem::path folder;
   cv::Mat3b background;

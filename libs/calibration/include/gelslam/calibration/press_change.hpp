@@ -1,0 +1,11 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+namespace gelslam {
+
+/// Colour difference of a press to the background, grey levels, without what all of the picture has in common
+/// (another exposure). Both of one size.
+cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
+
+}  // namespace gelslam
