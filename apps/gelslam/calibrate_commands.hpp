@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,20 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
 
 /// What the commands that read presses have in common.
 struct PressOptions {
-  std::filesystem::path folder;
-  double pitch_mm = 0.0634;
+  std::filesystem::path folder, config;
+  std::optional<double> given_pitch_mm;
   bool quiet = false;
+  // From the configuration, once read_presses() has read it.
+  double pitch_mm = 0.0634;
+  std::string device_name = "GelSight Mini";
 
   void add_to(CLI::App& command);
 };
+
+/// Reads the configuration, if one is given, and the presses. Throws Error also for a background on which no
+/// calibration can be built: a gel with markers, red and blue swapped. Other doubts about it are said on stderr.
+/// `model_pitch_mm`: of a model that the presses are read with; used where no other is given.
+PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm = std::nullopt);
 
 /// Zones of all presses, with a progress bar; presses that cannot be used are named on stderr. Ctrl-C throws
 /// Error.

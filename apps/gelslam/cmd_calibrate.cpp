@@ -5,6 +5,9 @@
 #include "calibrate_commands.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/slam/config.hpp"
+#include "gelslam/surface/background_judgement.hpp"
+#include "gelslam/surface/marker_dots.hpp"
 
 namespace gelslam {
 
@@ -12,10 +15,30 @@ void PressOptions::add_to(CLI::App& command) {
   command
       .add_option("PRESSES", folder, "calibration folder: catalog.csv, background.png, a folder per press")
       ->required();
-  command.add_option("--pitch", pitch_mm, "millimetres per pixel")
-      ->check(CLI::Range(1e-4, 10.0))
-      ->capture_default_str();
+  command.add_option("--config", config, "the sensor's configuration: its name and pixel pitch (default: GelSight Mini)");
+  command.add_option("--pitch", given_pitch_mm, "millimetres per pixel, before what the configuration says")
+      ->check(CLI::Range(1e-4, 10.0));
   command.add_flag("-q,--quiet", quiet, "no progress on stderr");
+}
+
+PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm) {
+  if (model_pitch_mm) options.pitch_mm = *model_pitch_mm;
+  if (!options.config.empty()) {
+    const Config config = read_config(options.config);
+    options.pitch_mm = config.surface.pixel_pitch_mm;
+    options.device_name = config.sensor.device_name;
+  }
+  if (options.given_pitch_mm) options.pitch_mm = *options.given_pitch_mm;
+  PressSet set = read_press_set(options.folder);
+  const std::string background = "'" + (set.folder / "background.png").string() + "': ";
+  if (const auto markers = find_marker_dots(set.background)) throw Error(background + markers->sentence());
+  const std::string lamps = judge_lamps(set.background, options.device_name);
+  if (!lamps.empty())
+    throw Error(background + lamps + " (presses and background must be taken again, the right way; another sensor than a " +
+                options.device_name + "? name it with --config)");
+  for (const std::string& doubt : judge_background(set.background, options.device_name))
+    std::cerr << "note: " << background << doubt << "\n";
+  return set;
 }
 
 BallZones find_zones_for_people(const PressSet& set, const PressOptions& options, bool automatic,

@@ -6,6 +6,7 @@
 
 #include "calibrate_commands.hpp"
 #include "commands.hpp"
+#include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -92,13 +93,20 @@ void print_for_people(const ModelCheck& check) {
                 ball.median_radius_mm, 100.0 * ball.radius_error(), ball.presses);
 }
 
-int run_check(CheckArguments arguments, bool pitch_given) {
+/// A picture whose red and blue have changed places since the model was trained.
+void refuse_swapped(const CalibrationRecord& record, const PressSet& set) {
+  const BackgroundDrift drift = measure_drift(record.background_cells, background_cells(set.background));
+  if (drift.red_blue_swapped) throw Error("'" + set.folder.string() + "': " + drift.words);
+}
+
+int run_check(CheckArguments arguments) {
   if (!arguments.report.empty()) refuse_to_replace_file(arguments.report, arguments.overwrite);
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
   const ModelFile file = read_model_file(arguments.model);
-  if (file.record && !pitch_given) arguments.presses.pitch_mm = file.record->pixel_pitch_mm;
-  const PressSet set = read_press_set(arguments.presses.folder);
+  const PressSet set = read_presses(
+      arguments.presses, file.record ? std::optional(file.record->pixel_pitch_mm) : std::nullopt);
+  if (file.record) refuse_swapped(*file.record, set);
   const BallZones zones = find_zones_for_people(set, arguments.presses, true, *progress, interrupt);
   progress->begin("checking", static_cast<std::int64_t>(zones.zones.size()));
   const ModelCheck check =
@@ -130,8 +138,7 @@ void add_calibrate_check_command(CLI::App& calibrate, int& exit_code) {
       "code 1 for\n"
       "recalibrate. Presses the model has not been trained on say most.\n"
       "Example: gelslam calibrate check model.json PRESSES -o check.html");
-  command->callback(
-      [arguments, command, &exit_code] { exit_code = run_check(*arguments, command->count("--pitch") > 0); });
+  command->callback([arguments, &exit_code] { exit_code = run_check(*arguments); });
 }
 
 }  // namespace gelslam

@@ -10,8 +10,14 @@
 #include "calibrate_commands.hpp"
 #include "commands.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
+#include "gelslam/calibration/label_session.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/viewer/display.hpp"
+#include "gelslam/viewer/label_window.hpp"
+#include "gelslam/viewer/window.hpp"
+#include "picture_name.hpp"
+#include "script_file.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -21,8 +27,13 @@ namespace fs = std::filesystem;
 
 struct LabelArguments {
   PressOptions presses;
-  fs::path sheet;
-  bool accept = false, overwrite = false;
+  fs::path sheet, snapshot, script;
+  bool accept = false, overwrite = false, headless = false;
+
+  bool wants_window() const {
+    if (!snapshot.empty() || !script.empty()) return true;
+    return !headless && !accept && sheet.empty() && has_display();
+  }
 };
 
 void draw_circle(cv::Mat3b& image, const ContactCircle& circle, const cv::Scalar& color) {
@@ -72,6 +83,11 @@ void compare_with_labels(const PressSet& set, const std::vector<FoundCircle>& fo
                 centres.size(), median_of(centres), median_of(radii));
 }
 
+const char* said_of(const CalibrationPress& press) {
+  if (press.left_out) return "  stays left out";
+  return press.label ? "  keeps its label" : "";
+}
+
 std::vector<FoundCircle> find_all(const PressSet& set, const LabelArguments& arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
@@ -87,27 +103,45 @@ std::vector<FoundCircle> find_all(const PressSet& set, const LabelArguments& arg
   return found;
 }
 
-int run_label(const LabelArguments& arguments) {
-  if (!arguments.sheet.empty()) refuse_to_replace_file(arguments.sheet, arguments.overwrite);
-  const PressSet set = read_press_set(arguments.presses.folder);
-  const std::vector<FoundCircle> found = find_all(set, arguments);
+int label_in_window(const LabelArguments& arguments, PressSet set, std::vector<FoundCircle> found) {
+  LabelWindowOptions options;
+  options.title = "Labels of " + set.folder.string() + " - GelSLAM";
+  options.pixel_pitch_mm = arguments.presses.pitch_mm;
+  options.script = read_script_file(arguments.script);
+  options.script_name = arguments.script.string();
+  LabelSession session(std::move(set), std::move(found));
+  if (!arguments.snapshot.empty()) {
+    write_label_snapshot(session, arguments.snapshot, options);
+    std::cerr << "wrote " << arguments.snapshot.string() << "; no label was written\n";
+    return exit_done;
+  }
+  const std::size_t written = run_label_window(session, options);
+  const LabelCounts counts = session.counts();
+  const std::size_t open = counts.presses - counts.accepted - counts.left_out;
+  std::cerr << session.progress() << "; " << written << " written";
+  if (open > 0) std::cerr << "; " << open << " still to be decided: the same command goes on with them";
+  std::cerr << "\n";
+  return open == 0 ? exit_done : exit_not_good;
+}
+
+int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
+                      const std::vector<FoundCircle>& found) {
   std::size_t unclear = 0, written = 0, kept = 0;
   std::printf("%-16s %8s %8s %8s %11s\n", "press", "u px", "v px", "radius", "confidence");
   for (std::size_t k = 0; k < found.size(); ++k) {
     const CalibrationPress& press = set.presses[k];
-    const bool keep = press.label && !arguments.overwrite;
+    const bool keep = (press.label || press.left_out) && !arguments.overwrite;
     const ContactCircle& circle = found[k].circle;
     if (!found[k].problem.empty()) {
       ++unclear;
-      std::printf("%-16s %s%s\n", press.name.c_str(), found[k].problem.c_str(),
-                  press.label ? "; keeps its label" : "");
+      std::printf("%-16s %s%s\n", press.name.c_str(), found[k].problem.c_str(), said_of(press));
       continue;
     }
     std::printf("%-16s %8.1f %8.1f %8.1f %11.2f%s\n", press.name.c_str(), circle.u_px, circle.v_px,
-                circle.radius_px, found[k].confidence, keep ? "  keeps its label" : "");
+                circle.radius_px, found[k].confidence, keep ? said_of(press) : "");
     kept += keep ? 1 : 0;
     if (!arguments.accept || keep) continue;
-    write_label(set.folder / press.name / "label.npz", circle);
+    write_decision(set.folder / press.name, circle, false);
     ++written;
   }
   compare_with_labels(set, found);
@@ -119,21 +153,47 @@ int run_label(const LabelArguments& arguments) {
   return unclear == 0 ? exit_done : exit_not_good;
 }
 
+int run_label(LabelArguments arguments) {
+  if (!arguments.sheet.empty()) refuse_to_replace_file(arguments.sheet, arguments.overwrite);
+  if (!arguments.snapshot.empty()) refuse_to_replace_file(arguments.snapshot, arguments.overwrite);
+  if (!arguments.script.empty())
+    check_window_script(read_script_file(arguments.script), arguments.script.string());
+  PressSet set = read_presses(arguments.presses);
+  std::vector<FoundCircle> found = find_all(set, arguments);
+  return arguments.wants_window() ? label_in_window(arguments, std::move(set), std::move(found))
+                                  : label_in_terminal(arguments, set, found);
+}
+
 }  // namespace
 
 void add_calibrate_label_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand("label", "Find the contact circle of every press");
   const auto arguments = std::make_shared<LabelArguments>();
   arguments->presses.add_to(*command);
-  command->add_flag("--accept", arguments->accept, "write label.npz for every circle found");
+  command->add_flag("--headless", arguments->headless, "no window: circles as a table, nothing is written");
+  CLI::Option* accept =
+      command->add_flag("--accept", arguments->accept, "no window: write label.npz for every circle found");
   command->add_flag("--overwrite", arguments->overwrite, "also where a label is there");
-  command->add_option("--sheet", arguments->sheet,
-                      "write a picture of all presses with their circles (.png)");
+  CLI::Option* sheet = command->add_option(
+      "--sheet", arguments->sheet, "no window: write a picture of all presses with their circles (.png)");
+  CLI::Option* snapshot = command
+                              ->add_option("--snapshot", arguments->snapshot,
+                                           "write a picture of the window (PNG) instead; needs no display")
+                              ->check(refuse_unless_png);
+  CLI::Option* script =
+      command->add_option("--script", arguments->script,
+                          "keys and movements for the window instead of a person's (docs/viewer.md)");
+  for (CLI::Option* option : {snapshot, script}) option->excludes(accept)->excludes(sheet);
+  snapshot->excludes(script);
   command->footer(
-      "Exit code 1 when some presses are not clear.\n"
+      "Opens a window, where there is a display: look at every circle, move it with the mouse or the arrow "
+      "keys, accept\n"
+      "it with Enter, leave a bad press out with X; A accepts all that remain, Q saves and ends. Exit code 1 "
+      "when some\n"
+      "presses are not clear, or not decided yet.\n"
+      "Example: gelslam calibrate label PRESSES\n"
       "Example: gelslam calibrate label PRESSES --sheet circles.png, look at it, then gelslam calibrate "
-      "label PRESSES "
-      "--accept");
+      "label PRESSES --accept");
   command->callback([arguments, &exit_code] { exit_code = run_label(*arguments); });
 }
 

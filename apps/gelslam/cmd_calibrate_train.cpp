@@ -27,7 +27,7 @@ void require_labels(const PressSet& set) {
   std::size_t bare = 0;
   std::string first;
   for (const CalibrationPress& press : set.presses) {
-    if (press.label) continue;
+    if (press.label || press.left_out) continue;
     if (bare++ == 0) first = press.name;
   }
   if (bare > 0)
@@ -55,12 +55,12 @@ void write_model(const fs::path& path, const GradientModel& model, const Calibra
     write_model_file(path, {model, record});
 }
 
-int run_train(const TrainArguments& arguments) {
+int run_train(TrainArguments arguments) {
   refuse_to_replace_file(arguments.output, arguments.overwrite);
   if (!arguments.pth.empty()) refuse_to_replace_file(arguments.pth, arguments.overwrite);
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
-  const PressSet set = read_press_set(arguments.presses.folder);
+  const PressSet set = read_presses(arguments.presses);
   if (!arguments.automatic) require_labels(set);
   const BallZones zones =
       find_zones_for_people(set, arguments.presses, arguments.automatic, *progress, interrupt);

@@ -10,6 +10,8 @@
 
 #include "fake_session.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/viewer/label_window.hpp"
+#include "label_presses.hpp"
 #include "temporary_folder.hpp"
 #include "window_live.hpp"
 
@@ -72,6 +74,21 @@ TEST(WindowOnADisplay, PlaysAScriptToItsEnd) {
   EXPECT_THAT(session.calls, ElementsAre("stop"));
   EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(800, 500));
   EXPECT_FALSE(cv::imread((folder / "b.png").string()).empty());
+}
+
+TEST(WindowOnADisplay, LabelsPressesAndSavesThem) {
+  if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
+  const TemporaryFolder folder;
+  LabelSession session = four_presses(folder.path());
+  LabelWindowOptions options;
+  options.width_px = 900;
+  options.height_px = 600;
+  options.picture_folder = folder.path();
+  options.script = "key x; wait 0.1; key right; key enter; key a; screenshot a.png; key q";
+  EXPECT_EQ(run_label_window(session, options), 4U);
+  EXPECT_EQ(read_label(folder / "p0/label.npz").u_px, 60.5);
+  EXPECT_TRUE(std::filesystem::exists(folder / "p3/left_out.npz"));
+  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(900, 600));
 }
 
 TEST(WindowOnADisplay, SaysWhatToDoWithoutOne) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 namespace gelslam {
@@ -15,6 +16,7 @@ constexpr double light_limit_levels = 12.0;
 // Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2.
 constexpr double gel_limit_levels = 4.0, cell_limit_levels = 20.0;
 constexpr double gain_prior_variance = 4.0;
+constexpr double swapped_share = 0.5;  // what is left when red and blue are swapped back: noise and wear
 
 struct ChannelFit {
   double gain = 1.0, offset = 0.0;
@@ -46,6 +48,10 @@ ChannelFit fit_channel(const cv::Mat3f& then, const cv::Mat3f& now, int channel)
 
 std::string words_for(const BackgroundDrift& drift) {
   char text[300];
+  if (drift.red_blue_swapped)
+    return "red and blue are swapped against the calibration: whoever takes the pictures has changed their "
+           "order; take "
+           "them as they were taken for the calibration";
   if (drift.gel_changed) {
     std::snprintf(text, sizeof text,
                   "the gel looks different (%.1f grey levels that no change of light explains, %.0f at the "
@@ -66,9 +72,14 @@ std::string words_for(const BackgroundDrift& drift) {
   return text;
 }
 
-}  // namespace
+cv::Mat3f with_red_and_blue_swapped(const cv::Mat3f& cells) {
+  cv::Mat3f swapped = cells.clone();
+  for (cv::Vec3f& cell : swapped) std::swap(cell[0], cell[2]);
+  return swapped;
+}
 
-BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
+/// All but the words.
+BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
   BackgroundDrift drift;
   double light = 0.0;
   for (int channel = 0; channel < 3; ++channel) {
@@ -104,6 +115,18 @@ BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
   drift.gel_changed =
       drift.gel_change_levels > gel_limit_levels || drift.worst_cell_levels > cell_limit_levels;
   drift.light_changed = drift.light_change_levels > light_limit_levels;
+  return drift;
+}
+
+}  // namespace
+
+BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
+  BackgroundDrift drift = compare(then, now);
+  if (drift.gel_changed) {
+    const BackgroundDrift swapped = compare(then, with_red_and_blue_swapped(now));
+    drift.red_blue_swapped = swapped.gel_change_levels < swapped_share * drift.gel_change_levels &&
+                             swapped.light_change_levels < drift.light_change_levels;
+  }
   drift.words = words_for(drift);
   return drift;
 }

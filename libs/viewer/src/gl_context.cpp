@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/viewer/display.hpp"
 #include "gl_objects.hpp"
 
 namespace gelslam {
@@ -25,7 +26,10 @@ std::string glfw_reason() {
   return text != nullptr ? text : "unknown reason";
 }
 
-bool has_display() { return std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr; }
+bool is_set(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value != nullptr && *value != '\0';
+}
 
 /// A display that needs no screen: Mesa's surfaceless one, else the first device (other vendors), else the
 /// default.
@@ -166,5 +170,7 @@ std::string GlContext::renderer() const {
   };
   return text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);
 }
+
+bool has_display() { return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY"); }
 
 }  // namespace gelslam

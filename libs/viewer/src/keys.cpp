@@ -13,8 +13,10 @@ namespace {
 
 std::map<std::string, int, std::less<>> named_keys() {
   std::map<std::string, int, std::less<>> keys = {
-      {"space", GLFW_KEY_SPACE}, {"enter", GLFW_KEY_ENTER}, {"esc", GLFW_KEY_ESCAPE}, {"tab", GLFW_KEY_TAB},
-      {"left", GLFW_KEY_LEFT},   {"right", GLFW_KEY_RIGHT}, {"up", GLFW_KEY_UP},      {"down", GLFW_KEY_DOWN},
+      {"space", GLFW_KEY_SPACE}, {"enter", GLFW_KEY_ENTER}, {"esc", GLFW_KEY_ESCAPE},
+      {"tab", GLFW_KEY_TAB},     {"left", GLFW_KEY_LEFT},   {"right", GLFW_KEY_RIGHT},
+      {"up", GLFW_KEY_UP},       {"down", GLFW_KEY_DOWN},   {"backspace", GLFW_KEY_BACKSPACE},
+      {"plus", GLFW_KEY_EQUAL},  {"minus", GLFW_KEY_MINUS},
   };
   for (char letter = 'a'; letter <= 'z'; ++letter) keys[std::string(1, letter)] = GLFW_KEY_A + (letter - 'a');
   for (char digit = '0'; digit <= '9'; ++digit) keys[std::string(1, digit)] = GLFW_KEY_0 + (digit - '0');

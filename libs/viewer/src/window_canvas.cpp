@@ -57,6 +57,12 @@ void Canvas::disc(float x, float y, float radius, ImU32 colour) {
   list_->AddCircleFilled({x, y}, radius, colour, 32);
 }
 
+void Canvas::ring(float x, float y, float radius, ImU32 colour, double thickness, const Box& clip) {
+  list_->PushClipRect(clip.top_left(), clip.bottom_right(), true);
+  list_->AddCircle({x, y}, radius, colour, 96, px(thickness));
+  list_->PopClipRect();
+}
+
 void Canvas::image(unsigned texture, const Box& box, double rounding) {
   list_->AddImageRounded(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture)), box.top_left(),
                          box.bottom_right(), {0, 0}, {1, 1}, IM_COL32_WHITE, px(rounding));

@@ -50,6 +50,8 @@ class Canvas {
   /// A filled box that takes the mouse from what lies behind.
   void panel(const Box& box, ImU32 colour, double rounding = 10);
   void disc(float x, float y, float radius, ImU32 colour);
+  /// A circle's line; `clip` keeps it inside a box.
+  void ring(float x, float y, float radius, ImU32 colour, double thickness, const Box& clip);
   void image(unsigned texture, const Box& box, double rounding = 6);
 
   float width_of(ImFont* font, std::string_view text) const;

@@ -16,6 +16,7 @@ struct WindowFonts {
 };
 
 namespace theme {
+inline constexpr ImU32 backdrop = IM_COL32(12, 14, 17, 255);  ///< where there is no view behind the panels
 inline constexpr ImU32 text = IM_COL32(233, 237, 241, 255);
 inline constexpr ImU32 dim = IM_COL32(150, 161, 173, 255);
 inline constexpr ImU32 panel = IM_COL32(22, 26, 31, 235);

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gelslam/calibration/circle_finder.hpp"
+#include "gelslam/calibration/press_set.hpp"
+
+namespace gelslam {
+
+enum class LabelState { open, accepted, left_out };
+enum class LabelOrigin { found, from_file, by_hand };
+
+/// One press as a person decides about it.
+struct PressLabel {
+  std::size_t press = 0;  ///< index into the set
+  ContactCircle circle;
+  LabelState state = LabelState::open;
+  LabelOrigin origin = LabelOrigin::found;
+  std::string doubt;  ///< for people: why to look closely; empty when there is no reason
+};
+
+struct LabelCounts {
+  std::size_t presses = 0, accepted = 0, left_out = 0;
+  std::size_t doubtful = 0;  ///< of those that are still open
+};
+
+/// A person goes through the circles of a press set and accepts, moves or leaves out each: all of it but the
+/// drawing. Doubtful presses come first. Labels that are there count as accepted, and as a person's.
+class LabelSession {
+ public:
+  /// `found`: find_circle() of every press, in the set's order (else std::invalid_argument).
+  LabelSession(PressSet set, std::vector<FoundCircle> found);
+
+  const PressSet& set() const { return set_; }
+  const std::vector<PressLabel>& labels() const { return labels_; }  ///< in the order they are shown
+  std::size_t current() const { return current_; }                   ///< index into labels()
+  const PressLabel& label() const { return labels_[current_]; }
+  const CalibrationPress& press() const { return set_.presses[label().press]; }
+  const FoundCircle& found() const { return found_[label().press]; }
+  LabelCounts counts() const;
+  std::string progress() const;  ///< "12 of 48 accepted, 3 doubtful"
+
+  /// Another circle for the press shown, kept within sight; false when it is the same. `goes_on`: part of the
+  /// movement that the last change began; undo() takes back all of it.
+  bool put(const ContactCircle& circle, bool goes_on = false);
+  void put_found();  ///< back to the circle found in the picture; nothing when there is none
+  void accept();     ///< and on to the next open one
+  void leave_out();  ///< the same
+  /// Accepts all open ones, but for those in which no contact was found. Returns how many those are, and
+  /// shows the first.
+  std::size_t accept_rest();
+  void show(std::size_t label);  ///< beyond the last one: the last
+  void show_next();
+  void show_previous();
+  bool undo();  ///< takes back the last change; false when there is none
+
+  /// True when save() would write something.
+  bool has_unsaved() const;
+  /// Writes what was decided to the set's folder: label.npz for accepted presses, left_out.npz in its place
+  /// for those left out. Open ones stay as they are. Returns the number of presses written. Throws Error when
+  /// the disk does not take one; what was written until then stays.
+  std::size_t save();
+
+ private:
+  struct Change {
+    std::size_t shown;
+    std::vector<std::pair<std::size_t, PressLabel>> before;
+  };
+
+  void remember(std::vector<std::size_t> labels);
+  void decide(LabelState state);
+  bool show_next_open();
+  bool is_saved(std::size_t label) const;
+
+  PressSet set_;
+  std::vector<FoundCircle> found_;
+  std::vector<PressLabel> labels_, on_disk_;
+  std::vector<Change> changes_;
+  std::size_t current_ = 0;
+};
+
+/// Writes one press's decision into its folder, as LabelSession::save() does.
+void write_decision(const std::filesystem::path& press_folder, const ContactCircle& circle, bool left_out);
+
+}  // namespace gelslam

@@ -1,0 +1,214 @@
+// What a person decides about circles, without a window.
+
+#include "gelslam/calibration/label_session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/calibration/ball_zones.hpp"
+#include "gelslam/core/error.hpp"
+#include "simulated_presses.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// Five presses of a grey gel: p0 to p4. What was found in them is made up: p3 has no clear contact.
+class Labelling : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    set.background = cv::Mat3b(60, 80, cv::Vec3b(90, 100, 110));
+    for (int k = 0; k < 5; ++k) {
+      set.presses.push_back({"p" + std::to_string(k), 6.0, set.background, std::nullopt});
+      found.push_back({{20.0 + k, 30.0, 10.0}, {20.0 + k, 30.0, 7.0}, 0.95, ""});
+    }
+    found[3] = {{}, {}, 0.0, "nothing touches the gel"};
+    set.folder = folder / "set";
+    write_folder(set.folder, set);
+  }
+  LabelSession session() const { return {read_press_set(set.folder), found}; }
+  fs::path label_of(const std::string& press) const { return set.folder / press / "label.npz"; }
+  fs::path left_out_of(const std::string& press) const { return set.folder / press / "left_out.npz"; }
+
+  TemporaryFolder folder;
+  PressSet set;
+  std::vector<FoundCircle> found;
+};
+
+std::string shown(const LabelSession& session) { return session.press().name; }
+
+TEST_F(Labelling, BeginsWithTheDoubtfulOnes) {
+  LabelSession labels = session();
+  EXPECT_EQ(shown(labels), "p3");
+  EXPECT_EQ(labels.label().doubt, "nothing touches the gel");
+  EXPECT_EQ(labels.label().circle.u_px, 40.0) << "somewhere to begin: the middle";
+  EXPECT_EQ(labels.progress(), "0 of 5 accepted, 1 doubtful");
+  labels.show_next();
+  EXPECT_EQ(shown(labels), "p0");
+  EXPECT_EQ(labels.label().doubt, "");
+}
+
+TEST_F(Labelling, AcceptsOneAfterTheOtherAndComesBackToWhatIsOpen) {
+  LabelSession labels = session();
+  labels.show(2);  // p1
+  for (const char* next : {"p2", "p4", "p3", "p0"}) {
+    labels.accept();
+    EXPECT_EQ(shown(labels), next);
+  }
+  labels.accept();
+  EXPECT_EQ(labels.counts().accepted, 5U);
+  EXPECT_EQ(labels.counts().doubtful, 0U) << "who accepts a doubtful one has decided";
+}
+
+TEST_F(Labelling, BackDecidesNothing) {
+  LabelSession labels = session();
+  labels.accept();
+  labels.show_previous();
+  EXPECT_EQ(shown(labels), "p3");
+  labels.show_previous();
+  EXPECT_EQ(shown(labels), "p3") << "there is nothing before the first";
+  EXPECT_EQ(labels.counts().accepted, 1U);
+  labels.show(99);
+  EXPECT_EQ(shown(labels), "p4");
+}
+
+TEST_F(Labelling, AcceptsTheRestButNotWhatWasNotFound) {
+  LabelSession labels = session();
+  labels.show(2);
+  labels.leave_out();  // p1
+  EXPECT_EQ(labels.accept_rest(), 1U);
+  EXPECT_EQ(shown(labels), "p3");
+  EXPECT_EQ(labels.counts().accepted, 3U);
+  EXPECT_EQ(labels.counts().left_out, 1U);
+  labels.put({30.0, 20.0, 12.0});  // now a person has found it
+  EXPECT_EQ(labels.accept_rest(), 0U);
+  EXPECT_EQ(labels.counts().accepted, 4U);
+}
+
+TEST_F(Labelling, UndoTakesBackOneThingAtATime) {
+  LabelSession labels = session();
+  EXPECT_FALSE(labels.undo());
+  labels.show(1);  // p0
+  labels.put({25.0, 30.0, 10.0});
+  labels.put({26.0, 30.0, 10.0}, true);
+  labels.put({27.0, 31.0, 10.0}, true);  // one movement of the mouse
+  labels.put({27.0, 31.0, 14.0});
+  labels.accept();
+  labels.accept_rest();
+  EXPECT_EQ(labels.counts().accepted, 4U);
+  EXPECT_TRUE(labels.undo());  // the rest
+  EXPECT_EQ(labels.counts().accepted, 1U);
+  EXPECT_EQ(shown(labels), "p1");
+  EXPECT_TRUE(labels.undo());  // accepting p0
+  EXPECT_EQ(labels.counts().accepted, 0U);
+  EXPECT_EQ(shown(labels), "p0");
+  EXPECT_EQ(labels.label().circle.radius_px, 14.0);
+  EXPECT_TRUE(labels.undo());
+  EXPECT_EQ(labels.label().circle.radius_px, 10.0);
+  EXPECT_TRUE(labels.undo());  // the whole movement
+  EXPECT_EQ(labels.label().circle.u_px, 20.0);
+  EXPECT_EQ(labels.label().origin, LabelOrigin::found);
+  EXPECT_FALSE(labels.undo());
+}
+
+TEST_F(Labelling, PuttingTheSameCircleIsNoChange) {
+  LabelSession labels = session();
+  labels.show(1);
+  EXPECT_FALSE(labels.put(labels.label().circle));
+  EXPECT_FALSE(labels.undo());
+  EXPECT_TRUE(labels.put({22.0, 30.0, 10.0}));
+  labels.put_found();
+  EXPECT_EQ(labels.label().origin, LabelOrigin::found);
+  EXPECT_EQ(labels.label().circle.u_px, 20.0);
+}
+
+TEST_F(Labelling, CirclesStayWithinSight) {
+  LabelSession labels = session();
+  labels.put({-500.0, 900.0, 10.0});
+  EXPECT_GE(labels.label().circle.u_px, -10.0);
+  EXPECT_LE(labels.label().circle.v_px, 70.0);
+  labels.put({30.0, 30.0, -4.0});
+  EXPECT_GT(labels.label().circle.radius_px, 0.0);
+  labels.put({30.0, 30.0, 1e9});
+  EXPECT_LE(labels.label().circle.radius_px, 100.0);  // the picture's diagonal
+  const ContactCircle before = labels.label().circle;
+  EXPECT_FALSE(labels.put({std::nan(""), 30.0, 10.0}));
+  EXPECT_EQ(labels.label().circle.u_px, before.u_px);
+}
+
+TEST_F(Labelling, WritesWhatWasDecidedAndNothingElse) {
+  LabelSession labels = session();
+  EXPECT_FALSE(labels.has_unsaved());
+  labels.show(1);
+  labels.put({21.25, 30.0, 10.0});
+  EXPECT_FALSE(labels.has_unsaved()) << "not accepted yet";
+  labels.accept();     // p0
+  labels.leave_out();  // p1
+  EXPECT_TRUE(labels.has_unsaved());
+  EXPECT_EQ(labels.save(), 2U);
+  EXPECT_EQ(labels.save(), 0U);
+  EXPECT_EQ(read_label(label_of("p0")).u_px, 21.25);
+  EXPECT_FALSE(fs::exists(label_of("p1")));
+  EXPECT_TRUE(fs::exists(left_out_of("p1")));
+  EXPECT_FALSE(fs::exists(label_of("p2")) || fs::exists(label_of("p3")) || fs::exists(label_of("p4")));
+}
+
+TEST_F(Labelling, GoesOnWhereItWasLeft) {
+  write_label(label_of("p2"), {22.5, 31.0, 11.0});  // a person's, from elsewhere
+  write_label(left_out_of("p4"), {24.0, 30.0, 10.0});
+  LabelSession labels = session();
+  EXPECT_EQ(labels.progress(), "1 of 5 accepted, 1 doubtful, 1 left out");
+  labels.show(3);
+  ASSERT_EQ(shown(labels), "p2");
+  EXPECT_EQ(labels.label().origin, LabelOrigin::from_file);
+  EXPECT_EQ(labels.label().circle.u_px, 22.5);
+  labels.put({23.0, 31.0, 11.0});  // corrected: stays accepted
+  labels.show(4);
+  labels.accept();  // p4 after all
+  EXPECT_EQ(labels.save(), 2U);
+  EXPECT_EQ(read_label(label_of("p2")).u_px, 23.0);
+  EXPECT_TRUE(fs::exists(label_of("p4")));
+  EXPECT_FALSE(fs::exists(left_out_of("p4")));
+}
+
+TEST_F(Labelling, ALabelBesideTheContactIsDoubtful) {
+  write_label(label_of("p2"), {60.0, 30.0, 10.0});
+  LabelSession labels = session();
+  ASSERT_EQ(labels.labels().front().press, 2U);
+  EXPECT_EQ(labels.labels().front().doubt, "its label lies 38 px beside the contact that was found");
+}
+
+TEST_F(Labelling, LeftOutPressesAreNotTrainedOn) {
+  write_label(left_out_of("p0"), {20.0, 30.0, 10.0});
+  const PressSet read = read_press_set(set.folder);
+  ASSERT_TRUE(read.presses[0].left_out);
+  const BallZones zones = find_ball_zones(read, 0.0634, true);
+  ASSERT_FALSE(zones.rejected.empty());
+  EXPECT_EQ(zones.rejected.front().press, 0U);
+  EXPECT_THAT(zones.rejected.front().reason, HasSubstr("a person has left it out"));
+}
+
+TEST_F(Labelling, ADiskThatDoesNotTakeItIsNamed) {
+  LabelSession labels = session();
+  labels.show(1);
+  labels.accept();  // p0
+  labels.accept();  // p1
+  fs::remove_all(set.folder / "p1");
+  EXPECT_THAT(message_of<Error>([&] { labels.save(); }), HasSubstr("p1"));
+  EXPECT_TRUE(fs::exists(label_of("p0"))) << "what was written stays";
+  EXPECT_TRUE(labels.has_unsaved());
+}
+
+TEST_F(Labelling, NeedsACircleForEveryPress) {
+  found.pop_back();
+  EXPECT_THROW(session(), std::invalid_argument);
+  EXPECT_THROW(LabelSession(PressSet{}, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace gelslam::test
