@@ -133,6 +133,30 @@ TEST(Tracker, AnOutgrownKeyframeIsReplacedAndPosesGoOn) {
   EXPECT_LE(switches, 4);
 }
 
+TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheReliefsAgree) {
+  const auto field = textured_plane(5);
+  const Pose jump = motion(3, -2, 25, 3.5, -2.2, 0.4);
+  const SurfacePtr before = touch(field, motion(0, 0, 0, 0, 0, 0.4)), after = touch(field, jump);
+  for (const bool search_far : {true, false}) {
+    TrackerOptions options;
+    options.search_far = search_far;
+    Tracker tracker(options);
+    tracker.track(0, 0, before);
+    const TrackedFrame frame = tracker.track(1, 0.04, after);
+    ASSERT_EQ(frame.status, search_far ? TrackStatus::tracked : TrackStatus::lost);
+    if (search_far) expect_pose(frame.trial_T_frame, motion(0, 0, 0, 0, 0, 0.4).inverse() * jump, 1);
+  }
+}
+
+TEST(Tracker, LookingFarItDoesNotTakeAnotherObjectForThisOne) {
+  for (std::uint64_t seed = 20; seed < 28; ++seed) {
+    Tracker tracker(TrackerOptions{});
+    tracker.track(0, 0, touch(textured_plane(seed), motion(0, 0, 0, 0, 0, 0.4)));
+    const TrackedFrame frame = tracker.track(1, 0.04, touch(textured_plane(seed + 100), motion(0, 0, 0, -2, 3, 0.4)));
+    EXPECT_EQ(frame.status, TrackStatus::lost) << seed;
+  }
+}
+
 TEST(Tracker, WhenTheKeyframeIsLostThePreviousFrameBecomesOne) {
   TrackerOptions options;
   options.keyframe_min_shared = 0;  // no early keyframes: tracking goes on until it breaks

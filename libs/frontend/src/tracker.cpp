@@ -2,8 +2,14 @@
 
 #include <algorithm>
 
+#include "gelslam/registration/coarse_start.hpp"
+
 namespace gelslam {
 namespace {
+
+// A place found anywhere has to agree better than one that was expected.
+constexpr double kFarReliefCorrelation = 0.8;
+constexpr double kFarHeightRmseMm = 0.1;
 
 /// Information of the inverse pose: true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise).
 Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
@@ -51,12 +57,17 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   if (!registration.ok() && previous_->frame != keyframe_->frame) {
     // The keyframe is too far behind: try the frame before, which becomes a keyframe only if that helps.
     auto reference = registrar_->prepare(previous_->surface);
-    const RegistrationResult retry = register_to(*reference, Pose::Identity(), *surface);
+    RegistrationResult retry = register_to(*reference, Pose::Identity(), *surface);
+    if (!retry.ok()) retry = register_far(*reference, Pose::Identity(), *surface);
     if (retry.ok()) {
       switch_keyframe(result, make_keyframe(previous_->frame, std::move(reference), previous_->surface),
                       previous_->link);
       registration = retry;
     }
+  }
+  if (!registration.ok()) {
+    const RegistrationResult far = register_far(*reference_, previous_->link.previous_T_this, *surface);
+    if (far.ok()) registration = far;
   }
   if (!registration.ok()) {
     result.status = TrackStatus::lost;
@@ -79,6 +90,20 @@ RegistrationResult Tracker::register_to(const PreparedReference& reference, cons
     if (attempt.scr * attempt.ccs >= best.scr * best.ccs) best = attempt;
   }
   return best;
+}
+
+/// From wherever the reliefs agree, when the motion was too large to be followed. Not ok when that is nowhere.
+RegistrationResult Tracker::register_far(const PreparedReference& reference, const Pose& reference_T_previous,
+                                         const Surface& surface) const {
+  if (!options_.search_far) return {};
+  const Pose expected = (reference_T_previous * last_step_).inverse();
+  for (const Pose& start : coarse_starts(reference.samples()->surface(), surface, expected)) {
+    RegistrationResult attempt = reference.register_to(surface, start);
+    if (attempt.ok() && attempt.relief_correlation >= kFarReliefCorrelation &&
+        attempt.height_rmse_mm <= kFarHeightRmseMm)
+      return attempt;
+  }
+  return {};
 }
 
 void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration) {

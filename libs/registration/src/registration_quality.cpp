@@ -238,6 +238,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   const CurvatureAgreement agreement = compare_curvature(reference, target, residuals, result.target_T_reference);
   result.scr = agreement.shared_ratio;
   result.ccs = agreement.cosine_similarity;
+  result.relief_correlation = agreement.relief_correlation;
 
   const Matrix5d noise = noise_hessian(reference.samples, residuals, agreement.relief_correlation);
   const ShownDirections shown =

@@ -16,6 +16,8 @@ struct TrackerOptions {
   /// A new keyframe is made when the current one shares less than this with what the frame shows: a first touch is small,
   /// and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
+  /// When registration fails from where the sensor is expected, look for the place where the two reliefs agree.
+  bool search_far = true;
   NormalFlowOptions registration;
 };
 
@@ -71,6 +73,8 @@ class Tracker {
 
   RegistrationResult register_to(const PreparedReference& reference, const Pose& reference_T_previous,
                                  const Surface& surface) const;
+  RegistrationResult register_far(const PreparedReference& reference, const Pose& reference_T_previous,
+                                  const Surface& surface) const;
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const PreparedReference> reference,
                                                 SurfacePtr surface);
   void start_trial(TrackedFrame& result, SurfacePtr surface);

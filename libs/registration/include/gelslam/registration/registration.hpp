@@ -27,6 +27,9 @@ struct RegistrationResult {
   Matrix6d information = Matrix6d::Zero();
   double scr = 0.0;             ///< shared curvature ratio, 0..1
   double ccs = 0.0;             ///< curvature cosine similarity, -1..1
+  /// Of the two curvatures without their means, over the shared contact, -1..1: near 0 where only noise or a broad shape
+  /// is shared, which agree with any place.
+  double relief_correlation = 0.0;
   double normal_rmse_rad = 0.0; ///< root mean square angle between aligned normals
   double height_rmse_mm = 0.0;  ///< root mean square height difference over the shared contact
   int shared_pixels = 0;

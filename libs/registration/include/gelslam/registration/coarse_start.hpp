@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "gelslam/core/se3.hpp"
+#include "gelslam/surface/surface.hpp"
+
+namespace gelslam {
+
+struct CoarseStartOptions {
+  int shrink = 2;                ///< pixels of the surfaces per pixel that is compared
+  double twist_step_rad = 0.12;  ///< 10 degrees: further off, reliefs no longer agree
+  int twist_steps = 3;           ///< to either side of the expected twist
+  double min_shared = 0.3;       ///< of the smaller contact
+  double min_similarity = 0.3;   ///< normalised cross-correlation of the two reliefs
+  /// Two places at least a millimetre apart, of which the second agrees more than this share of the first: a
+  /// pattern that repeats itself, and no place can be told.
+  double max_rival = 0.85;
+  int max_starts = 2;
+};
+
+/// Where NormalFlow may start (target_T_reference) when the motion was too large for it to follow: shifts and
+/// twists about that of `expected` at which the two reliefs agree, whatever the distance, most alike first,
+/// with the tilt that their normals have there. Empty when the reliefs are too faint, or agree at several
+/// places. Source: own.
+std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
+                                const CoarseStartOptions& options = {});
+
+}  // namespace gelslam

@@ -1,0 +1,94 @@
+#include "gelslam/registration/coarse_start.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/analytic_surface.hpp"
+#include "gelslam/registration/normal_flow.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+
+const Pose at_rest = motion(0, 0, 0, 0, 0, 0.4);
+
+/// Twist, slide and tilt far beyond what NormalFlow follows (a wave of the texture is 1 to 3 mm long).
+const std::vector<Pose> jumps = {motion(0, 0, 0, 4, 0, 0.4), motion(0, 0, 0, -2, 3, 0.4),
+                                 motion(0, 0, 22, 0, 0, 0.4), motion(4, -3, -18, 2, 2, 0.45),
+                                 motion(6, 2, 9, -3, -2, 0.4)};
+
+// A coarse pixel is 0.13 mm, and twists are 7 degrees apart: a start is within a pixel or two at the
+// contact's middle and within half a step. NormalFlow needs no more.
+constexpr double kStartMm = 0.4, kStartDeg = 5.0;
+
+PoseGap gap_at(const Pose& a, const Pose& b, const Eigen::Vector3d& point_mm) {
+  return {gap(a, b).deg, (a * point_mm - b * point_mm).norm()};
+}
+
+TEST(CoarseStart, FindsMotionsThatNormalFlowAloneDoesNot) {
+  const Field field = textured_plane(7);
+  const SurfacePtr reference = touch(field, at_rest);
+  const NormalFlowOptions options;
+  const NormalFlowReference prepared(reference, options);
+  for (const Pose& jump : jumps) {
+    const SurfacePtr target = touch(field, jump);
+    const Pose truth = jump.inverse() * at_rest;
+    const std::vector<Pose> starts = coarse_starts(*reference, *target, Pose::Identity());
+    ASSERT_FALSE(starts.empty());
+    const PoseGap start = gap_at(starts.front(), truth, truth.inverse() * Eigen::Vector3d(0, 0, -0.4));
+    EXPECT_LT(start.mm, kStartMm);
+    EXPECT_LT(start.deg, kStartDeg);
+    const RegistrationResult found = register_normal_flow(prepared, *target, starts.front(), options);
+    EXPECT_TRUE(found.ok());
+    EXPECT_LT(gap(found.target_T_reference, truth).mm, 0.02);
+    EXPECT_LT(gap(found.target_T_reference, truth).deg, 0.1);
+    EXPECT_FALSE(register_normal_flow(prepared, *target, Pose::Identity(), options).ok())
+        << "no need to look";
+  }
+}
+
+TEST(CoarseStart, TheWayBackIsTheInverse) {
+  const Field field = textured_plane(8);
+  const SurfacePtr here = touch(field, at_rest), there = touch(field, jumps[3]);
+  const std::vector<Pose> out = coarse_starts(*here, *there, Pose::Identity()),
+                          back = coarse_starts(*there, *here, Pose::Identity());
+  ASSERT_FALSE(out.empty());
+  ASSERT_FALSE(back.empty());
+  const PoseGap both = gap_at(out.front() * back.front(), Pose::Identity(), {0, 0, -0.4});
+  EXPECT_LT(both.mm, 2 * kStartMm);
+  EXPECT_LT(both.deg, 2 * kStartDeg);
+}
+
+TEST(CoarseStart, LooksAboutTheTwistThatIsExpected) {
+  const Field field = textured_plane(9);
+  const Pose far = motion(0, 0, 70, 1, 0, 0.4);
+  const SurfacePtr reference = touch(field, at_rest), target = touch(field, far);
+  const std::vector<Pose> starts = coarse_starts(*reference, *target, motion(0, 0, -60, 0, 0));
+  ASSERT_FALSE(starts.empty());
+  EXPECT_LT(gap(starts.front(), far.inverse() * at_rest).deg, kStartDeg);
+  EXPECT_TRUE(coarse_starts(*reference, *target, Pose::Identity()).empty());
+}
+
+TEST(CoarseStart, APatternThatRepeatsItselfTellsNoPlace) {
+  const Field waffle = [](const Eigen::Vector3d& p) {
+    constexpr double k = 2 * M_PI / 1.6, a = 0.03;
+    return std::pair{p.z() - a * (std::cos(k * p.x()) + std::cos(k * p.y())),
+                     Eigen::Vector3d(a * k * std::sin(k * p.x()), a * k * std::sin(k * p.y()), 1)};
+  };
+  EXPECT_TRUE(
+      coarse_starts(*touch(waffle, at_rest), *touch(waffle, motion(0, 0, 0, 2, 0.5, 0.4)), Pose::Identity())
+          .empty());
+}
+
+TEST(CoarseStart, NothingToSeeIsNoStart) {
+  const SurfacePtr relief = touch(textured_plane(10), at_rest),
+                   bare = touch(textured_plane(10), motion(0, 0, 0, 0, 0, -3));
+  const SurfacePtr polished = touch(plane(), at_rest);
+  ASSERT_EQ(bare->contact_pixels, 0);
+  EXPECT_TRUE(coarse_starts(*relief, *bare, Pose::Identity()).empty());
+  EXPECT_TRUE(coarse_starts(*bare, *relief, Pose::Identity()).empty());
+  EXPECT_TRUE(coarse_starts(*polished, *polished, Pose::Identity()).empty());
+}
+
+}  // namespace
+}  // namespace gelslam
