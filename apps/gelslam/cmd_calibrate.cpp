@@ -77,12 +77,13 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       app.add_subcommand("calibrate", "Make and judge a sensor's model from presses of a ball");
   command->require_subcommand(1);
   add_calibrate_check_command(*command, exit_code);
+  add_calibrate_collect_command(*command, exit_code);
   add_calibrate_drift_command(*command, exit_code);
   add_calibrate_label_command(*command, exit_code);
   add_calibrate_train_command(*command, exit_code);
   command->footer(
-      "In order: label the presses, train a model on them, check it; later, drift.\n"
-      "Example: gelslam calibrate label PRESSES --accept && gelslam calibrate train PRESSES -o model.json");
+      "In order: collect presses, look at their labels, train a model on them, check it; later, drift.\n"
+      "Example: gelslam calibrate collect -o PRESSES --diameter 6.35 && gelslam calibrate train PRESSES -o model.json");
 }
 
 }  // namespace gelslam

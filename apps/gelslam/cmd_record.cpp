@@ -1,16 +1,14 @@
-#include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <thread>
 
 #include "camera_input.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/interrupt.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
+#include "interrupt_stopper.hpp"
 #include "record_report.hpp"
 #include "start_check.hpp"
 
@@ -47,26 +45,6 @@ RecordSource open_source(const RecordArguments& arguments, const Config& config)
   source.attachments.camera_settings = old.camera_settings;
   return source;
 }
-
-/// A camera may keep next() waiting for seconds; Ctrl-C must not wait with it.
-class InterruptStopper {
- public:
-  explicit InterruptStopper(RawFrameSource& source)
-      : thread_([this, &source](const std::stop_token& done) {
-          while (!done.stop_requested()) {
-            if (interrupt_.requested()) {
-              source.stop();
-              return;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));
-          }
-        }) {}
-  bool requested() const { return interrupt_.requested(); }
-
- private:
-  InterruptWatch interrupt_;
-  std::jthread thread_;
-};
 
 /// All frames from the source to the recorder. What ended the source, if it did not end by itself, is
 /// rethrown by the caller, once the log is closed.

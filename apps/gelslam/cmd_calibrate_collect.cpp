@@ -1,0 +1,132 @@
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "calibrate_commands.hpp"
+#include "camera_input.hpp"
+#include "collect_session.hpp"
+#include "commands.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/log_input.hpp"
+#include "gelslam/viewer/gl_context.hpp"
+#include "interrupt_stopper.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CollectArguments {
+  CollectOptions collect;
+  fs::path log, config, snapshot;
+  std::string device;
+  std::optional<double> pitch_mm;
+  bool headless = false, no_labels = false, quiet = false;
+};
+
+std::unique_ptr<RawFrameSource> open_source(const CollectArguments& arguments, const Config& config) {
+  if (arguments.log.empty()) return open_camera_input(config, arguments.device).frames;
+  std::unique_ptr<RawFrameSource> log = open_raw_log(arguments.log, config.sensor);
+  return arguments.headless ? std::move(log) : pace(std::move(log));
+}
+
+/// The session on a thread of its own, the window on this one.
+void run_in_window(CollectSession& session, const CollectWindowOptions& window,
+                   const InterruptStopper& stopper) {
+  std::exception_ptr failure;
+  {
+    const std::jthread thread([&] {
+      try {
+        session.run();
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      if (failure || stopper.requested())
+        session.close();  // after a log's end the window stays, to be looked at
+    });
+    try {
+      run_collect_window(session, window);
+    } catch (...) {
+      session.stop();
+      throw;
+    }
+    session.stop();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+int run_collect(CollectArguments arguments) {
+  LogInput input;
+  input.log = arguments.log;
+  input.config = arguments.config;
+  Config config = find_config(input);
+  if (arguments.pitch_mm) config.sensor.pixel_pitch_mm = *arguments.pitch_mm;
+  if (!arguments.snapshot.empty()) refuse_to_replace_file(arguments.snapshot, false);
+  // Where no window can be opened, no camera should have been disturbed.
+  if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
+  const std::unique_ptr<RawFrameSource> source = open_source(arguments, config);
+  arguments.collect.labels = !arguments.no_labels;
+  arguments.collect.until_enough = arguments.headless;
+  CollectSession session(*source, config.sensor, arguments.collect, [&](const std::string& words) {
+    if (!arguments.quiet) std::cerr << words << "\n";
+  });
+  const InterruptStopper stopper(*source);
+  CollectWindowOptions window;
+  window.snapshot = arguments.snapshot;
+  if (arguments.headless) {
+    session.run();
+    if (!window.snapshot.empty()) write_collect_snapshot(session, window);
+  } else {
+    run_in_window(session, window, stopper);
+  }
+  if (const std::string warning = source->warning(); !warning.empty())
+    std::cerr << "warning: " << warning << "\n";
+  std::cout << session.summary() << "\n";
+  if (!arguments.quiet)
+    std::cerr << (session.enough() ? "next: gelslam calibrate train "
+                                   : "go on with the same command; or: gelslam calibrate train ")
+              << arguments.collect.folder.string() << " -o model.json\n";
+  return session.enough() ? exit_done : exit_not_good;
+}
+
+}  // namespace
+
+void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
+  CLI::App* command = calibrate.add_subcommand("collect", "Take ball presses from the sensor, by themselves");
+  const auto arguments = std::make_shared<CollectArguments>();
+  CollectOptions& collect = arguments->collect;
+  CLI::Option* log = command->add_option("LOG", arguments->log, "a log of presses instead of a camera");
+  command->add_option("-o,--output", collect.folder, "calibration folder: a new one, or one to go on with")
+      ->required();
+  command->add_option("--diameter", collect.diameter_mm, "of the ball, mm")
+      ->required()
+      ->check(CLI::Range(0.5, 100.0));
+  command
+      ->add_option("--camera,--device", arguments->device,
+                   "camera: /dev/video2, 2, or part of its name (default: the configuration's)")
+      ->excludes(log);
+  command->add_option("--presses", collect.presses, "wanted of this ball, those that are there included")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--config", arguments->config, "the sensor's configuration");
+  command->add_option("--pitch", arguments->pitch_mm, "millimetres per pixel (default: the configuration's)")
+      ->check(CLI::Range(1e-4, 10.0));
+  command->add_flag("--no-labels", arguments->no_labels, "do not write the circles as label.npz");
+  command->add_flag("--force", collect.any_background,
+                    "take the first still pictures as bare gel whatever they show");
+  command->add_flag("--headless", arguments->headless,
+                    "no window: words in the terminal, and an end when it is enough");
+  command->add_option("--snapshot", arguments->snapshot,
+                      "picture of the window at the end (PNG; also with --headless)");
+  command->add_flag("-q,--quiet", arguments->quiet, "no words on the way");
+  command->footer(
+      "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"
+      "Exit code 1 when presses are still missing.\n"
+      "Example: gelslam calibrate collect -o PRESSES --diameter 6.35");
+  command->callback([arguments, &exit_code] { exit_code = run_collect(*arguments); });
+}
+
+}  // namespace gelslam

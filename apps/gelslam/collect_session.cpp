@@ -1,0 +1,163 @@
+#include "collect_session.hpp"
+
+#include <utility>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/surface/background_judgement.hpp"
+
+namespace gelslam {
+namespace {
+
+CollectorOptions collector_options(const CollectOptions& options, const SensorProfile& profile) {
+  CollectorOptions collector;
+  collector.diameter_mm = options.diameter_mm;
+  collector.pixel_pitch_mm = profile.pixel_pitch_mm;
+  collector.any_background = options.any_background;
+  return collector;
+}
+
+const char* headline_for(CollectPhase phase) {
+  switch (phase) {
+    case CollectPhase::background:
+      return "Keep everything off the gel";
+    case CollectPhase::ready:
+      return "Press the ball in";
+    case CollectPhase::pressing:
+      return "Hold it still";
+    case CollectPhase::taken:
+      return "Taken: lift the ball";
+  }
+  return "";
+}
+
+}  // namespace
+
+CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& profile,
+                               const CollectOptions& options, std::function<void(const std::string&)> say)
+    : source_(source),
+      profile_(profile),
+      options_(options),
+      say_(std::move(say)),
+      collector_(collector_options(options, profile)),
+      folder_(options.folder, options.diameter_mm, options.labels),
+      coverage_(cv::Size(profile.width_px, profile.height_px), options.presses) {
+  for (const ContactCircle& circle : folder_.earlier_circles(profile.pixel_pitch_mm)) coverage_.add(circle);
+  if (coverage_.total() > 0)
+    say_(std::to_string(coverage_.total()) + " presses of this ball are there already; going on with them");
+}
+
+void CollectSession::run() {
+  FrameDecoder decoder(profile_);
+  say_("keep everything off the gel");
+  while (!stops_ && !(options_.until_enough && enough())) {
+    const std::optional<RawFrame> frame = source_.next();
+    if (!frame) break;
+    const std::optional<TactileImage> image = decoder.decode(*frame);
+    const std::lock_guard lock(mutex_);
+    if (!image) {
+      ++damaged_;
+      continue;
+    }
+    look_at(image->bgr);
+  }
+  const std::lock_guard lock(mutex_);
+  if (const auto held = collector_.finish()) keep(*held);
+  if (!collector_.background().empty()) return;
+  const std::string& why = collector_.status().warning;
+  throw Error("the bare gel was never seen, nothing was written: " +
+              (why.empty() ? std::string("there were too few pictures before the first touch") : why) +
+              "; begin with nothing on the gel, for half a second");
+}
+
+void CollectSession::look_at(const cv::Mat3b& bgr) {
+  const bool had_background = !collector_.background().empty();
+  newest_ = bgr.clone();
+  if (const auto press = collector_.add(bgr)) keep(*press);
+  if (!had_background && !collector_.background().empty()) begin_presses();
+  say_warning();
+}
+
+void CollectSession::begin_presses() {
+  for (const std::string& doubt : judge_background(collector_.background(), profile_.device_name))
+    say_("doubt: " + doubt);
+  folder_.require_same_gel(collector_.background());
+  folder_.write_background(collector_.background());
+  collector_.set_background(folder_.background());
+  say_("bare gel seen; " + coverage_.advice());
+}
+
+void CollectSession::keep(const CollectedPress& press) {
+  const std::string name = folder_.add(press);
+  coverage_.add(press.circle);
+  added_.push_back(press.circle);
+  say_("taken " + std::to_string(coverage_.total()) + " of " + std::to_string(coverage_.wanted()) + ": " +
+       name + "; " + coverage_.advice());
+}
+
+/// Each once, and again when something else was said in between.
+void CollectSession::say_warning() {
+  const std::string& warning = collector_.status().warning;
+  if (warning == warned_) return;
+  const bool said = warning == "not taken: " + warned_;
+  warned_ = warning;
+  if (!warning.empty() && !said) say_(warning);
+}
+
+void CollectSession::stop() {
+  stops_ = true;
+  source_.stop();
+}
+
+void CollectSession::take_back() {
+  const std::lock_guard lock(mutex_);
+  if (!folder_.take_back()) return;
+  coverage_.take_back(added_.back());
+  added_.pop_back();
+  say_("the last press was taken back; " + coverage_.advice());
+}
+
+CollectView CollectSession::view() const {
+  const std::lock_guard lock(mutex_);
+  const CollectorStatus& status = collector_.status();
+  CollectView view;
+  view.bgr = newest_;
+  if (status.found)
+    view.circle = CollectView::Circle{status.found->u_px, status.found->v_px, status.found->radius_px};
+  view.circle_is_good = status.phase == CollectPhase::taken;
+  for (std::size_t zone = 0; zone < view.taken.size(); ++zone) {
+    view.taken[zone] = coverage_.taken(zone);
+    view.missing[zone] = coverage_.missing(zone);
+  }
+  view.presses = coverage_.total();
+  view.wanted = coverage_.wanted();
+  view.enough = coverage_.enough();
+  view.headline =
+      view.enough && status.phase == CollectPhase::ready ? "Enough presses" : headline_for(status.phase);
+  if (status.phase == CollectPhase::ready) view.hint = view.enough ? "all over the gel; Q ends" : coverage_.advice();
+  view.warning = status.warning;
+  view.closes = closes_;
+  return view;
+}
+
+int CollectSession::taken_now() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<int>(added_.size());
+}
+
+bool CollectSession::enough() const {
+  const std::lock_guard lock(mutex_);
+  return coverage_.enough();
+}
+
+std::string CollectSession::summary() const {
+  const std::lock_guard lock(mutex_);
+  std::string text = std::to_string(added_.size()) + " presses taken, " + std::to_string(coverage_.total()) +
+                     " of " + std::to_string(coverage_.wanted()) + " wanted of this ball are in '" +
+                     options_.folder.string() + "'";
+  if (const std::string gaps = coverage_.gaps(); !gaps.empty()) text += "; missing at the " + gaps;
+  if (damaged_ > 0) text += "; " + std::to_string(damaged_) + " pictures were damaged";
+  return text;
+}
+
+}  // namespace gelslam

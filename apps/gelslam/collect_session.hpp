@@ -1,0 +1,70 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "gelslam/calibration/press_collector.hpp"
+#include "gelslam/calibration/press_coverage.hpp"
+#include "gelslam/calibration/press_folder.hpp"
+#include "gelslam/sensor/raw_frame.hpp"
+#include "gelslam/sensor/sensor_profile.hpp"
+#include "gelslam/viewer/collect_window.hpp"
+
+namespace gelslam {
+
+struct CollectOptions {
+  std::filesystem::path folder;
+  double diameter_mm = 0.0;
+  int presses = 50;  ///< of this ball, those that are there already included
+  bool labels = true, any_background = false;
+  bool until_enough = true;  ///< else until the source ends or stop()
+};
+
+/// Brings a source's pictures to a PressCollector, its presses into a folder, and words to people.
+class CollectSession final : public CollectWatch {
+ public:
+  /// Looks into the folder. Throws Error. `say`: told what happens, line by line, from run()'s thread (and
+  /// take_back()'s).
+  CollectSession(RawFrameSource& source, const SensorProfile& profile, const CollectOptions& options,
+                 std::function<void(const std::string&)> say);
+
+  /// Until the source ends, stop() or, if asked for, enough presses; then keeps the press that is still held.
+  /// Throws Error: no bare gel at the start, another sensor than the folder's, a source or disk that fails.
+  void run();
+  void stop();                      ///< from any thread
+  void close() { closes_ = true; }  ///< lets the window close
+
+  CollectView view() const override;
+  void take_back() override;
+
+  int taken_now() const;  ///< in this session
+  bool enough() const;
+  std::string summary() const;  ///< what there is, and what is missing
+
+ private:
+  void look_at(const cv::Mat3b& bgr);
+  void begin_presses();
+  void keep(const CollectedPress& press);
+  void say_warning();
+
+  RawFrameSource& source_;
+  SensorProfile profile_;
+  CollectOptions options_;
+  std::function<void(const std::string&)> say_;
+  mutable std::mutex mutex_;  // of all that follows but the flags
+  PressCollector collector_;
+  PressFolder folder_;
+  PressCoverage coverage_;
+  std::vector<ContactCircle> added_;
+  cv::Mat3b newest_;
+  std::string warned_;
+  std::int64_t damaged_ = 0;
+  std::atomic<bool> stops_ = false, closes_ = false;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+
+namespace gelslam {
+
+/// What the window of `gelslam calibrate collect` shows, gathered at once.
+struct CollectView {
+  cv::Mat3b bgr;  ///< the newest picture; empty at first
+  struct Circle {
+    double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
+  };
+  std::optional<Circle> circle;  ///< found in this touch
+  bool circle_is_good = false;
+  std::array<int, 9> taken{}, missing{};  ///< by ninth of the gel, row by row from the upper left
+  int presses = 0, wanted = 0;
+  std::string headline, hint;  ///< what to do now, and where
+  std::string warning;         ///< what was wrong, or ""
+  bool enough = false;
+  bool closes = false;  ///< the session is over, and the window with it
+};
+
+/// A session that collects presses, as the window sees it. Called from the window's thread.
+class CollectWatch {
+ public:
+  virtual ~CollectWatch() = default;
+  virtual CollectView view() const = 0;
+  virtual void take_back() = 0;  ///< the last press
+};
+
+struct CollectWindowOptions {
+  std::string title = "Ball presses - GelSLAM";
+  int width_px = 1280, height_px = 800;
+  bool visible = true;             ///< false: drawn without a display, for tests
+  std::filesystem::path snapshot;  ///< PNG of the window as it was last; empty: none
+};
+
+/// Shows a session until the person closes the window (Q, Esc) or view().closes; U takes the last press back.
+/// Main thread. Throws Error when there is no display, and when the snapshot cannot be written.
+void run_collect_window(CollectWatch& session, const CollectWindowOptions& options);
+
+/// The window as it would look now, drawn without a display and written as PNG. Throws Error.
+void write_collect_snapshot(CollectWatch& session, const CollectWindowOptions& options);
+
+}  // namespace gelslam
