@@ -31,6 +31,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Arguments {
   fs::path folder, model;
+  std::string only;
   double pitch_mm = 0.0634;
   int splits = 5;
 };
@@ -155,6 +156,7 @@ int run(const Arguments& arguments) {
     if (fs::exists(shipped))
       add(check_model(read_model(shipped), set, test, arguments.pitch_mm), set, results["shipped"]);
     for (const Recipe& recipe : recipes()) {
+      if (!arguments.only.empty() && recipe.name != arguments.only) continue;
       const ModelTraining how{arguments.pitch_mm, static_cast<std::uint64_t>(split + 1), recipe.recipe};
       const auto start = Clock::now();
       const GradientModel model =
@@ -176,6 +178,7 @@ int main(int argc, char** argv) {
   app.add_option("FOLDER", arguments.folder, "holds catalog.csv, background.png, presses, model/nnmodel.pth")
       ->required();
   app.add_option("--model", arguments.model, "another model to compare with");
+  app.add_option("--only", arguments.only, "one recipe, by the name that the table has for it");
   app.add_option("--splits", arguments.splits, "random splits")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();

@@ -18,6 +18,7 @@ void add_calibrate_check_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_drift_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_label_command(CLI::App& calibrate, int& exit_code);
+void add_calibrate_pitch_command(CLI::App& calibrate, int& exit_code);
 void add_calibrate_train_command(CLI::App& calibrate, int& exit_code);
 
 /// What the commands that read presses have in common.

@@ -80,6 +80,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   add_calibrate_collect_command(*command, exit_code);
   add_calibrate_drift_command(*command, exit_code);
   add_calibrate_label_command(*command, exit_code);
+  add_calibrate_pitch_command(*command, exit_code);
   add_calibrate_train_command(*command, exit_code);
   command->footer(
       "In order: collect presses, look at their labels, train a model on them, check it; later, drift.\n"

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "../support/run_program.hpp"
 #include "../support/temporary_folder.hpp"
@@ -78,6 +79,77 @@ TEST(CalibrateCommand, LabelsTrainsAndChecks) {
   EXPECT_THAT(dark.out, HasSubstr("the light has changed"));
   expect_mistake(calibrate({"drift", background, "--model", pth}), "give --background");
   expect_mistake(calibrate({"drift", background}), "give --model or --background");
+}
+
+/// All pictures with red and blue in each other's place.
+PressSet swapped(PressSet set) {
+  const auto swap = [](cv::Mat3b& picture) {
+    cv::Mat3b other;
+    cv::cvtColor(picture, other, cv::COLOR_BGR2RGB);
+    picture = other;
+  };
+  swap(set.background);
+  for (CalibrationPress& press : set.presses) swap(press.bgr);
+  return set;
+}
+
+TEST(CalibrateCommand, RefusesGelsWithMarkersAndSwappedColours) {
+  const TemporaryFolder folder;
+  PressSet set = labelled(few_presses(), 1.0, 4.0);
+  set.presses.resize(2);
+  write_folder(folder / "swapped", swapped(set));
+  const std::string swapped_presses = (folder / "swapped").string(), model = (folder / "model.json").string();
+  expect_mistake(calibrate({"label", swapped_presses, "--accept"}), "red and blue seem to be swapped");
+  expect_mistake(calibrate({"train", swapped_presses, "-o", model}), "red and blue seem to be swapped");
+  write_bytes(folder / "other.yaml", "device_config:\n  device_name: \"DIGIT\"\n  ppmm: 0.05\n");
+  const ProgramResult other =
+      calibrate({"label", swapped_presses, "--headless", "-q", "--config", (folder / "other.yaml").string()});
+  EXPECT_LE(other.exit_code, 1) << "lamps that are not known are not judged: " << other.err;
+  set.background = set.background.clone();
+  for (int v = 20; v < 240; v += 40)
+    for (int u = 20; u < 320; u += 40) cv::circle(set.background, {u, v}, 5, cv::Scalar(30, 30, 30), cv::FILLED);
+  write_folder(folder / "dots", set);
+  expect_mistake(calibrate({"label", (folder / "dots").string(), "--accept"}), "the gel has markers (48 dots");
+  expect_mistake(calibrate({"train", (folder / "dots").string(), "-o", model}), "use a gel without markers");
+}
+
+TEST(CalibrateCommand, MeasuresThePixelPitch) {
+  const TemporaryFolder folder;
+  write_folder(folder / "presses", few_presses().set);
+  const std::string presses = (folder / "presses").string(), bare = (folder / "presses/background.png").string();
+  const ProgramResult balls = calibrate({"pitch", presses, "-q"});
+  EXPECT_LE(balls.exit_code, 1);
+  EXPECT_THAT(balls.out, HasSubstr("times as high as wide"));
+  cv::Mat3b ruler = cv::imread(bare);
+  for (int u = 0; u < ruler.cols; u += 16) ruler.colRange(u, u + 5) *= 0.8;
+  cv::imwrite((folder / "ruler.png").string(), ruler);
+  const auto measure = [&](const char* period) {
+    return calibrate({"pitch", presses, "--pattern", (folder / "ruler.png").string(), "--period", period});
+  };
+  EXPECT_EQ(measure("1.0144").exit_code, 0) << "16 pixels of 0.0634 mm";
+  EXPECT_THAT(measure("1.12").out, HasSubstr("write ppmm: 0.0"));
+  EXPECT_EQ(measure("1.12").exit_code, 1);
+  expect_mistake(measure("4.0"), "no pattern of 4.00 mm stands out");
+  expect_mistake(calibrate({"pitch"}), "give a folder of ball presses, or pictures of a pattern");
+  expect_mistake(calibrate({"pitch", "--pattern", bare}), "--period");
+  expect_mistake(calibrate({"pitch", "--pattern", bare, "--period", "1"}), "give --background");
+}
+
+TEST(CalibrateCommand, LabelsInAWindow) {
+  const TemporaryFolder folder;
+  PressSet set = few_presses().set;
+  set.presses.resize(3);
+  write_folder(folder / "presses", set);
+  const std::string presses = (folder / "presses").string(), picture = (folder / "window.png").string();
+  const ProgramResult drawn = calibrate({"label", presses, "-q", "--snapshot", picture});
+  if (drawn.exit_code == 2 && drawn.err.find("OpenGL") != std::string::npos) GTEST_SKIP() << drawn.err;
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_EQ(cv::imread(picture).size(), cv::Size(1280, 800));
+  EXPECT_FALSE(fs::exists(folder / "presses/press/0/label.npz"));
+  expect_mistake(calibrate({"label", presses, "--snapshot", picture}), "is already there");
+  expect_mistake(calibrate({"label", presses, "--snapshot", picture, "--accept"}), "--snapshot");
+  write_bytes(folder / "script.txt", "kee a\n");
+  expect_mistake(calibrate({"label", presses, "--script", (folder / "script.txt").string()}), "did you mean 'key'");
 }
 
 TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {

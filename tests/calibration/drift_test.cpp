@@ -61,5 +61,20 @@ TEST(Drift, NoticesAnotherGel) {
   EXPECT_TRUE(measure_drift(then, now).gel_changed);
 }
 
+TEST(Drift, NoticesRedAndBlueSwapped) {
+  cv::Mat3f then = bare_gel();
+  for (int v = 0; v < then.rows; ++v)
+    for (int u = 0; u < then.cols; ++u) then(v, u)[2] += static_cast<float>(3 * v);
+  cv::Mat3f now = then.clone();
+  for (cv::Vec3f& cell : now) cell = cv::Vec3f(1.05F * cell[2], cell[1], cell[0] + 2.0F);
+  const BackgroundDrift swapped = measure_drift(then, now);
+  EXPECT_TRUE(swapped.red_blue_swapped);
+  EXPECT_THAT(swapped.words, ::testing::HasSubstr("red and blue are swapped"));
+  now = then.clone();
+  now(3, 12) -= cv::Vec3f(45, 45, 45);
+  EXPECT_FALSE(measure_drift(then, now).red_blue_swapped) << "dirt";
+  EXPECT_FALSE(measure_drift(then, then).red_blue_swapped);
+}
+
 }  // namespace
 }  // namespace gelslam::test

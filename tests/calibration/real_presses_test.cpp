@@ -10,6 +10,7 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/calibration/pixel_pitch.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::test {
@@ -48,6 +49,16 @@ TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
   EXPECT_LT(median(radii), 1.0);
 }
 
+// A GelSight Mini's pixels are square: its camera's are, and the crop keeps the shape.
+TEST_F(RealPresses, PixelsAreSquare) {
+  for (const char* name : {"calibration", "calibration_b"}) {
+    const PressSet set = read_press_set(data_ / name);
+    const auto aspect = aspect_from_balls(set, find_ball_zones(set, pitch_mm, true).zones, pitch_mm);
+    ASSERT_TRUE(aspect) << name;
+    EXPECT_NEAR(aspect->y_over_x, 1.0, 0.03) << name;
+  }
+}
+
 TEST_F(RealPresses, TheOneWrongLabelIsLeftOut) {
   const PressSet set = read_press_set(data_ / "calibration_b");
   const BallZones zones = find_ball_zones(set, pitch_mm, false);
@@ -70,7 +81,7 @@ TEST_F(RealPresses, AModelReadsBallsItHasNotSeenBetterThanTheSensorsOwn) {
   std::vector<BallZone> seen, unseen;
   for (std::size_t k = 0; k < zones.zones.size(); ++k) (k % 5 == 2 ? unseen : seen).push_back(zones.zones[k]);
   ModelTraining training{pitch_mm, 1, {}};
-  training.recipe.steps = 2500;
+  training.recipe.steps = 4000;
   NoProgress quiet;
   const ModelCheck ours =
       check_model(train_model(set, seen, training, quiet, [] { return false; }), set, unseen, pitch_mm);

@@ -33,7 +33,7 @@ const std::vector<LabelKey>& label_keys() {
       {narrower, GLFW_KEY_MINUS, GLFW_KEY_KP_SUBTRACT, "- or PgDn", "Narrower by half a pixel"},
       {narrower, GLFW_KEY_PAGE_DOWN, GLFW_KEY_SLASH, "", ""},
       {use_found, GLFW_KEY_F, 0, "F", "Back to the circle found"},
-      {difference, GLFW_KEY_D, 0, "D", "Press, or its difference to the bare gel"},
+      {difference, GLFW_KEY_D, 0, "D", "Difference to the bare gel, or not"},
       {undo, GLFW_KEY_U, GLFW_KEY_Z, "U", "Undo"},
       {save, GLFW_KEY_S, 0, "S", "Save now"},
       {screenshot, GLFW_KEY_P, 0, "P", "Picture of this window (PNG)"},

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <vector>
+
+#include "gelslam/calibration/ball_zones.hpp"
+#include "gelslam/calibration/press_set.hpp"
+
+namespace gelslam {
+
+/// How a pattern that repeats itself (a ruler's marks, the thread of a bolt) looks in a picture.
+struct PatternWave {
+  double fx = 0.0, fy = 0.0;  ///< periods per pixel; fx >= 0
+  /// Of the length of (fx, fy), relative: by how much halves of the picture differ, at least what uneven light does.
+  double uncertainty = 0.0;
+  double strength = 0.0;  ///< of its peak over the median of the spectrum around
+  double period_px() const;
+};
+
+/// Finds the wave with `period_px` pixels per period, within a quarter (own: peak of the windowed spectrum of
+/// all three channels, refined between its bins). Nothing when no wave stands out there, or when the picture
+/// holds fewer than four periods. Both images of one size.
+std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& background, double period_px);
+
+struct PixelPitch {
+  double x_mm = 0.0, y_mm = 0.0;
+  double x_uncertainty_mm = 0.0, y_uncertainty_mm = 0.0;
+  bool both_axes = false;  ///< false: all waves run alike, and x_mm is y_mm by assumption
+};
+
+/// Pitch from pictures of a pattern of known period: a wave of period P along a direction of the gel obeys
+/// (fx / pitch_x)^2 + (fy / pitch_y)^2 = 1 / P^2. Two waves more than 30 degrees apart tell both axes. Throws
+/// std::invalid_argument without waves or for a period that is not positive.
+PixelPitch pitch_from_pattern(const std::vector<PatternWave>& waves, double period_mm);
+
+/// Pitch of y over pitch of x, from balls: their contacts are round, and so are their slopes, in millimetres.
+struct PixelAspect {
+  double y_over_x = 1.0;
+  double uncertainty = 0.0;  ///< standard error over presses
+  std::size_t presses = 0;
+};
+
+/// For each press the aspect with which a ball explains its picture best (refine_press), and the median over
+/// all (own). What it cannot see is a pitch that is wrong on both axes: see docs/calibration.md. Nothing with
+/// fewer than five presses whose contact lies whole in the picture.
+std::optional<PixelAspect> aspect_from_balls(const PressSet& set, const std::vector<BallZone>& zones,
+                                             double pixel_pitch_mm);
+
+}  // namespace gelslam
