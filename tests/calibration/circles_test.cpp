@@ -87,6 +87,20 @@ TEST(BallZones, LieOnTheBallHoweverTheLabelsWereDrawn) {
   }
 }
 
+TEST(BallZones, AcceptedCirclesAreAsGoodAsNoLabels) {
+  PressSet set = forty_presses().set;
+  set.presses.resize(12);
+  const BallZones automatic = find_ball_zones(set, pitch_mm, true);
+  for (CalibrationPress& press : set.presses)
+    press.label = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / pitch_mm).circle;
+  const BallZones accepted = find_ball_zones(set, pitch_mm, false);
+  ASSERT_EQ(accepted.zones.size(), automatic.zones.size());
+  for (std::size_t k = 0; k < accepted.zones.size(); ++k) {
+    EXPECT_EQ(accepted.zones[k].u_px, automatic.zones[k].u_px);
+    EXPECT_EQ(accepted.zones[k].radius_px, automatic.zones[k].radius_px);
+  }
+}
+
 TEST(BallZones, LeaveOutLabelsBesideTheContact) {
   PressSet set = labelled(forty_presses(), 1.0, 4.0);
   set.presses[2].label->u_px += set.presses[2].label->u_px > 160 ? -90.0 : 90.0;

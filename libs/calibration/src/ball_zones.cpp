@@ -36,11 +36,20 @@ double distance_px(const ContactCircle& a, const ContactCircle& b) {
   return std::hypot(a.u_px - b.u_px, a.v_px - b.v_px);
 }
 
+/// A circle that was found and accepted as it was: it says no more than the picture does, from which the ball
+/// itself is known better.
+bool is_as_found(const ContactCircle& label, const FoundCircle& found) {
+  constexpr double same_px = 0.01;
+  return found.problem.empty() && distance_px(label, found.circle) < same_px &&
+         std::abs(label.radius_px - found.circle.radius_px) < same_px;
+}
+
 LabelStyle style_of_labels(const PressSet& set, const std::vector<FoundCircle>& found) {
   std::vector<double> ratios, offsets;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto& label = set.presses[k].label;
-    if (!label || set.presses[k].left_out || !found[k].problem.empty()) continue;
+    if (!label || set.presses[k].left_out || !found[k].problem.empty() || is_as_found(*label, found[k]))
+      continue;
     if (distance_px(*label, found[k].circle) > close_centres * label->radius_px) continue;
     ratios.push_back(found[k].ball.radius_px / label->radius_px);
     offsets.push_back(label->radius_px - found[k].ball.radius_px);
@@ -144,11 +153,11 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
     BallZone zone{k, ball.u_px, ball.v_px, ball.radius_px - margin_px};
     if (press.left_out) {
       problem = "a person has left it out";
-    } else if (press.label) {
+    } else if (press.label && !is_as_found(*press.label, found[k])) {
       zone = {k, press.label->u_px, press.label->v_px, style.ball_radius_px(*press.label) - margin_px};
       problem = problem_with_label(press, found[k], ball_px(press, pixel_pitch_mm));
     } else {
-      problem = automatic ? found[k].problem : "it has no label";
+      problem = automatic || press.label ? found[k].problem : "it has no label";
     }
     if (problem.empty() && zone.radius_px < min_zone_px) problem = "its contact is too small";
     if (problem.empty() && zone.radius_px > 0.95 * ball_px(press, pixel_pitch_mm))

@@ -21,7 +21,7 @@ constexpr double least_strength = 30.0;    // noise reaches 12 or so, a ruler's 
 constexpr int padding = 2;                 // of the transform, so that no peak falls between its bins
 // The lamps shine from other sides at the picture's other end, which shifts the wave by so many periods.
 constexpr double lamp_shift_periods = 0.05;
-constexpr double apart_deg = 30.0;         // waves that tell both axes
+constexpr double apart_deg = 30.0;  // waves that tell both axes
 
 struct Frequency {
   double fx = 0.0, fy = 0.0;
