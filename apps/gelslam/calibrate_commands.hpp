@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,8 +34,13 @@ struct PressOptions {
   void add_to(CLI::App& command);
 };
 
-/// Reads the configuration, if one is given, and the presses. Throws Error also for a background on which no
-/// calibration can be built: a gel with markers, red and blue swapped. Other doubts about it are said on stderr.
+/// Throws Error for a background on which no calibration can be built: a gel with markers, red and blue swapped. Other
+/// doubts about it are said. `name`: of the background, for people.
+void require_readable_background(const cv::Mat3b& background, const std::string& device_name, const std::string& name,
+                                 const std::function<void(const std::string&)>& say_doubt);
+
+/// Reads the configuration, if one is given, and the presses. Throws Error also like require_readable_background();
+/// doubts are said on stderr.
 /// `model_pitch_mm`: of a model that the presses are read with; used where no other is given.
 PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm = std::nullopt);
 

@@ -21,6 +21,16 @@ void PressOptions::add_to(CLI::App& command) {
   command.add_flag("-q,--quiet", quiet, "no progress on stderr");
 }
 
+void require_readable_background(const cv::Mat3b& background, const std::string& device_name, const std::string& name,
+                                 const std::function<void(const std::string&)>& say_doubt) {
+  if (const auto markers = find_marker_dots(background)) throw Error(name + ": " + markers->sentence());
+  const std::string lamps = judge_lamps(background, device_name);
+  if (!lamps.empty())
+    throw Error(name + ": " + lamps + " (presses and background must be taken again, the right way; another sensor than a " +
+                device_name + "? name it with --config)");
+  for (const std::string& doubt : judge_background(background, device_name)) say_doubt(name + ": " + doubt);
+}
+
 PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm) {
   if (model_pitch_mm) options.pitch_mm = *model_pitch_mm;
   if (!options.config.empty()) {
@@ -30,14 +40,8 @@ PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_m
   }
   if (options.given_pitch_mm) options.pitch_mm = *options.given_pitch_mm;
   PressSet set = read_press_set(options.folder);
-  const std::string background = "'" + (set.folder / "background.png").string() + "': ";
-  if (const auto markers = find_marker_dots(set.background)) throw Error(background + markers->sentence());
-  const std::string lamps = judge_lamps(set.background, options.device_name);
-  if (!lamps.empty())
-    throw Error(background + lamps + " (presses and background must be taken again, the right way; another sensor than a " +
-                options.device_name + "? name it with --config)");
-  for (const std::string& doubt : judge_background(set.background, options.device_name))
-    std::cerr << "note: " << background << doubt << "\n";
+  require_readable_background(set.background, options.device_name, "'" + (set.folder / "background.png").string() + "'",
+                              [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });
   return set;
 }
 

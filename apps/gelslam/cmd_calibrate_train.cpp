@@ -4,6 +4,7 @@
 
 #include "calibrate_commands.hpp"
 #include "commands.hpp"
+#include "gelslam/calibration/ball_sizes.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/core/error.hpp"
@@ -65,6 +66,9 @@ int run_train(TrainArguments arguments) {
   const BallZones zones =
       find_zones_for_people(set, arguments.presses, arguments.automatic, *progress, interrupt);
   require_good_coverage(set, zones);
+  const std::string contradiction =
+      contradiction_between_sizes(compare_ball_sizes(set, zones.zones, arguments.presses.pitch_mm));
+  if (!contradiction.empty()) throw Error("'" + set.folder.string() + "': " + contradiction);
   ModelTraining training{arguments.presses.pitch_mm, arguments.seed, {}};
   if (arguments.published) training.recipe = published_recipe();
   if (arguments.steps > 0) training.recipe.steps = arguments.steps;
@@ -72,8 +76,6 @@ int run_train(TrainArguments arguments) {
       train_model(set, zones.zones, training, *progress, [&] { return interrupt.requested(); });
   const ModelCheck check = check_model(model, set, zones.zones, arguments.presses.pitch_mm,
                                        [&](std::size_t) { stop_if_asked(interrupt); });
-  const std::string contradiction = contradiction_between_balls(check);
-  if (!contradiction.empty()) throw Error("'" + set.folder.string() + "': " + contradiction);
   const CalibrationRecord record = record_of(set, check, arguments);
   write_model(arguments.output, model, record);
   if (!arguments.pth.empty()) write_pth_model(arguments.pth, model);

@@ -2,9 +2,9 @@
 
 #include <utility>
 
+#include "calibrate_commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
-#include "gelslam/surface/background_judgement.hpp"
 
 namespace gelslam {
 namespace {
@@ -79,8 +79,7 @@ void CollectSession::look_at(const cv::Mat3b& bgr) {
 }
 
 void CollectSession::begin_presses() {
-  for (const std::string& doubt : judge_background(collector_.background(), profile_.device_name))
-    say_("doubt: " + doubt);
+  require_readable_background(collector_.background(), profile_.device_name, "the bare gel", say_);
   folder_.require_same_gel(collector_.background());
   folder_.write_background(collector_.background());
   collector_.set_background(folder_.background());
@@ -91,8 +90,8 @@ void CollectSession::keep(const CollectedPress& press) {
   const std::string name = folder_.add(press);
   coverage_.add(press.circle);
   added_.push_back(press.circle);
-  say_("taken " + std::to_string(coverage_.total()) + " of " + std::to_string(coverage_.wanted()) + ": " +
-       name + "; " + coverage_.advice());
+  say_("taken: " + name + " (" + std::to_string(coverage_.total()) + ", wanted " +
+       std::to_string(coverage_.wanted()) + "); " + coverage_.advice());
 }
 
 /// Each once, and again when something else was said in between.
@@ -134,7 +133,8 @@ CollectView CollectSession::view() const {
   view.enough = coverage_.enough();
   view.headline =
       view.enough && status.phase == CollectPhase::ready ? "Enough presses" : headline_for(status.phase);
-  if (status.phase == CollectPhase::ready) view.hint = view.enough ? "all over the gel; Q ends" : coverage_.advice();
+  if (status.phase == CollectPhase::ready)
+    view.hint = view.enough ? "all over the gel; Q ends" : coverage_.advice();
   view.warning = status.warning;
   view.closes = closes_;
   return view;

@@ -25,7 +25,6 @@ struct Limits {
 constexpr Limits good = {3.0, 0.03, 0.03}, usable = {5.0, 0.10, 0.08};
 constexpr double odd_ninth_gain = 0.15;  // of one ninth, worth a sentence
 constexpr double min_ninth_pixels = 1500;
-constexpr double max_gain_ratio = 0.12;  // between balls of two sizes: beyond it one diameter is wrong
 
 std::string formatted(const char* format, double a, double b = 0.0) {
   std::array<char, 200> text{};
@@ -150,20 +149,6 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   check.error_map_deg = map.mean();
   judge(check);
   return check;
-}
-
-std::string contradiction_between_balls(const ModelCheck& check) {
-  for (std::size_t a = 0; a < check.diameters.size(); ++a)
-    for (std::size_t b = a + 1; b < check.diameters.size(); ++b) {
-      const double ratio = check.diameters[a].gain / check.diameters[b].gain;
-      if (std::abs(ratio - 1.0) <= max_gain_ratio) continue;
-      return formatted("the balls of %.2f and %.2f mm contradict each other: ",
-                       check.diameters[a].diameter_mm, check.diameters[b].diameter_mm) +
-             formatted(
-                 "seen from one, the other's slopes are %.0f %% off; one diameter in catalog.csv is wrong",
-                 100.0 * std::abs(ratio - 1.0));
-    }
-  return "";
 }
 
 }  // namespace gelslam

@@ -152,7 +152,9 @@ void PressCollector::Impl::judge_hold(const cv::Mat1f& difference) {
   if (judged.found.confidence > 0.0) status.found = judged.found.circle;
   status.warning = judged.problem;
   if (judged.problem.empty()) {
-    best = CollectedPress{mean, judged.found.circle, judged.found.confidence};
+    // A label's centre is taken for the ball's, which shadows move less than the disc's.
+    const ContactCircle label{judged.found.ball.u_px, judged.found.ball.v_px, judged.found.circle.radius_px};
+    best = CollectedPress{mean, label, judged.found.confidence};
     status.phase = CollectPhase::taken;
   } else if (holds >= patience_holds) {
     status.warning += "; if nothing touches the gel, it was not bare at the start: begin again";

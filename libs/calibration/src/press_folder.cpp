@@ -46,6 +46,7 @@ void write_picture_file(const fs::path& path, const cv::Mat3b& bgr) {
 }
 
 std::string read_catalogue_text(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return catalogue_header;
   std::ifstream stream(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (text.empty()) return catalogue_header;

@@ -52,9 +52,12 @@ TouchKind mishap(int number) {
 PlannedTouch plan_good(const PressLogSpec& spec, int number, Random& random) {
   const double width_mm = 2.0 * spec.geometry.half_width_mm(), radius = 0.5 * spec.diameter_mm;
   PlannedTouch touch;
-  // 0.85: the middle of a ball in the outermost part of the gel can hardly be seen.
+  // The middle of a ball in the outermost part of the gel can hardly be seen.
   const auto place = [&](int third, double half_mm) {
-    return 0.85 * half_mm * ((third + random.uniform()) * 2.0 / 3.0 - 1.0);
+    constexpr double outermost = 0.85;
+    const double low = std::max(third * 2.0 / 3.0 - 1.0, -outermost),
+                 high = std::min((third + 1) * 2.0 / 3.0 - 1.0, outermost);
+    return random.uniform(low, high) * half_mm;
   };
   touch.x_mm = place(number % 3, spec.geometry.half_width_mm());
   touch.y_mm = place(number / 3 % 3, spec.geometry.half_height_mm());

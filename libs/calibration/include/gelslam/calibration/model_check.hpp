@@ -45,10 +45,6 @@ struct ModelCheck {
 ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
                        double pixel_pitch_mm, const std::function<void(std::size_t)>& progress = nullptr);
 
-/// Sentences about two sizes of balls that contradict each other (one diameter in the catalogue is wrong), or
-/// "". The model must have been trained on these presses.
-std::string contradiction_between_balls(const ModelCheck& check);
-
 /// One page for a browser, pictures inside: verdict, error map, gain by place and steepness, every press. The
 /// file appears when it is whole; Error when the disk does not take it.
 void write_check_report(const std::filesystem::path& path, const ModelCheck& check, const PressSet& set,

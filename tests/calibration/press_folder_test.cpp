@@ -1,0 +1,142 @@
+// A calibration folder that grows press by press, and what may be in it already.
+
+#include "gelslam/calibration/press_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+/// A gel with some colour: all of one shade but for a gradient.
+cv::Mat3b bare_gel(int add = 0) {
+  cv::Mat3b picture(60, 80);
+  for (int v = 0; v < picture.rows; ++v)
+    for (int u = 0; u < picture.cols; ++u)
+      picture(v, u) =
+          cv::Vec3b(static_cast<std::uint8_t>(100 + u / 2 + add), static_cast<std::uint8_t>(90 + v / 2 + add),
+                    static_cast<std::uint8_t>(120 - u / 2 + add));
+  return picture;
+}
+
+CollectedPress press_number(int number) {
+  CollectedPress press;
+  press.bgr = bare_gel();
+  press.bgr(0, 0) = cv::Vec3b(static_cast<std::uint8_t>(number), 0, 0);
+  press.circle = {10.0 + number, 20.0, 12.0};
+  return press;
+}
+
+TEST(PressFolder, IsAWholePressSetAfterEveryPress) {
+  const TemporaryFolder place;
+  const fs::path folder = place / "new/presses";
+  PressFolder presses(folder, 6.35, true);
+  EXPECT_FALSE(fs::exists(folder));  // nothing before there is something to keep
+  presses.write_background(bare_gel());
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(presses.add(press_number(k)), "6.350mm/" + std::to_string(k));
+    const PressSet set = read_press_set(folder);
+    ASSERT_EQ(set.presses.size(), static_cast<std::size_t>(k + 1));
+    EXPECT_EQ(set.presses.back().diameter_mm, 6.35);
+    EXPECT_EQ(set.presses.back().bgr(0, 0)[0], k);
+    ASSERT_TRUE(set.presses.back().label);
+    EXPECT_EQ(set.presses.back().label->u_px, 10.0 + k);
+  }
+}
+
+TEST(PressFolder, GoesOnWithAnotherBallAndOverwritesNothing) {
+  const TemporaryFolder place;
+  const fs::path folder = place / "presses";
+  {
+    PressFolder first(folder, 6.35, true);
+    first.write_background(bare_gel());
+    first.add(press_number(0));
+  }
+  const std::string picture = read_bytes(folder / "6.350mm/0/gelsight.png"),
+                    background = read_bytes(folder / "background.png");
+  fs::create_directory(folder / "6.350mm/1");  // as a power cut leaves it: no press, but somebody's
+  PressFolder again(folder, 6.35, false);
+  EXPECT_EQ(again.earlier_circles(0.0634).size(), 1U);
+  again.require_same_gel(bare_gel(1));
+  again.write_background(bare_gel(1));
+  EXPECT_EQ(again.add(press_number(7)), "6.350mm/2");
+  PressFolder other(folder, 9.5, true);
+  EXPECT_TRUE(other.earlier_circles(0.0634).empty());
+  EXPECT_EQ(other.add(press_number(8)), "9.500mm/0");
+  EXPECT_EQ(read_bytes(folder / "6.350mm/0/gelsight.png"), picture);
+  EXPECT_EQ(read_bytes(folder / "background.png"), background);
+  const PressSet set = read_press_set(folder);
+  ASSERT_EQ(set.presses.size(), 3U);
+  EXPECT_FALSE(set.presses[1].label);
+}
+
+TEST(PressFolder, TakesBackItsOwnPressesOnly) {
+  const TemporaryFolder place;
+  const fs::path folder = place / "presses";
+  PressFolder first(folder, 6.35, true);
+  first.write_background(bare_gel());
+  first.add(press_number(0));
+  PressFolder second(folder, 6.35, true);
+  second.add(press_number(1));
+  second.add(press_number(2));
+  EXPECT_TRUE(second.take_back());
+  EXPECT_TRUE(second.take_back());
+  EXPECT_FALSE(second.take_back());
+  ASSERT_EQ(read_press_set(folder).presses.size(), 1U);
+  EXPECT_FALSE(fs::exists(folder / "6.350mm/1"));
+  EXPECT_EQ(second.add(press_number(3)), "6.350mm/1");
+  EXPECT_TRUE(second.take_back());
+  EXPECT_TRUE(first.take_back());
+  EXPECT_FALSE(fs::exists(folder / "catalog.csv"));  // a catalogue of nothing cannot be read
+  EXPECT_EQ(PressFolder(folder, 6.35, true).background().size(), bare_gel().size());
+}
+
+TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
+  const TemporaryFolder place;
+  std::ofstream(place / "letter.txt") << "dear";
+  EXPECT_THAT([&] { PressFolder(place.path(), 6.35, true); },
+              ThrowsMessage<Error>(HasSubstr("something else than presses")));
+  EXPECT_THAT([&] { PressFolder(place / "letter.txt", 6.35, true); },
+              ThrowsMessage<Error>(HasSubstr("is a file")));
+  const fs::path folder = place / "presses";
+  PressFolder presses(folder, 6.35, true);
+  presses.write_background(bare_gel());
+  presses.add(press_number(0));
+  const PressFolder again(folder, 9.5, true);
+  EXPECT_THAT([&] { again.require_same_gel(cv::Mat3b(120, 160)); },
+              ThrowsMessage<Error>(HasSubstr("another sensor")));
+  EXPECT_THAT([&] { again.require_same_gel(bare_gel(12)); },
+              ThrowsMessage<Error>(HasSubstr("another gel or light")));
+  cv::Mat3b spotted = bare_gel();
+  spotted(cv::Rect(20, 20, 16, 16)) = cv::Vec3b(20, 200, 20);
+  EXPECT_THAT([&] { again.require_same_gel(spotted); },
+              ThrowsMessage<Error>(HasSubstr("another gel or light")));
+  fs::remove(folder / "background.png");
+  EXPECT_THROW(PressFolder(folder, 6.35, true), Error);
+}
+
+TEST(PressFolder, LeavesNothingBehindWhereItCannotWrite) {
+  const TemporaryFolder place;
+  const fs::path folder = place / "presses";
+  PressFolder presses(folder, 6.35, true);
+  presses.write_background(bare_gel());
+  fs::create_directory(folder / "catalog.csv");  // a folder of that name: the catalogue cannot be written
+  EXPECT_THROW(presses.add(press_number(0)), Error);
+  EXPECT_FALSE(fs::exists(folder / "6.350mm/0"));
+  EXPECT_THROW(PressFolder("/proc/none/presses", 6.35, true).write_background(bare_gel()), Error);
+}
+
+}  // namespace
+}  // namespace gelslam::test
