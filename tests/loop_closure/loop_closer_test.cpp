@@ -137,6 +137,43 @@ TEST(LoopCloser, VerifiesAGuessFromElsewhereAndRefusesAWrongOne) {
   EXPECT_FALSE(closer.verify(older, keyframe(10, 1, touch(relief, place(25, 8))), Pose::Identity()));
 }
 
+// The same place by its relief, but one of the two shows bare gel where the other was pressed in: both cannot be.
+TEST(LoopCloser, BareGelWhereTheObjectShouldBeRefutesALoop) {
+  const Relief relief = random_relief(7);
+  const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
+  const SurfacePtr whole = touch(relief, second);
+  const auto half = std::make_shared<Surface>(*whole);
+  half->contact = whole->contact.clone();
+  half->height_mm = whole->height_mm.clone();
+  const cv::Rect left(0, 0, 130, 240);
+  half->contact(left) = 0;
+  half->contact_pixels = cv::countNonZero(half->contact);
+  const Keyframe older = keyframe(0, 0, touch(relief, first));
+  const LoopCloser closer({});
+  const Pose guess = first.inverse() * second;
+  EXPECT_TRUE(closer.verify(older, keyframe(1, 1, half), guess));  // pressed there, though not counted as contact
+  half->height_mm(left) = 0.0F;
+  EXPECT_FALSE(closer.verify(older, keyframe(1, 1, half), guess));
+  EXPECT_FALSE(closer.verify(keyframe(0, 0, half), keyframe(1, 1, touch(relief, first)), guess.inverse()));
+}
+
+// A first touch shows little, and a later contact may hold all of it: which one is asked must not matter.
+TEST(LoopCloser, ASmallContactInALargeOneIsFoundWhicheverCameFirst) {
+  const Relief relief = random_relief(7);
+  const Contact small{40, 32};
+  const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
+  const LoopCloser closer({});
+  const auto loop = [&](const Contact& a, const Contact& b) {
+    return closer.verify(keyframe(0, 0, touch(relief, first, a)), keyframe(1, 1, touch(relief, second, b)),
+                         first.inverse() * second);
+  };
+  for (const auto& found : {loop(small, {}), loop({}, small)}) {
+    ASSERT_TRUE(found);
+    EXPECT_LT(error_of(*found, first, second).deg, 0.5);
+    EXPECT_LT(error_of(*found, first, second).mm, kPitchMm / 2);
+  }
+}
+
 // A constraint becomes an edge as it is, so its information must be one.
 TEST(LoopCloser, InformationIsSymmetricAndPositive) {
   const Relief relief = random_relief(8);

@@ -7,7 +7,7 @@
 #include "overlap_agreement.hpp"
 #include "place_index.hpp"
 #include "relief.hpp"
-#include "self_similarity.hpp"
+#include "gelslam/loop_closure/self_similarity.hpp"
 
 namespace gelslam {
 namespace {

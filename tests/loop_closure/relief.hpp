@@ -57,7 +57,7 @@ struct Contact {
   double width_px = 95, height_px = 70;  // semi-axes of an ellipse at the image centre
 };
 
-/// What a sensor at map_T_sensor sees of the relief (z up in the map; the sensor looks along its -z at it,
+/// What a sensor at map_T_sensor sees of the relief, which goes on beyond the contact (z up in the map; the sensor looks along its -z at it,
 /// from inside the gel, so heights are read in the sensor's own frame), noise-free, as a perfect surface
 /// estimator would tell it.
 inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Contact& contact = {}) {
@@ -74,7 +74,12 @@ inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Co
       const double dx = u - kWidth / 2.0 + 0.5, dy = v - kHeight / 2.0 + 0.5;
       Eigen::Vector3d p(dx * kPitchMm, dy * kPitchMm, 0), f;
       const double radius2 = std::pow(dx / contact.width_px, 2) + std::pow(dy / contact.height_px, 2);
-      if (radius2 > 1.3) continue;  // a little more than the contact, for derivatives at its border
+      if (radius2 > 1.3) {  // a little more than the contact, for derivatives at its border; then what is felt there
+        const Eigen::RowVector3d up = map_T_sensor.linear().row(2);
+        surface->height_mm(v, u) =
+            static_cast<float>(-(map_T_sensor.translation().z() + up.x() * p.x() + up.y() * p.y()) / up.z());
+        continue;
+      }
       for (double gap = 1; std::abs(gap) > 1e-7;) {  // follow the ray along the sensor's z to the relief
         const Eigen::Vector3d q = map_T_sensor * p;
         f = relief.height_and_slopes(q.x(), q.y());
@@ -84,9 +89,9 @@ inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Co
       const Eigen::Vector3d n = sensor_R_map * Eigen::Vector3d(-f[1], -f[2], 1).normalized();
       gx(v, u) = static_cast<float>(-n.x() / n.z());
       gy(v, u) = static_cast<float>(-n.y() / n.z());
+      surface->height_mm(v, u) = static_cast<float>(p.z());
       if (radius2 > 1) continue;
       surface->contact(v, u) = 255;
-      surface->height_mm(v, u) = static_cast<float>(p.z());
       surface->normals(v, u) =
           cv::Vec3f(static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z()));
     }

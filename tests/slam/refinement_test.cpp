@@ -23,7 +23,7 @@ class Densify : public testing::Test {
     keyframes.push_back(std::move(keyframe));
   }
 
-  const Field relief = textured_plane(1);
+  Field relief = textured_plane(1);
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<Pose> truth;
   PoseGraphSolution solution;
@@ -81,6 +81,35 @@ TEST_F(Densify, ABelievedOverlapThatIsNoneGivesNoEdge) {
   add(kFar);
   solution.group_T_node[1] = solution.group_T_node[0];  // a false loop put it here
   EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+}
+
+// A grid of bumps 1.6 mm apart: the drifted pose is nearer to the next bump than to the right one, and registration would
+// settle there.
+TEST_F(Densify, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand) {
+  const double k = 2 * M_PI / 1.6;
+  const Waves grid{{{k * Eigen::Vector3d::UnitX(), 0, 0.04}, {k * Eigen::Vector3d::UnitY(), 0, 0.04}}};
+  relief = [grid](const Eigen::Vector3d& p) {
+    const auto [height, gradient] = grid(p);
+    return std::pair{p.z() - height, Eigen::Vector3d(Eigen::Vector3d(0, 0, 1) - gradient)};
+  };
+  add(kFirst);
+  add(motion(0, 0, 0, 1, 0.3, 0.4));
+  add(motion(0, 0, 0, 2.4, 0.5, 0.4), motion(0, 0, 0, 1.5, 0));
+  Matrix6d good = Matrix6d::Identity() * 1e4, drifting = Matrix6d::Identity();
+  edges = {{0, 1, truth[0].inverse() * truth[1], good, EdgeKind::odometry},
+           {1, 2, truth[1].inverse() * truth[2], drifting, EdgeKind::odometry}};
+  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+  RefinementOptions trusting = options;
+  trusting.max_self_similarity = 1.0;
+  const std::vector<PoseGraphEdge> misled = densify(keyframes, solution, edges, trusting);
+  ASSERT_EQ(misled.size(), 1u);
+  EXPECT_GT(gap(misled[0].from_T_to, truth[0].inverse() * truth[2]).mm, 1.0);
+
+  solution.group_T_node[2] = truth[2];
+  edges[1].information = good;
+  const std::vector<PoseGraphEdge> found = densify(keyframes, solution, edges, options);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_LT(gap(found[0].from_T_to, truth[0].inverse() * truth[2]).mm, 0.05);
 }
 
 TEST_F(Densify, TakesTheLargestOverlapsWhenThereAreTooMany) {

@@ -5,11 +5,11 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/loop_closure/self_similarity.hpp"
 #include "overlap_agreement.hpp"
 #include "place_alignment.hpp"
 #include "place_features.hpp"
 #include "place_index.hpp"
-#include "self_similarity.hpp"
 
 namespace gelslam {
 namespace {
@@ -36,6 +36,8 @@ struct LoopCloser::Impl {
   std::size_t neighbours(const Keyframe& keyframe) const;
   std::optional<LoopConstraint> register_and_check(const Keyframe& older, const NormalFlowReference& newer,
                                                    const Pose& older_T_newer_guess) const;
+  bool shows_all_of(const Keyframe& older, const NormalFlowReference& newer,
+                    const RegistrationResult& result) const;
   std::vector<Candidate> compare(const PlaceFeatures& features, const std::vector<int>& with) const;
   std::vector<LoopConstraint> search(const PlaceFeatures& features, const NormalFlowReference& newer,
                                      const std::vector<int>& among, int wanted) const;
@@ -59,11 +61,11 @@ std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyfram
                                                                    const Pose& older_T_newer_guess) const {
   const RegistrationResult result =
       register_normal_flow(newer, *older.surface, older_T_newer_guess, options.registration);
-  if (!result.ok()) return std::nullopt;
+  if (!result.ok() && !shows_all_of(older, newer, result)) return std::nullopt;
   const OverlapAgreement overlap =
       compare_overlap(*older.surface, newer.surface(), result.target_T_reference);
   if (overlap.relief_correlation < options.min_relief_correlation ||
-      overlap.height_rmse_mm > options.max_height_rmse_mm)
+      overlap.height_rmse_mm > options.max_height_rmse_mm || overlap.intrusion > options.max_intrusion)
     return std::nullopt;
   LoopConstraint loop;
   loop.from = older.id;
@@ -75,7 +77,18 @@ std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyfram
   loop.ccs = result.ccs;
   loop.relief_correlation = overlap.relief_correlation;
   loop.height_rmse_mm = overlap.height_rmse_mm;
+  loop.intrusion = overlap.intrusion;
+  loop.tentative = overlap.relief_correlation < options.sure_relief_correlation;
   return loop;
+}
+
+// SCR asks how much of the newer contact is found again. An older one that is small, a first touch or a last one, may
+// lie in it with all it has: then the question is put the other way round.
+bool LoopCloser::Impl::shows_all_of(const Keyframe& older, const NormalFlowReference& newer,
+                                    const RegistrationResult& result) const {
+  return result.status == RegistrationStatus::too_little_overlap && older.reference &&
+         older.surface->contact_pixels < newer.surface().contact_pixels &&
+         judge_pose(*older.reference, newer.surface(), result.target_T_reference.inverse(), options.registration).ok();
 }
 
 // Those places that share enough features in one rigid arrangement, most alike first.

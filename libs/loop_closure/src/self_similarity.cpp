@@ -1,11 +1,11 @@
-#include "self_similarity.hpp"
+#include "gelslam/loop_closure/self_similarity.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "gelslam/registration/relief_spectrum.hpp"
 
-namespace gelslam::loop_closure::detail {
+namespace gelslam {
 namespace {
 
 // Patterns that matter are many pixels wide, and a quarter of the pixels is enough.
@@ -32,4 +32,4 @@ double self_similarity(const Surface& surface) {
   return largest;
 }
 
-}  // namespace gelslam::loop_closure::detail
+}  // namespace gelslam

@@ -91,6 +91,8 @@ Config completed(Config config, const std::filesystem::path& name) {
     throw Error(name.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
   config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   config.slam.refinement.registration = config.slam.loop_closure.registration;
+  config.slam.refinement.slope_gain_sigma = config.slam.pose_graph.slope_gain_sigma;
+  config.slam.loop_consistency.slope_gain_sigma = config.slam.pose_graph.slope_gain_sigma;
   return config;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "rejoin.hpp"
+
 namespace gelslam {
 namespace {
 
@@ -20,7 +22,8 @@ std::map<int, int> tracked_frames_per_group(const std::vector<FrameRecord>& fram
 }
 
 /// Not simply the group's first keyframe: a first touch is faint, and whatever its registration gets wrong would shift
-/// and tilt the whole map. The first keyframe that shows at least half of what is usual in this group.
+/// and tilt the whole map. The first keyframe that shows at least three
+/// quarters of what is usual in this group.
 int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<bool>& in_map) {
   std::vector<int> contact_pixels;
   for (std::size_t id = 0; id < keyframes.size(); ++id)
@@ -28,7 +31,7 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
   const auto middle = contact_pixels.begin() + static_cast<std::ptrdiff_t>(contact_pixels.size() / 2);
   std::nth_element(contact_pixels.begin(), middle, contact_pixels.end());
   std::size_t id = 0;
-  while (!in_map[id] || 2 * keyframes[id]->surface->contact_pixels < *middle) ++id;
+  while (!in_map[id] || 4 * keyframes[id]->surface->contact_pixels < 3 * *middle) ++id;
   return static_cast<int>(id);
 }
 
@@ -37,7 +40,17 @@ PoseGraphEdge edge_of(const KeyframeLink& link, int to) {
 }
 
 PoseGraphEdge edge_of(const LoopConstraint& loop) {
-  return {loop.from, loop.to, loop.from_T_to, loop.information, EdgeKind::loop, loop.shared_center_mm};
+  return {loop.from, loop.to, loop.from_T_to, loop.information, EdgeKind::loop, loop.shared_center_mm,
+          loop.tentative};
+}
+
+/// Those that may shape the map, in the same order.
+std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, const LoopConsistencyOptions& options) {
+  const std::vector<bool> keep = consistent_edges(edges, options);
+  std::vector<PoseGraphEdge> kept;
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (keep[i]) kept.push_back(edges[i]);
+  return kept;
 }
 
 }  // namespace
@@ -79,12 +92,14 @@ void Mapper::update() {
   options.only_where_needed = true;
   options.estimate_slope_gain = false;
   options.slope_gain = live_.slope_gain;
-  live_ = solve_pose_graph(live_.group_T_node, edges_, options);
+  live_edges_ = consistent(edges_, options_.loop_consistency);
+  live_ = solve_pose_graph(live_.group_T_node, live_edges_, options);
   ++version_;
 }
 
 void Mapper::settle() {
-  live_ = solve_pose_graph(live_.group_T_node, edges_, options_.pose_graph);
+  live_edges_ = consistent(edges_, options_.loop_consistency);
+  live_ = solve_pose_graph(live_.group_T_node, live_edges_, options_.pose_graph);
   loops_since_settled_ = 0;
   ++version_;
 }
@@ -100,7 +115,7 @@ MapSnapshot Mapper::snapshot() const {
     ++keyframes_per_group[group];
   }
   for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
-    snapshot.edges.push_back({edges_[i].from, edges_[i].to, edges_[i].kind, live_.edge_outlier[i]});
+    snapshot.edges.push_back({live_edges_[i].from, live_edges_[i].to, live_edges_[i].kind, live_.edge_outlier[i]});
   if (!keyframes_per_group.empty()) snapshot.shown_group = largest_group(keyframes_per_group);
   return snapshot;
 }
@@ -111,7 +126,9 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, cons
   for (FrameRecord& frame : map.frames)
     if (!trial_T_keyframe_.contains(frame.keyframe)) frame.keyframe = -1;  // not here yet, while a scan goes on
   map.keyframes = keyframes_;
-  map.edges = edges_;
+  std::vector<PoseGraphEdge> edges = edges_;
+  for (const LoopConstraint& loop : slam::detail::rejoin_broken_trials(keyframes_, map.frames, loop_closer_)) edges.push_back(edge_of(loop));
+  map.edges = consistent(edges, options_.loop_consistency);
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
   if (keyframes_.empty()) return map;
 
@@ -121,6 +138,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, cons
         densify(map.keyframes, map.solution, map.edges, options_.refinement, stop_requested);
     if (found.empty() || stop_requested()) break;
     map.edges.insert(map.edges.end(), found.begin(), found.end());
+    map.edges = consistent(map.edges, options_.loop_consistency);
     map.solution = solve_pose_graph(map.solution.group_T_node, map.edges, options_.pose_graph);
   }
   map.loops = static_cast<int>(std::count_if(map.edges.begin(), map.edges.end(),

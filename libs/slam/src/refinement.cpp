@@ -1,7 +1,11 @@
 #include "gelslam/slam/refinement.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <set>
+
+#include "gelslam/backend/motion_certainty.hpp"
+#include "gelslam/loop_closure/self_similarity.hpp"
 
 namespace gelslam {
 namespace {
@@ -34,6 +38,13 @@ double overlap(const std::vector<Eigen::Vector3d>& points, const Surface& other,
   return points.empty() ? 0.0 : static_cast<double>(inside) / static_cast<double>(points.size());
 }
 
+/// contact_overlap() of surfaces whose coarse points are known.
+double overlap_share(const Surface& a, const std::vector<Eigen::Vector3d>& points_a, const Surface& b,
+                     const std::vector<Eigen::Vector3d>& points_b, const Pose& a_T_b) {
+  if (a_T_b.linear()(2, 2) < 0.3) return 0.0;
+  return points_a.size() < points_b.size() ? overlap(points_a, b, a_T_b.inverse()) : overlap(points_b, a, a_T_b);
+}
+
 struct Candidate {
   int from;
   double overlap;
@@ -51,14 +62,9 @@ struct PosedKeyframes {
   Pose relative(int from, int to) const {
     return solution.group_T_node.at(from).inverse() * solution.group_T_node.at(to);
   }
-  /// Share of the smaller patch that should lie on the larger one.
-  double overlap_share(int from, int to) const {
-    const Pose from_T_to = relative(from, to);
-    // Patches that face away from each other are opposite sides of a thin object, not an overlap.
-    if (from_T_to.linear()(2, 2) < 0.3) return 0.0;
-    if (points[index(from)].size() < points[index(to)].size())
-      return overlap(points[index(from)], *keyframes[index(to)]->surface, from_T_to.inverse());
-    return overlap(points[index(to)], *keyframes[index(from)]->surface, from_T_to);
+  double overlap_between(int from, int to) const {
+    return overlap_share(*keyframes[index(from)]->surface, points[index(from)], *keyframes[index(to)]->surface,
+                         points[index(to)], relative(from, to));
   }
 };
 
@@ -68,7 +74,7 @@ std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed, const st
   std::vector<Candidate> candidates;
   for (int from = 0; from < to; ++from) {
     if (!posed.keyframes[index(from)] || linked.contains({from, to}) || !posed.same_group(from, to)) continue;
-    const double share = posed.overlap_share(from, to);
+    const double share = posed.overlap_between(from, to);
     if (share >= options.min_overlap) candidates.push_back({from, share});
   }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -77,7 +83,37 @@ std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed, const st
   return candidates;
 }
 
+/// A surface that repeats itself can be laid upon itself in many places: registration is believed only where the right
+/// one is known beforehand, to less than half of the shortest repetition that self_similarity() looks for (a millimetre)
+/// at two standard deviations.
+class Repetition {
+ public:
+  Repetition(const PosedKeyframes& posed, const std::vector<PoseGraphEdge>& edges, const RefinementOptions& options)
+      : posed_(posed), options_(options), certainty_(edges, options.slope_gain_sigma), repeats_(posed.keyframes.size()) {}
+
+  bool may_mislead(int from, int to) {
+    constexpr double kCertainMm = 0.25;
+    return (repeats(from) || repeats(to)) && certainty_.sigma_mm(from, to) > kCertainMm;
+  }
+
+ private:
+  bool repeats(int id) {
+    std::optional<bool>& known = repeats_[index(id)];
+    if (!known) known = self_similarity(*posed_.keyframes[index(id)]->surface) > options_.max_self_similarity;
+    return *known;
+  }
+
+  const PosedKeyframes& posed_;
+  const RefinementOptions& options_;
+  MotionCertainty certainty_;
+  std::vector<std::optional<bool>> repeats_;
+};
+
 }  // namespace
+
+double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b) {
+  return overlap_share(a, coarse_points(a), b, coarse_points(b), a_T_b);
+}
 
 std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                                    const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
@@ -89,11 +125,13 @@ std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyfr
   for (const auto& keyframe : keyframes)
     posed.points.push_back(keyframe ? coarse_points(*keyframe->surface) : std::vector<Eigen::Vector3d>());
 
+  Repetition repetition(posed, edges, options);
   std::vector<PoseGraphEdge> found;
   for (int to = 0; to < static_cast<int>(keyframes.size()) && !stop_requested(); ++to) {
     if (!keyframes[index(to)]) continue;
     for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
       const int from = candidate.from;
+      if (repetition.may_mislead(from, to)) continue;
       const RegistrationResult result = register_normal_flow(*keyframes[index(to)]->reference, *keyframes[index(from)]->surface,
                                                              posed.relative(from, to), options.registration);
       if (result.ok())

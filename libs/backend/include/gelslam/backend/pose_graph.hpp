@@ -22,6 +22,8 @@ struct PoseGraphEdge {
   /// Centre of what both frames showed, as measured, in the `to` frame. It is there that the two were laid on each
   /// other: what a slope gain does to the rotation, the translation makes up for at this point.
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
+  /// A loop that is too weak to join two pieces alone (loop_consistency.hpp). solve_pose_graph() does not ask.
+  bool tentative = false;
 };
 
 /// Read slope over true slope, along the sensor's x and along its y: networks trained on presses of balls err by a few

@@ -28,8 +28,10 @@ struct LoopClosureOptions {
   /// Of curvature without its mean, over the shared contact; on a ball only the mean agrees. Measured on
   /// sequences with truth: right places 0.6 (a pen) to 0.97, wrong ones below 0.51.
   double min_relief_correlation = 0.6;
+  double sure_relief_correlation = 0.75;  ///< below it a loop is tentative: it takes two to join trials
   double max_height_rmse_mm = 0.1;  ///< heights must agree, too; right places have 0.03
-  NormalFlowOptions registration;   ///< its scr/ccs thresholds are the gates of verification
+  double max_intrusion = 0.1;  ///< share of either's contact that would lie inside the other's bare gel
+  NormalFlowOptions registration;   ///< its scr/ccs thresholds are the gates; SCR of the smaller contact
 };
 
 /// A keyframe seen again: `from` is the older one. from_T_to maps the newer keyframe's coordinates into the
@@ -43,6 +45,8 @@ struct LoopConstraint {
   double scr = 0, ccs = 0;
   double relief_correlation = 0;  ///< of curvature with its mean removed, over the shared contact
   double height_rmse_mm = 0;      ///< over the shared contact, mean difference taken off
+  double intrusion = 0;           ///< share of either's contact that lies inside the other's bare gel
+  bool tentative = false;         ///< PoseGraphEdge::tentative
 };
 
 /// Recognises places by SIFT on curvature maps and verifies each by NormalFlow (Huang et al., T-RO 2026, §V;

@@ -48,7 +48,8 @@ class Mapper {
   LoopCloser loop_closer_;
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
   std::map<int, Pose> trial_T_keyframe_;                    // the nodes
-  std::vector<PoseGraphEdge> edges_;
+  std::vector<PoseGraphEdge> edges_;       // all that were measured
+  std::vector<PoseGraphEdge> live_edges_;  // those of them that shape live_
   PoseGraphSolution live_;
   int loops_since_settled_ = 0;
   std::uint64_t version_ = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gelslam/backend/loop_consistency.hpp"
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
@@ -14,6 +15,7 @@ struct SlamOptions {
 
   TrackerOptions tracker;
   LoopClosureOptions loop_closure;
+  LoopConsistencyOptions loop_consistency;
   PoseGraphOptions pose_graph;
   RefinementOptions refinement;
   CoverageOptions coverage;

@@ -2,7 +2,7 @@
 
 #include "gelslam/surface/surface.hpp"
 
-namespace gelslam::loop_closure::detail {
+namespace gelslam {
 
 /// How much a surface looks like itself after a shift of at least a millimetre, -1..1: the largest normalised
 /// cross-correlation of its curvature (mean removed) with itself over shifts that keep half of the contact
@@ -11,4 +11,4 @@ namespace gelslam::loop_closure::detail {
 /// TIP 2012.
 double self_similarity(const Surface& surface);
 
-}  // namespace gelslam::loop_closure::detail
+}  // namespace gelslam

@@ -1,0 +1,203 @@
+#include "gelslam/backend/loop_consistency.hpp"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+#include "edge_residual.hpp"
+#include "gelslam/core/error.hpp"
+#include "motion_forest.hpp"
+#include "union_find.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace backend::detail;
+
+constexpr int kMostCompared =
+    24;                    // of the loops between two pieces: enough to see which place most of them mean
+constexpr int kPeers = 8;  // a loop's neighbours, in the order in which loops were found
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+struct Link {
+  std::size_t edge = 0;  // in the caller's order
+  int from = 0, to = 0;  // nodes, numbered from 0
+  bool loop = false, tentative = false;
+  UncertainMotion motion;
+};
+
+/// The largest set of loops between two pieces that agree.
+struct Agreement {
+  int seed = 0;  // the link that most others agree with
+  int loops = 0, rival_loops = 0;
+  bool enough = false;
+};
+
+class Consistency {
+ public:
+  Consistency(const std::vector<PoseGraphEdge>& edges, const LoopConsistencyOptions& options)
+      : options_(options), accepted_(edges.size(), true) {
+    std::map<int, int> node_of;
+    for (const PoseGraphEdge& edge : edges) {
+      node_of.try_emplace(edge.from, 0);
+      node_of.try_emplace(edge.to, 0);
+    }
+    for (auto& [id, node] : node_of) node = nodes_++;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const PoseGraphEdge& edge = edges[i];
+      links_.push_back({i, node_of.at(edge.from), node_of.at(edge.to), edge.kind == EdgeKind::loop,
+                        edge.tentative, motion_of(edge)});
+    }
+    for (int i = 0; i < static_cast<int>(links_.size()); ++i)
+      if (!link(i).loop) tree_links_.push_back(i);
+  }
+
+  std::vector<bool> run() {
+    MotionForest forest = plant();
+    while (join_pieces(forest)) forest = plant();
+    std::vector<int> loops;
+    for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
+      const Link& l = link(i);
+      if (!l.loop) continue;
+      accepted_[l.edge] =
+          forest.tree(l.from) == forest.tree(l.to) &&
+          mismatch(forest.path(l.from, l.to), l.motion, options_.slope_gain_sigma) <= options_.max_mismatch;
+      if (accepted_[l.edge]) loops.push_back(i);
+    }
+    leave_out_contradicted(forest, loops);
+    return accepted_;
+  }
+
+ private:
+  const Link& link(int i) const { return links_[index(i)]; }
+
+  MotionForest plant() const {
+    std::vector<MotionForest::Edge> edges;
+    for (const int i : tree_links_) edges.push_back({link(i).from, link(i).to, &link(i).motion});
+    return MotionForest(nodes_, edges);
+  }
+
+  /// Whether two loops between the same two trees (or within one) mean the same.
+  bool agree(const MotionForest& forest, int a, int b) const {
+    const Link &first = link(a), &second = link(b);
+    const bool same_way = forest.tree(first.from) == forest.tree(second.from);
+    const int from = same_way ? second.from : second.to, to = same_way ? second.to : second.from;
+    UncertainMotion predicted =
+        compose(compose(forest.path(from, first.from), first.motion), forest.path(first.to, to));
+    if (same_way)
+      return mismatch(predicted, second.motion, options_.slope_gain_sigma) <= options_.max_mismatch;
+    const UncertainMotion nothing = compose(predicted, second.motion);  // there and back
+    return mismatch({}, nothing, options_.slope_gain_sigma) <= options_.max_mismatch;
+  }
+
+  /// Adds the best link between pieces that have evidence enough; false when there are none.
+  bool join_pieces(const MotionForest& forest) {
+    std::map<std::pair<int, int>, std::vector<int>> between;
+    for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
+      const int a = forest.tree(link(i).from), b = forest.tree(link(i).to);
+      if (a != b) between[std::minmax(a, b)].push_back(i);
+    }
+    std::vector<Agreement> found;
+    for (auto& [pieces, loops] : between) {
+      const Agreement agreement = largest_agreement(forest, thinned(loops));
+      if (agreement.enough && agreement.loops > agreement.rival_loops) found.push_back(agreement);
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Agreement& a, const Agreement& b) { return a.loops > b.loops; });
+    UnionFind joined(nodes_);
+    for (const Agreement& agreement : found) {
+      const int a = forest.tree(link(agreement.seed).from), b = forest.tree(link(agreement.seed).to);
+      if (joined.root(a) == joined.root(b)) continue;
+      joined.join(a, b);
+      tree_links_.push_back(agreement.seed);
+    }
+    return !found.empty();
+  }
+
+  static std::vector<int> thinned(const std::vector<int>& loops) {
+    std::vector<int> result;
+    const std::size_t step = (loops.size() + kMostCompared - 1) / kMostCompared;
+    for (std::size_t i = 0; i < loops.size(); i += step) result.push_back(loops[i]);
+    return result;
+  }
+
+  Agreement largest_agreement(const MotionForest& forest, const std::vector<int>& loops) const {
+    const std::size_t n = loops.size();
+    std::vector<std::vector<bool>> agreed(n, std::vector<bool>(n, true));
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < i; ++j) agreed[i][j] = agreed[j][i] = agree(forest, loops[i], loops[j]);
+
+    // The largest set around one of the loops that none of `taken` belongs to.
+    const auto largest = [&](const std::vector<bool>& taken) {
+      std::pair<std::size_t, int> best{0, 0};
+      for (std::size_t i = 0; i < n; ++i) {
+        if (taken[i]) continue;
+        int size = 0;
+        for (std::size_t j = 0; j < n; ++j) size += !taken[j] && agreed[i][j];
+        if (size > best.second) best = {i, size};
+      }
+      return best;
+    };
+    const auto [seed, size] = largest(std::vector<bool>(n, false));
+    return {loops[seed], size, largest(agreed[seed]).second, enough(loops, agreed[seed])};
+  }
+
+  bool enough(const std::vector<int>& loops, const std::vector<bool>& chosen) const {
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      if (!chosen[i]) continue;
+      const Link& a = link(loops[i]);
+      if (!a.tentative) return true;
+      for (std::size_t j = 0; j < i; ++j) {
+        const Link& b = link(loops[j]);
+        if (chosen[j] && a.from != b.from && a.to != b.to && a.from != b.to && a.to != b.from) return true;
+      }
+    }
+    return false;
+  }
+
+  /// Greedily: the loop that is contradicted by more of its neighbours than agree with it, and most so, goes
+  /// first.
+  void leave_out_contradicted(const MotionForest& forest, const std::vector<int>& loops) {
+    struct Peer {
+      std::size_t loop;
+      int vote;  // 1: contradicts, -1: agrees
+    };
+    std::vector<std::vector<Peer>> peers(loops.size());
+    std::vector<int> against(loops.size(), 0);
+    for (std::size_t i = 0; i < loops.size(); ++i)
+      for (std::size_t j = i > kPeers ? i - kPeers : 0; j < i; ++j) {
+        if (forest.tree(link(loops[i]).from) != forest.tree(link(loops[j]).from)) continue;
+        const int vote = agree(forest, loops[i], loops[j]) ? -1 : 1;
+        peers[i].push_back({j, vote});
+        peers[j].push_back({i, vote});
+        against[i] += vote;
+        against[j] += vote;
+      }
+    while (true) {
+      const auto worst = std::max_element(against.begin(), against.end());
+      if (worst == against.end() || *worst <= 0) return;
+      const auto loop = static_cast<std::size_t>(worst - against.begin());
+      accepted_[link(loops[loop]).edge] = false;
+      against[loop] = -2 * kPeers - 1;  // out of the game
+      for (const Peer& peer : peers[loop]) against[peer.loop] -= peer.vote;
+    }
+  }
+
+  const LoopConsistencyOptions& options_;
+  std::vector<bool> accepted_;
+  int nodes_ = 0;
+  std::vector<Link> links_;
+  std::vector<int> tree_links_;  // odometry, and loops that join its pieces
+};
+
+}  // namespace
+
+std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges,
+                                   const LoopConsistencyOptions& options) {
+  if (!(options.max_mismatch > 0) || !(options.slope_gain_sigma >= 0))
+    throw Error("loop consistency: max_mismatch must be positive and slope_gain_sigma not negative");
+  return Consistency(edges, options).run();
+}
+
+}  // namespace gelslam

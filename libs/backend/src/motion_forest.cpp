@@ -1,0 +1,119 @@
+#include "motion_forest.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "edge_residual.hpp"
+
+namespace gelslam::backend::detail {
+namespace {
+
+/// Inverse information; what an edge says nothing about is known to a radian and to the sensor's width, as in
+/// whitening_matrix().
+Matrix6d covariance_of(const Matrix6d& information) {
+  constexpr double kWeakestPerMm2 = 1.0 / (20.0 * 20.0);
+  Matrix6d padded = information;
+  padded.diagonal() += (Vector6d() << 1, 1, 1, kWeakestPerMm2, kWeakestPerMm2, kWeakestPerMm2).finished();
+  return padded.inverse();
+}
+
+Eigen::Matrix<double, 6, 2> derivative_by_gain(const PoseGraphEdge& edge) {
+  constexpr double kStep = 1e-4;
+  const NodeState state = to_state(edge.from_T_to);
+  const Motion<double> motion = motion_of(state.data());
+  Eigen::Matrix<double, 6, 2> result;
+  for (int axis = 0; axis < 2; ++axis) {
+    GainState gain = {1.0, 1.0};
+    gain[static_cast<std::size_t>(axis)] += kStep;
+    const Motion<double> read = as_measured(motion, edge.shared_center_mm, gain.data());
+    result.col(axis) = motion_error(motion.rotation, motion.translation_mm, read) / kStep;
+  }
+  return result;
+}
+
+}  // namespace
+
+UncertainMotion motion_of(const PoseGraphEdge& edge) {
+  return {edge.from_T_to, covariance_of(edge.information), derivative_by_gain(edge)};
+}
+
+UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
+  const Matrix6d to_end = adjoint(b.from_T_to.inverse());
+  return {a.from_T_to * b.from_T_to, to_end * a.covariance * to_end.transpose() + b.covariance,
+          to_end * a.by_gain + b.by_gain};
+}
+
+double mismatch(const UncertainMotion& a, const UncertainMotion& b, double slope_gain_sigma) {
+  const Vector6d error = se3_log(a.from_T_to.inverse() * b.from_T_to);
+  const Eigen::Matrix<double, 6, 2> by_gain = slope_gain_sigma * (b.by_gain - a.by_gain);
+  const Matrix6d covariance = a.covariance + b.covariance + by_gain * by_gain.transpose();
+  return std::sqrt(
+      std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // what is not a number stays so
+}
+
+MotionForest::MotionForest(int nodes, const std::vector<Edge>& edges)
+    : nodes_(static_cast<std::size_t>(nodes)) {
+  std::vector<std::vector<const Edge*>> edges_of(nodes_.size());
+  for (const Edge& edge : edges) {
+    edges_of[static_cast<std::size_t>(edge.from)].push_back(&edge);
+    edges_of[static_cast<std::size_t>(edge.to)].push_back(&edge);
+  }
+  std::vector<int> reached;
+  for (int root = 0; root < nodes; ++root) {
+    if (tree(root) >= 0) continue;
+    Node& node = nodes_[static_cast<std::size_t>(root)];
+    node.tree = node.jump = root;
+    reached.assign(1, root);
+    for (std::size_t next = 0; next < reached.size(); ++next)
+      for (const Edge* edge : edges_of[static_cast<std::size_t>(reached[next])]) {
+        const int other = edge->from == reached[next] ? edge->to : edge->from;
+        if (tree(other) >= 0) continue;
+        hang(other, reached[next], *edge);
+        reached.push_back(other);
+      }
+  }
+}
+
+// An edge's noise is one of its `to` end; carried to the root it is the same whichever way the edge is
+// walked, but for the sign.
+void MotionForest::hang(int child, int parent, const Edge& edge) {
+  const Node& above = at(parent);
+  const bool forward = edge.to == child;
+  const Pose& measured = edge.motion->from_T_to;
+  Node& node = nodes_[static_cast<std::size_t>(child)];
+  node.tree = above.tree;
+  node.parent = parent;
+  node.depth = above.depth + 1;
+  // To the grandparent's jump where two jumps below it are as long as each other: ancestors in logarithmic
+  // time.
+  const Node& jump = at(above.jump);
+  node.jump = above.depth - jump.depth == jump.depth - at(jump.jump).depth ? jump.jump : parent;
+  node.root_T_node = normalized(above.root_T_node * (forward ? measured : Pose(measured.inverse())));
+  const Matrix6d to_root = adjoint(forward ? node.root_T_node : above.root_T_node);
+  node.covariance = above.covariance + to_root * edge.motion->covariance * to_root.transpose();
+  node.by_gain = above.by_gain + (forward ? 1.0 : -1.0) * to_root * edge.motion->by_gain;
+}
+
+int MotionForest::common_ancestor(int a, int b) const {
+  if (at(a).depth < at(b).depth) std::swap(a, b);
+  while (at(a).depth > at(b).depth) a = at(at(a).jump).depth >= at(b).depth ? at(a).jump : at(a).parent;
+  while (a != b) {
+    const bool far = at(a).jump != at(b).jump;
+    a = far ? at(a).jump : at(a).parent;
+    b = far ? at(b).jump : at(b).parent;
+  }
+  return a;
+}
+
+UncertainMotion MotionForest::path(int from, int to) const {
+  const Node &a = at(from), &b = at(to), &top = at(common_ancestor(from, to));
+  const Matrix6d to_end = adjoint(b.root_T_node.inverse());
+  return {a.root_T_node.inverse() * b.root_T_node,
+          to_end * (a.covariance + b.covariance - 2 * top.covariance) * to_end.transpose(),
+          to_end * (b.by_gain - a.by_gain)};
+}
+
+}  // namespace gelslam::backend::detail

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <vector>
+
+#include "gelslam/backend/pose_graph.hpp"
+
+namespace gelslam::backend::detail {
+
+/// A measured motion, with what is not known of it: noise, and what a slope gain common to all measurements
+/// does.
+struct UncertainMotion {
+  Pose from_T_to = Pose::Identity();
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation
+  /// How the measurement changes with the gains along x and y, as a right perturbation: the same for all
+  /// edges.
+  Eigen::Matrix<double, 6, 2> by_gain = Eigen::Matrix<double, 6, 2>::Zero();
+};
+
+UncertainMotion motion_of(const PoseGraphEdge& edge);
+/// a_T_b and b_T_c to a_T_c, measured independently.
+UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
+/// Difference of two independent measurements of one motion, in standard deviations (6 degrees of freedom).
+double mismatch(const UncertainMotion& a, const UncertainMotion& b, double slope_gain_sigma);
+
+/// Trees of edges, so that the motion between any two nodes of one tree is known in logarithmic time. Nodes
+/// are numbered from 0; an edge that would close a cycle is left out.
+class MotionForest {
+ public:
+  struct Edge {
+    int from = 0, to = 0;
+    const UncertainMotion* motion = nullptr;
+  };
+
+  MotionForest(int nodes, const std::vector<Edge>& edges);
+
+  int tree(int node) const { return at(node).tree; }
+  /// Both of one tree.
+  UncertainMotion path(int from, int to) const;
+
+ private:
+  struct Node {
+    int tree = -1, parent = -1, jump = -1, depth = 0;
+    Pose root_T_node = Pose::Identity();
+    // Of root_T_node as a left perturbation: there errors of the edges on the way simply add up.
+    Matrix6d covariance = Matrix6d::Zero();
+    Eigen::Matrix<double, 6, 2> by_gain = Eigen::Matrix<double, 6, 2>::Zero();
+  };
+
+  const Node& at(int node) const { return nodes_[static_cast<std::size_t>(node)]; }
+  void hang(int node, int parent, const Edge& edge);
+  int common_ancestor(int a, int b) const;
+
+  std::vector<Node> nodes_;
+};
+
+}  // namespace gelslam::backend::detail

@@ -1,0 +1,174 @@
+// Planted false loops: those that contradict odometry, those that agree with each other, and many at once.
+#include "gelslam/backend/loop_consistency.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "gelslam/core/error.hpp"
+#include "synthetic_graph.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr double kSigmaRad = 0.002, kSigmaMm = 0.02;  // what Graph::join() promises
+
+Vector6d away(double rx, double ry, double rz, double x, double y, double z) {
+  return (Vector6d() << rx, ry, rz, x, y, z).finished();
+}
+
+/// Trials of `each` keyframes over one object, one after the other, with noise as promised.
+Graph trials(int count, int each, double step_deg, Noise& noise) {
+  Graph graph;
+  for (int i = 0; i < each * count; ++i) graph.truth[i] = rolled(i, step_deg);
+  for (int i = 0; i + 1 < each * count; ++i)
+    if (i % each != each - 1) graph.join(i, i + 1, EdgeKind::odometry, noise.tangent(kSigmaRad, kSigmaMm));
+  return graph;
+}
+
+/// The flags of the edges from `first` on.
+std::vector<bool> flags(const Graph& graph, std::size_t first) {
+  const std::vector<bool> all = consistent_edges(graph.edges, {});
+  EXPECT_EQ(all.size(), graph.edges.size());
+  for (std::size_t i = 0; i < graph.edges.size(); ++i)
+    EXPECT_TRUE(all[i] || graph.edges[i].kind == EdgeKind::loop) << i;
+  return {all.begin() + static_cast<std::ptrdiff_t>(first), all.end()};
+}
+
+std::ptrdiff_t accepted(const std::vector<bool>& flags) {
+  return std::count(flags.begin(), flags.end(), true);
+}
+
+TEST(LoopConsistency, TrueLoopsAreKept) {
+  Noise noise(1);
+  Graph graph = trials(1, 100, 4, noise);
+  const std::size_t first = graph.edges.size();
+  for (int i = 0; i + 90 < 100; ++i)
+    graph.join(i, i + 90, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
+  for (int i = 0; i + 3 < 100; i += 5)
+    graph.join(i, i + 3, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
+  EXPECT_EQ(accepted(flags(graph, first)), 30);
+}
+
+// Slopes read 8 % too steep make 360 degrees come out 29 degrees too long: far beyond any noise, and no
+// contradiction.
+TEST(LoopConsistency, ASlopeGainIsNoContradiction) {
+  const Graph graph = roll_of_400_degrees({1.08, 1.08}, true);
+  const std::vector<bool> keep = flags(graph, 0);
+  EXPECT_TRUE(keep.back());
+  LoopConsistencyOptions exact;
+  exact.slope_gain_sigma = 0.0;
+  EXPECT_FALSE(consistent_edges(graph.edges, exact).back());
+}
+
+TEST(LoopConsistency, WhatOdometryContradictsIsLeftOut) {
+  Noise noise(2);
+  Graph graph = trials(1, 40, 4, noise);
+  const std::size_t first = graph.edges.size();
+  graph.join(3, 8, EdgeKind::loop, away(0, 0, 0, 1.2, 0, 0));  // a neighbouring bump of a knurl
+  graph.join(0, 39, EdgeKind::loop);
+  graph.join(5, 30, EdgeKind::loop, away(0, 0, M_PI, 0, 0, 0));
+  EXPECT_EQ(flags(graph, first), (std::vector<bool>{false, true, false}));
+}
+
+// A hundred of them, all by the same shift, beside ten true ones: number is no argument against odometry.
+TEST(LoopConsistency, ManyThatAgreeByAShiftDoNotOutvoteOdometry) {
+  Noise noise(3);
+  Graph graph = trials(1, 110, 1, noise);
+  const std::size_t first = graph.edges.size();
+  for (int i = 0; i < 100; ++i)
+    graph.join(i, i + 8, EdgeKind::loop, away(0, 0, 0, 0, 1.5, 0) + noise.tangent(kSigmaRad, kSigmaMm));
+  for (int i = 0; i < 10; ++i) graph.join(i, i + 100, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
+  const std::vector<bool> keep = flags(graph, first);
+  EXPECT_EQ(accepted({keep.begin(), keep.begin() + 100}), 0);
+  EXPECT_EQ(accepted({keep.begin() + 100, keep.end()}), 10);
+}
+
+// A chain of thirty edges known to 0.2 mm along x does not contradict 4 mm, but the loops next to a false one
+// do.
+TEST(LoopConsistency, LoopsContradictEachOtherWhereOdometryIsWeak) {
+  Noise noise(4);
+  Graph graph = trials(1, 60, 1, noise);
+  for (PoseGraphEdge& edge : graph.edges) edge.information(3, 3) = 1 / (0.2 * 0.2);
+  const std::size_t first = graph.edges.size();
+  graph.join(4, 30, EdgeKind::loop, away(0, 0, 0, 4, 0, 0));
+  EXPECT_EQ(accepted(flags(graph, first)), 1);
+  graph.edges.pop_back();
+  for (int i = 0; i < 12; ++i) {
+    const bool wrong = i == 4 || i == 9;
+    graph.join(i, 30, EdgeKind::loop,
+               away(0, 0, 0, wrong ? 4 : 0, 0, 0) + noise.tangent(kSigmaRad, kSigmaMm));
+    graph.join(i, 31, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
+  }
+  const std::vector<bool> keep = flags(graph, first);
+  for (std::size_t i = 0; i < keep.size(); ++i) EXPECT_EQ(keep[i], i != 8 && i != 18) << i;
+}
+
+TEST(LoopConsistency, TheLargestAgreeingSetJoinsTwoTrials) {
+  Noise noise(5);
+  Graph graph = trials(2, 15, 5, noise);
+  const std::size_t first = graph.edges.size();
+  const Vector6d shift = away(0.1, 0, 0.3, 3, 0, 0);
+  graph.join(2, 17, EdgeKind::loop, shift);
+  graph.join(3, 18, EdgeKind::loop, shift);
+  graph.join(8, 20, EdgeKind::loop);
+  graph.join(9, 22, EdgeKind::loop);
+  graph.join(24, 11, EdgeKind::loop);  // pointing the other way
+  EXPECT_EQ(flags(graph, first), (std::vector<bool>{false, false, true, true, true}));
+}
+
+TEST(LoopConsistency, ADrawJoinsNothing) {
+  Noise noise(6);
+  Graph graph = trials(2, 15, 5, noise);
+  const std::size_t first = graph.edges.size();
+  graph.join(2, 17, EdgeKind::loop, away(0.1, 0, 0.3, 3, 0, 0));
+  graph.join(8, 20, EdgeKind::loop);
+  EXPECT_EQ(accepted(flags(graph, first)), 0);
+  graph.join(9, 22, EdgeKind::loop);  // and now it is known
+  EXPECT_EQ(flags(graph, first), (std::vector<bool>{false, true, true}));
+}
+
+TEST(LoopConsistency, ATentativeLoopWaitsForAnother) {
+  Noise noise(7);
+  Graph graph = trials(2, 15, 5, noise);
+  const std::size_t first = graph.edges.size();
+  graph.join(8, 20, EdgeKind::loop);
+  graph.edges.back().tentative = true;
+  EXPECT_EQ(accepted(flags(graph, first)), 0);
+  graph.join(9, 20, EdgeKind::loop);  // the same keyframe looked again: the same pixels
+  graph.edges.back().tentative = true;
+  EXPECT_EQ(accepted(flags(graph, first)), 0);
+  graph.join(10, 21, EdgeKind::loop);
+  graph.edges.back().tentative = true;
+  EXPECT_EQ(accepted(flags(graph, first)), 3);
+}
+
+TEST(LoopConsistency, TrialsJoinInAChainAndThenJudgeTheRest) {
+  Noise noise(8);
+  Graph graph = trials(4, 15, 4, noise);
+  const std::size_t first = graph.edges.size();
+  graph.join(20, 5, EdgeKind::loop);
+  graph.join(18, 50, EdgeKind::loop);
+  graph.join(50, 40, EdgeKind::loop);
+  graph.join(2, 35, EdgeKind::loop);  // closes the ring of trials
+  graph.join(3, 36, EdgeKind::loop, away(0, 0, 0.5, 4, 0, 0));
+  graph.join(7, 34, EdgeKind::loop);
+  EXPECT_EQ(flags(graph, first), (std::vector<bool>{true, true, true, true, false, true}));
+}
+
+TEST(LoopConsistency, NothingAtAllAndNonsense) {
+  EXPECT_TRUE(consistent_edges({}, {}).empty());
+  PoseGraphEdge loop{4, 4, Pose::Identity(), Matrix6d::Identity(), EdgeKind::loop};
+  EXPECT_EQ(consistent_edges({loop}, {}).size(), 1u);
+  loop.to = 5;
+  loop.from_T_to.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  PoseGraphEdge odometry{4, 5, Pose::Identity(), Matrix6d::Zero(), EdgeKind::odometry};
+  EXPECT_EQ(consistent_edges({odometry, loop}, {}), (std::vector<bool>{true, false}));
+  LoopConsistencyOptions options;
+  options.max_mismatch = 0;
+  EXPECT_THROW(consistent_edges({odometry}, options), Error);
+}
+
+}  // namespace
+}  // namespace gelslam
