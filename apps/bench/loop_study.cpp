@@ -78,7 +78,7 @@ std::vector<std::pair<int, int>> true_overlaps(const Scan& scan) {
 }
 
 struct Count {
-  int loops = 0, wrong = 0, keyframes = 0;  // keyframes that have one
+  int loops = 0, wrong = 0, keyframes = 0;  // keyframes that have a right one
 };
 
 template <typename Loops>
@@ -87,8 +87,10 @@ Count count(const Scan& scan, const Loops& loops) {
   std::vector<bool> seen(scan.keyframes.size(), false);
   for (const auto& loop : loops) {
     ++result.loops;
-    result.wrong += !right(scan, loop.from, loop.to, loop.from_T_to);
-    seen[static_cast<std::size_t>(loop.to)] = true;
+    if (right(scan, loop.from, loop.to, loop.from_T_to))
+      seen[static_cast<std::size_t>(loop.to)] = true;
+    else
+      ++result.wrong;
   }
   result.keyframes = static_cast<int>(std::count(seen.begin(), seen.end(), true));
   return result;
@@ -118,7 +120,7 @@ std::vector<PoseGraphEdge> loops_of(const std::vector<PoseGraphEdge>& edges, con
 }
 
 void print(const char* stage, const Count& count, std::size_t returning) {
-  std::printf("  %-28s %5d loops, %4d wrong; keyframes with one: %d of %zu\n", stage, count.loops,
+  std::printf("  %-28s %5d loops, %4d wrong; keyframes with a right one: %d, returning %zu\n", stage, count.loops,
               count.wrong, count.keyframes, returning);
 }
 
