@@ -1,0 +1,90 @@
+// A simulated hand that presses a ball: what the log shows, and what its truth says.
+
+#include "gelslam/simulation/press_log.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <set>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "temporary_folder.hpp"
+
+namespace gelslam {
+namespace {
+
+using test::read_bytes;
+using test::TemporaryFolder;
+
+PressLogSpec few() {
+  PressLogSpec spec;
+  spec.presses = 4;
+  spec.mishaps = true;
+  spec.background_frames = 5;
+  return spec;
+}
+
+double change(const cv::Mat3b& a, const cv::Mat3b& b, const cv::Point2d& place) {
+  const cv::Rect around =
+      cv::Rect(cvRound(place.x) - 40, cvRound(place.y) - 40, 80, 80) & cv::Rect({0, 0}, a.size());
+  return cv::norm(a(around), b(around), cv::NORM_L1) / (3.0 * around.area());
+}
+
+TEST(PressLog, TouchesTheGelWhenAndWhereItSays) {
+  std::vector<cv::Mat3b> frames;
+  const auto touches =
+      simulate_press_log(few(), [&](const cv::Mat3b& bgr) { frames.push_back(bgr.clone()); });
+  ASSERT_EQ(touches.size(), 6U);
+  EXPECT_EQ(touches[2].kind, TouchKind::sliding);
+  EXPECT_EQ(touches[5].kind, TouchKind::too_deep);
+  const double noise = change(frames[0], frames[1], {160, 120});
+  for (const SimulatedTouch& touch : touches) {
+    const auto first = static_cast<std::size_t>(touch.first_frame),
+               last = static_cast<std::size_t>(touch.last_frame);
+    ASSERT_LT(last + 5, frames.size());
+    EXPECT_GT(change(frames[first], frames[0], touch.centre_px), 3 * noise);
+    EXPECT_LT(change(frames[last + 5], frames[0], touch.centre_px), 1.2 * noise);
+    const double within = change(frames[first], frames[last], touch.centre_px);
+    if (touch.kind == TouchKind::sliding)
+      EXPECT_GT(within, 2 * noise);
+    else
+      EXPECT_LT(within, 1.2 * noise);  // held still
+  }
+}
+
+TEST(PressLog, CoversTheGelAndIsDeterministic) {
+  PressLogSpec spec = few();
+  spec.presses = 9;
+  spec.mishaps = false;
+  spec.optics.noise_gain = 0;
+  cv::Mat3b last, again;
+  const auto touches = simulate_press_log(spec, [&](const cv::Mat3b& bgr) { last = bgr.clone(); });
+  std::set<int> ninths;
+  for (const SimulatedTouch& touch : touches)
+    ninths.insert(3 * static_cast<int>(touch.centre_px.y / 80) + static_cast<int>(touch.centre_px.x / 106.7));
+  EXPECT_EQ(ninths.size(), 9U);
+  simulate_press_log(spec, [&](const cv::Mat3b& bgr) { again = bgr.clone(); });
+  EXPECT_EQ(cv::norm(last, again, cv::NORM_INF), 0);
+}
+
+TEST(PressLog, WritesAWholeFolderAndRefusesNonsense) {
+  const TemporaryFolder folder;
+  NoProgress quiet;
+  PressLogSpec spec = few();
+  spec.presses = 1;
+  write_press_log(folder / "log", spec, false, quiet);
+  EXPECT_EQ(read_bytes(folder / "log/touches.csv").find("kind,first_frame"), 0U);
+  EXPECT_GT(read_bytes(folder / "log/gelsight.avi").size(), 20'000U);
+  spec.diameter_mm = 1.0;
+  EXPECT_THROW(write_press_log(folder / "none", spec, false, quiet), Error);
+  spec = few();
+  spec.presses = 0;
+  EXPECT_THROW(simulate_press_log(spec, [](const cv::Mat3b&) {}), Error);
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"log"});
+}
+
+}  // namespace
+}  // namespace gelslam
