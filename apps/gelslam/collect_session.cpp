@@ -17,14 +17,14 @@ CollectorOptions collector_options(const CollectOptions& options, const SensorPr
   return collector;
 }
 
-const char* headline_for(CollectPhase phase) {
-  switch (phase) {
+const char* headline_for(const CollectorStatus& status) {
+  switch (status.phase) {
     case CollectPhase::background:
       return "Keep everything off the gel";
     case CollectPhase::ready:
       return "Press the ball in";
     case CollectPhase::pressing:
-      return "Hold it still";
+      return status.warning.empty() ? "Hold it still" : "Not taken yet";
     case CollectPhase::taken:
       return "Taken: lift the ball";
   }
@@ -132,7 +132,7 @@ CollectView CollectSession::view() const {
   view.wanted = coverage_.wanted();
   view.enough = coverage_.enough();
   view.headline =
-      view.enough && status.phase == CollectPhase::ready ? "Enough presses" : headline_for(status.phase);
+      view.enough && status.phase == CollectPhase::ready ? "Enough presses" : headline_for(status);
   if (status.phase == CollectPhase::ready)
     view.hint = view.enough ? "all over the gel; Q ends" : coverage_.advice();
   view.warning = status.warning;
