@@ -46,6 +46,9 @@ def draw(rows, path):
     for line, (error, label) in zip(plots, errors):
         line[0].set_ylabel(label, fontsize=8)
         for plot, (spent, unit, title, knobs) in zip(line, PANELS):
+            if spent == "triangles" and error == "error_mm":
+                plot.axis("off")  # the mesh is made when the poses are known
+                continue
             draw_plot(plot, rows, sequences, spent, unit, knobs, error)
             plot.set_xlabel(title, fontsize=8)
     handles = [plt.Line2D([], [], color=c, marker="o", markersize=4, label=s) for s, c in zip(sequences, COLOURS)]

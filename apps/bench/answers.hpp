@@ -20,8 +20,8 @@ struct Answer {
 };
 
 /// Every method's answer to every problem of a level. FPFH, which needs no start and much time, answers once
-/// per pair of surfaces, and nothing about starts. Methods by name, as make_registrar knows them; throws
-/// Error for others.
+/// for every second pair of surfaces, and nothing about starts. Methods by name, as make_registrar knows
+/// them; throws Error for others.
 std::vector<Answer> answers_to(const StabilityLevel& level, const std::vector<std::string>& methods);
 
 /// The first `most_frames` frames of a sequence, against the first in contact (from the last estimate,

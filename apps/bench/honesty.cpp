@@ -124,7 +124,8 @@ void print(const Json& sums, const Json& silent) {
 
 std::vector<Answer> ask_all(const Arguments& arguments) {
   std::vector<fs::path> folders = arguments.data;
-  if (folders.empty() && !arguments.simulated_only) folders = sequence_folders({"hard_", "track_"});
+  const bool generated_only = arguments.simulated_only || !arguments.charts.empty();
+  if (folders.empty() && !generated_only) folders = sequence_folders({"hard_", "track_"});
   std::vector<Answer> answers;
   const auto add = [&](std::vector<Answer> more) {
     answers.insert(answers.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
@@ -150,6 +151,7 @@ void run(const Arguments& arguments) {
   for (const std::string& method : arguments.methods)
     make_registrar(method, {});  // a misspelling is told at once
   const std::vector<Answer> answers = ask_all(arguments);
+  if (answers.empty()) throw Error("there is nothing to ask: of these charts none belongs to this study");
   const Json sums = summary(answers, arguments.methods), silent = silent_failures(answers);
   if (!arguments.out.empty()) {
     Json rows = Json::array();
@@ -176,7 +178,8 @@ int main(int argc, char** argv) {
                  "normalflow, icp, fpfh, filterreg; -tuned for their best settings")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app.add_option("--charts", arguments.charts, "only these (default: all)")
+  app.add_option("--charts", arguments.charts,
+                 "only these generated problems, and no sequences but those named (default: all)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(gelslam::bench::stability_charts()));

@@ -107,11 +107,15 @@ void run(const Arguments& arguments) {
   if (arguments.quick) choice = {1, 1, false, {}};
   choice.charts = arguments.charts;
   TouchStudio studio(quickly_trained_model());
-  const auto sink = [&](const StabilityLevel& level) { study.add(level); };
+  const auto sink = [&](const StabilityLevel& level) {
+    study.add(level);
+    if (!arguments.out.empty())
+      write_study(arguments.out, "stability", study.rows());  // long: what is done is kept
+  };
   simulated_levels(studio, choice, sink);
   missing_frame_levels(folders, choice, sink);
   const Json rows = study.rows();
-  if (!arguments.out.empty()) write_study(arguments.out, "stability", rows);
+  if (rows.empty()) throw Error("there is nothing to measure: of these charts none belongs to this study");
   print_table(rows);
 }
 
