@@ -44,8 +44,12 @@ TEST(GradientSurfaces, TakeAGelThatIsTouchedEverywhereOrNowhere) {
   const cv::Size size(32, 16);
   const cv::Mat1f flat(size, 0.0F);
   GradientSurfaces surfaces(size, kPitch_mm);
-  EXPECT_EQ(surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(255)))->contact_pixels, 512);
-  EXPECT_EQ(surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(0)))->contact_pixels, 0);
+  const SurfacePtr everywhere = surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(255))),
+                   nowhere = surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(0)));
+  EXPECT_EQ(everywhere->contact_pixels, 512);
+  EXPECT_EQ(nowhere->contact_pixels, 0);
+  EXPECT_FALSE(everywhere->zero_is_bare_gel);
+  EXPECT_TRUE(nowhere->zero_is_bare_gel);
 }
 
 }  // namespace

@@ -45,6 +45,7 @@ UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& cha
     gel.level = order_statistic(scratch, 0.5);
     for (float& value : scratch) value = std::abs(value - gel.level);
     gel.scatter = 1.4826F * order_statistic(scratch, 0.5);
+    gel.seen = true;
     return gel;
   }
   scratch.clear();

@@ -11,6 +11,7 @@ namespace gelslam::surface::detail {
 struct UntouchedGel {
   float level = 0.0F;
   float scatter = 0.0F;
+  bool seen = false;  ///< else the level is a guess: the object covers the whole gel
 };
 
 /// Both robust (median, scaled median deviation) over the pixels where `changed` is 0 and which are no lower

@@ -34,8 +34,9 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& gx, const cv::Mat1f& gy, cons
   const cv::Mat1f height_px = impl_->poisson.solve(gx, gy);
   cv::Mat1b disturbed;  // the gel moves beyond the contact, too
   cv::dilate(touched, disturbed, impl_->border);
-  const float level_px = find_untouched_gel(height_px, disturbed, impl_->scratch).level;
-  height_px.convertTo(surface->height_mm, CV_32F, impl_->pixel_pitch_mm, -impl_->pixel_pitch_mm * level_px);
+  const UntouchedGel gel = find_untouched_gel(height_px, disturbed, impl_->scratch);
+  surface->zero_is_bare_gel = gel.seen;
+  height_px.convertTo(surface->height_mm, CV_32F, impl_->pixel_pitch_mm, -impl_->pixel_pitch_mm * gel.level);
   cv::erode(touched != 0, surface->contact, impl_->border);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->normals = normals_from_gradient(gx, gy);

@@ -83,6 +83,7 @@ struct SurfaceEstimator::Impl {
     const cv::Mat1f height_px = poisson.solve(gx, gy);
     const UntouchedGel gel = find_untouched_gel(height_px, changed, scratch);
     scatter_mm = gel.scatter * static_cast<float>(options.pixel_pitch_mm);
+    bare_gel_seen = gel.seen;
     cv::Mat1f height_mm;
     height_px.convertTo(height_mm, CV_32F, options.pixel_pitch_mm, -options.pixel_pitch_mm * gel.level);
     return height_mm;
@@ -108,6 +109,7 @@ struct SurfaceEstimator::Impl {
   cv::Mat1f gx, gy;
   std::vector<float> scratch;
   float scatter_mm = 0.0F;
+  bool bare_gel_seen = false;
   SurfaceTimings timings;
 };
 
@@ -134,6 +136,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& bgr) {
   self.timings.gradient_ms = watch.lap_ms();
 
   surface->height_mm = self.height_from_gradient();
+  surface->zero_is_bare_gel = self.bare_gel_seen;
   self.timings.poisson_ms = watch.lap_ms();
 
   self.contact_detector.detect(surface->height_mm, self.options.pixel_pitch_mm, self.scatter_mm, self.blocks,

@@ -15,6 +15,8 @@ struct Surface {
   cv::Mat1f curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-0.7
   double pixel_pitch_mm = 0.0634;
   int contact_pixels = 0;  ///< number of set pixels in `contact`
+  /// Bare gel was seen, so that height 0 is where it lies. Else heights are right among themselves only.
+  bool zero_is_bare_gel = true;
 };
 
 using SurfacePtr = std::shared_ptr<const Surface>;
