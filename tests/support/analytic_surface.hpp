@@ -42,6 +42,29 @@ inline Field extruded_edge() {
   };
 }
 
+/// A flat face with raised strokes, as on a coin: most of it shows nothing.
+inline Field coin_face() {
+  struct Stroke {
+    Eigen::Vector2d from, to;
+  };
+  const std::vector<Stroke> strokes = {{{-4, -2}, {-2.5, 2}}, {{-2.5, 2}, {-1, -2}}, {{0.5, -1.5}, {0.5, 2}},
+                                       {{0.5, 0.2}, {2, 0.2}}, {{3, -2}, {4.5, -1}},  {{3.2, 1}, {4.2, 2.2}}};
+  constexpr double kHeightMm = 0.12, kWidthMm = 0.25;
+  return [strokes](const Eigen::Vector3d& p) {
+    double height = 0;
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+    for (const Stroke& s : strokes) {
+      const Eigen::Vector2d along = s.to - s.from;
+      const double t = std::clamp((p.head<2>() - s.from).dot(along) / along.squaredNorm(), 0.0, 1.0);
+      const Eigen::Vector2d off = p.head<2>() - (s.from + t * along);
+      const double bump = kHeightMm * std::exp(-0.5 * off.squaredNorm() / (kWidthMm * kWidthMm));
+      height += bump;
+      slope -= bump / (kWidthMm * kWidthMm) * off;
+    }
+    return std::pair{p.z() + height, Eigen::Vector3d(slope.x(), slope.y(), 1)};
+  };
+}
+
 inline Field plane() {
   return [](const Eigen::Vector3d& p) { return std::pair{p.z(), Eigen::Vector3d(0, 0, 1)}; };
 }
@@ -209,20 +232,32 @@ inline double normal_deviate(std::mt19937_64& random) {
   return sum;
 }
 
-/// The same surface with white noise on its normals: `sigma_rad` about each of the two axes in the tangent
-/// plane.
-inline SurfacePtr with_noise(const Surface& clean, double sigma_rad, std::uint64_t seed) {
+/// Two fields of standard normal noise: white, or correlated over about so many pixels.
+inline cv::Mat2f noise_field(const cv::Size& size, double correlation_px, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  cv::Mat2f noise(size);
+  for (cv::Vec2f& pair : noise)
+    for (float& value : pair.val) value = static_cast<float>(normal_deviate(random));
+  if (correlation_px <= 0) return noise;
+  cv::GaussianBlur(noise, noise, {}, 0.5 * correlation_px);
+  noise *= std::sqrt(2.0 * static_cast<double>(noise.total())) / cv::norm(noise);
+  return noise;
+}
+
+/// The same surface with noise on its normals: `sigma_rad` about each of the two axes in the tangent plane.
+inline SurfacePtr with_noise(const Surface& clean, double sigma_rad, std::uint64_t seed,
+                             double correlation_px = 0) {
   auto surface = std::make_shared<Surface>(clean);
   surface->normals = cv::Mat3f(clean.normals.size());
-  std::mt19937_64 random(seed);
+  const cv::Mat2f noise = noise_field(clean.normals.size(), correlation_px, seed);
   cv::Mat1f gx(clean.normals.size()), gy(clean.normals.size());
   for (int v = 0; v < gx.rows; ++v)
     for (int u = 0; u < gx.cols; ++u) {
       const cv::Vec3f before = clean.normals(v, u);
       const Eigen::Vector3d n(before[0], before[1], before[2]);
       const Eigen::Vector3d a = n.unitOrthogonal(), b = n.cross(a);
-      const double da = sigma_rad * normal_deviate(random), db = sigma_rad * normal_deviate(random);
-      const Eigen::Vector3d noisy = (n + da * a + db * b).normalized();
+      const Eigen::Vector3d noisy =
+          (n + sigma_rad * (noise(v, u)[0] * a + noise(v, u)[1] * b)).normalized();
       surface->normals(v, u) = cv::Vec3f(noisy.cast<float>().eval().data());
       gx(v, u) = static_cast<float>(-noisy.x() / noisy.z());
       gy(v, u) = static_cast<float>(-noisy.y() / noisy.z());

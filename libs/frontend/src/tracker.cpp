@@ -1,6 +1,5 @@
 #include "gelslam/frontend/tracker.hpp"
 
-#include <algorithm>
 
 #include "gelslam/registration/coarse_start.hpp"
 
@@ -110,8 +109,7 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
   const KeyframeLink link = link_to(keyframe_, registration);
   const Pose& keyframe_T_frame = link.previous_T_this;
   // A speed along directions that the surface does not show would never be corrected: then no speed at all.
-  const bool all_shown = std::all_of(registration.observable.begin(), registration.observable.end(), [](bool b) { return b; });
-  last_step_ = all_shown ? previous_->link.previous_T_this.inverse() * keyframe_T_frame : Pose::Identity();
+  last_step_ = registration.held ? Pose::Identity() : previous_->link.previous_T_this.inverse() * keyframe_T_frame;
   previous_ = Previous{result.frame, surface, link};
   result.status = TrackStatus::tracked;
   result.trial = trial_;

@@ -146,6 +146,7 @@ RegistrationResult register_normal_flow(const NormalFlowReference& reference, co
   alignment.finish(held);
   held.information = result.information;
   held.observable = result.observable;
+  held.held = true;
   return held;
 }
 

@@ -7,11 +7,12 @@
 #include <cmath>
 #include <cstdint>
 
+#include "pose_information.hpp"
+
 namespace gelslam::registration::detail {
 namespace {
 
-using Vector5d = Eigen::Matrix<double, kParameters, 1>;
-using Matrix5d = Eigen::Matrix<double, kParameters, kParameters>;
+constexpr double kNoisePatchPx = 25.0;  // neighbouring normals share their noise over so many pixels
 
 /// Nearest target pixel of a warped sample. Only for samples with weight: those lie inside the image.
 class PixelLookup {
@@ -97,54 +98,13 @@ double normal_rmse_rad(const Residuals& residuals) {
   return weight > 0 ? std::sqrt(sum / weight) : 0.0;
 }
 
-/// What noise in the reference's normals adds to the Hessian. A gradient of pure noise looks like texture, and would
-/// make every surface seem to show every motion. How much of the gradient is noise is told by how little of the relief
-/// is found again in the target; relief and noise are taken to be alike in all directions, and what a broad shape (a
-/// cylinder) adds along one direction to be true. (Own.)
-Matrix5d noise_hessian(const Samples& s, const Residuals& residuals, double relief_correlation) {
-  double xx = 0, xy = 0, yy = 0, weight = 0;
-  Matrix5d moments = Matrix5d::Zero();
-  for (std::size_t k = 0; k < residuals.weight.size(); ++k) {
-    const double w = residuals.weight[k];
-    if (w <= 0) continue;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double dx = s.jacobian[c * kParameters + 3][k], dy = s.jacobian[c * kParameters + 4][k];
-      xx += w * dx * dx;
-      xy += w * dx * dy;
-      yy += w * dy * dy;
-    }
-    weight += w;
-    const double x = s.x[k], y = s.y[k], z = s.z[k];
-    const Vector5d by_dx(0, z, -y, 1, 0), by_dy(-z, 0, x, 0, 1);
-    moments += w * (by_dx * by_dx.transpose() + by_dy * by_dy.transpose());
-  }
-  if (weight <= 0) return moments;
-  const double smaller = 0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-  return (1.0 - std::clamp(relief_correlation, 0.0, 1.0)) * std::max(0.0, smaller / weight) * moments;
-}
-
-/// Directions in which the Hessian is more than noise, as columns, and the Hessian without the others.
-struct ShownDirections {
-  Directions basis;
-  Matrix5d hessian;
-};
-
-ShownDirections shown_directions(const Matrix5d& hessian, const Matrix5d& noise, double min_signal_to_noise) {
-  // Generalised eigenvectors of (H, N + H/1000): the ratio of both along each, bounded where there is no noise.
-  const Matrix5d scale = noise + 1e-3 * hessian + 1e-12 * Matrix5d::Identity();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(hessian, scale);
-  const auto shown = (eigen.eigenvalues().array() >= min_signal_to_noise).count();  // they ascend
-  const Directions basis = eigen.eigenvectors().rightCols(shown);
-  const Directions back = scale * basis;  // of the eigenvectors' inverse, transposed
-  return {basis, back * eigen.eigenvalues().tail(shown).asDiagonal() * back.transpose()};
-}
-
 /// A motion is observable when looking has told it to within the given limits, whatever was known before. `information`
 /// is about the reference's axes, the answer about the target's: those are the sensor's as it lies now.
 std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matrix3d& target_R_reference,
-                                  const NormalFlowOptions& options) {
+                                  bool heights_known, const NormalFlowOptions& options) {
   Matrix6d with_prior = information;
   with_prior.diagonal().head<kParameters>() += prior_information(options);
+  with_prior(5, 5) += 1.0;
   const Matrix6d covariance = with_prior.inverse();
   const auto known = [&](int axis, int first, double limit) {
     const Eigen::Vector3d direction = target_R_reference.row(axis);
@@ -155,8 +115,14 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
     observable[static_cast<std::size_t>(axis)] = known(axis, 3, options.observable_sigma_mm);
     observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, options.observable_sigma_rad);
   }
-  observable[2] = true;  // heights are read, not inferred from relief
+  observable[2] = heights_known;  // read, not inferred from relief
   return observable;
+}
+
+/// Noise agrees with noise by chance, by one over the root of the number of patches that it is made of.
+double least_share(double shared_share, const NormalFlowReference::Impl& reference, const NormalFlowOptions& options) {
+  const double patches = shared_share * reference.surface->contact_pixels / kNoisePatchPx;
+  return options.least_common_share + 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
 /// On a surface with hardly any relief, CCS compares noise: there the normals' agreement has to do.
@@ -240,16 +206,18 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   result.ccs = agreement.cosine_similarity;
   result.relief_correlation = agreement.relief_correlation;
 
-  const Matrix5d noise = noise_hessian(reference.samples, residuals, agreement.relief_correlation);
-  const ShownDirections shown =
-      shown_directions(linearise(reference.samples, residuals).hessian, noise, options.min_signal_to_noise);
-  const Matrix5d information = shown.hessian / effective_variance(result.normal_rmse_rad, options);
-  result.information.setZero();
-  result.information.topLeftCorner<kParameters, kParameters>() = information;
-  result.information(5, 5) = 1.0 / (options.height_noise_mm * options.height_noise_mm);
-  result.observable = observability(result.information, result.target_T_reference.linear(), options);
+  const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
+  const ReliefAgreement relief = compare_relief(reference.samples, target, result.target_T_reference, residuals,
+                                                options.gel_pattern_rad_per_mm);
+  const ShownDirections shown = shown_directions(relief, least_share(shared_share, reference, options));
+  const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
+  result.information = pose_information(shown, heights_known, kUsualPull, result, options);
+  result.observable = observability(pose_information(shown, heights_known, kWorstPull, result, options),
+                                    result.target_T_reference.linear(), heights_known, options);
   result.status = judge(result, agreement, options);
-  return shown.basis;
+  // Where relief is found again, the estimate along a weak direction is better than none.
+  if (agreement.relief_correlation >= options.relief_to_follow) return Matrix5d::Identity();
+  return shown.followed;
 }
 
 }  // namespace gelslam::registration::detail

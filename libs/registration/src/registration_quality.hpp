@@ -2,6 +2,7 @@
 
 #include "gelslam/registration/normal_flow.hpp"
 #include "normal_flow_reference.hpp"
+#include "relief_agreement.hpp"
 
 namespace gelslam::registration::detail {
 
@@ -31,9 +32,6 @@ struct HeightGap {
 };
 HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& target_T_reference,
                      const Residuals& residuals);
-
-/// Motions (rx ry rz tx ty) as columns, at most five.
-using Directions = Eigen::Matrix<double, kParameters, Eigen::Dynamic, 0, kParameters, kParameters>;
 
 /// Fills SCR, CCS, rms values, information, observability and status from the residuals at the final pose. Returns the
 /// directions in which the two surfaces show more than noise; information is zero along the others.

@@ -35,7 +35,9 @@ struct RegistrationResult {
   int shared_pixels = 0;
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of the shared contact as read, in the reference's frame
   int iterations = 0;
-  /// x y z rx ry rz along the axes of the target's sensor frame: does the surface show this motion?
+  bool held = false;  ///< along motions that nothing shows, the pose was left at its start
+  /// x y z rx ry rz along the axes of the target's sensor frame: do both surfaces show this motion, well enough to
+  /// tell it to 0.3 mm or 0.05 rad even where a pattern of the gel pulls against it? z: was bare gel seen in both?
   std::array<bool, 6> observable{};
 
   bool ok() const { return status == RegistrationStatus::converged; }

@@ -1,0 +1,88 @@
+#include "pose_information.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "registration_quality.hpp"
+
+namespace gelslam::registration::detail {
+namespace {
+
+// Errors that grow with the motion; root mean squares over simulated sequences.
+constexpr double kOtherAxisShare = 0.3;   // of the gain's error, from tilting about the other axis
+constexpr double kTiltRadPerMm = 0.0025;  // the model's unevenness over the gel, from sliding
+constexpr double kTwistPerTilt = 0.007;
+constexpr double kSlideMmPerTiltRad = 0.02;
+constexpr double kSlidePerSlide = 0.0015;
+constexpr double kDepthPerSlide = 0.005;
+// A motion that is not shown altogether may be larger than what was found of it.
+constexpr double kUnseenSlideMm = 1.0;
+
+/// The motion of the shared centre from the reference to the target, in the reference's axes.
+struct CenterMotion {
+  Eigen::Vector3d turn_rad, shift_mm;
+  double tilt_rad() const { return turn_rad.head<2>().norm(); }
+  double slide_mm() const { return shift_mm.head<2>().norm(); }
+};
+
+CenterMotion motion_of(const RegistrationResult& result) {
+  const Pose& pose = result.target_T_reference;
+  return {so3_log(pose.linear()), pose * result.shared_center_mm - result.shared_center_mm};
+}
+
+/// Variance of what the motion itself puts wrong, about the shared centre.
+Vector6d motion_variance(const CenterMotion& motion, bool all_shown, const NormalFlowOptions& options) {
+  const double tilt = motion.tilt_rad();
+  const double slide = std::max(motion.slide_mm(), all_shown ? 0.0 : kUnseenSlideMm);
+  const auto tilt_sigma = [&](double about, double other) {
+    return std::hypot(options.slope_gain_error * std::hypot(about, kOtherAxisShare * other),
+                      kTiltRadPerMm * slide);
+  };
+  const double slide_sigma = std::hypot(kSlideMmPerTiltRad * tilt, kSlidePerSlide * slide);
+  Vector6d sigma;
+  sigma << tilt_sigma(motion.turn_rad.x(), motion.turn_rad.y()),
+      tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kTwistPerTilt * tilt, slide_sigma, slide_sigma,
+      std::hypot(options.slope_gain_error * motion.shift_mm.z(), kDepthPerSlide * slide);
+  return sigma.cwiseAbs2();
+}
+
+/// What the normals say, about the reference's origin.
+Matrix5d information_of_normals(const ShownDirections& shown, double pull, const RegistrationResult& result,
+                                const NormalFlowOptions& options) {
+  const Vector5d prior_variance = prior_information(options).cwiseInverse();
+  const double noise_variance = effective_variance(result.normal_rmse_rad, options);
+  Matrix5d information = Matrix5d::Zero();
+  for (int i = 0; i < shown.count(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vector5d measure = shown.measures.col(i);
+    // Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read.
+    const double noise = noise_variance / (shown.share[k] * shown.share[k]);
+    const double bias = pull * shown.pattern_share[k] * shown.pattern_share[k];
+    information +=
+        measure * measure.transpose() / (noise + bias * bias * measure.cwiseAbs2().dot(prior_variance));
+  }
+  return information;
+}
+
+}  // namespace
+
+Matrix6d pose_information(const ShownDirections& shown, bool heights_known, double pull,
+                          const RegistrationResult& result, const NormalFlowOptions& options) {
+  Matrix6d center_from_origin = Matrix6d::Identity();  // of an error's six numbers
+  center_from_origin.bottomLeftCorner<3, 3>() = -skew(result.shared_center_mm);
+  const Matrix6d origin_from_center = 2.0 * Matrix6d::Identity() - center_from_origin;
+
+  Matrix6d noise = Matrix6d::Zero();
+  noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(shown, pull, result, options);
+  noise = (origin_from_center.transpose() * noise * origin_from_center).eval();
+  if (heights_known) noise(5, 5) += 1.0 / (options.height_noise_mm * options.height_noise_mm);
+
+  // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
+  const Vector6d variance = motion_variance(motion_of(result), shown.count() == kParameters, options);
+  const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
+  const Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
+  return 0.5 * (information + information.transpose());
+}
+
+}  // namespace gelslam::registration::detail

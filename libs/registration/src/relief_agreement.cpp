@@ -1,0 +1,107 @@
+#include "relief_agreement.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace gelslam::registration::detail {
+namespace {
+
+// So many tell noise from relief; the other samples between them would tell the same.
+constexpr std::size_t kEnoughSamples = 1000;
+constexpr double kShareToFollow = 0.5;  // of what makes a direction count as shown
+
+/// Change of the target's normal per pixel, as the reference's is measured (Sobel).
+struct TargetGradient {
+  Eigen::Vector3f along_u, along_v;
+};
+
+TargetGradient target_gradient(const cv::Mat3f& normals, int u, int v) {
+  const auto at = [&](int row, int column) {
+    const cv::Vec3f& n = normals(row, column);
+    return Eigen::Vector3f(n[0], n[1], n[2]);
+  };
+  const Eigen::Vector3f a = at(v - 1, u - 1), c = at(v - 1, u + 1), g = at(v + 1, u - 1),
+                        i = at(v + 1, u + 1);
+  return {(c - a + 2.0f * (at(v, u + 1) - at(v, u - 1)) + i - g) / 8.0f,
+          (g - a + 2.0f * (at(v + 1, u) - at(v - 1, u)) + i - c) / 8.0f};
+}
+
+}  // namespace
+
+ReliefAgreement compare_relief(const Samples& s, const Surface& target, const Pose& target_T_reference,
+                               const Residuals& residuals, double gel_pattern_per_mm) {
+  const Eigen::Matrix3f rotation = target_T_reference.linear().cast<float>();
+  const Eigen::Vector3f translation = target_T_reference.translation().cast<float>();
+  const Eigen::Matrix3f back = rotation.transpose();
+  const auto inverse_pitch = static_cast<float>(1.0 / target.pixel_pitch_mm);
+  const float center_u = static_cast<float>(target.contact.cols) * 0.5f - 0.5f;
+  const float center_v = static_cast<float>(target.contact.rows) * 0.5f - 0.5f;
+  Eigen::Matrix<float, kParameters, kParameters> read =
+                                                     Eigen::Matrix<float, kParameters, kParameters>::Zero(),
+                                                 common = read, moments = read;
+  const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
+  const auto stride = static_cast<float>(step);
+  for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
+    const float w = stride * residuals.weight[k];
+    if (w <= 0) continue;
+    const float x = s.x[k], y = s.y[k], z = s.z[k];
+    const Eigen::Vector3f p = rotation * Eigen::Vector3f(x, y, z) + translation;
+    const int u = static_cast<int>(std::lround(p.x() * inverse_pitch + center_u));
+    const int v = static_cast<int>(std::lround(p.y() * inverse_pitch + center_v));
+    if (u < 1 || v < 1 || u + 1 >= target.contact.cols || v + 1 >= target.contact.rows) continue;
+
+    // Along the reference's x and y the point moves on the surface, so its z changes too.
+    const float slope_x = -s.nx[k] / std::max(s.nz[k], 0.2f), slope_y = -s.ny[k] / std::max(s.nz[k], 0.2f);
+    const TargetGradient gradient = target_gradient(target.normals, u, v);
+    const auto carried_back = [&](float du, float dv) {
+      return Eigen::Vector3f(back * ((du * gradient.along_u + dv * gradient.along_v) * inverse_pitch));
+    };
+    const Eigen::Vector3f dx =
+        carried_back(rotation(0, 0) + rotation(0, 2) * slope_x, rotation(1, 0) + rotation(1, 2) * slope_x);
+    const Eigen::Vector3f dy =
+        carried_back(rotation(0, 1) + rotation(0, 2) * slope_y, rotation(1, 1) + rotation(1, 2) * slope_y);
+    const Eigen::Vector3f n(s.nx[k] + residuals.rx[k], s.ny[k] + residuals.ry[k], s.nz[k] + residuals.rz[k]);
+    Eigen::Matrix<float, 3, kParameters> here, there;
+    for (int c = 0; c < 3; ++c)
+      for (int a = 0; a < kParameters; ++a)
+        here(c, a) = s.jacobian[static_cast<std::size_t>(c * kParameters + a)][k];
+    there.col(0) = -dy * z + n.cross(Eigen::Vector3f::UnitX());
+    there.col(1) = dx * z + n.cross(Eigen::Vector3f::UnitY());
+    there.col(2) = -dx * y + dy * x + n.cross(Eigen::Vector3f::UnitZ());
+    there.col(3) = dx;
+    there.col(4) = dy;
+    read += w * here.transpose() * here;
+    common += w * here.transpose() * there;
+    const Eigen::Matrix<float, kParameters, 1> by_dx(0, z, -y, 1, 0), by_dy(-z, 0, x, 0, 1);
+    moments += w * (by_dx * by_dx.transpose() + by_dy * by_dy.transpose());
+  }
+  ReliefAgreement relief;
+  relief.read = read.cast<double>();
+  relief.common = 0.5 * (common + common.transpose()).cast<double>();
+  relief.pattern = gel_pattern_per_mm * gel_pattern_per_mm * moments.cast<double>();
+  return relief;
+}
+
+ShownDirections shown_directions(const ReliefAgreement& relief, double least_share) {
+  // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
+  const Matrix5d scale = relief.read + relief.pattern + 1e-12 * Matrix5d::Identity();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(relief.common, scale);
+  const auto at_least = [&](double share) {
+    return (eigen.eigenvalues().array() >= share).count();
+  };  // they ascend
+  const auto shown = at_least(least_share);
+  const Directions basis = eigen.eigenvectors().rightCols(shown);
+  ShownDirections result;
+  result.followed = eigen.eigenvectors().rightCols(at_least(kShareToFollow * least_share));
+  result.measures = scale * basis;  // of the eigenvectors' inverse, transposed
+  for (int i = 0; i < shown; ++i) {
+    const double share = eigen.eigenvalues()[kParameters - shown + i];
+    const double pattern = basis.col(i).dot(relief.pattern * basis.col(i));
+    result.share.push_back(std::min(1.0, share));
+    result.pattern_share.push_back(std::min(1.0, pattern / share));
+  }
+  return result;
+}
+
+}  // namespace gelslam::registration::detail
