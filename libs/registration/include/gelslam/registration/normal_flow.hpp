@@ -10,13 +10,13 @@ namespace gelslam {
 struct NormalFlowOptions {
   int max_samples = 3000;              ///< reference pixels used
   int max_iterations = 50;
-  int min_iterations = 6;
+  int min_iterations = 2;
   double rotation_tolerance_rad = 1e-4;
   double translation_tolerance_mm = 1e-2;
   int min_shared_pixels = 10;
   double scr_threshold = 0.3;
   double ccs_threshold = 0.7;
-  double robust_scale_rad = 0.1;      ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
+  double robust_scale_rad = 0.05;     ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;      ///< of one read normal, at least
   double noise_correlation_samples = 1.5;  ///< neighbouring samples share their noise: so many count as one
   double height_noise_mm = 0.004;      ///< of the mean height over a contact
