@@ -1,7 +1,6 @@
 // Study: what a method's "tracked" is worth. Every method answers hard and easy problems, generated ones and
 // those of the sequences; every answer is written with its gates' values and its true error.
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -20,6 +19,7 @@
 #include "gelslam/registration/normal_flow.hpp"
 #include "simulated_frames.hpp"
 #include "stability_levels.hpp"
+#include "study_command.hpp"
 #include "study_files.hpp"
 
 namespace gelslam::bench {
@@ -27,15 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-struct Arguments {
-  std::vector<fs::path> data;
-  std::vector<std::string> methods = {"normalflow",      "icp", "icp-tuned", "filterreg",
-                                      "filterreg-tuned", "fpfh"};
-  std::vector<std::string> charts;  // empty: all
-  bool quick = false, simulated_only = false;
-  fs::path out;
-};
 
 Json to_json(const Answer& answer) {
   const Judgement& judged = answer.judgement;
@@ -122,7 +113,7 @@ void print(const Json& sums, const Json& silent) {
                   r["worst_deg"].get<double>(), r["first"].get<std::string>().c_str());
 }
 
-std::vector<Answer> ask_all(const Arguments& arguments) {
+std::vector<Answer> ask_all(const TouchStudyArguments& arguments) {
   std::vector<fs::path> folders = arguments.data;
   const bool generated_only = arguments.simulated_only || !arguments.charts.empty();
   if (folders.empty() && !generated_only) folders = sequence_folders({"hard_", "track_"});
@@ -147,7 +138,7 @@ std::vector<Answer> ask_all(const Arguments& arguments) {
   return answers;
 }
 
-void run(const Arguments& arguments) {
+void run(const TouchStudyArguments& arguments) {
   for (const std::string& method : arguments.methods)
     make_registrar(method, {});  // a misspelling is told at once
   const std::vector<Answer> answers = ask_all(arguments);
@@ -170,29 +161,12 @@ void run(const Arguments& arguments) {
 }  // namespace gelslam::bench
 
 int main(int argc, char** argv) {
-  gelslam::bench::Arguments arguments;
-  CLI::App app{"What is wrong among what methods call tracked, and right among what they call lost"};
-  app.add_option("DATA", arguments.data,
-                 "data folders with truth (default: GELSLAM_DATA/sequences/hard_* and track_*)");
-  app.add_option("--methods", arguments.methods,
-                 "normalflow, icp, fpfh, filterreg; -tuned for their best settings")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  app.add_option("--charts", arguments.charts,
-                 "only these generated problems, and no sequences but those named (default: all)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember(gelslam::bench::stability_charts()));
-  app.add_flag("--quick", arguments.quick, "few generated problems, 60 frames of each sequence");
-  app.add_flag("--simulated-only", arguments.simulated_only, "without the sequences");
-  app.add_option("-o,--output", arguments.out,
-                 "folder for honesty, honesty_answers, silent_failures and gates, each .csv and .json");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    gelslam::bench::run(arguments);
-  } catch (const gelslam::Error& error) {
-    std::cerr << "honesty: error: " << error.what() << "\n";
-    return 2;
-  }
-  return 0;
+  gelslam::bench::TouchStudyArguments arguments;
+  CLI::App app{"What is wrong among what methods call tracked, and right among what they call lost",
+               "honesty"};
+  arguments.add_to(app, "data folders with truth (default: GELSLAM_DATA/sequences/hard_* and track_*)",
+                   "only these generated problems, and no sequences but those named (default: all)",
+                   "few generated problems, 60 frames of each sequence",
+                   "folder for honesty, honesty_answers, silent_failures and gates, each .csv and .json");
+  return gelslam::bench::run_study(app, argc, argv, [&] { gelslam::bench::run(arguments); });
 }

@@ -10,7 +10,6 @@
 //                the axis is shown
 // --csv writes every pair.
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -26,6 +25,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 #include "judgement.hpp"
+#include "study_command.hpp"
 
 namespace gelslam::bench {
 namespace {
@@ -151,9 +151,10 @@ void run(const Arguments& arguments) {
 }  // namespace gelslam::bench
 
 int main(int argc, char** argv) {
-  CLI::App app(
-      "Is the information of a registration honest? Errors against their sigmas, over pairs of frames.");
   gelslam::bench::Arguments arguments;
+  CLI::App app{
+      "Is the information of a registration honest? Errors against their sigmas, over pairs of frames.",
+      "information_study"};
   app.add_option("data", arguments.data, "data folders with true_start_T_currs.npy")->required();
   app.add_option("--stride", arguments.choice.stride, "frames between references")
       ->check(CLI::PositiveNumber);
@@ -161,12 +162,5 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   app.add_option("--csv", arguments.csv, "write every pair to this file");
   app.footer("Example: information_study DATA/sequences/track_coin --csv pairs.csv");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    gelslam::bench::run(arguments);
-  } catch (const gelslam::Error& error) {
-    std::cerr << "information_study: " << error.what() << "\n";
-    return 2;
-  }
-  return 0;
+  return gelslam::bench::run_study(app, argc, argv, [&] { gelslam::bench::run(arguments); });
 }

@@ -2,7 +2,6 @@
 // keyframes, samples, pixels that the gradient model sees, triangles, bytes, against the errors of trajectory
 // and mesh.
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +21,7 @@
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "registration_problems.hpp"
+#include "study_command.hpp"
 #include "study_files.hpp"
 
 namespace gelslam::bench {
@@ -189,7 +189,7 @@ void run(Arguments arguments) {
 
 int main(int argc, char** argv) {
   gelslam::bench::Arguments arguments;
-  CLI::App app{"Errors of trajectory and mesh against what is spent"};
+  CLI::App app{"Errors of trajectory and mesh against what is spent", "parsimony"};
   app.add_option("DATA", arguments.data,
                  "data folders with truth (default: track_peanut, hard_breaks and scan_peanut360 of "
                  "GELSLAM_DATA/sequences)");
@@ -199,12 +199,5 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember(gelslam::bench::knob_names()));
   app.add_flag("--quick", arguments.quick, "two settings per knob");
   app.add_option("-o,--output", arguments.out, "folder for parsimony.csv and .json")->required();
-  CLI11_PARSE(app, argc, argv);
-  try {
-    gelslam::bench::run(arguments);
-  } catch (const gelslam::Error& error) {
-    std::cerr << "parsimony: error: " << error.what() << "\n";
-    return 2;
-  }
-  return 0;
+  return gelslam::bench::run_study(app, argc, argv, [&] { gelslam::bench::run(arguments); });
 }

@@ -1,7 +1,6 @@
 // Study: where each method breaks. Success (within 0.3 mm and 2 degrees of the truth) of every registration
 // method against the size of the motion, overlap, noise, relief, depth, light, dirt and missing frames.
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -17,6 +16,7 @@
 #include "gelslam/core/error.hpp"
 #include "simulated_frames.hpp"
 #include "stability_levels.hpp"
+#include "study_command.hpp"
 #include "study_files.hpp"
 
 namespace gelslam::bench {
@@ -24,15 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-struct Arguments {
-  std::vector<fs::path> data;
-  std::vector<std::string> methods = {"normalflow",      "icp", "icp-tuned", "filterreg",
-                                      "filterreg-tuned", "fpfh"};
-  std::vector<std::string> charts;  // empty: all
-  bool quick = false, simulated_only = false;
-  fs::path out;
-};
 
 struct Tally {
   int cases = 0, right = 0, shown_right = 0, tracked = 0, silent = 0, lost_right = 0;
@@ -97,7 +88,7 @@ void print_table(const Json& rows) {
                 r["silent_failures"].get<double>(), r["lost_but_right"].get<double>());
 }
 
-void run(const Arguments& arguments) {
+void run(const TouchStudyArguments& arguments) {
   for (const std::string& method : arguments.methods)
     make_registrar(method, {});  // a misspelling is told at once
   Study study(arguments.methods);
@@ -123,27 +114,11 @@ void run(const Arguments& arguments) {
 }  // namespace gelslam::bench
 
 int main(int argc, char** argv) {
-  gelslam::bench::Arguments arguments;
-  CLI::App app{"Success of every registration method against what makes it hard"};
-  app.add_option("DATA", arguments.data,
-                 "data folders with truth, for missing frames (default: GELSLAM_DATA/sequences/track_*)");
-  app.add_option("--methods", arguments.methods,
-                 "normalflow, icp, fpfh, filterreg; -tuned for their best settings")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  app.add_option("--charts", arguments.charts, "only these (default: all)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember(gelslam::bench::stability_charts()));
-  app.add_flag("--quick", arguments.quick, "one place of each object, every second level");
-  app.add_flag("--simulated-only", arguments.simulated_only, "without the sequences");
-  app.add_option("-o,--output", arguments.out, "folder for stability.csv and .json");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    gelslam::bench::run(arguments);
-  } catch (const gelslam::Error& error) {
-    std::cerr << "stability: error: " << error.what() << "\n";
-    return 2;
-  }
-  return 0;
+  gelslam::bench::TouchStudyArguments arguments;
+  CLI::App app{"Success of every registration method against what makes it hard", "stability"};
+  arguments.add_to(app,
+                   "data folders with truth, for missing frames (default: GELSLAM_DATA/sequences/track_*)",
+                   "only these (default: all)", "one place of each object, every second level",
+                   "folder for stability.csv and .json");
+  return gelslam::bench::run_study(app, argc, argv, [&] { gelslam::bench::run(arguments); });
 }

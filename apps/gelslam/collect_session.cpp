@@ -48,6 +48,7 @@ CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& prof
 }
 
 void CollectSession::run() {
+  if (options_.until_enough && enough()) return;
   FrameDecoder decoder(profile_);
   say_("keep everything off the gel");
   while (!stops_ && !(options_.until_enough && enough())) {

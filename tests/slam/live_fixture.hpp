@@ -1,0 +1,122 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "../support/temporary_folder.hpp"
+#include "../surface/linear_gel.hpp"
+#include "../surface/pth_file.hpp"
+#include "gelslam/simulation/simulator.hpp"
+#include "gelslam/slam/live_slam.hpp"
+
+namespace gelslam::test {
+
+namespace fs = std::filesystem;
+
+inline constexpr int kBackgroundFrames = 10, kScanFrames = 50;
+
+/// Ten bare frames, then a peanut that is wobbled under the sensor.
+inline const std::vector<cv::Mat3b>& peanut_pictures() {
+  static const std::vector<cv::Mat3b> pictures = [] {
+    ScanSpec spec;
+    spec.object.name = "peanut";
+    spec.motion.frames = kScanFrames;
+    spec.background_frames = kBackgroundFrames;
+    const Simulator simulator(spec);
+    std::vector<cv::Mat3b> result;
+    for (int i = 0; i < simulator.frame_count(); ++i)
+      result.push_back(render(simulator.frame(i).height_mm, SensorProfile{}.pixel_pitch_mm, 1.0, static_cast<std::uint64_t>(i)));
+    return result;
+  }();
+  return pictures;
+}
+
+/// Plays pictures as fast as they are taken; before some of them something else happens.
+class Pictures : public RawFrameSource {
+ public:
+  explicit Pictures(std::vector<cv::Mat3b> pictures) : pictures_(std::move(pictures)) {}
+
+  std::optional<RawFrame> next() override {
+    open_.wait(false);
+    if (stopped_ || next_ >= pictures_.size()) return std::nullopt;
+    if (const auto found = before_.find(static_cast<int>(next_)); found != before_.end()) found->second();
+    if (stopped_) return std::nullopt;
+    const cv::Mat3b& picture = pictures_[next_];
+    RawFrame frame;
+    frame.encoding = FrameEncoding::bgr;
+    frame.bytes.assign(picture.ptr(), picture.ptr() + picture.total() * 3);
+    frame.width_px = picture.cols;
+    frame.height_px = picture.rows;
+    frame.index = frame.sequence = static_cast<std::int64_t>(next_);
+    frame.time_s = 0.04 * static_cast<double>(next_++);
+    frame.arrived = std::chrono::steady_clock::now();
+    if (damaged_.contains(frame.index)) frame.bytes.resize(100);
+    return frame;
+  }
+  void stop() override { stopped_ = true; }
+  double rate_hz() const override { return 25.0; }
+  std::string description() const override { return "a made-up camera"; }
+  std::string warning() const override { return warning_ ? warning_() : ""; }
+
+  /// Nothing is delivered before: what happens between frames needs the session.
+  void open() {
+    open_ = true;
+    open_.notify_all();
+  }
+  void before(int frame, std::function<void()> what) { before_[frame] = std::move(what); }
+  void warn(std::function<std::string()> warning) { warning_ = std::move(warning); }
+  void damage(int frame) { damaged_.insert(frame); }
+
+ private:
+  std::vector<cv::Mat3b> pictures_;
+  std::size_t next_ = 0;
+  std::atomic<bool> open_{false}, stopped_{false};
+  std::map<int, std::function<void()>> before_;
+  std::set<std::int64_t> damaged_;
+  std::function<std::string()> warning_;
+};
+
+/// Looks until `condition` holds; a minute is far beyond what anything here takes.
+inline bool comes_true(const std::function<bool()>& condition) {
+  for (int i = 0; i < 6000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+class Live : public testing::Test {
+ protected:
+  Live() {
+    PthFile pth;
+    pth.layers = linear_gel_model().layers;
+    write_bytes(folder / "model.pth", zip_archive(pth.entries()));
+    options.config.sensor.calibration_model_path = folder / "model.pth";
+    options.drop_when_behind = false;
+    options.run_folder = folder / "run";
+  }
+
+  LiveSlam& start() {
+    Pictures& pictures = *source;
+    session = std::make_unique<LiveSlam>(std::move(source), options);
+    pictures.open();
+    return *session;
+  }
+  /// In the source's thread: until the tracker has seen this frame.
+  void wait_for_touch(std::int64_t index) {
+    EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->index >= index; }));
+  }
+  std::string read(const fs::path& file) const { return read_bytes(options.run_folder / file); }
+
+  TemporaryFolder folder;
+  LiveOptions options;
+  std::unique_ptr<Pictures> source = std::make_unique<Pictures>(peanut_pictures());
+  std::unique_ptr<LiveSlam> session;
+};
+
+}  // namespace gelslam::test
