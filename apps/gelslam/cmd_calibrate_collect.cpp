@@ -13,6 +13,7 @@
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "interrupt_stopper.hpp"
+#include "picture_name.hpp"
 
 namespace gelslam {
 namespace {
@@ -34,8 +35,7 @@ std::unique_ptr<RawFrameSource> open_source(const CollectArguments& arguments, c
 }
 
 /// The session on a thread of its own, the window on this one.
-void run_in_window(CollectSession& session, const CollectWindowOptions& window,
-                   const InterruptStopper& stopper) {
+void run_in_window(CollectSession& session, const CollectWindowOptions& window) {
   std::exception_ptr failure;
   {
     const std::jthread thread([&] {
@@ -44,8 +44,7 @@ void run_in_window(CollectSession& session, const CollectWindowOptions& window,
       } catch (...) {
         failure = std::current_exception();
       }
-      if (failure || stopper.requested())
-        session.close();  // after a log's end the window stays, to be looked at
+      if (failure) session.close();  // after a log's end the window stays, to be looked at
     });
     try {
       run_collect_window(session, window);
@@ -64,7 +63,6 @@ int run_collect(CollectArguments arguments) {
   input.config = arguments.config;
   Config config = find_config(input);
   if (arguments.pitch_mm) config.sensor.pixel_pitch_mm = *arguments.pitch_mm;
-  if (!arguments.snapshot.empty()) refuse_to_replace_file(arguments.snapshot, false);
   // Where no window can be opened, no camera should have been disturbed.
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   const std::unique_ptr<RawFrameSource> source = open_source(arguments, config);
@@ -73,14 +71,17 @@ int run_collect(CollectArguments arguments) {
   CollectSession session(*source, config.sensor, arguments.collect, [&](const std::string& words) {
     if (!arguments.quiet) std::cerr << words << "\n";
   });
-  const InterruptStopper stopper(*source);
+  const InterruptStopper stopper([&] {
+    session.stop();
+    session.close();
+  });
   CollectWindowOptions window;
   window.snapshot = arguments.snapshot;
   if (arguments.headless) {
     session.run();
     if (!window.snapshot.empty()) write_collect_snapshot(session, window);
   } else {
-    run_in_window(session, window, stopper);
+    run_in_window(session, window);
   }
   if (const std::string warning = source->warning(); !warning.empty())
     std::cerr << "warning: " << warning << "\n";
@@ -120,7 +121,8 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   command->add_flag("--headless", arguments->headless,
                     "no window: words in the terminal, and an end when it is enough");
   command->add_option("--snapshot", arguments->snapshot,
-                      "picture of the window at the end (PNG; also with --headless)");
+                      "picture of the window at the end (PNG; also with --headless)")
+      ->check(refuse_unless_png);
   command->add_flag("-q,--quiet", arguments->quiet, "no words on the way");
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"

@@ -115,7 +115,7 @@ bool measure_balls(PressOptions& options) {
 int run_pitch(PitchArguments arguments) {
   if (arguments.presses.folder.empty() && arguments.patterns.empty())
     throw Error(
-        "give a folder of ball presses, or pictures of a pattern (--pattern FILE... --period MM), or both");
+        "give a folder of ball presses, or pictures of a pattern (--pattern FILE... --period MM)");
   if (!arguments.patterns.empty() && arguments.background.empty() && arguments.presses.folder.empty())
     throw Error("give --background: a picture of the gel with nothing on it");
   bool fits = true;

@@ -50,7 +50,7 @@ RecordSource open_source(const RecordArguments& arguments, const Config& config)
 /// rethrown by the caller, once the log is closed.
 std::exception_ptr pump(RecordSource& source, LogRecorder& recorder, StartCheck& check, RecordReport& report,
                         double seconds) {
-  const InterruptStopper stopper(*source.frames);
+  const InterruptStopper stopper([&] { source.frames->stop(); });
   try {
     while (std::optional<RawFrame> frame = source.frames->next()) {
       if (stopper.requested() || (seconds > 0 && frame->time_s >= seconds)) break;

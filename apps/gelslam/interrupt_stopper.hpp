@@ -1,23 +1,22 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <thread>
+#include <utility>
 
 #include "gelslam/core/interrupt.hpp"
-#include "gelslam/sensor/raw_frame.hpp"
 
 namespace gelslam {
 
-/// A camera may keep next() waiting for seconds; Ctrl-C must not wait with it.
+/// Does once what Ctrl-C asks for, whatever the other threads wait for: a camera may keep next() waiting for
+/// seconds.
 class InterruptStopper {
  public:
-  explicit InterruptStopper(RawFrameSource& source)
-      : thread_([this, &source](const std::stop_token& done) {
+  explicit InterruptStopper(std::function<void()> stop)
+      : thread_([this, stop = std::move(stop)](const std::stop_token& done) {
           while (!done.stop_requested()) {
-            if (interrupt_.requested()) {
-              source.stop();
-              return;
-            }
+            if (interrupt_.requested()) return stop();
             std::this_thread::sleep_for(std::chrono::milliseconds(20));
           }
         }) {}

@@ -12,6 +12,7 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 const std::string kPython = "/usr/bin/python3";
@@ -35,7 +36,7 @@ void expect_picture(const std::string& program, const std::string& charts, const
   EXPECT_THAT(measured.out, HasSubstr("filterreg"));
   const ProgramResult drawn = draw(script, {study, "-o", picture});
   EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
-  EXPECT_EQ(drawn.err, "");
+  EXPECT_THAT(drawn.err, Not(HasSubstr("plot_")));  // matplotlib may have its own things to say
   EXPECT_THAT(read_bytes(picture), StartsWith("\x89PNG"));
 }
 
@@ -72,9 +73,8 @@ TEST(StudyPlots, WithoutAStudyTheySayWhatWritesIt) {
   for (const std::string name : {"stability", "honesty", "parsimony", "speed_accuracy", "benchmark"}) {
     const ProgramResult result = draw("plot_" + name + ".py", {folder.path().string()});
     EXPECT_EQ(result.exit_code, 1);
-    EXPECT_EQ(result.error_lines(), 1) << result.err;
-    EXPECT_THAT(result.err, HasSubstr("plot_" + name + ": "));
-    EXPECT_THAT(result.err, HasSubstr("write it with"));
+    EXPECT_THAT(result.err, testing::ContainsRegex("plot_" + name + ": [^\n]*write it with"));
+    EXPECT_THAT(result.err, Not(HasSubstr("Traceback")));
   }
 }
 

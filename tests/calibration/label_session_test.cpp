@@ -158,6 +158,22 @@ TEST_F(Labelling, WritesWhatWasDecidedAndNothingElse) {
   EXPECT_FALSE(fs::exists(label_of("p2")) || fs::exists(label_of("p3")) || fs::exists(label_of("p4")));
 }
 
+TEST_F(Labelling, WhatIsTakenBackAfterSavingLeavesTheDisk) {
+  for (const bool leave_out : {false, true}) {
+    LabelSession labels = session();
+    labels.show(1);  // p0
+    leave_out ? labels.leave_out() : labels.accept();
+    EXPECT_EQ(labels.save(), 1U);
+    const fs::path file = leave_out ? left_out_of("p0") : label_of("p0");
+    EXPECT_TRUE(fs::exists(file));
+    EXPECT_TRUE(labels.undo());
+    EXPECT_TRUE(labels.has_unsaved());
+    EXPECT_EQ(labels.save(), 1U);
+    EXPECT_FALSE(fs::exists(file));
+    EXPECT_FALSE(labels.has_unsaved());
+  }
+}
+
 TEST_F(Labelling, GoesOnWhereItWasLeft) {
   write_label(label_of("p2"), {22.5, 31.0, 11.0});  // a person's, from elsewhere
   write_label(left_out_of("p4"), {24.0, 30.0, 10.0});

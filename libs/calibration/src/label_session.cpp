@@ -66,6 +66,17 @@ bool same_circle(const ContactCircle& a, const ContactCircle& b) {
   return a.u_px == b.u_px && a.v_px == b.v_px && a.radius_px == b.radius_px;
 }
 
+void remove_label_file(const fs::path& file) {
+  std::error_code failure;
+  fs::remove(file, failure);
+  if (failure) throw Error("cannot remove '" + file.string() + "': " + failure.message());
+}
+
+void remove_decision(const fs::path& press_folder) {
+  remove_label_file(press_folder / label_file);
+  remove_label_file(press_folder / left_out_file);
+}
+
 }  // namespace
 
 LabelSession::LabelSession(PressSet set, std::vector<FoundCircle> found)
@@ -176,7 +187,7 @@ bool LabelSession::undo() {
 
 bool LabelSession::is_saved(std::size_t label) const {
   const PressLabel &now = labels_[label], &then = on_disk_[label];
-  return now.state == LabelState::open || (now.state == then.state && same_circle(now.circle, then.circle));
+  return now.state == then.state && (now.state == LabelState::open || same_circle(now.circle, then.circle));
 }
 
 bool LabelSession::has_unsaved() const {
@@ -190,8 +201,11 @@ std::size_t LabelSession::save() {
   for (std::size_t k = 0; k < labels_.size(); ++k) {
     if (is_saved(k)) continue;
     const PressLabel& label = labels_[k];
-    write_decision(set_.folder / set_.presses[label.press].name, label.circle,
-                   label.state == LabelState::left_out);
+    const fs::path folder = set_.folder / set_.presses[label.press].name;
+    if (label.state == LabelState::open)
+      remove_decision(folder);  // saved, and then taken back
+    else
+      write_decision(folder, label.circle, label.state == LabelState::left_out);
     on_disk_[k] = label;
     ++written;
   }
@@ -203,9 +217,7 @@ void write_decision(const fs::path& press_folder, const ContactCircle& circle, b
   const fs::path kept = press_folder / (left_out ? left_out_file : label_file),
                  gone = press_folder / (left_out ? label_file : left_out_file);
   write_label(kept, circle);
-  std::error_code failure;
-  fs::remove(gone, failure);
-  if (failure) throw Error("cannot remove '" + gone.string() + "': " + failure.message());
+  remove_label_file(gone);
 }
 
 }  // namespace gelslam

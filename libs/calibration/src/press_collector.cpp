@@ -75,7 +75,7 @@ void PressCollector::Impl::begin_background(const cv::Mat3b& bgr, const cv::Mat3
 
 /// The bare gel: `background_frames` pictures that are still, and in which nothing stands out.
 void PressCollector::Impl::look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
-  if (held.empty()) return begin_background(bgr, cells, "");
+  if (held.empty()) return begin_background(bgr, cells, status.warning);
   const double change = largest(cell_difference(cells, anchor));
   if (change > most_noise_levels)
     return begin_background(bgr, cells, "something moves on the gel: keep everything off it");

@@ -116,13 +116,13 @@ struct LogWriter::Impl {
   void close() {
     if (closed) return;
     closed = true;
+    if (file->removed()) {
+      if (failure.empty() && frames > 0) lose();
+      return;
+    }
     if (frames == 0) {
       std::error_code ignored;
       std::filesystem::remove(path, ignored);
-      return;
-    }
-    if (file->removed()) {
-      if (failure.empty()) lose();
       return;
     }
     const std::uint64_t frame_ticks =

@@ -127,7 +127,13 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, cons
     if (!trial_T_keyframe_.contains(frame.keyframe)) frame.keyframe = -1;  // not here yet, while a scan goes on
   map.keyframes = keyframes_;
   std::vector<PoseGraphEdge> edges = edges_;
-  for (const LoopConstraint& loop : slam::detail::rejoin_broken_trials(keyframes_, map.frames, loop_closer_)) edges.push_back(edge_of(loop));
+  for (const LoopConstraint& loop : slam::detail::rejoin_broken_trials(keyframes_, map.frames, loop_closer_,
+                                                                        options_.loop_closure.max_self_similarity)) {
+    const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
+      return edge.from == loop.from && edge.to == loop.to;
+    });
+    if (!known) edges.push_back(edge_of(loop));
+  }
   map.edges = consistent(edges, options_.loop_consistency);
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
   if (keyframes_.empty()) return map;

@@ -29,10 +29,15 @@ void LabelLoop::run() {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   const auto now = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  while (!controls_.wants_to_close() && !player_.wants_to_quit()) {
-    const double begin_s = now();
-    turn(begin_s);
-    host_.wait(std::max(frame_s - (now() - begin_s), 0.001));
+  try {
+    while (!controls_.wants_to_close() && !player_.wants_to_quit()) {
+      const double begin_s = now();
+      turn(begin_s);
+      host_.wait(std::max(frame_s - (now() - begin_s), 0.001));
+    }
+  } catch (...) {
+    session_.save();  // what was decided outlives a window that fails
+    throw;
   }
   written_at_end_ = session_.save();
 }

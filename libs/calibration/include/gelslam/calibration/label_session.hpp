@@ -60,7 +60,7 @@ class LabelSession {
   /// True when save() would write something.
   bool has_unsaved() const;
   /// Writes what was decided to the set's folder: label.npz for accepted presses, left_out.npz in its place
-  /// for those left out. Open ones stay as they are. Returns the number of presses written. Throws Error when
+  /// for those left out, and neither for those whose saved decision was taken back. Returns the number of presses written. Throws Error when
   /// the disk does not take one; what was written until then stays.
   std::size_t save();
 

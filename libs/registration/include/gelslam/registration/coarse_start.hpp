@@ -9,7 +9,7 @@ namespace gelslam {
 
 struct CoarseStartOptions {
   int shrink = 2;                ///< pixels of the surfaces per pixel that is compared
-  double twist_step_rad = 0.12;  ///< 10 degrees: further off, reliefs no longer agree
+  double twist_step_rad = 0.12;  ///< 7 degrees: much further off, reliefs no longer agree
   int twist_steps = 3;           ///< to either side of the expected twist
   double min_shared = 0.3;       ///< of the smaller contact
   double min_similarity = 0.3;   ///< normalised cross-correlation of the two reliefs
