@@ -20,8 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int most_numbers = 100'000;  // of one ball: ends the search for a free one
 constexpr const char* catalogue_header = "experiment_reldir,diameter(mm)\n";
-constexpr int most_presses = 100'000;  // of one ball: ends the search for a free number
 // Training refuses pictures whose colour differs by 8 levels (norm) from the background's.
 constexpr double most_light_levels = 4.0;
 
@@ -49,6 +49,8 @@ std::string read_catalogue_text(const fs::path& path) {
   if (!fs::is_regular_file(path)) return catalogue_header;
   std::ifstream stream(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
+  // Taken for empty, it would be replaced, and every earlier press lost.
+  if (!stream.good() && !stream.eof()) throw Error("cannot read " + quoted(path));
   if (text.empty()) return catalogue_header;
   if (text.back() != '\n') text += '\n';
   return text;
@@ -58,7 +60,7 @@ std::string read_catalogue_text(const fs::path& path) {
 std::string free_name(const fs::path& folder, double diameter_mm) {
   const std::string ball = format_text("%.3fmm", diameter_mm);
   make_folders(folder / ball);
-  for (int number = 0; number < most_presses; ++number) {
+  for (int number = 0; number < most_numbers; ++number) {
     const std::string name = ball + "/" + std::to_string(number);
     std::error_code failure;
     if (fs::create_directory(folder / name, failure)) return name;
@@ -122,6 +124,9 @@ void PressFolder::require_same_gel(const cv::Mat3b& now) const {
 }
 
 std::string PressFolder::add(const CollectedPress& press) {
+  if (earlier_.presses.size() + added_.size() >= most_presses)
+    throw Error(quoted(folder_) + " holds " + std::to_string(most_presses) +
+                " presses, and more cannot be read: begin another folder");
   std::string name = free_name(folder_, diameter_mm_);
   try {
     write_picture_file(folder_ / name / "gelsight.png", press.bgr);

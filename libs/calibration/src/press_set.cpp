@@ -17,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t max_presses = 2'000;
 constexpr double min_diameter_mm = 0.1, max_diameter_mm = 1000.0;
 constexpr std::size_t max_line = 4096;
 
@@ -66,7 +65,7 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
     presses.push_back(parse_line(line, where));
     if (!names.insert(presses.back().name).second)
       throw Error(where + ": press '" + presses.back().name + "' is there twice");
-    if (presses.size() > max_presses) throw Error(quoted(path) + " names more than 2000 presses");
+    if (presses.size() > most_presses) throw Error(quoted(path) + " names more than " + std::to_string(most_presses) + " presses");
   }
   if (presses.empty()) throw Error(quoted(path) + " names no presses");
   return presses;
