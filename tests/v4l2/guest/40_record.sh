@@ -2,20 +2,12 @@
 . "$here/guest/common.sh"
 
 load_loopback
-feed "$work/made_up" 25 100000
-runs_with 0 "$gelslam" record --camera "GelSight Mini" --seconds 3 -o "$tmp/log.mkv"
+# Slowly: the loopback driver writes on into a buffer that a reader who lags has taken, and the machine is an emulated one.
+feed "$work/made_up" 10 100000
+runs_with 0 "$gelslam" record --camera "GelSight Mini" --seconds 4 -o "$tmp/log.mkv"
 head -3 "$tmp/err"
 runs_with 0 "$gelslam" info --json "$tmp/log.mkv"
-python3 - "$tmp/log.mkv" "$tmp/out" "$work/made_up" <<'P' || fail "the log is not as expected"
-import json, pathlib, sys
-log, info = pathlib.Path(sys.argv[1]).read_bytes(), json.load(open(sys.argv[2]))
-whole = sum(log.count(picture.read_bytes()) for picture in pathlib.Path(sys.argv[3]).iterdir())
-readable = info["readable"]
-print("  frames", readable["frames"], "of which byte for byte", whole)
-assert readable["state"] == "whole" and readable["frames"] >= 5, info
-assert whole == readable["frames"], "frames were changed"
-assert info["problems"] == [], info["problems"]
-P
+python3 "$here/guest/sent_frames.py" "$tmp/log.mkv" "$tmp/out" "$work/made_up" || fail "the log is not as expected"
 grep -aq "keep_format 0" "$tmp/log.mkv" || fail "the camera's settings are not in the log"
 stop_feeding
 
