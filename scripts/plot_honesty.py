@@ -8,12 +8,9 @@ Further right: fewer right ones are called lost. With keyframes the gates decide
 Example: build/bin/honesty -o STUDY && scripts/plot_honesty.py STUDY -o docs/benchmarks/honesty.png
 """
 
-import argparse
-import pathlib
-
 import numpy as np
 
-from plotting import NAMES, colour, in_order, plt, read_table, save
+from plotting import NAMES, colour, in_order, plt, read_table, save, study_arguments
 
 SOURCES = ("generated", "frame 0", "keyframes")
 WRONG = {"wrong": "share of tracked that is wrong by\nmore than 1 mm or 5° where observable",
@@ -84,13 +81,10 @@ def draw(rows, gates, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=pathlib.Path, help="folder that honesty wrote")
-    parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/honesty.png)")
-    arguments = parser.parse_args()
+    arguments = study_arguments(__doc__, "honesty")
     rows = read_table(arguments.study / "honesty_answers.csv", "build/bin/honesty -o")
     gates = {k: float(v) for k, v in read_table(arguments.study / "gates.csv", "build/bin/honesty -o")[0].items()}
-    draw(rows, gates, arguments.output or arguments.study / "honesty.png")
+    draw(rows, gates, arguments.output)
 
 
 if __name__ == "__main__":

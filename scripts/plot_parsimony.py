@@ -4,11 +4,8 @@
 Example: build/bin/parsimony -o STUDY && scripts/plot_parsimony.py STUDY -o docs/benchmarks/parsimony.png
 """
 
-import argparse
-import pathlib
-
 from matplotlib.ticker import LogLocator, NullFormatter
-from plotting import in_order, plt, read_table, save
+from plotting import in_order, plt, read_table, save, study_arguments
 
 # What is spent, its unit, and the knobs that spend it.
 PANELS = (("keyframes", 1, "keyframes made", ("keyframe_min_shared",)),
@@ -60,12 +57,9 @@ def draw(rows, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=pathlib.Path, help="folder that parsimony wrote")
-    parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/parsimony.png)")
-    arguments = parser.parse_args()
+    arguments = study_arguments(__doc__, "parsimony")
     rows = read_table(arguments.study / "parsimony.csv", "build/bin/parsimony -o")
-    draw(rows, arguments.output or arguments.study / "parsimony.png")
+    draw(rows, arguments.output)
 
 
 if __name__ == "__main__":

@@ -4,10 +4,7 @@
 Example: build/bin/speed_accuracy -o STUDY && scripts/plot_speed_accuracy.py STUDY -o docs/benchmarks/speed_accuracy.png
 """
 
-import argparse
-import pathlib
-
-from plotting import NAMES, colour, plt, read_table, save
+from plotting import NAMES, colour, plt, read_table, save, study_arguments
 
 MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iterations": "^", "least iterations": "v", "resolution": "s",
          "robust scale": "D", "tolerance": "x"}
@@ -53,11 +50,8 @@ def draw(rows, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=pathlib.Path, help="folder that speed_accuracy wrote")
-    parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/speed_accuracy.png)")
-    arguments = parser.parse_args()
-    draw(read_rows(arguments.study), arguments.output or arguments.study / "speed_accuracy.png")
+    arguments = study_arguments(__doc__, "speed_accuracy")
+    draw(read_rows(arguments.study), arguments.output)
 
 
 if __name__ == "__main__":

@@ -6,10 +6,7 @@ Of several studies, a method is taken from the last that has it: after a change 
 Example: build/bin/stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
 """
 
-import argparse
-import pathlib
-
-from plotting import NAMES, colour, in_order, plt, read_table, save
+from plotting import NAMES, colour, in_order, plt, read_table, save, study_arguments
 
 LABELS = {
     "start x": "start off along x (mm)", "start y": "start off along y (mm)", "start z": "start off along z (mm)",
@@ -80,11 +77,8 @@ def draw(rows, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=pathlib.Path, nargs="+", help="folder that stability wrote")
-    parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/stability.png)")
-    arguments = parser.parse_args()
-    draw(read_studies(arguments.study), arguments.output or arguments.study[0] / "stability.png")
+    arguments = study_arguments(__doc__, "stability", several=True)
+    draw(read_studies(arguments.study), arguments.output)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """What the scripts that draw studies share: colours and names of methods, reading tables, saving pictures."""
 
+import argparse
 import csv
+import pathlib
 import sys
 
 import matplotlib
@@ -32,6 +34,17 @@ def read_table(path, writer):
     if not rows:
         sys.exit("%s: %s holds no measurements" % (program(), path))
     return rows
+
+
+def study_arguments(description, name, several=False):
+    """The command line of a script that draws what the program `name` wrote: `study` and `output`, which is set."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("study", type=pathlib.Path, nargs="+" if several else None, help="folder that %s wrote" % name)
+    parser.add_argument("-o", "--output", type=pathlib.Path, help="picture (default: STUDY/%s.png)" % name)
+    arguments = parser.parse_args()
+    first = arguments.study[0] if several else arguments.study
+    arguments.output = arguments.output or first / (name + ".png")
+    return arguments
 
 
 def in_order(values):

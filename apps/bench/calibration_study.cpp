@@ -21,6 +21,7 @@
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::bench {
@@ -51,12 +52,6 @@ std::vector<Recipe> recipes() {
   return {{"published", published_recipe(), true}, {"published, zones", published_recipe(), false},
           {"ours, absolute", no_differences},      {"ours, gain as it falls", no_gain},
           {"ours, not moved", no_moves},           {"ours", {}}};
-}
-
-double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::lround(fraction * static_cast<double>(values.size() - 1)))];
 }
 
 double seconds_since(Clock::time_point start) {

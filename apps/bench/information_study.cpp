@@ -22,6 +22,7 @@
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 #include "judgement.hpp"
@@ -76,12 +77,6 @@ Outcome judge(const RegistrationResult& result, const RegistrationProblem& probl
   const Matrix6d covariance = (scaled + 1e-9 * Matrix6d::Identity()).inverse();
   outcome.sigma = unknown.cwiseProduct(covariance.diagonal().cwiseSqrt());
   return outcome;
-}
-
-double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::lround(fraction * static_cast<double>(values.size() - 1)))];
 }
 
 std::string row(const std::string& name, const std::vector<Outcome>& outcomes) {

@@ -28,8 +28,6 @@ struct PitchArguments {
   double period_mm = 0.0;
 };
 
-std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
-
 double relative_difference(double a, double b) { return std::abs(a / b - 1.0); }
 
 /// Prints what the patterns say; true when the configuration says about the same.

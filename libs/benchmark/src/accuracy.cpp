@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "gelslam/benchmark/report.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 
 namespace gelslam {
@@ -37,14 +38,6 @@ Records select_records(const BenchmarkResult& result, const std::string& method,
   for (const BenchmarkRecord& record : result.records)
     if (record.method == method && (object.empty() || record.object == object)) records.push_back(&record);
   return records;
-}
-
-/// Nearest rank: always a time that occurred.
-double quantile(std::vector<double>& values, double share) {
-  if (values.empty()) return 0;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
 }
 
 /// Times of frames that were registered at all: the first of a trial was not.

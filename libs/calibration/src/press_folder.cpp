@@ -25,8 +25,6 @@ constexpr const char* catalogue_header = "experiment_reldir,diameter(mm)\n";
 // Training refuses pictures whose colour differs by 8 levels (norm) from the background's.
 constexpr double most_light_levels = 4.0;
 
-std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
-
 std::string number_text(double value) {
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, value).ptr;

@@ -20,8 +20,6 @@ namespace fs = std::filesystem;
 constexpr double min_diameter_mm = 0.1, max_diameter_mm = 1000.0;
 constexpr std::size_t max_line = 4096;
 
-std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
-
 std::string trimmed(const std::string& text) {
   const std::size_t first = text.find_first_not_of(" \t\r\"");
   if (first == std::string::npos) return "";

@@ -1,6 +1,5 @@
 #include "gelslam/frontend/tracker.hpp"
 
-
 #include "gelslam/registration/coarse_start.hpp"
 
 namespace gelslam {

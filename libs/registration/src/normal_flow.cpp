@@ -11,8 +11,6 @@ namespace gelslam {
 namespace {
 
 using namespace registration::detail;
-using Vector5d = Eigen::Matrix<double, kParameters, 1>;
-using Matrix5d = Eigen::Matrix<double, kParameters, kParameters>;
 
 void warp(const Samples& samples, const TargetView& target, const Pose& target_T_reference,
           Residuals& residuals) {

@@ -6,10 +6,14 @@
 #include <functional>
 #include <opencv2/imgproc.hpp>
 
+#include "normal_gradient.hpp"
+
 namespace gelslam {
 namespace {
 
 using registration::detail::kParameters;
+using registration::detail::normal_gradient;
+using registration::detail::NormalGradient;
 using registration::detail::Samples;
 
 /// |curvature| that this many pixels of the contact exceed, or reach.
@@ -71,17 +75,6 @@ class BorderWeight {
   float scale_px_;
   cv::Mat1f distance_px_;
 };
-
-/// Change of the normal per pixel along x and y (Sobel). `p` is no border pixel.
-struct NormalGradient {
-  cv::Vec3f dx, dy;
-};
-
-NormalGradient normal_gradient(const cv::Mat3f& normals, cv::Point p) {
-  const cv::Vec3f *above = &normals(p.y - 1, p.x), *here = &normals(p), *below = &normals(p.y + 1, p.x);
-  return {(above[1] - above[-1] + 2.0f * (here[1] - here[-1]) + below[1] - below[-1]) * 0.125f,
-          (below[-1] - above[-1] + 2.0f * (below[0] - above[0]) + below[1] - above[1]) * 0.125f};
-}
 
 void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, const cv::Vec3f& normal_dy) {
   const float x = samples.x[k], y = samples.y[k], z = samples.z[k];

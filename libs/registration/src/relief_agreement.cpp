@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "normal_gradient.hpp"
+#include "pixel_lookup.hpp"
+
 namespace gelslam::registration::detail {
 namespace {
 
@@ -11,32 +14,16 @@ namespace {
 constexpr std::size_t kEnoughSamples = 1000;
 constexpr double kShareToFollow = 0.5;  // of what makes a direction count as shown
 
-/// Change of the target's normal per pixel, as the reference's is measured (Sobel).
-struct TargetGradient {
-  Eigen::Vector3f along_u, along_v;
-};
-
-TargetGradient target_gradient(const cv::Mat3f& normals, int u, int v) {
-  const auto at = [&](int row, int column) {
-    const cv::Vec3f& n = normals(row, column);
-    return Eigen::Vector3f(n[0], n[1], n[2]);
-  };
-  const Eigen::Vector3f a = at(v - 1, u - 1), c = at(v - 1, u + 1), g = at(v + 1, u - 1),
-                        i = at(v + 1, u + 1);
-  return {(c - a + 2.0f * (at(v, u + 1) - at(v, u - 1)) + i - g) / 8.0f,
-          (g - a + 2.0f * (at(v + 1, u) - at(v - 1, u)) + i - c) / 8.0f};
-}
+Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
 ReliefAgreement compare_relief(const Samples& s, const Surface& target, const Pose& target_T_reference,
                                const Residuals& residuals, double gel_pattern_per_mm) {
-  const Eigen::Matrix3f rotation = target_T_reference.linear().cast<float>();
-  const Eigen::Vector3f translation = target_T_reference.translation().cast<float>();
+  const PixelLookup lookup(s, target, target_T_reference);
+  const Eigen::Matrix3f& rotation = lookup.rotation();
   const Eigen::Matrix3f back = rotation.transpose();
   const auto inverse_pitch = static_cast<float>(1.0 / target.pixel_pitch_mm);
-  const float center_u = static_cast<float>(target.contact.cols) * 0.5f - 0.5f;
-  const float center_v = static_cast<float>(target.contact.rows) * 0.5f - 0.5f;
   Eigen::Matrix<float, kParameters, kParameters> read =
                                                      Eigen::Matrix<float, kParameters, kParameters>::Zero(),
                                                  common = read, moments = read;
@@ -46,16 +33,15 @@ ReliefAgreement compare_relief(const Samples& s, const Surface& target, const Po
     const float w = stride * residuals.weight[k];
     if (w <= 0) continue;
     const float x = s.x[k], y = s.y[k], z = s.z[k];
-    const Eigen::Vector3f p = rotation * Eigen::Vector3f(x, y, z) + translation;
-    const int u = static_cast<int>(std::lround(p.x() * inverse_pitch + center_u));
-    const int v = static_cast<int>(std::lround(p.y() * inverse_pitch + center_v));
-    if (u < 1 || v < 1 || u + 1 >= target.contact.cols || v + 1 >= target.contact.rows) continue;
+    const cv::Point at = lookup.pixel(lookup.warped_mm(k));
+    if (at.x < 1 || at.y < 1 || at.x + 1 >= target.contact.cols || at.y + 1 >= target.contact.rows) continue;
 
     // Along the reference's x and y the point moves on the surface, so its z changes too.
     const float slope_x = -s.nx[k] / std::max(s.nz[k], 0.2f), slope_y = -s.ny[k] / std::max(s.nz[k], 0.2f);
-    const TargetGradient gradient = target_gradient(target.normals, u, v);
+    const NormalGradient gradient = normal_gradient(target.normals, at);
+    const Eigen::Vector3f along_u = vector(gradient.dx), along_v = vector(gradient.dy);
     const auto carried_back = [&](float du, float dv) {
-      return Eigen::Vector3f(back * ((du * gradient.along_u + dv * gradient.along_v) * inverse_pitch));
+      return Eigen::Vector3f(back * ((du * along_u + dv * along_v) * inverse_pitch));
     };
     const Eigen::Vector3f dx =
         carried_back(rotation(0, 0) + rotation(0, 2) * slope_x, rotation(1, 0) + rotation(1, 2) * slope_x);

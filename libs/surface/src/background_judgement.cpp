@@ -33,12 +33,6 @@ constexpr double least_blue_over_red = 0.9;
 // more.
 constexpr double foreign_slope = 0.12;
 
-std::string sentence(const char* format, double number) {
-  char text[240];
-  std::snprintf(text, sizeof text, format, number);
-  return text;
-}
-
 bool is_gelsight_mini(const std::string& name) {
   return lower_case(name).find("gelsight mini") != std::string::npos;
 }
@@ -154,7 +148,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
   const cv::Scalar channels = cv::mean(bgr);
   const double brightness = (channels[0] + channels[1] + channels[2]) / 3;
   if (brightness < dark_gray_levels) {
-    doubts.push_back(sentence(
+    doubts.push_back(format_text(
         "the picture is very dark (mean %.0f of 255): are the sensor's lamps on, and is the exposure right?",
         brightness));
   }
@@ -162,7 +156,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
   const double saturated = share_above(range.most, white_gray_level);
   if (saturated > saturated_share) {
     doubts.push_back(
-        sentence("%.0f %% of the picture is saturated: shorten the exposure; slopes cannot be read there",
+        format_text("%.0f %% of the picture is saturated: shorten the exposure; slopes cannot be read there",
                  100 * saturated));
   }
   if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < least_colour) {
@@ -174,7 +168,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
   if (markers) doubts.push_back(markers->sentence());
   const double stains = markers ? 0.0 : stained(bgr);
   if (stains > stained_share) {
-    doubts.push_back(sentence(
+    doubts.push_back(format_text(
         "%.1f %% of the gel differ sharply from what is around them: dirt, a tear, or something touches it",
         100 * stains));
   }
@@ -184,7 +178,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
     const double slope = median_slope(mean, *model);
     if (slope > foreign_slope) {
       doubts.push_back(
-          sentence("the model reads the bare gel as sloped (%.2f in the middle of all pixels): is it this "
+          format_text("the model reads the bare gel as sloped (%.2f in the middle of all pixels): is it this "
                    "sensor's model, and were gel and "
                    "exposure the same when it was calibrated?",
                    slope));

@@ -33,10 +33,10 @@ bool CollectLoop::turn() {
 }
 
 cv::Mat3b CollectLoop::picture() {
+  host_.want_picture();
   draw(session_.view());
-  cv::Mat3b read = host_.read();
   host_.present();
-  return read;
+  return host_.take_picture();
 }
 
 /// True when the person wants to close.

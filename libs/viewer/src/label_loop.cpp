@@ -3,7 +3,6 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "gelslam/core/error.hpp"
 #include "label_picture.hpp"
@@ -26,14 +25,12 @@ LabelLoop::LabelLoop(LabelSession& session, const LabelWindowOptions& options)
       player_(parse_script(options.script, options.script_name), options.script_name) {}
 
 void LabelLoop::run() {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  const auto now = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const WindowClock clock;
   try {
     while (!controls_.wants_to_close() && !player_.wants_to_quit()) {
-      const double begin_s = now();
+      const double begin_s = clock.now_s();
       turn(begin_s);
-      host_.wait(std::max(frame_s - (now() - begin_s), 0.001));
+      host_.wait(std::max(frame_s - (clock.now_s() - begin_s), 0.001));
     }
   } catch (...) {
     session_.save();  // what was decided outlives a window that fails
@@ -79,30 +76,21 @@ void LabelLoop::draw(double now_s) {
   }
   host_.end_frame();
   fulfil_wishes(now_s);
-  if (std::exchange(read_next_, false)) read_back_ = host_.read();
   host_.present();
 }
 
 void LabelLoop::fulfil_wishes(double now_s) {
-  if (const auto name = player_.take_screenshot()) {
-    const std::filesystem::path path(*name);
-    write_png((path.is_absolute() ? path : options_.picture_folder / path).string(), host_.read());
-  }
+  player_.write_screenshot(host_, options_.picture_folder);
   if (!controls_.take_screenshot()) return;
-  const std::filesystem::path path = free_name(options_.picture_folder, "labels", "png");
-  try {
-    write_png(path.string(), host_.read());
-    controls_.say("Picture: " + path.string(), now_s);
-  } catch (const Error& error) {
-    controls_.say(error.what(), now_s);
-  }
+  controls_.say(save_picture(host_, options_.picture_folder, "labels").sentence, now_s);
   draw_next_ = true;
 }
 
 cv::Mat3b LabelLoop::picture(double now_s) {
-  read_next_ = draw_next_ = true;
+  host_.want_picture();
+  draw_next_ = true;
   turn(now_s);
-  return std::exchange(read_back_, std::nullopt).value();
+  return host_.take_picture();
 }
 
 void LabelLoop::handle_input(double now_s) {

@@ -46,12 +46,11 @@ class LabelLoop {
       shown_;  // press, and whether its difference: as the texture has it
   double pointer_x_ = 0.0, pointer_y_ = 0.0;
   double drawn_s_ = 0.0;
-  bool input_seen_ = false, read_next_ = false, draw_next_ = true;
+  bool input_seen_ = false, draw_next_ = true;
   std::size_t written_at_end_ = 0;
   LabelLayout layout_;
   std::vector<DrawnText> texts_;
   std::vector<Box> panels_;
-  std::optional<cv::Mat3b> read_back_;
 };
 
 }  // namespace gelslam::viewer::detail

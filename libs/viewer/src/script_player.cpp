@@ -102,4 +102,11 @@ void ScriptPlayer::drag(const ScriptCommand& command, const Window& window) {
   pending_.push_back({InputEvent::Kind::button, command.code, false});
 }
 
+void ScriptPlayer::write_screenshot(WindowHost& host, const std::filesystem::path& folder) {
+  const auto name = take_screenshot();
+  if (!name) return;
+  const std::filesystem::path path(*name);
+  write_png((path.is_absolute() ? path : folder / path).string(), host.read());
+}
+
 }  // namespace gelslam::viewer::detail

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -34,6 +35,9 @@ class ScriptPlayer {
   bool wants_to_quit() const { return wants_to_quit_; }
   /// File of a picture that is to be taken of the frame now drawn.
   std::optional<std::string> take_screenshot() { return std::exchange(screenshot_, std::nullopt); }
+  /// Writes it, if there is one, of what `host` shows: into `folder`, where the script names no other. Throws
+  /// Error.
+  void write_screenshot(WindowHost& host, const std::filesystem::path& folder);
 
  private:
   bool begin(const ScriptCommand& command, const Window& window, WindowHost& host, double now_s);

@@ -3,7 +3,6 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "gelslam/core/error.hpp"
 #include "window_mesh.hpp"
@@ -27,13 +26,11 @@ ViewLoop::ViewLoop(ViewContent first, std::optional<ViewContent> second, const V
 }
 
 void ViewLoop::run() {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  const auto now = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const WindowClock clock;
   while (!controls_.wants_to_close() && !player_.wants_to_quit()) {
-    const double begin_s = now();
+    const double begin_s = clock.now_s();
     turn(begin_s);
-    host_.wait(works_ ? 0 : std::max(kFrame_s - (now() - begin_s), 0.001));
+    host_.wait(works_ ? 0 : std::max(kFrame_s - (clock.now_s() - begin_s), 0.001));
   }
 }
 
@@ -90,7 +87,6 @@ void ViewLoop::draw(double now_s) {
   }
   host_.end_frame();
   fulfil_wishes(now_s);
-  if (std::exchange(read_next_, false)) read_back_ = host_.read();
   host_.present();
 }
 
@@ -110,27 +106,18 @@ ViewFrame ViewLoop::gather(double now_s) const {
 }
 
 void ViewLoop::fulfil_wishes(double now_s) {
-  const auto name = player_.take_screenshot();
-  if (name) {
-    const std::filesystem::path path(*name);
-    write_png((path.is_absolute() ? path : options_.picture_folder / path).string(), host_.read());
-  }
+  player_.write_screenshot(host_, options_.picture_folder);
   if (!controls_.take_screenshot()) return;
-  const std::filesystem::path path = free_name(options_.picture_folder, "view", "png");
-  try {
-    write_png(path.string(), host_.read());
-    message_ = "Picture: " + path.string();
-  } catch (const Error& error) {
-    message_ = error.what();
-  }
+  message_ = save_picture(host_, options_.picture_folder, "view").sentence;
   message_until_s_ = now_s + kMessage_s;
   draw_next_ = true;
 }
 
 cv::Mat3b ViewLoop::picture(double now_s) {
-  read_next_ = draw_next_ = true;
+  host_.want_picture();
+  draw_next_ = true;
   turn(now_s);
-  return std::exchange(read_back_, std::nullopt).value();
+  return host_.take_picture();
 }
 
 Viewport ViewLoop::view_viewport() const {

@@ -50,7 +50,7 @@ class ViewLoop {
   OrbitCamera camera_;
   std::optional<OrbitCamera> goal_;     // where the camera glides to
   std::optional<double> shown_time_s_;  // as the stage knows it
-  bool camera_is_set_ = false, works_ = false, input_seen_ = false, read_next_ = false, draw_next_ = true;
+  bool camera_is_set_ = false, works_ = false, input_seen_ = false, draw_next_ = true;
   bool drags_slider_ = false;
   std::optional<int> drag_button_;
   Eigen::Vector2f pointer_px_ = Eigen::Vector2f::Zero(), pressed_px_ = Eigen::Vector2f::Zero();
@@ -59,7 +59,6 @@ class ViewLoop {
   ViewLayout layout_;
   std::vector<DrawnText> texts_;
   std::vector<Box> panels_;
-  std::optional<cv::Mat3b> read_back_;
 };
 
 }  // namespace gelslam::viewer::detail

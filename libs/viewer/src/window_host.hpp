@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <deque>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gelslam/viewer/gl_context.hpp"
@@ -59,6 +61,9 @@ class WindowHost {
   void end_frame();
   cv::Mat3b read();  ///< BGR; between end_frame() and present()
   void present();
+  /// The next frame presented is kept as a picture, for take_picture().
+  void want_picture() { wants_picture_ = true; }
+  cv::Mat3b take_picture() { return std::exchange(picture_, cv::Mat3b()); }
   GLFWwindow* glfw_window() const;  ///< null when it is a picture
 
  private:
@@ -70,7 +75,20 @@ class WindowHost {
   ImGuiContext* imgui_ = nullptr;
   std::deque<InputEvent> events_;
   int width_px_ = 0, height_px_ = 0;
+  bool wants_picture_ = false;
+  cv::Mat3b picture_;
   float pixels_per_unit_ = 1;  // framebuffer pixels per GLFW screen coordinate
+};
+
+/// Seconds since a window was opened.
+class WindowClock {
+ public:
+  double now_s() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 /// Writes a picture as PNG, to a temporary name that is renamed when whole; makes the folder. Throws Error.

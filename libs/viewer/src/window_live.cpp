@@ -67,17 +67,15 @@ LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
 }
 
 void LiveWindow::run() {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  const auto now = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const WindowClock clock;
   while (!wants_to_close()) {
-    const double begin_s = now();
+    const double begin_s = clock.now_s();
     const bool drew = turn(begin_s);
-    const double took_s = now() - begin_s;
+    const double took_s = clock.now_s() - begin_s;
     // Without a graphics card a picture takes long; then at least half of the time belongs to the scan.
     host_.wait(drew ? std::max(frame_s - took_s, std::min(took_s, 0.1)) : frame_s);
   }
-  if (!options_.snapshot.empty()) write_png(options_.snapshot.string(), picture(now()));
+  if (!options_.snapshot.empty()) write_png(options_.snapshot.string(), picture(clock.now_s()));
 }
 
 bool LiveWindow::turn(double now_s, bool draw_anyway) {
@@ -146,7 +144,6 @@ void LiveWindow::draw(double now_s) {
   }
   host_.end_frame();
   fulfil_wishes(now_s);
-  if (std::exchange(read_next_, false)) read_back_ = host_.read();
   host_.present();
 }
 
@@ -158,12 +155,8 @@ SceneStyle LiveWindow::style_now() const {
 }
 
 void LiveWindow::fulfil_wishes(double now_s) {
-  if (controls_.take_screenshot())
-    save_picture(free_name(options_.output_folder, "screenshot", "png"), now_s);
-  if (const auto name = player_.take_screenshot()) {
-    const std::filesystem::path path(*name);
-    write_png((path.is_absolute() ? path : options_.output_folder / path).string(), host_.read());
-  }
+  if (controls_.take_screenshot()) tell(save_picture(host_, options_.output_folder, "screenshot"), now_s);
+  player_.write_screenshot(host_, options_.output_folder);
   if (const auto format = controls_.take_export()) {
     if (export_.valid()) {
       controls_.complain("The last export is still being written.", now_s);
@@ -173,24 +166,18 @@ void LiveWindow::fulfil_wishes(double now_s) {
     }
   }
   if (export_.valid() && export_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
-    const ExportOutcome outcome = export_.get();
-    outcome.ok ? controls_.say(outcome.sentence, now_s) : controls_.complain(outcome.sentence, now_s);
+    tell(export_.get(), now_s);
   }
 }
 
-void LiveWindow::save_picture(const std::filesystem::path& path, double now_s) {
-  try {
-    write_png(path.string(), host_.read());
-    controls_.say("Picture: " + path.string(), now_s);
-  } catch (const Error& error) {
-    controls_.complain(error.what(), now_s);
-  }
+void LiveWindow::tell(const ExportOutcome& outcome, double now_s) {
+  outcome.ok ? controls_.say(outcome.sentence, now_s) : controls_.complain(outcome.sentence, now_s);
 }
 
 cv::Mat3b LiveWindow::picture(double now_s) {
-  read_next_ = true;
+  host_.want_picture();
   turn(now_s, true);
-  return std::exchange(read_back_, std::nullopt).value();
+  return host_.take_picture();
 }
 
 void LiveWindow::show_all_at_once() { view_.show_all_at_once(view_viewport()); }

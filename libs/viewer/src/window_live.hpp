@@ -45,7 +45,7 @@ class LiveWindow {
   void draw(double now_s);
   SceneStyle style_now() const;  ///< what the person chose, as far as the phase allows
   void fulfil_wishes(double now_s);
-  void save_picture(const std::filesystem::path& path, double now_s);
+  void tell(const ExportOutcome& outcome, double now_s);
   bool on_panel(double x, double y) const;
   Viewport view_viewport() const;
 
@@ -71,8 +71,7 @@ class LiveWindow {
   std::vector<DrawnText> texts_;
   std::vector<Box> panels_;
   std::future<ExportOutcome> export_;
-  std::optional<cv::Mat3b> read_back_;
-  bool read_next_ = false, input_seen_ = false;
+  bool input_seen_ = false;
 };
 
 }  // namespace gelslam::viewer::detail

@@ -118,6 +118,16 @@ std::filesystem::path free_name(const std::filesystem::path& folder, const std::
   }
 }
 
+ExportOutcome save_picture(WindowHost& host, const std::filesystem::path& folder, const std::string& stem) {
+  const std::filesystem::path path = free_name(folder, stem, "png");
+  try {
+    write_png(path.string(), host.read());
+    return {true, "Picture: " + path.string()};
+  } catch (const Error& error) {
+    return {false, error.what()};
+  }
+}
+
 std::future<ExportOutcome> export_in_background(Mesh mesh, const std::filesystem::path& path) {
   return std::async(std::launch::async, [mesh = std::move(mesh), path] { return export_now(mesh, path); });
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gelslam/slam/live_session.hpp"
+#include "window_host.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -33,6 +34,8 @@ struct ExportOutcome {
   bool ok = true;
   std::string sentence;
 };
+/// The same for a picture of the frame now drawn, under a free name in the folder.
+ExportOutcome save_picture(WindowHost& host, const std::filesystem::path& folder, const std::string& stem);
 std::future<ExportOutcome> export_in_background(Mesh mesh, const std::filesystem::path& path);
 
 }  // namespace gelslam::viewer::detail

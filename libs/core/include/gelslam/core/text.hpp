@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,9 @@ std::string one_line(std::string_view text);
 /// Order by which people sort file names: runs of digits compare as numbers, so frame_2 comes before
 /// frame_10. A strict weak ordering; equal numbers with different leading zeros are ordered bytewise.
 bool natural_less(std::string_view a, std::string_view b);
+
+/// 'a/b c', as messages name files.
+std::string quoted(const std::filesystem::path& path);
 
 /// ASCII letters only.
 std::string lower_case(std::string text);
