@@ -67,11 +67,13 @@ TEST(PressFolder, GoesOnWithAnotherBallAndOverwritesNothing) {
   const std::string picture = read_bytes(folder / "6.350mm/0/gelsight.png"),
                     background = read_bytes(folder / "background.png");
   fs::create_directory(folder / "6.350mm/1");  // as a power cut leaves it: no press, but somebody's
-  PressFolder again(folder, 6.35, false);
-  EXPECT_EQ(again.earlier_circles(0.0634).size(), 1U);
-  again.require_same_gel(bare_gel(1));
-  again.write_background(bare_gel(1));
-  EXPECT_EQ(again.add(press_number(7)), "6.350mm/2");
+  {
+    PressFolder again(folder, 6.35, false);
+    EXPECT_EQ(again.earlier_circles(0.0634).size(), 1U);
+    again.require_same_gel(bare_gel(1));
+    again.write_background(bare_gel(1));
+    EXPECT_EQ(again.add(press_number(7)), "6.350mm/2");
+  }
   PressFolder other(folder, 9.5, true);
   EXPECT_TRUE(other.earlier_circles(0.0634).empty());
   EXPECT_EQ(other.add(press_number(8)), "9.500mm/0");
@@ -85,22 +87,60 @@ TEST(PressFolder, GoesOnWithAnotherBallAndOverwritesNothing) {
 TEST(PressFolder, TakesBackItsOwnPressesOnly) {
   const TemporaryFolder place;
   const fs::path folder = place / "presses";
-  PressFolder first(folder, 6.35, true);
-  first.write_background(bare_gel());
-  first.add(press_number(0));
-  PressFolder second(folder, 6.35, true);
-  second.add(press_number(1));
-  second.add(press_number(2));
-  EXPECT_TRUE(second.take_back());
-  EXPECT_TRUE(second.take_back());
-  EXPECT_FALSE(second.take_back());
-  ASSERT_EQ(read_press_set(folder).presses.size(), 1U);
-  EXPECT_FALSE(fs::exists(folder / "6.350mm/1"));
-  EXPECT_EQ(second.add(press_number(3)), "6.350mm/1");
-  EXPECT_TRUE(second.take_back());
-  EXPECT_TRUE(first.take_back());
-  EXPECT_FALSE(fs::exists(folder / "catalog.csv"));  // a catalogue of nothing cannot be read
+  {
+    PressFolder first(folder, 6.35, true);
+    first.write_background(bare_gel());
+    first.add(press_number(0));
+  }
+  {
+    PressFolder second(folder, 6.35, true);
+    second.add(press_number(1));
+    second.add(press_number(2));
+    EXPECT_TRUE(second.take_back());
+    EXPECT_TRUE(second.take_back());
+    EXPECT_FALSE(second.take_back());
+    ASSERT_EQ(read_press_set(folder).presses.size(), 1U);
+    EXPECT_FALSE(fs::exists(folder / "6.350mm/1"));
+    EXPECT_EQ(second.add(press_number(3)), "6.350mm/1");
+  }
+  EXPECT_EQ(read_press_set(folder).presses.size(), 2U);
+}
+
+TEST(PressFolder, TakingBackTheOnlyPressLeavesAFolderToGoOnWith) {
+  const TemporaryFolder place;
+  const fs::path folder = place / "presses";
+  {
+    PressFolder presses(folder, 6.35, true);
+    presses.write_background(bare_gel());
+    presses.add(press_number(0));
+    EXPECT_TRUE(presses.take_back());
+    EXPECT_FALSE(fs::exists(folder / "catalog.csv"));  // a catalogue of nothing cannot be read
+  }
   EXPECT_EQ(PressFolder(folder, 6.35, true).background().size(), bare_gel().size());
+}
+
+TEST(PressFolder, IsForOneProgramAtATime) {
+  const TemporaryFolder place;
+  const fs::path folder = place / "presses";
+  PressFolder first(folder, 6.35, true), late(folder, 9.5, true);  // both see no folder yet
+  first.write_background(bare_gel());
+  EXPECT_THAT([&] { late.write_background(bare_gel(3)); },
+              ThrowsMessage<Error>(HasSubstr("another program is writing to")));
+  EXPECT_THAT([&] { PressFolder(folder, 9.5, true); },
+              ThrowsMessage<Error>(HasSubstr("another program is writing to")));
+  first.add(press_number(0));
+  EXPECT_EQ(read_press_set(folder).background(0, 0), bare_gel()(0, 0)) << "not the second one's";
+  EXPECT_EQ(first.add(press_number(1)), "6.350mm/1");
+}
+
+TEST(PressFolder, ABackgroundOfASessionThatIsOverIsNotReplaced) {
+  const TemporaryFolder place;
+  const fs::path folder = place / "presses";
+  PressFolder late(folder, 9.5, true);
+  PressFolder(folder, 6.35, true).write_background(bare_gel());
+  EXPECT_THAT([&] { late.write_background(bare_gel(3)); },
+              ThrowsMessage<Error>(HasSubstr("meanwhile another program has collected")));
+  EXPECT_EQ(PressFolder(folder, 6.35, true).background()(0, 0), bare_gel()(0, 0));
 }
 
 TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
@@ -111,9 +151,11 @@ TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
   EXPECT_THAT([&] { PressFolder(place / "letter.txt", 6.35, true); },
               ThrowsMessage<Error>(HasSubstr("is a file")));
   const fs::path folder = place / "presses";
-  PressFolder presses(folder, 6.35, true);
-  presses.write_background(bare_gel());
-  presses.add(press_number(0));
+  {
+    PressFolder presses(folder, 6.35, true);
+    presses.write_background(bare_gel());
+    presses.add(press_number(0));
+  }
   const PressFolder again(folder, 9.5, true);
   EXPECT_THAT([&] { again.require_same_gel(cv::Mat3b(120, 160)); },
               ThrowsMessage<Error>(HasSubstr("another sensor")));
@@ -123,8 +165,19 @@ TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
   spotted(cv::Rect(20, 20, 16, 16)) = cv::Vec3b(20, 200, 20);
   EXPECT_THAT([&] { again.require_same_gel(spotted); },
               ThrowsMessage<Error>(HasSubstr("another gel or light")));
+}
+
+TEST(PressFolder, WantsTheBackgroundOfItsPresses) {
+  const TemporaryFolder place;
+  const fs::path folder = place / "presses";
+  {
+    PressFolder presses(folder, 6.35, true);
+    presses.write_background(bare_gel());
+    presses.add(press_number(0));
+  }
   fs::remove(folder / "background.png");
-  EXPECT_THROW(PressFolder(folder, 6.35, true), Error);
+  EXPECT_THAT([&] { PressFolder(folder, 6.35, true); },
+              ThrowsMessage<Error>(HasSubstr("take a picture of the gel with nothing on it")));
 }
 
 TEST(PressFolder, LeavesNothingBehindWhereItCannotWrite) {

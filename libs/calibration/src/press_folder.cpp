@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
@@ -74,6 +75,7 @@ PressFolder::PressFolder(const fs::path& folder, double diameter_mm, bool labels
     : folder_(folder), diameter_mm_(diameter_mm), labels_(labels) {
   if (!fs::exists(folder)) return;
   if (!fs::is_directory(folder)) throw Error(quoted(folder) + " is a file; name a folder for the presses");
+  lock_ = FolderLock(folder);
   if (fs::exists(folder / "catalog.csv")) {
     earlier_ = read_press_set(folder);
     background_ = earlier_.background;
@@ -103,7 +105,12 @@ std::vector<ContactCircle> PressFolder::earlier_circles(double pixel_pitch_mm) c
 void PressFolder::write_background(const cv::Mat3b& background) {
   if (!background_.empty()) return;
   make_folders(folder_);
+  FolderLock lock = lock_.holds() ? std::move(lock_) : FolderLock(folder_);
+  // Neither was there at the start.
+  if (fs::exists(folder_ / "background.png") || fs::exists(folder_ / "catalog.csv"))
+    throw Error("meanwhile another program has collected into " + quoted(folder_) + ": begin again");
   write_picture_file(folder_ / "background.png", background);
+  lock_ = std::move(lock);
   background_ = background.clone();
 }
 

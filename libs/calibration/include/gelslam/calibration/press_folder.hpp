@@ -7,16 +7,17 @@
 
 #include "gelslam/calibration/press_collector.hpp"
 #include "gelslam/calibration/press_set.hpp"
+#include "gelslam/core/folder_lock.hpp"
 
 namespace gelslam {
 
 /// A calibration folder (see PressSet) that grows press by press. What is there is never overwritten, and
 /// after every press it is whole: a session that breaks off loses nothing, and a later one goes on, with
-/// another ball if it likes.
+/// another ball if it likes. One program at a time: a folder that is there is locked.
 class PressFolder {
  public:
   /// Reads what is there; makes nothing yet. Throws Error when the folder holds something else, or presses
-  /// that cannot be read. `labels`: circles are written as label.npz.
+  /// that cannot be read, or when another program collects into it. `labels`: circles are written as label.npz.
   PressFolder(const std::filesystem::path& folder, double diameter_mm, bool labels);
 
   /// Of an earlier session; empty when there is none.
@@ -25,7 +26,7 @@ class PressFolder {
   std::vector<ContactCircle> earlier_circles(double pixel_pitch_mm) const;
 
   /// Makes the folder with background.png, if it is not there. Throws Error, as for all that follows, when
-  /// the disk does not take it.
+  /// the disk does not take it; and when another program was quicker to make that folder.
   void write_background(const cv::Mat3b& background);
   /// Throws Error when this background, of now, is not that of the earlier presses: another sensor, gel or
   /// light.
@@ -37,6 +38,7 @@ class PressFolder {
 
  private:
   std::filesystem::path folder_;
+  FolderLock lock_;
   double diameter_mm_;
   bool labels_;
   cv::Mat3b background_;

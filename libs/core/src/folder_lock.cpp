@@ -1,0 +1,29 @@
+#include "gelslam/core/folder_lock.hpp"
+
+#include <sys/file.h>
+
+#include "file_descriptor.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+
+namespace gelslam {
+
+struct FolderLock::Directory {
+  detail::FileDescriptor descriptor;
+};
+
+FolderLock::FolderLock() = default;
+FolderLock::~FolderLock() = default;
+FolderLock::FolderLock(FolderLock&&) noexcept = default;
+FolderLock& FolderLock::operator=(FolderLock&&) noexcept = default;
+
+FolderLock::FolderLock(const std::filesystem::path& folder)
+    : directory_(
+          new Directory{detail::FileDescriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))}) {
+  if (!directory_->descriptor.ok())
+    throw Error(quoted(folder) + " cannot be opened: " + detail::errno_text());
+  if (::flock(directory_->descriptor.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  throw Error("another program is writing to " + quoted(folder) + ": end it first, or name another folder");
+}
+
+}  // namespace gelslam
