@@ -2,6 +2,7 @@
 
 #include <ctime>
 
+#include "gelslam/core/interrupt.hpp"
 #include "gelslam/slam/log_input.hpp"
 
 namespace gelslam {
@@ -20,6 +21,8 @@ std::string settings_text(const std::vector<CameraSetting>& settings) {
 CameraInput open_camera_input(const Config& config, const std::string& device) {
   CameraOptions options = camera_options(config.sensor);
   if (!device.empty()) options.device = device;
+  const InterruptWatch interrupt;
+  options.gives_up = [&] { return interrupt.requested(); };
   std::unique_ptr<CameraSource> camera = open_camera(options);
   CameraInput input;
   input.attachments = attachments_of(config);

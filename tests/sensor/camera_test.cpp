@@ -227,6 +227,33 @@ TEST_F(Camera, ACameraThatIsBusyForAMomentIsAskedAgain) {
   }
 }
 
+TEST_F(Camera, GivesUpWhenAskedHoweverPatientItIs) {
+  int asked = 0;
+  options.gives_up = [&] { return ++asked > 3; };
+  options.patience_s = options.settle_s = 1e6;
+  mini.fails[VIDIOC_REQBUFS] = EBUSY;
+  EXPECT_EQ(open_error(), "stopped while the camera was being opened; nothing was written");
+  mini.fails.clear();
+  asked = 0;
+  mini.controls = {{V4L2_CID_AUTO_WHITE_BALANCE, {"White Balance", 1, 0, 1, V4L2_CTRL_TYPE_BOOLEAN}}};
+  EXPECT_EQ(open_error(), "stopped while the camera was being opened; nothing was written");
+  EXPECT_EQ(mini.controls[V4L2_CID_AUTO_WHITE_BALANCE].value, 1) << "left as it was found";
+  options.settle_s = 0;
+  asked = -1000;
+  mini.frames = {{}, {}};
+  const auto camera = open();
+  const int asked_until_open = asked;
+  EXPECT_TRUE(camera->next().has_value());
+  EXPECT_EQ(asked, asked_until_open) << "not once it is open";
+}
+
+TEST_F(Camera, AskedAtTheVeryLastMomentItIsNotOpenEither) {
+  options.gives_up = [&] {
+    return mini.streaming;
+  };  // nothing is automatic: no wait, and one look at the end
+  EXPECT_EQ(open_error(), "stopped while the camera was being opened; nothing was written");
+}
+
 TEST_F(Camera, AVirtualCameraThatNobodyFeedsIsNamed) {
   mini.device_caps = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
   options.device = "/dev/video0";

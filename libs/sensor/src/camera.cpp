@@ -19,6 +19,11 @@ using Clock = std::chrono::steady_clock;
 constexpr int wait_slice_ms = 100;  // how soon stop() is heard
 constexpr auto retry_pause = std::chrono::milliseconds(50);
 
+void give_up_if_asked(const CameraOptions& options) {
+  if (options.gives_up && options.gives_up())
+    throw Error("stopped while the camera was being opened; nothing was written");
+}
+
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -57,6 +62,7 @@ class V4l2Camera final : public CameraSource {
     settings_ = std::move(report.settings);
     opening_warning_ = joined({wrong_sensor_warning(), format_.warning, report.warning});
     if (!opening_warning_.empty()) opening_warning_ = path + ": " + opening_warning_;
+    options_.gives_up = nullptr;  // whom it asks may be gone when frames are read
   }
 
   std::optional<RawFrame> next() override {
@@ -101,7 +107,10 @@ class V4l2Camera final : public CameraSource {
   void settle() {
     const Clock::time_point start = Clock::now();
     CapturedFrame ignored;
-    while (seconds_since(start) < options_.settle_s) stream_.take(wait_slice_ms, ignored);
+    while (seconds_since(start) < options_.settle_s) {
+      stream_.take(wait_slice_ms, ignored);
+      give_up_if_asked(options_);
+    }
   }
 
   std::string wrong_sensor_warning() const {
@@ -200,8 +209,11 @@ bool may_pass(const CameraFailure& failure) {
 std::unique_ptr<CameraSource> open_camera(const CameraOptions& options, const VideoSystem& system) {
   const std::string path = find_camera(options, system);
   for (const Clock::time_point start = Clock::now();;) {
+    give_up_if_asked(options);
     try {
-      return std::make_unique<V4l2Camera>(options, path, system);
+      auto camera = std::make_unique<V4l2Camera>(options, path, system);
+      give_up_if_asked(options);  // at the last moment
+      return camera;
     } catch (const CameraFailure& failure) {
       if (!may_pass(failure) || seconds_since(start) > options.patience_s) throw;
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -24,6 +25,8 @@ struct CameraOptions {
   double settle_s =
       1;  ///< how long automatic exposure may look before it is held; skipped where nothing is automatic
   double patience_s = 1;  ///< how long a busy or unready camera is asked again when it is opened
+  /// Asked about ten times a second while the camera is being opened; true: give up. Empty: never.
+  std::function<bool()> gives_up;
 };
 
 /// From device_config: `camera`, `camera_format`, `camera_controls`, the raw size and the rate. Throws Error
@@ -48,8 +51,8 @@ class CameraSource : public RawFrameSource {
 /// Opens the camera, sets format, then rate, checks what was granted, holds exposure, white balance, gain and
 /// focus where the driver allows it (an exposure that follows the touch ruins a photometric sensor), and
 /// starts to stream. Throws Error, with a sentence for each: no camera, metadata node, busy (by whom), no
-/// permission (which group), gone, another format than asked (and which there are), no bandwidth. warning()
-/// tells of what is not fatal.
+/// permission (which group), gone, another format than asked (and which there are), no bandwidth, given up.
+/// warning() tells of what is not fatal.
 std::unique_ptr<CameraSource> open_camera(const CameraOptions& options);
 
 /// Pictures that a camera offers. A camera with a range of sizes has the smallest here, too.
