@@ -34,11 +34,6 @@ struct PressOptions {
   void add_to(CLI::App& command);
 };
 
-/// Throws Error for a background on which no calibration can be built: a gel with markers, red and blue swapped. Other
-/// doubts about it are said. `name`: of the background, for people.
-void require_readable_background(const cv::Mat3b& background, const std::string& device_name, const std::string& name,
-                                 const std::function<void(const std::string&)>& say_doubt);
-
 /// Reads the configuration, if one is given, and the presses. Throws Error also like require_readable_background();
 /// doubts are said on stderr.
 /// `model_pitch_mm`: of a model that the presses are read with; used where no other is given.

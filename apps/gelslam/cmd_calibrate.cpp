@@ -6,8 +6,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/slam/config.hpp"
-#include "gelslam/surface/background_judgement.hpp"
-#include "gelslam/surface/marker_dots.hpp"
+#include "readable_background.hpp"
 
 namespace gelslam {
 
@@ -15,20 +14,11 @@ void PressOptions::add_to(CLI::App& command) {
   command
       .add_option("PRESSES", folder, "calibration folder: catalog.csv, background.png, a folder per press")
       ->required();
-  command.add_option("--config", config, "the sensor's configuration: its name and pixel pitch (default: GelSight Mini)");
+  command.add_option("--config", config,
+                     "the sensor's configuration: its name and pixel pitch (default: GelSight Mini)");
   command.add_option("--pitch", given_pitch_mm, "millimetres per pixel, before what the configuration says")
       ->check(CLI::Range(1e-4, 10.0));
   command.add_flag("-q,--quiet", quiet, "no progress on stderr");
-}
-
-void require_readable_background(const cv::Mat3b& background, const std::string& device_name, const std::string& name,
-                                 const std::function<void(const std::string&)>& say_doubt) {
-  if (const auto markers = find_marker_dots(background)) throw Error(name + ": " + markers->sentence());
-  const std::string lamps = judge_lamps(background, device_name);
-  if (!lamps.empty())
-    throw Error(name + ": " + lamps + " (presses and background must be taken again, the right way; another sensor than a " +
-                device_name + "? name it with --config)");
-  for (const std::string& doubt : judge_background(background, device_name)) say_doubt(name + ": " + doubt);
 }
 
 PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm) {
@@ -40,7 +30,8 @@ PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_m
   }
   if (options.given_pitch_mm) options.pitch_mm = *options.given_pitch_mm;
   PressSet set = read_press_set(options.folder);
-  require_readable_background(set.background, options.device_name, "'" + (set.folder / "background.png").string() + "'",
+  require_readable_background(set.background, options.device_name,
+                              "'" + (set.folder / "background.png").string() + "'",
                               [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });
   return set;
 }
@@ -61,7 +52,8 @@ BallZones find_zones_for_people(const PressSet& set, const PressOptions& options
 void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite) {
   const std::filesystem::path folder = file.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder))
-    throw Error("there is no folder '" + folder.string() + "' to write '" + file.filename().string() + "' into");
+    throw Error("there is no folder '" + folder.string() + "' to write '" + file.filename().string() +
+                "' into");
   if (!overwrite && std::filesystem::exists(file))
     throw Error("'" + file.string() + "' is already there; choose another name, or give --overwrite");
 }
@@ -88,7 +80,8 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   add_calibrate_train_command(*command, exit_code);
   command->footer(
       "In order: collect presses, look at their labels, train a model on them, check it; later, drift.\n"
-      "Example: gelslam calibrate collect -o PRESSES --diameter 6.35 && gelslam calibrate train PRESSES -o model.json");
+      "Example: gelslam calibrate collect -o PRESSES --diameter 6.35 && gelslam calibrate train PRESSES -o "
+      "model.json");
 }
 
 }  // namespace gelslam

@@ -65,23 +65,30 @@ int run_collect(CollectArguments arguments) {
   if (arguments.pitch_mm) config.sensor.pixel_pitch_mm = *arguments.pitch_mm;
   // Where no window can be opened, no camera should have been disturbed.
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
+  CollectOptions& collect = arguments.collect;
+  PressFolder folder(collect.folder, collect.diameter_mm, !arguments.no_labels);  // nor with a wrong folder
   const std::unique_ptr<RawFrameSource> source = open_source(arguments, config);
-  arguments.collect.labels = !arguments.no_labels;
-  arguments.collect.until_enough = arguments.headless;
-  CollectSession session(*source, config.sensor, arguments.collect, [&](const std::string& words) {
+  collect.until_enough = arguments.headless;
+  const auto say = [&](const std::string& words) {
     if (!arguments.quiet) std::cerr << words << "\n";
-  });
+  };
+  CollectSession session(*source, config.sensor, std::move(folder), collect, say);
   const InterruptStopper stopper([&] {
     session.stop();
     session.close();
   });
   CollectWindowOptions window;
   window.snapshot = arguments.snapshot;
-  if (arguments.headless) {
-    session.run();
-    if (!window.snapshot.empty()) write_collect_snapshot(session, window);
-  } else {
-    run_in_window(session, window);
+  try {
+    if (arguments.headless) {
+      session.run();
+      if (!window.snapshot.empty()) write_collect_snapshot(session, window);
+    } else {
+      run_in_window(session, window);
+    }
+  } catch (const Error&) {
+    if (session.taken_now() > 0) std::cerr << "kept: " << session.summary() << "\n";
+    throw;
   }
   if (const std::string warning = source->warning(); !warning.empty())
     std::cerr << "warning: " << warning << "\n";
@@ -120,8 +127,9 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
                     "take the first still pictures as bare gel whatever they show");
   command->add_flag("--headless", arguments->headless,
                     "no window: words in the terminal, and an end when it is enough");
-  command->add_option("--snapshot", arguments->snapshot,
-                      "picture of the window at the end (PNG; also with --headless)")
+  command
+      ->add_option("--snapshot", arguments->snapshot,
+                   "picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
   command->add_flag("-q,--quiet", arguments->quiet, "no words on the way");
   command->footer(

@@ -1,10 +1,11 @@
 #include "collect_session.hpp"
 
+#include <exception>
 #include <utility>
 
-#include "calibrate_commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
+#include "readable_background.hpp"
 
 namespace gelslam {
 namespace {
@@ -33,14 +34,14 @@ const char* headline_for(const CollectorStatus& status) {
 
 }  // namespace
 
-CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& profile,
+CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& profile, PressFolder folder,
                                const CollectOptions& options, std::function<void(const std::string&)> say)
     : source_(source),
       profile_(profile),
       options_(options),
       say_(std::move(say)),
       collector_(collector_options(options, profile)),
-      folder_(options.folder, options.diameter_mm, options.labels),
+      folder_(std::move(folder)),
       coverage_(cv::Size(profile.width_px, profile.height_px), options.presses) {
   for (const ContactCircle& circle : folder_.earlier_circles(profile.pixel_pitch_mm)) coverage_.add(circle);
   if (coverage_.total() > 0)
@@ -49,6 +50,19 @@ CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& prof
 
 void CollectSession::run() {
   if (options_.until_enough && enough()) return;
+  std::exception_ptr failure;
+  try {
+    watch();
+  } catch (const Error&) {  // a camera that is pulled out: the press that is still held is good all the same
+    failure = std::current_exception();
+  }
+  const std::lock_guard lock(mutex_);
+  if (const auto held = collector_.finish()) keep(*held);
+  if (failure) std::rethrow_exception(failure);
+  if (collector_.background().empty()) refuse_without_background();
+}
+
+void CollectSession::watch() {
   FrameDecoder decoder(profile_);
   say_("keep everything off the gel");
   while (!stops_ && !(options_.until_enough && enough())) {
@@ -62,9 +76,10 @@ void CollectSession::run() {
     }
     look_at(image->bgr);
   }
-  const std::lock_guard lock(mutex_);
-  if (const auto held = collector_.finish()) keep(*held);
-  if (!collector_.background().empty()) return;
+}
+
+void CollectSession::refuse_without_background() const {
+  if (stops_) throw Error("stopped before the bare gel was seen; nothing was written");
   const std::string& why = collector_.status().warning;
   throw Error("the bare gel was never seen, nothing was written: " +
               (why.empty() ? std::string("there were too few pictures before the first touch") : why) +
@@ -153,11 +168,14 @@ bool CollectSession::enough() const {
 
 std::string CollectSession::summary() const {
   const std::lock_guard lock(mutex_);
-  std::string text = std::to_string(added_.size()) + " presses taken, " + std::to_string(coverage_.total()) +
-                     " of " + std::to_string(coverage_.wanted()) + " wanted of this ball are in '" +
+  std::string text = std::to_string(added_.size()) + (added_.size() == 1 ? " press" : " presses") +
+                     " taken, " + std::to_string(coverage_.total()) + " of " +
+                     std::to_string(coverage_.wanted()) + " wanted of this ball are in '" +
                      options_.folder.string() + "'";
   if (const std::string gaps = coverage_.gaps(); !gaps.empty()) text += "; missing at the " + gaps;
-  if (damaged_ > 0) text += "; " + std::to_string(damaged_) + " pictures were damaged";
+  if (damaged_ > 0)
+    text +=
+        "; " + std::to_string(damaged_) + (damaged_ == 1 ? " picture was damaged" : " pictures were damaged");
   return text;
 }
 

@@ -21,20 +21,21 @@ struct CollectOptions {
   std::filesystem::path folder;
   double diameter_mm = 0.0;
   int presses = 50;  ///< of this ball, those that are there already included
-  bool labels = true, any_background = false;
+  bool any_background = false;
   bool until_enough = true;  ///< else until the source ends or stop()
 };
 
 /// Brings a source's pictures to a PressCollector, its presses into a folder, and words to people.
 class CollectSession final : public CollectWatch {
  public:
-  /// Looks into the folder. Throws Error. `say`: told what happens, line by line, from run()'s thread (and
+  /// `folder`: that of the options. `say`: told what happens, line by line, from run()'s thread (and
   /// take_back()'s).
-  CollectSession(RawFrameSource& source, const SensorProfile& profile, const CollectOptions& options,
-                 std::function<void(const std::string&)> say);
+  CollectSession(RawFrameSource& source, const SensorProfile& profile, PressFolder folder,
+                 const CollectOptions& options, std::function<void(const std::string&)> say);
 
   /// Until the source ends, stop() or, if asked for, enough presses; then keeps the press that is still held.
-  /// Throws Error: no bare gel at the start, another sensor than the folder's, a source or disk that fails.
+  /// Throws Error: no bare gel at the start, another sensor than the folder's, a source or disk that fails;
+  /// presses taken before that are kept.
   void run();
   void stop();                      ///< from any thread
   void close() { closes_ = true; }  ///< lets the window close
@@ -47,6 +48,8 @@ class CollectSession final : public CollectWatch {
   std::string summary() const;  ///< what there is, and what is missing
 
  private:
+  void watch();
+  [[noreturn]] void refuse_without_background() const;
   void look_at(const cv::Mat3b& bgr);
   void begin_presses();
   void keep(const CollectedPress& press);

@@ -26,24 +26,26 @@ using Clock = std::chrono::steady_clock;
 /// Passes on what a person asks for outside the window: Ctrl-C, once or twice, and --seconds.
 class StopWatch {
  public:
-  StopWatch(LiveSlam& session, double seconds)
-      : thread_([this, &session, seconds](const std::stop_token& token) {
+  StopWatch(LiveSlam& session, const InterruptWatch& interrupt, double seconds)
+      : thread_([&session, &interrupt, seconds](const std::stop_token& token) {
           const Clock::time_point start = Clock::now();
           bool stopped = false;
           while (!token.stop_requested()) {
-            const bool time_is_up = seconds > 0 && std::chrono::duration<double>(Clock::now() - start).count() > seconds;
-            if (!std::exchange(stopped, stopped || interrupt_.requested() || time_is_up) && stopped) session.stop();
-            if (interrupt_.requests() > 1) return session.hurry();
+            const bool time_is_up =
+                seconds > 0 && std::chrono::duration<double>(Clock::now() - start).count() > seconds;
+            if (!std::exchange(stopped, stopped || interrupt.requested() || time_is_up) && stopped)
+              session.stop();
+            if (interrupt.requests() > 1) return session.hurry();
             std::this_thread::sleep_for(std::chrono::milliseconds(30));
           }
         }) {}
 
  private:
-  InterruptWatch interrupt_{2};
-  std::jthread thread_;  // ends before the watch it looks at
+  std::jthread thread_;
 };
 
-/// A line in the terminal that is written over, or, where stderr is no terminal, a line for every change of state.
+/// A line in the terminal that is written over, or, where stderr is no terminal, a line for every change of
+/// state.
 class StatusLine {
  public:
   explicit StatusLine(bool quiet) : quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
@@ -55,7 +57,8 @@ class StatusLine {
     if (quiet_) return;
     const Clock::time_point now = Clock::now();
     if (!s.warning.empty() && s.warning != warned_ && now >= next_warning_) {
-      next_warning_ = now + std::chrono::seconds(5);  // some of them count what they warn of; the last word is said at the end
+      next_warning_ = now + std::chrono::seconds(
+                                5);  // some of them count what they warn of; the last word is said at the end
       if (terminal_) std::cerr << "\r\033[K";
       std::cerr << "warning: " << s.warning << "\n";
       warned_ = s.warning;
@@ -69,8 +72,9 @@ class StatusLine {
  private:
   static std::string figures(const LiveStatus& s) {
     std::ostringstream text;
-    text << std::fixed << std::setprecision(1) << " | " << s.rate_hz << " Hz, " << s.latency_ms << " ms | " << s.keyframes
-         << " keyframes, " << s.loops << " loops, " << s.groups << (s.groups == 1 ? " group" : " groups");
+    text << std::fixed << std::setprecision(1) << " | " << s.rate_hz << " Hz, " << s.latency_ms << " ms | "
+         << s.keyframes << " keyframes, " << s.loops << " loops, " << s.groups
+         << (s.groups == 1 ? " group" : " groups");
     if (s.lost_by_camera + s.dropped + s.damaged > 0)
       text << " | " << s.lost_by_camera << " lost, " << s.dropped << " dropped, " << s.damaged << " damaged";
     return text.str();
@@ -93,10 +97,11 @@ std::string in_words(const ReconstructSummary& s, const LiveStatus& status, cons
   std::ostringstream text;
   text << std::fixed << std::setprecision(1);
   if (!s.warning.empty()) text << "warning: " << s.warning << "\n";
-  text << status.frames << " frames in " << s.seconds << " s, " << status.lost_by_camera << " lost by the camera, " << status.dropped
-       << " dropped, " << status.damaged << " damaged\n"
-       << s.tracked << " tracked, " << s.in_map << " in the map; " << s.trials << (s.trials == 1 ? " trial" : " trials") << " in "
-       << s.groups << (s.groups == 1 ? " group, " : " groups, ") << s.keyframes << " keyframes, " << s.loops << " loops\n"
+  text << status.frames << " frames in " << s.seconds << " s, " << status.lost_by_camera
+       << " lost by the camera, " << status.dropped << " dropped, " << status.damaged << " damaged\n"
+       << s.tracked << " tracked, " << s.in_map << " in the map; " << s.trials
+       << (s.trials == 1 ? " trial" : " trials") << " in " << s.groups
+       << (s.groups == 1 ? " group, " : " groups, ") << s.keyframes << " keyframes, " << s.loops << " loops\n"
        << "mesh of " << s.vertices << " vertices and " << s.triangles << " triangles"
        << (run_folder.empty() ? ", not kept (no -o)" : ": " + run_folder) << "\n";
   return text.str();
@@ -105,17 +110,21 @@ std::string in_words(const ReconstructSummary& s, const LiveStatus& status, cons
 }  // namespace
 
 void LiveArguments::add_to(CLI::App& command) {
-  command.add_option("-o,--output", run_folder, "Run folder to write: mesh, trajectory, report; with a scan, its log");
+  command.add_option("-o,--output", run_folder,
+                     "Run folder to write: mesh, trajectory, report; with a scan, its log");
   command.add_flag("--overwrite", overwrite, "Replace the run folder if it is there");
   command.add_option("--config", config, "Configuration");
-  command.add_option("--model", model, "Gradient model nnmodel.pth (default: the one the configuration names)");
-  command.add_option("--background", background, "Image of the bare gel (default: the mean of the first frames)");
+  command.add_option("--model", model,
+                     "Gradient model nnmodel.pth (default: the one the configuration names)");
+  command.add_option("--background", background,
+                     "Image of the bare gel (default: the mean of the first frames)");
   command.add_flag("--force", force, "Take the first frames as background whatever they show");
   command.add_option("--seconds", seconds, "Stop after so long")->check(CLI::Range(0.01, 1e6));
   command.add_flag("--headless", headless, "No window: words in the terminal");
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
-  command.add_option("--script", script, "Keys and movements from a file instead of a person's (docs/viewer.md)");
+  command.add_option("--script", script,
+                     "Keys and movements from a file instead of a person's (docs/viewer.md)");
   command.add_flag("-q,--quiet", quiet, "No words in the terminal");
 }
 
@@ -130,7 +139,8 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   return options;
 }
 
-int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options, const LiveArguments& arguments) {
+int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
+             const LiveArguments& arguments) {
   WindowOptions window;
   window.output_folder = arguments.run_folder.empty() ? "." : arguments.run_folder;
   window.keeps_run = !arguments.run_folder.empty();
@@ -142,8 +152,9 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   // Where no window can be opened, nothing should have begun.
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
 
+  const InterruptWatch interrupt(2);  // before there is anything that must not be left behind
   LiveSlam session(std::move(source), options);
-  const StopWatch stop_watch(session, arguments.seconds);
+  const StopWatch stop_watch(session, interrupt, arguments.seconds);
   if (!arguments.headless) {
     lower_thread_priority();  // drawing goes after tracking; the threads of the chain run already
     run_live_window(session, window);
@@ -151,7 +162,8 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   }
   wait_in_terminal(session, arguments.quiet);
   const ReconstructSummary summary = session.wait();
-  if (arguments.headless && !arguments.snapshot.empty()) write_live_snapshot(session, arguments.snapshot, window);
+  if (arguments.headless && !arguments.snapshot.empty())
+    write_live_snapshot(session, arguments.snapshot, window);
   if (!arguments.quiet) std::cerr << in_words(summary, session.status(), arguments.run_folder);
   return summary.tracked == 0 || summary.partial ? exit_not_good : exit_done;
 }

@@ -1,0 +1,188 @@
+// A session of `gelslam calibrate collect` that ends before its time: Ctrl-C, a camera that is pulled out, a
+// gel that cannot be read. What was taken is kept, and the folder is whole.
+
+#include "collect_session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <csignal>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/simulation/press_log.hpp"
+#include "gelslam/viewer/gl_context.hpp"
+#include "interrupt_stopper.hpp"
+
+namespace gelslam::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr double diameter_mm = 6.31;
+
+struct Hand {
+  std::vector<cv::Mat3b> pictures;
+  std::vector<SimulatedTouch> touches;
+};
+
+/// Three good presses, made once.
+const Hand& hand() {
+  static const Hand made = [] {
+    PressLogSpec spec;
+    spec.presses = 3;
+    Hand hand;
+    hand.touches =
+        simulate_press_log(spec, [&](const cv::Mat3b& bgr) { hand.pictures.push_back(bgr.clone()); });
+    return hand;
+  }();
+  return made;
+}
+
+/// A camera that sends `count` pictures, and then does `at_the_end`, and then nothing: next() waits for
+/// stop().
+class WaitingCamera final : public RawFrameSource {
+ public:
+  WaitingCamera(std::vector<cv::Mat3b> pictures, std::function<void()> at_the_end)
+      : pictures_(std::move(pictures)), at_the_end_(std::move(at_the_end)) {}
+
+  std::optional<RawFrame> next() override {
+    if (sent_ < pictures_.size()) return frame(pictures_[sent_++]);
+    at_the_end_();
+    std::unique_lock lock(mutex_);
+    stop_came_.wait(lock, [this] { return stopped_; });
+    return std::nullopt;
+  }
+  void stop() override {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+    stop_came_.notify_all();
+  }
+  double rate_hz() const override { return 25.0; }
+  std::string description() const override { return "test"; }
+
+ private:
+  RawFrame frame(const cv::Mat3b& bgr) {
+    RawFrame frame;
+    frame.encoding = FrameEncoding::bgr;
+    frame.bytes.assign(bgr.datastart, bgr.dataend);
+    frame.width_px = bgr.cols;
+    frame.height_px = bgr.rows;
+    frame.index = frame.sequence = static_cast<std::int64_t>(sent_);
+    return frame;
+  }
+
+  std::vector<cv::Mat3b> pictures_;
+  std::function<void()> at_the_end_;
+  std::size_t sent_ = 0;
+  std::mutex mutex_;
+  std::condition_variable stop_came_;
+  bool stopped_ = false;
+};
+
+class EndOfACollection : public ::testing::Test {
+ protected:
+  /// Pictures until the ball of the last touch but one is held; and on to the middle of the last one's hold.
+  static std::vector<cv::Mat3b> until_the_third_is_held() {
+    const SimulatedTouch& third = hand().touches.at(2);
+    const auto end = hand().pictures.begin() + third.last_frame;
+    return {hand().pictures.begin(), end};
+  }
+  static void press_ctrl_c() { std::raise(SIGINT); }
+
+  CollectSession session(RawFrameSource& source) {
+    CollectOptions options;
+    options.folder = folder();
+    options.diameter_mm = diameter_mm;
+    options.until_enough = false;
+    return {source, SensorProfile{}, PressFolder(folder(), diameter_mm, true), options,
+            [](const std::string&) {}};
+  }
+  fs::path folder() const { return place_ / "presses"; }
+  void expect_whole(std::size_t presses) const {
+    const PressSet set = read_press_set(folder());
+    EXPECT_EQ(set.presses.size(), presses);
+    std::size_t files = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder())) files += entry.is_regular_file();
+    EXPECT_EQ(files, 2 + 2 * presses) << "background, catalogue; of every press a picture and a label";
+  }
+
+  const TemporaryFolder place_;
+};
+
+TEST_F(EndOfACollection, CtrlCKeepsAllPressesAndTheOneStillHeld) {
+  WaitingCamera camera(until_the_third_is_held(), press_ctrl_c);
+  {
+    CollectSession collecting = session(camera);
+    const InterruptStopper stopper([&] { collecting.stop(); });
+    collecting.run();
+    EXPECT_EQ(collecting.taken_now(), 3);
+    EXPECT_THAT(collecting.summary(), HasSubstr("3 presses taken, 3 of 50 wanted"));
+  }
+  expect_whole(3);
+  EXPECT_EQ(PressFolder(folder(), diameter_mm, true).earlier_circles(0.0634).size(), 3U) << "it can go on";
+}
+
+TEST_F(EndOfACollection, CtrlCClosesTheWindowToo) {
+  try {
+    GlContext::offscreen();
+  } catch (const Error& error) {
+    GTEST_SKIP() << error.what();
+  }
+  WaitingCamera camera(until_the_third_is_held(), press_ctrl_c);
+  CollectSession collecting = session(camera);
+  const InterruptStopper stopper([&] {
+    collecting.stop();
+    collecting.close();
+  });
+  {
+    const std::jthread thread([&] { collecting.run(); });
+    CollectWindowOptions window;
+    window.visible = false;
+    run_collect_window(collecting, window);
+  }
+  expect_whole(3);
+}
+
+TEST_F(EndOfACollection, CtrlCBeforeTheBareGelWasSeenWritesNothing) {
+  WaitingCamera camera({hand().pictures.front()}, press_ctrl_c);
+  CollectSession collecting = session(camera);
+  const InterruptStopper stopper([&] { collecting.stop(); });
+  EXPECT_EQ(message_of<Error>([&] { collecting.run(); }),
+            "stopped before the bare gel was seen; nothing was written");
+  EXPECT_FALSE(fs::exists(folder()));
+}
+
+TEST_F(EndOfACollection, ACameraThatIsPulledOutLosesNoPress) {
+  WaitingCamera camera(until_the_third_is_held(),
+                       [] { throw Error("the camera is gone; is it unplugged?"); });
+  CollectSession collecting = session(camera);
+  EXPECT_THAT(message_of<Error>([&] { collecting.run(); }), HasSubstr("the camera is gone"));
+  EXPECT_EQ(collecting.taken_now(), 3) << "the one still held, too";
+  expect_whole(3);
+}
+
+TEST_F(EndOfACollection, AGelWithMarkersIsRefusedBeforeAnythingIsWritten) {
+  std::vector<cv::Mat3b> dotted;
+  for (int k = 0; k < 12; ++k) {
+    cv::Mat3b picture = hand().pictures.front().clone();
+    for (int v = 20; v < picture.rows; v += 34)
+      for (int u = 20; u < picture.cols; u += 35)
+        picture(cv::Rect(u - 4, v - 4, 9, 9)) = cv::Vec3b(15, 15, 15);
+    dotted.push_back(picture);
+  }
+  WaitingCamera camera(dotted, [] { FAIL() << "it went on"; });
+  CollectSession collecting = session(camera);
+  const std::string message = message_of<Error>([&] { collecting.run(); });
+  EXPECT_THAT(message, HasSubstr("markers"));
+  EXPECT_FALSE(fs::exists(folder()));
+}
+
+}  // namespace
+}  // namespace gelslam::test
