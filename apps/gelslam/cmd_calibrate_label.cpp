@@ -115,6 +115,8 @@ int label_in_window(const LabelArguments& arguments, PressSet set, std::vector<F
     std::cerr << "wrote " << arguments.snapshot.string() << "; no label was written\n";
     return exit_done;
   }
+  const InterruptWatch interrupt;
+  options.asks_to_end = [&] { return interrupt.requested(); };
   const std::size_t written = run_label_window(session, options);
   const LabelCounts counts = session.counts();
   const std::size_t open = counts.presses - counts.accepted - counts.left_out;

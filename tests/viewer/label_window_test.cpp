@@ -150,10 +150,12 @@ TEST_F(LabelWindow, AScriptSavesAtTheEnd) {
   EXPECT_TRUE(loop.controls().shows_difference());
   EXPECT_FALSE(cv::imread((folder / "a.png").string()).empty());
   EXPECT_EQ(session.counts().accepted, 3U);
-  EXPECT_FALSE(std::filesystem::exists(folder / "p0/label.npz"));
-  options.script = "quit\n";
-  EXPECT_EQ(run_label_window(session, options), 3U);
   EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
+  session.show(0);
+  session.leave_out();        // p3
+  options.script = "quit\n";  // the script's own end, no key
+  EXPECT_EQ(run_label_window(session, options), 1U);
+  EXPECT_TRUE(std::filesystem::exists(folder / "p3/left_out.npz"));
 }
 
 TEST_F(LabelWindow, TinyWindowsAndHelpDoNoHarm) {
@@ -176,6 +178,45 @@ TEST_F(LabelWindow, AFullDiskIsSaidInTheWindow) {
   std::filesystem::remove_all(folder / "p0");
   press_key(loop, GLFW_KEY_S, 1.2);
   EXPECT_THAT(loop.controls().message(), HasSubstr("p0"));
+}
+
+TEST_F(LabelWindow, QThatCannotSaveStaysOpenUntilItCan) {
+  LabelLoop loop(session, options);
+  loop.turn(1);
+  press_key(loop, GLFW_KEY_A, 1.1);
+  std::filesystem::remove_all(folder / "p0");
+  press_key(loop, GLFW_KEY_Q, 1.2);
+  EXPECT_FALSE(loop.controls().wants_to_close());
+  EXPECT_THAT(words(loop), Contains(testing::AllOf(HasSubstr("1 of 3 presses could not be saved"),
+                                                   HasSubstr("p0"), HasSubstr("Q once more"))));
+  EXPECT_TRUE(std::filesystem::exists(folder / "p1/label.npz"));
+  loop.turn(20);
+  EXPECT_NE(loop.controls().message(), "") << "long enough to be read";
+  press_key(loop, GLFW_KEY_D, 20.1);  // something else: the person stayed
+  press_key(loop, GLFW_KEY_Q, 20.2);
+  EXPECT_FALSE(loop.controls().wants_to_close());
+  std::filesystem::create_directory(folder / "p0");
+  press_key(loop, GLFW_KEY_Q, 20.3);
+  EXPECT_TRUE(loop.controls().wants_to_close());
+  EXPECT_EQ(loop.controls().written(), 3U);
+  EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
+}
+
+TEST_F(LabelWindow, ASecondQLeavesAndSaysWhatIsLost) {
+  session.accept_rest();
+  std::filesystem::remove_all(folder / "p0");
+  options.script = "key q; wait 0.1; key q";
+  EXPECT_THAT(message_of<Error>([&] { run_label_window(session, options); }),
+              testing::AllOf(HasSubstr("could not be saved"), HasSubstr("p0")));
+  EXPECT_TRUE(std::filesystem::exists(folder / "p2/label.npz"));
+}
+
+TEST_F(LabelWindow, CtrlCSavesAndCloses) {
+  session.accept_rest();
+  int asked = 0;
+  options.asks_to_end = [&] { return ++asked > 2; };
+  EXPECT_EQ(run_label_window(session, options), 3U);
+  EXPECT_TRUE(std::filesystem::exists(folder / "p0/label.npz"));
 }
 
 TEST(LabelPicture, StretchesTheDifferenceAndIgnoresTheExposure) {

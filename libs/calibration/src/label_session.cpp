@@ -190,26 +190,36 @@ bool LabelSession::is_saved(std::size_t label) const {
   return now.state == then.state && (now.state == LabelState::open || same_circle(now.circle, then.circle));
 }
 
-bool LabelSession::has_unsaved() const {
-  for (std::size_t k = 0; k < labels_.size(); ++k)
-    if (!is_saved(k)) return true;
-  return false;
+std::size_t LabelSession::unsaved() const {
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < labels_.size(); ++k) count += is_saved(k) ? 0 : 1;
+  return count;
 }
 
 std::size_t LabelSession::save() {
-  std::size_t written = 0;
+  const std::size_t to_write = unsaved();
+  std::string problem;
   for (std::size_t k = 0; k < labels_.size(); ++k) {
-    if (is_saved(k)) continue;
-    const PressLabel& label = labels_[k];
-    const fs::path folder = set_.folder / set_.presses[label.press].name;
-    if (label.state == LabelState::open)
-      remove_decision(folder);  // saved, and then taken back
-    else
-      write_decision(folder, label.circle, label.state == LabelState::left_out);
-    on_disk_[k] = label;
-    ++written;
+    try {
+      if (!is_saved(k)) save_one(k);
+    } catch (const Error& error) {
+      if (problem.empty()) problem = error.what();
+    }
   }
-  return written;
+  if (const std::size_t left = unsaved(); left > 0)
+    throw Error(std::to_string(left) + " of " + std::to_string(to_write) +
+                " presses could not be saved: " + problem);
+  return to_write;
+}
+
+void LabelSession::save_one(std::size_t k) {
+  const PressLabel& label = labels_[k];
+  const fs::path folder = set_.folder / set_.presses[label.press].name;
+  if (label.state == LabelState::open)
+    remove_decision(folder);  // saved, and then taken back
+  else
+    write_decision(folder, label.circle, label.state == LabelState::left_out);
+  on_disk_[k] = label;
 }
 
 void write_decision(const fs::path& press_folder, const ContactCircle& circle, bool left_out) {

@@ -12,7 +12,7 @@ namespace gelslam::viewer::detail {
 namespace {
 
 constexpr double step_px = 0.5;
-constexpr double message_s = 5.0;
+constexpr double message_s = 5.0, trouble_s = 60.0;
 
 }  // namespace
 
@@ -64,6 +64,8 @@ void LabelControls::perform(LabelAction action, double now_s) {
   if (action == narrower) return change_radius(-step_px);
   turns_wheel_ = false;
   end_drag();
+  if (action == quit) return end(now_s);
+  leaves_unsaved_ = false;
   switch (action) {
     case accept:
       return session_.accept();
@@ -92,7 +94,8 @@ void LabelControls::perform(LabelAction action, double now_s) {
       if (!session_.undo()) say("There is nothing to undo", now_s);
       return;
     case save:
-      return save_now(now_s);
+      save_now(now_s);
+      return;
     case screenshot:
       screenshot_ = true;
       return;
@@ -100,8 +103,6 @@ void LabelControls::perform(LabelAction action, double now_s) {
       shows_help_ = !shows_help_;
       return;
     case quit:
-      wants_to_close_ = true;
-      return;
     case wider:
     case narrower:
       return;
@@ -116,6 +117,7 @@ void LabelControls::move(double du_px, double dv_px) {
 }
 
 void LabelControls::change_radius(double by_px) {
+  leaves_unsaved_ = false;
   ContactCircle circle = session_.label().circle;
   circle.radius_px += by_px;
   turns_wheel_ = session_.put(circle, turns_wheel_) || turns_wheel_;
@@ -124,7 +126,7 @@ void LabelControls::change_radius(double by_px) {
 void LabelControls::begin_drag(double u_px, double v_px, double reach_px) {
   const ContactCircle& circle = session_.label().circle;
   const double from_centre_px = std::hypot(u_px - circle.u_px, v_px - circle.v_px);
-  turns_wheel_ = false;
+  turns_wheel_ = leaves_unsaved_ = false;
   drag_ = Drag{std::abs(from_centre_px - circle.radius_px) <= reach_px, false, u_px, v_px, circle};
 }
 
@@ -142,7 +144,7 @@ void LabelControls::drag_to(double u_px, double v_px) {
 }
 
 void LabelControls::show(std::size_t label) {
-  turns_wheel_ = false;
+  turns_wheel_ = leaves_unsaved_ = false;
   end_drag();
   session_.show(label);
 }
@@ -156,14 +158,26 @@ void LabelControls::accept_rest_of_them(double now_s) {
         now_s);
 }
 
-void LabelControls::save_now(double now_s) {
+bool LabelControls::save_now(double now_s) {
+  const std::size_t before = session_.unsaved();
   try {
-    const std::size_t written = session_.save();
-    written_ += written;
-    say(written == 0 ? "Nothing new to save" : format_text("%zu presses saved", written), now_s);
+    session_.save();
+    say(before == 0 ? "Nothing new to save"
+                    : format_text("%zu %s saved", before, before == 1 ? "press" : "presses"),
+        now_s);
   } catch (const Error& error) {
     say(error.what(), now_s);
+    message_until_s_ = now_s + trouble_s;
   }
+  written_ += before - session_.unsaved();
+  return session_.unsaved() == 0;
+}
+
+void LabelControls::end(double now_s) {
+  wants_to_close_ = save_now(now_s) || leaves_unsaved_;
+  if (wants_to_close_) return;
+  leaves_unsaved_ = true;
+  message_ += ". Nothing is lost yet: S tries again, Q once more leaves without them";
 }
 
 void LabelControls::say(std::string message, double now_s) {

@@ -49,6 +49,7 @@ class LabelControls {
   explicit LabelControls(LabelSession& session) : session_(session) {}
 
   void press_key(int key, double now_s);
+  /// quit saves first; where that fails, the first one stays, and the next one leaves.
   void perform(LabelAction action, double now_s);
 
   /// A drag takes the rim where it begins within `reach_px` of it, else the centre.
@@ -77,12 +78,14 @@ class LabelControls {
 
   void move(double du_px, double dv_px);
   void accept_rest_of_them(double now_s);
-  void save_now(double now_s);
+  bool save_now(double now_s);  ///< false when something could not be saved
+  void end(double now_s);
 
   LabelSession& session_;
   std::optional<Drag> drag_;
   bool turns_wheel_ = false;  ///< the last change was one of the radius
   bool shows_difference_ = false, shows_help_ = false, wants_to_close_ = false, screenshot_ = false;
+  bool leaves_unsaved_ = false;  ///< the last thing done was a quit that could not save
   std::size_t written_ = 0;
   std::string message_;
   double message_until_s_ = 0.0;

@@ -32,15 +32,28 @@ void LabelLoop::run() {
       turn(begin_s);
       host_.wait(std::max(frame_s - (clock.now_s() - begin_s), 0.001));
     }
-  } catch (...) {
-    session_.save();  // what was decided outlives a window that fails
+  } catch (const std::exception& error) {
+    save_after(error);
     throw;
   }
   written_at_end_ = session_.save();
 }
 
+/// What was decided outlives a window that fails.
+void LabelLoop::save_after(const std::exception& failure) {
+  try {
+    session_.save();
+  } catch (const Error& error) {
+    throw Error(std::string(failure.what()) + "; and " + error.what());
+  }
+}
+
 bool LabelLoop::turn(double now_s) {
   const bool scripted = !player_.done();
+  if (!end_asked_ && options_.asks_to_end && options_.asks_to_end()) {
+    end_asked_ = draw_next_ = true;
+    controls_.perform(LabelAction::quit, now_s);
+  }
   if (scripted) player_.play({LiveState::finished, layout_.picture, &texts_}, host_, now_s);
   handle_input(now_s);
   const bool had_message = !controls_.message().empty();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <optional>
 #include <vector>
 
@@ -16,7 +17,7 @@ class LabelLoop {
  public:
   LabelLoop(LabelSession& session, const LabelWindowOptions& options);
 
-  /// Until it is closed; saves at the end.
+  /// Until it is closed; saves at the end. Throws Error when something stays unsaved.
   void run();
   /// One turn at `now_s` of the window's clock. True when it drew.
   bool turn(double now_s);
@@ -30,6 +31,7 @@ class LabelLoop {
   std::size_t written() const { return controls_.written() + written_at_end_; }
 
  private:
+  void save_after(const std::exception& failure);
   void handle_input(double now_s);
   void handle_button(const InputEvent& event);
   void show_press();
@@ -46,7 +48,7 @@ class LabelLoop {
       shown_;  // press, and whether its difference: as the texture has it
   double pointer_x_ = 0.0, pointer_y_ = 0.0;
   double drawn_s_ = 0.0;
-  bool input_seen_ = false, draw_next_ = true;
+  bool input_seen_ = false, draw_next_ = true, end_asked_ = false;
   std::size_t written_at_end_ = 0;
   LabelLayout layout_;
   std::vector<DrawnText> texts_;

@@ -7,12 +7,13 @@ namespace gelslam::viewer::detail {
 void draw_note(Canvas& canvas, const Box& view, const std::string& text) {
   if (text.empty()) return;
   ImFont* font = canvas.fonts().body;
-  const std::string shown = canvas.fitted(font, text, view.width - canvas.px(60));
-  const float width = canvas.width_of(font, shown) + canvas.px(24), height = font->FontSize + canvas.px(18);
+  // One more than it needs: a text that just fits must not be broken.
+  const float inner = std::max(1.0F, std::min(canvas.width_of(font, text) + 1, view.width - canvas.px(84)));
+  const float width = inner + canvas.px(24), height = canvas.height_of(font, text, inner) + canvas.px(18);
   const Box box{view.x + 0.5F * (view.width - width), view.bottom() - height - canvas.px(18), width, height};
   canvas.fill(box, theme::panel, 8);
   canvas.frame(box, theme::line, 8);
-  canvas.text_centred(font, box, theme::text, shown);
+  canvas.text_wrapped(font, box.x + canvas.px(12), box.y + canvas.px(9), inner, theme::text, text);
 }
 
 void draw_help_card(Canvas& canvas, const Box& view, const std::vector<HelpLine>& lines) {

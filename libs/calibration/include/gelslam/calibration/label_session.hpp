@@ -57,11 +57,11 @@ class LabelSession {
   void show_previous();
   bool undo();  ///< takes back the last change; false when there is none
 
-  /// True when save() would write something.
-  bool has_unsaved() const;
+  std::size_t unsaved() const;  ///< presses that save() would write
   /// Writes what was decided to the set's folder: label.npz for accepted presses, left_out.npz in its place
-  /// for those left out, and neither for those whose saved decision was taken back. Returns the number of presses written. Throws Error when
-  /// the disk does not take one; what was written until then stays.
+  /// for those left out, and neither for those whose saved decision was taken back. Returns the number of
+  /// presses written. When the disk does not take one the others are written all the same, and then it throws
+  /// Error; the next save() tries again.
   std::size_t save();
 
  private:
@@ -74,6 +74,7 @@ class LabelSession {
   void decide(LabelState state);
   bool show_next_open();
   bool is_saved(std::size_t label) const;
+  void save_one(std::size_t label);
 
   PressSet set_;
   std::vector<FoundCircle> found_;
