@@ -27,6 +27,8 @@ MeshBlock strip(std::int64_t key, int from, int to, bool with_normals = true) {
   return block;
 }
 
+MeshBlocks one_strip() { return {std::make_shared<const Mesh>(strip(1, 0, 3).mesh)}; }
+
 double area_mm2(const Mesh& mesh) {
   double sum = 0;
   for (const Eigen::Vector3i& t : mesh.triangles) {
@@ -39,7 +41,7 @@ double area_mm2(const Mesh& mesh) {
 TEST(WindowMesh, JoinsBlocksAtTheirBorder) {
   WindowMesh mesh;
   mesh.update({false, {strip(1, 0, 4), strip(2, 4, 9)}});
-  const Mesh whole = mesh.whole();
+  const Mesh whole = join_blocks(mesh.blocks());
   EXPECT_EQ(mesh.triangles(), 18U);
   EXPECT_EQ(whole.triangles.size(), 18U);
   EXPECT_EQ(whole.vertices_mm.size(), 20U) << "the two on the border once";
@@ -55,10 +57,24 @@ TEST(WindowMesh, ReplacesRemovesAndClears) {
   MeshBlock gone;
   gone.key = 2;
   mesh.update({false, {gone}});
-  EXPECT_NEAR(area_mm2(mesh.whole()), 0.2, 1e-5);
+  EXPECT_NEAR(area_mm2(join_blocks(mesh.blocks())), 0.2, 1e-5);
   mesh.update({true, {strip(3, 5, 6)}});
   EXPECT_EQ(mesh.triangles(), 2U);
-  EXPECT_NEAR(area_mm2(mesh.whole()), 0.1, 1e-5);
+  EXPECT_NEAR(area_mm2(join_blocks(mesh.blocks())), 0.1, 1e-5);
+}
+
+TEST(WindowMesh, ASnapshotCopiesNoTriangleAndNeverChanges) {
+  WindowMesh mesh;
+  mesh.update({false, {strip(1, 0, 4), strip(2, 4, 9)}});
+  const MeshBlocks before = mesh.blocks(), again = mesh.blocks();
+  ASSERT_EQ(before.size(), 2U);
+  EXPECT_EQ(before, again) << "the same meshes, not copies of them";
+  mesh.update({false, {strip(2, 4, 6)}});
+  EXPECT_EQ(mesh.blocks()[0], before[0]) << "what has not changed is shared";
+  mesh.update({true, {}});
+  EXPECT_TRUE(mesh.blocks().empty());
+  EXPECT_NEAR(area_mm2(join_blocks(before)), 0.9, 1e-5)
+      << "while the scan goes on an export has what it began with";
 }
 
 TEST(WindowMesh, SurvivesBrokenBlocks) {
@@ -68,7 +84,7 @@ TEST(WindowMesh, SurvivesBrokenBlocks) {
   broken.mesh.vertices_mm[5].z() = std::nanf("");
   WindowMesh mesh;
   mesh.update({false, {broken, strip(2, 3, 5, false)}});
-  const Mesh whole = mesh.whole();
+  const Mesh whole = join_blocks(mesh.blocks());
   EXPECT_TRUE(whole.normals.empty()) << "not every block had some";
   for (const Eigen::Vector3i& t : whole.triangles) {
     EXPECT_GE(t.minCoeff(), 0);
@@ -83,7 +99,7 @@ TEST(Export, WritesMillimetresUnderAFreeName) {
   test::write_bytes(folder / "mesh_mm_001.stl", "somebody's");
   const auto path = free_name(folder.path(), "mesh_mm", "stl");
   EXPECT_EQ(path, folder / "mesh_mm_002.stl");
-  const ExportOutcome outcome = export_in_background(mesh.whole(), path).get();
+  const ExportOutcome outcome = export_in_background(mesh.blocks(), path).get();
   EXPECT_TRUE(outcome.ok);
   EXPECT_THAT(outcome.sentence, testing::HasSubstr(path.string()));
   EXPECT_NEAR(area_mm2(read_mesh(path, LengthUnit::millimetre)), 0.9, 1e-4);
@@ -92,10 +108,9 @@ TEST(Export, WritesMillimetresUnderAFreeName) {
 
 TEST(Export, SaysWhatIsWrong) {
   const test::TemporaryFolder folder;
-  EXPECT_FALSE(export_in_background(Mesh(), folder / "a.ply").get().ok);
+  EXPECT_FALSE(export_in_background({}, folder / "a.ply").get().ok);
   test::write_bytes(folder / "file", "");
-  const ExportOutcome outcome =
-      export_in_background(strip(1, 0, 3).mesh, folder.path() / "file" / "a.ply").get();
+  const ExportOutcome outcome = export_in_background(one_strip(), folder.path() / "file" / "a.ply").get();
   EXPECT_FALSE(outcome.ok);
   EXPECT_THAT(outcome.sentence, testing::HasSubstr("a.ply"));
 }

@@ -162,7 +162,7 @@ void LiveWindow::fulfil_wishes(double now_s) {
       controls_.complain("The last export is still being written.", now_s);
     } else {
       export_ =
-          export_in_background(view_.mesh().whole(), free_name(options_.output_folder, "mesh_mm", *format));
+          export_in_background(view_.mesh().blocks(), free_name(options_.output_folder, "mesh_mm", *format));
     }
   }
   if (export_.valid() && export_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {

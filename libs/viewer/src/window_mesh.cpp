@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "status_text.hpp"
 
@@ -85,25 +86,31 @@ ExportOutcome export_now(const Mesh& mesh, const std::filesystem::path& path) {
 
 }  // namespace
 
-void WindowMesh::update(const MeshChanges& changes) {
+void WindowMesh::update(MeshChanges changes) {
   if (changes.cleared) {
     blocks_.clear();
     triangles_ = 0;
   }
-  for (const MeshBlock& block : changes.blocks) {
+  for (MeshBlock& block : changes.blocks) {
     if (const auto old = blocks_.find(block.key); old != blocks_.end()) {
-      triangles_ -= old->second.triangles.size();
+      triangles_ -= old->second->triangles.size();
       blocks_.erase(old);
     }
     if (block.mesh.triangles.empty()) continue;
     triangles_ += block.mesh.triangles.size();
-    blocks_.emplace(block.key, block.mesh);
+    blocks_.emplace(block.key, std::make_shared<const Mesh>(std::move(block.mesh)));
   }
 }
 
-Mesh WindowMesh::whole() const {
+MeshBlocks WindowMesh::blocks() const {
+  MeshBlocks blocks;
+  for (const auto& [key, mesh] : blocks_) blocks.push_back(mesh);
+  return blocks;
+}
+
+Mesh join_blocks(const MeshBlocks& blocks) {
   MeshJoiner joiner;
-  for (const auto& [key, mesh] : blocks_) joiner.add(mesh);
+  for (const auto& block : blocks) joiner.add(*block);
   return joiner.take();
 }
 
@@ -128,8 +135,11 @@ ExportOutcome save_picture(WindowHost& host, const std::filesystem::path& folder
   }
 }
 
-std::future<ExportOutcome> export_in_background(Mesh mesh, const std::filesystem::path& path) {
-  return std::async(std::launch::async, [mesh = std::move(mesh), path] { return export_now(mesh, path); });
+std::future<ExportOutcome> export_in_background(MeshBlocks blocks, const std::filesystem::path& path) {
+  return std::async(std::launch::async, [blocks = std::move(blocks), path] {
+    lower_thread_priority();
+    return export_now(join_blocks(blocks), path);
+  });
 }
 
 }  // namespace gelslam::viewer::detail

@@ -23,9 +23,9 @@ bool nearly_there(const OrbitCamera& a, const OrbitCamera& b) {
 
 bool WindowView::take_news(LiveSession& session, double now_s) {
   bool news = false;
-  if (const MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
+  if (MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
     scene_.update(changes);
-    mesh_.update(changes);
+    mesh_.update(std::move(changes));
     news = true;
   }
   const auto touch = session.touch();
