@@ -11,6 +11,7 @@
 #include "contact_mask.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "glare.hpp"
 #include "gradient_map.hpp"
 #include "light.hpp"
 #include "poisson.hpp"
@@ -55,6 +56,7 @@ struct SurfaceEstimator::Impl {
         size(background.size()),
         background_blocks(average_blocks(background)),
         light_tracker(background_blocks),
+        glare(background),
         gradient(model, background),
         poisson(size),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
@@ -97,6 +99,7 @@ struct SurfaceEstimator::Impl {
   cv::Size size;
   cv::Mat3f background_blocks;
   LightTracker light_tracker;
+  GlareRemover glare;
   GradientMap gradient;
   PoissonSolver poisson;
   ContactDetector contact_detector;
@@ -120,16 +123,17 @@ SurfaceEstimator::~SurfaceEstimator() = default;
 SurfaceEstimator::SurfaceEstimator(SurfaceEstimator&&) noexcept = default;
 SurfaceEstimator& SurfaceEstimator::operator=(SurfaceEstimator&&) noexcept = default;
 
-SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& bgr) {
+SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   Impl& self = *impl_;
-  if (bgr.size() != self.size) {
-    throw Error("image is " + size_text(bgr.cols, bgr.rows) + " but the background is " +
+  if (image.size() != self.size) {
+    throw Error("image is " + size_text(image.cols, image.rows) + " but the background is " +
                 size_text(self.size.width, self.size.height));
   }
   Stopwatch watch;
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = self.options.pixel_pitch_mm;
 
+  const cv::Mat3b& bgr = self.glare.clean(image);
   self.find_changes(bgr);
   const cv::Mat1b& where = self.options.gradient_everywhere ? self.everywhere : self.changed;
   self.gradient.compute(bgr, self.colors, where, self.gx, self.gy);

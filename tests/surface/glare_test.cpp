@@ -1,0 +1,83 @@
+#include "glare.hpp"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "gelslam/surface/surface_estimator.hpp"
+#include "linear_gel.hpp"
+
+namespace gelslam::test {
+namespace {
+
+constexpr double pitch_mm = 0.0634;
+const cv::Size sensor(320, 240);
+const cv::Mat3b bare = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 0.0, 1);
+
+/// A white spot with soft edges, as a lens would show it.
+void shine(cv::Mat3b& image, const std::vector<cv::Point>& places) {
+  cv::Mat1f light(image.size(), 0.0F);
+  for (const cv::Point& place : places) cv::circle(light, place, 4, 1.0, cv::FILLED);
+  cv::GaussianBlur(light, light, {}, 1.2);
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u)
+      for (int c = 0; c < 3; ++c)
+        image(v, u)[c] = cv::saturate_cast<unsigned char>(image(v, u)[c] + 300.0F * light(v, u));
+}
+
+const std::vector<cv::Point> on_contact = {{150, 110}, {175, 131}};
+const std::vector<cv::Point> on_gel = {{40, 40}, {280, 60}, {60, 200}};
+
+SurfacePtr surface_of(const cv::Mat3b& image) {
+  return SurfaceEstimator(linear_gel_model(), bare, SurfaceOptions{}).estimate(image);
+}
+
+// A ball's slope changes by 0.11 over the 9 pixels that are filled from around: read to a fraction of that,
+// its height is right to that times half of the width, 0.03 mm.
+TEST(Glare, ShinesNeitherThroughTheHeightsNorTheContact) {
+  const cv::Mat1f truth = ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6);
+  cv::Mat3b image = render(truth, pitch_mm, 1.0, 2);
+  const SurfacePtr undisturbed = surface_of(image);
+  shine(image, on_contact);
+  shine(image, on_gel);
+  const SurfacePtr surface = surface_of(image);
+  EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03);
+  cv::Mat differing = surface->contact != undisturbed->contact;
+  EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
+  for (const cv::Point& place : on_gel) EXPECT_EQ(surface->contact(place), 0) << place;
+}
+
+TEST(Glare, AloneIsNoContact) {
+  cv::Mat3b image = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, 3);
+  shine(image, on_gel);
+  EXPECT_EQ(surface_of(image)->contact_pixels, 0);
+}
+
+TEST(Glare, WithoutAnyThePictureIsPassedOnAsItIs) {
+  surface::detail::GlareRemover remover(bare);
+  cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, 1.0, 4);
+  EXPECT_EQ(remover.clean(image).data, image.data);
+  image(10, 10) = {255, 200,
+                   100};  // one channel is full where a slope faces a lamp, and the others still tell it
+  EXPECT_EQ(remover.clean(image).data, image.data);
+}
+
+// A lamp that dazzles the camera is in every picture, and what is there is no news.
+TEST(Glare, ThatTheBackgroundHasIsLeftAlone) {
+  cv::Mat3b background = bare.clone();
+  cv::circle(background, {300, 20}, 12, cv::Scalar::all(255), cv::FILLED);
+  cv::Mat3b image = background.clone();
+  EXPECT_EQ(surface::detail::GlareRemover(background).clean(image).data, image.data);
+}
+
+TEST(Glare, OverTheWholePictureOrAtItsCornersIsSurvived) {
+  surface::detail::GlareRemover remover(bare);
+  EXPECT_EQ(cv::norm(remover.clean(cv::Mat3b(sensor, cv::Vec3b(255, 255, 255))), bare, cv::NORM_INF), 0.0);
+  cv::Mat3b image = bare.clone();
+  shine(image, {{0, 0}, {319, 239}, {0, 239}, {319, 0}});
+  EXPECT_LE(cv::norm(remover.clean(image), bare, cv::NORM_INF), 2.0);
+}
+
+}  // namespace
+}  // namespace gelslam::test
