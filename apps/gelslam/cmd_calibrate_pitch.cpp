@@ -19,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double worth_changing = 0.01;  // of the pitch: slopes and sizes are wrong by as much
-
 struct PitchArguments {
   PressOptions presses;
   std::vector<fs::path> patterns;
@@ -28,7 +26,13 @@ struct PitchArguments {
   double period_mm = 0.0;
 };
 
-double relative_difference(double a, double b) { return std::abs(a / b - 1.0); }
+/// "...; square, within 2 %" or what is to be done.
+std::string square_words(bool square) {
+  if (square) return format_text("; square, within %.0f %%", 100.0 * most_unsquare);
+  return format_text(
+      ", more than %.0f %% off: pictures must be stretched to square ones before they are used",
+      100.0 * most_unsquare);
+}
 
 /// Prints what the patterns say; true when the configuration says about the same.
 bool print_pattern_pitch(const PixelPitch& pitch, double configured_mm) {
@@ -40,16 +44,17 @@ bool print_pattern_pitch(const PixelPitch& pitch, double configured_mm) {
         "pitch: %.5f +- %.5f mm per pixel along the pattern; turn it by 90 degrees for the other axis\n",
         pitch.x_mm, pitch.x_uncertainty_mm);
   }
-  const double mean_mm = std::sqrt(pitch.x_mm * pitch.y_mm);
-  const bool square = relative_difference(pitch.x_mm, pitch.y_mm) <= worth_changing;
-  const bool as_configured = relative_difference(mean_mm, configured_mm) <= worth_changing;
-  if (!square)
-    std::printf(
-        "pixels are %.3f times as high as wide: pictures must be stretched to square ones before they are "
-        "used\n",
-        pitch.y_mm / pitch.x_mm);
+  const double mean_mm = std::sqrt(pitch.x_mm * pitch.y_mm), y_over_x = pitch.y_mm / pitch.x_mm;
+  const double uncertainty =
+      std::hypot(pitch.x_uncertainty_mm / pitch.x_mm, pitch.y_uncertainty_mm / pitch.y_mm);
+  const bool square = !pitch.both_axes || pixels_are_square(y_over_x, uncertainty);
+  const bool as_configured = std::abs(mean_mm / configured_mm - 1.0) <= most_pitch_error;
+  if (pitch.both_axes)
+    std::printf("pixels are %.3f +- %.3f times as high as wide%s\n", y_over_x, uncertainty,
+                square_words(square).c_str());
   if (as_configured)
-    std::printf("that is the %.5f of the configuration, within 1 %%\n", configured_mm);
+    std::printf("that is the %.5f of the configuration, within %.0f %%\n", configured_mm,
+                100.0 * most_pitch_error);
   else
     std::printf("the configuration says %.5f: write ppmm: %.5f, and calibrate again\n", configured_mm,
                 mean_mm);
@@ -100,11 +105,9 @@ bool measure_balls(PressOptions& options) {
     std::printf("pixel aspect: too few presses lie whole in the picture (five are needed)\n");
     return false;
   }
-  const double off = std::abs(aspect->y_over_x - 1.0);
-  const bool square = off <= std::max(0.02, 2.0 * aspect->uncertainty);
+  const bool square = pixels_are_square(aspect->y_over_x, aspect->uncertainty);
   std::printf("pixels are %.3f +- %.3f times as high as wide, by the round contacts of %zu presses%s\n",
-              aspect->y_over_x, aspect->uncertainty, aspect->presses,
-              square ? "" : ": pictures must be stretched to square ones before they are used");
+              aspect->y_over_x, aspect->uncertainty, aspect->presses, square_words(square).c_str());
   std::printf(
       "balls do not show the pitch itself: press in something of known period (--pattern, --period)\n");
   return square;
@@ -112,8 +115,7 @@ bool measure_balls(PressOptions& options) {
 
 int run_pitch(PitchArguments arguments) {
   if (arguments.presses.folder.empty() && arguments.patterns.empty())
-    throw Error(
-        "give a folder of ball presses, or pictures of a pattern (--pattern FILE... --period MM)");
+    throw Error("give a folder of ball presses, or pictures of a pattern (--pattern FILE... --period MM)");
   if (!arguments.patterns.empty() && arguments.background.empty() && arguments.presses.folder.empty())
     throw Error("give --background: a picture of the gel with nothing on it");
   bool fits = true;

@@ -129,6 +129,18 @@ TEST(CalibrateCommand, MeasuresThePixelPitch) {
   EXPECT_EQ(measure("1.0144").exit_code, 0) << "16 pixels of 0.0634 mm";
   EXPECT_THAT(measure("1.12").out, HasSubstr("write ppmm: 0.0"));
   EXPECT_EQ(measure("1.12").exit_code, 1);
+  // The pitch of y is that of x up to 2 %: rulers of 15.8 to 16.5 pixels in y, the sentence and the exit code agree.
+  for (const auto& [period_px, square] : {std::pair{15.8, true}, {16.2, true}, {15.5, false}, {16.5, false}}) {
+    cv::Mat3b upright = cv::imread(bare);
+    for (int v = 0; v < upright.rows; ++v)
+      if (std::fmod(v, period_px) < 5.0) upright.row(v) *= 0.8;
+    cv::imwrite((folder / "upright.png").string(), upright);
+    const ProgramResult both =
+        calibrate({"pitch", presses, "--pattern", (folder / "ruler.png").string(),
+                   (folder / "upright.png").string(), "--period", "1.0144"});
+    EXPECT_THAT(both.out, HasSubstr(square ? "square, within 2 %" : "more than 2 % off")) << period_px;
+    EXPECT_EQ(both.exit_code == 0, square && both.out.find("write ppmm") == std::string::npos) << both.out;
+  }
   expect_mistake(measure("4.0"), "no pattern of 4.00 mm stands out");
   expect_mistake(calibrate({"pitch"}), "give a folder of ball presses, or pictures of a pattern");
   expect_mistake(calibrate({"pitch", "--pattern", bare}), "--period");

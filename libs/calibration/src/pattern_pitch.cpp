@@ -170,6 +170,10 @@ std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& b
   return PatternWave{f.fx, f.fy, uncertainty, peak.strength};
 }
 
+bool pixels_are_square(double y_over_x, double uncertainty) {
+  return std::abs(y_over_x - 1.0) <= std::max(most_unsquare, 2.0 * uncertainty);
+}
+
 PixelPitch pitch_from_pattern(const std::vector<PatternWave>& waves, double period_mm) {
   if (waves.empty() || !(period_mm > 0.0)) throw std::invalid_argument("a pattern has waves and a period");
   constexpr double least_uncertainty = 1e-4;  // keeps the weights finite

@@ -13,7 +13,8 @@ namespace gelslam {
 /// How a pattern that repeats itself (a ruler's marks, the thread of a bolt) looks in a picture.
 struct PatternWave {
   double fx = 0.0, fy = 0.0;  ///< periods per pixel; fx >= 0
-  /// Of the length of (fx, fy), relative: by how much halves of the picture differ, at least what uneven light does.
+  /// Of the length of (fx, fy), relative: by how much halves of the picture differ, at least what uneven
+  /// light does.
   double uncertainty = 0.0;
   double strength = 0.0;  ///< of its peak over the median of the spectrum around
   double period_px() const;
@@ -23,6 +24,16 @@ struct PatternWave {
 /// all three channels, refined between its bins). Nothing when no wave stands out there, or when the picture
 /// holds fewer than four periods. Both images of one size.
 std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& background, double period_px);
+
+/// A configured pitch that is further off makes slopes and sizes wrong by as much: worth changing.
+inline constexpr double most_pitch_error = 0.01;
+/// Pixels further from square need stretched pictures; up to there x and y are each within most_pitch_error
+/// of one pitch between them.
+inline constexpr double most_unsquare = 2.0 * most_pitch_error;
+
+/// The one verdict on squareness, by whatever it was measured: within most_unsquare, or not to be told from
+/// it.
+bool pixels_are_square(double y_over_x, double uncertainty);
 
 struct PixelPitch {
   double x_mm = 0.0, y_mm = 0.0;
