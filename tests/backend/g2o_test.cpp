@@ -62,6 +62,18 @@ TEST_F(G2o, WritesVerticesGaugesAndEdgesInMetres) {
   EXPECT_EQ(lines[7].size(), 3u + 7u + 21u);
 }
 
+TEST_F(G2o, EdgesAloneAreTheOnesOfTheGraph) {
+  Graph graph;
+  for (int i = 0; i < 3; ++i) graph.truth[i] = rolled(i, 8);
+  graph.join(0, 1, EdgeKind::odometry);
+  graph.join(0, 2, EdgeKind::loop);
+  write_g2o(folder_ / "whole.g2o", graph.truth, graph.edges);
+  write_g2o_edges(folder_ / "edges.g2o", graph.edges);
+  const auto whole = words_of("whole.g2o"), edges = words_of("edges.g2o");
+  ASSERT_EQ(edges.size(), 2u);
+  EXPECT_EQ(edges, decltype(edges)(whole.end() - 2, whole.end()));
+}
+
 // The same noise must cost the same in both conventions, g2o's being (t in m, vector part of the quaternion).
 TEST_F(G2o, AnErrorCostsTheSameInItsConvention) {
   Matrix6d root;

@@ -30,10 +30,14 @@ int FakeCamera::open() {
   return 0;
 }
 
-const FakeMode* FakeCamera::mode_of(std::uint32_t fourcc) const {
-  const auto found =
-      std::find_if(modes.begin(), modes.end(), [&](const FakeMode& m) { return m.fourcc == fourcc; });
-  return found == modes.end() ? nullptr : &*found;
+/// The asked mode, else the first of its format, else the first of all.
+const FakeMode& FakeCamera::nearest_mode(const v4l2_pix_format& asked) const {
+  const FakeMode* nearest = nullptr;
+  for (const FakeMode& mode : modes) {
+    if (mode.fourcc != asked.pixelformat) continue;
+    if (nearest == nullptr || (mode.width == asked.width && mode.height == asked.height)) nearest = &mode;
+  }
+  return nearest == nullptr ? modes.front() : *nearest;
 }
 
 int FakeCamera::capability(v4l2_capability& capability) const {
@@ -81,20 +85,26 @@ int FakeCamera::enumerate_rates(v4l2_frmivalenum& interval) const {
 }
 
 /// As the kernel's drivers do: what is not there is quietly replaced by something that is.
-int FakeCamera::set_format(v4l2_format& format) const {
+int FakeCamera::set_format(v4l2_format& format) {
   if (format.type != V4L2_BUF_TYPE_VIDEO_CAPTURE || streaming) return streaming ? EBUSY : EINVAL;
-  const FakeMode* mode = mode_of(format.fmt.pix.pixelformat);
-  if (mode == nullptr) mode = &modes.front();
-  format.fmt.pix.pixelformat = mode->fourcc;
-  format.fmt.pix.width = mode->width;
-  format.fmt.pix.height = mode->height;
-  format.fmt.pix.bytesperline = mode->fourcc == V4L2_PIX_FMT_YUYV ? 2 * mode->width + row_gap_bytes : 0;
+  const FakeMode& mode = nearest_mode(format.fmt.pix);
+  offered_rates_hz_ = mode.rates_hz;
+  format.fmt.pix.pixelformat = mode.fourcc;
+  format.fmt.pix.width = mode.width;
+  format.fmt.pix.height = mode.height;
+  format.fmt.pix.bytesperline = mode.fourcc == V4L2_PIX_FMT_YUYV ? 2 * mode.width + row_gap_bytes : 0;
   return 0;
 }
 
 int FakeCamera::set_rate(v4l2_streamparm& parameters) const {
   if (forced_rate_hz < 0) return ENOTTY;
   v4l2_fract& interval = parameters.parm.capture.timeperframe;
+  const double asked_hz = static_cast<double>(interval.denominator) / interval.numerator;
+  const auto nearer = [&](std::uint32_t a, std::uint32_t b) {
+    return std::abs(a - asked_hz) < std::abs(b - asked_hz);
+  };
+  if (!offered_rates_hz_.empty())
+    interval = {1, *std::min_element(offered_rates_hz_.begin(), offered_rates_hz_.end(), nearer)};
   if (forced_rate_hz > 0) interval = {1000, static_cast<std::uint32_t>(std::lround(1000 * forced_rate_hz))};
   return 0;
 }

@@ -63,13 +63,13 @@ class FakeCamera {
   int poll(int timeout_ms);
 
  private:
-  const FakeMode* mode_of(std::uint32_t fourcc) const;
+  const FakeMode& nearest_mode(const v4l2_pix_format& asked) const;
   int answer(unsigned long request, void* argument);
   int capability(v4l2_capability& capability) const;
   int enumerate_formats(v4l2_fmtdesc& format) const;
   int enumerate_sizes(v4l2_frmsizeenum& size) const;
   int enumerate_rates(v4l2_frmivalenum& interval) const;
-  int set_format(v4l2_format& format) const;
+  int set_format(v4l2_format& format);
   int set_rate(v4l2_streamparm& parameters) const;
   int request_buffers(v4l2_requestbuffers& request);
   int queue(v4l2_buffer& buffer);
@@ -78,6 +78,7 @@ class FakeCamera {
   int get_control(v4l2_control& control) const;
   int set_control(const v4l2_control& control);
 
+  std::vector<std::uint32_t> offered_rates_hz_;  ///< in the mode that was set
   std::vector<std::vector<std::uint8_t>> memory_;
   std::set<std::uint32_t> queued_;
 };

@@ -26,6 +26,15 @@ TEST(ViewContent, ARunsHistoryIsThere) {
   EXPECT_EQ(history.edges.size(), 5U) << "lines that are no edges are left out";
 }
 
+TEST(ViewContent, LoopsThatHaveNoSayAreMarked) {
+  const TemporaryFolder folder;
+  write_run(folder / "RUN", 5);
+  write_bytes(folder / "RUN" / "loop_outliers.g2o", "EDGE_SE3:QUAT 2 8 0 0 0 0 0 0 1 1\n");
+  const RunHistory history = *load_view(folder / "RUN").history;
+  ASSERT_EQ(history.edges.size(), 6U);
+  for (const MapSnapshot::Edge& edge : history.edges) EXPECT_EQ(edge.outlier, edge.from == 2 && edge.to == 8);
+}
+
 TEST(ViewContent, ATimeShowsWhatWasThereThen) {
   const TemporaryFolder folder;
   write_run(folder / "RUN", 5);

@@ -39,6 +39,18 @@ void write_gauge(std::ostream& out, const std::map<int, Pose>& map_T_node,
     if (groups.root(index) == index) out << "FIX " << id << '\n';
 }
 
+void write_edges(std::ostream& out, const std::vector<PoseGraphEdge>& edges) {
+  out << std::setprecision(std::numeric_limits<double>::max_digits10);
+  for (const PoseGraphEdge& edge : edges) {
+    out << "EDGE_SE3:QUAT " << edge.from << ' ' << edge.to;
+    write_pose(out, edge.from_T_to);
+    const Matrix6d information = g2o_information(edge.information);
+    for (int row = 0; row < 6; ++row)
+      for (int column = row; column < 6; ++column) out << ' ' << information(row, column);
+    out << '\n';
+  }
+}
+
 }  // namespace
 
 void write_g2o(const std::filesystem::path& path, const std::map<int, Pose>& map_T_node,
@@ -56,14 +68,13 @@ void write_g2o(const std::filesystem::path& path, const std::map<int, Pose>& map
     out << '\n';
   }
   write_gauge(out, map_T_node, edges);
-  for (const PoseGraphEdge& edge : edges) {
-    out << "EDGE_SE3:QUAT " << edge.from << ' ' << edge.to;
-    write_pose(out, edge.from_T_to);
-    const Matrix6d information = g2o_information(edge.information);
-    for (int row = 0; row < 6; ++row)
-      for (int column = row; column < 6; ++column) out << ' ' << information(row, column);
-    out << '\n';
-  }
+  write_edges(out, edges);
+  write_file_atomically(path, out.str());
+}
+
+void write_g2o_edges(const std::filesystem::path& path, const std::vector<PoseGraphEdge>& edges) {
+  std::ostringstream out;
+  write_edges(out, edges);
   write_file_atomically(path, out.str());
 }
 

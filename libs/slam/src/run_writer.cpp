@@ -96,17 +96,21 @@ std::map<int, Pose> map_poses(const SlamMap& map) {
   return poses;
 }
 
-std::vector<PoseGraphEdge> map_edges(const SlamMap& map) {
+/// Those that the rest contradicts, or all the others.
+std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
+  const auto in_map = [&](int id) { return map.in_map[static_cast<std::size_t>(id)]; };
   std::vector<PoseGraphEdge> edges;
-  for (const PoseGraphEdge& edge : map.edges)
-    if (map.in_map[static_cast<std::size_t>(edge.from)] && map.in_map[static_cast<std::size_t>(edge.to)]) edges.push_back(edge);
+  for (std::size_t i = 0; i < map.edges.size(); ++i) {
+    const PoseGraphEdge& edge = map.edges[i];
+    if (in_map(edge.from) && in_map(edge.to) && map.solution.edge_outlier[i] == outliers) edges.push_back(edge);
+  }
   return edges;
 }
 
 }  // namespace
 
 std::vector<std::string> run_entries() {
-  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "config.yaml", "session", "report.json",
+  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "config.yaml", "session", "report.json",
           "log.mkv", "screenshot_*", "mesh_mm_*", "saving.tmp"};
 }
 
@@ -135,7 +139,8 @@ void write_run(const fs::path& folder, const Config& config, const SlamMap& map,
   write_mesh(folder / "mesh.ply", mesh);
   write_file_atomically(folder / "trajectory.tum", trajectory(map));
   write_file_atomically(folder / "keyframes.tum", keyframe_trajectory(map));
-  write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map));
+  write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map, false));
+  write_g2o_edges(folder / "loop_outliers.g2o", map_edges(map, true));
   write_file_atomically(folder / "config.yaml", write_config(config));
   save_session(folder / "session", map);
   write_file_atomically(folder / "report.json", report(config, map, account).dump(2) + "\n");

@@ -26,9 +26,8 @@ std::string display_name(const fs::path& path) {
 }
 
 /// Which keyframes the edges of a run's pose graph join. Neighbours by id are odometry. Other lines are not
-/// ours to judge.
-std::vector<MapSnapshot::Edge> read_edges(const fs::path& file) {
-  std::vector<MapSnapshot::Edge> edges;
+/// ours to judge; a file that is not there has none.
+void read_edges(const fs::path& file, bool outliers, std::vector<MapSnapshot::Edge>& edges) {
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line);) {
     std::istringstream words(line);
@@ -36,9 +35,9 @@ std::vector<MapSnapshot::Edge> read_edges(const fs::path& file) {
     MapSnapshot::Edge edge;
     if (!(words >> kind >> edge.from >> edge.to) || kind != "EDGE_SE3:QUAT") continue;
     edge.kind = edge.to - edge.from == 1 ? EdgeKind::odometry : EdgeKind::loop;
+    edge.outlier = outliers;
     edges.push_back(edge);
   }
-  return edges;
 }
 
 RunHistory read_history(const fs::path& run) {
@@ -57,7 +56,8 @@ RunHistory read_history(const fs::path& run) {
   for (const StampedPose& pose : read_tum(run / "trajectory.tum")) {
     history.trajectory.push_back({pose.time_s, pose.map_T_sensor});
   }
-  history.edges = read_edges(run / "pose_graph.g2o");
+  read_edges(run / "pose_graph.g2o", false, history.edges);
+  read_edges(run / "loop_outliers.g2o", true, history.edges);
   return history;
 }
 

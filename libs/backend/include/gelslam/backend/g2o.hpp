@@ -17,4 +17,7 @@ namespace gelslam {
 void write_g2o(const std::filesystem::path& path, const std::map<int, Pose>& map_T_node,
                const std::vector<PoseGraphEdge>& edges);
 
+/// EDGE_SE3:QUAT lines alone, to be kept beside such a file: appended to it, they are part of its graph.
+void write_g2o_edges(const std::filesystem::path& path, const std::vector<PoseGraphEdge>& edges);
+
 }  // namespace gelslam

@@ -43,7 +43,7 @@ struct ViewContent {
   std::optional<RunHistory> history;  ///< of a run that kept its session
 };
 
-/// Opens a run folder (mesh.ply, and session/, keyframes.tum, trajectory.tum, pose_graph.g2o where they are)
+/// Opens a run folder (mesh.ply, and session/, keyframes.tum, trajectory.tum, pose graph where they are)
 /// or a mesh file (PLY, OBJ, STL; metres). Throws Error when there is nothing to show or a file is damaged.
 ViewContent load_view(const std::filesystem::path& run_or_mesh);
 

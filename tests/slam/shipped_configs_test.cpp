@@ -1,0 +1,93 @@
+// The files in configs/: each can be read, and makes of a camera what it says.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "../sensor/fake_camera.hpp"
+#include "../support/temporary_folder.hpp"
+#include "camera.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/slam/config.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using test::FakeCamera;
+using testing::HasSubstr;
+
+const fs::path configs = GELSLAM_CONFIGS;
+
+TEST(ShippedConfigs, AllCanBeReadAndWrittenAgain) {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(configs)) {
+    names.push_back(entry.path().filename().string());
+    const std::string text = write_config(read_config(entry.path()));  // an unknown key would throw
+    test::write_bytes(folder / "again.yaml", text);
+    EXPECT_EQ(write_config(read_config(folder / "again.yaml")), text) << names.back();
+  }
+  EXPECT_THAT(names, testing::IsSupersetOf({"gelsight_mini.yaml", "digit.yaml", "clip.yaml"}));
+}
+
+TEST(ShippedConfigs, AGelSightMiniIsTheDefault) {
+  Config mini = read_config(configs / "gelsight_mini.yaml");
+  mini.sensor.calibration_model_path.clear();
+  EXPECT_EQ(write_config(mini), write_config(Config{}));
+}
+
+/// A bench: another camera first, the sensor behind it.
+class Bench : public testing::Test {
+ protected:
+  void SetUp() override {
+    other.path = "/dev/video0";
+    other.card = "HD Webcam";
+    sensor.path = "/dev/video3";
+    sensor.bus = "usb-2";
+  }
+  std::unique_ptr<CameraSource> open(const Config& config) {
+    return detail::open_camera(camera_options(config.sensor), system);
+  }
+
+  FakeCamera other, sensor;
+  detail::VideoSystem system = test::fake_system({&other, &sensor});
+};
+
+TEST_F(Bench, DigitYamlAsksADigitForWhatItGives) {
+  const Config config = read_config(configs / "digit.yaml");
+  sensor.card = "DIGIT: DIGIT";
+  // As digit-interface lists its streams: QVGA and VGA, uncompressed.
+  sensor.modes = {{V4L2_PIX_FMT_YUYV, 320, 240, {60, 30}}, {V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}};
+  std::vector<std::uint8_t> grey(2u * 640 * 480, 128);
+  sensor.frames.push_back({.bytes = grey});
+  const auto camera = open(config);
+  EXPECT_EQ(camera->description(), "DIGIT: DIGIT, /dev/video3, YUYV 640x480, 30 Hz");
+  EXPECT_EQ(camera->warning(), "");
+  const auto frame = camera->next();
+  ASSERT_TRUE(frame.has_value());
+  FrameDecoder decoder(config.sensor);
+  const auto image = decoder.decode(*frame);
+  ASSERT_TRUE(image.has_value()) << decoder.damage();
+  EXPECT_EQ(image->bgr.size(), cv::Size(config.sensor.width_px, config.sensor.height_px));
+}
+
+TEST_F(Bench, DigitYamlSaysWhatACameraWithoutItsModeOffers) {
+  const Config config = read_config(configs / "digit.yaml");
+  sensor.card = "DIGIT: DIGIT";
+  sensor.modes = {{V4L2_PIX_FMT_MJPEG, 640, 480, {30}}};
+  EXPECT_THAT(
+      test::message_of<Error>([&] { open(config); }),
+      testing::AllOf(HasSubstr("asked for YUYV 640x480"),
+                     HasSubstr("the camera offers MJPG 640x480 at 30 Hz"), HasSubstr("camera_format")));
+}
+
+TEST_F(Bench, MiniYamlFindsTheMini) {
+  const auto camera = open(read_config(configs / "gelsight_mini.yaml"));
+  EXPECT_EQ(camera->description(), "GelSight Mini R0B 28KX, /dev/video3, MJPG 3280x2464, 25 Hz");
+  EXPECT_EQ(camera->warning(), "");
+}
+
+}  // namespace
+}  // namespace gelslam
