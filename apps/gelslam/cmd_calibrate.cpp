@@ -4,6 +4,7 @@
 
 #include "calibrate_commands.hpp"
 #include "commands.hpp"
+#include "option_checks.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/slam/config.hpp"
 #include "readable_background.hpp"
@@ -17,7 +18,7 @@ void PressOptions::add_to(CLI::App& command) {
   command.add_option("--config", config,
                      "the sensor's configuration: its name and pixel pitch (default: GelSight Mini)");
   command.add_option("--pitch", given_pitch_mm, "millimetres per pixel, before what the configuration says")
-      ->check(CLI::Range(1e-4, 10.0));
+      ->check(number_between(1e-4, 10.0));
   command.add_flag("-q,--quiet", quiet, "no progress on stderr");
 }
 

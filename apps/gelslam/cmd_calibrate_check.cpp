@@ -10,6 +10,7 @@
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/model_file.hpp"
+#include "option_checks.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -101,11 +102,15 @@ void refuse_swapped(const CalibrationRecord& record, const PressSet& set) {
 
 int run_check(CheckArguments arguments) {
   if (!arguments.report.empty()) refuse_to_replace_file(arguments.report, arguments.overwrite);
+  if (std::filesystem::is_directory(arguments.model) &&
+      std::filesystem::is_regular_file(arguments.presses.folder))
+    throw Error("'" + arguments.model.string() + "' is a folder, and '" + arguments.presses.folder.string() +
+                "' a file: the model comes first, then the presses");
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
   const ModelFile file = read_model_file(arguments.model);
-  const PressSet set = read_presses(
-      arguments.presses, file.record ? std::optional(file.record->pixel_pitch_mm) : std::nullopt);
+  const PressSet set = read_presses(arguments.presses,
+                                    file.record ? std::optional(file.record->pixel_pitch_mm) : std::nullopt);
   if (file.record) refuse_swapped(*file.record, set);
   const BallZones zones = find_zones_for_people(set, arguments.presses, true, *progress, interrupt);
   progress->begin("checking", static_cast<std::int64_t>(zones.zones.size()));
@@ -130,7 +135,8 @@ void add_calibrate_check_command(CLI::App& calibrate, int& exit_code) {
   const auto arguments = std::make_shared<CheckArguments>();
   command->add_option("MODEL", arguments->model, "model to judge (ours or nnmodel.pth)")->required();
   arguments->presses.add_to(*command);
-  command->add_option("-o,--output", arguments->report, "also write a page for the browser (.html)");
+  command->add_option("-o,--output", arguments->report, "also write a page for the browser (.html)")
+      ->check(refuse_unless_html);
   command->add_flag("--json", arguments->json, "everything as JSON on standard output");
   command->add_flag("--overwrite", arguments->overwrite, "replace a page that is there");
   command->footer(

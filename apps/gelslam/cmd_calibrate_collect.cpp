@@ -13,7 +13,7 @@
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "interrupt_stopper.hpp"
-#include "picture_name.hpp"
+#include "option_checks.hpp"
 
 namespace gelslam {
 namespace {
@@ -111,17 +111,20 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
       ->required();
   command->add_option("--diameter", collect.diameter_mm, "of the ball, mm")
       ->required()
-      ->check(CLI::Range(0.5, 100.0));
+      ->check(number_between(0.5, 100.0));
   command
       ->add_option("--camera,--device", arguments->device,
                    "camera: /dev/video2, 2, or part of its name (default: the configuration's)")
       ->excludes(log);
-  command->add_option("--presses", collect.presses, "wanted of this ball, those that are there included")
+  command
+      ->add_option(
+          "--presses", collect.presses,
+          "wanted of this ball, those that are there included; at least 9, one in each ninth of the gel")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_option("--config", arguments->config, "the sensor's configuration");
   command->add_option("--pitch", arguments->pitch_mm, "millimetres per pixel (default: the configuration's)")
-      ->check(CLI::Range(1e-4, 10.0));
+      ->check(number_between(1e-4, 10.0));
   command->add_flag("--no-labels", arguments->no_labels, "do not write the circles as label.npz");
   command->add_flag("--force", collect.any_background,
                     "take the first still pictures as bare gel whatever they show");

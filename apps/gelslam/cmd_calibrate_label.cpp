@@ -16,7 +16,7 @@
 #include "gelslam/viewer/display.hpp"
 #include "gelslam/viewer/label_window.hpp"
 #include "gelslam/viewer/window.hpp"
-#include "picture_name.hpp"
+#include "option_checks.hpp"
 #include "script_file.hpp"
 #include "terminal_progress.hpp"
 
@@ -176,8 +176,10 @@ void add_calibrate_label_command(CLI::App& calibrate, int& exit_code) {
   CLI::Option* accept =
       command->add_flag("--accept", arguments->accept, "no window: write label.npz for every circle found");
   command->add_flag("--overwrite", arguments->overwrite, "also where a label is there");
-  CLI::Option* sheet = command->add_option(
-      "--sheet", arguments->sheet, "no window: write a picture of all presses with their circles (.png)");
+  CLI::Option* sheet = command
+                           ->add_option("--sheet", arguments->sheet,
+                                        "no window: write a picture of all presses with their circles (.png)")
+                           ->check(refuse_unless_png);
   CLI::Option* snapshot = command
                               ->add_option("--snapshot", arguments->snapshot,
                                            "write a picture of the window (PNG) instead; needs no display")

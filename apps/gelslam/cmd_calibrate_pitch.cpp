@@ -12,6 +12,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"
+#include "option_checks.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -136,7 +137,7 @@ void add_calibrate_pitch_command(CLI::App& calibrate, int& exit_code) {
       command->add_option("--pattern", arguments->patterns,
                           "pictures of something with marks at even distances, pressed into the gel");
   CLI::Option* period = command->add_option("--period", arguments->period_mm, "distance of the marks, mm")
-                            ->check(CLI::Range(0.05, 50.0));
+                            ->check(number_between(0.05, 50.0));
   patterns->needs(period);
   period->needs(patterns);
   command->add_option("--background", arguments->background,

@@ -8,7 +8,7 @@
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/evaluation/mesh_picture.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "picture_name.hpp"
+#include "option_checks.hpp"
 
 namespace gelslam {
 namespace {
@@ -71,8 +71,8 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   truth_mesh->needs(mesh);
   command->add_flag("--json", arguments->json, "print JSON instead of a table");
   command->add_option("-o,--output", arguments->results, "also write the results to this JSON file");
-  command->add_option("--picture", arguments->picture,
-                      "PNG: reconstruction, true shape, distance between them")
+  command
+      ->add_option("--picture", arguments->picture, "PNG: reconstruction, true shape, distance between them")
       ->check(refuse_unless_png);
   command->footer("Example: gelslam evaluate RUN --truth DATA --picture comparison.png");
   command->callback([arguments, &exit_code] {

@@ -9,6 +9,7 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "interrupt_stopper.hpp"
+#include "option_checks.hpp"
 #include "record_report.hpp"
 #include "start_check.hpp"
 
@@ -56,7 +57,8 @@ std::exception_ptr pump(RecordSource& source, LogRecorder& recorder, StartCheck&
       if (stopper.requested() || (seconds > 0 && frame->time_s >= seconds)) break;
       check.look_at(*frame);
       LogRecorderStatus status = recorder.status();
-      if (source.can_wait && !status.stopped) status.warning.clear();  // a log waits for the disk, as long as it takes
+      if (source.can_wait && !status.stopped)
+        status.warning.clear();  // a log waits for the disk, as long as it takes
       report.count(*frame, source.frames->lost_frames(), status);
       if (source.can_wait) {
         recorder.push_waiting(std::move(*frame));
@@ -77,7 +79,8 @@ int run(const RecordArguments& arguments) {
   input.config = arguments.config;
   input.model = arguments.model;
   const Config config = find_config(input);
-  const fs::path log = arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
+  const fs::path log =
+      arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
   std::error_code code;
   if (fs::exists(log, code))
     throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed
@@ -111,7 +114,7 @@ void add_record_command(CLI::App& app, int& exit_code) {
       ->add_option("--from", arguments->from, "Another log instead of a camera: converts videos and folders")
       ->excludes(device);
   command->add_option("--seconds", arguments->seconds, "Stop after so long (default: at Ctrl-C)")
-      ->check(CLI::Range(0.01, 1e6));
+      ->check(number_between(0.01, 1e6));
   command->add_flag(
       "--resized", arguments->resized,
       "Store the small pictures that are worked with, without loss (PNG), instead of the camera's own");

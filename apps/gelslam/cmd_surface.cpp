@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "option_checks.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
@@ -136,7 +137,7 @@ void add_surface_command(CLI::App& app, int& exit_code) {
   command->add_option("--model", arguments->model, "the sensor's nnmodel.pth")->required();
   command->add_option("-o,--output", arguments->output, "folder to write")->required();
   command->add_option("--pitch", arguments->pitch_mm, "millimetres per pixel")
-      ->check(CLI::Range(1e-4, 10.0))
+      ->check(number_between(1e-4, 10.0))
       ->capture_default_str();
   command->add_flag("--overwrite", arguments->overwrite, "replace a folder this command wrote earlier");
   command->footer(

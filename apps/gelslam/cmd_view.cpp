@@ -16,7 +16,7 @@
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/view_stage.hpp"
 #include "gelslam/viewer/view_window.hpp"
-#include "picture_name.hpp"
+#include "option_checks.hpp"
 #include "script_file.hpp"
 
 namespace gelslam {
@@ -142,9 +142,10 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->add_option("--truth", a->truth,
                    "data folder of the run's log, or a mesh in the same frame: the true surface")
       ->excludes(compare);
-  auto* snapshot = command->add_option("--snapshot", a->snapshot,
-                                       "write a picture (PNG) instead of opening a window; needs no display")
-                        ->check(refuse_unless_png);
+  auto* snapshot = command
+                       ->add_option("--snapshot", a->snapshot,
+                                    "write a picture (PNG) instead of opening a window; needs no display")
+                       ->check(refuse_unless_png);
   command
       ->add_option("--script", a->script,
                    "keys and movements for the window instead of a person's (docs/viewer.md)")
@@ -158,9 +159,9 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"plain", "confidence", "height", "keyframe", "distance"}));
   command->add_option("--time", a->time_s, "show the run as it was at this second of the log");
   command->add_option("--yaw", a->yaw_deg, "turn the object by so many degrees about the upright axis")
-      ->check(CLI::Range(-360.0, 360.0));
+      ->check(number_between(-360.0, 360.0));
   command->add_option("--pitch", a->pitch_deg, "the same about the lying axis")
-      ->check(CLI::Range(-360.0, 360.0));
+      ->check(number_between(-360.0, 360.0));
   command->add_flag("--light", a->light, "light background");
   command->add_flag("--trajectory", a->trajectory, "the sensor's way");
   command->add_flag("--graph", a->graph, "keyframes and the edges between them");

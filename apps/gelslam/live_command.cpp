@@ -15,7 +15,7 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
-#include "picture_name.hpp"
+#include "option_checks.hpp"
 #include "script_file.hpp"
 
 namespace gelslam {
@@ -119,7 +119,7 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_option("--background", background,
                      "Image of the bare gel (default: the mean of the first frames)");
   command.add_flag("--force", force, "Take the first frames as background whatever they show");
-  command.add_option("--seconds", seconds, "Stop after so long")->check(CLI::Range(0.01, 1e6));
+  command.add_option("--seconds", seconds, "Stop after so long")->check(number_between(0.01, 1e6));
   command.add_flag("--headless", headless, "No window: words in the terminal");
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);

@@ -29,7 +29,8 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_view_command(app, exit_code);
 }
 
-/// The subcommand (or its subcommand) the person asked for, else the program itself; `name` is all that leads there.
+/// The subcommand (or its subcommand) the person asked for, else the program itself; `name` is all that leads
+/// there.
 const CLI::App& chosen_command(const CLI::App& app, std::string& name) {
   name += app.get_name();
   const auto chosen = app.get_subcommands();
@@ -66,9 +67,14 @@ int report_parse_error(const CLI::App& app, const CLI::ParseError& error) {
     return app.exit(error);  // --help, --version
   std::string name;
   const CLI::App& command = chosen_command(app, name);
-  const bool unexpected = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
-  print_error(std::string(error.what()) + (unexpected ? did_you_mean(command) : "") + " (see " + name +
-              " --help)");
+  std::string words = error.what();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    words += did_you_mean(command);
+  } else if (command.get_subcommands().empty() && !command.get_subcommands({}).empty() &&
+             command.remaining_size() > 0) {
+    words = "there is no " + name + " " + command.remaining().front() + did_you_mean(command);
+  }
+  print_error(words + " (see " + name + " --help)");
   return exit_user_error;
 }
 

@@ -107,16 +107,28 @@ TEST(CalibrateCommand, RefusesGelsWithMarkersAndSwappedColours) {
   EXPECT_LE(other.exit_code, 1) << "lamps that are not known are not judged: " << other.err;
   set.background = set.background.clone();
   for (int v = 20; v < 240; v += 40)
-    for (int u = 20; u < 320; u += 40) cv::circle(set.background, {u, v}, 5, cv::Scalar(30, 30, 30), cv::FILLED);
+    for (int u = 20; u < 320; u += 40)
+      cv::circle(set.background, {u, v}, 5, cv::Scalar(30, 30, 30), cv::FILLED);
   write_folder(folder / "dots", set);
-  expect_mistake(calibrate({"label", (folder / "dots").string(), "--accept"}), "the gel has markers (48 dots");
+  expect_mistake(calibrate({"label", (folder / "dots").string(), "--accept"}),
+                 "the gel has markers (48 dots");
   expect_mistake(calibrate({"train", (folder / "dots").string(), "-o", model}), "use a gel without markers");
+}
+
+TEST(CalibrateCommand, NamesFilesOfTheWrongKind) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "model.json", "{}");
+  const std::string model = (folder / "model.json").string(), presses = folder.path().string();
+  expect_mistake(calibrate({"check", presses, model}), "the model comes first, then the presses");
+  expect_mistake(calibrate({"check", model, presses, "-o", "page.pdf"}), "a name that ends in .html");
+  expect_mistake(calibrate({"label", presses, "--sheet", "circles.jpg"}), "a name that ends in .png");
 }
 
 TEST(CalibrateCommand, MeasuresThePixelPitch) {
   const TemporaryFolder folder;
   write_folder(folder / "presses", few_presses().set);
-  const std::string presses = (folder / "presses").string(), bare = (folder / "presses/background.png").string();
+  const std::string presses = (folder / "presses").string(),
+                    bare = (folder / "presses/background.png").string();
   const ProgramResult balls = calibrate({"pitch", presses, "-q"});
   EXPECT_LE(balls.exit_code, 1);
   EXPECT_THAT(balls.out, HasSubstr("times as high as wide"));
@@ -129,15 +141,16 @@ TEST(CalibrateCommand, MeasuresThePixelPitch) {
   EXPECT_EQ(measure("1.0144").exit_code, 0) << "16 pixels of 0.0634 mm";
   EXPECT_THAT(measure("1.12").out, HasSubstr("write ppmm: 0.0"));
   EXPECT_EQ(measure("1.12").exit_code, 1);
-  // The pitch of y is that of x up to 2 %: rulers of 15.8 to 16.5 pixels in y, the sentence and the exit code agree.
-  for (const auto& [period_px, square] : {std::pair{15.8, true}, {16.2, true}, {15.5, false}, {16.5, false}}) {
+  // The pitch of y is that of x up to 2 %: rulers of 15.8 to 16.5 pixels in y, the sentence and the exit code
+  // agree.
+  for (const auto& [period_px, square] :
+       {std::pair{15.8, true}, {16.2, true}, {15.5, false}, {16.5, false}}) {
     cv::Mat3b upright = cv::imread(bare);
     for (int v = 0; v < upright.rows; ++v)
       if (std::fmod(v, period_px) < 5.0) upright.row(v) *= 0.8;
     cv::imwrite((folder / "upright.png").string(), upright);
-    const ProgramResult both =
-        calibrate({"pitch", presses, "--pattern", (folder / "ruler.png").string(),
-                   (folder / "upright.png").string(), "--period", "1.0144"});
+    const ProgramResult both = calibrate({"pitch", presses, "--pattern", (folder / "ruler.png").string(),
+                                          (folder / "upright.png").string(), "--period", "1.0144"});
     EXPECT_THAT(both.out, HasSubstr(square ? "square, within 2 %" : "more than 2 % off")) << period_px;
     EXPECT_EQ(both.exit_code == 0, square && both.out.find("write ppmm") == std::string::npos) << both.out;
   }
@@ -161,7 +174,8 @@ TEST(CalibrateCommand, LabelsInAWindow) {
   expect_mistake(calibrate({"label", presses, "--snapshot", picture}), "is already there");
   expect_mistake(calibrate({"label", presses, "--snapshot", picture, "--accept"}), "--snapshot");
   write_bytes(folder / "script.txt", "kee a\n");
-  expect_mistake(calibrate({"label", presses, "--script", (folder / "script.txt").string()}), "did you mean 'key'");
+  expect_mistake(calibrate({"label", presses, "--script", (folder / "script.txt").string()}),
+                 "did you mean 'key'");
 }
 
 TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {
@@ -177,7 +191,8 @@ TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {
   expect_mistake(train(), "take a picture of the gel with nothing on it");
   expect_mistake(calibrate({"check", (folder / "none.json").string(), presses}), "does not exist");
   EXPECT_EQ(folder.names(), std::vector<std::string>{"presses"});
-  expect_mistake(calibrate({"train", presses, "-o", (folder / "none/model.json").string()}), "there is no folder");
+  expect_mistake(calibrate({"train", presses, "-o", (folder / "none/model.json").string()}),
+                 "there is no folder");
   expect_mistake(calibrate({"train"}), "gelslam calibrate train --help");
   expect_mistake(calibrate({"tarin", presses}), "gelslam calibrate --help");
 }

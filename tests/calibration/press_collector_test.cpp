@@ -217,6 +217,12 @@ TEST(PressCoverage, SaysWherePressesAreMissing) {
   EXPECT_FALSE(coverage.enough());  // as many as wanted, but not everywhere
 }
 
+TEST(PressCoverage, WantsAtLeastOneEverywhere) {
+  PressCoverage coverage(cv::Size(90, 90), 3);
+  EXPECT_EQ(coverage.wanted(), 9);
+  for (std::size_t zone = 0; zone < 9; ++zone) EXPECT_EQ(coverage.missing(zone), 1);
+}
+
 TEST(PressCoverage, WantsTheRestAnywhere) {
   PressCoverage coverage(cv::Size(90, 90), 11);
   for (int zone = 0; zone < 9; ++zone)

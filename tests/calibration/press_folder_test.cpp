@@ -177,7 +177,7 @@ TEST(PressFolder, WantsTheBackgroundOfItsPresses) {
   }
   fs::remove(folder / "background.png");
   EXPECT_THAT([&] { PressFolder(folder, 6.35, true); },
-              ThrowsMessage<Error>(HasSubstr("take a picture of the gel with nothing on it")));
+              ThrowsMessage<Error>(HasSubstr("put a picture of the same gel with nothing on it")));
 }
 
 TEST(PressFolder, LeavesNothingBehindWhereItCannotWrite) {

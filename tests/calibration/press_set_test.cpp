@@ -63,7 +63,7 @@ TEST(PressSet, SaysWhatIsWrongWithTheFolder) {
   EXPECT_THAT(refusal(folder.path()), HasSubstr("catalog.csv' cannot be read"));
   write_folder(folder.path(), small_set());
   fs::remove(folder / "background.png");
-  EXPECT_THAT(refusal(folder.path()), HasSubstr("is missing: take a picture of the gel"));
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("is missing: put a picture of the same gel"));
   cv::imwrite((folder / "background.png").string(), numbered_picture(0, 60, 48));
   EXPECT_THAT(refusal(folder.path()), HasSubstr("is 64x48 but the background is 60x48"));
   write_folder(folder.path(), small_set());
@@ -88,6 +88,8 @@ TEST(PressSet, SaysWhichLineOfTheCatalogueIsWrong) {
   EXPECT_THAT(with(std::string(5000, 'x') + ",9.5"), HasSubstr("too long"));
   write_bytes(folder / "catalog.csv", "header\n");
   EXPECT_THAT(refusal(folder.path()), HasSubstr("names no presses"));
+  write_bytes(folder / "catalog.csv", "6mm/0,6.31\n9mm/0,9.5\n");  // its first press would go unseen
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("has no header"));
 }
 
 TEST(Label, ReadsWholeNumbersAsPeopleSaveThem) {

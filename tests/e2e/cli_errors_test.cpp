@@ -72,7 +72,22 @@ TEST(Cli, EveryCommandHasAnExampleAndRefusesWhatItDoesNotKnow) {
 
 TEST(Cli, MisspellingsNameWhatWasMeant) {
   expect_mistake(gelslam({"inof", "x"}), "did you mean info? (see gelslam --help)");
+  expect_mistake(
+      gelslam({"calibrate", "colect", "-o", "x"}),
+      "there is no gelslam calibrate colect, did you mean collect? (see gelslam calibrate --help)");
   expect_mistake(gelslam({"info", "--jsno", "x"}), "did you mean --json? (see gelslam info --help)");
+}
+
+TEST(Cli, NumbersAreReadWholeOrRefused) {
+  const auto diameter = [](const char* text) {
+    return gelslam({"calibrate", "collect", "x.mkv", "-o", "x", "--diameter", text, "--headless"});
+  };
+  expect_mistake(diameter("6,35"),
+                 "--diameter: 6,35 is no number from 0.5 to 100 (write a point, not a comma)");
+  expect_mistake(diameter("6.35mm"), "--diameter: 6.35mm is no number from 0.5 to 100 (see");
+  for (const char* text : {"", "nan", "inf", "0.4", "100.1", "-6.35", "0x10"})
+    expect_mistake(diameter(text), "0.5 to 100");
+  expect_mistake(diameter("6.35"), "x.mkv");  // the number is right, and what comes next is wrong
 }
 
 TEST(Cli, AFullStandardOutputIsNoticed) {

@@ -56,7 +56,8 @@ std::string words_for(const BackgroundDrift& drift) {
     std::snprintf(text, sizeof text,
                   "the gel looks different (%.1f grey levels that no change of light explains, %.0f at the "
                   "worst place): "
-                  "another gel or sensor, dirt or wear; clean it, and calibrate again if that does not help",
+                  "another gel or sensor, something on it, dirt or wear; clean it, and calibrate again if "
+                  "that does not help",
                   drift.gel_change_levels, drift.worst_cell_levels);
   } else if (drift.light_changed) {
     std::snprintf(

@@ -6,7 +6,8 @@
 
 namespace gelslam {
 
-PressCoverage::PressCoverage(const cv::Size& picture, int wanted) : picture_(picture), wanted_(wanted) {
+PressCoverage::PressCoverage(const cv::Size& picture, int wanted)
+    : picture_(picture), wanted_(std::max(wanted, side * side)) {
   if (picture.empty() || wanted < 1)
     throw std::invalid_argument("PressCoverage: no picture or nothing wanted");
 }
@@ -26,7 +27,7 @@ void PressCoverage::take_back(const ContactCircle& circle) { --taken_[zone_of(ci
 int PressCoverage::total() const { return std::accumulate(taken_.begin(), taken_.end(), 0); }
 
 int PressCoverage::missing(std::size_t zone) const {
-  return std::max(0, std::max(1, wanted_ / (side * side)) - taken_[zone]);
+  return std::max(0, wanted_ / (side * side) - taken_[zone]);
 }
 
 bool PressCoverage::enough() const { return total() >= wanted_ && gaps().empty(); }

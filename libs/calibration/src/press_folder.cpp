@@ -73,6 +73,7 @@ std::string free_name(const fs::path& folder, double diameter_mm) {
 
 PressFolder::PressFolder(const fs::path& folder, double diameter_mm, bool labels)
     : folder_(folder), diameter_mm_(diameter_mm), labels_(labels) {
+  if (folder.empty()) throw Error("give the folder for the presses a name");
   if (!fs::exists(folder)) return;
   if (!fs::is_directory(folder)) throw Error(quoted(folder) + " is a file; name a folder for the presses");
   lock_ = FolderLock(folder);

@@ -32,13 +32,20 @@ bool stays_inside(const fs::path& name) {
          std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
 }
 
+bool is_press_line(const std::string& line) {
+  const std::size_t comma = line.rfind(',');
+  const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1));
+  double diameter_mm = 0.0;
+  return std::from_chars(number.data(), number.data() + number.size(), diameter_mm).ec == std::errc();
+}
+
 CalibrationPress parse_line(const std::string& line, const std::string& where) {
   const std::size_t comma = line.rfind(',');
   CalibrationPress press;
   const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1));
   const char* end = number.data() + number.size();
   if (number.empty() || std::from_chars(number.data(), end, press.diameter_mm).ptr != end)
-    throw Error(where + " cannot be read (expected folder,diameter in mm)");
+    throw Error(where + " cannot be read: mend it (folder,diameter in mm) or take it out");
   if (!(press.diameter_mm >= min_diameter_mm && press.diameter_mm <= max_diameter_mm))
     throw Error(where + ": the diameter must be between 0.1 and 1000 mm");
   press.name = trimmed(line.substr(0, comma));
@@ -55,7 +62,9 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
   std::vector<CalibrationPress> presses;
   std::set<std::string> names;
   std::string line;
-  std::getline(stream, line);  // header
+  std::getline(stream, line);
+  if (is_press_line(line))
+    throw Error(quoted(path) + " has no header: its first line must be experiment_reldir,diameter(mm)");
   for (int number = 2; std::getline(stream, line); ++number) {
     if (trimmed(line).empty()) continue;
     const std::string where = quoted(path) + " line " + std::to_string(number);
@@ -63,15 +72,18 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
     presses.push_back(parse_line(line, where));
     if (!names.insert(presses.back().name).second)
       throw Error(where + ": press '" + presses.back().name + "' is there twice");
-    if (presses.size() > most_presses) throw Error(quoted(path) + " names more than " + std::to_string(most_presses) + " presses");
+    if (presses.size() > most_presses)
+      throw Error(quoted(path) + " names more than " + std::to_string(most_presses) +
+                  " presses: spread them over several folders");
   }
-  if (presses.empty()) throw Error(quoted(path) + " names no presses");
+  if (presses.empty())
+    throw Error(quoted(path) + " names no presses; delete it, and gelslam calibrate collect makes a new one");
   return presses;
 }
 
 cv::Mat3b read_background(const fs::path& path) {
   if (!fs::exists(path))
-    throw Error(quoted(path) + " is missing: take a picture of the gel with nothing on it");
+    throw Error(quoted(path) + " is missing: put a picture of the same gel with nothing on it there");
   cv::Mat3b background = read_image(path);
   if (std::min(background.rows, background.cols) < 16)
     throw Error(quoted(path) + " is " + size_text(background.cols, background.rows) +
@@ -98,7 +110,7 @@ void read_press(const PressSet& set, CalibrationPress& press) {
   if (press.bgr.size() != set.background.size())
     throw Error(quoted(folder / "gelsight.png") + " is " + size_text(press.bgr.cols, press.bgr.rows) +
                 " but the background is " + size_text(set.background.cols, set.background.rows) +
-                ": all pictures must come from one sensor");
+                ": all pictures must come from one sensor; take this press out of catalog.csv");
   press.left_out = fs::exists(folder / left_out_file);
   const fs::path label = folder / (press.left_out ? left_out_file : label_file);
   if (fs::exists(label)) press.label = read_label(label);

@@ -18,7 +18,7 @@ namespace {
 using viewer::detail::is_software_renderer;
 
 constexpr const char* kWithoutWindow =
-    "--snapshot FILE draws a picture without a display, and scan and replay work without one with --headless";
+    "--snapshot FILE draws a picture without a display; scan, replay and calibrate work without one with --headless";
 
 std::string glfw_reason() {
   const char* text = nullptr;

@@ -16,7 +16,7 @@ class PressCoverage {
  public:
   static constexpr int side = 3;
 
-  /// `wanted` presses in all; each zone wants a ninth of them (rounded down, at least one), the rest may lie
+  /// `wanted` presses in all, at least nine; each zone wants a ninth of them (rounded down), the rest may lie
   /// anywhere.
   PressCoverage(const cv::Size& picture, int wanted);
 
