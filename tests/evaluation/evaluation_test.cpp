@@ -295,6 +295,8 @@ TEST(Evaluate, InterruptedRunsAndEmptyMeshesAreJudgedAsFarAsTheyGo) {
   scene.write_meshes(0);
   scene.write_report({{"anchor_frame", kBackground}, {"partial", true}, {"frames", {{"total", 31}}}});
   EXPECT_EQ(scene.evaluated().trajectory->compared_frames, 21);
+  scene.write_report({{"anchor_frame", kBackground}, {"frames", {{"total", 31}, {"left_out", 2}}}});
+  EXPECT_EQ(scene.evaluated().trajectory->compared_frames, 21);
   scene.write_report({{"anchor_frame", kBackground}, {"partial", false}, {"frames", {{"total", 31}}}});
   EXPECT_THAT(scene.error(), HasSubstr("31 frames"));
   write_bytes(scene.run / "mesh.ply", "ply\n");  // what an empty mesh's file holds does not matter

@@ -170,13 +170,50 @@ TEST(ImageFolderSource, NaturalOrderAndTheProfilesRate) {
 TEST(ImageFolderSource, UnusableFoldersAreNamed) {
   TemporaryFolder folder;
   EXPECT_THAT(error_of(folder.path()), HasSubstr("holds neither log.mkv nor gelsight.avi nor images"));
-  cv::imwrite((folder / "1.png").string(), numbered_picture(1, 64, 48));
   cv::imwrite((folder / "2.png").string(), cv::Mat1b(48, 64, uchar{7}));
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: a grey image"));
   cv::imwrite((folder / "2.png").string(), numbered_picture(1, 65, 48));
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: is 65x48 pixels"));
   write_bytes(folder / "2.png", "");
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: the file is empty"));
+}
+
+TEST(ImageFolderSource, DamagedPicturesAreLeftOutAndTheRestKeepTheirTimes) {
+  TemporaryFolder folder;
+  for (int i = 0; i < 6; ++i) cv::imwrite((folder / (std::to_string(i) + ".png")).string(), numbered_picture(i, 64, 48));
+  write_bytes(folder / "0.png", "");
+  cv::imwrite((folder / "3.png").string(), cv::Mat1b(48, 64, uchar{7}));
+  const auto source = open_frame_source(folder.path(), small_sensor());
+  std::vector<int> numbers;
+  while (const auto image = source->next()) {
+    numbers.push_back(number_in(image->bgr));
+    EXPECT_EQ(image->index, numbers.back());
+    EXPECT_NEAR(image->time_s, 0.02 * numbers.back(), 1e-9);
+  }
+  EXPECT_THAT(numbers, ElementsAre(1, 2, 4, 5));
+  EXPECT_THAT(source->warning(), HasSubstr("2 damaged pictures were left out (the first: "));
+  EXPECT_THAT(source->warning(), HasSubstr("0.png: the file is empty"));
+}
+
+// As a camera gives that has just been switched on, or was nudged.
+TEST(VideoSource, BlackPicturesAreLeftOutAndTheRestKeepTheirTimes) {
+  TemporaryFolder folder;
+  {
+    cv::VideoWriter writer((folder / "a.avi").string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 50,
+                           {64, 48});
+    for (int i = 0; i < 7; ++i)
+      writer.write(i == 0 || i == 4 ? cv::Mat3b(48, 64, cv::Vec3b(0, 0, 0)) : numbered_picture(i, 64, 48));
+  }
+  const auto source = open_frame_source(folder / "a.avi", small_sensor());
+  std::vector<int> numbers;
+  while (const auto image = source->next()) {
+    numbers.push_back(number_in(image->bgr));
+    EXPECT_EQ(image->index, numbers.back());
+    EXPECT_NEAR(image->time_s, 0.02 * numbers.back(), 1e-6);
+  }
+  EXPECT_THAT(numbers, ElementsAre(1, 2, 3, 5, 6));
+  EXPECT_THAT(source->warning(), HasSubstr("2 damaged pictures were left out (the first: "));
+  EXPECT_THAT(source->warning(), HasSubstr("a.avi, frame 0: a grey picture"));
 }
 
 }  // namespace

@@ -19,9 +19,11 @@ void read_report(const std::filesystem::path& path, RunResult& run) {
   run.anchor_frame = integer_at(report, "anchor_frame", 0, path);
   run.trials = integer_at(report, "trials", 0, path);
   run.groups = integer_at(report, "groups", 0, path);
+  const nlohmann::json frames = object_at(report, "frames");
+  const bool all_seen = integer_at(frames, "left_out", 0, path).value_or(0) == 0;
   // A run that was interrupted has seen only the beginning of its log.
-  if (report.value("partial", nlohmann::json(false)) != true) {
-    run.log_frames = integer_at(object_at(report, "frames"), "total", 0, path);
+  if (report.value("partial", nlohmann::json(false)) != true && all_seen) {
+    run.log_frames = integer_at(frames, "total", 0, path);
   }
   if (integer_at(object_at(report, "mesh"), "triangles", 0, path) == 0) run.mesh_path.clear();
 }

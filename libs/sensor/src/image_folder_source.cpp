@@ -7,6 +7,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "left_out.hpp"
 
 namespace gelslam::detail {
 namespace {
@@ -19,13 +20,19 @@ class ImageFolderSource final : public FrameSource {
       : folder_(std::move(folder)), images_(std::move(images)), profile_(profile) {}
 
   std::optional<TactileImage> next() override {
-    if (index_ == images_.size()) return std::nullopt;
-    const fs::path& path = images_[index_];
-    TactileImage image;
-    image.bgr = fit_to_profile(read_image(path), profile_, path.string());
-    image.index = static_cast<std::int64_t>(index_++);
-    image.time_s = static_cast<double>(image.index) / profile_.frame_rate_hz;
-    return image;
+    while (index_ < images_.size()) {
+      const fs::path& path = images_[index_];
+      TactileImage image;
+      image.index = static_cast<std::int64_t>(index_++);
+      image.time_s = static_cast<double>(image.index) / profile_.frame_rate_hz;
+      const cv::Mat3b picture = read(path);
+      if (picture.empty()) continue;
+      image.bgr = fit_to_profile(picture, profile_, path.string());
+      pictures_.use();
+      return image;
+    }
+    pictures_.require_some(folder_.string() + ": the folder");
+    return std::nullopt;
   }
 
   std::optional<std::int64_t> frame_count() const override {
@@ -39,11 +46,24 @@ class ImageFolderSource final : public FrameSource {
     return text.str();
   }
 
+  std::string warning() const override { return pictures_.warning(); }
+
  private:
+  /// Empty when it is damaged.
+  cv::Mat3b read(const fs::path& path) {
+    try {
+      return read_image(path);
+    } catch (const Error& error) {
+      pictures_.leave_out(error.what());
+      return {};
+    }
+  }
+
   fs::path folder_;
   std::vector<fs::path> images_;
   SensorProfile profile_;
   std::size_t index_ = 0;
+  LeftOut pictures_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "left_out.hpp"
 
 namespace gelslam::detail {
 namespace {
@@ -16,21 +17,14 @@ class DecodingSource final : public FrameSource {
   std::optional<TactileImage> next() override {
     while (const std::optional<RawFrame> frame = raw_->next()) {
       std::optional<TactileImage> image = decode(*frame);
-      if (!image) {
-        if (damaged_++ == 0)
-          first_damage_ = "frame " + std::to_string(frame->index) + ": " + decoder_.damage();
-        continue;
+      if (image && !is_grey(image->bgr)) {
+        pictures_.use();
+        return image;
       }
-      if (is_grey(image->bgr)) {
-        throw Error(name_ + ", frame " + std::to_string(frame->index) +
-                    ": a grey picture; slopes are read from the sensor's colours, give the colour video");
-      }
-      ++delivered_;
-      return image;
+      pictures_.leave_out(name_ + ", frame " + std::to_string(frame->index) + ": " +
+                          (image ? grey_picture : decoder_.damage()));
     }
-    if (delivered_ == 0)
-      throw Error(name_ + ": the log holds no readable frame" +
-                  (damaged_ > 0 ? " (" + first_damage_ + ")" : ""));
+    pictures_.require_some(name_ + ": the log");
     return std::nullopt;
   }
 
@@ -39,11 +33,8 @@ class DecodingSource final : public FrameSource {
   std::string description() const override { return raw_->description(); }
 
   std::string warning() const override {
-    std::string text = raw_->warning();
-    if (damaged_ == 0) return text;
-    if (!text.empty()) text += "; ";
-    return text + std::to_string(damaged_) + " damaged pictures were left out (the first: " + first_damage_ +
-           ")";
+    const std::string of_log = raw_->warning(), of_pictures = pictures_.warning();
+    return of_log + (of_log.empty() || of_pictures.empty() ? "" : "; ") + of_pictures;
   }
 
  private:
@@ -58,8 +49,7 @@ class DecodingSource final : public FrameSource {
   std::unique_ptr<RawFrameSource> raw_;
   std::string name_;
   FrameDecoder decoder_;
-  std::int64_t delivered_ = 0, damaged_ = 0;
-  std::string first_damage_;
+  LeftOut pictures_;
 };
 
 }  // namespace

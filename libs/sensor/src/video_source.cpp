@@ -10,6 +10,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "left_out.hpp"
 #include "quiet.hpp"
 
 namespace gelslam::detail {
@@ -55,21 +56,22 @@ class VideoSource final : public FrameSource {
 
   std::optional<TactileImage> next() override {
     cv::Mat frame;
-    if (ended_ || !capture_.read(frame) || frame.empty()) {
-      finish();
-      return std::nullopt;
+    while (!ended_ && capture_.read(frame) && !frame.empty()) {
+      const std::string name = path_.string() + ", frame " + std::to_string(index_);
+      if (frame.type() != CV_8UC3) throw Error(name + ": not an 8-bit colour picture");
+      TactileImage image;
+      image.time_s = time_of_frame();
+      image.index = index_++;
+      if (is_grey(frame)) {
+        pictures_.leave_out(name + ": " + grey_picture);
+        continue;
+      }
+      image.bgr = fit_to_profile(frame, profile_, name);
+      pictures_.use();
+      return image;
     }
-    const std::string name = path_.string() + ", frame " + std::to_string(index_);
-    if (frame.type() != CV_8UC3) throw Error(name + ": not an 8-bit colour picture");
-    if (is_grey(frame)) {
-      throw Error(name +
-                  ": a grey picture; slopes are read from the sensor's colours, give the colour video");
-    }
-    TactileImage image;
-    image.bgr = fit_to_profile(frame, profile_, name);
-    image.time_s = time_of_frame();
-    image.index = index_++;
-    return image;
+    finish();
+    return std::nullopt;
   }
 
   std::optional<std::int64_t> frame_count() const override { return count_; }
@@ -81,7 +83,10 @@ class VideoSource final : public FrameSource {
     return text.str();
   }
 
-  std::string warning() const override { return warning_; }
+  std::string warning() const override {
+    const std::string of_pictures = pictures_.warning();
+    return truncation_ + (truncation_.empty() || of_pictures.empty() ? "" : "; ") + of_pictures;
+  }
 
  private:
   std::string size_text() const { return gelslam::size_text(width_, height_); }
@@ -100,9 +105,9 @@ class VideoSource final : public FrameSource {
   void finish() {
     if (ended_) return;
     ended_ = true;
-    if (index_ == 0) throw Error(path_.string() + ": the video holds no readable frame");
+    pictures_.require_some(path_.string() + ": the video");
     if (count_ && index_ < *count_) {
-      warning_ = path_.string() + " ends after " + std::to_string(index_) + " of " + std::to_string(*count_) +
+      truncation_ = path_.string() + " ends after " + std::to_string(index_) + " of " + std::to_string(*count_) +
                  " frames; is it truncated?";
     }
   }
@@ -116,7 +121,8 @@ class VideoSource final : public FrameSource {
   std::int64_t index_ = 0;
   double first_s_ = 0.0, last_s_ = 0.0;
   bool ended_ = false;
-  std::string warning_;
+  std::string truncation_;
+  LeftOut pictures_;
 };
 
 }  // namespace

@@ -32,6 +32,12 @@ std::string keyframe_trajectory(const SlamMap& map) {
   return text;
 }
 
+/// Frames between the first and the last that were damaged or dropped.
+std::int64_t frames_left_out(const std::vector<FrameRecord>& frames) {
+  if (frames.empty()) return 0;
+  return frames.back().frame - frames.front().frame + 1 - static_cast<std::int64_t>(frames.size());
+}
+
 ordered_json frame_counts(const SlamMap& map) {
   std::map<TrackStatus, int> count;
   int in_map = 0;
@@ -45,6 +51,7 @@ ordered_json frame_counts(const SlamMap& map) {
                                    TrackStatus::undone})
     frames[std::string(name(status))] = count[status];
   frames["in_map"] = in_map;
+  frames["left_out"] = frames_left_out(map.frames);
   return frames;
 }
 

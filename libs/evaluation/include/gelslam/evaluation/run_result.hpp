@@ -12,7 +12,7 @@ namespace gelslam {
 struct RunResult {
   std::vector<StampedPose> trajectory;
   std::optional<int> anchor_frame;  ///< log frame whose sensor frame is the frame of trajectory and mesh
-  std::optional<int> log_frames;    ///< absent too when the run was interrupted
+  std::optional<int> log_frames;    ///< absent too when the run was interrupted or left frames out
   std::optional<int> trials;
   std::optional<int> groups;
   std::filesystem::path mesh_path;  ///< empty where the run made none, or one without triangles
