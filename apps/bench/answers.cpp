@@ -70,6 +70,10 @@ class WithKeyframes final : public SequenceAnswers {
 
   void add(const TrialFrame& frame) override {
     const TrackedFrame tracked = tracker_.track(frame.frame, frame.time_s, frame.surface);
+    if (tracked.status == TrackStatus::lost && !tracked.keyframe && frame.start_T_frame) {
+      note("keyframes", frame, tracked.registration, of_lost(tracked.registration, *frame.start_T_frame));
+      return;
+    }
     if (!frame.start_T_frame || tracked.trial < 0) {
       previous_.reset();
       keyframe_.reset();

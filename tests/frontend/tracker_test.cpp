@@ -182,7 +182,9 @@ TEST(Tracker, WhenTheKeyframeIsLostThePreviousFrameBecomesOne) {
 /// A jump to another place that nothing connects. `before` frames are tracked first: with one, the previous
 /// frame is the keyframe itself and there is nothing to retry with; with more, the retry fails too.
 void expect_loss_after(int before) {
-  Tracker tracker(TrackerOptions{});
+  TrackerOptions options;
+  options.patience_s = 0;
+  Tracker tracker(options);
   for (int i = 0; i < before; ++i) tracker.track(i, 0.04 * i, slide(i));
   const SurfacePtr elsewhere = slide(0, other_relief());
   const TrackedFrame lost = tracker.track(before, 0.04 * before, elsewhere);
@@ -203,8 +205,59 @@ void expect_loss_after(int before) {
   expect_pose(next.trial_T_frame, true_motion(0, 1), 1);
 }
 
-TEST(Tracker, AJumpStartsANewTrial) { expect_loss_after(1); }
-TEST(Tracker, AJumpAfterSomeFramesStartsANewTrial) { expect_loss_after(4); }
+TEST(Tracker, WithoutPatienceAJumpStartsANewTrial) { expect_loss_after(1); }
+TEST(Tracker, WithoutPatienceAJumpAfterSomeFramesStartsANewTrial) { expect_loss_after(4); }
+
+void expect_lost_without_a_trial(const TrackedFrame& frame) {
+  EXPECT_EQ(frame.status, TrackStatus::lost);
+  EXPECT_FALSE(frame.registration.ok());
+  EXPECT_EQ(frame.trial, -1);
+  EXPECT_EQ(frame.keyframe, nullptr);
+  EXPECT_EQ(frame.new_keyframe, nullptr);
+}
+
+TEST(Tracker, ATrialOutlastsTornPictures) {
+  Tracker tracker(TrackerOptions{});
+  for (int i = 0; i < 4; ++i) tracker.track(i, 0.04 * i, slide(i));
+  // Three in a row, and no two of them agree.
+  for (int i = 4; i < 7; ++i)
+    expect_lost_without_a_trial(tracker.track(i, 0.04 * i, slide(0, textured_plane(100 + static_cast<std::uint64_t>(i)))));
+  for (int i = 7; i < 12; ++i) {
+    const TrackedFrame frame = tracker.track(i, 0.04 * i, slide(i));
+    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
+    EXPECT_EQ(frame.trial, 0);
+    expect_pose(frame.trial_T_frame, true_motion(0, i), 2);
+  }
+}
+
+TEST(Tracker, TwoFramesThatAgreeElsewhereAreTheNextTrial) {
+  Tracker tracker(TrackerOptions{});
+  for (int i = 0; i < 4; ++i) tracker.track(i, 0.04 * i, slide(i));
+  const SurfacePtr elsewhere = slide(0, other_relief());
+  expect_lost_without_a_trial(tracker.track(4, 0.16, elsewhere));
+  const TrackedFrame next = tracker.track(5, 0.20, slide(1, other_relief()));
+  EXPECT_EQ(next.status, TrackStatus::tracked);
+  EXPECT_EQ(next.trial, 1);
+  ASSERT_NE(next.new_keyframe, nullptr);
+  EXPECT_EQ(next.keyframe, next.new_keyframe);
+  EXPECT_EQ(next.new_keyframe->surface, elsewhere);
+  EXPECT_EQ(next.new_keyframe->frame, 4);
+  EXPECT_EQ(next.new_keyframe->trial, 1);
+  EXPECT_EQ(next.new_keyframe->id, 1);
+  EXPECT_EQ(next.new_keyframe_link.previous, nullptr);
+  expect_pose(next.trial_T_frame, true_motion(0, 1), 1);
+}
+
+TEST(Tracker, PatienceEndsAndATrialBeginsWithWhateverComes) {
+  Tracker tracker(TrackerOptions{});
+  tracker.track(0, 0, slide(0));
+  expect_lost_without_a_trial(tracker.track(1, 0.04, slide(0, textured_plane(101))));
+  const TrackedFrame late = tracker.track(2, 0.30, slide(0, textured_plane(102)));
+  EXPECT_EQ(late.status, TrackStatus::lost);
+  EXPECT_EQ(late.trial, 1);
+  ASSERT_NE(late.new_keyframe, nullptr);
+  EXPECT_EQ(late.new_keyframe->frame, 2);
+}
 
 TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
   Tracker tracker(TrackerOptions{});
@@ -274,7 +327,9 @@ class StandingStill final : public Registrar {
 
 TEST(Tracker, TakesAnotherMethod) {
   const auto still = std::make_shared<const StandingStill>();
-  Tracker tracker(TrackerOptions{}, still);
+  TrackerOptions options;
+  options.patience_s = 0;
+  Tracker tracker(options, still);
   const auto keyframe = tracker.track(0, 0, slide(0)).keyframe;
   EXPECT_EQ(still->prepared, 1);
   ASSERT_NE(keyframe->reference, nullptr) << "loop closure goes on with it, whatever tracks";

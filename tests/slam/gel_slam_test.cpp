@@ -129,13 +129,15 @@ TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   EXPECT_EQ(scan.see(motion(0, 0, 0, 40, 0, 0.4)).status, TrackStatus::lost);
   EXPECT_EQ(scan.see(motion(0, 0, 1, 40.2, 0, 0.4)).status, TrackStatus::tracked);
   EXPECT_EQ(scan.see(motion(0, 0, 20, 0.5, 0.5, 0.4)).status, TrackStatus::lost);  // back at the first place
+  EXPECT_EQ(scan.see(motion(0, 0, 21, 0.6, 0.5, 0.4)).status, TrackStatus::tracked);
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.trials, 3);
   EXPECT_EQ(map.groups, 2);
-  ASSERT_EQ(map.frames.size(), 6u);
+  ASSERT_EQ(map.frames.size(), 7u);
   EXPECT_TRUE(map.has_pose(map.frames[0]));
   EXPECT_FALSE(map.has_pose(map.frames[3]));
-  EXPECT_TRUE(map.has_pose(map.frames[5]));
+  EXPECT_FALSE(map.has_pose(map.frames[5]));  // only the next one told that it was no torn picture
+  EXPECT_TRUE(map.has_pose(map.frames[6]));
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
     EXPECT_EQ(map.keyframes[id]->id, static_cast<int>(id));
   expect_true_poses(scan, map);
@@ -147,17 +149,17 @@ TEST(GelSlam, AFragmentLeftByLiftingIsRejoined) {
   const Field stone = bumpy_ellipsoid(3);
   GelSlam slam(SlamOptions{});
   StageTimer timer;
-  const Pose places[] = {pressed(6, 0.5), pressed(6, 0.5) * motion(0.5, 0.3, 0, 0.1, 0), pressed(6, 0.06)};
+  const Pose places[] = {pressed(6, 0.5), pressed(6, 0.5) * motion(0.5, 0.3, 0, 0.1, 0), pressed(6, 0.065), pressed(6, 0.06)};
   std::vector<TrackStatus> status;
-  for (std::size_t i = 0; i < 3; ++i)
+  for (std::size_t i = 0; i < 4; ++i)
     status.push_back(slam.process(static_cast<std::int64_t>(i), 0, touch(stone, places[i]), timer).status);
-  EXPECT_THAT(status, ElementsAre(TrackStatus::tracked, TrackStatus::tracked, TrackStatus::lost));
+  EXPECT_THAT(status, ElementsAre(TrackStatus::tracked, TrackStatus::tracked, TrackStatus::lost, TrackStatus::tracked));
   const SlamMap map = slam.finish();
   EXPECT_EQ(map.trials, 2);
   EXPECT_EQ(map.groups, 1);
   EXPECT_EQ(map.loops, 1);
   ASSERT_EQ(map.anchor_frame, 0);
-  const PoseGap error = gap(map.anchor_T_keyframe(map.frames[2].keyframe), places[0].inverse() * places[2]);
+  const PoseGap error = gap(map.anchor_T_keyframe(map.frames[3].keyframe), places[0].inverse() * places[2]);  // keyframe: of the frame before
   EXPECT_LT(error.deg, 1.0);  // a fragment of two millimetres knows less than a whole contact
   EXPECT_LT(error.mm, 0.1);
 }

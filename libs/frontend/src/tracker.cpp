@@ -16,9 +16,11 @@ Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
 }
 
 /// How a frame hangs on the keyframe it was registered to.
-KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe, const RegistrationResult& registration) {
+KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe,
+                     const RegistrationResult& registration) {
   const Pose& frame_T_keyframe = registration.target_T_reference;
-  return {keyframe, frame_T_keyframe.inverse(), information_of_inverse(registration.information, frame_T_keyframe),
+  return {keyframe, frame_T_keyframe.inverse(),
+          information_of_inverse(registration.information, frame_T_keyframe),
           frame_T_keyframe * registration.shared_center_mm};
 }
 
@@ -26,11 +28,16 @@ KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe, const Regi
 
 std::string_view name(TrackStatus status) {
   switch (status) {
-    case TrackStatus::background: return "background";
-    case TrackStatus::no_contact: return "no_contact";
-    case TrackStatus::tracked: return "tracked";
-    case TrackStatus::lost: return "lost";
-    case TrackStatus::undone: return "undone";
+    case TrackStatus::background:
+      return "background";
+    case TrackStatus::no_contact:
+      return "no_contact";
+    case TrackStatus::tracked:
+      return "tracked";
+    case TrackStatus::lost:
+      return "lost";
+    case TrackStatus::undone:
+      return "undone";
   }
   return "unknown";
 }
@@ -45,36 +52,58 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   }
   if (!in_trial_) {
     result.status = TrackStatus::tracked;
-    start_trial(result, surface);
+    begin_trial(result, {frame, time_s, surface}, registrar_->prepare(surface));
     // Against itself: what this surface can show at all.
     result.registration = reference_->register_to(*surface, Pose::Identity());
     return result;
   }
+  const RegistrationResult registration = follow(result, *surface);
+  if (registration.ok()) {
+    accept(result, std::move(surface), registration);
+  } else {
+    result.registration = registration;
+    lose(result, std::move(surface));
+  }
+  return result;
+}
 
-  RegistrationResult registration = register_to(*reference_, previous_->link.previous_T_this, *surface);
-  if (!registration.ok() && previous_->frame != keyframe_->frame) {
-    // The keyframe is too far behind: try the frame before, which becomes a keyframe only if that helps.
+/// To the keyframe; if that is too far behind, to the last tracked frame; if that is, too, wherever the
+/// reliefs agree.
+RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface) {
+  const RegistrationResult registration = register_to(*reference_, previous_->link.previous_T_this, surface);
+  if (registration.ok()) return registration;
+  if (previous_->frame != keyframe_->frame) {
     auto reference = registrar_->prepare(previous_->surface);
-    RegistrationResult retry = register_to(*reference, Pose::Identity(), *surface);
-    if (!retry.ok()) retry = register_far(*reference, Pose::Identity(), *surface);
-    if (retry.ok()) {
+    RegistrationResult retry = register_to(*reference, Pose::Identity(), surface);
+    if (!retry.ok()) retry = register_far(*reference, Pose::Identity(), surface);
+    if (retry.ok()) {  // it becomes a keyframe only if that helps
       switch_keyframe(result, make_keyframe(previous_->frame, std::move(reference), previous_->surface),
                       previous_->link);
-      registration = retry;
+      return retry;
     }
   }
-  if (!registration.ok()) {
-    const RegistrationResult far = register_far(*reference_, previous_->link.previous_T_this, *surface);
-    if (far.ok()) registration = far;
+  const RegistrationResult far = register_far(*reference_, previous_->link.previous_T_this, surface);
+  return far.ok() ? far : registration;
+}
+
+/// The frame fits nothing that the trial has shown. It may be torn, or the object elsewhere.
+void Tracker::lose(TrackedFrame& result, SurfacePtr surface) {
+  result.status = TrackStatus::lost;
+  const Seen seen{result.frame, result.time_s, surface};
+  if (seen.time_s - previous_->time_s > options_.patience_s) {
+    begin_trial(result, seen, registrar_->prepare(std::move(surface)));
+    return;
   }
-  if (!registration.ok()) {
-    result.status = TrackStatus::lost;
-    result.registration = registration;
-    start_trial(result, std::move(surface));
-    return result;
+  if (unplaced_) {
+    auto reference = registrar_->prepare(unplaced_->surface);
+    const RegistrationResult together = reference->register_to(*surface, Pose::Identity());
+    if (together.ok()) {
+      begin_trial(result, Seen(*unplaced_), std::move(reference));
+      accept(result, std::move(surface), together);
+      return;
+    }
   }
-  accept(result, std::move(surface), registration);
-  return result;
+  unplaced_ = seen;
 }
 
 /// From the previous pose carried on at the last speed; if that fails, from the previous pose itself.
@@ -90,7 +119,8 @@ RegistrationResult Tracker::register_to(const PreparedReference& reference, cons
   return best;
 }
 
-/// From wherever the reliefs agree, when the motion was too large to be followed. Not ok when that is nowhere.
+/// From wherever the reliefs agree, when the motion was too large to be followed. Not ok when that is
+/// nowhere.
 RegistrationResult Tracker::register_far(const PreparedReference& reference, const Pose& reference_T_previous,
                                          const Surface& surface) const {
   if (!options_.search_far) return {};
@@ -107,9 +137,12 @@ RegistrationResult Tracker::register_far(const PreparedReference& reference, con
 void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration) {
   const KeyframeLink link = link_to(keyframe_, registration);
   const Pose& keyframe_T_frame = link.previous_T_this;
-  // A speed along directions that the surface does not show would never be corrected: then no speed at all.
-  last_step_ = registration.held ? Pose::Identity() : previous_->link.previous_T_this.inverse() * keyframe_T_frame;
-  previous_ = Previous{result.frame, surface, link};
+  // A speed along directions that the surface does not show would never be corrected, and one over lost
+  // frames is not that of one: then no speed at all.
+  last_step_ = registration.held || unplaced_ ? Pose::Identity()
+                                              : previous_->link.previous_T_this.inverse() * keyframe_T_frame;
+  previous_ = Previous{{result.frame, result.time_s, surface}, link};
+  unplaced_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
   result.registration = registration;
@@ -125,7 +158,8 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
 }
 
 bool Tracker::keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const {
-  const double shared_share = static_cast<double>(registration.shared_pixels) / keyframe_->reference->sample_count();
+  const double shared_share =
+      static_cast<double>(registration.shared_pixels) / keyframe_->reference->sample_count();
   const double shared_area_px = shared_share * keyframe_->surface->contact_pixels;
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
@@ -143,13 +177,16 @@ std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame,
   return keyframe;
 }
 
-void Tracker::start_trial(TrackedFrame& result, SurfacePtr surface) {
+/// With `first`, which is this frame or the one before.
+void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
+                          std::shared_ptr<const PreparedReference> reference) {
   ++trial_;
   in_trial_ = true;
-  keyframe_ = make_keyframe(result.frame, registrar_->prepare(surface), surface);
+  keyframe_ = make_keyframe(first.frame, std::move(reference), first.surface);
   trial_T_keyframe_ = Pose::Identity();
   last_step_ = Pose::Identity();
-  previous_ = Previous{result.frame, std::move(surface), {}};
+  previous_ = Previous{first, {keyframe_, Pose::Identity(), Matrix6d::Zero(), Eigen::Vector3d::Zero()}};
+  unplaced_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = Pose::Identity();
@@ -158,7 +195,8 @@ void Tracker::start_trial(TrackedFrame& result, SurfacePtr surface) {
   result.new_keyframe_link = {};
 }
 
-void Tracker::switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const KeyframeLink& link) {
+void Tracker::switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe,
+                              const KeyframeLink& link) {
   result.new_keyframe = keyframe;
   result.new_keyframe_link = link;
   keyframe_ = std::move(keyframe);

@@ -174,7 +174,7 @@ void LiveBoard::start_scan(int scan) {
 
 /// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as long as
 /// there is nothing it could be joined to.
-bool LiveBoard::joined() const { return shown_trials_.empty() || shown_trials_.contains(trial_); }
+bool LiveBoard::joined() const { return trial_ >= 0 && (shown_trials_.empty() || shown_trials_.contains(trial_)); }
 
 std::string LiveBoard::words() const {
   if (!touch_ || touch_->status == TrackStatus::no_contact) return "no contact";

@@ -5,10 +5,25 @@
 namespace gelslam::slam::detail {
 namespace {
 
-/// `before` is the last frame of a trial, `after` the first of the next.
-bool lost_in_touch(const FrameRecord& before, const FrameRecord& after) {
-  return before.keyframe >= 0 && after.keyframe >= 0 && after.trial == before.trial + 1 &&
-         after.frame == before.frame + 1;
+/// Lost, and not in the map.
+bool unplaced(const FrameRecord& frame) { return frame.status == TrackStatus::lost && frame.keyframe < 0; }
+
+/// The last frame of a trial and the first of the next, with contact all the time.
+struct Break {
+  const FrameRecord *before, *after;
+};
+
+std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames) {
+  std::vector<Break> breaks;
+  const FrameRecord* before = nullptr;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const FrameRecord& frame = frames[i];
+    if (i > 0 && frame.frame != frames[i - 1].frame + 1) before = nullptr;
+    if (unplaced(frame)) continue;
+    if (before && frame.keyframe >= 0 && frame.trial == before->trial + 1) breaks.push_back({before, &frame});
+    before = frame.keyframe >= 0 ? &frame : nullptr;
+  }
+  return breaks;
 }
 
 }  // namespace
@@ -17,14 +32,12 @@ std::vector<LoopConstraint> rejoin_broken_trials(
     const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<FrameRecord>& frames,
     const LoopCloser& loop_closer, double max_self_similarity) {
   std::vector<LoopConstraint> found;
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    const FrameRecord &before = frames[i - 1], &after = frames[i];
-    if (!lost_in_touch(before, after)) continue;
-    const auto& older = keyframes[static_cast<std::size_t>(before.keyframe)];
-    const auto& newer = keyframes[static_cast<std::size_t>(after.keyframe)];
+  for (const auto& [before, after] : lost_in_touch(frames)) {
+    const auto& older = keyframes[static_cast<std::size_t>(before->keyframe)];
+    const auto& newer = keyframes[static_cast<std::size_t>(after->keyframe)];
     if (!older || !newer || self_similarity(*newer->surface) > max_self_similarity) continue;
     const std::optional<LoopConstraint> loop =
-        loop_closer.verify(*older, *newer, before.keyframe_T_frame * after.keyframe_T_frame.inverse());
+        loop_closer.verify(*older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse());
     if (loop) found.push_back(*loop);
   }
   return found;

@@ -18,6 +18,9 @@ struct TrackerOptions {
   double keyframe_min_shared = 0.55;
   /// When registration fails from where the sensor is expected, look for the place where the two reliefs agree.
   bool search_far = true;
+  /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame the trial goes on if a
+  /// later frame fits it again. A new one begins with the first two frames that fit each other.
+  double patience_s = 0.2;
   NormalFlowOptions registration;
 };
 
@@ -40,8 +43,9 @@ struct TrackedFrame {
   std::int64_t frame = 0;
   double time_s = 0;
   TrackStatus status = TrackStatus::no_contact;
-  int trial = -1;                        ///< counts unbroken stretches from 0; -1 without contact
-  std::shared_ptr<const Keyframe> keyframe;  ///< what keyframe_T_frame refers to; null without contact
+  int trial = -1;                        ///< counts unbroken stretches from 0; -1 without contact, and for a lost frame that
+                                         ///< begins none
+  std::shared_ptr<const Keyframe> keyframe;  ///< what keyframe_T_frame refers to; null where trial is -1
   Pose keyframe_T_frame = Pose::Identity();
   Pose trial_T_frame = Pose::Identity();     ///< sensor pose in the first frame of the trial
   RegistrationResult registration;       ///< of the decisive attempt; why a frame was lost
@@ -65,10 +69,13 @@ class Tracker {
   void break_trial() { in_trial_ = false; }
 
  private:
-  struct Previous {  // the last tracked frame
+  struct Seen {
     std::int64_t frame = 0;
+    double time_s = 0;
     SurfacePtr surface;
-    KeyframeLink link;  // to the current keyframe
+  };
+  struct Previous : Seen {  // the last tracked frame
+    KeyframeLink link;      // to the current keyframe
   };
 
   RegistrationResult register_to(const PreparedReference& reference, const Pose& reference_T_previous,
@@ -77,7 +84,9 @@ class Tracker {
                                   const Surface& surface) const;
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const PreparedReference> reference,
                                                 SurfacePtr surface);
-  void start_trial(TrackedFrame& result, SurfacePtr surface);
+  RegistrationResult follow(TrackedFrame& result, const Surface& surface);
+  void lose(TrackedFrame& result, SurfacePtr surface);
+  void begin_trial(TrackedFrame& result, const Seen& first, std::shared_ptr<const PreparedReference> reference);
   void switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const KeyframeLink& link);
   void accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration);
   bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
@@ -91,6 +100,7 @@ class Tracker {
   std::shared_ptr<const PreparedReference> reference_;  ///< the keyframe's
   Pose trial_T_keyframe_ = Pose::Identity();
   std::optional<Previous> previous_;
+  std::optional<Seen> unplaced_;  ///< the last frame, where that was lost and began no trial
   Pose last_step_ = Pose::Identity();  ///< previous-but-one frame -> previous frame: previous2_T_previous
 };
 
