@@ -91,6 +91,16 @@ TEST(WindowOnADisplay, LabelsPressesAndSavesThem) {
   EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(900, 600));
 }
 
+TEST(WindowOnADisplay, IsNoLargerThanTheScreen) {
+  if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
+  WindowHost host({"large", 20000, 300, true});
+  int left = 0, top = 0, width = 0, height = 0;
+  glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &left, &top, &width, &height);
+  host.take_input();  // the window's own size is looked at
+  EXPECT_LE(host.viewport().width, width);
+  EXPECT_EQ(host.viewport().height, 300) << "only what does not fit is changed";
+}
+
 TEST(WindowOnADisplay, SaysWhatToDoWithoutOne) {
   const TemporaryFolder folder;
   const std::string display = has_display() ? std::getenv("DISPLAY") : "";

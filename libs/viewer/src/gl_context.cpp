@@ -5,6 +5,7 @@
 // after epoxy, which replaces the system's GL header
 #include <GLFW/glfw3.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -18,7 +19,8 @@ namespace {
 using viewer::detail::is_software_renderer;
 
 constexpr const char* kWithoutWindow =
-    "--snapshot FILE draws a picture without a display; scan, replay and calibrate work without one with --headless";
+    "--snapshot FILE draws a picture without a display; scan, replay and calibrate work without one with "
+    "--headless";
 
 std::string glfw_reason() {
   const char* text = nullptr;
@@ -109,7 +111,26 @@ struct GlContext::Impl {
       create_window(options, 0);
     }
     glfwSwapInterval(1);
-    if (options.visible) glfwShowWindow(window);
+    if (!options.visible) return;
+    fit_to_screen();
+    glfwShowWindow(window);
+  }
+
+  /// No larger than the screen has room for, frame included: what hangs over its edge cannot be reached.
+  void fit_to_screen() {
+    int width = 0, height = 0, left = 0, top = 0, right = 0, bottom = 0, room_x = 0, room_y = 0,
+        room_width = 0, room_height = 0;
+    GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+    if (monitor == nullptr) return;
+    glfwGetMonitorWorkarea(monitor, &room_x, &room_y, &room_width, &room_height);
+    if (room_width <= 0 || room_height <= 0) return;
+    glfwGetWindowFrameSize(window, &left, &top, &right, &bottom);
+    glfwGetWindowSize(window, &width, &height);
+    const int fitting_width = std::min(width, room_width - left - right),
+              fitting_height = std::min(height, room_height - top - bottom);
+    if (fitting_width == width && fitting_height == height) return;
+    glfwSetWindowSize(window, fitting_width, fitting_height);
+    glfwSetWindowPos(window, room_x + left, room_y + top);
   }
 
   void create_window(const GlWindowOptions& options, int samples) {

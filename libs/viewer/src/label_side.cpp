@@ -52,7 +52,7 @@ const char* words_of(LabelState state) {
 std::string origin_of(const LabelSession& session) {
   switch (session.label().origin) {
     case LabelOrigin::from_file:
-      return "a person's, from its file";
+      return "from its file";
     case LabelOrigin::by_hand:
       return "moved by hand";
     case LabelOrigin::found:
