@@ -157,6 +157,7 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   const StopWatch stop_watch(session, interrupt, arguments.seconds);
   if (!arguments.headless) {
     lower_thread_priority();  // drawing goes after tracking; the threads of the chain run already
+    window.asks_to_end = [&] { return interrupt.requested(); };
     run_live_window(session, window);
     session.stop();
   }

@@ -53,6 +53,23 @@ TEST(RunLiveWindow, PlaysAScriptAsAPersonWould) {
   EXPECT_EQ(cv::imread((folder / "last.png").string()).size(), cv::Size(500, 350));
 }
 
+TEST(RunLiveWindow, EndedFromTheTerminalItClosesOnceAllIsSaved) {
+  if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+  FakeSession session(2, 1);
+  session.advance(2);
+  session.looks_until_finished = 10;
+  WindowOptions options;
+  options.visible = false;
+  options.width_px = 600;
+  options.height_px = 400;
+  int asked = 0;
+  options.asks_to_end = [&] { return ++asked > 0; };
+  session.stop();  // as the signal's watcher does
+  EXPECT_EQ(run_live_window(session, options), 0);
+  EXPECT_EQ(session.status().phase, LivePhase::finished) << "not before";
+  EXPECT_GT(asked, 0);
+}
+
 TEST(RunLiveWindow, AScriptThatWaitsInVainSaysWhere) {
   if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
   FakeSession session(1);

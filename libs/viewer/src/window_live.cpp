@@ -170,6 +170,11 @@ void LiveWindow::fulfil_wishes(double now_s) {
   }
 }
 
+/// Who ends a scan from the terminal, or logs out, is not at the window.
+bool LiveWindow::closes_by_itself() const {
+  return status_.phase == LivePhase::finished && options_.asks_to_end && options_.asks_to_end();
+}
+
 void LiveWindow::tell(const ExportOutcome& outcome, double now_s) {
   outcome.ok ? controls_.say(outcome.sentence, now_s) : controls_.complain(outcome.sentence, now_s);
 }

@@ -26,7 +26,9 @@ class LiveWindow {
   void run();
   /// One turn at `now_s` of the window's clock; `draw_anyway` even if nothing has changed. True when it drew.
   bool turn(double now_s, bool draw_anyway = false);
-  bool wants_to_close() const { return controls_.wants_to_close() || player_.wants_to_quit(); }
+  bool wants_to_close() const {
+    return controls_.wants_to_close() || player_.wants_to_quit() || closes_by_itself();
+  }
   void show_all_at_once();
   /// Draws a frame and reads it back.
   cv::Mat3b picture(double now_s);
@@ -46,6 +48,7 @@ class LiveWindow {
   SceneStyle style_now() const;  ///< what the person chose, as far as the phase allows
   void fulfil_wishes(double now_s);
   void tell(const ExportOutcome& outcome, double now_s);
+  bool closes_by_itself() const;
   bool on_panel(double x, double y) const;
   Viewport view_viewport() const;
 

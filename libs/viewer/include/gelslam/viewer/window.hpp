@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -17,6 +18,9 @@ struct WindowOptions {
   /// file's name.
   std::string script;
   std::string script_name = "script";  ///< as errors call it
+  /// Whether somebody ended the scan from elsewhere (Ctrl-C, log-out): then the window closes by itself once
+  /// the scan is finished. Empty: never.
+  std::function<bool()> asks_to_end;
   int width_px = 1280, height_px = 800;
   bool visible = true;             ///< false: drawn off-screen without a display, for tests and pictures
   std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
