@@ -6,6 +6,7 @@
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "log_options.hpp"
+#include "summary_words.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -22,11 +23,8 @@ std::string in_words(const ReconstructSummary& s, const std::string& run_folder)
   text.precision(3);
   if (s.partial) text << "stopped early: this is what was seen so far\n";
   if (!s.warning.empty()) text << "warning: " << s.warning << "\n";
-  text << s.tracked << " of " << s.frames << " frames tracked, " << s.in_map << " frames in the map; " << s.trials
-       << (s.trials == 1 ? " trial" : " trials") << " in " << s.groups << (s.groups == 1 ? " group, " : " groups, ") << s.keyframes
-       << " keyframes, " << s.loops << " loops\n"
-       << "mesh of " << s.vertices << " vertices and " << s.triangles << " triangles, in " << s.seconds << " s: " << run_folder
-       << "\n";
+  text << s.tracked << " of " << s.frames << " frames tracked, " << map_words(s) << "\n"
+       << mesh_words(s) << ", in " << s.seconds << " s: " << run_folder << "\n";
   return text.str();
 }
 

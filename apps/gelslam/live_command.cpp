@@ -17,6 +17,7 @@
 #include "gelslam/viewer/window.hpp"
 #include "option_checks.hpp"
 #include "script_file.hpp"
+#include "summary_words.hpp"
 
 namespace gelslam {
 namespace {
@@ -73,8 +74,8 @@ class StatusLine {
   static std::string figures(const LiveStatus& s) {
     std::ostringstream text;
     text << std::fixed << std::setprecision(1) << " | " << s.rate_hz << " Hz, " << s.latency_ms << " ms | "
-         << s.keyframes << " keyframes, " << s.loops << " loops, " << s.groups
-         << (s.groups == 1 ? " group" : " groups");
+         << counted(s.keyframes, "keyframe") << ", " << counted(s.loops, "loop") << ", "
+         << counted(s.groups, "group");
     if (s.lost_by_camera + s.dropped + s.damaged > 0)
       text << " | " << s.lost_by_camera << " lost, " << s.dropped << " dropped, " << s.damaged << " damaged";
     return text.str();
@@ -99,11 +100,8 @@ std::string in_words(const ReconstructSummary& s, const LiveStatus& status, cons
   if (!s.warning.empty()) text << "warning: " << s.warning << "\n";
   text << status.frames << " frames in " << s.seconds << " s, " << status.lost_by_camera
        << " lost by the camera, " << status.dropped << " dropped, " << status.damaged << " damaged\n"
-       << s.tracked << " tracked, " << s.in_map << " in the map; " << s.trials
-       << (s.trials == 1 ? " trial" : " trials") << " in " << s.groups
-       << (s.groups == 1 ? " group, " : " groups, ") << s.keyframes << " keyframes, " << s.loops << " loops\n"
-       << "mesh of " << s.vertices << " vertices and " << s.triangles << " triangles"
-       << (run_folder.empty() ? ", not kept (no -o)" : ": " + run_folder) << "\n";
+       << s.tracked << " tracked, " << map_words(s) << "\n"
+       << mesh_words(s) << (run_folder.empty() ? ", not kept (no -o)" : ": " + run_folder) << "\n";
   return text.str();
 }
 

@@ -18,7 +18,7 @@ void draw_note(Canvas& canvas, const Box& view, const std::string& text) {
 
 void draw_help_card(Canvas& canvas, const Box& view, const std::vector<HelpLine>& lines) {
   ImFont* font = canvas.fonts().body;
-  const float row = font->FontSize + canvas.px(6), width = canvas.px(400);
+  const float row = font->FontSize + canvas.px(6), width = canvas.px(420);
   const float height = row * static_cast<float>(lines.size()) + canvas.px(40);
   const Box card{view.x + 0.5F * (view.width - width), std::max(0.0F, view.y + 0.5F * (view.height - height)),
                  width, height};
