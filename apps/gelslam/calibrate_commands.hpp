@@ -34,9 +34,9 @@ struct PressOptions {
   void add_to(CLI::App& command);
 };
 
-/// Reads the configuration, if one is given, and the presses. Throws Error also like require_readable_background();
-/// doubts are said on stderr.
-/// `model_pitch_mm`: of a model that the presses are read with; used where no other is given.
+/// Reads the configuration, if one is given, and the presses. Throws Error also like
+/// require_readable_background(); doubts are said on stderr. `model_pitch_mm`: of a model that the presses
+/// are read with; used where no other is given.
 PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm = std::nullopt);
 
 /// Zones of all presses, with a progress bar; presses that cannot be used are named on stderr. Ctrl-C throws
@@ -44,8 +44,8 @@ PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_m
 BallZones find_zones_for_people(const PressSet& set, const PressOptions& options, bool automatic,
                                 ProgressSink& progress, const InterruptWatch& interrupt);
 
-/// Called before long work: throws Error when the file's folder does not exist, or when the file is there and not to
-/// be overwritten.
+/// Called before long work: throws Error when the file's folder does not exist, or when the file is there and
+/// not to be overwritten.
 void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite);
 
 /// Throws Error when Ctrl-C was pressed.

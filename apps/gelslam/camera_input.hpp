@@ -15,8 +15,8 @@ struct CameraInput {
   LogAttachments attachments;
 };
 
-/// The camera that the configuration names, or `device` if that is not empty. Throws Error like open_camera(),
-/// and when Ctrl-C was pressed meanwhile.
+/// The camera that the configuration names, or `device` if that is not empty. Throws Error like
+/// open_camera(), and when Ctrl-C was pressed meanwhile.
 CameraInput open_camera_input(const Config& config, const std::string& device);
 
 /// For what a person did not name: "gelslam-20261120-083000", local time.

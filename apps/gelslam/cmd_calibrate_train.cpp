@@ -86,7 +86,8 @@ int run_train(TrainArguments arguments) {
     std::printf(", %.2f mm ball %+.1f %%", ball.diameter_mm, 100.0 * ball.radius_error());
   std::printf("\n");
   if (check.diameters.size() == 1)
-    std::cerr << "note: with one ball nobody can see whether its diameter is right: press a second size too, or look at "
+    std::cerr << "note: with one ball nobody can see whether its diameter is right: press a second size too, "
+                 "or look at "
                  "what a model you trust says of these presses (gelslam calibrate check)\n";
   for (const std::string& reason : check.reasons) std::cerr << "note: " << reason << "\n";
   return check.verdict == Verdict::recalibrate ? exit_not_good : exit_done;

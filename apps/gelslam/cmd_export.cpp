@@ -48,7 +48,8 @@ void run_export(const ExportArguments& arguments) {
 }  // namespace
 
 void add_export_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("export", "Write a run's surface as PLY, OBJ or STL, or a picture of it");
+  CLI::App* command =
+      app.add_subcommand("export", "Write a run's surface as PLY, OBJ or STL, or a picture of it");
   const auto arguments = std::make_shared<ExportArguments>();
   command->add_option("SOURCE", arguments->source, "run folder, or a mesh file (PLY, OBJ, STL) in metres")
       ->required();

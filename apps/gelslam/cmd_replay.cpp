@@ -44,11 +44,14 @@ int run(const ReplayArguments& arguments) {
 
 void add_replay_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ReplayArguments>();
-  CLI::App* command = app.add_subcommand("replay", "Play a recorded log through the live program, as if it came from a camera");
-  command->add_option("LOG", arguments->log, "Log (.mkv), video, folder of images, or data folder")->required();
+  CLI::App* command = app.add_subcommand(
+      "replay", "Play a recorded log through the live program, as if it came from a camera");
+  command->add_option("LOG", arguments->log, "Log (.mkv), video, folder of images, or data folder")
+      ->required();
   CLI::Option* speed =
       command->add_option("--speed", arguments->speed, "Times the sensor's own rate")->capture_default_str();
-  command->add_flag("--every-frame", arguments->every_frame, "As fast as it goes without leaving out a frame")->excludes(speed);
+  command->add_flag("--every-frame", arguments->every_frame, "As fast as it goes without leaving out a frame")
+      ->excludes(speed);
   arguments->live.add_to(*command);
   command->footer("Example: gelslam replay runs/pebble/log.mkv -o runs/pebble-again");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

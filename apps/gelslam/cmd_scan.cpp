@@ -29,10 +29,15 @@ int run(ScanArguments arguments) {
 
 void add_scan_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ScanArguments>();
-  CLI::App* command = app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
-  command->add_option("--camera,--device", arguments->device, "Camera: /dev/video2, 2, or part of its name (default: the configuration's)");
-  CLI::Option* no_log = command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures");
-  command->add_flag("--resized", arguments->resized, "Record at the calibrated resolution, lossless, instead of the camera's own bytes")
+  CLI::App* command =
+      app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
+  command->add_option("--camera,--device", arguments->device,
+                      "Camera: /dev/video2, 2, or part of its name (default: the configuration's)");
+  CLI::Option* no_log =
+      command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures");
+  command
+      ->add_flag("--resized", arguments->resized,
+                 "Record at the calibrated resolution, lossless, instead of the camera's own bytes")
       ->excludes(no_log);
   arguments->live.add_to(*command);
   command->footer(

@@ -44,7 +44,9 @@ void print_lists() {
 class StoppableProgress final : public ProgressSink {
  public:
   explicit StoppableProgress(bool quiet) : shown_(make_progress(quiet)) {}
-  void begin(std::string_view task, std::optional<std::int64_t> total) override { shown_->begin(task, total); }
+  void begin(std::string_view task, std::optional<std::int64_t> total) override {
+    shown_->begin(task, total);
+  }
   void update(std::int64_t done) override {
     if (interrupt_.requested()) throw Error("stopped; the folder is not complete");
     shown_->update(done);
@@ -165,8 +167,9 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   presses->add_option("--presses", spec.presses, "good ones")->capture_default_str();
   presses->add_flag("--mishaps", spec.mishaps,
                     "and bad ones between them: sliding, too deep, too shallow, off the gel, two at once");
-  presses->add_option("--background-frames", spec.background_frames,
-                      "of the bare gel at the start; with 0 the ball lies on it already")
+  presses
+      ->add_option("--background-frames", spec.background_frames,
+                   "of the bare gel at the start; with 0 the ball lies on it already")
       ->capture_default_str();
   presses->add_flag("--lossless", arguments->folder.lossless, "PNG instead of JPEG pictures in the video");
   add_common_options(*presses, *arguments);

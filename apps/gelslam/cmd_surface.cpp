@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "option_checks.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
@@ -17,6 +16,7 @@
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
+#include "option_checks.hpp"
 
 namespace gelslam {
 namespace {
@@ -108,11 +108,11 @@ SurfacePtr estimate(const SurfaceArguments& arguments) {
 }
 
 int run_surface(const SurfaceArguments& arguments) {
-  RunFolder folder(arguments.output,
-                   {.overwrite = arguments.overwrite,
-                    .marker_file = height_file,
-                    .known_entries = {height_file, "height.png", "normals.png", "contact.png", "curvature.png", "surface.ply"},
-                    .input = arguments.image});
+  RunFolder folder(arguments.output, {.overwrite = arguments.overwrite,
+                                      .marker_file = height_file,
+                                      .known_entries = {height_file, "height.png", "normals.png",
+                                                        "contact.png", "curvature.png", "surface.ply"},
+                                      .input = arguments.image});
   const SurfacePtr surface = estimate(arguments);
   write_surface(folder.path(), *surface);
   folder.commit();

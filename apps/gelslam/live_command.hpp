@@ -8,7 +8,8 @@
 
 namespace gelslam {
 
-/// What `scan` and `replay` have in common: the session, its window or its words in the terminal, and its end.
+/// What `scan` and `replay` have in common: the session, its window or its words in the terminal, and its
+/// end.
 struct LiveArguments {
   std::string config, model, background, run_folder, snapshot, script;
   bool force = false, overwrite = false, headless = false, quiet = false;
@@ -19,8 +20,9 @@ struct LiveArguments {
   LiveOptions options(const Config& resolved_config) const;
 };
 
-/// Runs a scan until it is saved. The first Ctrl-C stops it, the second saves at once what there is, the third ends the
-/// program. Returns the exit code.
-int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options, const LiveArguments& arguments);
+/// Runs a scan until it is saved. The first Ctrl-C stops it, the second saves at once what there is, the
+/// third ends the program. Returns the exit code.
+int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
+             const LiveArguments& arguments);
 
 }  // namespace gelslam

@@ -65,7 +65,8 @@ void RecordReport::finish(const LogRecorderStatus& status, std::int64_t lost,
   if (quiet_) return;
   std::cerr << "recorded " << status.written << " frames";
   if (status.written == frames_)  // else the times are not those of what was recorded
-    std::cerr << " in " << printed("%.1f s", last_s_ - first_s_) << " (" << printed("%.2f Hz", rate_hz()) << ")";
+    std::cerr << " in " << printed("%.1f s", last_s_ - first_s_) << " (" << printed("%.2f Hz", rate_hz())
+              << ")";
   std::cerr << ", " << lost << " lost by the camera, " << size_text(status.bytes) << ": " << log_ << "\n";
 }
 

@@ -66,12 +66,13 @@ TEST_F(RealPresses, TheOneWrongLabelIsLeftOut) {
   EXPECT_EQ(set.presses[zones.rejected.front().press].name, "9.470mm/50");
 }
 
-// In one of them, in a corner, the strongest change is a part of the skirt only: the finder once took that part for the
-// ball, and a good label was called wrong.
+// In one of them, in a corner, the strongest change is a part of the skirt only: the finder once took that
+// part for the ball, and a good label was called wrong.
 TEST_F(RealPresses, NoRenderedPressIsLeftOut) {
   const PressSet set = read_press_set(data_ / "calibration_sim");
   const BallZones zones = find_ball_zones(set, pitch_mm, false);
-  for (const RejectedPress& press : zones.rejected) ADD_FAILURE() << set.presses[press.press].name << ": " << press.reason;
+  for (const RejectedPress& press : zones.rejected)
+    ADD_FAILURE() << set.presses[press.press].name << ": " << press.reason;
 }
 
 TEST_F(RealPresses, AModelReadsBallsItHasNotSeenBetterThanTheSensorsOwn) {

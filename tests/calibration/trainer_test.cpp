@@ -178,7 +178,8 @@ TEST(BallSizes, MeasureAWrongDiameterByItsColours) {
   const PressSet right = labelled(forty_presses(), 1.0, 4.0);
   const auto steepness = [&](double small_mm, double large_mm) {
     PressSet set = right;
-    for (CalibrationPress& press : set.presses) press.diameter_mm = press.diameter_mm > 8.0 ? large_mm : small_mm;
+    for (CalibrationPress& press : set.presses)
+      press.diameter_mm = press.diameter_mm > 8.0 ? large_mm : small_mm;
     const auto comparisons = compare_ball_sizes(set, find_ball_zones(set, pitch_mm, false).zones, pitch_mm);
     return comparisons.size() == 1 ? comparisons.front().steepness : 0.0;
   };

@@ -152,7 +152,8 @@ TEST(RunFolder, NeverReplacesWhatAPersonHasPutThere) {
   std::filesystem::create_directory(folder / "RUN");
   write_file_atomically(folder / "RUN/report.json", "x");
   write_file_atomically(folder / "RUN/diary.txt", "dear diary");
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", options); }), HasSubstr("for it holds diary.txt"));
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", options); }),
+              HasSubstr("for it holds diary.txt"));
   EXPECT_TRUE(std::filesystem::exists(folder / "RUN/diary.txt"));
   std::filesystem::remove(folder / "RUN/diary.txt");
   RunFolder run(folder / "RUN", options);

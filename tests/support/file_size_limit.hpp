@@ -6,8 +6,8 @@
 
 namespace gelslam::test {
 
-/// While it lives, no file that this process writes can grow beyond `bytes`: what a full disk looks like to the
-/// writer.
+/// While it lives, no file that this process writes can grow beyond `bytes`: what a full disk looks like to
+/// the writer.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

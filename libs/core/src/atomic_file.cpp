@@ -44,8 +44,10 @@ TemporaryFile::TemporaryFile(const fs::path& final_path) : final_path_(resolve_l
   if (fs::is_directory(final_path_, code))
     throw Error(final_path.string() + ": is a folder, a file is to be written");
   for (int attempt = 0;; ++attempt) {
-    std::string name = ".tmp-";  // built by +=: g++ 12 warns falsely (-Wrestrict) about literal + std::to_string
-    name += std::to_string(::getpid()) + "-" + std::to_string(attempt) + "-" + final_path_.filename().string();
+    std::string name =
+        ".tmp-";  // built by +=: g++ 12 warns falsely (-Wrestrict) about literal + std::to_string
+    name +=
+        std::to_string(::getpid()) + "-" + std::to_string(attempt) + "-" + final_path_.filename().string();
     temporary_path_ = final_path_.parent_path() / name;
     const detail::FileDescriptor file(
         ::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));

@@ -32,7 +32,8 @@ InterruptWatch::InterruptWatch(int asks) {
   sigaction(SIGINT, &action, &previous_interrupt_);
   sigaction(SIGTERM, &action, &previous_terminate_);
   sigaction(SIGHUP, nullptr, &previous_hangup_);
-  if (previous_hangup_.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // else nohup: to outlive the terminal
+  if (previous_hangup_.sa_handler != SIG_IGN)
+    sigaction(SIGHUP, &action, nullptr);  // else nohup: to outlive the terminal
 }
 
 InterruptWatch::~InterruptWatch() {

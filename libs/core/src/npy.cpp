@@ -29,12 +29,9 @@ struct TypeName {
   std::string_view descr;
   std::size_t bytes;
 };
-constexpr TypeName type_names[] = {{NpyType::float16, "<f2", 2},
-                                   {NpyType::float32, "<f4", 4},
-                                   {NpyType::float64, "<f8", 8},
-                                   {NpyType::int64, "<i8", 8},
-                                   {NpyType::uint8, "|u1", 1},
-                                   {NpyType::boolean, "|b1", 1}};
+constexpr TypeName type_names[] = {{NpyType::float16, "<f2", 2}, {NpyType::float32, "<f4", 4},
+                                   {NpyType::float64, "<f8", 8}, {NpyType::int64, "<i8", 8},
+                                   {NpyType::uint8, "|u1", 1},   {NpyType::boolean, "|b1", 1}};
 
 const TypeName& name_of(NpyType type) {
   return *std::find_if(std::begin(type_names), std::end(type_names),
@@ -127,7 +124,8 @@ double half_value(std::uint16_t bits) {
   const int exponent = bits >> 10 & 0x1f, fraction = bits & 0x3ff;
   double value = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(1024 + fraction, exponent - 25);
   if (exponent == 31)
-    value = fraction == 0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
+    value =
+        fraction == 0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
   return (bits & 0x8000) != 0 ? -value : value;
 }
 

@@ -39,7 +39,8 @@ void check_entries(const fs::path& folder, const std::vector<std::string>& known
   for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
     const std::string name = entry->path().filename().string();
     if (std::none_of(known.begin(), known.end(), [&](const std::string& k) { return matches(name, k); }))
-      throw Error(folder.string() + ": will not be overwritten, for it holds " + name + ", which is not of this command");
+      throw Error(folder.string() + ": will not be overwritten, for it holds " + name +
+                  ", which is not of this command");
   }
   if (code) throw Error(folder.string() + ": cannot be listed: " + code.message());
 }

@@ -21,7 +21,8 @@ std::unique_ptr<FrameSource> open_frame_source(const fs::path& log, const Sensor
     if (fs::exists(video, code)) return detail::open_video(video, profile);
     std::vector<fs::path> images = detail::list_images(log);
     if (images.empty())
-      throw Error(log.string() + ": the folder holds neither log.mkv nor gelsight.avi nor images (png, jpg, bmp, tiff)");
+      throw Error(log.string() +
+                  ": the folder holds neither log.mkv nor gelsight.avi nor images (png, jpg, bmp, tiff)");
     return detail::open_image_folder(log, std::move(images), profile);
   }
   if (!fs::is_regular_file(status)) throw Error(log.string() + ": neither a file nor a folder");

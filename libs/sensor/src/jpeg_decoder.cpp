@@ -31,7 +31,8 @@ JpegDecoder::JpegDecoder() : handle_(tjInitDecompress()) {
 
 JpegDecoder::~JpegDecoder() { tjDestroy(handle_); }
 
-/// A header that breaks off leaves the library (2.1) waiting for its rest: it would refuse every later picture.
+/// A header that breaks off leaves the library (2.1) waiting for its rest: it would refuse every later
+/// picture.
 void JpegDecoder::start_afresh() {
   tjDestroy(handle_);
   handle_ = tjInitDecompress();

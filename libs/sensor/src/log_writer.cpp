@@ -75,8 +75,8 @@ struct LogWriter::Impl {
 
   /// A file without a name goes on growing on the disk, for nobody.
   bool lose() {
-    failure = path.string() + ": recording stopped: somebody removed the log, and with it " + std::to_string(frames) +
-              (frames == 1 ? " frame" : " frames");
+    failure = path.string() + ": recording stopped: somebody removed the log, and with it " +
+              std::to_string(frames) + (frames == 1 ? " frame" : " frames");
     return false;
   }
 

@@ -82,7 +82,8 @@ class MatroskaLog final : public RawFrameSource {
     if (frames > 0) lost_ = std::min(lost_ + std::min(frames, most), most);
   }
 
-  /// A repeated or backward time (damage, or a tool that rounds) would make a trajectory that no program takes.
+  /// A repeated or backward time (damage, or a tool that rounds) would make a trajectory that no program
+  /// takes.
   double time_of(const MatroskaFile::Packet& packet) {
     if (index_ == 0) {
       first_us_ = packet.time_us.value_or(0);

@@ -107,8 +107,8 @@ class VideoSource final : public FrameSource {
     ended_ = true;
     pictures_.require_some(path_.string() + ": the video");
     if (count_ && index_ < *count_) {
-      truncation_ = path_.string() + " ends after " + std::to_string(index_) + " of " + std::to_string(*count_) +
-                 " frames; is it truncated?";
+      truncation_ = path_.string() + " ends after " + std::to_string(index_) + " of " +
+                    std::to_string(*count_) + " frames; is it truncated?";
     }
   }
 

@@ -115,9 +115,8 @@ class FrameFiles {
  public:
   FrameFiles(const std::filesystem::path& folder, const Simulator& simulator,
              const DataFolderOptions& options)
-      : video_(folder / "gelsight.avi", frame_codec(options.lossless),
-               simulator.spec().geometry.width_px, simulator.spec().geometry.height_px,
-               simulator.spec().motion.frame_rate_hz) {
+      : video_(folder / "gelsight.avi", frame_codec(options.lossless), simulator.spec().geometry.width_px,
+               simulator.spec().geometry.height_px, simulator.spec().motion.frame_rate_hz) {
     if (!options.truth_maps) return;
     const std::vector<std::size_t> shape = {
         static_cast<std::size_t>(simulator.frame_count() - simulator.spec().background_frames),
@@ -179,7 +178,9 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   write_npy(folder / "touched.npy", {points.size() / 3, 3}, points);
   write_npy(folder / "true_start_T_currs.npy", {summary.poses_m.size() / 16, 4, 4}, summary.poses_m);
   write_mesh(folder / "gt_mesh.ply", simulator.surface(), LengthUnit::metre);
-  write_file_atomically(folder / "config.yaml", config_yaml(folder, simulator.spec().geometry, simulator.spec().motion.frame_rate_hz, options.model));
+  write_file_atomically(
+      folder / "config.yaml",
+      config_yaml(folder, simulator.spec().geometry, simulator.spec().motion.frame_rate_hz, options.model));
   const std::string name = std::filesystem::absolute(folder).lexically_normal().filename().string();
   write_file_atomically(folder / "meta.json",
                         meta_json(name, simulator, options, summary, points.size() / 3));

@@ -82,7 +82,8 @@ void draw_legend(cv::Mat3b& picture, const cv::Rect& area, const ColourLegend& l
   }
   for (int i = 0; i <= 2; ++i) {
     const double share = 0.5 * i;
-    const std::string number = number_text(legend.min + share * (legend.max - legend.min), legend.max - legend.min);
+    const std::string number =
+        number_text(legend.min + share * (legend.max - legend.min), legend.max - legend.min);
     const int x = bar.x + static_cast<int>(std::lround(share * bar.width)) - text_width(number, pen) / 2;
     draw_text(picture, number, {x, bar.br().y + (5 * u) / 2}, pen);
   }

@@ -147,8 +147,9 @@ StateWords state_words(const LiveStatus& status) {
   } else if (status.phase == LivePhase::finished && !status.failure.empty()) {
     result.state = LiveState::lost;  // its colour
     result.headline = "Ended with an error";
-    result.advice = status.log_bytes > 0 ? "Not all may be saved; gelslam reconstruct makes it from the log. Q closes."
-                                         : "Not all may be saved. Q closes.";
+    result.advice = status.log_bytes > 0
+                        ? "Not all may be saved; gelslam reconstruct makes it from the log. Q closes."
+                        : "Not all may be saved. Q closes.";
   }
   if (result.advice.empty()) result.advice = usual_advice(result.state);
   return result;

@@ -17,7 +17,8 @@ namespace gelslam {
 class PressFolder {
  public:
   /// Reads what is there; makes nothing yet. Throws Error when the folder holds something else, or presses
-  /// that cannot be read, or when another program collects into it. `labels`: circles are written as label.npz.
+  /// that cannot be read, or when another program collects into it. `labels`: circles are written as
+  /// label.npz.
   PressFolder(const std::filesystem::path& folder, double diameter_mm, bool labels);
 
   /// Of an earlier session; empty when there is none.
