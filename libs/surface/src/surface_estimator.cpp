@@ -11,7 +11,7 @@
 #include "contact_mask.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "glare.hpp"
+#include "spot_remover.hpp"
 #include "gradient_map.hpp"
 #include "light.hpp"
 #include "poisson.hpp"
@@ -56,7 +56,7 @@ struct SurfaceEstimator::Impl {
         size(background.size()),
         background_blocks(average_blocks(background)),
         light_tracker(background_blocks),
-        glare(background),
+        spots(background),
         gradient(model, background),
         poisson(size),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
@@ -99,7 +99,7 @@ struct SurfaceEstimator::Impl {
   cv::Size size;
   cv::Mat3f background_blocks;
   LightTracker light_tracker;
-  GlareRemover glare;
+  SpotRemover spots;
   GradientMap gradient;
   PoissonSolver poisson;
   ContactDetector contact_detector;
@@ -133,7 +133,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = self.options.pixel_pitch_mm;
 
-  const cv::Mat3b& bgr = self.glare.clean(image);
+  const cv::Mat3b& bgr = self.spots.clean(image);
   self.find_changes(bgr);
   const cv::Mat1b& where = self.options.gradient_everywhere ? self.everywhere : self.changed;
   self.gradient.compute(bgr, self.colors, where, self.gx, self.gy);

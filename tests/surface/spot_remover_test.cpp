@@ -1,4 +1,4 @@
-#include "glare.hpp"
+#include "spot_remover.hpp"
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ SurfacePtr surface_of(const cv::Mat3b& image) {
 
 // A ball's slope changes by 0.11 over the 9 pixels that are filled from around: read to a fraction of that,
 // its height is right to that times half of the width, 0.03 mm.
-TEST(Glare, ShinesNeitherThroughTheHeightsNorTheContact) {
+TEST(Highlights, ShinesNeitherThroughTheHeightsNorTheContact) {
   const cv::Mat1f truth = ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6);
   cv::Mat3b image = render(truth, pitch_mm, 1.0, 2);
   const SurfacePtr undisturbed = surface_of(image);
@@ -48,14 +48,14 @@ TEST(Glare, ShinesNeitherThroughTheHeightsNorTheContact) {
   for (const cv::Point& place : on_gel) EXPECT_EQ(surface->contact(place), 0) << place;
 }
 
-TEST(Glare, AloneIsNoContact) {
+TEST(Highlights, AloneIsNoContact) {
   cv::Mat3b image = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, 3);
   shine(image, on_gel);
   EXPECT_EQ(surface_of(image)->contact_pixels, 0);
 }
 
-TEST(Glare, WithoutAnyThePictureIsPassedOnAsItIs) {
-  surface::detail::GlareRemover remover(bare);
+TEST(Highlights, WithoutAnyThePictureIsPassedOnAsItIs) {
+  surface::detail::SpotRemover remover(bare);
   cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, 1.0, 4);
   EXPECT_EQ(remover.clean(image).data, image.data);
   image(10, 10) = {255, 200,
@@ -64,19 +64,49 @@ TEST(Glare, WithoutAnyThePictureIsPassedOnAsItIs) {
 }
 
 // A lamp that dazzles the camera is in every picture, and what is there is no news.
-TEST(Glare, ThatTheBackgroundHasIsLeftAlone) {
+TEST(Highlights, ThatTheBackgroundHasIsLeftAlone) {
   cv::Mat3b background = bare.clone();
   cv::circle(background, {300, 20}, 12, cv::Scalar::all(255), cv::FILLED);
   cv::Mat3b image = background.clone();
-  EXPECT_EQ(surface::detail::GlareRemover(background).clean(image).data, image.data);
+  EXPECT_EQ(surface::detail::SpotRemover(background).clean(image).data, image.data);
 }
 
-TEST(Glare, OverTheWholePictureOrAtItsCornersIsSurvived) {
-  surface::detail::GlareRemover remover(bare);
+TEST(Highlights, OverTheWholePictureOrAtItsCornersIsSurvived) {
+  surface::detail::SpotRemover remover(bare);
   EXPECT_EQ(cv::norm(remover.clean(cv::Mat3b(sensor, cv::Vec3b(255, 255, 255))), bare, cv::NORM_INF), 0.0);
   cv::Mat3b image = bare.clone();
   shine(image, {{0, 0}, {319, 239}, {0, 239}, {319, 0}});
   EXPECT_LE(cv::norm(remover.clean(image), bare, cv::NORM_INF), 2.0);
+}
+
+/// A hair with soft edges.
+void lay_hair(cv::Mat3b& image) {
+  cv::Mat1f shade(image.size(), 0.0F);
+  cv::polylines(shade, std::vector<std::vector<cv::Point>>{{{30, 60}, {120, 100}, {190, 125}, {290, 220}}},
+                false, 1.0, 3);
+  cv::GaussianBlur(shade, shade, {}, 1.0);
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u) image(v, u) *= 1.0F - 0.9F * shade(v, u);
+}
+
+// As above: what is filled in is as wide.
+TEST(DarkSpots, AHairIsNeitherHeightNorContact) {
+  const cv::Mat1f truth = ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6);
+  cv::Mat3b image = render(truth, pitch_mm, 1.0, 5);
+  const SurfacePtr undisturbed = surface_of(image);
+  lay_hair(image);
+  const SurfacePtr surface = surface_of(image);
+  EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03);
+  cv::Mat differing = surface->contact != undisturbed->contact;
+  EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
+}
+
+// Then it is the light, and a touch must still be seen.
+TEST(DarkSpots, APictureThatIsDarkAllOverIsPassedOn) {
+  surface::detail::SpotRemover remover(bare);
+  cv::Mat3b image = bare.clone();
+  image *= 0.4;
+  EXPECT_EQ(remover.clean(image).data, image.data);
 }
 
 }  // namespace
