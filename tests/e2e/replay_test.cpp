@@ -134,7 +134,7 @@ TEST(Replay, MistakesAreOneLine) {
   for (const auto& [arguments, words] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{(folder / "none").string()}, "no such file"},
            {{scan().log().string(), "--speed", "0"}, "positive number, such as"},
-           {{scan().log().string(), "--seconds", "0"}, "not in range 0.01"},
+           {{scan().log().string(), "--seconds", "0"}, "no number from 0.01"},
            {{scan().log().string(), "--speed", "2", "--every-frame"}, "excludes"},
            {{scan().log().string(), "--script", (folder / "none.txt").string()}, "cannot be read"},
            {{scan().log().string(), "-o", scan().log().string()}, "exists already"}}) {
