@@ -152,5 +152,20 @@ TEST(DegenerateSurfaces, TexturedSurfacesShowEverything) {
   EXPECT_EQ(describe_observability(result.observable), "");
 }
 
+TEST(DegenerateSurfaces, NoiseDoesNotKeepARegistrationWandering) {
+  // Noise draws the estimate along what a ball or a rod does not show, step after step without the residuals
+  // getting any smaller.
+  NormalFlowOptions patient;
+  patient.max_iterations = 1000;
+  for (const Field& field : {sphere(6), cylinder(6)})
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      const SurfacePtr reference = with_noise(*touch(field, pressed(6, 1)), 0.02, 2 * seed),
+                       target = with_noise(*touch(field, pressed(6, 1)), 0.02, 2 * seed + 1);
+      const RegistrationResult result = register_normal_flow(NormalFlowReference(reference, patient), *target,
+                                                             motion(0, 0, 5, 0.2, 0), patient);
+      EXPECT_LE(result.iterations, 15) << seed;
+    }
+}
+
 }  // namespace
 }  // namespace gelslam

@@ -87,6 +87,21 @@ TEST(Kernels, RobustWeightsAreCauchys) {
   }
 }
 
+TEST(Kernels, ResidualSumsAreTheSumsTheyStandFor) {
+  for (const std::size_t count : kCounts) {
+    const Residuals residuals = random_residuals(count, 3);
+    double squares = 0, weight = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double w = residuals.weight[i], x = residuals.rx[i], y = residuals.ry[i], z = residuals.rz[i];
+      squares += w * (x * x + y * y + z * z);
+      weight += w;
+    }
+    const ResidualSums sums = sum_residuals(residuals);
+    EXPECT_NEAR(sums.squares, squares, 1e-5 * (1 + squares));
+    EXPECT_NEAR(sums.weight, weight, 1e-5 * (1 + weight));
+  }
+}
+
 TEST(Kernels, WarpLooksUpBilinearlyInsideContactOnly) {
   const auto target = with_noise(*touch(textured_plane(4), motion(0, 0, 0, 0, 0, 0.4)), 0.05, 1);
   const Samples samples = random_samples(3000, 5);

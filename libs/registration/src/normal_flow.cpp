@@ -1,7 +1,9 @@
 #include "gelslam/registration/normal_flow.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "normal_flow_kernels.hpp"
 #include "normal_flow_reference.hpp"
@@ -25,9 +27,34 @@ Vector6d with_zero_tz(const Vector5d& step) {
   return xi;
 }
 
+// Below so many standard deviations of the noise, squared, in all five directions together, a step changes
+// nothing.
+constexpr double kNoiseStep2 = 1.0;
+// So many steps in a row may fail to make the residuals smaller by more than the noise of one sample. Where
+// little is shown, further ones only wander.
+constexpr int kPatience = 3;
 // A last step beyond these is no rounding about the optimum.
 constexpr double kWanderingRad = 0.005;
 constexpr double kWanderingMm = 0.05;
+
+/// Whether the residuals still get smaller.
+class Progress {
+ public:
+  explicit Progress(double noise_variance) : noise_variance_(noise_variance) {}
+
+  void add(const ResidualSums& sums) {
+    const double mean_square = sums.squares / std::max(sums.weight, std::numeric_limits<float>::min());
+    const bool smaller = (least_ - mean_square) * sums.weight > noise_variance_;
+    stale_ = smaller ? 0 : stale_ + 1;
+    least_ = std::min(least_, mean_square);
+  }
+  bool over() const { return stale_ >= kPatience; }
+
+ private:
+  double noise_variance_;
+  double least_ = std::numeric_limits<double>::max();
+  int stale_ = 0;
+};
 
 /// One registration in progress: the reference against one target.
 class Alignment {
@@ -40,7 +67,9 @@ class Alignment {
 
   /// Gauss-Newton from `initial`, moving only along `directions`. False when the overlap is lost on the way.
   bool converge(const Pose& initial, const Directions& directions, RegistrationResult& result) {
-    const Vector5d prior = prior_information(options_) * effective_variance(0.0, options_);
+    const double noise_variance = effective_variance(0.0, options_);
+    const Vector5d prior = prior_information(options_) * noise_variance;
+    Progress progress(noise_variance);
     Pose& target_T_reference = result.target_T_reference = initial;
     result.iterations = 0;
     bool settled = false;
@@ -48,6 +77,7 @@ class Alignment {
       warp(reference_.samples, view_, target_T_reference, residuals());
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
       apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
+      progress.add(sum_residuals(residuals()));
       NormalEquations equations = linearise(reference_.samples, residuals());
       const Vector5d from_initial = se3_log(initial.inverse() * target_T_reference).head<kParameters>();
       equations.hessian.diagonal() += prior;
@@ -55,10 +85,11 @@ class Alignment {
       const Vector5d step = solve_along(directions, equations);
       target_T_reference = target_T_reference * se3_exp(with_zero_tz(step)).inverse();
       ++result.iterations;
-      wandering_ = step.head<3>().norm() > kWanderingRad || step.tail<2>().norm() > kWanderingMm;
-      settled = result.iterations >= options_.min_iterations &&
-                step.head<3>().norm() < options_.rotation_tolerance_rad &&
-                step.tail<2>().norm() < options_.translation_tolerance_mm;
+      const bool is_noise = step.dot(equations.hessian * step) < kNoiseStep2 * noise_variance;
+      wandering_ =
+          !is_noise && (step.head<3>().norm() > kWanderingRad || step.tail<2>().norm() > kWanderingMm);
+      settled =
+          result.iterations >= options_.min_iterations && (is_noise || progress.over() || is_small(step));
     }
     target_T_reference = normalized(target_T_reference);
     return true;
@@ -87,6 +118,11 @@ class Alignment {
     warp(reference_.samples, view_, target_T_reference, residuals());
     apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
     return height_gap(reference_.samples, target_, target_T_reference, residuals());
+  }
+
+  bool is_small(const Vector5d& step) const {
+    return step.head<3>().norm() < options_.rotation_tolerance_rad &&
+           step.tail<2>().norm() < options_.translation_tolerance_mm;
   }
 
   static Vector5d solve_along(const Directions& directions, const NormalEquations& equations) {

@@ -44,6 +44,25 @@ GELSLAM_CLONES float projected_sum(const float* __restrict wx, const float* __re
   return sum;
 }
 
+/// Adds to Σ w |r|² and Σ w.
+GELSLAM_CLONES void add_squares(const float* __restrict w, const float* __restrict rx,
+                                const float* __restrict ry, const float* __restrict rz, int count,
+                                float& squares, float& weights) {
+  float square_lanes[kLanes] = {}, weight_lanes[kLanes] = {};
+  const auto add = [&](int i, int k) __attribute__((always_inline)) {
+    square_lanes[k] += w[i] * (rx[i] * rx[i] + ry[i] * ry[i] + rz[i] * rz[i]);
+    weight_lanes[k] += w[i];
+  };
+  int i = 0;
+  for (; i + kLanes <= count; i += kLanes)
+    for (int k = 0; k < kLanes; ++k) add(i + k, k);
+  for (int k = 0; i < count; ++i, ++k) add(i, k);
+  for (int k = 0; k < kLanes; ++k) {
+    squares += square_lanes[k];
+    weights += weight_lanes[k];
+  }
+}
+
 GELSLAM_CLONES void multiply(const float* __restrict w, const float* __restrict a, float* __restrict out,
                              int count) {
   for (int i = 0; i < count; ++i) out[i] = w[i] * a[i];
@@ -163,6 +182,13 @@ void warp_residuals(const Samples& samples, const TargetView& target, const floa
 void apply_robust_weights(Residuals& residuals, float scale) {
   cauchy(residuals.rx.data(), residuals.ry.data(), residuals.rz.data(), residuals.weight.data(),
          1.0f / (scale * scale), static_cast<int>(residuals.weight.size()));
+}
+
+ResidualSums sum_residuals(const Residuals& r) {
+  ResidualSums sums;
+  add_squares(r.weight.data(), r.rx.data(), r.ry.data(), r.rz.data(), static_cast<int>(r.weight.size()),
+              sums.squares, sums.weight);
+  return sums;
 }
 
 void accumulate_normal_equations(const Samples& samples, const Residuals& residuals, double* gradient,

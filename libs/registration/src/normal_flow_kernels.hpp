@@ -45,6 +45,12 @@ void warp_residuals(const Samples& samples, const TargetView& target, const floa
 /// Multiplies each weight by a Cauchy weight of its residual's size: 1 / (1 + |r|² / scale²).
 void apply_robust_weights(Residuals& residuals, float scale);
 
+struct ResidualSums {
+  float squares = 0;  ///< Σ w |r|²
+  float weight = 0;   ///< Σ w
+};
+ResidualSums sum_residuals(const Residuals& residuals);
+
 /// gradient = Σ w Jᵀ r (5), hessian = Σ w JᵀJ (15, upper triangle).
 void accumulate_normal_equations(const Samples& samples, const Residuals& residuals, double* gradient,
                                  double* hessian);
