@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from plotting import colour, in_order, plt, read_table, save
+from plotting import NAMES, colour, in_order, plt, read_table, save
 
 AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 TITLES = ("x (mm)", "y (mm)", "z (mm)", "rotation about x (°)", "rotation about y (°)", "rotation about z (°)")
@@ -26,6 +26,13 @@ def grid(title, height=6.0, width=12.0):
     figure, axes = plt.subplots(2, 3, figsize=(width, height), dpi=120)
     figure.suptitle(title, fontsize=11)
     return figure, axes.ravel()
+
+
+def save_with_legend(figure, path):
+    """One legend for all plots, below them, where it hides nothing."""
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, [NAMES.get(label, label) for label in labels], fontsize=8, loc="lower center", ncol=len(labels))
+    save(figure, path, (0, 0.05, 1, 1))
 
 
 def draw_accuracy(folder):
@@ -42,25 +49,26 @@ def draw_accuracy(folder):
         values = [float(r[axis]) for r in rows if float(r[axis]) > 0] or [1.0]
         plot.set_yscale("log")
         plot.set_ylim(10.0 ** np.floor(np.log10(min(values))), 10.0 ** np.ceil(np.log10(1.1 * max(values))))  # whole decades
+        plot.yaxis.set_major_formatter("{x:g}")
         plot.set_title(title, fontsize=9)
         plot.grid(True, axis="y", alpha=0.3)
-    plots[0].legend(fontsize=7)
-    save(figure, folder / "accuracy.png")
+    save_with_legend(figure, folder / "accuracy.png")
 
 
 def draw_runtime(folder):
     rows = read(folder, "runtime.csv")
-    figure, plot = plt.subplots(figsize=(8, 4), dpi=120)
+    figure, plot = plt.subplots(figsize=(10, 4), dpi=120)
     for method in in_order(r["method"] for r in rows):
         mine = [r for r in rows if r["method"] == method]
         edges = [float(r["low_ms"]) for r in mine] + [float(mine[-1]["high_ms"])]
         counts = [int(r["frames"]) for r in mine]
         plot.stairs(counts, edges, fill=True, alpha=0.35, color=colour(method))
-        plot.stairs(counts, edges, color=colour(method), linewidth=1.2, label="%s (%d frames)" % (method, sum(counts)))
+        plot.stairs(counts, edges, color=colour(method), linewidth=1.2, label="%s (%d frames)" % (NAMES.get(method, method), sum(counts)))
     plot.set_xscale("log")
+    plot.xaxis.set_major_formatter("{x:g}")
     plot.set_xlabel("processor time per frame, one thread (ms)")
     plot.set_ylabel("frames")
-    plot.legend(fontsize=8, loc="upper right")
+    plot.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
     save(figure, folder / "runtime.png")
 
 
@@ -84,8 +92,7 @@ def draw_errors(folder, which):
         plot.set_title(title, fontsize=9)
         plot.set_xlabel("frame", fontsize=8)
         plot.grid(True, alpha=0.3)
-    plots[0].legend(fontsize=7)
-    save(figure, folder / "error_over_time.png")
+    save_with_legend(figure, folder / "error_over_time.png")
 
 
 def draw_trajectory(folder, which):
@@ -113,8 +120,7 @@ def draw_trajectory(folder, which):
         plot.set_title(title, fontsize=9)
         plot.set_xlabel("time (s)", fontsize=8)
         plot.grid(True, alpha=0.3)
-    plots[0].legend(fontsize=7)
-    save(figure, folder / "trajectory.png")
+    save_with_legend(figure, folder / "trajectory.png")
 
 
 def main():

@@ -20,6 +20,7 @@ struct BenchmarkArguments {
   std::vector<std::filesystem::path> data;
   std::vector<std::string> methods = {"normalflow", "icp", "fpfh", "filterreg"};
   std::string protocol = "frame0";
+  int every = 1;
   TrialSources sources;
   std::filesystem::path out;
   bool overwrite = false, json = false, quiet = false;
@@ -36,6 +37,7 @@ BenchmarkRequest request_of(const BenchmarkArguments& arguments) {
     return make_registrar(method, limits);
   };
   request.protocol = arguments.protocol == "frame0" ? Protocol::frame0 : Protocol::keyframes;
+  request.every = arguments.every;
   request.sources = arguments.sources;
   request.trials = find_trials(arguments.data);
   return request;
@@ -91,6 +93,10 @@ void add_benchmark_command(CLI::App& app, int& exit_code) {
       ->add_option("--protocol", arguments->protocol,
                    "frame0: every frame against the first in contact, as published; keyframes: the tracker")
       ->check(CLI::IsMember({"frame0", "keyframes"}))
+      ->capture_default_str();
+  command
+      ->add_option("--every", arguments->every, "Only every so-manieth frame, where a method is slow")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("--config", arguments->sources.config,
                       "Configuration (default: config.yaml of each trial)");

@@ -147,5 +147,24 @@ TEST(RunBenchmark, RunsEveryMethodOverEveryTrialAndStopsWhenAsked) {
   EXPECT_EQ(part.records[2].frames.size(), 2U) << "what was done of the second trial is kept";
 }
 
+TEST(RunBenchmark, LeavesFramesOutWhereAsked) {
+  const TemporaryFolder data;
+  write_public_trial(data / "bead1", 6);
+  BenchmarkRequest request;
+  request.trials = find_trials({data.path()});
+  request.methods = {"a"};
+  const auto script = std::make_shared<Script>();
+  request.make = [&](const std::string&, const NormalFlowOptions&) {
+    return std::make_shared<const Scripted>(script);
+  };
+  request.every = 3;
+  NoProgress progress;
+  const BenchmarkResult result = run_benchmark(request, progress, [] { return false; });
+  ASSERT_EQ(result.records.size(), 1U);
+  ASSERT_EQ(result.records[0].frames.size(), 2U);
+  EXPECT_EQ(result.records[0].frames[1].frame - result.records[0].frames[0].frame, 3);
+  EXPECT_EQ(script->starts.size(), 1U) << "what is left out costs nothing";
+}
+
 }  // namespace
 }  // namespace gelslam

@@ -32,12 +32,13 @@ BenchmarkResult run_benchmark(const BenchmarkRequest& request, ProgressSink& pro
     if (result.partial) break;
     TrialFrames frames(trial, request.sources);
     std::vector<MethodRun> runs = start_methods(request, frames.config().slam.tracker);
-    while (const std::optional<TrialFrame> frame = frames.next()) {
+    for (int read = 0; const std::optional<TrialFrame> frame = frames.next(); ++read) {
       if (stop()) {
         result.partial = true;
         break;
       }
-      for (MethodRun& run : runs) run.add(*frame);
+      if (read % request.every == 0)
+        for (MethodRun& run : runs) run.add(*frame);
       progress.update(++done);
     }
     done = trial_start += trial.frames;  // a video may be shorter than its truth

@@ -27,12 +27,13 @@ struct BenchmarkRequest {
   TrialSources sources;
   Protocol protocol = Protocol::frame0;
   std::vector<std::string> methods;
+  int every = 1;  ///< methods see every so-manieth frame of a trial, the first included
   /// Makes a method, judged by the limits of the trial's configuration.
   std::function<std::shared_ptr<const Registrar>(const std::string& method, const NormalFlowOptions& limits)>
       make;
 };
 
-/// Every method sees every frame of every trial. `stop` is asked before each frame; when it says so, what is
+/// Every method sees the same frames of every trial. `stop` is asked before each frame; when it says so, what is
 /// done so far is the result.
 BenchmarkResult run_benchmark(const BenchmarkRequest& request, ProgressSink& progress,
                               const std::function<bool()>& stop);
