@@ -4,6 +4,7 @@
 Example: build/bin/speed_accuracy -o STUDY && scripts/plot_speed_accuracy.py STUDY -o docs/benchmarks/speed_accuracy.png
 """
 
+from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
 from plotting import NAMES, colour, plt, read_table, save, study_arguments
 
 MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iterations": "^", "least iterations": "v", "resolution": "s",
@@ -16,36 +17,67 @@ LABELLED = ("samples", "points", "resolution")
 def read_rows(folder):
     rows = read_table(folder / "speed_accuracy.csv", "build/bin/speed_accuracy -o")
     for row in rows:
-        row["ms"], row["mm"] = float(row["median_ms"]), float(row["error_mm"])
+        row["ms"] = float(row["median_ms"])
+        row["error"], row["low"], row["high"] = (float(row[k]) for k in ("relative", "relative_low", "relative_high"))
         row["front"] = row["on_front"] == "true"
     return rows
 
 
-def draw(rows, path):
-    figure, axes = plt.subplots(figsize=(10, 6.4), dpi=130)
-    for row in rows:
-        mark = MARKS.get(row["knob"], "d")
-        big = row["knob"] in ("default", "tuned")
-        of_method = colour(row["method"])
-        style = {"color": of_method} if mark == "x" else {"color": of_method, "edgecolors": "black" if big else "white", "linewidths": 0.6}
-        axes.scatter(row["ms"], row["mm"], s=260 if mark == "*" else 120 if big else 34, marker=mark, zorder=4 if big else 3, **style)
-        if row["knob"] in LABELLED:
-            axes.annotate(row["value"], (row["ms"], row["mm"]), fontsize=6.5, color=of_method, xytext=(4, 3), textcoords="offset points")
-    front = sorted((r["ms"], r["mm"]) for r in rows if r["front"])
-    axes.step(*zip(*front), where="post", color="black", linewidth=1.0, linestyle="--", zorder=2, label="Pareto front")
+def draw_setting(axes, row):
+    mark = MARKS.get(row["knob"], "d")
+    big = row["knob"] in ("default", "tuned")
+    of_method = colour(row["method"])
+    style = {"color": of_method} if mark == "x" else {"color": of_method, "edgecolors": "black" if big else "white", "linewidths": 0.6}
+    axes.vlines(row["ms"], row["low"], row["high"], color=of_method, linewidth=1.0, alpha=0.6, zorder=2)
+    axes.scatter(row["ms"], row["error"], s=220 if mark == "*" else 110 if big else 30, marker=mark, zorder=4 if big else 3, **style)
+    if row["knob"] in LABELLED:
+        axes.annotate(row["value"], (row["ms"], row["error"]), fontsize=6.5, color=of_method, xytext=(4, 3), textcoords="offset points")
+
+
+def draw_front(axes, rows):
+    front = sorted((r["ms"], r["error"]) for r in rows if r["front"])
+    axes.step(*zip(*front), where="post", color="black", linewidth=1.0, linestyle="--", zorder=2)
+
+
+def legend_handles(rows):
     methods = [m for m in NAMES if any(r["method"] == m for r in rows)]
-    handles = [plt.Line2D([], [], color=colour(m), marker="o", linestyle="", label=NAMES[m]) for m in methods]
+    handles = [plt.Line2D([], [], color=colour(m), marker="o", linestyle="", label="%s (%d pairs)" % (NAMES[m], pairs_of(rows, m))) for m in methods]
     used = {MARKS.get(r["knob"], "d") for r in rows}
     handles += [plt.Line2D([], [], color="dimgrey", marker=m, linestyle="", markersize=11 if m == "*" else 6, label=t)
                 for m, t in KNOB_LABELS.items() if m in used]
-    handles.append(plt.Line2D([], [], color="black", linestyle="--", linewidth=1, label="Pareto front"))
-    axes.legend(handles=handles, fontsize=8, loc="upper left", bbox_to_anchor=(0.0, 1.0), ncol=2)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("processor time per registration, median, one thread (ms)")
-    axes.set_ylabel("geometric mean of six axis errors (mm; 1° = 0.087 mm)")
-    axes.set_title("%s pairs of frames, each method from the pose of the frame before" % rows[0]["problems"], fontsize=10)
-    axes.grid(True, which="both", alpha=0.25)
+    handles.append(plt.Line2D([], [], color="dimgrey", linewidth=1, label="5 to 95 % of bootstrap draws"))
+    handles.append(plt.Line2D([], [], color="black", linestyle="--", linewidth=1, label="Pareto front of the means"))
+    return handles
+
+
+def pairs_of(rows, method):
+    return max(int(r["problems"]) for r in rows if r["method"] == method)
+
+
+def draw(rows, path):
+    default = rows[0]
+    figure, (all_axes, near) = plt.subplots(1, 2, figsize=(14, 6.2), dpi=120, gridspec_kw={"width_ratios": (1.25, 1)})
+    for axes in (all_axes, near):
+        for row in rows:
+            draw_setting(axes, row)
+        draw_front(axes, rows)
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
+        axes.set_xlabel("processor time per registration, median, one thread (ms)")
+        axes.grid(True, which="both", alpha=0.25)
+    all_axes.set_ylabel("error, relative to our default on the same pairs")
+    all_axes.legend(handles=legend_handles(rows), fontsize=8, loc="upper left")
+    all_axes.set_ylim(top=3 * max(r["error"] for r in rows))  # room for the legend
+    all_axes.set_title("%d pairs of frames, each method from the pose of the frame before; our default: %.4f mm"
+                       % (pairs_of(rows, default["method"]), float(default["error_mm"])), fontsize=9)
+    near.set_xlim(default["ms"] / 4, default["ms"] * 4)
+    near.set_ylim(default["error"] * 0.75, default["error"] * 1.6)
+    near.yaxis.set_major_locator(MultipleLocator(0.1))
+    near.set_title("the same, near our default", fontsize=9)
     save(figure, path)
 
 

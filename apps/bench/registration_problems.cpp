@@ -24,8 +24,9 @@ struct Pair {
 std::vector<Pair> choose_pairs(const GroundTruth& truth, const ProblemChoice& choice) {
   const int count = static_cast<int>(truth.start_T_currs.size());
   const auto touches = [&](int i) { return truth.start_T_currs[static_cast<std::size_t>(i)].has_value(); };
+  const int stride = std::max(choice.stride, count / choice.most_references);
   std::vector<Pair> pairs;
-  for (int reference = choice.stride / 2; reference < count; reference += choice.stride)
+  for (int reference = stride / 2; reference < count; reference += stride)
     for (const int gap : choice.gaps)
       if (const int target = reference + gap;
           target < count && touches(reference) && touches(target) && touches(target - 1))

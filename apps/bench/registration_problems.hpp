@@ -18,6 +18,7 @@ struct ProblemChoice {
   /// The frames between went missing: tracking starts from where it last saw the object, the reference's
   /// pose.
   bool frames_missing = false;
+  int most_references = 1 << 20;  ///< of a long sequence only so many, evenly
 };
 
 struct RegistrationProblem {

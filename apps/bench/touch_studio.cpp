@@ -60,6 +60,12 @@ SurfacePtr estimate_relit(SurfaceEstimator& estimator, const TouchSpec& spec, co
   return estimator.estimate(relit(target, light_factors(spec.light_change, spec.place)));
 }
 
+/// Places in the motion's first half leave the other for what follows them; odd ones avoid its symmetries.
+int first_frame(const TouchSpec& spec) {
+  if (spec.place < 0 || spec.place >= TouchSpec::kPlaces) throw Error("there is no such place");
+  return 30 + spec.place * 117;
+}
+
 /// How the whole motion is tilted: flat objects to another side at each place.
 Pose held(int place, ShapeKind kind) {
   Pose tilt = Pose::Identity();
@@ -146,12 +152,14 @@ const TouchStudio::Object& TouchStudio::object(const std::string& name, double r
   return *kept;
 }
 
-TouchStudio::Press TouchStudio::press(const Object& object, int place, int frame, double indentation_mm,
-                                      const SensorGeometry& geometry) const {
-  const Pose moved =
-      held(place, object.shape->kind()) * object.sensor_T_object.at(static_cast<std::size_t>(frame));
-  const Pose pose = settled(*object.shape, moved, indentation_mm, coarser(geometry_, kSettlePx));
-  return {pose, press_object(*object.shape, pose, geometry, GelOptions{})};
+TouchStudio::Press TouchStudio::press(const TouchSpec& spec, int frame, const Pose& moved,
+                                      const SensorGeometry& geometry) {
+  const Object& touched = object(spec.object, spec.relief);
+  const double indentation_mm = spec.depth * ordinary_indentation_mm(touched.shape->kind());
+  const Pose there = moved * held(spec.place, touched.shape->kind()) *
+                     touched.sensor_T_object.at(static_cast<std::size_t>(frame));
+  const Pose pose = settled(*touched.shape, there, indentation_mm, coarser(geometry_, kSettlePx));
+  return {pose, press_object(*touched.shape, pose, geometry, GelOptions{})};
 }
 
 /// The overlap falls with time, until the object comes back: searched from the first frame on.
@@ -160,11 +168,9 @@ int TouchStudio::frame_with_overlap(const TouchSpec& spec, int first) {
   const auto [known, is_new] =
       second_frames_.try_emplace({spec.object, spec.place, spec.overlap, spec.depth, spec.relief}, first);
   if (!is_new) return known->second;
-  const Object& touched = object(spec.object, spec.relief);
-  const double indentation_mm = spec.depth * ordinary_indentation_mm(touched.shape->kind());
-  const Press reference = press(touched, spec.place, first, indentation_mm, coarse_);
+  const Press reference = press(spec, first, Pose::Identity(), coarse_);
   const auto excess = [&](int second) {
-    const Press target = press(touched, spec.place, second, indentation_mm, coarse_);
+    const Press target = press(spec, second, Pose::Identity(), coarse_);
     return contact_overlap(reference.gel, target.gel,
                            target.sensor_T_object * reference.sensor_T_object.inverse(), coarse_) -
            spec.overlap;
@@ -202,14 +208,10 @@ const TouchStudio::Camera& TouchStudio::camera(const TouchSpec& spec) {
 }
 
 TouchPair TouchStudio::make(const TouchSpec& spec) {
-  if (spec.place < 0 || spec.place >= TouchSpec::kPlaces) throw Error("there is no such place");
-  // Places in the motion's first half leave the other for what follows them; odd ones avoid its symmetries.
-  const int first = 30 + spec.place * 117;
+  const int first = first_frame(spec);
   const int second = frame_with_overlap(spec, first);
-  const Object& touched = object(spec.object, spec.relief);
-  const double indentation_mm = spec.depth * ordinary_indentation_mm(touched.shape->kind());
-  const Press reference = press(touched, spec.place, first, indentation_mm, geometry_),
-              target = press(touched, spec.place, second, indentation_mm, geometry_);
+  const Press reference = press(spec, first, Pose::Identity(), geometry_),
+              target = press(spec, second, spec.moved, geometry_);
   const Camera& seen_by = camera(spec);
   TouchPair pair;
   pair.reference_T_object = reference.sensor_T_object;
@@ -223,6 +225,35 @@ TouchPair TouchStudio::make(const TouchSpec& spec) {
   pair.target =
       estimate_relit(estimator, spec, first_picture, seen_by.optics.render(target.gel, picture + 1, 0, true));
   return pair;
+}
+
+const std::vector<TouchStudio::Press>& TouchStudio::presses_of(const TouchSpec& spec, int pictures,
+                                                               int stride) {
+  const RollKey key{spec.object, spec.place, spec.depth, spec.relief, pictures, stride};
+  if (const auto kept = last_roll_.find(key); kept != last_roll_.end()) return kept->second;
+  const int first = first_frame(spec);
+  if (first + (pictures - 1) * stride >= kFrames) throw Error("the motion is shorter than that");
+  std::vector<Press> presses;
+  for (int k = 0; k < pictures; ++k)
+    presses.push_back(press(spec, first + k * stride, Pose::Identity(), geometry_));
+  last_roll_.clear();
+  return last_roll_.emplace(key, std::move(presses)).first->second;
+}
+
+TouchStream TouchStudio::roll(const TouchSpec& spec, int pictures, int stride) {
+  const std::vector<Press>& presses = presses_of(spec, pictures, stride);
+  const Camera& seen_by = camera(spec);
+  SurfaceEstimator estimator(model_, seen_by.background, SurfaceOptions{});
+  TouchStream stream;
+  for (std::size_t k = 0; k < presses.size(); ++k) {
+    const double passed = static_cast<double>(k) / std::max<double>(1, pictures - 1);
+    const double change = spec.light_change * (spec.light_jumps ? (passed < 0.5 ? 0.0 : 1.0) : passed);
+    const auto picture = static_cast<std::int64_t>(1000 * spec.place) + static_cast<std::int64_t>(k);
+    stream.surfaces.push_back(estimator.estimate(
+        relit(seen_by.optics.render(presses[k].gel, picture, 0, true), light_factors(change, spec.place))));
+    stream.sensor_T_object.push_back(presses[k].sensor_T_object);
+  }
+  return stream;
 }
 
 }  // namespace gelslam::bench

@@ -20,10 +20,12 @@ namespace gelslam::bench {
 /// An object touched at one place, and again a little later in the same motion.
 struct TouchSpec {
   std::string object = "pebble";
-  int place = 0;              ///< which one of kPlaces along the motion
-  double overlap = 0.8;       ///< share of the first contact that the second one touches again, 0.05 .. 1
-  double depth = 1.0;         ///< factor on how deep the deepest point is pressed: ordinary_indentation_mm
-  double relief = 1.0;        ///< factor on the height of the object's texture
+  int place = 0;         ///< which one of kPlaces along the motion
+  double overlap = 0.8;  ///< share of the first contact that the second one touches again, 0.05 .. 1
+  Pose moved =
+      Pose::Identity();  ///< of a pair: how the object moves besides between the two, in the sensor's frame
+  double depth = 1.0;    ///< factor on how deep the deepest point is pressed: ordinary_indentation_mm
+  double relief = 1.0;   ///< factor on the height of the object's texture
   double noise_gain = 1.0;    ///< factor on the camera's noise
   double light_change = 0.0;  ///< most by which a colour gets brighter or darker between the two,
   bool light_jumps = false;   ///< at once, or by 2 % a frame
@@ -39,6 +41,12 @@ struct TouchPair {
   double overlap = 0.0;  ///< as pressed, by the true gels
 
   Pose target_T_reference() const { return target_T_object * reference_T_object.inverse(); }
+};
+
+/// What the program makes of pictures one after the other, and the truth.
+struct TouchStream {
+  std::vector<SurfacePtr> surfaces;
+  std::vector<Pose> sensor_T_object;
 };
 
 /// Flat objects are pressed less, and are held tilted by some degrees: pressed flat, they leave no gel
@@ -59,15 +67,21 @@ class TouchStudio {
   ~TouchStudio();
 
   TouchPair make(const TouchSpec& spec);
+  /// So many pictures of the motion from the place on, `stride` frames of it apart. Light changes from the
+  /// first to the last, or at once in the middle; overlap and `moved` do not matter. The object's motion is
+  /// kept for the next call: ask for all conditions of one motion in a row.
+  TouchStream roll(const TouchSpec& spec, int pictures, int stride);
 
  private:
   struct Object;
   struct Camera;
   struct Press;
 
+  using RollKey = std::tuple<std::string, int, double, double, int, int>;  // object .. stride
+
   const Object& object(const std::string& name, double relief);
-  Press press(const Object& object, int place, int frame, double indentation_mm,
-              const SensorGeometry& geometry) const;
+  Press press(const TouchSpec& spec, int frame, const Pose& moved, const SensorGeometry& geometry);
+  const std::vector<Press>& presses_of(const TouchSpec& spec, int pictures, int stride);
   int frame_with_overlap(const TouchSpec& spec, int first);
   const Camera& camera(const TouchSpec& spec);
 
@@ -76,6 +90,7 @@ class TouchStudio {
   std::map<std::pair<std::string, double>, std::unique_ptr<Object>> objects_;  // by name and relief
   std::map<std::pair<double, int>, std::unique_ptr<Camera>> cameras_;          // by noise and grains
   std::map<std::tuple<std::string, int, double, double, double>, int> second_frames_;
+  std::map<RollKey, std::vector<Press>> last_roll_;  // one
 };
 
 }  // namespace gelslam::bench

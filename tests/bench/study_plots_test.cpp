@@ -44,6 +44,46 @@ TEST(StudyPlots, Stability) { expect_picture(GELSLAM_STABILITY, "start x", "plot
 
 TEST(StudyPlots, Honesty) { expect_picture(GELSLAM_HONESTY, "hidden motion", "plot_honesty.py"); }
 
+TEST(StudyPlots, Tracking) {
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  const TemporaryFolder folder;
+  const std::string study = (folder / "study").string();
+  const ProgramResult measured =
+      run_program(GELSLAM_TRACKING, {"--quick", "--simulated-only", "--charts", "slid at once", "-o", study});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  for (const auto& row : nlohmann::json::parse(read_bytes(study + "/tracking.json"))) {
+    EXPECT_EQ(row["steps"], 6);  // objects
+    if (row["level"] == 0.25) {
+      EXPECT_EQ(row["followed"], 1.0) << row;  // a quarter of a millimetre is what a hand does
+    }
+  }
+  const ProgramResult drawn = draw("plot_tracking.py", {study});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(read_bytes(study + "/tracking.png"), StartsWith("\x89PNG"));
+}
+
+TEST(StudyPlots, SpeedAgainstAccuracy) {
+  const std::filesystem::path coin = data_folder() / "sequences/track_coin";
+  if (!std::filesystem::is_directory(coin)) GTEST_SKIP() << "no data";
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  const TemporaryFolder folder;
+  const std::string study = (folder / "study").string();
+  const ProgramResult measured =
+      run_program(GELSLAM_SPEED_ACCURACY, {coin.string(), "--methods", "normalflow,filterreg", "--knobs",
+                                           "samples", "--stride", "60", "--gaps", "1", "-o", study});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  const auto rows = nlohmann::json::parse(read_bytes(study + "/speed_accuracy.json"));
+  ASSERT_GT(rows.size(), 5U);
+  EXPECT_EQ(rows[0]["knob"], "default");
+  EXPECT_EQ(rows[0]["relative"], 1.0);
+  EXPECT_EQ(rows[0]["problems"], 4);
+  EXPECT_EQ(rows[1]["value"], "50");
+  EXPECT_GT(rows[1]["relative"], 1.0) << "50 samples are less accurate than 3000";
+  const ProgramResult drawn = draw("plot_speed_accuracy.py", {study});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(read_bytes(study + "/speed_accuracy.png"), StartsWith("\x89PNG"));
+}
+
 TEST(StudyPlots, Parsimony) {
   const std::filesystem::path coin = data_folder() / "sequences/track_coin";
   if (!std::filesystem::is_directory(coin)) GTEST_SKIP() << "no data";
@@ -70,7 +110,8 @@ TEST(StudyPlots, Parsimony) {
 TEST(StudyPlots, WithoutAStudyTheySayWhatWritesIt) {
   if (!can_draw()) GTEST_SKIP() << "no matplotlib";
   const TemporaryFolder folder;
-  for (const std::string name : {"stability", "honesty", "parsimony", "speed_accuracy", "benchmark"}) {
+  for (const std::string name :
+       {"stability", "honesty", "parsimony", "speed_accuracy", "tracking", "benchmark"}) {
     const ProgramResult result = draw("plot_" + name + ".py", {folder.path().string()});
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_THAT(result.err, testing::ContainsRegex("plot_" + name + ": [^\n]*write it with"));

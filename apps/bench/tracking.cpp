@@ -1,0 +1,335 @@
+// Study: where the program gives up. The Tracker as it runs (retries, search far away, keyframes) follows
+// simulated and recorded touches while motion, overlap, light, dirt and noise get worse, beside the tracker
+// without the search and one registration per frame, each from the pose of the frame before.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "gelslam/baselines/baselines.hpp"
+#include "gelslam/benchmark/trials.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/frontend/tracker.hpp"
+#include "judgement.hpp"
+#include "registration_problems.hpp"
+#include "simulated_frames.hpp"
+#include "study_command.hpp"
+#include "study_files.hpp"
+#include "touch_studio.hpp"
+
+namespace gelslam::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using Names = std::vector<std::string>;
+
+const Names kObjects = {"pebble", "peanut", "coin", "plank", "golf", "knurl"};
+const Names kRoundObjects = {"pebble", "peanut", "golf", "knurl"};
+constexpr int kPictures = 24;      // of a motion seen as it comes, at 25 Hz
+constexpr int kLeftOutSteps = 12;  // of a motion of which pictures are left out
+constexpr double kFrameS = 0.04;
+constexpr double kRadiansPerDegree = M_PI / 180;
+
+struct Arguments {
+  std::vector<fs::path> data;
+  Names charts;
+  bool quick = false, simulated_only = false;
+  fs::path out;
+};
+
+/// What follows a stream: "registration alone", "tracker", "tracker, no search", or a tracker with a
+/// baseline.
+struct Follower {
+  std::string name;
+  bool search_far = true;
+  std::string method = "normalflow";
+};
+
+const std::vector<Follower> kTrackers = {{"tracker", true, "normalflow"},
+                                         {"tracker without search", false, "normalflow"},
+                                         {"tracker with icp-tuned", true, "icp-tuned"},
+                                         {"tracker with filterreg-tuned", true, "filterreg-tuned"}};
+constexpr const char* kAlone = "registration alone";
+
+/// Steps from one frame to the next.
+struct Tally {
+  int steps = 0, followed = 0, silent = 0, lost = 0;
+
+  void add(const Judgement& judged) {
+    ++steps;
+    followed += judged.tracked && judged.right ? 1 : 0;
+    silent += judged.silent_failure() ? 1 : 0;
+    lost += judged.tracked ? 0 : 1;
+  }
+};
+
+Pose true_step(const TouchStream& stream, std::size_t frame) {
+  return stream.sensor_T_object[frame] * stream.sensor_T_object[frame - 1].inverse();
+}
+
+Tally follow_alone(const TouchStream& stream) {
+  const std::shared_ptr<const Registrar> registrar = make_registrar("normalflow", NormalFlowOptions{});
+  Tally tally;
+  for (std::size_t k = 1; k < stream.surfaces.size(); ++k) {
+    const RegistrationResult result =
+        registrar->prepare(stream.surfaces[k - 1])->register_to(*stream.surfaces[k], Pose::Identity());
+    tally.add(
+        judge_pose_error(result.target_T_reference, true_step(stream, k), result.observable, result.ok()));
+  }
+  return tally;
+}
+
+Tally follow(const TouchStream& stream, const Follower& follower) {
+  TrackerOptions options;
+  options.search_far = follower.search_far;
+  Tracker tracker(options, make_registrar(follower.method, options.registration));
+  Tally tally;
+  TrackedFrame before;
+  for (std::size_t k = 0; k < stream.surfaces.size(); ++k) {
+    TrackedFrame now =
+        tracker.track(static_cast<std::int64_t>(k), kFrameS * static_cast<double>(k), stream.surfaces[k]);
+    if (k > 0) {
+      const bool tracked = now.status == TrackStatus::tracked && now.trial == before.trial;
+      const Pose step = now.trial_T_frame.inverse() * before.trial_T_frame;
+      tally.add(judge_pose_error(step, true_step(stream, k), now.registration.observable, tracked));
+    }
+    before = std::move(now);
+  }
+  return tally;
+}
+
+/// Of all charts, levels and followers; charts in the order of `charts`.
+class TrackingStudy {
+ public:
+  TrackingStudy(Names all_charts, fs::path out) : charts_(std::move(all_charts)), out_(std::move(out)) {}
+
+  void add(const std::string& chart, double level, const TouchStream& stream) {
+    note(chart, level, kAlone, follow_alone(stream));
+    for (const Follower& follower : kTrackers) note(chart, level, follower.name, follow(stream, follower));
+    if (!out_.empty()) write_study(out_, "tracking", rows());  // long: what is done is kept
+  }
+
+  Json rows() const {
+    Json rows = Json::array();
+    for (const std::string& chart : charts_)
+      for (const auto& [key, tally] : tallies_) {
+        if (std::get<0>(key) != chart) continue;
+        const auto share = [&](int count) { return static_cast<double>(count) / tally.steps; };
+        rows.push_back({{"chart", chart},
+                        {"level", std::get<1>(key)},
+                        {"follower", std::get<2>(key)},
+                        {"steps", tally.steps},
+                        {"followed", share(tally.followed)},
+                        {"silent_failures", share(tally.silent)},
+                        {"lost", share(tally.lost)}});
+      }
+    return rows;
+  }
+
+ private:
+  void note(const std::string& chart, double level, const std::string& follower, const Tally& more) {
+    Tally& tally = tallies_[{chart, level, follower}];
+    tally.steps += more.steps;
+    tally.followed += more.followed;
+    tally.silent += more.silent;
+    tally.lost += more.lost;
+  }
+
+  Names charts_;
+  fs::path out_;
+  std::map<std::tuple<std::string, double, std::string>, Tally> tallies_;
+};
+
+/// A chart's levels, and what each does to a touch.
+struct Chart {
+  std::string name;
+  std::vector<double> levels;
+  void (*set)(TouchSpec& spec, double level);
+  const Names* objects = &kObjects;
+};
+
+Pose turned_by(double deg, const Eigen::Vector3d& axis) {
+  return Pose(Eigen::AngleAxisd(deg * kRadiansPerDegree, axis));
+}
+
+/// Along the gel, at each place another way.
+Eigen::Vector3d way(int place) {
+  const double angle = 0.4 + 2 * M_PI * place / TouchSpec::kPlaces;
+  return {std::cos(angle), std::sin(angle), 0};
+}
+
+/// The object jumps between two pictures.
+const std::vector<Chart> kJumps = {
+    {"slid at once",
+     {0.25, 0.5, 1, 1.5, 2, 3, 4, 5},
+     [](TouchSpec& spec, double mm) { spec.overlap = 1, spec.moved.translation() = mm * way(spec.place); }},
+    {"twisted at once",
+     {2.5, 5, 10, 15, 20, 30, 45, 60},
+     [](TouchSpec& spec, double deg) {
+       spec.overlap = 1, spec.moved = turned_by(spec.place % 2 == 0 ? deg : -deg, Eigen::Vector3d::UnitZ());
+     }},
+    {"tilted at once",
+     {2.5, 5, 10, 15, 20, 30, 45},
+     [](TouchSpec& spec, double deg) { spec.overlap = 1, spec.moved = turned_by(deg, way(spec.place)); }},
+    {"overlap left", {0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1}, [](TouchSpec& spec, double overlap) {
+       spec.overlap = overlap;
+     }}};
+
+/// The object rolls on as a hand moves it, under worse and worse conditions.
+const std::vector<Chart> kConditions = {
+    {"noise", {0.5, 1, 2, 4, 8}, [](TouchSpec& spec, double gain) { spec.noise_gain = gain; }},
+    {"light drift",
+     {0, 0.1, 0.2, 0.3, 0.5},
+     [](TouchSpec& spec, double change) { spec.light_change = change; }},
+    {"light jump",
+     {0, 0.05, 0.1, 0.2, 0.3},
+     [](TouchSpec& spec, double change) { spec.light_change = change, spec.light_jumps = true; }},
+    {"dirt",
+     {0, 30, 120, 250, 500},
+     [](TouchSpec& spec, double grains) { spec.grains = static_cast<int>(grains); }},
+    {"depth", {0.15, 0.25, 0.4, 0.7, 1.0, 1.5}, [](TouchSpec& spec, double depth) { spec.depth = depth; }},
+    {"relief",
+     {1, 0.7, 0.4, 0.2, 0.1, 0.05, 0},
+     [](TouchSpec& spec, double relief) { spec.relief = relief; },
+     &kRoundObjects}};
+
+const std::vector<double> kLeftOut = {0, 1, 2, 3, 5, 7, 9, 11, 14, 17};
+constexpr const char* kLeftOutSimulated = "pictures left out";
+constexpr const char* kLeftOutRecorded = "pictures left out (recorded)";
+
+Names chart_names() {
+  Names names = {kLeftOutSimulated, kLeftOutRecorded};
+  for (const auto* charts : {&kJumps, &kConditions})
+    for (const Chart& chart : *charts) names.push_back(chart.name);
+  return names;
+}
+
+class Simulated {
+ public:
+  Simulated(const Arguments& arguments, TrackingStudy& study)
+      : arguments_(arguments), study_(study), studio_(quickly_trained_model()) {}
+
+  /// Charts inside places: one motion is pressed once for all that can be done to its pictures.
+  void run() {
+    for (const std::string& object : kObjects)
+      for (int place = 0; place < (arguments_.quick ? 1 : TouchSpec::kPlaces); ++place) {
+        std::cerr << object << ", place " << place << "\n";
+        TouchSpec spec;
+        spec.object = object;
+        spec.place = place;
+        for (const Chart& chart : kJumps)
+          each_level(chart, spec, [&](const TouchSpec& s) { return jump(s); });
+        if (place % 2 != 0) continue;  // 24 steps from one place
+        for (const Chart& chart : kConditions)
+          each_level(chart, spec, [&](const TouchSpec& s) { return studio_.roll(s, kPictures, 1); });
+        if (wanted(kLeftOutSimulated))
+          for (const double left_out : chosen(kLeftOut))
+            study_.add(kLeftOutSimulated, left_out,
+                       studio_.roll(spec, kLeftOutSteps + 1, static_cast<int>(left_out) + 1));
+      }
+  }
+
+  bool wanted(const std::string& chart) const {
+    return arguments_.charts.empty() ||
+           std::find(arguments_.charts.begin(), arguments_.charts.end(), chart) != arguments_.charts.end();
+  }
+
+  std::vector<double> chosen(const std::vector<double>& levels) const {
+    std::vector<double> some;
+    for (std::size_t k = 0; k < levels.size(); k += arguments_.quick ? 3 : 1) some.push_back(levels[k]);
+    return some;
+  }
+
+ private:
+  template <class Make>
+  void each_level(const Chart& chart, const TouchSpec& ordinary, const Make& make) {
+    const bool mine =
+        std::find(chart.objects->begin(), chart.objects->end(), ordinary.object) != chart.objects->end();
+    if (!wanted(chart.name) || !mine) return;
+    for (const double level : chosen(chart.levels)) {
+      TouchSpec spec = ordinary;
+      chart.set(spec, level);
+      study_.add(chart.name, level, make(spec));
+    }
+  }
+
+  TouchStream jump(const TouchSpec& spec) {
+    const TouchPair pair = studio_.make(spec);
+    return {{pair.reference, pair.target}, {pair.reference_T_object, pair.target_T_object}};
+  }
+
+  const Arguments& arguments_;
+  TrackingStudy& study_;
+  TouchStudio studio_;
+};
+
+/// Every frame of a sequence that touches and whose pose is known.
+TouchStream recorded(const fs::path& folder) {
+  TouchStream stream;
+  for (const BenchmarkTrial& trial : find_trials({folder})) {
+    TrialFrames frames(trial, {});
+    while (const std::optional<TrialFrame> frame = frames.next()) {
+      if (!frame->start_T_frame) continue;
+      stream.surfaces.push_back(frame->surface);
+      stream.sensor_T_object.push_back(frame->start_T_frame->inverse());
+    }
+  }
+  return stream;
+}
+
+TouchStream every(const TouchStream& all, std::size_t stride) {
+  TouchStream some;
+  for (std::size_t k = 0; k < all.surfaces.size(); k += stride) {
+    some.surfaces.push_back(all.surfaces[k]);
+    some.sensor_T_object.push_back(all.sensor_T_object[k]);
+  }
+  return some;
+}
+
+void run(const Arguments& arguments) {
+  TrackingStudy study(chart_names(), arguments.out);
+  Simulated simulated(arguments, study);
+  simulated.run();
+  if (simulated.wanted(kLeftOutRecorded) && !arguments.simulated_only)
+    for (const fs::path& folder : arguments.data.empty() ? sequence_folders({"track_"}) : arguments.data) {
+      std::cerr << folder.filename().string() << "\n";
+      const TouchStream all = recorded(folder);
+      for (const double left_out : simulated.chosen(kLeftOut))
+        study.add(kLeftOutRecorded, left_out, every(all, static_cast<std::size_t>(left_out) + 1));
+    }
+  const Json rows = study.rows();
+  if (rows.empty()) throw Error("there is nothing to follow: of these charts none was chosen");
+  std::printf("%-26s %6s %-30s %6s %9s %7s %6s\n", "chart", "level", "follower", "steps", "followed",
+              "silent", "lost");
+  for (const Json& r : rows)
+    std::printf("%-26s %6g %-30s %6d %9.2f %7.2f %6.2f\n", r["chart"].get<std::string>().c_str(),
+                r["level"].get<double>(), r["follower"].get<std::string>().c_str(), r["steps"].get<int>(),
+                r["followed"].get<double>(), r["silent_failures"].get<double>(), r["lost"].get<double>());
+}
+
+}  // namespace
+}  // namespace gelslam::bench
+
+int main(int argc, char** argv) {
+  gelslam::bench::Arguments arguments;
+  CLI::App app{"How far the tracker follows, against what makes it hard", "tracking"};
+  app.add_option("DATA", arguments.data,
+                 "data folders with truth, for pictures left out (default: GELSLAM_DATA/sequences/track_*)");
+  app.add_option("--charts", arguments.charts, "only these (default: all)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(gelslam::bench::chart_names()));
+  app.add_flag("--quick", arguments.quick, "one place of each object, every third level");
+  app.add_flag("--simulated-only", arguments.simulated_only, "without the sequences");
+  app.add_option("-o,--output", arguments.out, "folder for tracking.csv and .json");
+  return gelslam::bench::run_study(app, argc, argv, [&] { gelslam::bench::run(arguments); });
+}
