@@ -58,7 +58,10 @@ MethodRun::Answer MethodRun::with_tracker(const TrialFrame& frame) {
   if (!same_trial) first_T_trial_ = first_T_last_;  // nothing says where the new trial lies
   trial_ = tracked.trial;
   first_T_last_ = first_T_trial_ * tracked.trial_T_frame;
-  return {same_trial || first_ever, spent_ms};
+  // A trial may begin with the frame before, which was lost, where that and this one fit each other.
+  const bool fits_the_one_before =
+      tracked.status == TrackStatus::tracked && tracked.keyframe->frame != tracked.frame;
+  return {same_trial || first_ever || fits_the_one_before, spent_ms};
 }
 
 }  // namespace gelslam
