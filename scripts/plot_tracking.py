@@ -15,9 +15,7 @@ LABELS = {
 FOLLOWERS = {
     "tracker": (COLOURS["normalflow"], "-", "the tracker as the program runs it"),
     "tracker without search": ("#5aa9e6", "-", "without the search far away"),
-    "registration alone": ("black", "-", "one registration per picture"),
-    "tracker with icp-tuned": (COLOURS["icp-tuned"], "-", "the tracker with ICP, tuned"),
-    "tracker with filterreg-tuned": (COLOURS["filterreg-tuned"], "-", "the tracker with FilterReg, tuned")}
+    "registration alone": ("black", "-", "one registration per picture")}
 REVERSED = ("overlap left", "relief", "depth")  # harder to the right
 COLUMNS = 4
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -34,7 +35,7 @@ struct Arguments {
   std::vector<std::string> methods = {"normalflow", "icp", "filterreg", "fpfh"};
   ProblemChoice choice{.stride = 24, .gaps = {1, 5, 12}, .most_references = 24};
   std::vector<std::string> knobs;  // empty: all
-  int slow_every = 4;
+  int slow_every = 4;              // reference that is shown to other methods than ours
   fs::path out;
 };
 
@@ -82,21 +83,20 @@ RegistrationResult register_timed(const PreparedReference& reference, const Regi
 }
 
 /// All settings take turns at each reference, so that whatever else the machine does falls on all alike.
-void measure(const ProblemSet& set, const std::vector<Measured*>& all) {
-  for (Measured* one : all) {
-    one->errors.emplace_back(set.references.size());
-    one->surface_ms.insert(one->surface_ms.end(), set.surface_ms.begin(), set.surface_ms.end());
+void measure(const ProblemSet& set, std::vector<Measured>& all) {
+  for (Measured& one : all) {
+    one.errors.emplace_back(set.references.size());
+    one.surface_ms.insert(one.surface_ms.end(), set.surface_ms.begin(), set.surface_ms.end());
   }
   for (std::size_t k = 0; k < set.references.size(); ++k) {
-    all.front()->setting.registrar->prepare(set.references[k]);  // who comes first would pay for cold pages
-    for (Measured* one : all) {
-      if (k % static_cast<std::size_t>(one->every) != 0) continue;
+    all.front().setting.registrar->prepare(set.references[k]);  // who comes first would pay for cold pages
+    for (Measured& one : all) {
+      if (k % static_cast<std::size_t>(one.every) != 0) continue;
       const double start_ms = thread_cpu_ms();
-      const auto reference = one->setting.registrar->prepare(set.references[k]);
-      one->prepare_ms.push_back(thread_cpu_ms() - start_ms);
+      const auto reference = one.setting.registrar->prepare(set.references[k]);
+      one.prepare_ms.push_back(thread_cpu_ms() - start_ms);
       for (const RegistrationProblem& problem : set.problems)
-        if (problem.reference == k)
-          judge(problem, register_timed(*reference, problem, one->register_ms), *one);
+        if (problem.reference == k) judge(problem, register_timed(*reference, problem, one.register_ms), one);
     }
   }
 }
@@ -106,21 +106,29 @@ bool wanted(const SpeedSetting& setting, const std::vector<std::string>& knobs) 
          std::find(knobs.begin(), knobs.end(), setting.knob) != knobs.end();
 }
 
-/// By resolution and folder, so that only one set of surfaces is held at once.
-std::vector<Measured> measure_all(const Arguments& arguments) {
-  std::vector<Measured> all;
+/// By resolution and folder, so that only one set of surfaces is held at once; the sensor's own resolution
+/// first. `done` is told after each resolution what is known by then.
+template <class Done>
+std::vector<Measured> measure_all(const Arguments& arguments, const Done& done) {
+  std::map<std::pair<int, int>, std::vector<Measured>> by_size;
+  std::vector<std::pair<int, int>> sizes;
   for (SpeedSetting& setting : speed_settings(arguments.methods)) {
     if (!wanted(setting, arguments.knobs)) continue;
-    const bool slow = setting.method == "icp" || setting.method == "fpfh";
-    all.push_back({std::move(setting), slow ? arguments.slow_every : 1, {}, {}, {}, {}});
+    const std::pair<int, int> size{setting.size.width, setting.size.height};
+    if (!by_size.contains(size)) sizes.push_back(size);
+    const int every = setting.method == "normalflow" ? 1 : arguments.slow_every;
+    by_size[size].push_back({std::move(setting), every, {}, {}, {}, {}});
   }
-  std::map<std::pair<int, int>, std::vector<Measured*>> by_size;
-  for (Measured& one : all) by_size[{one.setting.size.width, one.setting.size.height}].push_back(&one);
-  for (const auto& [size, settings] : by_size)
+  std::vector<Measured> all;
+  for (const auto& [width, height] : sizes) {
+    std::vector<Measured>& settings = by_size[{width, height}];
     for (const fs::path& folder : arguments.data) {
-      std::cerr << size.first << "x" << size.second << " " << folder.filename().string() << "\n";
-      measure(load_problems(folder, {size.first, size.second}, arguments.choice), settings);
+      std::cerr << width << "x" << height << " " << folder.filename().string() << "\n";
+      measure(load_problems(folder, {width, height}, arguments.choice), settings);
     }
+    std::move(settings.begin(), settings.end(), std::back_inserter(all));
+    done(all);
+  }
   return all;
 }
 
@@ -181,11 +189,13 @@ void print_table(const Json& rows) {
 
 void run(Arguments arguments) {
   if (arguments.data.empty()) arguments.data = sequence_folders({"track_", "hard_", "scan_"});
-  const std::vector<Measured> all = measure_all(arguments);
+  const std::vector<Measured> all = measure_all(arguments, [&](const std::vector<Measured>& so_far) {
+    if (!arguments.out.empty())  // long: what is done is kept
+      write_study(arguments.out, "speed_accuracy", to_json(so_far));
+  });
   if (all.empty()) throw Error("none of the methods is known: normalflow, icp, filterreg, fpfh");
   if (all.front().problems == 0) throw Error("no two frames of the data touch and lie so far apart");
   const Json rows = to_json(all);
-  if (!arguments.out.empty()) write_study(arguments.out, "speed_accuracy", rows);
   print_table(rows);
 }
 
@@ -208,7 +218,8 @@ int main(int argc, char** argv) {
   app.add_option("--most-references", arguments.choice.most_references, "of a long sequence only so many")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--slow-every", arguments.slow_every, "icp and fpfh see every so-manieth reference")
+  app.add_option("--slow-every", arguments.slow_every,
+                 "methods other than normalflow see every so-manieth reference")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--gaps", arguments.choice.gaps, "frames from a reference to its targets")

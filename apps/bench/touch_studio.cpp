@@ -245,6 +245,7 @@ TouchStream TouchStudio::roll(const TouchSpec& spec, int pictures, int stride) {
   const Camera& seen_by = camera(spec);
   SurfaceEstimator estimator(model_, seen_by.background, SurfaceOptions{});
   TouchStream stream;
+  stream.step_s *= stride;
   for (std::size_t k = 0; k < presses.size(); ++k) {
     const double passed = static_cast<double>(k) / std::max<double>(1, pictures - 1);
     const double change = spec.light_change * (spec.light_jumps ? (passed < 0.5 ? 0.0 : 1.0) : passed);

@@ -47,6 +47,7 @@ struct TouchPair {
 struct TouchStream {
   std::vector<SurfacePtr> surfaces;
   std::vector<Pose> sensor_T_object;
+  double step_s = 0.04;  ///< from one picture to the next
 };
 
 /// Flat objects are pressed less, and are held tilted by some degrees: pressed flat, they leave no gel

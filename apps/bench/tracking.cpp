@@ -14,7 +14,6 @@
 #include <tuple>
 #include <vector>
 
-#include "gelslam/baselines/baselines.hpp"
 #include "gelslam/benchmark/trials.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/frontend/tracker.hpp"
@@ -36,28 +35,23 @@ const Names kObjects = {"pebble", "peanut", "coin", "plank", "golf", "knurl"};
 const Names kRoundObjects = {"pebble", "peanut", "golf", "knurl"};
 constexpr int kPictures = 24;      // of a motion seen as it comes, at 25 Hz
 constexpr int kLeftOutSteps = 12;  // of a motion of which pictures are left out
-constexpr double kFrameS = 0.04;
 constexpr double kRadiansPerDegree = M_PI / 180;
 
 struct Arguments {
   std::vector<fs::path> data;
   Names charts;
+  int places = TouchSpec::kPlaces;  // of each object
   bool quick = false, simulated_only = false;
   fs::path out;
 };
 
-/// What follows a stream: "registration alone", "tracker", "tracker, no search", or a tracker with a
-/// baseline.
+/// The tracker as the program runs it, and one that stays where it is when track is lost.
 struct Follower {
-  std::string name;
-  bool search_far = true;
-  std::string method = "normalflow";
+  const char* name;
+  bool search_far;
 };
 
-const std::vector<Follower> kTrackers = {{"tracker", true, "normalflow"},
-                                         {"tracker without search", false, "normalflow"},
-                                         {"tracker with icp-tuned", true, "icp-tuned"},
-                                         {"tracker with filterreg-tuned", true, "filterreg-tuned"}};
+constexpr Follower kTrackers[] = {{"tracker", true}, {"tracker without search", false}};
 constexpr const char* kAlone = "registration alone";
 
 /// Steps from one frame to the next.
@@ -72,37 +66,40 @@ struct Tally {
   }
 };
 
-Pose true_step(const TouchStream& stream, std::size_t frame) {
-  return stream.sensor_T_object[frame] * stream.sensor_T_object[frame - 1].inverse();
+/// target_T_reference, true.
+Pose true_step(const TouchStream& stream, std::size_t reference, std::size_t target) {
+  return stream.sensor_T_object[target] * stream.sensor_T_object[reference].inverse();
 }
 
 Tally follow_alone(const TouchStream& stream) {
-  const std::shared_ptr<const Registrar> registrar = make_registrar("normalflow", NormalFlowOptions{});
+  const std::shared_ptr<const Registrar> registrar = make_normal_flow({});
   Tally tally;
   for (std::size_t k = 1; k < stream.surfaces.size(); ++k) {
     const RegistrationResult result =
         registrar->prepare(stream.surfaces[k - 1])->register_to(*stream.surfaces[k], Pose::Identity());
-    tally.add(
-        judge_pose_error(result.target_T_reference, true_step(stream, k), result.observable, result.ok()));
+    tally.add(judge_pose_error(result.target_T_reference, true_step(stream, k - 1, k), result.observable,
+                               result.ok()));
   }
   return tally;
 }
 
+/// Steps are from the last picture that was tracked; a trial that begins anew has lost the one before.
 Tally follow(const TouchStream& stream, const Follower& follower) {
   TrackerOptions options;
   options.search_far = follower.search_far;
-  Tracker tracker(options, make_registrar(follower.method, options.registration));
+  Tracker tracker(options);
   Tally tally;
-  TrackedFrame before;
+  TrackedFrame last;
   for (std::size_t k = 0; k < stream.surfaces.size(); ++k) {
-    TrackedFrame now =
-        tracker.track(static_cast<std::int64_t>(k), kFrameS * static_cast<double>(k), stream.surfaces[k]);
+    TrackedFrame now = tracker.track(static_cast<std::int64_t>(k), stream.step_s * static_cast<double>(k),
+                                     stream.surfaces[k]);
     if (k > 0) {
-      const bool tracked = now.status == TrackStatus::tracked && now.trial == before.trial;
-      const Pose step = now.trial_T_frame.inverse() * before.trial_T_frame;
-      tally.add(judge_pose_error(step, true_step(stream, k), now.registration.observable, tracked));
+      const bool tracked = now.status == TrackStatus::tracked && now.trial == last.trial;
+      const Pose step = now.trial_T_frame.inverse() * last.trial_T_frame;
+      tally.add(judge_pose_error(step, true_step(stream, static_cast<std::size_t>(last.frame), k),
+                                 now.registration.observable, tracked));
     }
-    before = std::move(now);
+    if (now.trial >= 0) last = std::move(now);
   }
   return tally;
 }
@@ -221,7 +218,7 @@ class Simulated {
   /// Charts inside places: one motion is pressed once for all that can be done to its pictures.
   void run() {
     for (const std::string& object : kObjects)
-      for (int place = 0; place < (arguments_.quick ? 1 : TouchSpec::kPlaces); ++place) {
+      for (int place = 0; place < (arguments_.quick ? 1 : arguments_.places); ++place) {
         std::cerr << object << ", place " << place << "\n";
         TouchSpec spec;
         spec.object = object;
@@ -264,7 +261,7 @@ class Simulated {
 
   TouchStream jump(const TouchSpec& spec) {
     const TouchPair pair = studio_.make(spec);
-    return {{pair.reference, pair.target}, {pair.reference_T_object, pair.target_T_object}};
+    return {{pair.reference, pair.target}, {pair.reference_T_object, pair.target_T_object}, 0.04};
   }
 
   const Arguments& arguments_;
@@ -288,6 +285,7 @@ TouchStream recorded(const fs::path& folder) {
 
 TouchStream every(const TouchStream& all, std::size_t stride) {
   TouchStream some;
+  some.step_s = all.step_s * static_cast<double>(stride);
   for (std::size_t k = 0; k < all.surfaces.size(); k += stride) {
     some.surfaces.push_back(all.surfaces[k]);
     some.sensor_T_object.push_back(all.sensor_T_object[k]);
@@ -328,6 +326,9 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(gelslam::bench::chart_names()));
+  app.add_option("--places", arguments.places, "of each object")
+      ->check(CLI::Range(1, gelslam::bench::TouchSpec::kPlaces))
+      ->capture_default_str();
   app.add_flag("--quick", arguments.quick, "one place of each object, every third level");
   app.add_flag("--simulated-only", arguments.simulated_only, "without the sequences");
   app.add_option("-o,--output", arguments.out, "folder for tracking.csv and .json");
