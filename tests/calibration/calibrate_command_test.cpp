@@ -188,7 +188,7 @@ TEST(CalibrateCommand, RefusesBadPressesAndWritesNothing) {
   write_folder(presses, set);
   expect_mistake(train(), "at least 10 are needed");
   fs::remove(folder / "presses/background.png");
-  expect_mistake(train(), "take a picture of the gel with nothing on it");
+  expect_mistake(train(), "put a picture of the same gel with nothing on it");
   expect_mistake(calibrate({"check", (folder / "none.json").string(), presses}), "does not exist");
   EXPECT_EQ(folder.names(), std::vector<std::string>{"presses"});
   expect_mistake(calibrate({"train", presses, "-o", (folder / "none/model.json").string()}),
