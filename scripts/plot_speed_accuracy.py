@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 """Draws what build/bin/speed_accuracy wrote: processor time against error of every method and setting.
 
+Of several studies, a method is taken from the last that has it.
+
 Example: build/bin/speed_accuracy -o STUDY && scripts/plot_speed_accuracy.py STUDY -o docs/benchmarks/speed_accuracy.png
 """
 
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
-from plotting import NAMES, colour, plt, read_table, save, study_arguments
+from plotting import NAMES, colour, plt, read_studies, save, study_arguments
 
 MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iterations": "^", "least iterations": "v", "resolution": "s",
          "robust scale": "D", "tolerance": "x"}
@@ -14,8 +16,8 @@ KNOB_LABELS = {"o": "samples or points", "^": "most iterations", "v": "least ite
 LABELLED = ("samples", "points", "resolution")
 
 
-def read_rows(folder):
-    rows = read_table(folder / "speed_accuracy.csv", "build/bin/speed_accuracy -o")
+def read_rows(folders):
+    rows = read_studies(folders, "speed_accuracy.csv", "build/bin/speed_accuracy -o")
     for row in rows:
         row["ms"] = float(row["median_ms"])
         row["error"], row["low"], row["high"] = (float(row[k]) for k in ("relative", "relative_low", "relative_high"))
@@ -55,7 +57,7 @@ def pairs_of(rows, method):
 
 
 def draw(rows, path):
-    default = rows[0]
+    default = next(r for r in rows if r["method"] == "normalflow" and r["knob"] == "default")
     figure, (all_axes, near) = plt.subplots(1, 2, figsize=(14, 6.2), dpi=120, gridspec_kw={"width_ratios": (1.25, 1)})
     for axes in (all_axes, near):
         for row in rows:
@@ -82,7 +84,7 @@ def draw(rows, path):
 
 
 def main():
-    arguments = study_arguments(__doc__, "speed_accuracy")
+    arguments = study_arguments(__doc__, "speed_accuracy", several=True)
     draw(read_rows(arguments.study), arguments.output)
 
 

@@ -6,7 +6,7 @@ Of several studies, a method is taken from the last that has it: after a change 
 Example: build/bin/stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
 """
 
-from plotting import NAMES, colour, in_order, plt, read_table, save, study_arguments
+from plotting import NAMES, colour, in_order, plt, read_studies, save, study_arguments
 
 LABELS = {
     "start x": "start off along x (mm)", "start y": "start off along y (mm)", "start z": "start off along z (mm)",
@@ -17,15 +17,6 @@ LABELS = {
     "missing frames": "frames from one picture to the next"}
 REVERSED = ("overlap", "relief", "depth")  # harder to the right
 COLUMNS = 4
-
-
-def read_studies(folders):
-    rows = []
-    for folder in folders:
-        more = read_table(folder / "stability.csv", "build/bin/stability -o")
-        again = {r["method"] for r in more}
-        rows = [r for r in rows if r["method"] not in again] + more
-    return rows
 
 
 def curve(rows, chart, method, column):
@@ -78,7 +69,7 @@ def draw(rows, path):
 
 def main():
     arguments = study_arguments(__doc__, "stability", several=True)
-    draw(read_studies(arguments.study), arguments.output)
+    draw(read_studies(arguments.study, "stability.csv", "build/bin/stability -o"), arguments.output)
 
 
 if __name__ == "__main__":

@@ -33,15 +33,15 @@ def draw_chart(plot, rows, chart):
     if chart in REVERSED:
         plot.invert_xaxis()
     plot.set_ylim(-0.04, 1.04)
-    plot.set_title("%s: %d steps each" % (LABELS.get(chart, chart), max(int(r["steps"]) for r in rows)), fontsize=8)
+    plot.set_title("%s: %d steps" % (LABELS.get(chart, chart), max(int(r["steps"]) for r in rows)), fontsize=8)
     plot.tick_params(labelsize=7)
     plot.grid(True, alpha=0.25)
 
 
 def draw(rows, path):
     charts = in_order(r["chart"] for r in rows)
-    lines = -(-(len(charts) + 1) // COLUMNS)
-    figure, plots = plt.subplots(lines, COLUMNS, figsize=(3.5 * COLUMNS, 2.6 * lines), dpi=120, squeeze=False)
+    lines = -(-len(charts) // COLUMNS)
+    figure, plots = plt.subplots(lines, COLUMNS, figsize=(3.5 * COLUMNS, 2.6 * lines + 0.6), dpi=120, squeeze=False)
     plots = plots.ravel()
     for plot, chart in zip(plots, charts):
         draw_chart(plot, [r for r in rows if r["chart"] == chart], chart)
@@ -50,9 +50,10 @@ def draw(rows, path):
     handles = [plt.Line2D([], [], color=colour, linestyle=line, marker="o", markersize=4, label=label)
                for colour, line, label in FOLLOWERS.values()]
     handles.append(plt.Rectangle((0, 0), 1, 1, color=COLOURS["normalflow"], alpha=0.2, linewidth=0,
-                                 label="of the tracker's: wrong without a word\n(beyond 1 mm or 5° where it says shown)"))
-    plots[-1].legend(handles=handles, fontsize=7.5, loc="center", title="share of steps tracked within 0.3 mm and 2°", title_fontsize=8.5)
-    save(figure, path)
+                                 label="of the tracker's: wrong without a word (beyond 1 mm or 5° where it says shown)"))
+    figure.legend(handles=handles, fontsize=8, loc="lower center", ncol=len(handles), title="share of steps tracked within 0.3 mm and 2°",
+                  title_fontsize=8.5)
+    save(figure, path, (0, 0.6 / figure.get_figheight(), 1, 1))
 
 
 def main():

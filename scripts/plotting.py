@@ -36,6 +36,16 @@ def read_table(path, writer):
     return rows
 
 
+def read_studies(folders, table, writer):
+    """Rows of several studies; a method is taken from the last that has it."""
+    rows = []
+    for folder in folders:
+        more = read_table(folder / table, writer)
+        again = {r["method"] for r in more}
+        rows = [r for r in rows if r["method"] not in again] + more
+    return rows
+
+
 def study_arguments(description, name, several=False):
     """The command line of a script that draws what the program `name` wrote: `study` and `output`, which is set."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)

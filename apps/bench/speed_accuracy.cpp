@@ -82,6 +82,16 @@ RegistrationResult register_timed(const PreparedReference& reference, const Regi
   return result;
 }
 
+/// One setting on one reference.
+void measure(const ProblemSet& set, std::size_t reference, Measured& one) {
+  const double start_ms = thread_cpu_ms();
+  const auto prepared = one.setting.registrar->prepare(set.references[reference]);
+  one.prepare_ms.push_back(thread_cpu_ms() - start_ms);
+  for (const RegistrationProblem& problem : set.problems)
+    if (problem.reference == reference)
+      judge(problem, register_timed(*prepared, problem, one.register_ms), one);
+}
+
 /// All settings take turns at each reference, so that whatever else the machine does falls on all alike.
 void measure(const ProblemSet& set, std::vector<Measured>& all) {
   for (Measured& one : all) {
@@ -89,15 +99,10 @@ void measure(const ProblemSet& set, std::vector<Measured>& all) {
     one.surface_ms.insert(one.surface_ms.end(), set.surface_ms.begin(), set.surface_ms.end());
   }
   for (std::size_t k = 0; k < set.references.size(); ++k) {
-    all.front().setting.registrar->prepare(set.references[k]);  // who comes first would pay for cold pages
-    for (Measured& one : all) {
-      if (k % static_cast<std::size_t>(one.every) != 0) continue;
-      const double start_ms = thread_cpu_ms();
-      const auto reference = one.setting.registrar->prepare(set.references[k]);
-      one.prepare_ms.push_back(thread_cpu_ms() - start_ms);
-      for (const RegistrationProblem& problem : set.problems)
-        if (problem.reference == k) judge(problem, register_timed(*reference, problem, one.register_ms), one);
-    }
+    Measured warm_up = all.front();  // who comes first would pay for cold pages and caches
+    measure(set, k, warm_up);
+    for (Measured& one : all)
+      if (k % static_cast<std::size_t>(one.every) == 0) measure(set, k, one);
   }
 }
 
