@@ -1,8 +1,9 @@
 // Study: which recipe makes the best gradient model on presses it has not seen?
 // The presses of a calibration folder are split at random, five times, into four fifths to train on and one
 // fifth to test; what is printed per recipe are the slope error, the gain of the slopes (by axis, by
-// steepness, by ninth of the gel) and the radius of the reconstructed balls, all on the tested fifths. First
-// come the automatic circles against the labels of the folder, if it has any.
+// steepness, by ninth of the gel; in brackets the standard error in hundredths, from the scatter of the
+// presses) and the radius of the reconstructed balls, all on the tested fifths. First come the automatic
+// circles against the labels of the folder, if it has any.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gelslam/calibration/circle_finder.hpp"
@@ -83,29 +85,59 @@ void compare_labels(const PressSet& set, double pitch_mm) {
 
 struct Results {
   SlopeStatistics errors, gains;
+  std::vector<SlopeStatistics> press_gains;
   std::map<double, std::vector<double>> radius_errors;
   double seconds = 0.0;
 };
 
-void add(const ModelCheck& check, const PressSet& set, Results& results) {
-  results.errors.add(check.errors);
-  results.gains.add(check.gains);
-  for (const PressCheck& press : check.presses) {
-    const double diameter_mm = set.presses[press.zone.press].diameter_mm;
-    if (press.radius_mm)
-      results.radius_errors[diameter_mm].push_back(*press.radius_mm / (0.5 * diameter_mm) - 1.0);
+void check(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
+           double pitch_mm, Results& results) {
+  for (const BallZone& zone : zones) {  // one by one, to see how much they scatter
+    const ModelCheck found = check_model(model, set, {zone}, pitch_mm);
+    results.errors.add(found.errors);
+    results.gains.add(found.gains);
+    results.press_gains.push_back(found.gains);
+    const double diameter_mm = set.presses[zone.press].diameter_mm;
+    if (const auto& radius_mm = found.presses.front().radius_mm)
+      results.radius_errors[diameter_mm].push_back(*radius_mm / (0.5 * diameter_mm) - 1.0);
   }
+}
+
+/// A gain and its standard error from the scatter of the presses; `sums` picks read * true and true * true.
+template <class Sums>
+void print_gain(const Results& results, const Sums& sums) {
+  double read = 0.0, truth = 0.0, squared = 0.0;
+  for (const SlopeStatistics& press : results.press_gains) {
+    const auto [r, t] = sums(press);
+    read += r;
+    truth += t;
+  }
+  const double gain = read / truth;
+  for (const SlopeStatistics& press : results.press_gains) {
+    const auto [r, t] = sums(press);
+    squared += (r - gain * t) * (r - gain * t);
+  }
+  std::printf(" %.2f(%.0f)", gain, 100.0 * std::sqrt(squared) / truth);
+}
+
+std::pair<double, double> along(const SlopeSums& sums, std::size_t axis) {
+  return {sums.read_true[axis], sums.true_true[axis]};
 }
 
 void print(const std::string& name, const Results& results) {
   std::printf("%-24s error %.2f deg  gain x %.3f y %.3f  by slope", name.c_str(),
               results.errors.all.mean_abs_error_deg(), results.gains.all.gain_x(),
               results.gains.all.gain_y());
-  for (const SlopeSums& step : results.gains.by_slope) std::printf(" %.2f", step.gain());
-  std::printf("  by ninth x");
-  for (const SlopeSums& ninth : results.gains.ninths) std::printf(" %.2f", ninth.gain_x());
-  std::printf(" y");
-  for (const SlopeSums& ninth : results.gains.ninths) std::printf(" %.2f", ninth.gain_y());
+  for (std::size_t step = 0; step < SlopeStatistics::slope_limits.size(); ++step)
+    print_gain(results, [step](const SlopeStatistics& press) {
+      const auto x = along(press.by_slope[step], 0), y = along(press.by_slope[step], 1);
+      return std::pair(x.first + y.first, x.second + y.second);
+    });
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    std::printf("  by ninth %s", axis == 0 ? "x" : "y");
+    for (std::size_t ninth = 0; ninth < 9; ++ninth)
+      print_gain(results, [=](const SlopeStatistics& press) { return along(press.ninths[ninth], axis); });
+  }
   for (const auto& [diameter_mm, errors] : results.radius_errors)
     std::printf("  ball %.2f mm %+.1f %%", diameter_mm, 100.0 * quantile(errors, 0.5));
   if (results.seconds > 0.0) std::printf("  %.0f s", results.seconds);
@@ -148,8 +180,7 @@ int run(const Arguments& arguments) {
       (k < training ? train : test).push_back(found.zones[order[k]]);
       if (k < training) train_drawn.push_back(drawn[order[k]]);
     }
-    if (fs::exists(shipped))
-      add(check_model(read_model(shipped), set, test, arguments.pitch_mm), set, results["shipped"]);
+    if (fs::exists(shipped)) check(read_model(shipped), set, test, arguments.pitch_mm, results["shipped"]);
     for (const Recipe& recipe : recipes()) {
       if (!arguments.only.empty() && recipe.name != arguments.only) continue;
       const ModelTraining how{arguments.pitch_mm, static_cast<std::uint64_t>(split + 1), recipe.recipe};
@@ -157,7 +188,7 @@ int run(const Arguments& arguments) {
       const GradientModel model =
           train_model(set, recipe.drawn_circles ? train_drawn : train, how, quiet, [] { return false; });
       results[recipe.name].seconds = std::max(results[recipe.name].seconds, seconds_since(start));
-      add(check_model(model, set, test, arguments.pitch_mm), set, results[recipe.name]);
+      check(model, set, test, arguments.pitch_mm, results[recipe.name]);
     }
   }
   for (const auto& [name, result] : results) print(name, result);

@@ -30,7 +30,8 @@ double misfit(const ColorField& field, const std::vector<SlopeSample>& samples, 
         field.change(sample.place, {scale * sample.angle_rad[0], scale * sample.angle_rad[1]});
     double squared = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double residual = static_cast<double>(sample.color[c] - sample.flat_color[c] - expected[c]);
+      const float flat = sample.flat_color[c];
+      const double residual = static_cast<double>(sample.color[c] - flat - field.unit(flat) * expected[c]);
       squared += residual * residual;
     }
     sum += std::sqrt(1.0 + squared / (robust_change * robust_change)) - 1.0;

@@ -34,43 +34,104 @@ void terms(const std::array<float, 2>& place, const std::array<float, 2>& angle,
   monomials<0, place_degree>(2.0F * place[0] - 1.0F, 2.0F * place[1] - 1.0F, place_out);
 }
 
+constexpr int folds = 5;
+constexpr int slope_count = (slope_degree + 1) * (slope_degree + 2) / 2 - 1,
+              place_count = (place_degree + 1) * (place_degree + 2) / 2;
+constexpr Eigen::Index columns = slope_count * place_count;
+constexpr float dark = 0.04F;  // keeps shares finite where there is no light
+
+/// Some of the presses: features of their samples, the changes in levels (columns 0..2) and as shares (3..5),
+/// and what the normal equations need of them.
+struct Fold {
+  explicit Fold(const std::vector<const SlopeSample*>& samples)
+      : features(static_cast<Eigen::Index>(samples.size()), columns),
+        changes(features.rows(), 6),
+        levels_per_share(features.rows(), 3) {
+    for (Eigen::Index row = 0; row < features.rows(); ++row)
+      fill(row, *samples[static_cast<std::size_t>(row)]);
+    information = (features.transpose() * features).cast<double>();
+    right = (features.transpose() * changes).cast<double>();
+  }
+
+  void fill(Eigen::Index row, const SlopeSample& sample) {
+    std::array<float, slope_count> slope{};
+    std::array<float, place_count> place{};
+    terms(sample.place, sample.angle_rad, slope.data(), place.data());
+    Eigen::Index column = 0;
+    for (const float s : slope)
+      for (const float p : place) features(row, column++) = s * p;
+    for (int c = 0; c < 3; ++c) {
+      const float flat = sample.flat_color[static_cast<std::size_t>(c)];
+      levels_per_share(row, c) = flat + dark;
+      changes(row, c) = sample.color[static_cast<std::size_t>(c)] - flat;
+      changes(row, 3 + c) = changes(row, c) / levels_per_share(row, c);
+    }
+  }
+
+  double rows() const { return static_cast<double>(features.rows()); }
+
+  Eigen::MatrixXf features;
+  Eigen::Matrix<float, Eigen::Dynamic, 6> changes;
+  Eigen::Matrix<float, Eigen::Dynamic, 3> levels_per_share;
+  Eigen::MatrixXd information, right;
+};
+
+/// Samples dealt out by their press, so that a fold is left out with all that is peculiar to its presses.
+std::vector<Fold> deal(const std::vector<SlopeSample>& samples) {
+  const std::size_t every = std::max<std::size_t>(1, samples.size() / wanted_rows);
+  std::array<std::vector<const SlopeSample*>, folds> split;
+  for (std::size_t k = 0; k < samples.size(); k += every)
+    split[static_cast<std::size_t>(std::max(0, samples[k].zone) % folds)].push_back(&samples[k]);
+  return {split.begin(), split.end()};
+}
+
+Eigen::VectorXd ridges() {
+  Eigen::VectorXd result(columns);
+  Eigen::Index column = 0;
+  for (int a = 1; a <= slope_degree; ++a)
+    for (int i = 0; i <= a; ++i)
+      for (int b = 0; b <= place_degree; ++b)
+        for (int j = 0; j <= b; ++j) result[column++] = ridge * std::pow(per_degree, a - 1 + b);
+  return result;
+}
+
+/// Coefficients, one column per channel and kind of change.
+Eigen::MatrixXd solve(Eigen::MatrixXd information, const Eigen::MatrixXd& right, double rows) {
+  information.diagonal() += rows * ridges();
+  return information.ldlt().solve(right);
+}
+
+/// Squared errors in levels on the samples of a fold, of both kinds of change.
+Eigen::Array2d errors_on(const Fold& fold, const Eigen::MatrixXd& solution) {
+  const Eigen::MatrixXf left = fold.changes - fold.features * solution.cast<float>();
+  return {static_cast<double>(left.leftCols<3>().squaredNorm()),
+          static_cast<double>(left.rightCols<3>().cwiseProduct(fold.levels_per_share).squaredNorm())};
+}
+
 }  // namespace
 
 ColorField::ColorField(const std::vector<SlopeSample>& samples) {
-  constexpr Eigen::Index columns = slope_terms * place_terms;
-  const std::size_t every = std::max<std::size_t>(1, samples.size() / wanted_rows);
-  const auto rows = static_cast<Eigen::Index>((samples.size() + every - 1) / every);
-  Eigen::MatrixXf features(rows, columns);
-  Eigen::MatrixXf changes(rows, 3);
-  for (Eigen::Index row = 0; row < rows; ++row) {
-    const SlopeSample& sample = samples[static_cast<std::size_t>(row) * every];
-    std::array<float, slope_terms> slope{};
-    std::array<float, place_terms> place{};
-    terms(sample.place, sample.angle_rad, slope.data(), place.data());
-    for (int s = 0; s < slope_terms; ++s)
-      for (int p = 0; p < place_terms; ++p)
-        features(row, s * place_terms + p) =
-            slope[static_cast<std::size_t>(s)] * place[static_cast<std::size_t>(p)];
-    for (int c = 0; c < 3; ++c)
-      changes(row, c) =
-          sample.color[static_cast<std::size_t>(c)] - sample.flat_color[static_cast<std::size_t>(c)];
+  const std::vector<Fold> parts = deal(samples);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns, columns),
+                  right = Eigen::MatrixXd::Zero(columns, 6);
+  double rows = 0.0;
+  for (const Fold& part : parts) {
+    information += part.information;
+    right += part.right;
+    rows += part.rows();
   }
-  Eigen::MatrixXd information = (features.transpose() * features).cast<double>();
-  int s = 0;
-  for (int a = 1; a <= slope_degree; ++a)
-    for (int i = 0; i <= a; ++i, ++s) {
-      int p = 0;
-      for (int b = 0; b <= place_degree; ++b)
-        for (int j = 0; j <= b; ++j, ++p)
-          information(s * place_terms + p, s * place_terms + p) +=
-              ridge * static_cast<double>(rows) * std::pow(per_degree, a - 1 + b);
-    }
-  const Eigen::MatrixXd solution = information.ldlt().solve((features.transpose() * changes).cast<double>());
+  Eigen::Array2d errors = Eigen::Array2d::Zero();
+  for (const Fold& part : parts)
+    errors += errors_on(part, solve(information - part.information, right - part.right, rows - part.rows()));
+  relative_ = errors[1] < errors[0];
+  const Eigen::MatrixXd solution = solve(information, right, rows);
   for (int c = 0; c < 3; ++c)
     for (Eigen::Index k = 0; k < columns; ++k)
       coefficients_[static_cast<std::size_t>(c)][static_cast<std::size_t>(k)] =
-          static_cast<float>(solution(k, c));
+          static_cast<float>(solution(k, relative_ ? 3 + c : c));
 }
+
+float ColorField::unit(float flat) const { return relative_ ? flat + dark : 1.0F; }
 
 std::array<float, 3> ColorField::change(const std::array<float, 2>& place,
                                         const std::array<float, 2>& angle_rad) const {

@@ -97,7 +97,8 @@ class ModelTrainer {
         network_(first_numbers(random_)),
         samples_(zone_samples(set, zones, training.pixel_pitch_mm, wanted_samples)),
         scaling_(samples_),
-        field_(samples_) {
+        field_(samples_),
+        zone_shift_rad_(zones.size()) {
     if (samples_.size() < static_cast<std::size_t>(batch))
       throw Error("the presses show only " + std::to_string(samples_.size()) +
                   " pixels of ball: too few to train on; take more presses");
@@ -175,10 +176,25 @@ class ModelTrainer {
                there = field_.change(place, sample.angle_rad);
     for (std::size_t c = 0; c < 3; ++c) {
       const float flat = static_cast<float>(set_.background(v, u)[static_cast<int>(c)]) / 255.0F;
-      sample.color[c] += flat - sample.flat_color[c] + there[c] - here[c];
+      const float was = sample.flat_color[c],
+                  unexplained = (sample.color[c] - was) / field_.unit(was) - here[c];
+      sample.color[c] = flat + field_.unit(flat) * (there[c] + unexplained);
       sample.flat_color[c] = flat;
     }
     sample.place = place;
+  }
+
+  /// The sample's angles with its circle where the network sees it: a circle's own error shifts all its
+  /// angles, and would make slopes look read too flat.
+  std::array<float, 2> recentred_angle_rad(const SlopeSample& sample, const std::array<float, 2>& read) {
+    constexpr float follow = 0.005F;
+    std::array<float, 2>& shift = zone_shift_rad_[static_cast<std::size_t>(sample.zone)];
+    std::array<float, 2> angle = sample.angle_rad;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      shift[axis] += follow * (read[axis] - angle[axis] - shift[axis]);
+      angle[axis] += shift[axis];
+    }
+    return angle;
   }
 
   void set_derivatives(bool correcting) {
@@ -190,10 +206,11 @@ class ModelTrainer {
         const std::size_t at = axis * tile_samples + k;
         read[axis] = touched_.output[at] - (recipe_.differences ? untouched_.output[at] : 0.0F);
       }
-      if (correcting) {
-        if (!moved_[k]) gain_.note(sample.place, read, sample.angle_rad);
-        wanted = gain_.stretched(sample.place, sample.angle_rad);
+      if (!moved_[k] && sample.zone >= 0) {
+        const std::array<float, 2> truth = recentred_angle_rad(sample, read);
+        if (correcting) gain_.note(sample.place, read, truth);
       }
+      if (correcting) wanted = gain_.stretched(sample.place, sample.angle_rad);
       for (std::size_t axis = 0; axis < 2; ++axis) {
         const std::size_t at = axis * tile_samples + k;
         const float error = read[axis] - wanted[axis];
@@ -216,6 +233,7 @@ class ModelTrainer {
   std::array<SlopeSample, tile_samples> tile_;
   std::array<bool, tile_samples> moved_{};
   GainField gain_;
+  std::vector<std::array<float, 2>> zone_shift_rad_;  ///< as the network sees it
   TileActivations touched_, untouched_;
   std::array<float, 2 * tile_samples> d_touched_{}, d_untouched_{};
   std::array<std::size_t, tile_samples> chosen_{};
