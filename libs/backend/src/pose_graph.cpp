@@ -1,6 +1,7 @@
 #include "gelslam/backend/pose_graph.hpp"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 #include <algorithm>
 #include <cmath>
@@ -37,6 +38,8 @@ struct Graph {
   std::vector<NodeState> nodes;
   std::vector<WhitenedEdge> edges;
   std::vector<int> group;  // index of the smallest node of each node's group
+  Eigen::VectorXd prior_mean;      // of the shared unknowns
+  Eigen::MatrixXd prior_whitening; // of the same
 };
 
 Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges) {
@@ -70,6 +73,57 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
   return graph;
 }
 
+/// Edges whose measurement depends on the unknowns get their derivatives, whitened.
+void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
+  const Eigen::Index count = shared.mean.size();
+  const Eigen::LLT<Eigen::MatrixXd> factor(shared.information);
+  if (shared.edge_by_unknown.size() != graph.edges.size() || shared.information.rows() != count ||
+      shared.information.cols() != count || !shared.information.allFinite() || factor.info() != Eigen::Success)
+    throw Error("pose graph: shared unknowns need a derivative per edge and a positive definite information");
+  graph.prior_mean = shared.mean;
+  graph.prior_whitening = factor.matrixU();
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    const auto& by_unknown = shared.edge_by_unknown[i];
+    if (by_unknown.cols() == 0) continue;
+    if (by_unknown.cols() != count || !by_unknown.allFinite())
+      throw Error("pose graph: an edge's derivative by the shared unknowns has the wrong size or is not finite");
+    graph.edges[i].by_unknown = graph.edges[i].whitening * by_unknown;
+  }
+}
+
+/// An edge with shared unknowns: they shift its residual, linearly.
+class EdgeWithUnknowns : public ceres::CostFunction {
+ public:
+  explicit EdgeWithUnknowns(const WhitenedEdge& edge) : by_unknown_(edge.by_unknown), of_nodes_(new EdgeResidual{edge}) {
+    set_num_residuals(6);
+    *mutable_parameter_block_sizes() = {7, 7, static_cast<int>(by_unknown_.cols())};
+  }
+
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+    if (!of_nodes_.Evaluate(parameters, residuals, jacobians)) return false;
+    const Eigen::Map<const Eigen::VectorXd> unknowns(parameters[2], by_unknown_.cols());
+    Eigen::Map<Vector6d>(residuals).noalias() -= by_unknown_ * unknowns;
+    if (jacobians && jacobians[2])
+      Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>(jacobians[2], 6, by_unknown_.cols()) =
+          -by_unknown_;
+    return true;
+  }
+
+ private:
+  Eigen::Matrix<double, 6, Eigen::Dynamic> by_unknown_;
+  ceres::AutoDiffCostFunction<EdgeResidual, 6, 7, 7> of_nodes_;
+};
+
+/// A state of the graph with its residuals.
+struct Estimate {
+  std::vector<NodeState> nodes;
+  GainState gain = {1.0, 1.0};
+  Eigen::VectorXd unknowns;
+  std::vector<double> residuals;
+  double worst_loop = 0;
+  double cost = 0;
+};
+
 /// The graph as a Ceres problem over its own copy of the state, with one loss shared by all loops.
 class Solver {
  public:
@@ -81,11 +135,12 @@ class Solver {
         loop_loss_(nullptr, ceres::TAKE_OWNERSHIP),
         problem_(problem_options()) {}
 
-  /// Minimises from `nodes` and `gain` with the loops' kernel `scale` wide; both are updated in place.
-  ceres::Solver::Summary solve(std::vector<NodeState>& nodes, GainState& gain, double scale) {
-    if (nodes_.empty()) build(nodes, gain);
-    nodes_ = nodes;
-    gain_ = gain;
+  /// Minimises from the estimate's state with the loops' kernel `scale` wide; the state is updated in place.
+  ceres::Solver::Summary solve(Estimate& estimate, double scale) {
+    if (nodes_.empty()) build(estimate);
+    nodes_ = estimate.nodes;
+    gain_ = estimate.gain;
+    unknowns_ = estimate.unknowns;
     loop_loss_.Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
 
     ceres::Solver::Options solver;
@@ -103,8 +158,9 @@ class Solver {
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem_, &summary);
     if (summary.IsSolutionUsable()) {
-      nodes = nodes_;
-      gain = gain_;
+      estimate.nodes = nodes_;
+      estimate.gain = gain_;
+      estimate.unknowns = unknowns_;
     }
     return summary;
   }
@@ -122,9 +178,10 @@ class Solver {
   bool may_move(int node) const { return free_.empty() || free_[index(node)]; }
   bool estimates_gain() const { return options_.estimate_slope_gain && free_.empty(); }
 
-  void build(const std::vector<NodeState>& nodes, const GainState& gain) {
-    nodes_ = nodes;
-    gain_ = gain;
+  void build(const Estimate& estimate) {
+    nodes_ = estimate.nodes;
+    gain_ = estimate.gain;
+    unknowns_ = estimate.unknowns;
     for (const WhitenedEdge& edge : graph_.edges)
       if (may_move(edge.from) || may_move(edge.to)) add(edge);
     if (estimates_gain())
@@ -133,6 +190,8 @@ class Solver {
                                 nullptr, gain_.data());
     else if (problem_.HasParameterBlock(gain_.data()))
       problem_.SetParameterBlockConstant(gain_.data());
+    if (unknowns_.size() > 0)
+      problem_.AddResidualBlock(new ceres::NormalPrior(graph_.prior_whitening, graph_.prior_mean), nullptr, unknowns_.data());
     for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
       double* node = nodes_[index(i)].data();
       if (!problem_.HasParameterBlock(node)) continue;
@@ -145,7 +204,9 @@ class Solver {
     ceres::LossFunction* loss = edge.kind == EdgeKind::loop ? &loop_loss_ : nullptr;
     double* from = nodes_[index(edge.from)].data();
     double* to = nodes_[index(edge.to)].data();
-    if (estimates_gain() || gain_ != GainState{1.0, 1.0})
+    if (edge.by_unknown.cols() > 0)
+      problem_.AddResidualBlock(new EdgeWithUnknowns(edge), loss, from, to, unknowns_.data());
+    else if (estimates_gain() || gain_ != GainState{1.0, 1.0})
       problem_.AddResidualBlock(
           new ceres::AutoDiffCostFunction<EdgeWithGainResidual, 6, 7, 7, 2>(new EdgeWithGainResidual{edge}),
           loss, from, to, gain_.data());
@@ -159,18 +220,10 @@ class Solver {
   std::vector<bool> free_;
   std::vector<NodeState> nodes_;
   GainState gain_ = {1.0, 1.0};
+  Eigen::VectorXd unknowns_;
   ceres::LossFunctionWrapper loop_loss_;
   ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>> manifold_;
   ceres::Problem problem_;
-};
-
-/// A state of the graph with its residuals.
-struct Estimate {
-  std::vector<NodeState> nodes;
-  GainState gain = {1.0, 1.0};
-  std::vector<double> residuals;
-  double worst_loop = 0;
-  double cost = 0;
 };
 
 void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
@@ -179,9 +232,12 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   const double scale2 = options.loop_loss_scale * options.loop_loss_scale;
   double twice_cost = 0;
   for (const double gain : estimate.gain) twice_cost += std::pow((gain - 1.0) / options.slope_gain_sigma, 2);
+  if (estimate.unknowns.size() > 0)
+    twice_cost += (graph.prior_whitening * (estimate.unknowns - graph.prior_mean)).squaredNorm();
   for (const WhitenedEdge& edge : graph.edges) {
     const double r =
-        residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)], estimate.gain);
+        residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)], estimate.gain,
+                      estimate.unknowns);
     estimate.residuals.push_back(r);
     if (edge.kind == EdgeKind::loop) estimate.worst_loop = std::max(estimate.worst_loop, r);
     twice_cost += edge.kind == EdgeKind::loop ? scale2 * std::log1p(r * r / scale2) : r * r;
@@ -196,9 +252,9 @@ Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGr
                                 Estimate estimate, int& iterations) {
   constexpr double kNarrowing = 4.0;
   for (double scale = estimate.worst_loop; scale > options.loop_loss_scale; scale /= kNarrowing)
-    iterations += static_cast<int>(solver.solve(estimate.nodes, estimate.gain, scale).iterations.size());
+    iterations += static_cast<int>(solver.solve(estimate, scale).iterations.size());
   iterations += static_cast<int>(
-      solver.solve(estimate.nodes, estimate.gain, options.loop_loss_scale).iterations.size());
+      solver.solve(estimate, options.loop_loss_scale).iterations.size());
   evaluate(graph, options, estimate);
   return estimate;
 }
@@ -217,7 +273,7 @@ struct Progress {
 Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
   Progress progress;
   Solver solver(graph, options);
-  progress.add(solver.solve(estimate.nodes, estimate.gain, options.loop_loss_scale));
+  progress.add(solver.solve(estimate, options.loop_loss_scale));
   evaluate(graph, options, estimate);
   if (!options.reconsider_outliers || options.only_where_needed ||
       estimate.worst_loop <= options.outlier_residual)
@@ -243,7 +299,7 @@ Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options,
     if (2 * std::count(region.begin(), region.end(), true) > static_cast<std::ptrdiff_t>(region.size()))
       break;
     progress.add(
-        Solver(graph, options, region).solve(estimate.nodes, estimate.gain, options.loop_loss_scale));
+        Solver(graph, options, region).solve(estimate, options.loop_loss_scale));
   }
   PoseGraphOptions everywhere = options;
   everywhere.estimate_slope_gain = false;
@@ -258,6 +314,7 @@ PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, 
     solution.group_of_node.emplace(graph.ids[i], graph.ids[index(graph.group[i])]);
   }
   solution.slope_gain = {estimate.gain[0], estimate.gain[1]};
+  solution.shared_unknowns = estimate.unknowns;
   solution.edge_residual = estimate.residuals;
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
     solution.edge_outlier.push_back(graph.edges[i].kind == EdgeKind::loop &&
@@ -266,15 +323,11 @@ PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, 
   return solution;
 }
 
-}  // namespace
-
-PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
-                                   const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options) {
-  require_usable(options);
-  const Graph graph = make_graph(initial_map_T_node, edges);
+PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
   Estimate estimate;
   estimate.nodes = graph.nodes;
   estimate.gain = {options.slope_gain.x, options.slope_gain.y};
+  estimate.unknowns = graph.prior_mean;
   place_pieces(graph.edges, estimate.nodes);
   evaluate(graph, options, estimate);
   const double initial_cost = estimate.cost;
@@ -291,6 +344,26 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
   solution.iterations = progress.iterations;
   solution.converged = progress.converged;
   return solution;
+}
+
+}  // namespace
+
+PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
+                                   const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options) {
+  require_usable(options);
+  return solve(make_graph(initial_map_T_node, edges), options);
+}
+
+PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
+                                   const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
+                                   const SharedUnknowns& shared) {
+  require_usable(options);
+  Graph graph = make_graph(initial_map_T_node, edges);
+  add_shared_unknowns(shared, graph);
+  PoseGraphOptions everywhere = options;
+  everywhere.only_where_needed = everywhere.estimate_slope_gain = false;
+  everywhere.slope_gain = {};
+  return solve(graph, everywhere);
 }
 
 }  // namespace gelslam

@@ -64,6 +64,8 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
   visit.number("slope_gain_sigma", options.pose_graph.slope_gain_sigma, 0.001, 10, "how far the gain may be from 1, before loops");
   visit.flag("estimate_slope_gain", options.pose_graph.estimate_slope_gain,
              "one shared factor by which slopes read too steep, from loops");
+  visit.flag("calibrate_slopes", options.slope_calibration.enabled,
+             "when the log has ended, correct what slopes read wrong by what keyframes say of each other");
   visit.flag("refine", options.refinement.enabled, "register all overlapping keyframes when the log has ended");
   visit.integer("refine_pairs_per_keyframe", options.refinement.max_pairs_per_keyframe, 0, 10000, "at most");
 }
@@ -92,6 +94,7 @@ Config completed(Config config, const std::filesystem::path& name) {
     throw Error(name.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
   config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   config.slam.refinement.registration = config.slam.loop_closure.registration;
+  config.slam.slope_calibration.registration = config.slam.loop_closure.registration;
   config.slam.refinement.slope_gain_sigma = config.slam.pose_graph.slope_gain_sigma;
   config.slam.loop_consistency.slope_gain_sigma = config.slam.pose_graph.slope_gain_sigma;
   return config;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "frame_correction.hpp"
 #include "rejoin.hpp"
+#include "slope_calibration.hpp"
 
 namespace gelslam {
 namespace {
@@ -146,6 +148,15 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, cons
     map.edges.insert(map.edges.end(), found.begin(), found.end());
     map.edges = consistent(map.edges, options_.loop_consistency);
     map.solution = solve_pose_graph(map.solution.group_T_node, map.edges, options_.pose_graph);
+  }
+  if (refine && options_.slope_calibration.enabled && !stop_requested()) {
+    slam::detail::CalibratedMap calibrated = slam::detail::calibrate_slopes(
+        map.keyframes, map.edges, map.solution, options_.pose_graph, options_.slope_calibration, stop_requested);
+    map.keyframes = std::move(calibrated.keyframes);
+    map.edges = std::move(calibrated.edges);
+    map.solution = std::move(calibrated.solution);
+    map.slope_correction = calibrated.correction;
+    slam::detail::share_out_corrections(edges_, map.edges, map.frames);
   }
   map.loops = static_cast<int>(std::count_if(map.edges.begin(), map.edges.end(),
                                              [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));

@@ -88,7 +88,10 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["groups"] = summary.groups;
   json["loops"] = summary.loops;
   json["loop_outliers"] = std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
-  json["slope_gain"] = {{"x", map.solution.slope_gain.x}, {"y", map.solution.slope_gain.y}};
+  const SlopeGain& left = map.solution.slope_gain;  // 1 where slopes were corrected
+  json["slope_gain"] = {{"x", left.x / (1.0 - map.slope_correction.factors[0])},
+                        {"y", left.y / (1.0 - map.slope_correction.factors[SlopeCorrection::kTermsPerAxis + 1])}};
+  json["slope_correction"] = map.slope_correction.factors;
   json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
   json["seconds"] = summary.seconds;
   if (account.live) json["live"] = live_account(*account.live);

@@ -47,11 +47,21 @@ struct PoseGraphOptions {
   double slope_gain_sigma = 0.1;    ///< prior: each gain = 1 +- this
 };
 
+/// Unknowns that all edges share, K of them, such as what a sensor's colour model reads wrong.
+struct SharedUnknowns {
+  /// Per edge: what it measures if the unknowns are u is from_T_to * exp(edge_by_unknown * u). 6xK, or empty where an
+  /// edge does not depend on them.
+  std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> edge_by_unknown;
+  Eigen::MatrixXd information;  ///< KxK, positive definite: what is known of them besides the edges
+  Eigen::VectorXd mean;         ///< K
+};
+
 struct PoseGraphSolution {
   std::map<int, Pose>
       group_T_node;  ///< every node; the frame of a group is its smallest node id, held at its initial pose
   std::map<int, int> group_of_node;   ///< smallest node id of the connected component
   SlopeGain slope_gain;               ///< shared by all edges (options.slope_gain when not estimated)
+  Eigen::VectorXd shared_unknowns;    ///< empty when none were asked for
   std::vector<double> edge_residual;  ///< whitened residual norm per edge, in the order edges were given
   std::vector<bool> edge_outlier;  ///< loops that the rest of the graph contradicts; never true for odometry
   double initial_cost = 0,
@@ -71,5 +81,11 @@ struct PoseGraphSolution {
 /// semi-definite. Source: own.
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options);
+
+/// The same with shared unknowns, all nodes moving and slope gains of 1. Throws Error besides
+/// when sizes do not fit or the unknowns' information is not positive definite.
+PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
+                                   const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
+                                   const SharedUnknowns& shared);
 
 }  // namespace gelslam

@@ -8,6 +8,7 @@
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/surface/slope_correction.hpp"
 
 namespace gelslam {
 
@@ -32,6 +33,7 @@ struct SlamMap {
   std::vector<std::shared_ptr<const Keyframe>> keyframes;  ///< by id; null where a person took them back
   std::vector<PoseGraphEdge> edges;
   PoseGraphSolution solution;
+  SlopeCorrection slope_correction;   ///< applied to the keyframes' surfaces
   std::vector<bool> in_map;           ///< by keyframe id: belongs to the largest group
   std::vector<int> coverage_keyframes;  ///< ids without which something touched would be missing, ascending
   int trials = 0;

@@ -6,6 +6,7 @@
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/slam/refinement.hpp"
+#include "gelslam/slam/slope_calibration_options.hpp"
 
 namespace gelslam {
 
@@ -18,6 +19,7 @@ struct SlamOptions {
   LoopConsistencyOptions loop_consistency;
   PoseGraphOptions pose_graph;
   RefinementOptions refinement;
+  SlopeCalibrationOptions slope_calibration;
   CoverageOptions coverage;
   FusionOptions fusion;
 };

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "gelslam/registration/normal_flow.hpp"
+#include "gelslam/surface/slope_correction.hpp"
+
+namespace gelslam {
+
+/// How a registration depends on a SlopeCorrection of both surfaces, to first order about the one applied, and what the
+/// normals that do not fit say of it: two frames that see one place in different parts of the gel, at different tilts,
+/// must read the same normals there after the pose.
+struct SlopeSensitivity {
+  static constexpr int kTerms = static_cast<int>(SlopeCorrection::kTerms);
+  using PerTerm = Eigen::Matrix<double, kTerms, 1>;
+
+  /// With factors larger by d, the registration would find target_T_reference * exp(pose_by_factor * d).
+  Eigen::Matrix<double, 6, kTerms> pose_by_factor = Eigen::Matrix<double, 6, kTerms>::Zero();
+  /// Misfit left for the best pose, sum of w |r|² / 2 over normals: -pull' d + d' hessian d / 2. Not divided by any
+  /// variance; `weight` is the sum of w.
+  Eigen::Matrix<double, kTerms, kTerms> hessian = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  PerTerm pull = PerTerm::Zero();
+  double weight = 0;
+};
+
+/// Of two surfaces as corrected, at the pose that registration found. All zero where hardly anything is shared. Source:
+/// own.
+SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const Surface& target,
+                                   const Pose& target_T_reference, const NormalFlowOptions& options);
+
+}  // namespace gelslam

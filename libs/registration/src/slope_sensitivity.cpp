@@ -1,0 +1,114 @@
+#include "gelslam/registration/slope_sensitivity.hpp"
+
+#include <Eigen/Cholesky>
+
+#include "normal_flow_kernels.hpp"
+#include "normal_flow_reference.hpp"
+#include "pixel_lookup.hpp"
+#include "registration_quality.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace registration::detail;
+
+constexpr double kLeastTurnCosine = 0.1;  // beyond, two frames share nothing
+constexpr std::size_t kStride = 4;        // of the samples: what they say varies slowly over the contact
+constexpr int kTerms = SlopeSensitivity::kTerms;
+constexpr int kAxisTerms = static_cast<int>(SlopeCorrection::kTermsPerAxis);
+using NormalByFactor = Eigen::Matrix<double, 3, kTerms>;
+
+/// How a corrected normal at a pixel changes with the factors: dn = dn/dg dg, dg = -terms.
+NormalByFactor normal_by_factor(const Eigen::Vector3d& n, const Surface& surface, const cv::Point& pixel) {
+  const float half_width = 0.5F * static_cast<float>(surface.normals.cols);
+  const float x = (static_cast<float>(pixel.x) - half_width + 0.5F) / half_width;
+  const float y =
+      (static_cast<float>(pixel.y) - 0.5F * static_cast<float>(surface.normals.rows) + 0.5F) / half_width;
+  const auto terms =
+      SlopeCorrection::terms(x, y, static_cast<float>(-n.x() / n.z()), static_cast<float>(-n.y() / n.z()));
+  const Eigen::Map<const Eigen::Matrix<float, 1, kAxisTerms>> row(terms.data());
+  NormalByFactor result;
+  for (int axis = 0; axis < 2; ++axis) {
+    // n = (-gx, -gy, 1) / |.|, so dn/dg = -n_z (e - n n_axis); with dg = -term both signs cancel.
+    const Eigen::Vector3d by_slope = n.z() * (Eigen::Vector3d::Unit(axis) - n * n[axis]);
+    result.middleCols<kAxisTerms>(axis * kAxisTerms) = by_slope * row.cast<double>();
+  }
+  return result;
+}
+
+/// Sums over the shared samples: of the pose's own normal equations, mixed with the factors', and of the
+/// factors'.
+struct Sums {
+  Eigen::Matrix<double, kParameters, kParameters> pose =
+      Eigen::Matrix<double, kParameters, kParameters>::Zero();
+  Eigen::Matrix<double, kParameters, kTerms> mixed = Eigen::Matrix<double, kParameters, kTerms>::Zero();
+  Eigen::Matrix<double, kTerms, kTerms> factors = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  Eigen::Matrix<double, kParameters, 1> pose_pull = Eigen::Matrix<double, kParameters, 1>::Zero();
+  SlopeSensitivity::PerTerm factor_pull = SlopeSensitivity::PerTerm::Zero();
+};
+
+}  // namespace
+
+SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const Surface& target,
+                                   const Pose& target_T_reference, const NormalFlowOptions& options) {
+  SlopeSensitivity result;
+  const Samples& samples = reference.impl().samples;
+  Residuals residuals;
+  residuals.resize(static_cast<std::size_t>(samples.size()));
+  const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> rotation = target_T_reference.linear().cast<float>();
+  const Eigen::Vector3f translation = target_T_reference.translation().cast<float>();
+  warp_residuals(samples, view_of(target), rotation.data(), translation.data(), residuals);
+  if (count_shared(residuals) < options.min_shared_pixels || target_T_reference(2, 2) < kLeastTurnCosine)
+    return result;
+  apply_robust_weights(residuals, static_cast<float>(options.robust_scale_rad));
+
+  const PixelLookup in_target(samples, target, target_T_reference);
+  const PixelLookup in_reference(samples, reference.surface(), Pose::Identity());
+  const Eigen::Matrix3d reference_R_target = target_T_reference.linear().transpose();
+  Sums sums;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < residuals.weight.size(); k += kStride) {
+    const double w = kStride * residuals.weight[k];
+    if (w <= 0) continue;
+    const cv::Point at_target = in_target.pixel(in_target.warped_mm(k));
+    const cv::Point at_reference = in_reference.pixel({samples.x[k], samples.y[k], samples.z[k]});
+    // At the mean of both normals: where each came from its own, their noise, which is in the misfit too,
+    // would say that flatter slopes fit better.
+    const Eigen::Vector3d r(residuals.rx[k], residuals.ry[k], residuals.rz[k]);
+    const Eigen::Vector3d n =
+        (Eigen::Vector3d(samples.nx[k], samples.ny[k], samples.nz[k]) + 0.5 * r).normalized();
+    const Eigen::Vector3d n_in_target = reference_R_target.transpose() * n;
+    if (n.z() < kLeastTurnCosine || n_in_target.z() < kLeastTurnCosine) continue;
+    const NormalByFactor by_factor = reference_R_target * normal_by_factor(n_in_target, target, at_target) -
+                                     normal_by_factor(n, reference.surface(), at_reference);
+    Eigen::Matrix<double, 3, kParameters> jacobian;
+    for (int c = 0; c < 3; ++c)
+      for (int a = 0; a < kParameters; ++a)
+        jacobian(c, a) = samples.jacobian[static_cast<std::size_t>(c * kParameters + a)][k];
+    sums.pose += w * jacobian.transpose() * jacobian;
+    sums.mixed += w * jacobian.transpose() * by_factor;
+    sums.factors += w * by_factor.transpose() * by_factor;
+    sums.pose_pull += w * jacobian.transpose() * r;
+    sums.factor_pull -= w * by_factor.transpose() * r;
+    center += w * Eigen::Vector3d(samples.x[k], samples.y[k], samples.z[k]);
+    result.weight += w;
+  }
+  // r + by_factor d - jacobian s is left, the pose moves by exp(-s): s = pose⁻¹ (pose_pull + mixed d).
+  sums.pose.diagonal() += prior_information(options) * effective_variance(0.0, options);
+  const auto factor = sums.pose.ldlt();
+  const Eigen::Matrix<double, kParameters, kTerms> step_by_factor = factor.solve(sums.mixed);
+  result.pose_by_factor.topRows<kParameters>() = -step_by_factor;
+  // z follows the heights: the shared centre stays where it is along the target's z.
+  center /= result.weight;
+  const Eigen::RowVector3d z_axis = target_T_reference.linear().row(2);
+  for (int j = 0; j < kTerms; ++j) {
+    auto step = result.pose_by_factor.col(j);
+    const Eigen::Vector3d moved = step.head<3>().cross(center) + step.tail<3>();
+    step[5] = -z_axis.dot(moved) / z_axis.z();
+  }
+  result.hessian = sums.factors - sums.mixed.transpose() * step_by_factor;
+  result.pull = sums.factor_pull + sums.mixed.transpose() * factor.solve(sums.pose_pull);
+  return result;
+}
+
+}  // namespace gelslam

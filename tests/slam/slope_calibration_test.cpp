@@ -1,0 +1,169 @@
+#include "slope_calibration.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/analytic_surface.hpp"
+#include "frame_correction.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using namespace slam::detail;
+
+/// A stone looked at from many sides by a sensor whose slopes are read wrong, and what the tracker and the
+/// pose graph made of it: all overlapping pairs registered on what was read, poses solved from them.
+class CalibrateSlopes : public testing::Test {
+ protected:
+  void look(const std::vector<Pose>& looks, const SlopeCorrection& planted) {
+    SlopeCorrection opposite;
+    for (std::size_t k = 0; k < planted.factors.size(); ++k) opposite.factors[k] = -planted.factors[k];
+    std::map<int, Pose> poses;
+    for (const Pose& stone_T_sensor : looks) {
+      auto keyframe = std::make_shared<Keyframe>();
+      keyframe->id = static_cast<int>(keyframes.size());
+      const auto seen = touch(stone, stone_T_sensor);
+      keyframe->surface = SlopeCorrector(seen->contact.size()).apply(*seen, opposite);
+      keyframe->reference =
+          std::make_shared<const NormalFlowReference>(keyframe->surface, NormalFlowOptions{});
+      truth[keyframe->id] = stone_T_sensor;
+      keyframes.push_back(std::move(keyframe));
+    }
+    for (int to = 1; to < static_cast<int>(keyframes.size()); ++to)
+      for (int from = 0; from < to; ++from) {
+        const Pose start = truth.at(from).inverse() * truth.at(to);
+        const RegistrationResult result =
+            register_normal_flow(*keyframes[static_cast<std::size_t>(to)]->reference,
+                                 *keyframes[static_cast<std::size_t>(from)]->surface, start, {});
+        if (result.ok())
+          edges.push_back({from, to, result.target_T_reference, result.information,
+                           from + 1 == to ? EdgeKind::odometry : EdgeKind::loop, result.shared_center_mm});
+      }
+    solution = solve_pose_graph(truth, edges, options);
+  }
+
+  CalibratedMap calibrate() const {
+    return calibrate_slopes(keyframes, edges, solution, options, {}, [] { return false; });
+  }
+
+  /// Root mean square turn between what is said and what was, from the first keyframe.
+  double error_deg(const PoseGraphSolution& said) const {
+    double sum2 = 0;
+    for (const auto& [id, pose] : truth)
+      sum2 += std::pow(
+          gap(truth.at(0).inverse() * pose, said.group_T_node.at(0).inverse() * said.group_T_node.at(id)).deg,
+          2);
+    return std::sqrt(sum2 / static_cast<double>(truth.size()));
+  }
+
+  const Field stone = bumpy_ellipsoid(5);
+  const PoseGraphOptions options;
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
+  std::map<int, Pose> truth;
+  std::vector<PoseGraphEdge> edges;
+  PoseGraphSolution solution;
+};
+
+/// Slid and rolled about one place, so that it is seen all over the gel and at many tilts.
+std::vector<Pose> many_looks() {
+  std::vector<Pose> looks;
+  for (const auto& [rx, ry, x, y] : std::vector<std::array<double, 4>>{{0, 0, 0, 0},
+                                                                       {0, 0, 1.5, 0},
+                                                                       {0, 4, 0.5, 1},
+                                                                       {6, 0, -1, 0.5},
+                                                                       {6, -6, -1.5, -1},
+                                                                       {0, -6, 0, -1.2},
+                                                                       {-6, 0, 1.5, -0.5},
+                                                                       {-4, 5, 0.5, 0.8}})
+    looks.push_back(pressed(6, 0.9) * motion(rx, ry, 0, x, y));
+  return looks;
+}
+
+SlopeCorrection uneven() {
+  SlopeCorrection planted;
+  planted.factors[2] = -0.15;
+  planted.factors[SlopeCorrection::kTermsPerAxis + 7] = 0.3;
+  return planted;
+}
+
+TEST_F(CalibrateSlopes, FindsAPlantedUnevennessAndPutsPosesRight) {
+  look(many_looks(), uneven());
+  const CalibratedMap map = calibrate();
+  EXPECT_NEAR(map.correction.factors[2], -0.15, 0.06);
+  EXPECT_NEAR(map.correction.factors[SlopeCorrection::kTermsPerAxis + 7], 0.3, 0.12);
+  EXPECT_LT(error_deg(map.solution), 0.5 * error_deg(solution));
+  ASSERT_EQ(map.edges.size(), edges.size());
+  ASSERT_EQ(map.keyframes.size(), keyframes.size());
+  EXPECT_NE(map.keyframes[3]->surface, keyframes[3]->surface);
+}
+
+TEST_F(CalibrateSlopes, LeavesAGoodModelAlone) {
+  look(many_looks(), {});
+  const CalibratedMap map = calibrate();
+  const auto sigma = SlopeCorrection::prior_sigma(options.slope_gain_sigma);
+  for (std::size_t k = 0; k < SlopeCorrection::kTerms; ++k)
+    EXPECT_LT(std::abs(map.correction.factors[k]), 0.3 * sigma[k]) << k;
+  EXPECT_LT(error_deg(map.solution), 0.1);
+}
+
+TEST_F(CalibrateSlopes, WhatNothingTellsStaysAtThePrior) {
+  look({pressed(6, 0.9), pressed(6, 0.9), pressed(6, 0.9)}, uneven());  // three looks from one place
+  const CalibratedMap map = calibrate();
+  for (const double factor : map.correction.factors) EXPECT_NEAR(factor, 0.0, 1e-3);
+}
+
+TEST_F(CalibrateSlopes, ASingleKeyframeAndATakenBackOneAreNoSpecialCase) {
+  look({pressed(6, 0.9)}, {});
+  keyframes.push_back(nullptr);
+  const CalibratedMap map = calibrate();
+  ASSERT_EQ(map.keyframes.size(), 2u);
+  EXPECT_FALSE(map.keyframes[1]);
+  EXPECT_TRUE(map.edges.empty());
+  EXPECT_EQ(map.solution.group_T_node.size(), 1u);
+}
+
+TEST_F(CalibrateSlopes, StoppedItLeavesEverythingAsItWas) {
+  look({pressed(6, 0.9), pressed(6, 0.9) * motion(3, 0, 0, 0.5, 0)}, {});
+  const CalibratedMap map = calibrate_slopes(keyframes, edges, solution, options, {}, [] { return true; });
+  EXPECT_EQ(map.keyframes, keyframes);
+  EXPECT_EQ(map.correction.factors, SlopeCorrection{}.factors);
+}
+
+PoseGraphEdge link(int from, int to, const Pose& from_T_to) {
+  return {from, to, from_T_to, Matrix6d::Identity(), EdgeKind::odometry};
+}
+
+FrameRecord frame(int keyframe, const Pose& keyframe_T_frame) {
+  return {0, 0.0, TrackStatus::tracked, 0, keyframe, keyframe_T_frame};
+}
+
+TEST(ShareOutCorrections, AFrameHalfwayGetsHalfAndTheLinksEndAll) {
+  std::vector<FrameRecord> frames = {frame(0, motion(0, 0, 0, 0, 0)), frame(0, motion(5.5, 0, 0, 0, 0)),
+                                     frame(0, motion(11, 0, 0, 0, 0))};
+  share_out_corrections({link(0, 1, motion(11, 0, 0, 0, 0))}, {link(0, 1, motion(10, 0, 0, 0, 0))}, frames);
+  EXPECT_LT(gap(frames[0].keyframe_T_frame, Pose::Identity()).deg, 1e-9);
+  EXPECT_LT(gap(frames[1].keyframe_T_frame, motion(5, 0, 0, 0, 0)).deg, 1e-6);
+  EXPECT_LT(gap(frames[2].keyframe_T_frame, motion(10, 0, 0, 0, 0)).deg, 1e-6);
+}
+
+TEST(ShareOutCorrections, MotionsThatLeadElsewhereAndFramesWithoutALinkStay) {
+  const Pose elsewhere = motion(0, 6, 0, 0, 0), after = motion(11, 0, 0, 0, 0), back = motion(-5, 0, 0, 0, 0);
+  std::vector<FrameRecord> frames = {frame(0, elsewhere), frame(1, after), frame(0, back),
+                                     frame(-1, Pose::Identity())};
+  share_out_corrections({link(0, 1, motion(11, 0, 0, 0, 0))}, {link(0, 1, motion(10, 0, 0, 0, 0))}, frames);
+  EXPECT_LT(gap(frames[0].keyframe_T_frame, elsewhere).deg, 1e-6);
+  EXPECT_LT(gap(frames[1].keyframe_T_frame, after).deg, 1e-9);
+  EXPECT_LT(gap(frames[2].keyframe_T_frame, back).deg, 1e-9);
+}
+
+TEST(ShareOutCorrections, ALinkWithoutMotionAndLoopsShareNothing) {
+  std::vector<FrameRecord> frames = {frame(0, motion(1, 0, 0, 0, 0))};
+  PoseGraphEdge loop = link(0, 1, motion(11, 0, 0, 0, 0)), closed = link(0, 1, motion(10, 0, 0, 0, 0));
+  loop.kind = closed.kind = EdgeKind::loop;
+  share_out_corrections({loop}, {closed}, frames);
+  share_out_corrections({link(0, 1, Pose::Identity())}, {link(0, 1, motion(1, 0, 0, 0, 0))}, frames);
+  EXPECT_LT(gap(frames[0].keyframe_T_frame, motion(1, 0, 0, 0, 0)).deg, 1e-9);
+}
+
+}  // namespace
+}  // namespace gelslam
