@@ -104,13 +104,30 @@ SharedUnknowns register_again(CalibratedMap& map, double gain_sigma, const Norma
   return shared;
 }
 
-/// Far beyond what models of slopes err by, something else was fitted.
+/// How far a correction is from none, in standard deviations of the prior.
+struct Size {
+  double largest = 0;  ///< of any factor
+  double together = 0;
+};
+
+Size size_of(const SlopeCorrection& correction, double gain_sigma) {
+  const auto sigma = SlopeCorrection::prior_sigma(gain_sigma);
+  const PerTerm in_sigmas = Eigen::Map<const PerTerm>(correction.factors.data())
+                                .cwiseQuotient(Eigen::Map<const PerTerm>(sigma.data()));
+  return {in_sigmas.cwiseAbs().maxCoeff(), in_sigmas.norm()};
+}
+
+/// Far beyond what models of slopes err by, something else was fitted (which includes what is no number).
 bool plausible(const SlopeCorrection& correction, double gain_sigma) {
   constexpr double kMostSigmas = 5.0;
-  const auto sigma = SlopeCorrection::prior_sigma(gain_sigma);
-  for (std::size_t k = 0; k < sigma.size(); ++k)
-    if (!(std::abs(correction.factors[k]) < kMostSigmas * sigma[k])) return false;
-  return true;
+  const Size size = size_of(correction, gain_sigma);
+  return std::isfinite(size.together) && size.largest < kMostSigmas;
+}
+
+/// Where all factors together stay within one sigma of none, the log tells nothing of them, and registering everything
+/// again would only draw its noise anew.
+bool told(const SlopeCorrection& correction, double gain_sigma) {
+  return size_of(correction, gain_sigma).together > 1.0;
 }
 
 }  // namespace
@@ -131,6 +148,7 @@ CalibratedMap calibrate_slopes(const Keyframes& keyframes, const std::vector<Pos
     for (int k = 0; k < kTerms; ++k) map.correction.factors[index(k)] += map.solution.shared_unknowns[k];
     if (!plausible(map.correction, pose_graph.slope_gain_sigma)) return {{}, keyframes, edges, solution};
   }
+  if (!told(map.correction, pose_graph.slope_gain_sigma)) return {{}, keyframes, edges, solution};
   map.keyframes = corrected(keyframes, map.correction, registration);
   return map;
 }
