@@ -88,8 +88,8 @@ class Alignment {
       const bool is_noise = step.dot(equations.hessian * step) < kNoiseStep2 * noise_variance;
       wandering_ =
           !is_noise && (step.head<3>().norm() > kWanderingRad || step.tail<2>().norm() > kWanderingMm);
-      settled =
-          result.iterations >= options_.min_iterations && (is_noise || progress.over() || is_small(step));
+      settled = result.iterations >= options_.min_iterations &&
+                (is_noise || (progress.over() && !wandering_) || is_small(step));
     }
     target_T_reference = normalized(target_T_reference);
     return true;

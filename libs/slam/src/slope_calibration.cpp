@@ -119,7 +119,7 @@ Size size_of(const SlopeCorrection& correction, double gain_sigma) {
 
 /// Far beyond what models of slopes err by, something else was fitted (which includes what is no number).
 bool plausible(const SlopeCorrection& correction, double gain_sigma) {
-  constexpr double kMostSigmas = 5.0;
+  constexpr double kMostSigmas = 3.0;  // no sequence with a truth needs more than two
   const Size size = size_of(correction, gain_sigma);
   return std::isfinite(size.together) && size.largest < kMostSigmas;
 }

@@ -1,0 +1,32 @@
+// The program on real pictures of a hand that rolls a peanut: dithered, 15 Hz, several degrees per frame.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "../support/data_folder.hpp"
+#include "../support/run_program.hpp"
+#include "../support/temporary_folder.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(RealClip, ThePeanutIsOneMapWithNearlyEveryFrameInIt) {
+  const fs::path data = test::data_folder();
+  if (!fs::exists(data / "clips/peanut")) GTEST_SKIP() << "no clips in " << data << "; set GELSLAM_DATA";
+  const test::TemporaryFolder folder;
+  const test::ProgramResult result =
+      test::run_program(GELSLAM_PROGRAM, {"reconstruct", (data / "clips/peanut").string(), "-o",
+                                          (folder / "run").string(), "--config", GELSLAM_CLIP_CONFIG,
+                                          "--background", (data / "clips/background.png").string(), "--model",
+                                          (data / "calibration/model/nnmodel.pth").string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto report = nlohmann::json::parse(test::read_bytes(folder / "run/report.json"));
+  EXPECT_EQ(report.at("groups"), 1) << "contact nearly fades at frame 61, and is recognised again";
+  EXPECT_GE(report.at("frames").at("in_map"), 107) << "of 109, one without contact";
+}
+
+}  // namespace
+}  // namespace gelslam
