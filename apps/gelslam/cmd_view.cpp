@@ -74,9 +74,7 @@ std::optional<ViewContent> second_surface(const ViewArguments& arguments) {
 
 /// What can be seen wrong before any window is opened. Throws Error.
 void check(const ViewArguments& arguments, const ViewContent& content, const SceneStyle& style) {
-  if (!std::isfinite(arguments.time_s.value_or(0) + arguments.yaw_deg + arguments.pitch_deg)) {
-    throw Error("--time, --yaw and --pitch need numbers");
-  }
+  if (!std::isfinite(arguments.time_s.value_or(0))) throw Error("--time needs a number");
   const bool has_second = !arguments.compare.empty() || !arguments.truth.empty();
   if (style.colour == SceneColour::distance && !has_second) {
     throw Error("--colour distance needs a second surface: give --compare or --truth");

@@ -40,60 +40,74 @@ void expect_picture(const std::string& program, const std::string& charts, const
   EXPECT_THAT(read_bytes(picture), StartsWith("\x89PNG"));
 }
 
+/// A folder for a study, that study, and what becomes of it.
+struct Study {
+  explicit Study(std::string study_name) : name(std::move(study_name)) {}
+
+  nlohmann::json rows_of(const std::string& program, std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"-o", path});
+    const ProgramResult measured = run_program(program, arguments);
+    EXPECT_EQ(measured.exit_code, 0) << measured.err;
+    return measured.exit_code == 0 ? nlohmann::json::parse(read_bytes(path + "/" + name + ".json"))
+                                   : nlohmann::json::array();
+  }
+  void expect_picture() const {
+    const ProgramResult drawn = draw("plot_" + name + ".py", {path});
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+    EXPECT_THAT(read_bytes(path + "/" + name + ".png"), StartsWith("\x89PNG"));
+  }
+
+  std::string name;
+  TemporaryFolder folder;
+  std::string path = (folder / "study").string();
+};
+
+const std::filesystem::path& coin() {
+  static const std::filesystem::path folder = data_folder() / "sequences/track_coin";
+  return folder;
+}
+
 TEST(StudyPlots, Stability) { expect_picture(GELSLAM_STABILITY, "start x", "plot_stability.py"); }
 
 TEST(StudyPlots, Honesty) { expect_picture(GELSLAM_HONESTY, "hidden motion", "plot_honesty.py"); }
 
 TEST(StudyPlots, Tracking) {
   if (!can_draw()) GTEST_SKIP() << "no matplotlib";
-  const TemporaryFolder folder;
-  const std::string study = (folder / "study").string();
-  const ProgramResult measured =
-      run_program(GELSLAM_TRACKING, {"--quick", "--simulated-only", "--charts", "slid at once", "-o", study});
-  ASSERT_EQ(measured.exit_code, 0) << measured.err;
-  for (const auto& row : nlohmann::json::parse(read_bytes(study + "/tracking.json"))) {
+  Study study("tracking");
+  const auto rows =
+      study.rows_of(GELSLAM_TRACKING, {"--quick", "--simulated-only", "--charts", "slid at once"});
+  ASSERT_FALSE(rows.empty());
+  for (const auto& row : rows) {
     EXPECT_EQ(row["steps"], 6);  // objects
     if (row["level"] == 0.25) {
       EXPECT_EQ(row["followed"], 1.0) << row;  // a quarter of a millimetre is what a hand does
     }
   }
-  const ProgramResult drawn = draw("plot_tracking.py", {study});
-  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
-  EXPECT_THAT(read_bytes(study + "/tracking.png"), StartsWith("\x89PNG"));
+  study.expect_picture();
 }
 
 TEST(StudyPlots, SpeedAgainstAccuracy) {
-  const std::filesystem::path coin = data_folder() / "sequences/track_coin";
-  if (!std::filesystem::is_directory(coin)) GTEST_SKIP() << "no data";
+  if (!std::filesystem::is_directory(coin())) GTEST_SKIP() << "no data";
   if (!can_draw()) GTEST_SKIP() << "no matplotlib";
-  const TemporaryFolder folder;
-  const std::string study = (folder / "study").string();
-  const ProgramResult measured =
-      run_program(GELSLAM_SPEED_ACCURACY, {coin.string(), "--methods", "normalflow,filterreg", "--knobs",
-                                           "samples", "--stride", "60", "--gaps", "1", "-o", study});
-  ASSERT_EQ(measured.exit_code, 0) << measured.err;
-  const auto rows = nlohmann::json::parse(read_bytes(study + "/speed_accuracy.json"));
+  Study study("speed_accuracy");
+  const auto rows =
+      study.rows_of(GELSLAM_SPEED_ACCURACY, {coin().string(), "--methods", "normalflow,filterreg", "--knobs",
+                                             "samples", "--stride", "60", "--gaps", "1"});
   ASSERT_GT(rows.size(), 5U);
   EXPECT_EQ(rows[0]["knob"], "default");
   EXPECT_EQ(rows[0]["relative"], 1.0);
   EXPECT_EQ(rows[0]["problems"], 4);
   EXPECT_EQ(rows[1]["value"], "50");
   EXPECT_GT(rows[1]["relative"], 1.0) << "50 samples are less accurate than 3000";
-  const ProgramResult drawn = draw("plot_speed_accuracy.py", {study});
-  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
-  EXPECT_THAT(read_bytes(study + "/speed_accuracy.png"), StartsWith("\x89PNG"));
+  study.expect_picture();
 }
 
 TEST(StudyPlots, Parsimony) {
-  const std::filesystem::path coin = data_folder() / "sequences/track_coin";
-  if (!std::filesystem::is_directory(coin)) GTEST_SKIP() << "no data";
+  if (!std::filesystem::is_directory(coin())) GTEST_SKIP() << "no data";
   if (!can_draw()) GTEST_SKIP() << "no matplotlib";
-  const TemporaryFolder folder;
-  const std::string study = (folder / "study").string();
-  const ProgramResult measured =
-      run_program(GELSLAM_PARSIMONY, {coin.string(), "--knobs", "voxel_size_mm", "--quick", "-o", study});
-  ASSERT_EQ(measured.exit_code, 0) << measured.err;
-  const auto rows = nlohmann::json::parse(read_bytes(study + "/parsimony.json"));
+  Study study("parsimony");
+  const auto rows =
+      study.rows_of(GELSLAM_PARSIMONY, {coin().string(), "--knobs", "voxel_size_mm", "--quick"});
   ASSERT_EQ(rows.size(), 3U);
   // Cells of 0.05 mm instead of 0.08 and 0.12 mm: triangles go with the square, and poses do not care.
   const auto triangles = [&](int row) { return rows[row]["triangles"].get<double>(); };
@@ -101,10 +115,8 @@ TEST(StudyPlots, Parsimony) {
   EXPECT_NEAR(triangles(2) / triangles(0), std::pow(0.08 / 0.12, 2), 0.15);
   EXPECT_EQ(rows[1]["error_mm"], rows[0]["error_mm"]);
   EXPECT_GT(rows[1]["bytes"], rows[0]["bytes"]);
-  const ProgramResult drawn = draw("plot_parsimony.py", {study});
-  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
-  EXPECT_THAT(folder.names(), testing::ElementsAre("study"));
-  EXPECT_THAT(read_bytes(study + "/parsimony.png"), StartsWith("\x89PNG"));
+  study.expect_picture();
+  EXPECT_THAT(study.folder.names(), testing::ElementsAre("study"));
 }
 
 TEST(StudyPlots, WithoutAStudyTheySayWhatWritesIt) {

@@ -39,6 +39,14 @@ CollectedPress press_number(int number) {
   return press;
 }
 
+/// With a background and one press.
+PressFolder begun(const fs::path& folder) {
+  PressFolder presses(folder, 6.35, true);
+  presses.write_background(bare_gel());
+  presses.add(press_number(0));
+  return presses;
+}
+
 TEST(PressFolder, IsAWholePressSetAfterEveryPress) {
   const TemporaryFolder place;
   const fs::path folder = place / "new/presses";
@@ -59,11 +67,7 @@ TEST(PressFolder, IsAWholePressSetAfterEveryPress) {
 TEST(PressFolder, GoesOnWithAnotherBallAndOverwritesNothing) {
   const TemporaryFolder place;
   const fs::path folder = place / "presses";
-  {
-    PressFolder first(folder, 6.35, true);
-    first.write_background(bare_gel());
-    first.add(press_number(0));
-  }
+  { PressFolder first = begun(folder); }
   const std::string picture = read_bytes(folder / "6.350mm/0/gelsight.png"),
                     background = read_bytes(folder / "background.png");
   fs::create_directory(folder / "6.350mm/1");  // as a power cut leaves it: no press, but somebody's
@@ -87,11 +91,7 @@ TEST(PressFolder, GoesOnWithAnotherBallAndOverwritesNothing) {
 TEST(PressFolder, TakesBackItsOwnPressesOnly) {
   const TemporaryFolder place;
   const fs::path folder = place / "presses";
-  {
-    PressFolder first(folder, 6.35, true);
-    first.write_background(bare_gel());
-    first.add(press_number(0));
-  }
+  { PressFolder first = begun(folder); }
   {
     PressFolder second(folder, 6.35, true);
     second.add(press_number(1));
@@ -110,9 +110,7 @@ TEST(PressFolder, TakingBackTheOnlyPressLeavesAFolderToGoOnWith) {
   const TemporaryFolder place;
   const fs::path folder = place / "presses";
   {
-    PressFolder presses(folder, 6.35, true);
-    presses.write_background(bare_gel());
-    presses.add(press_number(0));
+    PressFolder presses = begun(folder);
     EXPECT_TRUE(presses.take_back());
     EXPECT_FALSE(fs::exists(folder / "catalog.csv"));  // a catalogue of nothing cannot be read
   }
@@ -151,11 +149,7 @@ TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
   EXPECT_THAT([&] { PressFolder(place / "letter.txt", 6.35, true); },
               ThrowsMessage<Error>(HasSubstr("is a file")));
   const fs::path folder = place / "presses";
-  {
-    PressFolder presses(folder, 6.35, true);
-    presses.write_background(bare_gel());
-    presses.add(press_number(0));
-  }
+  { PressFolder presses = begun(folder); }
   const PressFolder again(folder, 9.5, true);
   EXPECT_THAT([&] { again.require_same_gel(cv::Mat3b(120, 160)); },
               ThrowsMessage<Error>(HasSubstr("another sensor")));
@@ -170,11 +164,7 @@ TEST(PressFolder, RefusesWhatDoesNotBelongTogether) {
 TEST(PressFolder, WantsTheBackgroundOfItsPresses) {
   const TemporaryFolder place;
   const fs::path folder = place / "presses";
-  {
-    PressFolder presses(folder, 6.35, true);
-    presses.write_background(bare_gel());
-    presses.add(press_number(0));
-  }
+  { PressFolder presses = begun(folder); }
   fs::remove(folder / "background.png");
   EXPECT_THAT([&] { PressFolder(folder, 6.35, true); },
               ThrowsMessage<Error>(HasSubstr("put a picture of the same gel with nothing on it")));

@@ -17,6 +17,14 @@ namespace theme = viewer::detail::theme;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
+WindowOptions hidden(int width_px, int height_px) {
+  WindowOptions options;
+  options.visible = false;
+  options.width_px = width_px;
+  options.height_px = height_px;
+  return options;
+}
+
 TEST(LiveSnapshot, IsDrawnWithoutADisplay) {
   if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
   const TemporaryFolder folder;
@@ -38,10 +46,7 @@ TEST(RunLiveWindow, PlaysAScriptAsAPersonWould) {
   FakeSession session(4, 1);
   session.advance(4);
   session.looks_until_finished = 20;
-  WindowOptions options;
-  options.visible = false;
-  options.width_px = 600;
-  options.height_px = 400;
+  WindowOptions options = hidden(600, 400);
   options.output_folder = folder.path();
   options.snapshot = folder / "last.png";
   options.script =
@@ -58,10 +63,7 @@ TEST(RunLiveWindow, EndedFromTheTerminalItClosesOnceAllIsSaved) {
   FakeSession session(2, 1);
   session.advance(2);
   session.looks_until_finished = 10;
-  WindowOptions options;
-  options.visible = false;
-  options.width_px = 600;
-  options.height_px = 400;
+  WindowOptions options = hidden(600, 400);
   int asked = 0;
   options.asks_to_end = [&] { return ++asked > 0; };
   session.stop();  // as the signal's watcher does
@@ -73,9 +75,7 @@ TEST(RunLiveWindow, EndedFromTheTerminalItClosesOnceAllIsSaved) {
 TEST(RunLiveWindow, AScriptThatWaitsInVainSaysWhere) {
   if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
   FakeSession session(1);
-  WindowOptions options;
-  options.visible = false;
-  options.width_px = options.height_px = 200;
+  WindowOptions options = hidden(200, 200);
   options.script_name = "demo.txt";
   options.script = "wait 0\nuntil tracking 0.1";
   EXPECT_EQ(message_of<Error>([&] { run_live_window(session, options); }),

@@ -185,7 +185,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   keyframe_ = make_keyframe(first.frame, std::move(reference), first.surface);
   trial_T_keyframe_ = Pose::Identity();
   last_step_ = Pose::Identity();
-  previous_ = Previous{first, {keyframe_, Pose::Identity(), Matrix6d::Zero(), Eigen::Vector3d::Zero()}};
+  previous_ = Previous{first, KeyframeLink{keyframe_}};
   unplaced_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;
@@ -201,7 +201,7 @@ void Tracker::switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyfra
   result.new_keyframe_link = link;
   keyframe_ = std::move(keyframe);
   trial_T_keyframe_ = normalized(trial_T_keyframe_ * result.new_keyframe_link.previous_T_this);
-  previous_->link = {keyframe_, Pose::Identity(), Matrix6d::Zero(), Eigen::Vector3d::Zero()};
+  previous_->link = KeyframeLink{keyframe_};
 }
 
 }  // namespace gelslam

@@ -20,12 +20,9 @@ using NormalByFactor = Eigen::Matrix<double, 3, kTerms>;
 
 /// How a corrected normal at a pixel changes with the factors: dn = dn/dg dg, dg = -terms.
 NormalByFactor normal_by_factor(const Eigen::Vector3d& n, const Surface& surface, const cv::Point& pixel) {
-  const float half_width = 0.5F * static_cast<float>(surface.normals.cols);
-  const float x = (static_cast<float>(pixel.x) - half_width + 0.5F) / half_width;
-  const float y =
-      (static_cast<float>(pixel.y) - 0.5F * static_cast<float>(surface.normals.rows) + 0.5F) / half_width;
-  const auto terms =
-      SlopeCorrection::terms(x, y, static_cast<float>(-n.x() / n.z()), static_cast<float>(-n.y() / n.z()));
+  const cv::Point2f place = SlopeCorrection::place(surface.normals.size(), pixel);
+  const auto terms = SlopeCorrection::terms(place.x, place.y, static_cast<float>(-n.x() / n.z()),
+                                            static_cast<float>(-n.y() / n.z()));
   const Eigen::Map<const Eigen::Matrix<float, 1, kAxisTerms>> row(terms.data());
   NormalByFactor result;
   for (int axis = 0; axis < 2; ++axis) {

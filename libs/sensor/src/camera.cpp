@@ -10,6 +10,7 @@
 #include "camera_list.hpp"
 #include "capture_format.hpp"
 #include "capture_stream.hpp"
+#include "joined_warnings.hpp"
 
 namespace gelslam {
 namespace detail {
@@ -41,14 +42,6 @@ NodeIdentity capture_identity(const VideoNode& node) {
 }
 
 /// "a; b" of what is not empty.
-std::string joined(std::initializer_list<std::string> parts) {
-  std::string text;
-  for (const std::string& part : parts) {
-    if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
-  }
-  return text;
-}
-
 class V4l2Camera final : public CameraSource {
  public:
   V4l2Camera(const CameraOptions& options, const std::string& path, const VideoSystem& system)

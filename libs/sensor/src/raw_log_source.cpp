@@ -3,6 +3,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "joined_warnings.hpp"
 #include "left_out.hpp"
 
 namespace gelslam::detail {
@@ -32,10 +33,7 @@ class DecodingSource final : public FrameSource {
   double rate_hz() const override { return raw_->rate_hz(); }
   std::string description() const override { return raw_->description(); }
 
-  std::string warning() const override {
-    const std::string of_log = raw_->warning(), of_pictures = pictures_.warning();
-    return of_log + (of_log.empty() || of_pictures.empty() ? "" : "; ") + of_pictures;
-  }
+  std::string warning() const override { return joined({raw_->warning(), pictures_.warning()}); }
 
  private:
   std::optional<TactileImage> decode(const RawFrame& frame) {

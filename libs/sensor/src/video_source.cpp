@@ -10,6 +10,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "joined_warnings.hpp"
 #include "left_out.hpp"
 #include "quiet.hpp"
 
@@ -83,10 +84,7 @@ class VideoSource final : public FrameSource {
     return text.str();
   }
 
-  std::string warning() const override {
-    const std::string of_pictures = pictures_.warning();
-    return truncation_ + (truncation_.empty() || of_pictures.empty() ? "" : "; ") + of_pictures;
-  }
+  std::string warning() const override { return joined({truncation_, pictures_.warning()}); }
 
  private:
   std::string size_text() const { return gelslam::size_text(width_, height_); }

@@ -55,6 +55,29 @@ std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, c
   return kept;
 }
 
+void add_overlapping_pairs(SlamMap& map, const SlamOptions& options, const std::function<bool()>& stop_requested) {
+  for (int round = 0; round < options.refinement.rounds; ++round) {
+    const std::vector<PoseGraphEdge> found =
+        densify(map.keyframes, map.solution, map.edges, options.refinement, stop_requested);
+    if (found.empty() || stop_requested()) return;
+    map.edges.insert(map.edges.end(), found.begin(), found.end());
+    map.edges = consistent(map.edges, options.loop_consistency);
+    map.solution = solve_pose_graph(map.solution.group_T_node, map.edges, options.pose_graph);
+  }
+}
+
+/// `tracked`: links as the tracker measured them.
+void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const SlamOptions& options,
+               const std::function<bool()>& stop_requested) {
+  slam::detail::CalibratedMap calibrated = slam::detail::calibrate_slopes(
+      map.keyframes, map.edges, map.solution, options.pose_graph, options.slope_calibration, stop_requested);
+  map.keyframes = std::move(calibrated.keyframes);
+  map.edges = std::move(calibrated.edges);
+  map.solution = std::move(calibrated.solution);
+  map.slope_correction = calibrated.correction;
+  slam::detail::share_out_corrections(tracked, map.edges, map.frames);
+}
+
 }  // namespace
 
 Mapper::Mapper(const SlamOptions& options) : options_(options), loop_closer_(options.loop_closure) {}
@@ -141,23 +164,9 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, cons
   if (keyframes_.empty()) return map;
 
   map.solution = solve_pose_graph(trial_T_keyframe_, map.edges, options_.pose_graph);
-  for (int round = 0; refine && options_.refinement.enabled && round < options_.refinement.rounds; ++round) {
-    const std::vector<PoseGraphEdge> found =
-        densify(map.keyframes, map.solution, map.edges, options_.refinement, stop_requested);
-    if (found.empty() || stop_requested()) break;
-    map.edges.insert(map.edges.end(), found.begin(), found.end());
-    map.edges = consistent(map.edges, options_.loop_consistency);
-    map.solution = solve_pose_graph(map.solution.group_T_node, map.edges, options_.pose_graph);
-  }
-  if (refine && options_.slope_calibration.enabled && !stop_requested()) {
-    slam::detail::CalibratedMap calibrated = slam::detail::calibrate_slopes(
-        map.keyframes, map.edges, map.solution, options_.pose_graph, options_.slope_calibration, stop_requested);
-    map.keyframes = std::move(calibrated.keyframes);
-    map.edges = std::move(calibrated.edges);
-    map.solution = std::move(calibrated.solution);
-    map.slope_correction = calibrated.correction;
-    slam::detail::share_out_corrections(edges_, map.edges, map.frames);
-  }
+  if (refine && options_.refinement.enabled) add_overlapping_pairs(map, options_, stop_requested);
+  if (refine && options_.slope_calibration.enabled && !stop_requested())
+    calibrate(map, edges_, options_, stop_requested);
   map.loops = static_cast<int>(std::count_if(map.edges.begin(), map.edges.end(),
                                              [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
 

@@ -89,8 +89,7 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["loops"] = summary.loops;
   json["loop_outliers"] = std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
   const SlopeGain& left = map.solution.slope_gain;  // 1 where slopes were corrected
-  json["slope_gain"] = {{"x", left.x / (1.0 - map.slope_correction.factors[0])},
-                        {"y", left.y / (1.0 - map.slope_correction.factors[SlopeCorrection::kTermsPerAxis + 1])}};
+  json["slope_gain"] = {{"x", left.x * map.slope_correction.gain_x()}, {"y", left.y * map.slope_correction.gain_y()}};
   json["slope_correction"] = map.slope_correction.factors;
   json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
   json["seconds"] = summary.seconds;

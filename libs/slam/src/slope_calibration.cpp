@@ -124,8 +124,8 @@ bool plausible(const SlopeCorrection& correction, double gain_sigma) {
   return std::isfinite(size.together) && size.largest < kMostSigmas;
 }
 
-/// Where all factors together stay within one sigma of none, the log tells nothing of them, and registering everything
-/// again would only draw its noise anew.
+/// Where all factors together stay within one sigma of none, the log tells nothing of them, and registering
+/// everything again would only draw its noise anew.
 bool told(const SlopeCorrection& correction, double gain_sigma) {
   return size_of(correction, gain_sigma).together > 1.0;
 }
@@ -136,19 +136,20 @@ CalibratedMap calibrate_slopes(const Keyframes& keyframes, const std::vector<Pos
                                const PoseGraphSolution& solution, const PoseGraphOptions& pose_graph,
                                const SlopeCalibrationOptions& options,
                                const std::function<bool()>& stop_requested) {
+  const auto as_it_was = [&] { return CalibratedMap{{}, keyframes, edges, solution}; };
   NormalFlowOptions registration = options.registration;
   registration.slope_gain_error = options.remaining_gain_error;
   CalibratedMap map{
       SlopeCorrection::of_gain(solution.slope_gain.x, solution.slope_gain.y), {}, edges, solution};
   for (int round = 0; round < options.rounds; ++round) {
-    if (stop_requested()) return {{}, keyframes, edges, solution};
+    if (stop_requested()) return as_it_was();
     map.keyframes = corrected(keyframes, map.correction, registration);
     const SharedUnknowns shared = register_again(map, pose_graph.slope_gain_sigma, registration);
     map.solution = solve_pose_graph(map.solution.group_T_node, map.edges, pose_graph, shared);
     for (int k = 0; k < kTerms; ++k) map.correction.factors[index(k)] += map.solution.shared_unknowns[k];
-    if (!plausible(map.correction, pose_graph.slope_gain_sigma)) return {{}, keyframes, edges, solution};
+    if (!plausible(map.correction, pose_graph.slope_gain_sigma)) return as_it_was();
   }
-  if (!told(map.correction, pose_graph.slope_gain_sigma)) return {{}, keyframes, edges, solution};
+  if (!told(map.correction, pose_graph.slope_gain_sigma)) return as_it_was();
   map.keyframes = corrected(keyframes, map.correction, registration);
   return map;
 }

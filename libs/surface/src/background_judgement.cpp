@@ -157,7 +157,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
   if (saturated > saturated_share) {
     doubts.push_back(
         format_text("%.0f %% of the picture is saturated: shorten the exposure; slopes cannot be read there",
-                 100 * saturated));
+                    100 * saturated));
   }
   if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < least_colour) {
     // Nothing that follows means anything without colour.
@@ -179,9 +179,9 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
     if (slope > foreign_slope) {
       doubts.push_back(
           format_text("the model reads the bare gel as sloped (%.2f in the middle of all pixels): is it this "
-                   "sensor's model, and were gel and "
-                   "exposure the same when it was calibrated?",
-                   slope));
+                      "sensor's model, and were gel and "
+                      "exposure the same when it was calibrated?",
+                      slope));
     }
   }
   return doubts;

@@ -48,6 +48,16 @@ SlopeCorrection SlopeCorrection::of_gain(double gain_x, double gain_y) {
   return correction;
 }
 
+double SlopeCorrection::gain_x() const { return 1.0 / (1.0 - factors[0]); }
+double SlopeCorrection::gain_y() const { return 1.0 / (1.0 - factors[kTermsPerAxis + 1]); }
+
+cv::Point2f SlopeCorrection::place(cv::Size size, cv::Point pixel) {
+  const float half_width = 0.5F * static_cast<float>(size.width);
+  const float center_u = half_width - 0.5F, center_v = 0.5F * static_cast<float>(size.height) - 0.5F;
+  return {(static_cast<float>(pixel.x) - center_u) / half_width,
+          (static_cast<float>(pixel.y) - center_v) / half_width};
+}
+
 SlopeCorrection::AxisTerms SlopeCorrection::terms(float x, float y, float gx, float gy) {
   const float m = 1.0F / std::sqrt(1.0F + gx * gx + gy * gy);
   return {gx, gy, x * gx, y * gx, x * gy, y * gy, m * gx * gx, m * gx * gy, m * gy * gy, x, y};
@@ -73,16 +83,14 @@ SlopeCorrector::~SlopeCorrector() = default;
 
 SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& correction) {
   Impl& self = *impl_;
-  const float half_width = 0.5F * static_cast<float>(read.normals.cols);
-  const float center_u = half_width - 0.5F, center_v = 0.5F * static_cast<float>(read.normals.rows) - 0.5F;
   read.contact.convertTo(self.touched, CV_32F, 1.0 / 255.0);
   cv::blur(self.touched, self.touched, cv::Size(kSkirtPx, kSkirtPx));
   for (int v = 0; v < read.normals.rows; ++v)
     for (int u = 0; u < read.normals.cols; ++u) {
       const cv::Vec3f& n = read.normals(v, u);
       const float gx = -n[0] / n[2], gy = -n[1] / n[2];
-      const auto terms = SlopeCorrection::terms((static_cast<float>(u) - center_u) / half_width,
-                                                (static_cast<float>(v) - center_v) / half_width, gx, gy);
+      const cv::Point2f place = SlopeCorrection::place(read.normals.size(), {u, v});
+      const auto terms = SlopeCorrection::terms(place.x, place.y, gx, gy);
       self.dx(v, u) = -weighted(terms, correction.factors.data(), self.touched(v, u));
       self.dy(v, u) =
           -weighted(terms, correction.factors.data() + SlopeCorrection::kTermsPerAxis, self.touched(v, u));

@@ -13,17 +13,18 @@ constexpr int reach_px = 12;        // filled from as far; the middle of a large
 constexpr int most_dark_share =
     8;  // one in so many: when more of the picture is dark, it is the light that fails
 
-// Two of the three are full.
-bool is_full(const cv::Vec3b& colour) {
-  return (colour[0] >= full_value) + (colour[1] >= full_value) + (colour[2] >= full_value) >= 2;
+/// 255 where two of the three channels are full, else 0.
+void mark_full(const cv::Mat3b& bgr, cv::Mat1b& full) {
+  std::transform(bgr.begin(), bgr.end(), full.begin(), [](const cv::Vec3b& colour) {
+    return (colour[0] >= full_value) + (colour[1] >= full_value) + (colour[2] >= full_value) >= 2 ? 255 : 0;
+  });
 }
 
 }  // namespace
 
 SpotRemover::SpotRemover(const cv::Mat3b& background)
     : dark_limit_(background.size()), bright_background_(background.size()), spots_(background.size()) {
-  std::transform(background.begin(), background.end(), bright_background_.begin(),
-                 [](const cv::Vec3b& colour) { return is_full(colour) ? 255 : 0; });
+  mark_full(background, bright_background_);
   background.convertTo(background_, CV_32F);
   background.convertTo(dark_limit_, CV_8U, dark_share);
   // Where no lamp shines, dark is no news: a range that holds nothing.
@@ -68,20 +69,14 @@ bool SpotRemover::find(const cv::Mat3b& bgr) {
   cv::inRange(bgr, dark_from_, dark_limit_, dark_);
   const int full = cv::countNonZero(full_), dark = cv::countNonZero(dark_);
   if (full < 2 && dark == 0) return false;
-  spots_.setTo(0);
-  if (full >= 2) add_highlights(bgr);
+  mark_full(bgr, spots_);
+  spots_.setTo(0, bright_background_);
   if (dark * most_dark_share < static_cast<int>(bgr.total())) spots_ |= dark_;
   if (cv::countNonZero(spots_) == 0) return false;
   const int side = 2 * spread_px + 1;
   cv::dilate(spots_, spots_, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
   read_ = (spots_ == 0) & 1;
   return true;
-}
-
-void SpotRemover::add_highlights(const cv::Mat3b& bgr) {
-  std::transform(bgr.begin(), bgr.end(), spots_.begin(),
-                 [](const cv::Vec3b& colour) { return is_full(colour) ? 255 : 0; });
-  spots_.setTo(0, bright_background_);
 }
 
 }  // namespace gelslam::surface::detail

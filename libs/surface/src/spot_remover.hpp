@@ -18,7 +18,6 @@ class SpotRemover {
 
  private:
   bool find(const cv::Mat3b& bgr);
-  void add_highlights(const cv::Mat3b& bgr);
 
   cv::Mat3f background_;
   cv::Mat3b dark_from_, dark_limit_;

@@ -11,10 +11,10 @@
 #include "contact_mask.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "spot_remover.hpp"
 #include "gradient_map.hpp"
 #include "light.hpp"
 #include "poisson.hpp"
+#include "spot_remover.hpp"
 #include "surface_maps.hpp"
 
 namespace gelslam {

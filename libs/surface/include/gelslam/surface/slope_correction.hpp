@@ -23,6 +23,10 @@ struct SlopeCorrection {
 
   /// Of a model that reads slopes along x and y too steep by these.
   static SlopeCorrection of_gain(double gain_x, double gain_y);
+  double gain_x() const;  ///< read over true slopes along x, at the centre: what of_gain() was given
+  double gain_y() const;
+  /// (x, y) of a pixel, as terms() takes it.
+  static cv::Point2f place(cv::Size size, cv::Point pixel);
   static AxisTerms terms(float x, float y, float gx, float gy);
   /// How far a factor may be from 0, before anything is known: one standard deviation each.
   static std::array<double, kTerms> prior_sigma(double gain_sigma);
