@@ -136,7 +136,8 @@ TEST(Tracker, AnOutgrownKeyframeIsReplacedAndPosesGoOn) {
 TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheReliefsAgree) {
   const auto field = textured_plane(5);
   const Pose jump = motion(3, -2, 25, 3.5, -2.2, 0.4);
-  const SurfacePtr before = touch(field, motion(0, 0, 0, 0, 0, 0.4)), after = touch(field, jump);
+  const SurfacePtr before = touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere()),
+                   after = touch(field, jump, everywhere());
   for (const bool search_far : {true, false}) {
     TrackerOptions options;
     options.search_far = search_far;
@@ -146,6 +147,56 @@ TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheReliefsAgree) {
     ASSERT_EQ(frame.status, search_far ? TrackStatus::tracked : TrackStatus::lost);
     if (search_far) expect_pose(frame.trial_T_frame, motion(0, 0, 0, 0, 0, 0.4).inverse() * jump, 1);
   }
+}
+
+constexpr double kPeriodMm = 1.6;
+
+/// Two pictures, the second one of the object slid along.
+TrackedFrame slide_at_once(const Field& field, double slide_mm, bool search_far = true, double step_s = 0.04) {
+  TrackerOptions options;
+  options.search_far = search_far;
+  Tracker tracker(options);
+  tracker.track(0, 0, touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere()));
+  return tracker.track(1, step_s, touch(field, motion(0, 0, 0, slide_mm, 0.1, 0.4), everywhere()));
+}
+
+TEST(Tracker, AJumpOverAPatternIsLostAndNotGuessed) {
+  for (const double slide_mm : {0.6, 1.2, 2.2}) {
+    EXPECT_EQ(slide_at_once(waffle(kPeriodMm), slide_mm, false).status, TrackStatus::tracked) << "the gates see it";
+    const TrackedFrame frame = slide_at_once(waffle(kPeriodMm), slide_mm);
+    EXPECT_EQ(frame.status, TrackStatus::lost) << slide_mm;
+    EXPECT_EQ(frame.registration.status, RegistrationStatus::ambiguous) << slide_mm;
+  }
+}
+
+TEST(Tracker, AJumpThatSettlesABumpFurtherIsPutRight) {
+  // The second is a whole period: nothing seems to have moved, and only the normals fit badly.
+  for (const double slide_mm : {1.2, kPeriodMm}) {
+    const TrackedFrame alone = slide_at_once(uneven_waffle(kPeriodMm), slide_mm, false);
+    ASSERT_EQ(alone.status, TrackStatus::tracked) << "the gates see it";
+    ASSERT_GT(std::abs(alone.trial_T_frame.translation().x() - slide_mm), 1.0);
+    const TrackedFrame frame = slide_at_once(uneven_waffle(kPeriodMm), slide_mm);
+    ASSERT_EQ(frame.status, TrackStatus::tracked);
+    expect_pose(frame.trial_T_frame, motion(0, 0, 0, slide_mm, 0.1), 1);
+  }
+}
+
+TEST(Tracker, APatternThatMovesAsAHandDoesIsFollowed) {
+  Tracker tracker(TrackerOptions{});
+  for (int i = 0; i < 16; ++i) {
+    const Pose pose = motion(0, 0, 0.2 * i, 0.15 * i, -0.05 * i, 0.4);
+    const TrackedFrame frame = tracker.track(i, 0.04 * i, touch(waffle(kPeriodMm), pose, everywhere()));
+    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
+    EXPECT_EQ(frame.trial, 0);
+    expect_pose(frame.trial_T_frame, motion(0, 0, 0, 0, 0, 0.4).inverse() * pose, 2);
+  }
+}
+
+TEST(Tracker, AfterALongGapAPatternMayHaveMovedOn) {
+  constexpr double kSlideMm = 0.1;
+  EXPECT_EQ(slide_at_once(waffle(kPeriodMm), kSlideMm, true, 0.04).status, TrackStatus::tracked);
+  EXPECT_EQ(slide_at_once(waffle(kPeriodMm), kSlideMm, true, 0.5).status, TrackStatus::lost);
+  EXPECT_EQ(slide_at_once(textured_plane(3), kSlideMm, true, 0.5).status, TrackStatus::tracked);
 }
 
 TEST(Tracker, LookingFarItDoesNotTakeAnotherObjectForThisOne) {
@@ -218,12 +269,13 @@ void expect_lost_without_a_trial(const TrackedFrame& frame) {
 
 TEST(Tracker, ATrialOutlastsTornPictures) {
   Tracker tracker(TrackerOptions{});
-  for (int i = 0; i < 4; ++i) tracker.track(i, 0.04 * i, slide(i));
+  const auto seen = [](int i) { return touch(relief(), on_the_way(i), everywhere()); };
+  for (int i = 0; i < 4; ++i) tracker.track(i, 0.04 * i, seen(i));
   // Three in a row, and no two of them agree.
   for (int i = 4; i < 7; ++i)
     expect_lost_without_a_trial(tracker.track(i, 0.04 * i, slide(0, textured_plane(100 + static_cast<std::uint64_t>(i)))));
   for (int i = 7; i < 12; ++i) {
-    const TrackedFrame frame = tracker.track(i, 0.04 * i, slide(i));
+    const TrackedFrame frame = tracker.track(i, 0.04 * i, seen(i));
     ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
     EXPECT_EQ(frame.trial, 0);
     expect_pose(frame.trial_T_frame, true_motion(0, i), 2);

@@ -69,15 +69,21 @@ TEST(CoarseStart, LooksAboutTheTwistThatIsExpected) {
   EXPECT_TRUE(coarse_starts(*reference, *target, Pose::Identity()).empty());
 }
 
-TEST(CoarseStart, APatternThatRepeatsItselfTellsNoPlace) {
-  const Field waffle = [](const Eigen::Vector3d& p) {
-    constexpr double k = 2 * M_PI / 1.6, a = 0.03;
-    return std::pair{p.z() - a * (std::cos(k * p.x()) + std::cos(k * p.y())),
-                     Eigen::Vector3d(a * k * std::sin(k * p.x()), a * k * std::sin(k * p.y()), 1)};
-  };
-  EXPECT_TRUE(
-      coarse_starts(*touch(waffle, at_rest), *touch(waffle, motion(0, 0, 0, 2, 0.5, 0.4)), Pose::Identity())
-          .empty());
+TEST(CoarseStart, APatternThatRepeatsItselfHasManyPlaces) {
+  constexpr double kPeriodMm = 1.6;
+  const Field pattern = waffle(kPeriodMm);
+  const std::vector<Pose> starts =
+      coarse_starts(*touch(pattern, at_rest), *touch(pattern, motion(0, 0, 0, 2, 0.5, 0.4)), Pose::Identity());
+  int untwisted = 0;
+  for (const Pose& start : starts) {
+    if (gap(start, Pose::Identity()).deg > 1) continue;
+    ++untwisted;
+    const double periods_x = (start.translation().x() + 2) / kPeriodMm,
+                 periods_y = (start.translation().y() + 0.5) / kPeriodMm;
+    EXPECT_NEAR(periods_x, std::round(periods_x), 0.2);
+    EXPECT_NEAR(periods_y, std::round(periods_y), 0.2);
+  }
+  EXPECT_GE(untwisted, 2);
 }
 
 TEST(CoarseStart, NothingToSeeIsNoStart) {

@@ -65,6 +65,24 @@ inline Field coin_face() {
   };
 }
 
+/// The same bump again and again, in both directions.
+inline Field waffle(double period_mm) {
+  return [k = 2 * M_PI / period_mm](const Eigen::Vector3d& p) {
+    constexpr double a = 0.03;
+    return std::pair{p.z() - a * (std::cos(k * p.x()) + std::cos(k * p.y())),
+                     Eigen::Vector3d(a * k * std::sin(k * p.x()), a * k * std::sin(k * p.y()), 1)};
+  };
+}
+
+/// One relief upon another.
+inline Field together(const Field& one, const Field& other) {
+  return [one, other](const Eigen::Vector3d& p) {
+    const auto [a, da] = one(p);
+    const auto [b, db] = other(p);
+    return std::pair{a + b - p.z(), Eigen::Vector3d(da + db - Eigen::Vector3d::UnitZ())};
+  };
+}
+
 inline Field plane() {
   return [](const Eigen::Vector3d& p) { return std::pair{p.z(), Eigen::Vector3d(0, 0, 1)}; };
 }
@@ -116,6 +134,9 @@ inline Field textured_plane(std::uint64_t seed, double slope = 0.15, double shor
   };
 }
 
+/// Bumps that are not quite alike: one further NormalFlow settles, too, and its gates see nothing.
+inline Field uneven_waffle(double period_mm) { return together(waffle(period_mm), textured_plane(5, 0.08)); }
+
 inline Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm = {9, 7, 6},
                              double slope = 0.12) {
   return [waves = random_waves(seed, slope, 1.2, 3.5, false), semi_axes_mm](const Eigen::Vector3d& p) {
@@ -135,6 +156,14 @@ struct View {
   double contact_width_px = 110, contact_height_px = 85;        ///< semi-axes
   Eigen::Vector2d contact_centre_px = Eigen::Vector2d::Zero();  ///< from the image centre
 };
+
+/// Contact wherever the sensor looks: where it ends within the picture, other touches would find the gel bare that the
+/// object goes on over.
+inline View everywhere() {
+  View view;
+  view.contact_width_px = view.contact_height_px = 300;
+  return view;
+}
 
 /// A body's lowest point lies in the sensor's middle, `depth_mm` below the untouched gel: pose body_T_sensor
 /// for a body whose lowest point in its own frame is (0, 0, -radius).

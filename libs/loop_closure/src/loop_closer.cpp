@@ -6,7 +6,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/loop_closure/self_similarity.hpp"
-#include "overlap_agreement.hpp"
+#include "gelslam/registration/overlap_agreement.hpp"
 #include "place_alignment.hpp"
 #include "place_features.hpp"
 #include "place_index.hpp"

@@ -8,35 +8,47 @@
 namespace gelslam {
 namespace {
 
-constexpr double kOtherPlaceMm = 1.0;
-
 /// The reference turned by `twist_rad` and moved agrees with the target.
 struct Place {
   double twist_rad = 0;
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of the coarse pixels
   double similarity = 0;
-  double rival = 0;  // similarity at the best other place
 };
+
+void most_alike_first(std::vector<Place>& places) {
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.similarity > b.similarity; });
+}
 
 int wrapped(int shift, int size) { return shift > size / 2 ? shift - size : shift; }
 
-Place best_place(const ReliefSpectrum::Agreement& agreement, double least_shared_px, double other_place_px) {
-  const int rows = agreement.similarity.rows, cols = agreement.similarity.cols;
-  Place place;
-  const auto for_all_above = [&](const double& least, const auto& use) {
-    for (int y = 0; y < rows; ++y)
-      for (int x = 0; x < cols; ++x)
-        if (agreement.similarity(y, x) > least && agreement.shared(y, x) >= least_shared_px)
-          use(Eigen::Vector2d(wrapped(x, cols), wrapped(y, rows)), agreement.similarity(y, x));
-  };
-  for_all_above(place.similarity, [&](const Eigen::Vector2d& shift_px, double similarity) {
-    place.shift_px = shift_px;
-    place.similarity = similarity;
-  });
-  for_all_above(place.rival, [&](const Eigen::Vector2d& shift_px, double similarity) {
-    if ((shift_px - place.shift_px).norm() >= other_place_px) place.rival = similarity;
-  });
-  return place;
+bool is_peak(const cv::Mat1f& map, int y, int x) {
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx)
+      if (map((y + dy + map.rows) % map.rows, (x + dx + map.cols) % map.cols) > map(y, x)) return false;
+  return true;
+}
+
+/// The highest peaks of one twist that are not slopes of a higher one.
+std::vector<Place> best_places(const ReliefSpectrum::Agreement& agreement, double least_shared_px,
+                               double least_distance_px, const CoarseStartOptions& options) {
+  const cv::Mat1f& similarity = agreement.similarity;
+  std::vector<Place> peaks;
+  for (int y = 0; y < similarity.rows; ++y)
+    for (int x = 0; x < similarity.cols; ++x)
+      if (similarity(y, x) >= options.min_similarity && agreement.shared(y, x) >= least_shared_px &&
+          is_peak(similarity, y, x))
+        peaks.push_back({0, {wrapped(x, similarity.cols), wrapped(y, similarity.rows)}, similarity(y, x)});
+  most_alike_first(peaks);
+  std::vector<Place> places;
+  for (const Place& peak : peaks) {
+    if (static_cast<int>(places.size()) == options.places_per_twist) break;
+    if (std::none_of(places.begin(), places.end(), [&](const Place& higher) {
+          return (higher.shift_px - peak.shift_px).norm() < least_distance_px;
+        }))
+      places.push_back(peak);
+  }
+  return places;
 }
 
 double twist_of(const Pose& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
@@ -93,14 +105,13 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
   for (int step = -options.twist_steps; step <= options.twist_steps; ++step) {
     const double twist_rad = twist_of(expected) + step * options.twist_step_rad;
     const ReliefSpectrum turned(relief.turned(twist_rad));
-    Place place =
-        best_place(turned.laid_on(target_spectrum), least_shared_px, kOtherPlaceMm / relief.pixel_pitch_mm);
-    place.twist_rad = twist_rad;
-    if (place.similarity >= options.min_similarity) places.push_back(place);
+    for (Place place : best_places(turned.laid_on(target_spectrum), least_shared_px,
+                                   options.least_distance_mm / relief.pixel_pitch_mm, options)) {
+      place.twist_rad = twist_rad;
+      places.push_back(place);
+    }
   }
-  std::stable_sort(places.begin(), places.end(),
-                   [](const Place& a, const Place& b) { return a.similarity > b.similarity; });
-  if (places.empty() || places.front().rival > options.max_rival * places.front().similarity) return {};
+  most_alike_first(places);
   places.resize(std::min(places.size(), static_cast<std::size_t>(options.max_starts)));
   std::vector<Pose> starts;
   for (const Place& place : places) starts.push_back(lift(place, reference, target, options.shrink));

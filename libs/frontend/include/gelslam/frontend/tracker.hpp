@@ -16,7 +16,8 @@ struct TrackerOptions {
   /// A new keyframe is made when the current one shares less than this with what the frame shows: a first touch is small,
   /// and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
-  /// When registration fails from where the sensor is expected, look for the place where the two reliefs agree.
+  /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look for the one
+  /// place where the two reliefs agree; if there are several, the frame is lost.
   bool search_far = true;
   /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame the trial goes on if a
   /// later frame fits it again. A new one begins with the first two frames that fit each other.
@@ -76,12 +77,14 @@ class Tracker {
   };
   struct Previous : Seen {  // the last tracked frame
     KeyframeLink link;      // to the current keyframe
+    double misfit_rad = 0;  // of its normals, when it was registered
   };
 
   RegistrationResult register_to(const PreparedReference& reference, const Pose& reference_T_previous,
                                  const Surface& surface) const;
-  RegistrationResult register_far(const PreparedReference& reference, const Pose& reference_T_previous,
-                                  const Surface& surface) const;
+  bool is_usual(const RegistrationResult& registration, const Pose& reference_T_previous, double time_s) const;
+  RegistrationResult place_on(const PreparedReference& reference, const Pose& reference_T_previous,
+                              const Surface& surface, const RegistrationResult& registration) const;
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const PreparedReference> reference,
                                                 SurfacePtr surface);
   RegistrationResult follow(TrackedFrame& result, const Surface& surface);

@@ -13,16 +13,15 @@ struct CoarseStartOptions {
   int twist_steps = 3;           ///< to either side of the expected twist
   double min_shared = 0.3;       ///< of the smaller contact
   double min_similarity = 0.3;   ///< normalised cross-correlation of the two reliefs
-  /// Two places at least a millimetre apart, of which the second agrees more than this share of the first: a
-  /// pattern that repeats itself, and no place can be told.
-  double max_rival = 0.85;
-  int max_starts = 2;
+  double least_distance_mm = 1.0;  ///< between two places of the same twist
+  int places_per_twist = 4;
+  int max_starts = 24;
 };
 
 /// Where NormalFlow may start (target_T_reference) when the motion was too large for it to follow: shifts and
 /// twists about that of `expected` at which the two reliefs agree, whatever the distance, most alike first,
-/// with the tilt that their normals have there. Empty when the reliefs are too faint, or agree at several
-/// places. Source: own.
+/// with the tilt that their normals have there. Of a pattern that repeats itself they are many; which of them is
+/// the place, place_search.hpp asks. Empty when the reliefs are too faint. Source: own.
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const CoarseStartOptions& options = {});
 

@@ -13,6 +13,7 @@ enum class RegistrationStatus {
   too_little_overlap,   ///< the shared contact or its share of curvature (SCR) is too small
   curvature_mismatch,   ///< CCS too low: the two patches do not show the same surface
   diverged,             ///< steps did not shrink, or the pose left the sensor
+  ambiguous,            ///< the reliefs agree nearly as well at another place
   too_little_surface,   ///< a surface without enough contact or relief to register at all
 };
 

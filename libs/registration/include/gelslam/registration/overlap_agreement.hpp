@@ -3,7 +3,7 @@
 #include "gelslam/core/se3.hpp"
 #include "gelslam/surface/surface.hpp"
 
-namespace gelslam::loop_closure::detail {
+namespace gelslam {
 
 /// What two surfaces say about the contact they share, once registered.
 struct OverlapAgreement {
@@ -18,4 +18,4 @@ struct OverlapAgreement {
 
 OverlapAgreement compare_overlap(const Surface& older, const Surface& newer, const Pose& older_T_newer);
 
-}  // namespace gelslam::loop_closure::detail
+}  // namespace gelslam

@@ -1,10 +1,10 @@
-#include "overlap_agreement.hpp"
+#include "gelslam/registration/overlap_agreement.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 
-namespace gelslam::loop_closure::detail {
+namespace gelslam {
 namespace {
 
 struct Moments {
@@ -77,4 +77,4 @@ OverlapAgreement compare_overlap(const Surface& older, const Surface& newer, con
   return agreement;
 }
 
-}  // namespace gelslam::loop_closure::detail
+}  // namespace gelslam

@@ -1,0 +1,92 @@
+#include "gelslam/registration/place_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "gelslam/registration/coarse_start.hpp"
+#include "gelslam/registration/overlap_agreement.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr int kMostIterations = 30;  // from a start that is within a pixel or two
+
+/// From one pose of the target to another: of the shared centre, and by turning, along the target's axes.
+struct Difference {
+  Eigen::Vector3d shift_mm, turn_rad;
+};
+
+Difference difference(const RegistrationResult& from, const Pose& to) {
+  const Pose& pose = from.target_T_reference;
+  return {to * from.shared_center_mm - pose * from.shared_center_mm,
+          so3_log(to.linear() * pose.linear().transpose())};
+}
+
+/// What lies in the other's bare gel would have been felt there.
+bool contradicts(const RegistrationResult& result, const NormalFlowReference& reference,
+                 const Surface& target, const PlaceSearchOptions& options) {
+  return compare_overlap(reference.surface(), target, result.target_T_reference.inverse()).intrusion >
+         options.max_intrusion;
+}
+
+/// Agrees well enough to put another place in doubt.
+bool is_rival(const RegistrationResult& result, const NormalFlowReference& reference, const Surface& target,
+              const PlaceSearchOptions& options) {
+  return result.shared_pixels >= options.least_rival_shared * reference.sample_count() &&
+         result.relief_correlation >= options.least_rival_relief &&
+         result.height_rmse_mm <= options.max_height_rmse_mm &&
+         !contradicts(result, reference, target, options);
+}
+
+/// Agrees well enough to be the place, as unexpected as it is.
+bool is_place(const RegistrationResult& result, const Pose& expected, const PlaceSearchOptions& options) {
+  const Difference d = difference(result, expected);
+  const bool far = d.shift_mm.norm() > options.far_mm || d.turn_rad.norm() > options.far_rad;
+  return result.ok() && (!far || result.relief_correlation >= options.far_relief);
+}
+
+/// Along an axis that is observable: further along a ridge is no other place.
+bool is_elsewhere(const RegistrationResult& result, const Pose& other, const PlaceSearchOptions& options) {
+  const Difference d = difference(result, other);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
+    if (result.observable[k] && std::abs(d.shift_mm[axis]) > options.other_place_mm) return true;
+    if (result.observable[3 + k] && std::abs(d.turn_rad[axis]) > options.other_place_rad) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+RegistrationResult find_place(const NormalFlowReference& reference, const Surface& target,
+                              const Pose& expected, const RegistrationResult& found,
+                              const NormalFlowOptions& normal_flow, const PlaceSearchOptions& options) {
+  NormalFlowOptions quick = normal_flow;
+  quick.max_iterations = std::min(quick.max_iterations, kMostIterations);
+  std::vector<RegistrationResult> places;
+  if (found.ok() && !contradicts(found, reference, target, options)) places.push_back(found);
+  for (const Pose& start : coarse_starts(reference.surface(), target, expected)) {
+    const RegistrationResult place = register_normal_flow(reference, target, start, quick);
+    if (is_rival(place, reference, target, options)) places.push_back(place);
+  }
+  const RegistrationResult* best = nullptr;
+  for (const RegistrationResult& place : places)
+    if (is_place(place, expected, options) && (!best || place.normal_rmse_rad < best->normal_rmse_rad))
+      best = &place;
+  RegistrationResult result = best ? *best : found;
+  if (!best) {
+    if (found.ok()) result.status = RegistrationStatus::curvature_mismatch;
+    return result;
+  }
+  // What is within the noise proves nothing.
+  const double doubt_rad =
+      options.rival_misfit * std::max(best->normal_rmse_rad, normal_flow.normal_noise_rad);
+  const bool doubtful = std::any_of(places.begin(), places.end(), [&](const RegistrationResult& place) {
+    return place.normal_rmse_rad < doubt_rad && is_elsewhere(*best, place.target_T_reference, options);
+  });
+  if (doubtful) result.status = RegistrationStatus::ambiguous;
+  return result;
+}
+
+}  // namespace gelslam
