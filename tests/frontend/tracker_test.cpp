@@ -151,13 +151,15 @@ TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheReliefsAgree) {
 
 constexpr double kPeriodMm = 1.6;
 
-/// Two pictures, the second one of the object slid along.
+/// Two pictures of the object at rest, and one when it was slid along.
 TrackedFrame slide_at_once(const Field& field, double slide_mm, bool search_far = true, double step_s = 0.04) {
   TrackerOptions options;
   options.search_far = search_far;
   Tracker tracker(options);
-  tracker.track(0, 0, touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere()));
-  return tracker.track(1, step_s, touch(field, motion(0, 0, 0, slide_mm, 0.1, 0.4), everywhere()));
+  const SurfacePtr at_rest = touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere());
+  tracker.track(0, 0, at_rest);
+  tracker.track(1, 0.04, at_rest);
+  return tracker.track(2, 0.04 + step_s, touch(field, motion(0, 0, 0, slide_mm, 0.1, 0.4), everywhere()));
 }
 
 TEST(Tracker, AJumpOverAPatternIsLostAndNotGuessed) {
@@ -190,6 +192,29 @@ TEST(Tracker, APatternThatMovesAsAHandDoesIsFollowed) {
     EXPECT_EQ(frame.trial, 0);
     expect_pose(frame.trial_T_frame, motion(0, 0, 0, 0, 0, 0.4).inverse() * pose, 2);
   }
+}
+
+TEST(Tracker, APatternThatMovedWhenItWasTouchedIsFollowedFromTheThirdFrameOn) {
+  constexpr double kStepMm = 0.35;
+  Tracker tracker(TrackerOptions{});
+  for (int i = 0; i < 8; ++i) {
+    const TrackedFrame frame =
+        tracker.track(i, 0.04 * i, touch(waffle(kPeriodMm), motion(0, 0, 0, kStepMm * i, 0, 0.4), everywhere()));
+    ASSERT_EQ(frame.status, i == 1 ? TrackStatus::lost : TrackStatus::tracked) << i;
+    if (i == 1) continue;
+    EXPECT_EQ(frame.trial, 0);
+    expect_pose(frame.trial_T_frame, motion(0, 0, 0, kStepMm * i, 0, 0), 2);
+  }
+}
+
+TEST(Tracker, AJumpOverAPatternIsNotBelievedBecauseTheObjectRestsThere) {
+  Tracker tracker(TrackerOptions{});
+  const auto at = [](double x_mm) { return touch(waffle(kPeriodMm), motion(0, 0, 0, x_mm, 0, 0.4), everywhere()); };
+  tracker.track(0, 0, at(0));
+  EXPECT_EQ(tracker.track(1, 0.04, at(1.2)).status, TrackStatus::lost);
+  const TrackedFrame next = tracker.track(2, 0.08, at(1.2));
+  EXPECT_EQ(next.status, TrackStatus::tracked);
+  EXPECT_EQ(next.trial, 1);
 }
 
 TEST(Tracker, AfterALongGapAPatternMayHaveMovedOn) {

@@ -39,11 +39,16 @@ bool is_rival(const RegistrationResult& result, const NormalFlowReference& refer
          !contradicts(result, reference, target, options);
 }
 
+/// Did nobody expect it there?
+bool is_far(const RegistrationResult& result, const Pose& expected, const PlaceSearchOptions& options) {
+  const Difference d = difference(result, expected);
+  return d.shift_mm.norm() > options.far_mm || d.turn_rad.norm() > options.far_rad;
+}
+
 /// Agrees well enough to be the place, as unexpected as it is.
 bool is_place(const RegistrationResult& result, const Pose& expected, const PlaceSearchOptions& options) {
-  const Difference d = difference(result, expected);
-  const bool far = d.shift_mm.norm() > options.far_mm || d.turn_rad.norm() > options.far_rad;
-  return result.ok() && (!far || result.relief_correlation >= options.far_relief);
+  return result.ok() &&
+         (result.relief_correlation >= options.far_relief || !is_far(result, expected, options));
 }
 
 /// Along an axis that is observable: further along a ridge is no other place.
@@ -65,7 +70,8 @@ RegistrationResult find_place(const NormalFlowReference& reference, const Surfac
   NormalFlowOptions quick = normal_flow;
   quick.max_iterations = std::min(quick.max_iterations, kMostIterations);
   std::vector<RegistrationResult> places;
-  if (found.ok() && !contradicts(found, reference, target, options)) places.push_back(found);
+  if (found.ok() && !(is_far(found, expected, options) && contradicts(found, reference, target, options)))
+    places.push_back(found);
   for (const Pose& start : coarse_starts(reference.surface(), target, expected)) {
     const RegistrationResult place = register_normal_flow(reference, target, start, quick);
     if (is_rival(place, reference, target, options)) places.push_back(place);

@@ -49,7 +49,7 @@ void describe_tracking(OptionVisitor& visit, TrackerOptions& options) {
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
                "a keyframe that shares less than this with the frame is replaced");
   visit.number("patience_s", options.patience_s, 0, 10, "a trial outlasts torn pictures for so long");
-  visit.flag("search_far", options.search_far, "after a motion too large to follow, look where the reliefs agree");
+  visit.flag("search_far", options.search_far, "after an unusual motion, look for the one place where the reliefs agree");
   describe_registration(visit, options.registration);
 }
 

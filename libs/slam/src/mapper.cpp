@@ -153,7 +153,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, cons
   map.keyframes = keyframes_;
   std::vector<PoseGraphEdge> edges = edges_;
   for (const LoopConstraint& loop : slam::detail::rejoin_broken_trials(keyframes_, map.frames, loop_closer_,
-                                                                        options_.loop_closure.max_self_similarity)) {
+                                                                        options_.loop_closure)) {
     const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
       return edge.from == loop.from && edge.to == loop.to;
     });

@@ -1,6 +1,7 @@
 #include "rejoin.hpp"
 
 #include "gelslam/loop_closure/self_similarity.hpp"
+#include "gelslam/registration/place_search.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -26,18 +27,30 @@ std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames) {
   return breaks;
 }
 
+/// Track was lost, so the step was no ordinary one: older_T_newer where the surfaces show one place, the guess where
+/// they show none (a fragment), nothing where they fit at several.
+std::optional<Pose> where(const Keyframe& older, const Keyframe& newer, const Pose& older_T_newer,
+                          const NormalFlowOptions& options) {
+  const RegistrationResult here = register_normal_flow(*newer.reference, *older.surface, older_T_newer, options);
+  const RegistrationResult place = find_place(*newer.reference, *older.surface, older_T_newer, here, options);
+  if (place.status == RegistrationStatus::ambiguous) return std::nullopt;
+  return place.ok() ? place.target_T_reference : older_T_newer;
+}
+
 }  // namespace
 
 std::vector<LoopConstraint> rejoin_broken_trials(
     const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<FrameRecord>& frames,
-    const LoopCloser& loop_closer, double max_self_similarity) {
+    const LoopCloser& loop_closer, const LoopClosureOptions& options) {
   std::vector<LoopConstraint> found;
   for (const auto& [before, after] : lost_in_touch(frames)) {
     const auto& older = keyframes[static_cast<std::size_t>(before->keyframe)];
     const auto& newer = keyframes[static_cast<std::size_t>(after->keyframe)];
-    if (!older || !newer || self_similarity(*newer->surface) > max_self_similarity) continue;
+    if (!older || !newer || self_similarity(*newer->surface) > options.max_self_similarity) continue;
+    const std::optional<Pose> guess =
+        where(*older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse(), options.registration);
     const std::optional<LoopConstraint> loop =
-        loop_closer.verify(*older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse());
+        guess ? loop_closer.verify(*older, *newer, *guess) : std::nullopt;
     if (loop) found.push_back(*loop);
   }
   return found;

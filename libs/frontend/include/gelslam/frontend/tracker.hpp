@@ -80,9 +80,16 @@ class Tracker {
     double misfit_rad = 0;  // of its normals, when it was registered
   };
 
+  /// Lost only because it fits at several places.
+  struct Doubtful {
+    double time_s = 0;
+    Pose keyframe_T_frame = Pose::Identity();  // the expected one of them
+  };
+
   RegistrationResult register_to(const PreparedReference& reference, const Pose& reference_T_previous,
                                  const Surface& surface) const;
   bool is_usual(const RegistrationResult& registration, const Pose& reference_T_previous, double time_s) const;
+  RegistrationResult go_on(const Surface& surface, double time_s);
   RegistrationResult place_on(const PreparedReference& reference, const Pose& reference_T_previous,
                               const Surface& surface, const RegistrationResult& registration) const;
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const PreparedReference> reference,
@@ -104,6 +111,7 @@ class Tracker {
   Pose trial_T_keyframe_ = Pose::Identity();
   std::optional<Previous> previous_;
   std::optional<Seen> unplaced_;  ///< the last frame, where that was lost and began no trial
+  std::optional<Doubtful> doubtful_;   ///< the last frame, where that was
   Pose last_step_ = Pose::Identity();  ///< previous-but-one frame -> previous frame: previous2_T_previous
 };
 
