@@ -34,7 +34,8 @@ void require_labels(const PressSet& set) {
   if (bare > 0)
     throw Error("'" + set.folder.string() + "': " + std::to_string(bare) + " of " +
                 std::to_string(set.presses.size()) + " presses have no label (first: " + first +
-                "); run: gelslam calibrate label " + set.folder.string() + " --accept, or give --automatic");
+                "); label them or leave them out: gelslam calibrate label " + set.folder.string() +
+                "; or give --automatic, which takes every clear contact and names the rest");
 }
 
 CalibrationRecord record_of(const PressSet& set, const ModelCheck& check, const TrainArguments& arguments) {

@@ -55,5 +55,33 @@ TEST(ColorField, TellsFromThePressesWhetherSlopesChangeLevelsOrShares) {
   }
 }
 
+// Gel that is pressed in flat is brighter than bare gel (on real sensors by up to 19 levels, differently from
+// place to place): that must not be taken for a slope.
+TEST(ColorField, KnowsThatPressedGelIsBrighterWithoutAnySlope) {
+  const auto brighter = [](float x) { return 0.03F + 0.04F * x; };
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> number(0.0F, 1.0F);
+  std::vector<SlopeSample> samples;
+  for (int press = 0; press < 40; ++press) {
+    const float x = number(random), y = number(random);
+    for (int k = 0; k < 400; ++k) {
+      const float at = 0.9F * x + 0.05F * number(random);
+      samples.push_back(lit_sample(false, at, y, 0.8F * number(random) - 0.4F, 0.8F * number(random) - 0.4F));
+      for (float& color : samples.back().color) color += brighter(at);
+      samples.back().zone = press;
+    }
+  }
+  const ColorField field(samples);
+  for (const float x : {0.2F, 0.5F, 0.8F})
+    for (const float angle : {0.0F, 0.25F}) {
+      const SlopeSample there = lit_sample(false, x, 0.5F, angle, -angle);
+      const auto change = field.change(there.place, there.angle_rad);
+      for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(change[c] * field.unit(there.flat_color[c]),
+                    there.color[c] - there.flat_color[c] + brighter(x), 0.002F)
+            << x << " " << angle << " " << c;
+    }
+}
+
 }  // namespace
 }  // namespace gelslam::test

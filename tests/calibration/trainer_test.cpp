@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -171,6 +172,20 @@ TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
                    bad = check_model(steep, set, zones.zones, pitch_mm);
   EXPECT_NEAR(bad.gains.all.gain() / good.gains.all.gain(), 1.2, 0.03);
   EXPECT_EQ(bad.verdict, Verdict::recalibrate);
+}
+
+// A model of shallow presses reads them well, and steeper slopes by guess: 20 % too flat on a simulated
+// sensor.
+TEST(ModelCheck, SaysWhenThePressesShowNoSteepSlope) {
+  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const GradientModel model = trained(set, zones, short_recipe(500), 1);
+  const auto asks_for_more = ::testing::Contains(::testing::HasSubstr("press deeper"));
+  EXPECT_THAT(check_model(model, set, zones.zones, pitch_mm).reasons, ::testing::Not(asks_for_more));
+  for (BallZone& zone : zones.zones) zone.radius_px = std::min(zone.radius_px, 12.0);  // slopes to 0.25
+  const ModelCheck shallow = check_model(model, set, zones.zones, pitch_mm);
+  EXPECT_THAT(shallow.reasons, asks_for_more);
+  EXPECT_NE(shallow.verdict, Verdict::good);
 }
 
 // The factor between said and true diameter comes out of the colours alone, whichever ball is the wrong one.

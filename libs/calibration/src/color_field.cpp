@@ -30,12 +30,12 @@ void monomials(Number x, Number y, Number* out) {
 void terms(const std::array<float, 2>& place, const std::array<float, 2>& angle, float* slope_out,
            float* place_out) {
   constexpr auto unit = static_cast<float>(1.0 / typical_angle_rad);
-  monomials<1, slope_degree>(angle[0] * unit, angle[1] * unit, slope_out);
+  monomials<0, slope_degree>(angle[0] * unit, angle[1] * unit, slope_out);
   monomials<0, place_degree>(2.0F * place[0] - 1.0F, 2.0F * place[1] - 1.0F, place_out);
 }
 
 constexpr int folds = 5;
-constexpr int slope_count = (slope_degree + 1) * (slope_degree + 2) / 2 - 1,
+constexpr int slope_count = (slope_degree + 1) * (slope_degree + 2) / 2,
               place_count = (place_degree + 1) * (place_degree + 2) / 2;
 constexpr Eigen::Index columns = slope_count * place_count;
 constexpr float dark = 0.04F;  // keeps shares finite where there is no light
@@ -88,10 +88,10 @@ std::vector<Fold> deal(const std::vector<SlopeSample>& samples) {
 Eigen::VectorXd ridges() {
   Eigen::VectorXd result(columns);
   Eigen::Index column = 0;
-  for (int a = 1; a <= slope_degree; ++a)
+  for (int a = 0; a <= slope_degree; ++a)
     for (int i = 0; i <= a; ++i)
       for (int b = 0; b <= place_degree; ++b)
-        for (int j = 0; j <= b; ++j) result[column++] = ridge * std::pow(per_degree, a - 1 + b);
+        for (int j = 0; j <= b; ++j) result[column++] = ridge * std::pow(per_degree, std::max(0, a - 1) + b);
   return result;
 }
 

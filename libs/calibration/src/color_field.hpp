@@ -8,11 +8,11 @@
 namespace gelslam::calibration::detail {
 
 /// How colour follows slope and place on the whole gel, smoothly: for each channel, the change against the
-/// background is a polynomial in the slope angles (degree 4, without constant) whose coefficients are
-/// polynomials in the place (degree 4). Least squares with a ridge that grows with the degree. The change is
-/// counted in grey levels, or as a share of the background's light, which a lamp that is weaker in a corner
-/// takes from the bare and from the tilted gel alike: whichever tells more of presses that are left out of
-/// the fit.
+/// background is a polynomial in the slope angles (degree 4) whose coefficients are polynomials in the place
+/// (degree 4). Its constant is not 0: gel that is pressed in flat does not look like bare gel. Least squares
+/// with a ridge that grows with the degree. The change is counted in grey levels, or as a share of the
+/// background's light, which a lamp that is weaker in a corner takes from the bare and from the tilted gel
+/// alike: whichever tells more of presses that are left out of the fit.
 class ColorField {
  public:
   explicit ColorField(const std::vector<SlopeSample>& samples);
@@ -25,7 +25,7 @@ class ColorField {
   bool is_relative() const { return relative_; }
 
  private:
-  static constexpr int slope_terms = 14, place_terms = 15;
+  static constexpr int slope_terms = 15, place_terms = 15;
   bool relative_ = false;
   std::array<std::array<float, slope_terms * place_terms>, 3> coefficients_{};
 };

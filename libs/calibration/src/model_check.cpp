@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <numbers>
 
 #include "gelslam/calibration/ball_fit.hpp"
 #include "gelslam/core/error.hpp"
@@ -25,6 +26,7 @@ struct Limits {
 constexpr Limits good = {3.0, 0.03, 0.03}, usable = {5.0, 0.10, 0.08};
 constexpr double odd_ninth_gain = 0.15;  // of one ninth, worth a sentence
 constexpr double min_ninth_pixels = 1500;
+constexpr double steep_slope = 0.3, least_steep_share = 0.02;  // 17 degrees; of the pixels
 
 std::string formatted(const char* format, double a, double b = 0.0) {
   std::array<char, 200> text{};
@@ -72,6 +74,13 @@ Verdict judge_number(double value, double good_limit, double usable_limit) {
   return std::abs(value) <= usable_limit ? Verdict::usable : Verdict::recalibrate;
 }
 
+double steep_share(const SlopeStatistics& slopes) {
+  double steep = 0.0;
+  for (std::size_t k = 0; k < slopes.by_slope.size(); ++k)
+    if (SlopeStatistics::slope_limits[k] > steep_slope) steep += slopes.by_slope[k].pixels;
+  return steep / slopes.all.pixels;
+}
+
 void judge(ModelCheck& check) {
   std::vector<std::pair<Verdict, std::string>> found;
   const auto note = [&](Verdict verdict, std::string reason) {
@@ -96,6 +105,12 @@ void judge(ModelCheck& check) {
              formatted(ninth.gain() > 1.0 ? "slopes read %.0f %% too steep" : "slopes read %.0f %% too flat",
                        100.0 * std::abs(ninth.gain() - 1.0)));
   }
+  if (steep_share(check.gains) < least_steep_share)
+    note(
+        Verdict::usable,
+        formatted("the presses show hardly any slope above %.0f degrees, and what a model reads there is not "
+                  "known: press deeper",
+                  std::atan(steep_slope) * 180.0 / std::numbers::pi));
   std::stable_sort(found.begin(), found.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   check.verdict = Verdict::good;
@@ -116,6 +131,10 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   if (zones.empty()) throw Error("'" + set.folder.string() + "': no press can be used to check a model");
   SurfaceOptions options;
   options.pixel_pitch_mm = pixel_pitch_mm;
+  // What a press does to the colours around it would be taken for a change of light (1 % of a real ball's
+  // radius), and single pictures have no light to follow from one to the next.
+  options.compensate_light = false;
+  SurfaceEstimator estimator(model, set.background, options);
   ModelCheck check;
   ErrorMap map;
   struct Size {
@@ -133,8 +152,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
     check.errors.add(errors);
     check.gains.add(gains);
     add_to_map(labelled, press.bgr.size(), map);
-    // A new estimator for each press: they are single pictures, with no light to follow from one to the next.
-    const SurfacePtr surface = SurfaceEstimator(model, set.background, options).estimate(press.bgr);
+    const SurfacePtr surface = estimator.estimate(press.bgr);
     const auto radius_mm = fit_ball_radius_mm(*surface, zone, 0.5 * press.diameter_mm);
     check.presses.push_back({zone, errors.all.mean_abs_error_deg(), radius_mm});
     Size& size = sizes[press.diameter_mm];
@@ -144,8 +162,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
     if (progress) progress(check.presses.size());
   }
   for (const auto& [diameter_mm, size] : sizes)
-    check.diameters.push_back(
-        {diameter_mm, size.presses, median(size.radii_mm), size.slopes.gain()});
+    check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm), size.slopes.gain()});
   check.error_map_deg = map.mean();
   judge(check);
   return check;

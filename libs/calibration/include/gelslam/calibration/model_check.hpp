@@ -40,7 +40,7 @@ struct ModelCheck {
   std::vector<std::string> reasons;  ///< for people: what is not good, worst first; empty when all is
 };
 
-/// Reads every zone, reconstructs every ball (as `gelslam surface` does) and judges. `progress`, if given, is
+/// Reads every zone, reconstructs every ball (in the light as it is) and judges. `progress`, if given, is
 /// called with the number of presses done. Throws Error without zones, or when the model does not fit.
 ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
                        double pixel_pitch_mm, const std::function<void(std::size_t)>& progress = nullptr);
