@@ -43,13 +43,17 @@ Scan track(const std::filesystem::path& folder, const std::filesystem::path& mod
     }
     const TrackedFrame tracked = tracker.track(item->frame, item->time_s, item->surface);
     scan.frames.push_back(record_of(tracked));
-    if (!tracked.new_keyframe) continue;
-    const auto index = static_cast<std::size_t>(tracked.new_keyframe->frame - truth.background_frames);
-    const std::optional<Pose> pose = truth.start_T_currs.at(index);
-    if (!pose) throw Error(folder.string() + ": a keyframe has no true pose");
-    scan.keyframes.push_back(tracked.new_keyframe);
-    scan.links.push_back(tracked.new_keyframe_link);
-    scan.true_pose.push_back(*pose);
+    const auto add = [&](const std::shared_ptr<const Keyframe>& keyframe, const KeyframeLink& link) {
+      if (!keyframe) return;
+      const auto index = static_cast<std::size_t>(keyframe->frame - truth.background_frames);
+      const std::optional<Pose> pose = truth.start_T_currs.at(index);
+      if (!pose) throw Error(folder.string() + ": a keyframe has no true pose");
+      scan.keyframes.push_back(keyframe);
+      scan.links.push_back(link);
+      scan.true_pose.push_back(*pose);
+    };
+    add(tracked.turning_point, tracked.turning_point_link);
+    add(tracked.new_keyframe, tracked.new_keyframe_link);
   }
   return scan;
 }

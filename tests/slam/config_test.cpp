@@ -54,6 +54,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   SlamOptions& slam = config.slam;
   slam.tracker.contact_threshold_px = 321;
   slam.tracker.keyframe_min_shared = 0.61;
+  slam.tracker.keyframe_min_unseen = 0.07;
   slam.tracker.registration.max_samples = 2222;
   slam.tracker.registration.max_iterations = 33;
   slam.tracker.registration.robust_scale_rad = 0.07;

@@ -157,6 +157,14 @@ TEST(ShareOutCorrections, MotionsThatLeadElsewhereAndFramesWithoutALinkStay) {
   EXPECT_LT(gap(frames[2].keyframe_T_frame, back).deg, 1e-9);
 }
 
+TEST(ShareOutCorrections, OfSeveralLinksTheOneThatLeadsTheSameWayCounts) {
+  std::vector<FrameRecord> frames = {frame(0, motion(5.5, 0, 0, 0, 0)), frame(0, motion(0, 4, 0, 0, 0))};
+  share_out_corrections({link(0, 1, motion(0, 8, 0, 0, 0)), link(0, 2, motion(11, 0, 0, 0, 0))},
+                        {link(0, 1, motion(0, 9, 0, 0, 0)), link(0, 2, motion(10, 0, 0, 0, 0))}, frames);
+  EXPECT_LT(gap(frames[0].keyframe_T_frame, motion(5, 0, 0, 0, 0)).deg, 1e-6);
+  EXPECT_LT(gap(frames[1].keyframe_T_frame, motion(0, 4.5, 0, 0, 0)).deg, 1e-6);
+}
+
 TEST(ShareOutCorrections, ALinkWithoutMotionAndLoopsShareNothing) {
   std::vector<FrameRecord> frames = {frame(0, motion(1, 0, 0, 0, 0))};
   PoseGraphEdge loop = link(0, 1, motion(11, 0, 0, 0, 0)), closed = link(0, 1, motion(10, 0, 0, 0, 0));

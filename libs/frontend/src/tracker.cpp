@@ -38,6 +38,15 @@ Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
   return from.transpose() * information * from;
 }
 
+/// Known in all directions but along z, which has a zero of its own. A frame that is not would bring into the map what
+/// was guessed of its place.
+bool is_placed(const RegistrationResult& registration) {
+  constexpr std::size_t kZ = 2;
+  for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
+    if (axis != kZ && !registration.observable[axis]) return false;
+  return true;
+}
+
 /// How a frame hangs on the keyframe it was registered to.
 KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe,
                      const RegistrationResult& registration) {
@@ -70,6 +79,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   result.frame = frame;
   result.time_s = time_s;
   if (surface->contact_pixels < options_.contact_threshold_px) {
+    hand_out(result, turning_points_.end_trial());
     in_trial_ = false;
     return result;
   }
@@ -114,7 +124,9 @@ RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface)
       return place;
     }
   }
-  switch_keyframe(result, make_keyframe(previous_->frame, std::move(previous), previous_->surface), previous_->link);
+  const Pose trial_T_previous = trial_T_keyframe_ * previous_->link.previous_T_this;
+  switch_keyframe(result, {previous_->frame, previous_->surface, trial_T_previous, previous_->link},
+                  std::move(previous));
   return on_previous;
 }
 
@@ -199,12 +211,19 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
   result.trial_T_frame = trial_T_keyframe_ * keyframe_T_frame;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
+  const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
   if (!result.new_keyframe && keyframe_is_outgrown(registration, *surface)) {
-    auto reference = registrar_->prepare(surface);
-    switch_keyframe(result, make_keyframe(result.frame, std::move(reference), std::move(surface)), link);
+    switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
+  } else if (is_placed(registration)) {
+    hand_out(result, turning_points_.pass(touch));
   }
+}
+
+void Tracker::break_trial() {
+  in_trial_ = false;
+  turning_points_.end_trial();
 }
 
 bool Tracker::keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const {
@@ -214,25 +233,26 @@ bool Tracker::keyframe_is_outgrown(const RegistrationResult& registration, const
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
 
-std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame,
-                                                       std::shared_ptr<const PreparedReference> reference,
+std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, const PreparedReference& reference,
                                                        SurfacePtr surface) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
   keyframe->frame = frame;
   keyframe->trial = trial_;
   keyframe->surface = std::move(surface);
-  keyframe->reference = reference->samples();
-  reference_ = std::move(reference);
+  keyframe->reference = reference.samples();
   return keyframe;
 }
 
 /// With `first`, which is this frame or the one before.
 void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
                           std::shared_ptr<const PreparedReference> reference) {
+  hand_out(result, turning_points_.end_trial());
   ++trial_;
   in_trial_ = true;
-  keyframe_ = make_keyframe(first.frame, std::move(reference), first.surface);
+  keyframe_ = make_keyframe(first.frame, *reference, first.surface);
+  reference_ = std::move(reference);
+  turning_points_.begin_trial({first.frame, first.surface, Pose::Identity(), {}});
   trial_T_keyframe_ = Pose::Identity();
   last_step_ = Pose::Identity();
   previous_ = Previous{first, KeyframeLink{keyframe_}, kFirstMisfitRad};
@@ -246,13 +266,22 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   result.new_keyframe_link = {};
 }
 
-void Tracker::switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe,
-                              const KeyframeLink& link) {
-  result.new_keyframe = keyframe;
-  result.new_keyframe_link = link;
-  keyframe_ = std::move(keyframe);
+void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
+                              std::shared_ptr<const PreparedReference> reference) {
+  hand_out(result, turning_points_.add_keyframe(touch));
+  keyframe_ = make_keyframe(touch.frame, *reference, touch.surface);
+  reference_ = std::move(reference);
+  result.new_keyframe = keyframe_;
+  result.new_keyframe_link = touch.link;
   trial_T_keyframe_ = normalized(trial_T_keyframe_ * result.new_keyframe_link.previous_T_this);
   previous_->link = KeyframeLink{keyframe_};
+}
+
+void Tracker::hand_out(TrackedFrame& result, const std::optional<TurningPoints::Touch>& turning_point) {
+  if (!turning_point) return;
+  result.turning_point = make_keyframe(turning_point->frame, *registrar_->prepare(turning_point->surface),
+                                       turning_point->surface);
+  result.turning_point_link = turning_point->link;
 }
 
 }  // namespace gelslam

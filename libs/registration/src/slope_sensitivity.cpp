@@ -63,7 +63,6 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
   const PixelLookup in_reference(samples, reference.surface(), Pose::Identity());
   const Eigen::Matrix3d reference_R_target = target_T_reference.linear().transpose();
   Sums sums;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < residuals.weight.size(); k += kStride) {
     const double w = kStride * residuals.weight[k];
     if (w <= 0) continue;
@@ -87,22 +86,14 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
     sums.factors += w * by_factor.transpose() * by_factor;
     sums.pose_pull += w * jacobian.transpose() * r;
     sums.factor_pull -= w * by_factor.transpose() * r;
-    center += w * Eigen::Vector3d(samples.x[k], samples.y[k], samples.z[k]);
     result.weight += w;
   }
   // r + by_factor d - jacobian s is left, the pose moves by exp(-s): s = pose⁻¹ (pose_pull + mixed d).
   sums.pose.diagonal() += prior_information(options) * effective_variance(0.0, options);
   const auto factor = sums.pose.ldlt();
   const Eigen::Matrix<double, kParameters, kTerms> step_by_factor = factor.solve(sums.mixed);
+  // z stays: heights are integrated from the slopes, with the bare gel around as zero, so that they turn with the patch.
   result.pose_by_factor.topRows<kParameters>() = -step_by_factor;
-  // z follows the heights: the shared centre stays where it is along the target's z.
-  center /= result.weight;
-  const Eigen::RowVector3d z_axis = target_T_reference.linear().row(2);
-  for (int j = 0; j < kTerms; ++j) {
-    auto step = result.pose_by_factor.col(j);
-    const Eigen::Vector3d moved = step.head<3>().cross(center) + step.tail<3>();
-    step[5] = -z_axis.dot(moved) / z_axis.z();
-  }
   result.hessian = sums.factors - sums.mixed.transpose() * step_by_factor;
   result.pull = sums.factor_pull + sums.mixed.transpose() * factor.solve(sums.pose_pull);
   return result;

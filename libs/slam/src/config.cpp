@@ -48,6 +48,8 @@ void describe_tracking(OptionVisitor& visit, TrackerOptions& options) {
   visit.integer("contact_threshold", options.contact_threshold_px, 1, 100000000, "fewer contact pixels are no contact");
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
                "a keyframe that shares less than this with the frame is replaced");
+  visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,
+               "a motion that turns back leaves a keyframe where that alone shows so much of its contact");
   visit.number("patience_s", options.patience_s, 0, 10, "a trial outlasts torn pictures for so long");
   visit.flag("search_far", options.search_far, "after an unusual motion, look for the one place where the reliefs agree");
   describe_registration(visit, options.registration);

@@ -40,17 +40,24 @@ void share_out_corrections(const std::vector<PoseGraphEdge>& measured,
   std::map<std::pair<int, int>, const PoseGraphEdge*> links;
   for (const PoseGraphEdge& edge : corrected)
     if (edge.kind == EdgeKind::odometry) links[{edge.from, edge.to}] = &edge;
-  std::map<int, Link> onward;
+  std::map<int, std::vector<Link>> onward;  // to the next keyframe, and to turning points
   for (const PoseGraphEdge& edge : measured) {
     const auto link = links.find({edge.from, edge.to});
     if (edge.kind == EdgeKind::odometry && link != links.end())
-      onward[edge.from] = link_of(edge.from_T_to, link->second->from_T_to);
+      onward[edge.from].push_back(link_of(edge.from_T_to, link->second->from_T_to));
   }
   for (FrameRecord& frame : frames) {
-    const auto link = onward.find(frame.keyframe);
-    if (link == onward.end()) continue;
-    const double share = share_of(se3_log(frame.keyframe_T_frame), link->second);
-    frame.keyframe_T_frame = frame.keyframe_T_frame * se3_exp(share * link->second.correction);
+    const auto links = onward.find(frame.keyframe);
+    if (links == onward.end()) continue;
+    const Vector6d motion = se3_log(frame.keyframe_T_frame);
+    double share = 0;
+    Vector6d correction = Vector6d::Zero();
+    for (const Link& link : links->second)
+      if (const double of_this = share_of(motion, link); of_this > share) {
+        share = of_this;
+        correction = link.correction;
+      }
+    frame.keyframe_T_frame = frame.keyframe_T_frame * se3_exp(share * correction);
   }
 }
 

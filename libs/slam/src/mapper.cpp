@@ -94,6 +94,7 @@ void Mapper::add_keyframe(const std::shared_ptr<const Keyframe>& keyframe, const
   }
   if (!search_loops) return;
   for (const LoopConstraint& loop : loop_closer_.add(*keyframe)) {
+    if (link.previous && loop.from == link.previous->id) continue;  // the link already says what these pixels do
     edges_.push_back(edge_of(loop));
     ++loops_since_settled_;
   }

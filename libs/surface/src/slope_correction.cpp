@@ -64,7 +64,7 @@ SlopeCorrection::AxisTerms SlopeCorrection::terms(float x, float y, float gx, fl
 }
 
 std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gain_sigma) {
-  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kBias = 0.005;
+  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kBias = 0.02;
   return {gain_sigma, kCross,     kPlace, kPlace, kPlace, kPlace, kSlope, kSlope, kSlope, kBias, kBias,
           kCross,     gain_sigma, kPlace, kPlace, kPlace, kPlace, kSlope, kSlope, kSlope, kBias, kBias};
 }

@@ -17,4 +17,12 @@ struct Keyframe {
   std::shared_ptr<const NormalFlowReference> reference;  ///< prepared once, shared with loop closure
 };
 
+/// How a keyframe hangs on an earlier one of the same trial: that which it was registered to.
+struct KeyframeLink {
+  std::shared_ptr<const Keyframe> previous;  ///< null at the start of a trial
+  Pose previous_T_this = Pose::Identity();
+  Matrix6d information = Matrix6d::Zero();   ///< of the right perturbation of previous_T_this
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of what both show, in this keyframe's frame
+};
+
 }  // namespace gelslam

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "gelslam/frontend/keyframe.hpp"
+#include "gelslam/frontend/turning_points.hpp"
 #include "gelslam/registration/registrar.hpp"
 
 namespace gelslam {
@@ -16,6 +17,8 @@ struct TrackerOptions {
   /// A new keyframe is made when the current one shares less than this with what the frame shows: a first touch is small,
   /// and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
+  /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows so much of its contact.
+  double keyframe_min_unseen = 0.05;
   /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look for the one
   /// place where the two reliefs agree; if there are several, the frame is lost.
   bool search_far = true;
@@ -31,14 +34,6 @@ enum class TrackStatus { background, no_contact, tracked, lost, undone };
 /// "background", "no_contact", "tracked", "lost", "undone": as in the NDJSON stream.
 std::string_view name(TrackStatus status);
 
-/// How a keyframe hangs on the one before it in the same trial.
-struct KeyframeLink {
-  std::shared_ptr<const Keyframe> previous;  ///< null at the start of a trial
-  Pose previous_T_this = Pose::Identity();
-  Matrix6d information = Matrix6d::Zero();   ///< of the right perturbation of previous_T_this
-  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of what both show, in this keyframe's frame
-};
-
 /// What is known of a frame as soon as it was seen.
 struct TrackedFrame {
   std::int64_t frame = 0;
@@ -53,6 +48,10 @@ struct TrackedFrame {
   /// A keyframe made while this frame was tracked (it may be the frame before), with its link.
   std::shared_ptr<const Keyframe> new_keyframe;
   KeyframeLink new_keyframe_link;
+  /// Another one, which comes before new_keyframe: a frame of the same trial, some time ago, that alone showed a part of
+  /// the object before the motion turned back. No frame refers to it.
+  std::shared_ptr<const Keyframe> turning_point;
+  KeyframeLink turning_point_link;
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026, §IV;
@@ -62,12 +61,12 @@ class Tracker {
   /// Registers with NormalFlow and options.registration, or with another method.
   explicit Tracker(const TrackerOptions& options) : Tracker(options, make_normal_flow(options.registration)) {}
   Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar)
-      : options_(options), registrar_(std::move(registrar)) {}
+      : options_(options), registrar_(std::move(registrar)), turning_points_(options.keyframe_min_unseen) {}
 
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
 
   /// The next frame in contact starts a new trial: frames were left out on purpose, and the object may have moved.
-  void break_trial() { in_trial_ = false; }
+  void break_trial();
 
  private:
   struct Seen {
@@ -92,12 +91,14 @@ class Tracker {
   RegistrationResult go_on(const Surface& surface, double time_s);
   RegistrationResult place_on(const PreparedReference& reference, const Pose& reference_T_previous,
                               const Surface& surface, const RegistrationResult& registration) const;
-  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, std::shared_ptr<const PreparedReference> reference,
+  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, const PreparedReference& reference,
                                                 SurfacePtr surface);
   RegistrationResult follow(TrackedFrame& result, const Surface& surface);
   void lose(TrackedFrame& result, SurfacePtr surface);
   void begin_trial(TrackedFrame& result, const Seen& first, std::shared_ptr<const PreparedReference> reference);
-  void switch_keyframe(TrackedFrame& result, std::shared_ptr<const Keyframe> keyframe, const KeyframeLink& link);
+  void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
+                       std::shared_ptr<const PreparedReference> reference);
+  void hand_out(TrackedFrame& result, const std::optional<TurningPoints::Touch>& turning_point);
   void accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration);
   bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
 
@@ -109,6 +110,7 @@ class Tracker {
   std::shared_ptr<const Keyframe> keyframe_;
   std::shared_ptr<const PreparedReference> reference_;  ///< the keyframe's
   Pose trial_T_keyframe_ = Pose::Identity();
+  TurningPoints turning_points_;
   std::optional<Previous> previous_;
   std::optional<Seen> unplaced_;  ///< the last frame, where that was lost and began no trial
   std::optional<Doubtful> doubtful_;   ///< the last frame, where that was

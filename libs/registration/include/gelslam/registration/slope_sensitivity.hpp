@@ -14,7 +14,8 @@ struct SlopeSensitivity {
   static constexpr int kTerms = static_cast<int>(SlopeCorrection::kTerms);
   using PerTerm = Eigen::Matrix<double, kTerms, 1>;
 
-  /// With factors larger by d, the registration would find target_T_reference * exp(pose_by_factor * d).
+  /// With factors larger by d, the registration would find target_T_reference * exp(pose_by_factor * d). The row of z is
+  /// zero: heights turn with the slopes that they come from.
   Eigen::Matrix<double, 6, kTerms> pose_by_factor = Eigen::Matrix<double, 6, kTerms>::Zero();
   /// Misfit left for the best pose, sum of w |r|² / 2 over normals: -pull' d + d' hessian d / 2. Not divided by any
   /// variance; `weight` is the sum of w.

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "gelslam/frontend/keyframe.hpp"
+
+namespace gelslam {
+
+/// Finds the frames at which a motion turns back before a keyframe is due: what only they have shown would be
+/// in no keyframe, and so neither in the map nor in the mesh. It keeps the frame that shows most of what the
+/// trial's last keyframes do not, until it is seen no more. Deterministic. Source: own.
+class TurningPoints {
+ public:
+  struct Touch {
+    std::int64_t frame = 0;
+    SurfacePtr surface;
+    Pose trial_T_frame = Pose::Identity();
+    KeyframeLink link;  ///< only passed through
+  };
+
+  /// `min_unseen`: share of its contact that a frame must have shown alone.
+  explicit TurningPoints(double min_unseen) : min_unseen_(min_unseen) {}
+
+  /// Forgets all: a trial begins, with this keyframe.
+  void begin_trial(const Touch& keyframe);
+
+  /// The next tracked frame of the trial. Returns a turning point that this frame has left behind, which is a
+  /// keyframe from now on.
+  std::optional<Touch> pass(const Touch& touch);
+
+  /// A keyframe of the trial. Returns a turning point that it does not show; it comes before this keyframe.
+  std::optional<Touch> add_keyframe(const Touch& keyframe);
+
+  /// The trial is over. Returns a turning point that was not left behind yet.
+  std::optional<Touch> end_trial();
+
+ private:
+  struct Candidate : Touch {
+    std::vector<Eigen::Vector3d> unseen_mm;  ///< in the trial's frame
+    std::size_t least = 0;                   ///< so many of them are worth a keyframe
+  };
+
+  std::vector<Eigen::Vector3d> unseen(const Touch& touch) const;
+  void keep(const Touch& keyframe);
+  std::optional<Touch> release();
+
+  double min_unseen_;
+  std::deque<Touch> keyframes_;  ///< the trial's last
+  std::optional<Candidate> candidate_;
+};
+
+}  // namespace gelslam

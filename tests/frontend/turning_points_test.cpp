@@ -1,0 +1,202 @@
+#include "gelslam/frontend/turning_points.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/analytic_surface.hpp"
+#include "gelslam/frontend/tracker.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+
+const Field& relief() {
+  static const Field field = textured_plane(1);
+  return field;
+}
+
+/// A contact of 3.8 by 3.2 mm, `x_mm` further along.
+Pose place(double x_mm) { return motion(0, 0, 0, x_mm, 0, 0.4); }
+
+SurfacePtr at(double x_mm) {
+  View view;
+  view.contact_width_px = 60;
+  view.contact_height_px = 50;
+  return touch(relief(), place(x_mm), view);
+}
+
+SurfacePtr nothing() { return touch(relief(), motion(0, 0, 0, 0, 0, -3), {}); }
+
+/// Frames of a trial in which one thing is touched after the other.
+struct Tracked {
+  explicit Tracked(const TrackerOptions& options) : tracker(options) {}
+
+  TrackedFrame see(double x_mm) {
+    x_mm_of.push_back(x_mm);
+    return see(at(x_mm));
+  }
+  TrackedFrame lift() {
+    x_mm_of.push_back(0);
+    return see(nothing());
+  }
+  TrackedFrame see(SurfacePtr surface) {
+    const TrackedFrame frame = tracker.track(next, 0.04 * static_cast<double>(next), std::move(surface));
+    ++next;
+    for (const auto& keyframe : {frame.turning_point, frame.new_keyframe})
+      if (keyframe) keyframes.push_back(keyframe);
+    if (frame.turning_point) turning_points.push_back(frame.turning_point);
+    return frame;
+  }
+  void go(double from_mm, double to_mm) {
+    const double step_mm = from_mm < to_mm ? 0.3 : -0.3;
+    for (double x = from_mm; (to_mm - x) / step_mm > 0.01; x += step_mm) see(x);
+    see(to_mm);
+  }
+
+  Tracker tracker;
+  std::int64_t next = 0;
+  std::vector<double> x_mm_of;  // of each frame
+  std::vector<std::shared_ptr<const Keyframe>> keyframes, turning_points;
+};
+
+TEST(TurningPoints, AMotionThatTurnsBackLeavesTheFrameWhereItDid) {
+  Tracked log(TrackerOptions{});
+  log.go(0, 1.2);  // a third of the contact is new: no reason for a keyframe yet
+  EXPECT_EQ(log.keyframes.size(), 1U);
+  log.go(0.9, -0.6);
+  ASSERT_EQ(log.turning_points.size(), 1U);
+  EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(log.turning_points[0]->frame)], 1.2);
+}
+
+TEST(TurningPoints, ItHangsOnTheKeyframeOfItsTime) {
+  Tracked log(TrackerOptions{});
+  log.go(0, 1.2);
+  TrackedFrame frame;
+  for (double x = 0.9; !frame.turning_point && x > -3; x -= 0.3) frame = log.see(x);
+  ASSERT_NE(frame.turning_point, nullptr);
+  ASSERT_NE(frame.turning_point_link.previous, nullptr);
+  EXPECT_EQ(frame.turning_point_link.previous->id, 0);
+  EXPECT_EQ(frame.turning_point->trial, 0);
+  EXPECT_NE(frame.turning_point->reference, nullptr);
+  const PoseGap error = gap(frame.turning_point_link.previous_T_this, place(0).inverse() * place(1.2));
+  EXPECT_LT(error.mm, 0.01);
+  EXPECT_LT(error.deg, 0.03);
+  EXPECT_EQ(frame.keyframe->id, 0) << "tracking goes on as if nothing had been";
+}
+
+TEST(TurningPoints, AMotionThatGoesOnLeavesNone) {
+  Tracked log(TrackerOptions{});
+  log.go(0, 8);
+  log.lift();
+  EXPECT_GT(log.keyframes.size(), 3U);
+  // The last touches before lifting are beyond the last keyframe: those alone may be left.
+  for (const auto& point : log.turning_points)
+    EXPECT_GT(log.x_mm_of[static_cast<std::size_t>(point->frame)], 7.0);
+}
+
+TEST(TurningPoints, TheSamePlaceIsLeftOnce) {
+  Tracked log(TrackerOptions{});
+  for (int i = 0; i < 4; ++i) {
+    log.go(0, 1.2);
+    log.go(0.9, 0);
+  }
+  EXPECT_EQ(log.turning_points.size(), 1U);
+}
+
+TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenContactEnds) {
+  Tracked log(TrackerOptions{});
+  log.go(0, 1.2);
+  EXPECT_TRUE(log.turning_points.empty());
+  const TrackedFrame lifted = log.lift();
+  EXPECT_EQ(lifted.status, TrackStatus::no_contact);
+  ASSERT_NE(lifted.turning_point, nullptr);
+  EXPECT_EQ(lifted.turning_point->frame, log.next - 2);
+  EXPECT_EQ(log.lift().turning_point, nullptr);
+}
+
+TEST(TurningPoints, ATrialThatIsTakenBackLeavesNone) {
+  Tracked log(TrackerOptions{});
+  log.go(0, 1.2);
+  log.tracker.break_trial();
+  EXPECT_EQ(log.see(5).turning_point, nullptr);
+}
+
+// An edge that is the same all along: sliding across it is followed, but where along it lies is not known.
+TEST(TurningPoints, AFrameWhosePlaceIsOnlyHalfKnownIsNone) {
+  const auto slid = [](double y_mm) {
+    View view;
+    view.contact_width_px = 60;
+    view.contact_height_px = 50;
+    return touch(extruded_edge(), motion(0, 0, 0, 0, y_mm, 1.5), view);
+  };
+  Tracked log(TrackerOptions{});
+  TrackedFrame farthest;
+  for (double y = 0; y < 1.25; y += 0.2) farthest = log.see(slid(y));
+  ASSERT_EQ(farthest.status, TrackStatus::tracked);
+  ASSERT_GT(farthest.trial_T_frame.translation().y(), 0.8);
+  log.lift();
+  EXPECT_TRUE(log.turning_points.empty());
+}
+
+TEST(TurningPoints, NoneWhereAllWouldHaveToBeNew) {
+  TrackerOptions options;
+  options.keyframe_min_unseen = 1;
+  Tracked log(options);
+  log.go(0, 1.2);
+  log.go(0.9, -1.2);
+  log.lift();
+  EXPECT_TRUE(log.turning_points.empty());
+}
+
+TEST(TurningPoints, IdsGrowWithTime) {
+  Tracked log(TrackerOptions{});
+  log.go(0, 1.2);
+  log.go(0.9, -4);
+  log.go(-3.7, 4);
+  log.lift();
+  ASSERT_GT(log.turning_points.size(), 1U);
+  for (std::size_t i = 0; i < log.keyframes.size(); ++i) {
+    EXPECT_EQ(log.keyframes[i]->id, static_cast<int>(i));
+    EXPECT_GT(log.keyframes[i]->frame, i == 0 ? -1 : log.keyframes[i - 1]->frame);
+  }
+}
+
+/// How far the nearest keyframe was from a place.
+double missed_mm(const Tracked& log, double x_mm) {
+  double least = 1e9;
+  for (const auto& keyframe : log.keyframes)
+    least = std::min(least, std::abs(x_mm - log.x_mm_of[static_cast<std::size_t>(keyframe->frame)]));
+  return least;
+}
+
+TEST(TurningPoints, AllThatWasTouchedIsInSomeKeyframe) {
+  Tracked log(TrackerOptions{});
+  double x = 0;
+  for (const double to : {1.4, 0.2, 2.9, 1.0, 1.6, -1.3, 0.4, -2.6, 4.1, 2.8}) {
+    log.go(x, to);
+    x = to;
+  }
+  log.lift();
+  double first = 0, last = 0;
+  for (const double at_mm : log.x_mm_of) {
+    first = std::min(first, at_mm);
+    last = std::max(last, at_mm);
+  }
+  // One cell of the coarse grid is 0.5 mm: what less than it has shown alone is not looked for.
+  EXPECT_LT(missed_mm(log, first), 0.55);
+  EXPECT_LT(missed_mm(log, last), 0.55);
+}
+
+TEST(TurningPoints, TheOtherSideOfAThinObjectIsNotSeen) {
+  TurningPoints points(0.05);
+  const SurfacePtr surface = at(0);
+  points.begin_trial({0, surface, Pose::Identity(), {}});
+  EXPECT_FALSE(points.pass({1, surface, Pose::Identity(), {}}));
+  EXPECT_FALSE(points.end_trial()) << "the same place shows nothing new";
+  points.begin_trial({0, surface, Pose::Identity(), {}});
+  points.pass({1, surface, motion(0, 0, 0, 0, 0, 2), {}});
+  EXPECT_TRUE(points.end_trial()) << "2 mm above is another sheet";
+}
+
+}  // namespace
+}  // namespace gelslam
