@@ -18,14 +18,15 @@ struct Search {
 };
 
 /// `moved`: where the sensor is then. Expected at rest, as when nothing is known.
-Search search(const Field& field, const Pose& moved, const View& view = everywhere()) {
+Search search(const Field& field, const Pose& moved, const View& view = everywhere(),
+              const PlaceSearchOptions& search_options = {}) {
   const NormalFlowOptions options;
   const NormalFlowReference reference(touch(field, at_rest, view), options);
   const SurfacePtr target = touch(field, moved, view);
   const Pose truth = moved.inverse() * at_rest;
   Search s;
   s.alone = register_normal_flow(reference, *target, Pose::Identity(), options);
-  s.place = find_place(reference, *target, Pose::Identity(), s.alone, options);
+  s.place = find_place(reference, *target, Pose::Identity(), s.alone, options, search_options);
   s.alone_off = gap(s.alone.target_T_reference, truth);
   s.place_off = gap(s.place.target_T_reference, truth);
   return s;
@@ -55,6 +56,18 @@ TEST(PlaceSearch, SaysSoWhenSeveralPlacesAgreeAsWell) {
     const Search s = search(waffle(kPeriodMm), motion(0, 0, 0, slide_mm, 0.1, 0.4));
     ASSERT_TRUE(s.alone.ok());
     EXPECT_EQ(s.place.status, RegistrationStatus::ambiguous) << slide_mm;
+  }
+}
+
+TEST(PlaceSearch, MayCountOnSmallStepsToBeLikelier) {
+  PlaceSearchOptions options;
+  options.rival_distance = 2.5;
+  const Field waffle_of_unlike_bumps = together(waffle(kPeriodMm), textured_plane(5, 0.01));
+  for (const double slide_mm : {0.3, 0.6}) {  // the next bump is 1.3 or 1.0 mm off
+    const Search s = search(waffle_of_unlike_bumps, motion(0, 0, 0, slide_mm, 0, 0.4), everywhere(), options);
+    const bool likelier = (kPeriodMm - slide_mm) / slide_mm > options.rival_distance;
+    EXPECT_EQ(s.place.status, likelier ? RegistrationStatus::converged : RegistrationStatus::ambiguous)
+        << slide_mm;
   }
 }
 

@@ -17,14 +17,17 @@ constexpr double kFirstMisfitRad = 0.05;  // of a trial's first step
 constexpr double kLeastMisfitRad = 0.03;
 // After a longer gap a pattern may have moved on by a period.
 constexpr double kLongestStepS = 0.17;
+// Up to twice as large as usual, a step is likelier than one so many times as far.
+constexpr double kJumpIsUnlikely = 2.5;
 // Within so long no hand moves a pattern by a period, and by the same again.
 constexpr double kSteadyStepS = 0.06;
 
 /// Of a frame from where it was expected.
-bool is_surprise(const RegistrationResult& registration, const Pose& reference_T_expected) {
+bool is_surprise(const RegistrationResult& registration, const Pose& reference_T_expected, double usual = 1) {
   const Pose surprise = registration.target_T_reference * reference_T_expected;
   const Eigen::Vector3d center_mm = registration.target_T_reference * registration.shared_center_mm;
-  return (surprise * center_mm - center_mm).norm() > kUsualSurpriseMm || rotation_angle_rad(surprise) > kUsualSurpriseRad;
+  return (surprise * center_mm - center_mm).norm() > usual * kUsualSurpriseMm ||
+         rotation_angle_rad(surprise) > usual * kUsualSurpriseRad;
 }
 
 /// Do the normals suddenly fit much worse?
@@ -116,9 +119,9 @@ RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface)
   }
   const bool follows_previous = !on_keyframe.ok() && is_usual(on_previous, Pose::Identity(), result.time_s);
   if (!follows_previous) {
-    const RegistrationResult place = place_on(*reference_, keyframe_T_previous, surface, on_keyframe);
+    const RegistrationResult place = place_on(*reference_, keyframe_T_previous, surface, on_keyframe, result.time_s);
     if (place.ok()) return place;
-    if (previous) on_previous = place_on(*previous, Pose::Identity(), surface, on_previous);
+    if (previous) on_previous = place_on(*previous, Pose::Identity(), surface, on_previous, result.time_s);
     if (!on_previous.ok()) {
       if (on_keyframe.ok() && !unplaced_) doubtful_ = Doubtful{result.time_s, on_keyframe.target_T_reference.inverse()};
       return place;
@@ -130,10 +133,15 @@ RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface)
   return on_previous;
 }
 
-/// As the last step said, as far as a hand can change its mind until then.
-bool Tracker::is_usual(const RegistrationResult& registration, const Pose& reference_T_previous, double time_s) const {
+/// But for its size, nothing about the step is suspicious.
+bool Tracker::is_sound(const RegistrationResult& registration, double time_s) const {
   return registration.ok() && time_s - previous_->time_s <= kLongestStepS &&
-         !is_worse(registration, previous_->misfit_rad) && !is_surprise(registration, reference_T_previous * last_step_);
+         !is_worse(registration, previous_->misfit_rad);
+}
+
+/// As the last step said, too, as far as a hand can change its mind until then.
+bool Tracker::is_usual(const RegistrationResult& registration, const Pose& reference_T_previous, double time_s) const {
+  return is_sound(registration, time_s) && !is_surprise(registration, reference_T_previous * last_step_);
 }
 
 /// What is found once over a pattern may be a jump; what is found twice is a speed, of an object that was moving when the
@@ -188,10 +196,14 @@ RegistrationResult Tracker::register_to(const PreparedReference& reference, cons
 /// The only place where the frame fits, whether it was expected there (`registration`) or not. Not ok when there is none
 /// or several.
 RegistrationResult Tracker::place_on(const PreparedReference& reference, const Pose& reference_T_previous,
-                                     const Surface& surface, const RegistrationResult& registration) const {
+                                     const Surface& surface, const RegistrationResult& registration,
+                                     double time_s) const {
   if (!options_.search_far) return registration;
   const Pose expected = (reference_T_previous * last_step_).inverse();
-  const RegistrationResult place = find_place(*reference.samples(), surface, expected, registration, options_.registration);
+  PlaceSearchOptions search;
+  if (is_sound(registration, time_s) && !is_surprise(registration, reference_T_previous * last_step_, 2)) search.rival_distance = kJumpIsUnlikely;
+  const RegistrationResult place =
+      find_place(*reference.samples(), surface, expected, registration, options_.registration, search);
   // Another method starts from there and has the last word.
   return place.ok() ? reference.register_to(surface, place.target_T_reference) : place;
 }

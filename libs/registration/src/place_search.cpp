@@ -45,6 +45,13 @@ bool is_far(const RegistrationResult& result, const Pose& expected, const PlaceS
   return d.shift_mm.norm() > options.far_mm || d.turn_rad.norm() > options.far_rad;
 }
 
+/// From where it was expected; as much turned counts as a hand does in the same time.
+double distance_mm(const RegistrationResult& result, const Pose& expected) {
+  constexpr double kHandMmPerRad = 5.7;
+  const Difference d = difference(result, expected);
+  return std::max(d.shift_mm.norm(), kHandMmPerRad * d.turn_rad.norm());
+}
+
 /// Agrees well enough to be the place, as unexpected as it is.
 bool is_place(const RegistrationResult& result, const Pose& expected, const PlaceSearchOptions& options) {
   return result.ok() &&
@@ -80,17 +87,20 @@ RegistrationResult find_place(const NormalFlowReference& reference, const Surfac
   for (const RegistrationResult& place : places)
     if (is_place(place, expected, options) && (!best || place.normal_rmse_rad < best->normal_rmse_rad))
       best = &place;
-  RegistrationResult result = best ? *best : found;
   if (!best) {
-    if (found.ok()) result.status = RegistrationStatus::curvature_mismatch;
-    return result;
+    RegistrationResult none = found;
+    if (found.ok()) none.status = RegistrationStatus::curvature_mismatch;
+    return none;
   }
   // What is within the noise proves nothing.
   const double doubt_rad =
       options.rival_misfit * std::max(best->normal_rmse_rad, normal_flow.normal_noise_rad);
+  const double farthest_mm = options.rival_distance * distance_mm(*best, expected);
   const bool doubtful = std::any_of(places.begin(), places.end(), [&](const RegistrationResult& place) {
-    return place.normal_rmse_rad < doubt_rad && is_elsewhere(*best, place.target_T_reference, options);
+    return place.normal_rmse_rad < doubt_rad && is_elsewhere(*best, place.target_T_reference, options) &&
+           !(distance_mm(place, expected) > farthest_mm);
   });
+  RegistrationResult result = *best;
   if (doubtful) result.status = RegistrationStatus::ambiguous;
   return result;
 }

@@ -32,7 +32,10 @@ std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames) {
 std::optional<Pose> where(const Keyframe& older, const Keyframe& newer, const Pose& older_T_newer,
                           const NormalFlowOptions& options) {
   const RegistrationResult here = register_normal_flow(*newer.reference, *older.surface, older_T_newer, options);
-  const RegistrationResult place = find_place(*newer.reference, *older.surface, older_T_newer, here, options);
+  PlaceSearchOptions search;
+  search.rival_distance = 4;  // a fragment fits at many places, but it was here a moment ago
+  const RegistrationResult place =
+      find_place(*newer.reference, *older.surface, older_T_newer, here, options, search);
   if (place.status == RegistrationStatus::ambiguous) return std::nullopt;
   return place.ok() ? place.target_T_reference : older_T_newer;
 }

@@ -87,10 +87,11 @@ class Tracker {
 
   RegistrationResult register_to(const PreparedReference& reference, const Pose& reference_T_previous,
                                  const Surface& surface) const;
+  bool is_sound(const RegistrationResult& registration, double time_s) const;
   bool is_usual(const RegistrationResult& registration, const Pose& reference_T_previous, double time_s) const;
   RegistrationResult go_on(const Surface& surface, double time_s);
   RegistrationResult place_on(const PreparedReference& reference, const Pose& reference_T_previous,
-                              const Surface& surface, const RegistrationResult& registration) const;
+                              const Surface& surface, const RegistrationResult& registration, double time_s) const;
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, const PreparedReference& reference,
                                                 SurfacePtr surface);
   RegistrationResult follow(TrackedFrame& result, const Surface& surface);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "gelslam/registration/normal_flow.hpp"
 
 namespace gelslam {
@@ -8,6 +10,8 @@ struct PlaceSearchOptions {
   /// Another place proves nothing when its normals fit this much worse than the best's. Measured: a tooth, bead or
   /// dimple further 1.02 to 1.4 times, on relief that does not repeat 2 to 3 times.
   double rival_misfit = 1.15;
+  /// Nor does one that lies so many times as far from where it was expected: few hands jump.
+  double rival_distance = std::numeric_limits<double>::infinity();
   double least_rival_shared = 0.15;  ///< of the reference's samples: less agrees anywhere
   double least_rival_relief = 0.5;   ///< correlation of curvatures; less is no agreement
   double far_relief = 0.85;          ///< a place that nobody expected has to agree this well
