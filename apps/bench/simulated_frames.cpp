@@ -30,7 +30,7 @@ namespace {
 SimulatedFrames make() {
   ScanSpec spec;
   spec.object.name = "peanut";
-  spec.motion.frames = 60;
+  spec.motion.frames = 120;  // 0.1 mm per frame: to and fro, no step is an unusual one
   const Simulator simulator(spec);
   SimulatedFrames frames;
   frames.model = quickly_trained_model();

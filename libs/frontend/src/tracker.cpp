@@ -139,9 +139,11 @@ bool Tracker::is_sound(const RegistrationResult& registration, double time_s) co
          !is_worse(registration, previous_->misfit_rad);
 }
 
-/// As the last step said, too, as far as a hand can change its mind until then.
+/// As the last step said, too, as far as a hand can change its mind until then, or where the frame before was: a hand
+/// stops, and turns back.
 bool Tracker::is_usual(const RegistrationResult& registration, const Pose& reference_T_previous, double time_s) const {
-  return is_sound(registration, time_s) && !is_surprise(registration, reference_T_previous * last_step_);
+  return is_sound(registration, time_s) && (!is_surprise(registration, reference_T_previous * last_step_) ||
+                                            !is_surprise(registration, reference_T_previous));
 }
 
 /// What is found once over a pattern may be a jump; what is found twice is a speed, of an object that was moving when the
