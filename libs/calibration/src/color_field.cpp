@@ -35,9 +35,10 @@ void terms(const std::array<float, 2>& place, const std::array<float, 2>& angle,
 }
 
 constexpr int folds = 5;
-constexpr int slope_count = (slope_degree + 1) * (slope_degree + 2) / 2,
-              place_count = (place_degree + 1) * (place_degree + 2) / 2;
-constexpr Eigen::Index columns = slope_count * place_count;
+constexpr int slope_terms = ColorField::slope_terms, place_terms = ColorField::place_terms;
+static_assert(slope_terms == (slope_degree + 1) * (slope_degree + 2) / 2);
+static_assert(place_terms == (place_degree + 1) * (place_degree + 2) / 2);
+constexpr Eigen::Index columns = slope_terms * place_terms;
 constexpr float dark = 0.04F;  // keeps shares finite where there is no light
 
 /// Some of the presses: features of their samples, the changes in levels (columns 0..2) and as shares (3..5),
@@ -54,8 +55,8 @@ struct Fold {
   }
 
   void fill(Eigen::Index row, const SlopeSample& sample) {
-    std::array<float, slope_count> slope{};
-    std::array<float, place_count> place{};
+    std::array<float, slope_terms> slope{};
+    std::array<float, place_terms> place{};
     terms(sample.place, sample.angle_rad, slope.data(), place.data());
     Eigen::Index column = 0;
     for (const float s : slope)

@@ -15,6 +15,8 @@ namespace gelslam::calibration::detail {
 /// alike: whichever tells more of presses that are left out of the fit.
 class ColorField {
  public:
+  static constexpr int slope_terms = 15, place_terms = 15;  ///< of the two polynomials
+
   explicit ColorField(const std::vector<SlopeSample>& samples);
 
   /// Colour change (BGR) that a slope makes at a place (u/W, v/H), in units of unit().
@@ -25,7 +27,6 @@ class ColorField {
   bool is_relative() const { return relative_; }
 
  private:
-  static constexpr int slope_terms = 15, place_terms = 15;
   bool relative_ = false;
   std::array<std::array<float, slope_terms * place_terms>, 3> coefficients_{};
 };

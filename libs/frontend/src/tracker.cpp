@@ -10,7 +10,6 @@ namespace {
 // Frames that follow each other bring no larger surprise (of 7600 frames of 19 sequences 5 do, 4 of them of a polished
 // ball): a hand's speed changes by a tenth of a millimetre and by one degree in 0.04 s.
 constexpr double kUsualSurpriseMm = 0.2;
-constexpr double kUsualSurpriseRad = 0.035;
 // Nor do normals suddenly fit so many times worse than one frame before, but as a contact begins.
 constexpr double kUsualMisfitRise = 1.5;
 constexpr double kFirstMisfitRad = 0.05;  // of a trial's first step
@@ -22,12 +21,8 @@ constexpr double kJumpIsUnlikely = 2.5;
 // Within so long no hand moves a pattern by a period, and by the same again.
 constexpr double kSteadyStepS = 0.06;
 
-/// Of a frame from where it was expected.
 bool is_surprise(const RegistrationResult& registration, const Pose& reference_T_expected, double usual = 1) {
-  const Pose surprise = registration.target_T_reference * reference_T_expected;
-  const Eigen::Vector3d center_mm = registration.target_T_reference * registration.shared_center_mm;
-  return (surprise * center_mm - center_mm).norm() > usual * kUsualSurpriseMm ||
-         rotation_angle_rad(surprise) > usual * kUsualSurpriseRad;
+  return surprise_mm(registration, reference_T_expected.inverse()) > usual * kUsualSurpriseMm;
 }
 
 /// Do the normals suddenly fit much worse?
@@ -201,11 +196,12 @@ RegistrationResult Tracker::place_on(const PreparedReference& reference, const P
                                      const Surface& surface, const RegistrationResult& registration,
                                      double time_s) const {
   if (!options_.search_far) return registration;
-  const Pose expected = (reference_T_previous * last_step_).inverse();
+  const Pose reference_T_expected = reference_T_previous * last_step_;
   PlaceSearchOptions search;
-  if (is_sound(registration, time_s) && !is_surprise(registration, reference_T_previous * last_step_, 2)) search.rival_distance = kJumpIsUnlikely;
-  const RegistrationResult place =
-      find_place(*reference.samples(), surface, expected, registration, options_.registration, search);
+  if (is_sound(registration, time_s) && !is_surprise(registration, reference_T_expected, 2))
+    search.rival_distance = kJumpIsUnlikely;
+  const RegistrationResult place = find_place(*reference.samples(), surface, reference_T_expected.inverse(),
+                                              registration, options_.registration, search);
   // Another method starts from there and has the last word.
   return place.ok() ? reference.register_to(surface, place.target_T_reference) : place;
 }

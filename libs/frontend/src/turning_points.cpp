@@ -4,43 +4,22 @@
 #include <cmath>
 #include <utility>
 
+#include "gelslam/surface/contact_points.hpp"
+
 namespace gelslam {
 namespace {
 
-constexpr int kGridStepPx = 8;
 constexpr std::size_t kKeyframes = 6;  // further back, the sensor was elsewhere or comes as to any seen place
 constexpr double kLeft = 0.5;  // of what was unseen is out of view: the motion has turned away from it
 
-/// The contact's points on a coarse grid, in the trial's frame.
-std::vector<Eigen::Vector3d> contact_points(const TurningPoints::Touch& touch) {
-  const Surface& surface = *touch.surface;
-  const double center_u = 0.5 * surface.contact.cols - 0.5, center_v = 0.5 * surface.contact.rows - 0.5;
-  std::vector<Eigen::Vector3d> points;
-  for (int v = kGridStepPx / 2; v < surface.contact.rows; v += kGridStepPx)
-    for (int u = kGridStepPx / 2; u < surface.contact.cols; u += kGridStepPx)
-      if (surface.contact(v, u))
-        points.push_back(touch.trial_T_frame * Eigen::Vector3d((u - center_u) * surface.pixel_pitch_mm,
-                                                               (v - center_v) * surface.pixel_pitch_mm,
-                                                               static_cast<double>(surface.height_mm(v, u))));
-  return points;
-}
-
-/// Whether a point of the trial lies in a touch's contact, close to its height: not on the object's other
-/// side.
+/// Whether points of the trial lie in a touch's contact.
 class View {
  public:
   explicit View(const TurningPoints::Touch& touch)
       : surface_(*touch.surface), frame_T_trial_(touch.trial_T_frame.inverse()) {}
 
   bool shows(const Eigen::Vector3d& point_mm) const {
-    constexpr double kHeightToleranceMm = 0.5;
-    const Eigen::Vector3d p = frame_T_trial_ * point_mm;
-    const double u = p.x() / surface_.pixel_pitch_mm + 0.5 * surface_.contact.cols - 0.5;
-    const double v = p.y() / surface_.pixel_pitch_mm + 0.5 * surface_.contact.rows - 0.5;
-    if (!(u >= 0 && v >= 0 && u <= surface_.contact.cols - 1 && v <= surface_.contact.rows - 1)) return false;
-    const int column = static_cast<int>(std::lround(u)), row = static_cast<int>(std::lround(v));
-    return surface_.contact(row, column) &&
-           std::abs(p.z() - static_cast<double>(surface_.height_mm(row, column))) < kHeightToleranceMm;
+    return gelslam::shows(surface_, frame_T_trial_ * point_mm);
   }
 
  private:
@@ -67,7 +46,7 @@ std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
   }
   Candidate candidate{touch, unseen(touch), 0};
   const double contact_cells =
-      static_cast<double>(touch.surface->contact_pixels) / (kGridStepPx * kGridStepPx);
+      static_cast<double>(touch.surface->contact_pixels) / (kContactPointStepPx * kContactPointStepPx);
   candidate.least = static_cast<std::size_t>(std::ceil(min_unseen_ * contact_cells));
   const std::size_t most = candidate_ ? candidate_->unseen_mm.size() : 0;
   if (candidate.unseen_mm.size() >= candidate.least && candidate.unseen_mm.size() > most)
@@ -94,7 +73,8 @@ std::optional<TurningPoints::Touch> TurningPoints::end_trial() {
 }
 
 std::vector<Eigen::Vector3d> TurningPoints::unseen(const Touch& touch) const {
-  std::vector<Eigen::Vector3d> points = contact_points(touch);
+  std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(*touch.surface);
+  for (Eigen::Vector3d& point : points) point = touch.trial_T_frame * point;
   for (const Touch& keyframe : keyframes_) {
     const View view(keyframe);
     std::erase_if(points, [&](const auto& p) { return view.shows(p); });

@@ -45,13 +45,6 @@ bool is_far(const RegistrationResult& result, const Pose& expected, const PlaceS
   return d.shift_mm.norm() > options.far_mm || d.turn_rad.norm() > options.far_rad;
 }
 
-/// From where it was expected; as much turned counts as a hand does in the same time.
-double distance_mm(const RegistrationResult& result, const Pose& expected) {
-  constexpr double kHandMmPerRad = 5.7;
-  const Difference d = difference(result, expected);
-  return std::max(d.shift_mm.norm(), kHandMmPerRad * d.turn_rad.norm());
-}
-
 /// Agrees well enough to be the place, as unexpected as it is.
 bool is_place(const RegistrationResult& result, const Pose& expected, const PlaceSearchOptions& options) {
   return result.ok() &&
@@ -70,6 +63,12 @@ bool is_elsewhere(const RegistrationResult& result, const Pose& other, const Pla
 }
 
 }  // namespace
+
+double surprise_mm(const RegistrationResult& found, const Pose& expected) {
+  constexpr double kHandMmPerRad = 0.2 / 0.035;
+  const Difference d = difference(found, expected);
+  return std::max(d.shift_mm.norm(), kHandMmPerRad * d.turn_rad.norm());
+}
 
 RegistrationResult find_place(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& found,
@@ -95,10 +94,10 @@ RegistrationResult find_place(const NormalFlowReference& reference, const Surfac
   // What is within the noise proves nothing.
   const double doubt_rad =
       options.rival_misfit * std::max(best->normal_rmse_rad, normal_flow.normal_noise_rad);
-  const double farthest_mm = options.rival_distance * distance_mm(*best, expected);
+  const double farthest_mm = options.rival_distance * surprise_mm(*best, expected);
   const bool doubtful = std::any_of(places.begin(), places.end(), [&](const RegistrationResult& place) {
     return place.normal_rmse_rad < doubt_rad && is_elsewhere(*best, place.target_T_reference, options) &&
-           !(distance_mm(place, expected) > farthest_mm);
+           !(surprise_mm(place, expected) > farthest_mm);
   });
   RegistrationResult result = *best;
   if (doubtful) result.status = RegistrationStatus::ambiguous;

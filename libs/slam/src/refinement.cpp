@@ -6,35 +6,15 @@
 
 #include "gelslam/backend/motion_certainty.hpp"
 #include "gelslam/loop_closure/self_similarity.hpp"
+#include "gelslam/surface/contact_points.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr int kGridStepPx = 8;
-
-/// Coarse points of a patch, for telling which patches overlap without touching every pixel.
-std::vector<Eigen::Vector3d> coarse_points(const Surface& surface) {
-  std::vector<Eigen::Vector3d> points;
-  const double center_u = surface.contact.cols * 0.5 - 0.5, center_v = surface.contact.rows * 0.5 - 0.5;
-  for (int v = kGridStepPx / 2; v < surface.contact.rows; v += kGridStepPx)
-    for (int u = kGridStepPx / 2; u < surface.contact.cols; u += kGridStepPx)
-      if (surface.contact(v, u))
-        points.emplace_back((u - center_u) * surface.pixel_pitch_mm, (v - center_v) * surface.pixel_pitch_mm,
-                            static_cast<double>(surface.height_mm(v, u)));
-  return points;
-}
-
 /// Share of the points that land on the other patch's contact, close to its height.
 double overlap(const std::vector<Eigen::Vector3d>& points, const Surface& other, const Pose& other_T_points) {
-  constexpr double kHeightToleranceMm = 0.5;
-  int inside = 0;
-  for (const Eigen::Vector3d& point : points) {
-    const Eigen::Vector3d p = other_T_points * point;
-    const int u = static_cast<int>(std::lround(p.x() / other.pixel_pitch_mm + other.contact.cols * 0.5 - 0.5));
-    const int v = static_cast<int>(std::lround(p.y() / other.pixel_pitch_mm + other.contact.rows * 0.5 - 0.5));
-    if (u < 0 || v < 0 || u >= other.contact.cols || v >= other.contact.rows || !other.contact(v, u)) continue;
-    if (std::abs(p.z() - static_cast<double>(other.height_mm(v, u))) < kHeightToleranceMm) ++inside;
-  }
+  const auto inside = std::count_if(points.begin(), points.end(),
+                                    [&](const auto& point) { return shows(other, other_T_points * point); });
   return points.empty() ? 0.0 : static_cast<double>(inside) / static_cast<double>(points.size());
 }
 
@@ -56,7 +36,7 @@ std::size_t index(int id) { return static_cast<std::size_t>(id); }
 struct PosedKeyframes {
   const std::vector<std::shared_ptr<const Keyframe>>& keyframes;
   const PoseGraphSolution& solution;
-  std::vector<std::vector<Eigen::Vector3d>> points;  // coarse_points() of each
+  std::vector<std::vector<Eigen::Vector3d>> points;  // coarse_contact_points_mm() of each
 
   bool same_group(int a, int b) const { return solution.group_of_node.at(a) == solution.group_of_node.at(b); }
   Pose relative(int from, int to) const {
@@ -112,7 +92,7 @@ class Repetition {
 }  // namespace
 
 double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b) {
-  return overlap_share(a, coarse_points(a), b, coarse_points(b), a_T_b);
+  return overlap_share(a, coarse_contact_points_mm(a), b, coarse_contact_points_mm(b), a_T_b);
 }
 
 std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
@@ -123,7 +103,7 @@ std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyfr
   for (const PoseGraphEdge& edge : edges) linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
   PosedKeyframes posed{keyframes, solution, {}};
   for (const auto& keyframe : keyframes)
-    posed.points.push_back(keyframe ? coarse_points(*keyframe->surface) : std::vector<Eigen::Vector3d>());
+    posed.points.push_back(keyframe ? coarse_contact_points_mm(*keyframe->surface) : std::vector<Eigen::Vector3d>());
 
   Repetition repetition(posed, edges, options);
   std::vector<PoseGraphEdge> found;

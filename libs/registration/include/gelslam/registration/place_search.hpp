@@ -23,6 +23,10 @@ struct PlaceSearchOptions {
   double other_place_rad = 0.07;
 };
 
+/// How far a frame was found from where it was expected (target_T_reference): how far its shared centre moved, or, if
+/// that is more, by how much it turned, 10 degrees to the millimetre, as a hand changes its mind about either.
+double surprise_mm(const RegistrationResult& found, const Pose& expected);
+
 /// Where, of all shifts and of twists about that of `expected` (target_T_reference), the target fits on the
 /// reference. `found`: what a registration from the expected place found, ok or not; it wins when no other place fits
 /// as well. Status `ambiguous` when several places do: a step of one tooth, bead or dimple more. Not ok (that of

@@ -1,0 +1,44 @@
+#include "gelslam/surface/contact_points.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace gelslam {
+namespace {
+
+/// Touched right of the middle, 0.3 mm deep.
+Surface half_touched() {
+  Surface surface;
+  surface.contact = cv::Mat1b(240, 320, uchar(0));
+  surface.contact.colRange(160, 320) = 255;
+  surface.height_mm = cv::Mat1f(240, 320, -0.3F);
+  return surface;
+}
+
+TEST(ContactPoints, LieInTheContactAndAreShown) {
+  const Surface surface = half_touched();
+  const auto points = coarse_contact_points_mm(surface);
+  EXPECT_EQ(points.size(), 20U * 30U);
+  for (const Eigen::Vector3d& p : points) {
+    EXPECT_GT(p.x(), 0);
+    EXPECT_FLOAT_EQ(static_cast<float>(p.z()), -0.3F);
+    EXPECT_TRUE(shows(surface, p));
+    EXPECT_FALSE(shows(surface, {-p.x(), p.y(), p.z()})) << "bare gel";
+    EXPECT_FALSE(shows(surface, {p.x(), p.y(), p.z() - 0.6})) << "the object's other side";
+  }
+}
+
+TEST(ContactPoints, NothingIsShownBeyondThePicture) {
+  const Surface surface = half_touched();
+  const double edge_mm = 160 * surface.pixel_pitch_mm;
+  EXPECT_TRUE(shows(surface, {0.999 * edge_mm, 0, -0.3}));
+  EXPECT_FALSE(shows(surface, {1.001 * edge_mm, 0, -0.3}));
+  for (const double far : {1e30, -1e30, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_FALSE(shows(surface, {far, 0, -0.3}));
+    EXPECT_FALSE(shows(surface, {1, far, -0.3}));
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
