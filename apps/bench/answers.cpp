@@ -76,20 +76,21 @@ class WithKeyframes final : public SequenceAnswers {
     }
     if (!frame.start_T_frame || tracked.trial < 0) {
       previous_.reset();
-      keyframe_.reset();
+      start_T_keyframe_.reset();
       return;
     }
     const bool goes_on = tracked.trial == trial_ && tracked.status == TrackStatus::tracked;
     if (goes_on)
       note("keyframes", frame, tracked.registration, since_trial_start(tracked, *frame.start_T_frame));
-    else if (previous_ && keyframe_)
+    else if (previous_ && start_T_keyframe_)
       note("keyframes", frame, tracked.registration, of_lost(tracked.registration, *frame.start_T_frame));
     if (!goes_on) {
       start_T_trial_ = *frame.start_T_frame * tracked.trial_T_frame.inverse();
       trial_ = tracked.trial;
     }
-    if (tracked.new_keyframe || !keyframe_ || !goes_on)
-      keyframe_ = keyframe_pose(tracked, *frame.start_T_frame);
+    if (tracked.keyframe != keyframe_ || !start_T_keyframe_ || !goes_on)
+      start_T_keyframe_ = keyframe_pose(tracked, *frame.start_T_frame);
+    keyframe_ = tracked.keyframe;
     previous_ = *frame.start_T_frame;
   }
 
@@ -110,14 +111,15 @@ class WithKeyframes final : public SequenceAnswers {
       return judge_pose_error(result.target_T_reference, start_T_frame.inverse() * start_T_reference,
                               result.observable, false);
     };
-    const Judgement to_previous = against(*previous_), to_keyframe = against(*keyframe_);
+    const Judgement to_previous = against(*previous_), to_keyframe = against(*start_T_keyframe_);
     return to_previous.right ? to_previous : to_keyframe;
   }
 
   Tracker tracker_;
   int trial_ = -1;
   Pose start_T_trial_ = Pose::Identity();
-  std::optional<Pose> keyframe_, previous_;  ///< start_T_..., true; no previous one without contact
+  std::shared_ptr<const Keyframe> keyframe_;
+  std::optional<Pose> start_T_keyframe_, previous_;  ///< true; no previous one without contact
 };
 
 std::vector<std::unique_ptr<SequenceAnswers>> start_all(const std::string& where,

@@ -21,10 +21,11 @@ constexpr double kOverlap = 0.3;  // of the smaller contact: then a loop should 
 
 struct Scan {
   SlamOptions options;
-  std::vector<std::shared_ptr<const Keyframe>> keyframes;
-  std::vector<KeyframeLink> links;
+  std::vector<NewKeyframe> keyframes;
   std::vector<FrameRecord> frames;
   std::vector<Pose> true_pose;  // of each keyframe
+
+  const Keyframe& keyframe(int id) const { return *keyframes[static_cast<std::size_t>(id)].keyframe; }
 };
 
 Scan track(const std::filesystem::path& folder, const std::filesystem::path& model) {
@@ -43,17 +44,13 @@ Scan track(const std::filesystem::path& folder, const std::filesystem::path& mod
     }
     const TrackedFrame tracked = tracker.track(item->frame, item->time_s, item->surface);
     scan.frames.push_back(record_of(tracked));
-    const auto add = [&](const std::shared_ptr<const Keyframe>& keyframe, const KeyframeLink& link) {
-      if (!keyframe) return;
-      const auto index = static_cast<std::size_t>(keyframe->frame - truth.background_frames);
+    for (const NewKeyframe& added : tracked.new_keyframes) {
+      const auto index = static_cast<std::size_t>(added.keyframe->frame - truth.background_frames);
       const std::optional<Pose> pose = truth.start_T_currs.at(index);
       if (!pose) throw Error(folder.string() + ": a keyframe has no true pose");
-      scan.keyframes.push_back(keyframe);
-      scan.links.push_back(link);
+      scan.keyframes.push_back(added);
       scan.true_pose.push_back(*pose);
-    };
-    add(tracked.turning_point, tracked.turning_point_link);
-    add(tracked.new_keyframe, tracked.new_keyframe_link);
+    }
   }
   return scan;
 }
@@ -71,8 +68,7 @@ std::vector<std::pair<int, int>> true_overlaps(const Scan& scan) {
   std::vector<std::pair<int, int>> pairs;
   for (int to = 0; to < static_cast<int>(scan.keyframes.size()); ++to)
     for (int from = 0; from < to; ++from) {
-      const Keyframe &a = *scan.keyframes[static_cast<std::size_t>(from)],
-                     &b = *scan.keyframes[static_cast<std::size_t>(to)];
+      const Keyframe &a = scan.keyframe(from), &b = scan.keyframe(to);
       if (a.trial == b.trial && from + 1 == to) continue;
       const Pose from_T_to = scan.true_pose[static_cast<std::size_t>(from)].inverse() *
                              scan.true_pose[static_cast<std::size_t>(to)];
@@ -103,8 +99,8 @@ Count count(const Scan& scan, const Loops& loops) {
 std::vector<LoopConstraint> search(const Scan& scan, const LoopClosureOptions& options) {
   LoopCloser closer(options);
   std::vector<LoopConstraint> all;
-  for (const auto& keyframe : scan.keyframes)
-    for (const LoopConstraint& loop : closer.add(*keyframe)) all.push_back(loop);
+  for (const NewKeyframe& added : scan.keyframes)
+    for (const LoopConstraint& loop : closer.add(*added.keyframe)) all.push_back(loop);
   return all;
 }
 
@@ -146,13 +142,11 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
       std::printf(
           "    %s %d %d trials %d %d inliers %d scr %.2f ccs %.2f relief %.2f rmse %.3f intrusion %.3f\n",
           right(scan, loop.from, loop.to, loop.from_T_to) ? "right" : "WRONG", loop.from, loop.to,
-          scan.keyframes[static_cast<std::size_t>(loop.from)]->trial,
-          scan.keyframes[static_cast<std::size_t>(loop.to)]->trial, loop.sift_inliers, loop.scr, loop.ccs,
+          scan.keyframe(loop.from).trial, scan.keyframe(loop.to).trial, loop.sift_inliers, loop.scr, loop.ccs,
           loop.relief_correlation, loop.height_rmse_mm, loop.intrusion);
 
   Mapper mapper(scan.options);
-  for (std::size_t i = 0; i < scan.keyframes.size(); ++i)
-    mapper.add_keyframe(scan.keyframes[i], scan.links[i]);
+  for (const NewKeyframe& added : scan.keyframes) mapper.add_keyframe(added);
   const SlamMap unrefined = mapper.finish(scan.frames, false, [] { return false; });
   print("consistent", count(scan, loops_of(unrefined.edges, {})), returning);
   const SlamMap map = mapper.finish(scan.frames, true, [] { return false; });

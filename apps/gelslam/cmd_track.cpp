@@ -68,7 +68,7 @@ class TumStream {
   explicit TumStream(const LoopClosureOptions& options) : places_(options) {}
 
   void write(const TrackedFrame& frame) {
-    if (frame.new_keyframe) places_.add(*frame.new_keyframe, frame.new_keyframe_link);
+    for (const NewKeyframe& added : frame.new_keyframes) places_.add(added);
     if (frame.status != TrackStatus::tracked) return;
     if (const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial))
       std::cout << tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) << std::flush;

@@ -60,7 +60,7 @@ TEST(Tracker, WithoutContactThereIsNoTrial) {
     EXPECT_EQ(frame.time_s, 0.04 * i);
     EXPECT_EQ(frame.trial, -1);
     EXPECT_EQ(frame.keyframe, nullptr);
-    EXPECT_EQ(frame.new_keyframe, nullptr);
+    EXPECT_THAT(frame.new_keyframes, testing::IsEmpty());
   }
 }
 
@@ -82,14 +82,14 @@ TEST(Tracker, FirstContactStartsATrialWithAKeyframe) {
   EXPECT_EQ(frame.trial, 0);
   EXPECT_TRUE(frame.trial_T_frame.isApprox(Pose::Identity()));
   EXPECT_TRUE(frame.keyframe_T_frame.isApprox(Pose::Identity()));
-  ASSERT_NE(frame.new_keyframe, nullptr);
-  EXPECT_EQ(frame.keyframe, frame.new_keyframe);
-  EXPECT_EQ(frame.new_keyframe->id, 0);
-  EXPECT_EQ(frame.new_keyframe->frame, 1);
-  EXPECT_EQ(frame.new_keyframe->trial, 0);
-  EXPECT_EQ(frame.new_keyframe->surface, surface);
-  EXPECT_NE(frame.new_keyframe->reference, nullptr);
-  EXPECT_EQ(frame.new_keyframe_link.previous, nullptr);
+  ASSERT_THAT(frame.new_keyframes, testing::SizeIs(1));
+  EXPECT_EQ(frame.keyframe, frame.new_keyframes.back().keyframe);
+  EXPECT_EQ(frame.new_keyframes.back().keyframe->id, 0);
+  EXPECT_EQ(frame.new_keyframes.back().keyframe->frame, 1);
+  EXPECT_EQ(frame.new_keyframes.back().keyframe->trial, 0);
+  EXPECT_EQ(frame.new_keyframes.back().keyframe->surface, surface);
+  EXPECT_NE(frame.new_keyframes.back().keyframe->reference, nullptr);
+  EXPECT_EQ(frame.new_keyframes.back().link.previous, nullptr);
   EXPECT_THAT(frame.registration.observable, testing::Each(true));
 }
 
@@ -101,7 +101,7 @@ TEST(Tracker, FramesHangOnTheKeyframeWhileTheyShareEnough) {
     ASSERT_EQ(frame.status, TrackStatus::tracked);
     EXPECT_EQ(frame.trial, 0);
     EXPECT_EQ(frame.keyframe, keyframe);
-    EXPECT_EQ(frame.new_keyframe, nullptr);
+    EXPECT_THAT(frame.new_keyframes, testing::IsEmpty());
     expect_pose(frame.trial_T_frame, true_motion(0, i), 1);
     expect_pose(frame.keyframe_T_frame, true_motion(0, i), 1);
   }
@@ -117,16 +117,16 @@ TEST(Tracker, AnOutgrownKeyframeIsReplacedAndPosesGoOn) {
     expect_pose(frame.trial_T_frame, true_motion(0, i), switches + 1);
     ASSERT_NE(frame.keyframe, nullptr);
     expect_pose(frame.keyframe_T_frame, true_motion(static_cast<int>(frame.keyframe->frame), i), 1);
-    if (!frame.new_keyframe) continue;
+    if (frame.new_keyframes.empty()) continue;
     ++switches;
-    EXPECT_EQ(frame.new_keyframe->id, switches);
-    EXPECT_EQ(frame.new_keyframe->frame, i);  // early: this very frame, before tracking needs it
-    EXPECT_EQ(frame.keyframe, frame.new_keyframe);
-    const KeyframeLink& link = frame.new_keyframe_link;
+    EXPECT_EQ(frame.new_keyframes.back().keyframe->id, switches);
+    EXPECT_EQ(frame.new_keyframes.back().keyframe->frame, i);  // early: this very frame, before tracking needs it
+    EXPECT_EQ(frame.keyframe, frame.new_keyframes.back().keyframe);
+    const KeyframeLink& link = frame.new_keyframes.back().link;
     ASSERT_EQ(link.previous, current);
     expect_pose(link.previous_T_this, true_motion(static_cast<int>(current->frame), i), 1);
     EXPECT_GT(link.information.topLeftCorner(5, 5).determinant(), 0);
-    current = frame.new_keyframe;
+    current = frame.new_keyframes.back().keyframe;
   }
   // 10 mm of slide; a keyframe of 7.6 mm is left when it shares less than 45 %, after about 4 mm.
   EXPECT_GE(switches, 1);
@@ -242,13 +242,13 @@ TEST(Tracker, WhenTheKeyframeIsLostThePreviousFrameBecomesOne) {
     const TrackedFrame frame = tracker.track(i, 0.04 * i, slide(i));
     ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
     expect_pose(frame.trial_T_frame, true_motion(0, i), 2);
-    if (!frame.new_keyframe) continue;
+    if (frame.new_keyframes.empty()) continue;
     EXPECT_EQ(frame.trial, 0);
-    EXPECT_EQ(frame.new_keyframe->frame, i - 1);
-    EXPECT_EQ(frame.new_keyframe->id, 1);
-    EXPECT_EQ(frame.keyframe, frame.new_keyframe);
-    EXPECT_EQ(frame.new_keyframe_link.previous, first);
-    expect_pose(frame.new_keyframe_link.previous_T_this, true_motion(0, i - 1), 1);
+    EXPECT_EQ(frame.new_keyframes.back().keyframe->frame, i - 1);
+    EXPECT_EQ(frame.new_keyframes.back().keyframe->id, 1);
+    EXPECT_EQ(frame.keyframe, frame.new_keyframes.back().keyframe);
+    EXPECT_EQ(frame.new_keyframes.back().link.previous, first);
+    expect_pose(frame.new_keyframes.back().link.previous_T_this, true_motion(0, i - 1), 1);
     expect_pose(frame.keyframe_T_frame, true_motion(i - 1, i), 1);
     return;
   }
@@ -268,17 +268,16 @@ void expect_loss_after(int before) {
   EXPECT_FALSE(lost.registration.ok());
   EXPECT_EQ(lost.trial, 1);
   EXPECT_TRUE(lost.trial_T_frame.isApprox(Pose::Identity()));
-  ASSERT_NE(lost.new_keyframe, nullptr);
-  EXPECT_EQ(lost.new_keyframe->surface, elsewhere);
-  EXPECT_EQ(lost.new_keyframe->trial, 1);
-  EXPECT_EQ(lost.turning_point != nullptr, before > 1) << "what the trial has shown last, beyond its keyframe";
-  EXPECT_EQ(lost.new_keyframe->id, before > 1 ? 2 : 1) << "every keyframe that is made is handed out, and ids have no gaps";
-  EXPECT_EQ(lost.new_keyframe_link.previous, nullptr);
+  ASSERT_EQ(lost.new_keyframes.size(), before > 1 ? 2U : 1U) << "what the trial has shown last, beyond its keyframe";
+  EXPECT_EQ(lost.new_keyframes.back().keyframe->surface, elsewhere);
+  EXPECT_EQ(lost.new_keyframes.back().keyframe->trial, 1);
+  EXPECT_EQ(lost.new_keyframes.back().keyframe->id, before > 1 ? 2 : 1) << "every keyframe that is made is handed out, and ids have no gaps";
+  EXPECT_EQ(lost.new_keyframes.back().link.previous, nullptr);
 
   const TrackedFrame next = tracker.track(before + 1, 0.04 * (before + 1), slide(1, other_relief()));
   EXPECT_EQ(next.status, TrackStatus::tracked);
   EXPECT_EQ(next.trial, 1);
-  EXPECT_EQ(next.keyframe, lost.new_keyframe);
+  EXPECT_EQ(next.keyframe, lost.new_keyframes.back().keyframe);
   expect_pose(next.trial_T_frame, true_motion(0, 1), 1);
 }
 
@@ -290,7 +289,7 @@ void expect_lost_without_a_trial(const TrackedFrame& frame) {
   EXPECT_FALSE(frame.registration.ok());
   EXPECT_EQ(frame.trial, -1);
   EXPECT_EQ(frame.keyframe, nullptr);
-  EXPECT_EQ(frame.new_keyframe, nullptr);
+  EXPECT_THAT(frame.new_keyframes, testing::IsEmpty());
 }
 
 TEST(Tracker, ATrialOutlastsTornPictures) {
@@ -316,13 +315,13 @@ TEST(Tracker, TwoFramesThatAgreeElsewhereAreTheNextTrial) {
   const TrackedFrame next = tracker.track(5, 0.20, slide(1, other_relief()));
   EXPECT_EQ(next.status, TrackStatus::tracked);
   EXPECT_EQ(next.trial, 1);
-  ASSERT_NE(next.new_keyframe, nullptr);
-  EXPECT_EQ(next.keyframe, next.new_keyframe);
-  EXPECT_EQ(next.new_keyframe->surface, elsewhere);
-  EXPECT_EQ(next.new_keyframe->frame, 4);
-  EXPECT_EQ(next.new_keyframe->trial, 1);
-  EXPECT_EQ(next.new_keyframe->id, 2) << "after the last touch of the trial before";
-  EXPECT_EQ(next.new_keyframe_link.previous, nullptr);
+  ASSERT_THAT(next.new_keyframes, testing::Not(testing::IsEmpty()));
+  EXPECT_EQ(next.keyframe, next.new_keyframes.back().keyframe);
+  EXPECT_EQ(next.new_keyframes.back().keyframe->surface, elsewhere);
+  EXPECT_EQ(next.new_keyframes.back().keyframe->frame, 4);
+  EXPECT_EQ(next.new_keyframes.back().keyframe->trial, 1);
+  EXPECT_EQ(next.new_keyframes.back().keyframe->id, 2) << "after the last touch of the trial before";
+  EXPECT_EQ(next.new_keyframes.back().link.previous, nullptr);
   expect_pose(next.trial_T_frame, true_motion(0, 1), 1);
 }
 
@@ -333,8 +332,8 @@ TEST(Tracker, PatienceEndsAndATrialBeginsWithWhateverComes) {
   const TrackedFrame late = tracker.track(2, 0.30, slide(0, textured_plane(102)));
   EXPECT_EQ(late.status, TrackStatus::lost);
   EXPECT_EQ(late.trial, 1);
-  ASSERT_NE(late.new_keyframe, nullptr);
-  EXPECT_EQ(late.new_keyframe->frame, 2);
+  ASSERT_THAT(late.new_keyframes, testing::SizeIs(1));
+  EXPECT_EQ(late.new_keyframes.back().keyframe->frame, 2);
 }
 
 TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
@@ -349,9 +348,9 @@ TEST(Tracker, LiftingEndsATrialAndTouchingAgainStartsTheNext) {
   EXPECT_EQ(again.status, TrackStatus::tracked);
   EXPECT_EQ(again.trial, 1);
   EXPECT_TRUE(again.trial_T_frame.isApprox(Pose::Identity()));
-  ASSERT_NE(again.new_keyframe, nullptr);
-  EXPECT_EQ(again.new_keyframe->id, 2) << "after the last touch of the trial before";
-  EXPECT_EQ(again.new_keyframe_link.previous, nullptr);
+  ASSERT_THAT(again.new_keyframes, testing::Not(testing::IsEmpty()));
+  EXPECT_EQ(again.new_keyframes.back().keyframe->id, 2) << "after the last touch of the trial before";
+  EXPECT_EQ(again.new_keyframes.back().link.previous, nullptr);
   const TrackedFrame next = tracker.track(4, 0.16, slide(4));
   EXPECT_EQ(next.trial, 1);
   expect_pose(next.trial_T_frame, true_motion(3, 4), 1);  // from the new trial's first frame

@@ -42,9 +42,10 @@ struct Tracked {
   TrackedFrame see(SurfacePtr surface) {
     const TrackedFrame frame = tracker.track(next, 0.04 * static_cast<double>(next), std::move(surface));
     ++next;
-    for (const auto& keyframe : {frame.turning_point, frame.new_keyframe})
-      if (keyframe) keyframes.push_back(keyframe);
-    if (frame.turning_point) turning_points.push_back(frame.turning_point);
+    for (const NewKeyframe& added : frame.new_keyframes) {
+      keyframes.push_back(added.keyframe);
+      if (added.keyframe != frame.keyframe) turning_points.push_back(added);
+    }
     return frame;
   }
   void go(double from_mm, double to_mm) {
@@ -56,7 +57,8 @@ struct Tracked {
   Tracker tracker;
   std::int64_t next = 0;
   std::vector<double> x_mm_of;  // of each frame
-  std::vector<std::shared_ptr<const Keyframe>> keyframes, turning_points;
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
+  std::vector<NewKeyframe> turning_points;  // those that no frame refers to
 };
 
 TEST(TurningPoints, AMotionThatTurnsBackLeavesTheFrameWhereItDid) {
@@ -65,20 +67,21 @@ TEST(TurningPoints, AMotionThatTurnsBackLeavesTheFrameWhereItDid) {
   EXPECT_EQ(log.keyframes.size(), 1U);
   log.go(0.9, -0.6);
   ASSERT_EQ(log.turning_points.size(), 1U);
-  EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(log.turning_points[0]->frame)], 1.2);
+  EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(log.turning_points[0].keyframe->frame)], 1.2);
 }
 
 TEST(TurningPoints, ItHangsOnTheKeyframeOfItsTime) {
   Tracked log(TrackerOptions{});
   log.go(0, 1.2);
   TrackedFrame frame;
-  for (double x = 0.9; !frame.turning_point && x > -3; x -= 0.3) frame = log.see(x);
-  ASSERT_NE(frame.turning_point, nullptr);
-  ASSERT_NE(frame.turning_point_link.previous, nullptr);
-  EXPECT_EQ(frame.turning_point_link.previous->id, 0);
-  EXPECT_EQ(frame.turning_point->trial, 0);
-  EXPECT_NE(frame.turning_point->reference, nullptr);
-  const PoseGap error = gap(frame.turning_point_link.previous_T_this, place(0).inverse() * place(1.2));
+  for (double x = 0.9; log.turning_points.empty() && x > -3; x -= 0.3) frame = log.see(x);
+  ASSERT_EQ(log.turning_points.size(), 1U);
+  const auto& [turning_point, link] = log.turning_points[0];
+  ASSERT_NE(link.previous, nullptr);
+  EXPECT_EQ(link.previous->id, 0);
+  EXPECT_EQ(turning_point->trial, 0);
+  EXPECT_NE(turning_point->reference, nullptr);
+  const PoseGap error = gap(link.previous_T_this, place(0).inverse() * place(1.2));
   EXPECT_LT(error.mm, 0.01);
   EXPECT_LT(error.deg, 0.03);
   EXPECT_EQ(frame.keyframe->id, 0) << "tracking goes on as if nothing had been";
@@ -91,7 +94,7 @@ TEST(TurningPoints, AMotionThatGoesOnLeavesNone) {
   EXPECT_GT(log.keyframes.size(), 3U);
   // The last touches before lifting are beyond the last keyframe: those alone may be left.
   for (const auto& point : log.turning_points)
-    EXPECT_GT(log.x_mm_of[static_cast<std::size_t>(point->frame)], 7.0);
+    EXPECT_GT(log.x_mm_of[static_cast<std::size_t>(point.keyframe->frame)], 7.0);
 }
 
 TEST(TurningPoints, TheSamePlaceIsLeftOnce) {
@@ -109,16 +112,17 @@ TEST(TurningPoints, WhatWasTouchedLastIsKeptWhenContactEnds) {
   EXPECT_TRUE(log.turning_points.empty());
   const TrackedFrame lifted = log.lift();
   EXPECT_EQ(lifted.status, TrackStatus::no_contact);
-  ASSERT_NE(lifted.turning_point, nullptr);
-  EXPECT_EQ(lifted.turning_point->frame, log.next - 2);
-  EXPECT_EQ(log.lift().turning_point, nullptr);
+  ASSERT_EQ(lifted.new_keyframes.size(), 1U);
+  EXPECT_EQ(lifted.new_keyframes[0].keyframe->frame, log.next - 2);
+  EXPECT_TRUE(log.lift().new_keyframes.empty());
 }
 
 TEST(TurningPoints, ATrialThatIsTakenBackLeavesNone) {
   Tracked log(TrackerOptions{});
   log.go(0, 1.2);
   log.tracker.break_trial();
-  EXPECT_EQ(log.see(5).turning_point, nullptr);
+  log.see(5);
+  EXPECT_TRUE(log.turning_points.empty());
 }
 
 // An edge that is the same all along: sliding across it is followed, but where along it lies is not known.

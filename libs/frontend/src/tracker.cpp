@@ -77,7 +77,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   result.frame = frame;
   result.time_s = time_s;
   if (surface->contact_pixels < options_.contact_threshold_px) {
-    hand_out(result, turning_points_.end_trial());
+    hand_out_turning_point(result, turning_points_.end_trial());
     in_trial_ = false;
     return result;
   }
@@ -222,12 +222,13 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
   const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
-  if (!result.new_keyframe && keyframe_is_outgrown(registration, *surface)) {
+  const bool keyframe_is_new = !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
+  if (!keyframe_is_new && keyframe_is_outgrown(registration, *surface)) {
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
   } else if (is_placed(registration)) {
-    hand_out(result, turning_points_.pass(touch));
+    hand_out_turning_point(result, turning_points_.pass(touch));
   }
 }
 
@@ -257,7 +258,7 @@ std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, const
 /// With `first`, which is this frame or the one before.
 void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
                           std::shared_ptr<const PreparedReference> reference) {
-  hand_out(result, turning_points_.end_trial());
+  hand_out_turning_point(result, turning_points_.end_trial());
   ++trial_;
   in_trial_ = true;
   keyframe_ = make_keyframe(first.frame, *reference, first.surface);
@@ -272,26 +273,23 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   result.keyframe = keyframe_;
   result.keyframe_T_frame = Pose::Identity();
   result.trial_T_frame = Pose::Identity();
-  result.new_keyframe = keyframe_;
-  result.new_keyframe_link = {};
+  result.new_keyframes.push_back({keyframe_, {}});
 }
 
 void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                               std::shared_ptr<const PreparedReference> reference) {
-  hand_out(result, turning_points_.add_keyframe(touch));
+  hand_out_turning_point(result, turning_points_.add_keyframe(touch));
   keyframe_ = make_keyframe(touch.frame, *reference, touch.surface);
   reference_ = std::move(reference);
-  result.new_keyframe = keyframe_;
-  result.new_keyframe_link = touch.link;
-  trial_T_keyframe_ = normalized(trial_T_keyframe_ * result.new_keyframe_link.previous_T_this);
+  result.new_keyframes.push_back({keyframe_, touch.link});
+  trial_T_keyframe_ = normalized(trial_T_keyframe_ * touch.link.previous_T_this);
   previous_->link = KeyframeLink{keyframe_};
 }
 
-void Tracker::hand_out(TrackedFrame& result, const std::optional<TurningPoints::Touch>& turning_point) {
-  if (!turning_point) return;
-  result.turning_point = make_keyframe(turning_point->frame, *registrar_->prepare(turning_point->surface),
-                                       turning_point->surface);
-  result.turning_point_link = turning_point->link;
+void Tracker::hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch) {
+  if (!touch) return;
+  result.new_keyframes.push_back(
+      {make_keyframe(touch->frame, *registrar_->prepare(touch->surface), touch->surface), touch->link});
 }
 
 }  // namespace gelslam

@@ -10,10 +10,9 @@ TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surf
     const auto scope = timer.measure("tracking");
     tracked = tracker_.track(frame, time_s, std::move(surface));
   }
-  if (tracked.turning_point || tracked.new_keyframe) {
+  for (const NewKeyframe& added : tracked.new_keyframes) {
     const auto scope = timer.measure("loop closure");
-    if (tracked.turning_point) mapper_.add_keyframe(tracked.turning_point, tracked.turning_point_link);
-    if (tracked.new_keyframe) mapper_.add_keyframe(tracked.new_keyframe, tracked.new_keyframe_link);
+    mapper_.add_keyframe(added);
   }
   frames_.push_back(record_of(tracked));
   return tracked;

@@ -16,7 +16,7 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
   const auto handle = [&](const MapperMessage& message) {
     if (const auto* added = std::get_if<NewKeyframe>(&message)) {
       const auto scope = timer_.measure("loop closure");
-      mapper_->add_keyframe(added->keyframe, added->link, !hurry);
+      mapper_->add_keyframe(*added, !hurry);
     } else if (const auto* forget = std::get_if<ForgetFromTrial>(&message)) {
       mapper_->forget_from_trial(forget->trial);
     } else if (const auto* start = std::get_if<StartScan>(&message)) {

@@ -31,10 +31,6 @@ struct SaveNow {};
 
 using TrackerMessage = std::variant<SurfacedFrame, BreakTrial, UndoTrial, NewScan, SaveNow>;
 
-struct NewKeyframe {
-  std::shared_ptr<const Keyframe> keyframe;
-  KeyframeLink link;
-};
 struct ForgetFromTrial {
   int trial = 0;
 };

@@ -26,8 +26,7 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
   const std::string why_lost =
       tracked.status == TrackStatus::lost ? std::string(describe(tracked.registration.status)) : std::string();
   board_.set_touch(std::move(touch), tracked.trial, why_lost, frame.arrived);
-  if (tracked.turning_point) out.push_beyond_limit(NewKeyframe{tracked.turning_point, tracked.turning_point_link});
-  if (tracked.new_keyframe) out.push_beyond_limit(NewKeyframe{tracked.new_keyframe, tracked.new_keyframe_link});
+  for (const NewKeyframe& added : tracked.new_keyframes) out.push_beyond_limit(added);
 }
 
 void TrackingStage::handle(UndoTrial, MapperQueue& out) {

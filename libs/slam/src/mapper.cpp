@@ -82,7 +82,8 @@ void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const Sl
 
 Mapper::Mapper(const SlamOptions& options) : options_(options), loop_closer_(options.loop_closure) {}
 
-void Mapper::add_keyframe(const std::shared_ptr<const Keyframe>& keyframe, const KeyframeLink& link, bool search_loops) {
+void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
+  const auto& [keyframe, link] = added;
   const int id = keyframe->id;
   keyframes_.resize(static_cast<std::size_t>(id) + 1);
   keyframes_.back() = keyframe;

@@ -2,7 +2,9 @@
 
 namespace gelslam {
 
-void TrialPlaces::add(const Keyframe& keyframe, const KeyframeLink& link) {
+void TrialPlaces::add(const NewKeyframe& added) {
+  const Keyframe& keyframe = *added.keyframe;
+  const KeyframeLink& link = added.link;
   const Pose trial_T_keyframe =
       link.previous ? Pose(keyframes_.at(link.previous->id).trial_T_keyframe * link.previous_T_this) : Pose::Identity();
   keyframes_[keyframe.id] = {keyframe.trial, trial_T_keyframe};

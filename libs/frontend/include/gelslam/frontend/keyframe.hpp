@@ -25,4 +25,10 @@ struct KeyframeLink {
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of what both show, in this keyframe's frame
 };
 
+/// A keyframe as the tracker hands it out.
+struct NewKeyframe {
+  std::shared_ptr<const Keyframe> keyframe;
+  KeyframeLink link;
+};
+
 }  // namespace gelslam

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "gelslam/frontend/keyframe.hpp"
 #include "gelslam/frontend/turning_points.hpp"
@@ -45,13 +46,9 @@ struct TrackedFrame {
   Pose keyframe_T_frame = Pose::Identity();
   Pose trial_T_frame = Pose::Identity();     ///< sensor pose in the first frame of the trial
   RegistrationResult registration;       ///< of the decisive attempt; why a frame was lost
-  /// A keyframe made while this frame was tracked (it may be the frame before), with its link.
-  std::shared_ptr<const Keyframe> new_keyframe;
-  KeyframeLink new_keyframe_link;
-  /// Another one, which comes before new_keyframe: a frame of the same trial, some time ago, that alone showed a part of
-  /// the object before the motion turned back. No frame refers to it.
-  std::shared_ptr<const Keyframe> turning_point;
-  KeyframeLink turning_point_link;
+  /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or one some time ago
+  /// that alone showed a part of the object before the motion turned back (no frame refers to that).
+  std::vector<NewKeyframe> new_keyframes;
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026, §IV;
@@ -99,7 +96,7 @@ class Tracker {
   void begin_trial(TrackedFrame& result, const Seen& first, std::shared_ptr<const PreparedReference> reference);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
-  void hand_out(TrackedFrame& result, const std::optional<TurningPoints::Touch>& turning_point);
+  void hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch);
   void accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration);
   bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
 

@@ -22,9 +22,9 @@ class Mapper {
  public:
   explicit Mapper(const SlamOptions& options);
 
-  /// Keyframes in order of their ids, with their links as the tracker reports them. `search_loops` false leaves out what
+  /// Keyframes in order of their ids, as the tracker hands them out. `search_loops` false leaves out what
   /// takes time: for the last keyframes of a scan that has to end at once.
-  void add_keyframe(const std::shared_ptr<const Keyframe>& keyframe, const KeyframeLink& link, bool search_loops = true);
+  void add_keyframe(const NewKeyframe& added, bool search_loops = true);
 
   /// Takes back the keyframes of this trial and of later ones.
   void forget_from_trial(int trial);

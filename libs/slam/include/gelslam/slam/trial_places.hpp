@@ -14,8 +14,8 @@ class TrialPlaces {
  public:
   explicit TrialPlaces(const LoopClosureOptions& options) : loop_closer_(options) {}
 
-  /// Keyframes in order of their ids, each with its link as the tracker reports them.
-  void add(const Keyframe& keyframe, const KeyframeLink& link);
+  /// Keyframes in order of their ids, as the tracker hands them out.
+  void add(const NewKeyframe& added);
 
   /// Maps a trial's frame into that of trial 0, or nothing.
   std::optional<Pose> first_T_trial(int trial) const;
