@@ -13,6 +13,7 @@
 #include "gelslam/calibration/label_session.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/folder_lock.hpp"
 #include "gelslam/viewer/display.hpp"
 #include "gelslam/viewer/label_window.hpp"
 #include "gelslam/viewer/window.hpp"
@@ -34,6 +35,7 @@ struct LabelArguments {
     if (!snapshot.empty() || !script.empty()) return true;
     return !headless && !accept && sheet.empty() && has_display();
   }
+  bool writes_labels() const { return accept || (wants_window() && snapshot.empty()); }
 };
 
 void draw_circle(cv::Mat3b& image, const ContactCircle& circle, const cv::Scalar& color) {
@@ -134,9 +136,10 @@ int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
     const CalibrationPress& press = set.presses[k];
     const bool keep = (press.label || press.left_out) && !arguments.overwrite;
     const ContactCircle& circle = found[k].circle;
-    if (!found[k].problem.empty()) {
+    if (const std::string& problem = press.problem.empty() ? found[k].problem : press.problem;
+        !problem.empty()) {
       ++unclear;
-      std::printf("%-16s %s%s\n", press.name.c_str(), found[k].problem.c_str(), said_of(press));
+      std::printf("%-16s %s%s\n", press.name.c_str(), problem.c_str(), said_of(press));
       continue;
     }
     std::printf("%-16s %8.1f %8.1f %8.1f %11.2f%s\n", press.name.c_str(), circle.u_px, circle.v_px,
@@ -160,6 +163,9 @@ int run_label(LabelArguments arguments) {
   if (!arguments.snapshot.empty()) refuse_to_replace_file(arguments.snapshot, arguments.overwrite);
   if (!arguments.script.empty())
     check_window_script(read_script_file(arguments.script), arguments.script.string());
+  const FolderLock lock = arguments.writes_labels() && fs::is_directory(arguments.presses.folder)
+                              ? FolderLock(arguments.presses.folder)
+                              : FolderLock();
   PressSet set = read_presses(arguments.presses);
   std::vector<FoundCircle> found = find_all(set, arguments);
   return arguments.wants_window() ? label_in_window(arguments, std::move(set), std::move(found))

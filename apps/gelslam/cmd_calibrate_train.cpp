@@ -28,7 +28,7 @@ void require_labels(const PressSet& set) {
   std::size_t bare = 0;
   std::string first;
   for (const CalibrationPress& press : set.presses) {
-    if (press.label || press.left_out) continue;
+    if (press.label || press.left_out || !press.problem.empty()) continue;
     if (bare++ == 0) first = press.name;
   }
   if (bare > 0)

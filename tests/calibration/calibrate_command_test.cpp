@@ -8,6 +8,7 @@
 
 #include "../support/run_program.hpp"
 #include "../support/temporary_folder.hpp"
+#include "gelslam/core/folder_lock.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "simulated_presses.hpp"
 
@@ -113,6 +114,34 @@ TEST(CalibrateCommand, RefusesGelsWithMarkersAndSwappedColours) {
   expect_mistake(calibrate({"label", (folder / "dots").string(), "--accept"}),
                  "the gel has markers (48 dots");
   expect_mistake(calibrate({"train", (folder / "dots").string(), "-o", model}), "use a gel without markers");
+}
+
+TEST(CalibrateCommand, ABadPictureIsLeftOutAndNamed) {
+  const TemporaryFolder folder;
+  const std::string presses = (folder / "presses").string(), model = (folder / "model.json").string();
+  write_folder(presses, few_presses().set);
+  write_bytes(folder / "presses/press/3/gelsight.png", "no picture");
+  const ProgramResult labelled = calibrate({"label", presses, "--accept"});
+  EXPECT_EQ(labelled.exit_code, 1);
+  EXPECT_THAT(labelled.out, HasSubstr("press/3/gelsight.png"));
+  EXPECT_FALSE(fs::exists(folder / "presses/press/3/label.npz"));
+  const ProgramResult trained = calibrate({"train", presses, "-o", model, "--automatic", "--steps", "100"});
+  EXPECT_LE(trained.exit_code, 1);
+  EXPECT_THAT(trained.err, HasSubstr("left out: press/3: "));
+  EXPECT_TRUE(fs::exists(model));
+}
+
+TEST(CalibrateCommand, LabelsAreNotWrittenWhileAnotherProgramHasTheFolder) {
+  const TemporaryFolder folder;
+  const std::string presses = (folder / "presses").string();
+  PressSet set = few_presses().set;
+  set.presses.resize(2);
+  write_folder(presses, set);
+  const FolderLock lock(presses);
+  expect_mistake(calibrate({"label", presses, "--accept"}), "another program is writing to");
+  EXPECT_FALSE(fs::exists(folder / "presses/press/0/label.npz"));
+  EXPECT_THAT(calibrate({"label", presses, "--headless"}).err, HasSubstr("nothing was written"))
+      << "looking is free";
 }
 
 TEST(CalibrateCommand, NamesFilesOfTheWrongKind) {

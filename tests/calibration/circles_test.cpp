@@ -134,14 +134,41 @@ TEST(Coverage, SaysWhatIsMissing) {
   EXPECT_THAT(refusal(left), HasSubstr("no press lies on the right third"));
 }
 
+/// Every press from `first` on, `every`th, with less blue light.
+PressSet with_less_blue(std::size_t first, std::size_t every) {
+  PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  for (std::size_t k = first; k < set.presses.size(); k += every) {
+    cv::Mat3b changed;
+    cv::subtract(set.presses[k].bgr, cv::Scalar(30, 0, 0), changed);
+    set.presses[k].bgr = changed;
+  }
+  return set;
+}
+
 TEST(Coverage, NoticesAnotherSensorsPresses) {
-  PressSet mixed = labelled(forty_presses(), 1.0, 4.0);
-  mixed.presses[5].bgr = mixed.presses[5].bgr.clone();
-  cv::subtract(mixed.presses[5].bgr, cv::Scalar(30, 0, 0), mixed.presses[5].bgr);
-  const std::string message = refusal(mixed);
-  EXPECT_THAT(message, HasSubstr("1 of"));
+  const std::string message = refusal(with_less_blue(5, 3));
+  EXPECT_THAT(message, HasSubstr("12 of"));
   EXPECT_THAT(message, HasSubstr("press/5"));
   EXPECT_THAT(message, HasSubstr("another sensor"));
+}
+
+TEST(BallZones, LeaveOutSinglePressesInAnotherLight) {
+  const PressSet set = with_less_blue(5, 20);
+  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  ASSERT_EQ(zones.rejected.size(), 2U);
+  EXPECT_EQ(zones.rejected[0].press, 5U);
+  EXPECT_EQ(zones.rejected[1].press, 25U);
+  EXPECT_THAT(zones.rejected[1].reason, HasSubstr("untouched gel"));
+  EXPECT_EQ(refusal(set), "nothing was thrown") << "the others make a calibration";
+}
+
+TEST(BallZones, LeaveOutPressesWhoseFilesCannotBeUsed) {
+  PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  set.presses[7].problem = "its picture cannot be read";
+  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  ASSERT_FALSE(zones.rejected.empty());
+  EXPECT_EQ(zones.rejected.front().press, 7U);
+  EXPECT_EQ(zones.rejected.front().reason, "its picture cannot be read");
 }
 
 }  // namespace

@@ -65,10 +65,35 @@ TEST(PressSet, SaysWhatIsWrongWithTheFolder) {
   fs::remove(folder / "background.png");
   EXPECT_THAT(refusal(folder.path()), HasSubstr("is missing: put a picture of the same gel"));
   cv::imwrite((folder / "background.png").string(), numbered_picture(0, 60, 48));
-  EXPECT_THAT(refusal(folder.path()), HasSubstr("is 64x48 but the background is 60x48"));
+  write_bytes(folder / "background.png", "no picture");
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("background.png"));
+}
+
+TEST(PressSet, ABadPressDoesNotStopTheOthers) {
+  const TemporaryFolder folder;
+  const auto problem = [&] {
+    const PressSet read = read_press_set(folder.path());
+    EXPECT_EQ(read.presses[0].problem, "");
+    EXPECT_EQ(read.presses[1].bgr.size(), read.background.size());
+    return read.presses[1].problem;
+  };
   write_folder(folder.path(), small_set());
-  fs::remove(folder / "9mm/0/gelsight.png");
-  EXPECT_THAT(refusal(folder.path()), HasSubstr("9mm/0/gelsight.png"));
+  EXPECT_EQ(problem(), "");
+  const fs::path picture = folder / "9mm/0/gelsight.png";
+  write_bytes(picture, read_bytes(picture).substr(0, 100));
+  EXPECT_THAT(problem(), HasSubstr("9mm/0/gelsight.png"));
+  cv::imwrite(picture.string(), numbered_picture(2, 60, 48));
+  EXPECT_THAT(problem(), HasSubstr("is 60x48 but the background is 64x48"));
+  cv::imwrite(picture.string(), cv::Mat3b(48, 64, cv::Vec3b(0, 0, 0)));
+  EXPECT_THAT(problem(), HasSubstr("a grey image"));
+  cv::imwrite(picture.string(), cv::Mat3b(48, 64, cv::Vec3b(0, 160, 0)));
+  EXPECT_THAT(problem(), HasSubstr("one colour all over"));
+  fs::remove(picture);
+  EXPECT_THAT(problem(), HasSubstr("9mm/0/gelsight.png"));
+  cv::imwrite(picture.string(), numbered_picture(2, 64, 48));
+  write_bytes(folder / "9mm/0/label.npz", "no archive");
+  EXPECT_THAT(problem(), HasSubstr("9mm/0/label.npz"));
+  EXPECT_FALSE(read_press_set(folder.path()).presses[1].label);
 }
 
 TEST(PressSet, SaysWhichLineOfTheCatalogueIsWrong) {

@@ -18,6 +18,7 @@ constexpr double close_centres = 0.12;   // of the radius: a label and what is f
 constexpr double beside = 0.6;           // of the radius: a label that misses its contact
 constexpr std::size_t min_presses = 10;
 constexpr double max_background_levels = 8.0;
+constexpr double most_in_another_light = 0.25;  // of the presses: more are no accident
 constexpr double untouched_radii = 2.5;
 
 double spread(const std::vector<double>& values, double middle) {
@@ -101,11 +102,32 @@ double background_difference(const PressSet& set, const BallZone& zone) {
   return median(differences);
 }
 
+bool is_in_another_light(const PressSet& set, const BallZone& zone) {
+  return background_difference(set, zone) > max_background_levels;
+}
+
+/// Single pictures in another light are bad pictures; many are another sensor, and then the set is wrong.
+void reject_another_light(const PressSet& set, BallZones& zones) {
+  const auto strange =
+      std::stable_partition(zones.zones.begin(), zones.zones.end(),
+                            [&](const BallZone& zone) { return !is_in_another_light(set, zone); });
+  const auto count = static_cast<double>(zones.zones.end() - strange);
+  if (count <= most_in_another_light * static_cast<double>(zones.zones.size())) {
+    for (auto zone = strange; zone != zones.zones.end(); ++zone)
+      zones.rejected.push_back({zone->press,
+                                "its untouched gel does not look like background.png: another light, gel or "
+                                "sensor"});
+    zones.zones.erase(strange, zones.zones.end());
+  }
+  std::ranges::sort(zones.zones, {}, &BallZone::press);
+  std::ranges::sort(zones.rejected, {}, &RejectedPress::press);
+}
+
 void require_one_sensor(const PressSet& set, const BallZones& zones) {
   std::size_t strange = 0;
   std::string first;
   for (const BallZone& zone : zones.zones) {
-    if (background_difference(set, zone) <= max_background_levels) continue;
+    if (!is_in_another_light(set, zone)) continue;
     if (strange++ == 0) first = set.presses[zone.press].name;
   }
   if (strange == 0) return;
@@ -153,6 +175,8 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
     BallZone zone{k, ball.u_px, ball.v_px, ball.radius_px - margin_px};
     if (press.left_out) {
       problem = "a person has left it out";
+    } else if (!press.problem.empty()) {
+      problem = press.problem;
     } else if (press.label && !is_as_found(*press.label, found[k])) {
       zone = {k, press.label->u_px, press.label->v_px, style.ball_radius_px(*press.label) - margin_px};
       problem = problem_with_label(press, found[k], ball_px(press, pixel_pitch_mm));
@@ -167,6 +191,7 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
     else
       result.rejected.push_back({k, problem});
   }
+  reject_another_light(set, result);
   return result;
 }
 

@@ -21,6 +21,7 @@ constexpr double min_radius_px = 2.0;
 bool contact_was_found(const FoundCircle& found) { return found.problem.empty(); }
 
 std::string doubt_about(const CalibrationPress& press, const FoundCircle& found) {
+  if (!press.problem.empty()) return press.problem;
   if (!contact_was_found(found)) return found.problem;
   if (press.label) {
     const double distance_px =

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <opencv2/core.hpp>
 #include <set>
 
 #include "gelslam/core/error.hpp"
@@ -104,16 +105,34 @@ std::vector<double> numbers_in(const std::vector<ZipEntry>& entries, const std::
   return values;
 }
 
+/// A camera that gave nothing: one colour all over (noise is half a level at the very least).
+bool is_empty_picture(const cv::Mat3b& bgr) {
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(bgr, mean, deviation);
+  constexpr double least_levels = 0.5;
+  return std::max({deviation[0], deviation[1], deviation[2]}) < least_levels;
+}
+
+cv::Mat3b read_press_picture(const fs::path& path, const cv::Size& wanted) {
+  cv::Mat3b bgr = read_image(path);
+  if (bgr.size() != wanted)
+    throw Error(quoted(path) + " is " + size_text(bgr.cols, bgr.rows) + " but the background is " +
+                size_text(wanted.width, wanted.height) + ": all pictures must come from one sensor");
+  if (is_empty_picture(bgr)) throw Error(quoted(path) + " shows nothing: it has one colour all over");
+  return bgr;
+}
+
 void read_press(const PressSet& set, CalibrationPress& press) {
   const fs::path folder = set.folder / press.name;
-  press.bgr = read_image(folder / "gelsight.png");
-  if (press.bgr.size() != set.background.size())
-    throw Error(quoted(folder / "gelsight.png") + " is " + size_text(press.bgr.cols, press.bgr.rows) +
-                " but the background is " + size_text(set.background.cols, set.background.rows) +
-                ": all pictures must come from one sensor; take this press out of catalog.csv");
   press.left_out = fs::exists(folder / left_out_file);
   const fs::path label = folder / (press.left_out ? left_out_file : label_file);
-  if (fs::exists(label)) press.label = read_label(label);
+  press.bgr = set.background;
+  try {
+    press.bgr = read_press_picture(folder / "gelsight.png", set.background.size());
+    if (fs::exists(label)) press.label = read_label(label);
+  } catch (const Error& error) {
+    press.problem = error.what();
+  }
 }
 
 }  // namespace

@@ -21,6 +21,8 @@ struct CalibrationPress {
   cv::Mat3b bgr;
   std::optional<ContactCircle> label;
   bool left_out = false;  ///< a person said that it is not to be used
+  /// For people: why its files cannot be used; empty when they can. Without a usable picture `bgr` is the background.
+  std::string problem{};
 };
 
 /// Files of a press: its label, or in its place the same of a press that a person has left out.
@@ -36,9 +38,9 @@ struct PressSet {
   std::vector<CalibrationPress> presses;  ///< in the catalogue's order
 };
 
-/// Reads all of it. Throws Error, naming the file and what to do: no folder, catalogue or background, a
-/// damaged line or picture, a picture of another size than the background, a name that leaves the folder or
-/// comes twice, a label that is no circle, more than 2000 presses.
+/// Reads all of it. A picture that is missing, damaged, empty or of another size than the background, and a label
+/// that is no circle, are its press's `problem`. Throws Error, naming the file and what to do: no folder,
+/// catalogue or background, a damaged line, a name that leaves the folder or comes twice, more than 2000 presses.
 PressSet read_press_set(const std::filesystem::path& folder);
 
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
