@@ -2,10 +2,13 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
 
 #include "commands.hpp"
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/slam/surface_stream.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/slam/trial_places.hpp"
 #include "gelslam/slam/tum.hpp"
 #include "log_options.hpp"
@@ -26,28 +29,44 @@ std::array<double, 16> row_major_metres(const Pose& pose_mm) {
   return numbers;
 }
 
-std::string reason(const TrackedFrame& frame) {
+/// What a tracked frame does not know: along what the surface does not show, and how far the trial may have drifted.
+std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
+  const std::array<bool, 6>& observable = frame.registration.observable;
+  Vector6d of_shown = sigma;
+  for (std::size_t axis = 0; axis < observable.size(); ++axis)
+    if (!observable[axis]) of_shown[static_cast<int>(axis)] = 0.0;  // said already
+  const std::string hidden = describe_observability(observable), drift = describe_drift(of_shown);
+  return hidden + (hidden.empty() || drift.empty() ? "" : "; ") + drift;
+}
+
+std::string reason(const TrackedFrame& frame, const std::optional<Vector6d>& sigma) {
   switch (frame.status) {
     case TrackStatus::background: return "the bare gel, by which contact is told";
     case TrackStatus::no_contact: return "nothing touches the sensor";
     case TrackStatus::undone: return "taken back";
-    case TrackStatus::tracked: return describe_observability(frame.registration.observable);
+    case TrackStatus::tracked: return reservations(frame, *sigma);
     case TrackStatus::lost: return std::string(describe(frame.registration.status));
   }
   return "";
 }
 
-nlohmann::ordered_json ndjson(const TrackedFrame& frame) {
+nlohmann::ordered_json three_numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// `sigma`: of the pose, as TrialDrift says.
+nlohmann::ordered_json ndjson(const TrackedFrame& frame, const std::optional<Vector6d>& sigma) {
   nlohmann::ordered_json json;
   json["frame"] = frame.frame;
   json["time_s"] = frame.time_s;
   json["status"] = name(frame.status);
-  json["reason"] = reason(frame);
+  json["reason"] = reason(frame, sigma);
   const bool tracked = frame.status == TrackStatus::tracked;
   json["trial"] = tracked ? nlohmann::ordered_json(frame.trial) : nlohmann::ordered_json(nullptr);
   json["pose"] = tracked ? nlohmann::ordered_json(row_major_metres(frame.trial_T_frame)) : nlohmann::ordered_json(nullptr);
   json["observable"] = nlohmann::ordered_json::array();
   for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
+  const double degrees = 180.0 / std::numbers::pi;
+  json["sigma_mm"] = sigma ? three_numbers(sigma->head<3>()) : nlohmann::ordered_json(nullptr);
+  json["sigma_deg"] = sigma ? three_numbers(degrees * sigma->tail<3>()) : nlohmann::ordered_json(nullptr);
   json["scr"] = frame.registration.scr;
   json["ccs"] = frame.registration.ccs;
   return json;
@@ -85,6 +104,7 @@ int run(const TrackArguments& arguments) {
   SurfaceStream stream(input, config, timer);
   Tracker tracker(config.slam.tracker);
   TumStream tum(config.slam.loop_closure);
+  TrialDrift drift(config.slam.pose_graph.slope_gain_sigma);
   const InterruptWatch interrupt;
   bool ever_tracked = false;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
@@ -93,7 +113,7 @@ int run(const TrackArguments& arguments) {
     const bool tracked = frame.status == TrackStatus::tracked;
     ever_tracked = ever_tracked || tracked;
     if (arguments.format == "ndjson")
-      std::cout << ndjson(frame).dump() << std::endl;
+      std::cout << ndjson(frame, drift.add(frame)).dump() << std::endl;
     else
       tum.write(frame);
     if (interrupt.requested() || !std::cout) break;

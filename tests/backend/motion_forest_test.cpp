@@ -30,7 +30,7 @@ struct Tree {
                        truth[static_cast<std::size_t>(from)].inverse() * truth[static_cast<std::size_t>(to)]};
     edge.from_T_to = edge.from_T_to * se3_exp(noise);
     edge.information = information_of(0.004, 0.03);
-    return backend::detail::motion_of(edge);
+    return uncertain_motion(edge);
   }
   MotionForest forest(const std::vector<UncertainMotion>& motions) const {
     std::vector<MotionForest::Edge> edges;
@@ -86,8 +86,8 @@ TEST(MotionForest, KnowsWhatASlopeGainDoes) {
   const Graph plain = roll_of_400_degrees({1, 1}, false), read = roll_of_400_degrees({1 + kGain, 1}, false);
   std::vector<UncertainMotion> a, b;
   std::vector<MotionForest::Edge> edges_a, edges_b;
-  for (const PoseGraphEdge& edge : plain.edges) a.push_back(backend::detail::motion_of(edge));
-  for (const PoseGraphEdge& edge : read.edges) b.push_back(backend::detail::motion_of(edge));
+  for (const PoseGraphEdge& edge : plain.edges) a.push_back(uncertain_motion(edge));
+  for (const PoseGraphEdge& edge : read.edges) b.push_back(uncertain_motion(edge));
   for (std::size_t i = 0; i < a.size(); ++i) {
     edges_a.push_back({plain.edges[i].from, plain.edges[i].to, &a[i]});
     edges_b.push_back({read.edges[i].from, read.edges[i].to, &b[i]});

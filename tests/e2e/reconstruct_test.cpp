@@ -7,6 +7,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -157,12 +158,18 @@ TEST(Track, StreamsEveryFrameAsNdjsonAndTrackedOnesAsTum) {
     }
     if (frame.at("status") != "tracked") {
       EXPECT_TRUE(frame.at("pose").is_null() && frame.at("trial").is_null());
+      EXPECT_TRUE(frame.at("sigma_mm").is_null() && frame.at("sigma_deg").is_null());
       continue;
     }
     EXPECT_EQ(frame.at("trial"), 0);
     const auto pose = frame.at("pose").get<std::vector<double>>();
     ASSERT_EQ(pose.size(), 16u);
     EXPECT_EQ(std::vector<double>(pose.begin() + 12, pose.end()), (std::vector<double>{0, 0, 0, 1}));
+
+    // The trial's first frame is where it says; how far the others are off is known to some hundredths here.
+    for (const double sigma_mm : frame.at("sigma_mm").get<std::array<double, 3>>())
+      EXPECT_TRUE(tracked == 0 ? sigma_mm == 0 : sigma_mm > 1e-4 && sigma_mm < 0.5) << sigma_mm;
+    EXPECT_EQ(frame.at("sigma_deg").size(), 3u);
 
     ASSERT_LT(tracked, lines.size());
     std::istringstream fields(lines[tracked++]);

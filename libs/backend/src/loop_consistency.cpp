@@ -47,7 +47,7 @@ class Consistency {
     for (std::size_t i = 0; i < edges.size(); ++i) {
       const PoseGraphEdge& edge = edges[i];
       links_.push_back({i, node_of.at(edge.from), node_of.at(edge.to), edge.kind == EdgeKind::loop,
-                        edge.tentative, motion_of(edge)});
+                        edge.tentative, uncertain_motion(edge)});
     }
     for (int i = 0; i < static_cast<int>(links_.size()); ++i)
       if (!link(i).loop) tree_links_.push_back(i);

@@ -25,7 +25,7 @@ MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, double
     return node_of.try_emplace(id, static_cast<int>(node_of.size())).first->second;
   };
   for (const PoseGraphEdge& edge : edges) {
-    motions.push_back(motion_of(edge));
+    motions.push_back(uncertain_motion(edge));
     links.push_back({number(edge.from), number(edge.to), &motions.back()});
   }
   const int nodes = static_cast<int>(node_of.size());
@@ -39,9 +39,8 @@ double MotionCertainty::sigma_mm(int from, int to) const {
   if (a == none || b == none || impl_->forest.tree(a->second) != impl_->forest.tree(b->second))
     return std::numeric_limits<double>::infinity();
   const UncertainMotion path = impl_->forest.path(a->second, b->second);
-  const Eigen::Matrix<double, 3, 2> by_gain = impl_->slope_gain_sigma * path.by_gain.bottomRows<3>();
   const Eigen::Matrix3d covariance =
-      path.covariance.bottomRightCorner<3, 3>() + by_gain * by_gain.transpose();
+      path.covariance_with_gain(impl_->slope_gain_sigma).bottomRightCorner<3, 3>();
   return std::sqrt(
       std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
 }

@@ -2,23 +2,10 @@
 
 #include <vector>
 
-#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
 
 namespace gelslam::backend::detail {
 
-/// A measured motion, with what is not known of it: noise, and what a slope gain common to all measurements
-/// does.
-struct UncertainMotion {
-  Pose from_T_to = Pose::Identity();
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation
-  /// How the measurement changes with the gains along x and y, as a right perturbation: the same for all
-  /// edges.
-  Eigen::Matrix<double, 6, 2> by_gain = Eigen::Matrix<double, 6, 2>::Zero();
-};
-
-UncertainMotion motion_of(const PoseGraphEdge& edge);
-/// a_T_b and b_T_c to a_T_c, measured independently.
-UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 /// Difference of two independent measurements of one motion, in standard deviations (6 degrees of freedom).
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double slope_gain_sigma);
 

@@ -30,12 +30,6 @@ bool is_worse(const RegistrationResult& registration, double misfit_before_rad) 
   return registration.normal_rmse_rad > kUsualMisfitRise * std::max(misfit_before_rad, kLeastMisfitRad);
 }
 
-/// Information of the inverse pose: true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise).
-Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
-  const Matrix6d from = adjoint(pose.inverse());
-  return from.transpose() * information * from;
-}
-
 /// Known in all directions but along z, which has a zero of its own. A frame that is not would bring into the map what
 /// was guessed of its place.
 bool is_placed(const RegistrationResult& registration) {
@@ -43,15 +37,6 @@ bool is_placed(const RegistrationResult& registration) {
   for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
     if (axis != kZ && !registration.observable[axis]) return false;
   return true;
-}
-
-/// How a frame hangs on the keyframe it was registered to.
-KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe,
-                     const RegistrationResult& registration) {
-  const Pose& frame_T_keyframe = registration.target_T_reference;
-  return {keyframe, frame_T_keyframe.inverse(),
-          information_of_inverse(registration.information, frame_T_keyframe),
-          frame_T_keyframe * registration.shared_center_mm};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "frame_correction.hpp"
+#include "odometry_edge.hpp"
 #include "rejoin.hpp"
 #include "slope_calibration.hpp"
 
@@ -35,10 +36,6 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
   std::size_t id = 0;
   while (!in_map[id] || 4 * keyframes[id]->surface->contact_pixels < 3 * *middle) ++id;
   return static_cast<int>(id);
-}
-
-PoseGraphEdge edge_of(const KeyframeLink& link, int to) {
-  return {link.previous->id, to, link.previous_T_this, link.information, EdgeKind::odometry, link.shared_center_mm};
 }
 
 PoseGraphEdge edge_of(const LoopConstraint& loop) {
@@ -89,7 +86,7 @@ void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   keyframes_.back() = keyframe;
   trial_T_keyframe_[id] = live_.group_T_node[id] = Pose::Identity();
   if (link.previous) {
-    edges_.push_back(edge_of(link, id));
+    edges_.push_back(slam::detail::odometry_edge(link, id));
     trial_T_keyframe_[id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
     live_.group_T_node[id] = live_.group_T_node.at(link.previous->id) * link.previous_T_this;
   }

@@ -25,6 +25,9 @@ struct KeyframeLink {
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of what both show, in this keyframe's frame
 };
 
+/// How a frame hangs on the keyframe it was registered to.
+KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe, const RegistrationResult& registration);
+
 /// A keyframe as the tracker hands it out.
 struct NewKeyframe {
   std::shared_ptr<const Keyframe> keyframe;

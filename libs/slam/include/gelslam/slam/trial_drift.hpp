@@ -1,0 +1,34 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/frontend/tracker.hpp"
+
+namespace gelslam {
+
+/// How far a frame's pose in its trial may be off: each step from keyframe to keyframe adds its own error,
+/// and slopes that are read too steep or too flat make every roll too long or too short. Only coming back to
+/// a place seen before (a loop, in the map) takes that away. Source: own.
+class TrialDrift {
+ public:
+  /// `slope_gain_sigma`: a slope is read 1 +- this times too steep (PoseGraphOptions).
+  explicit TrialDrift(double slope_gain_sigma) : slope_gain_sigma_(slope_gain_sigma) {}
+
+  /// Every frame, in order. One standard deviation of trial_T_frame, x y z in mm, rx ry rz in rad, along the
+  /// axes of this frame's sensor; empty where nothing was tracked.
+  std::optional<Vector6d> add(const TrackedFrame& frame);
+
+ private:
+  double slope_gain_sigma_;
+  int trial_ = -1;
+  std::map<int, UncertainMotion> trial_T_keyframes_;  ///< of this trial, by keyframe id
+};
+
+/// "may be off by 1.6 mm along x, 6 degrees about y since the trial began": where two standard deviations are
+/// more than 1 mm or 5 degrees; else "".
+std::string describe_drift(const Vector6d& sigma);
+
+}  // namespace gelslam
