@@ -3,6 +3,8 @@
 #include <exception>
 #include <utility>
 
+#include "gelslam/calibration/circle_finder.hpp"
+#include "gelslam/calibration/press_depth.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "readable_background.hpp"
@@ -43,7 +45,7 @@ CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& prof
       collector_(collector_options(options, profile)),
       folder_(std::move(folder)),
       coverage_(cv::Size(profile.width_px, profile.height_px), options.presses) {
-  for (const ContactCircle& circle : folder_.earlier_circles(profile.pixel_pitch_mm)) coverage_.add(circle);
+  for (const ContactCircle& circle : folder_.earlier_circles(profile.pixel_pitch_mm)) add(circle);
   if (coverage_.total() > 0)
     say_(std::to_string(coverage_.total()) + " presses of this ball are there already; going on with them");
 }
@@ -102,9 +104,21 @@ void CollectSession::begin_presses() {
   say_("bare gel seen; " + coverage_.advice());
 }
 
+void CollectSession::add(const ContactCircle& circle) {
+  coverage_.add(circle);
+  const double ball_px = 0.5 * options_.diameter_mm / profile_.pixel_pitch_mm;
+  rim_slopes_.push_back(rim_slope(circle.radius_px - visible_rim_px, ball_px));
+}
+
+/// What presses of one depth leave out, once there are enough of them to tell.
+std::string CollectSession::depth_doubt() const {
+  constexpr std::size_t enough_to_tell = 9;
+  return rim_slopes_.size() < enough_to_tell ? "" : missing_depths(rim_slopes_);
+}
+
 void CollectSession::keep(const CollectedPress& press) {
   const std::string name = folder_.add(press);
-  coverage_.add(press.circle);
+  add(press.circle);
   added_.push_back(press.circle);
   say_("taken: " + name + " (" + std::to_string(coverage_.total()) + ", wanted " +
        std::to_string(coverage_.wanted()) + "); " + coverage_.advice());
@@ -129,6 +143,7 @@ void CollectSession::take_back() {
   if (!folder_.take_back()) return;
   coverage_.take_back(added_.back());
   added_.pop_back();
+  rim_slopes_.pop_back();
   say_("the last press was taken back; " + coverage_.advice());
 }
 
@@ -173,6 +188,7 @@ std::string CollectSession::summary() const {
                      std::to_string(coverage_.wanted()) + " wanted of this ball are in '" +
                      options_.folder.string() + "'";
   if (const std::string gaps = coverage_.gaps(); !gaps.empty()) text += "; missing at the " + gaps;
+  if (const std::string doubt = depth_doubt(); !doubt.empty()) text += "; " + doubt;
   if (damaged_ > 0)
     text +=
         "; " + std::to_string(damaged_) + (damaged_ == 1 ? " picture was damaged" : " pictures were damaged");

@@ -52,6 +52,8 @@ class CollectSession final : public CollectWatch {
   [[noreturn]] void refuse_without_background() const;
   void look_at(const cv::Mat3b& bgr);
   void begin_presses();
+  void add(const ContactCircle& circle);
+  std::string depth_doubt() const;
   void keep(const CollectedPress& press);
   void say_warning();
 
@@ -64,6 +66,7 @@ class CollectSession final : public CollectWatch {
   PressFolder folder_;
   PressCoverage coverage_;
   std::vector<ContactCircle> added_;
+  std::vector<double> rim_slopes_;  ///< of all presses of this ball
   cv::Mat3b newest_;
   std::string warned_;
   std::int64_t damaged_ = 0;

@@ -24,6 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double diameter_mm = 6.31;
 
@@ -127,6 +128,23 @@ TEST_F(EndOfACollection, CtrlCKeepsAllPressesAndTheOneStillHeld) {
   }
   expect_whole(3);
   EXPECT_EQ(PressFolder(folder(), diameter_mm, true).earlier_circles(0.0634).size(), 3U) << "it can go on";
+}
+
+TEST_F(EndOfACollection, SaysWhenAllPressesAreOfOneDepth) {
+  const auto summary_with = [&](double radius_px, std::size_t presses) {
+    fs::remove_all(folder());
+    PressFolder filled(folder(), diameter_mm, true);
+    filled.write_background(hand().pictures.front());
+    for (std::size_t k = 0; k < presses; ++k)
+      filled.add({hand().pictures.front(), {30.0 + 25.0 * static_cast<double>(k), 120.0, radius_px}});
+    filled = PressFolder(place_ / "elsewhere", diameter_mm, true);  // lets go of it
+    WaitingCamera camera({}, [] {});
+    return session(camera).summary();
+  };
+  EXPECT_THAT(summary_with(40.0, 9), HasSubstr("press some less deep"));
+  EXPECT_THAT(summary_with(16.0, 9), HasSubstr("press deeper"));
+  EXPECT_THAT(summary_with(25.0, 9), Not(HasSubstr("press ")));
+  EXPECT_THAT(summary_with(40.0, 8), Not(HasSubstr("less deep"))) << "too few to tell";
 }
 
 TEST_F(EndOfACollection, CtrlCClosesTheWindowToo) {

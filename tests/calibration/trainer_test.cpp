@@ -11,6 +11,7 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
+#include "gelslam/calibration/press_depth.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/slope_map.hpp"
 #include "network_kernels.hpp"
@@ -20,6 +21,8 @@ namespace gelslam::test {
 namespace {
 
 using namespace calibration::detail;
+
+using ::testing::HasSubstr;
 
 constexpr double pitch_mm = 0.0634;
 
@@ -172,6 +175,24 @@ TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
                    bad = check_model(steep, set, zones.zones, pitch_mm);
   EXPECT_NEAR(bad.gains.all.gain() / good.gains.all.gain(), 1.2, 0.03);
   EXPECT_EQ(bad.verdict, Verdict::recalibrate);
+}
+
+TEST(ModelCheck, SaysWhenAllPressesAreDeep) {
+  constexpr double ball_px = 75.0;
+  EXPECT_NEAR(rim_slope(ball_px * std::sin(0.5), ball_px), std::tan(0.5), 1e-9);
+  EXPECT_EQ(missing_depths({}), "");
+  EXPECT_THAT(missing_depths({0.65, 0.7, 0.8, 0.9, 1.0, 0.7, 0.8, 0.9, 0.7, 0.7}),
+              HasSubstr("some less deep"));
+  EXPECT_EQ(missing_depths({0.65, 0.7, 0.8, 0.9, 1.0, 0.7, 0.8, 0.9, 0.5, 0.4}), "") << "two are lighter";
+  EXPECT_THAT(missing_depths({0.1, 0.2, 0.25, 0.2, 0.2}), HasSubstr("press deeper"));
+  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const GradientModel model = trained(set, zones, short_recipe(100), 1);
+  const auto asks_for_less = ::testing::Contains(HasSubstr("some less deep"));
+  EXPECT_THAT(check_model(model, set, zones.zones, pitch_mm).reasons, ::testing::Not(asks_for_less));
+  for (BallZone& zone : zones.zones)
+    zone.radius_px = 0.55 * 0.5 * set.presses[zone.press].diameter_mm / pitch_mm;  // 33 degrees
+  EXPECT_THAT(check_model(model, set, zones.zones, pitch_mm).reasons, asks_for_less);
 }
 
 // A model of shallow presses reads them well, and steeper slopes by guess: 20 % too flat on a simulated

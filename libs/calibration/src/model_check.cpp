@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <numbers>
 
 #include "gelslam/calibration/ball_fit.hpp"
+#include "gelslam/calibration/press_depth.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
@@ -26,7 +26,6 @@ struct Limits {
 constexpr Limits good = {3.0, 0.03, 0.03}, usable = {5.0, 0.10, 0.08};
 constexpr double odd_ninth_gain = 0.15;  // of one ninth, worth a sentence
 constexpr double min_ninth_pixels = 1500;
-constexpr double steep_slope = 0.3, least_steep_share = 0.02;  // 17 degrees; of the pixels
 
 std::string formatted(const char* format, double a, double b = 0.0) {
   std::array<char, 200> text{};
@@ -74,14 +73,7 @@ Verdict judge_number(double value, double good_limit, double usable_limit) {
   return std::abs(value) <= usable_limit ? Verdict::usable : Verdict::recalibrate;
 }
 
-double steep_share(const SlopeStatistics& slopes) {
-  double steep = 0.0;
-  for (std::size_t k = 0; k < slopes.by_slope.size(); ++k)
-    if (SlopeStatistics::slope_limits[k] > steep_slope) steep += slopes.by_slope[k].pixels;
-  return steep / slopes.all.pixels;
-}
-
-void judge(ModelCheck& check) {
+void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
   std::vector<std::pair<Verdict, std::string>> found;
   const auto note = [&](Verdict verdict, std::string reason) {
     if (verdict != Verdict::good) found.emplace_back(verdict, std::move(reason));
@@ -105,12 +97,8 @@ void judge(ModelCheck& check) {
              formatted(ninth.gain() > 1.0 ? "slopes read %.0f %% too steep" : "slopes read %.0f %% too flat",
                        100.0 * std::abs(ninth.gain() - 1.0)));
   }
-  if (steep_share(check.gains) < least_steep_share)
-    note(
-        Verdict::usable,
-        formatted("the presses show hardly any slope above %.0f degrees, and what a model reads there is not "
-                  "known: press deeper",
-                  std::atan(steep_slope) * 180.0 / std::numbers::pi));
+  if (std::string missing = missing_depths(rim_slopes); !missing.empty())
+    note(Verdict::usable, std::move(missing));
   std::stable_sort(found.begin(), found.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   check.verdict = Verdict::good;
@@ -137,6 +125,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   SurfaceEstimator estimator(model, set.background, options);
   ModelCheck check;
   ErrorMap map;
+  std::vector<double> rim_slopes;
   struct Size {
     std::vector<double> radii_mm;
     SlopeSums slopes;
@@ -145,6 +134,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   std::map<double, Size> sizes;
   for (const BallZone& zone : zones) {
     const CalibrationPress& press = set.presses[zone.press];
+    rim_slopes.push_back(rim_slope(zone.radius_px, 0.5 * press.diameter_mm / pixel_pitch_mm));
     const std::vector<ZoneReading> labelled = read_zone(model, set, zone, pixel_pitch_mm, false);
     const SlopeStatistics errors = statistics_of(labelled, press.bgr.size());
     const SlopeStatistics gains =
@@ -164,7 +154,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   for (const auto& [diameter_mm, size] : sizes)
     check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm), size.slopes.gain()});
   check.error_map_deg = map.mean();
-  judge(check);
+  judge(check, rim_slopes);
   return check;
 }
 
