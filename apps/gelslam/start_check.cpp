@@ -33,7 +33,7 @@ void StartCheck::judge() {
   const std::filesystem::path& file = config_.sensor.calibration_model_path;
   std::optional<GradientModel> model;
   if (!file.empty()) model = read_gradient_model(file);
-  const cv::Mat3b mean = mean_image(pictures_);
+  const cv::Mat3b mean = background_image(pictures_);
   for (const std::string& doubt :
        judge_background(mean, config_.sensor.device_name, model ? &*model : nullptr))
     say_doubt_(doubt);

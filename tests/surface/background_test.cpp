@@ -40,6 +40,27 @@ TEST(MeanImage, RefusesNothingAndDifferentSizes) {
   EXPECT_THROW(mean_image({cv::Mat3b(4, 6), cv::Mat3b(6, 4)}), Error);
 }
 
+// A quarter darker at first: the picture is that of the exposure it settles at, and no touch.
+TEST(BackgroundImage, IsThatOfTheLastFramesExposure) {
+  std::vector<cv::Mat3b> frames;
+  for (int i = 0; i < 10; ++i) {
+    const cv::Mat3b gel = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, static_cast<std::uint64_t>(i));
+    frames.emplace_back();
+    cv::multiply(gel, cv::Scalar(1, 1, 1) * (1.0 - 0.25 * std::exp(-0.5 * i)), frames.back());
+  }
+  frames.back() = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, 9);
+  const cv::Mat3b settled = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 0.0, 0), first = frames.front().clone();
+  EXPECT_LT(cv::norm(background_image(frames), settled, cv::NORM_L1) / static_cast<double>(3 * settled.total()), 0.5);
+  EXPECT_EQ(cv::norm(first, frames.front()), 0.0) << "the frames stay as they are";
+  EXPECT_EQ(check(frames).reason, "");
+}
+
+TEST(BackgroundImage, OfSteadyLightIsTheMean) {
+  const std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 2.0);
+  EXPECT_EQ(cv::norm(background_image(frames), mean_image(frames)), 0.0);
+  EXPECT_THROW(background_image({}), Error);
+}
+
 TEST(CheckBackground, BareGelIsClean) {
   for (const double noise : {0.0, 1.0, 5.0}) EXPECT_EQ(check(rolling(1e-9, 0.0, noise)).reason, "") << noise;
 }

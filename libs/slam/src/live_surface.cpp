@@ -59,7 +59,7 @@ void SurfaceStage::gather_background(const TactileImage& image) {
     board_.set_words((check.contact ? "take the object off the gel: " : "") + check.reason, TrackStatus::background);
     return;
   }
-  const cv::Mat3b background = mean_image(frames);
+  const cv::Mat3b background = background_image(frames);
   for (const std::string& doubt : judge_background(background, config_.sensor.device_name, &model_)) board_.warn(doubt);
   estimator_.emplace(model_, background, config_.surface);
   waiting_.clear();

@@ -28,7 +28,7 @@ struct SurfaceStream::Impl {
     if (input.background.empty()) {
       read_background_frames(config.background_frames);
       if (!input.force) refuse_contact(model, config);
-      background = mean_image(pictures(waiting));
+      background = background_image(pictures(waiting));
     } else {
       background = fit_to_profile(read_image(input.background), config.sensor, input.background.string());
       color_gain.apply(background);

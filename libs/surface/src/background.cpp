@@ -26,6 +26,8 @@ constexpr float noise_quartiles = 7.0F;
 constexpr int min_moving_blocks = 25;
 constexpr std::size_t min_frames_for_halves = 4;
 
+constexpr double settled_gain_error = 0.01;  // lamps flicker by less
+
 // Imprint: halfway between what clean backgrounds of four sensors show (slope 0.08, curvature 0.015 per
 // pixel) and what the shallowest of their ball presses do (0.14, 0.024).
 constexpr double imprint_slope = 0.105;
@@ -132,9 +134,28 @@ cv::Mat3b mean_image(const std::vector<cv::Mat3b>& images) {
   return mean;
 }
 
+cv::Mat3b background_image(const std::vector<cv::Mat3b>& frames) {
+  if (frames.empty()) return mean_image(frames);
+  const cv::Scalar last = cv::mean(frames.back());
+  std::vector<cv::Mat3b> alike;
+  for (const cv::Mat3b& frame : frames) {
+    const cv::Scalar brightness = cv::mean(frame);
+    cv::Scalar gain;
+    bool is_settled = true;
+    for (int channel = 0; channel < 3; ++channel) {
+      gain[channel] = last[channel] / std::max(brightness[channel], 1.0);
+      is_settled = is_settled && std::abs(gain[channel] - 1.0) < settled_gain_error;
+    }
+    cv::Mat3b brought;
+    if (!is_settled) cv::multiply(frame, gain, brought);
+    alike.push_back(is_settled ? frame : brought);
+  }
+  return mean_image(alike);
+}
+
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options) {
-  const cv::Mat3b mean = mean_image(frames);
+  const cv::Mat3b mean = background_image(frames);
   BackgroundCheck check;
   if (const auto markers = find_marker_dots(mean)) return {false, true, markers->sentence()};
   check.reason = find_motion(frames, mean);

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
+
+#include "gelslam/core/median.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
@@ -14,15 +18,53 @@ constexpr double switch_advantage =
     1.3;  // a contact that covers half the gel must not look like a change of light
 // Variance of the background's brightness below which gain and offset cannot be told apart and gain stays 1.
 constexpr double gain_prior_variance = 4.0;
+// A lamp so weak tells no slopes; a gain so large is none of the lamps'.
+constexpr double least_gain = 0.2, largest_gain = 3.0;
 
-double squared_residual(const Light& light, const cv::Vec3f& seen, const cv::Vec3f& background) {
-  double sum = 0.0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const int channel = static_cast<int>(c);
-    const double residual = seen[channel] - light.gain[c] * background[channel] - light.offset[c];
-    sum += residual * residual;
+// Light from one side. Sudden light is found from far off, and the gate closes on it.
+constexpr double wide_gate_gray_levels = 20.0;
+constexpr double gate_shrinks = 0.6;
+constexpr double near_gate_gray_levels = 6.0;
+constexpr double even_enough_share = 0.6;            // of the blocks not excluded: no need to look for more
+constexpr double least_uneven_share = 0.25;          // of all blocks, to believe in a field at all
+constexpr double uneven_gain_prior_variance = 50.0;  // a field does what a gain over a smooth background does
+constexpr double field_prior_share = 0.002;          // keeps the field 0 where too little is seen
+
+constexpr int even_terms = 2, uneven_terms = 7;
+
+double unit_place(int index, int count) { return count < 2 ? 0.0 : 2.0 * index / (count - 1) - 1.0; }
+
+double field_at(const std::array<double, 5>& field, double x, double y) {
+  return field[0] * x + field[1] * y + field[2] * x * x + field[3] * x * y + field[4] * y * y;
+}
+
+/// What the field makes of a colour, relative to the background, in each of the two ways.
+double field_scale(Unevenness unevenness, double then) {
+  return unevenness == Unevenness::multiplied ? then / 128.0 : 1.0;
+}
+
+/// A channel's value without the field.
+double without_field(const Light& light, std::size_t channel, double seen, double x, double y) {
+  const double field = field_at(light.field[channel], x, y);
+  if (light.unevenness == Unevenness::added) return seen - field;
+  const double gain = light.gain[channel], offset = light.offset[channel];
+  return offset + (seen - offset) * gain / std::max(least_gain / 2, gain + field / 128.0);
+}
+
+template <typename Pixel>
+void remove_field_from(const Light& light, const cv::Mat_<Pixel>& from, cv::Mat_<Pixel>& to) {
+  to.create(from.size());
+  for (int v = 0; v < from.rows; ++v) {
+    const double y = unit_place(v, from.rows);
+    for (int u = 0; u < from.cols; ++u) {
+      const double x = unit_place(u, from.cols);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int channel = static_cast<int>(c);
+        to(v, u)[channel] =
+            cv::saturate_cast<typename Pixel::value_type>(without_field(light, c, from(v, u)[channel], x, y));
+      }
+    }
   }
-  return sum;
 }
 
 }  // namespace
@@ -37,6 +79,11 @@ ColorTable color_table(const Light& light) {
   return table;
 }
 
+void remove_field(const Light& light, const cv::Mat3b& bgr, cv::Mat3b& even) {
+  remove_field_from(light, bgr, even);
+}
+void remove_field(const Light& light, cv::Mat3f& means) { remove_field_from(light, means, means); }
+
 void to_background_light(const Light& light, cv::Mat3f& means) {
   for (cv::Vec3f& mean : means) {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -46,18 +93,31 @@ void to_background_light(const Light& light, cv::Mat3f& means) {
   }
 }
 
-LightTracker::LightTracker(const cv::Mat3f& background_blocks)
+LightTracker::LightTracker(const cv::Mat3f& background_blocks, bool uneven)
     : background_(background_blocks.clone()),
+      may_be_uneven_(uneven),
       inliers_(background_blocks.size(), static_cast<unsigned char>(0)) {}
 
 int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light,
                                  double gate) {
+  const bool uneven = light.unevenness != Unevenness::none;
+  const double squared_gate = gate * gate;
   int count = 0;
   for (int row = 0; row < blocks.rows; ++row) {
+    const double y = unit_place(row, blocks.rows);
     for (int column = 0; column < blocks.cols; ++column) {
-      const bool agrees =
-          (excluded.empty() || excluded(row, column) == 0) &&
-          squared_residual(light, blocks(row, column), background_(row, column)) < gate * gate;
+      double squared_residual = 0.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int channel = static_cast<int>(c);
+        const double then = background_(row, column)[channel];
+        double residual = blocks(row, column)[channel] - light.gain[c] * then - light.offset[c];
+        if (uneven) {
+          const double x = unit_place(column, blocks.cols);
+          residual -= field_at(light.field[c], x, y) * field_scale(light.unevenness, then);
+        }
+        squared_residual += residual * residual;
+      }
+      const bool agrees = (excluded.empty() || excluded(row, column) == 0) && squared_residual < squared_gate;
       inliers_(row, column) = agrees ? 1 : 0;
       count += agrees ? 1 : 0;
     }
@@ -65,63 +125,146 @@ int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& exclu
   return count;
 }
 
-Light LightTracker::fit(const cv::Mat3f& blocks) const {
-  double count = 0.0;
-  cv::Vec3d sum_background, sum_seen, sum_squares, sum_products;
-  for (int row = 0; row < blocks.rows; ++row) {
-    for (int column = 0; column < blocks.cols; ++column) {
-      if (inliers_(row, column) == 0) continue;
-      const cv::Vec3d background = background_(row, column), seen = blocks(row, column);
-      count += 1.0;
-      sum_background += background;
-      sum_seen += seen;
-      sum_squares += background.mul(background);
-      sum_products += background.mul(seen);
-    }
-  }
-  Light light;
+/// To the inliers, with gains near the expected ones. False where the light that they tell cannot be.
+template <int terms>
+bool LightTracker::fit(const cv::Mat3f& blocks, Unevenness unevenness, const Gains& expected,
+                       Light& light) const {
+  using Terms = cv::Vec<double, terms>;  // background, 1 and, of a field, x, y, x², xy, y²
   for (std::size_t c = 0; c < 3; ++c) {
     const int channel = static_cast<int>(c);
-    const double mean_background = sum_background[channel] / count, mean_seen = sum_seen[channel] / count;
-    const double variance = sum_squares[channel] / count - mean_background * mean_background;
-    const double covariance = sum_products[channel] / count - mean_background * mean_seen;
-    const double gain = (covariance + gain_prior_variance) / (variance + gain_prior_variance);
-    light.gain[c] = std::clamp(gain, 0.5, 2.0);
-    light.offset[c] = mean_seen - light.gain[c] * mean_background;
+    cv::Matx<double, terms, terms> square;
+    Terms product;
+    for (int row = 0; row < blocks.rows; ++row) {
+      const double y = unit_place(row, blocks.rows);
+      for (int column = 0; column < blocks.cols; ++column) {
+        if (inliers_(row, column) == 0) continue;
+        const double then = background_(row, column)[channel];
+        const double change = blocks(row, column)[channel] - expected[c] * then;
+        Terms term;
+        term[0] = then;
+        term[1] = 1.0;
+        if constexpr (terms == uneven_terms) {
+          const double x = unit_place(column, blocks.cols), scale = field_scale(unevenness, then);
+          const double places[] = {x, y, x * x, x * y, y * y};
+          for (int i = even_terms; i < terms; ++i) term[i] = scale * places[i - even_terms];
+        }
+        for (int i = 0; i < terms; ++i) {
+          for (int k = i; k < terms; ++k) square(i, k) += term[i] * term[k];
+          product[i] += term[i] * change;
+        }
+      }
+    }
+    const double count = square(1, 1);
+    square(0, 0) += (terms == even_terms ? gain_prior_variance : uneven_gain_prior_variance) * count;
+    for (int i = even_terms; i < terms; ++i) square(i, i) += field_prior_share * count;
+    for (int i = 0; i < terms; ++i)
+      for (int k = 0; k < i; ++k) square(i, k) = square(k, i);
+    Terms solution;
+    if (!cv::solve(square, product, solution, cv::DECOMP_CHOLESKY)) return false;
+    light.gain[c] = expected[c] + solution[0];
+    light.offset[c] = solution[1];
+    for (int i = even_terms; i < terms; ++i)
+      light.field[c][static_cast<std::size_t>(i - even_terms)] = solution[i];
+    if (light.gain[c] < least_gain || light.gain[c] > largest_gain) return false;
   }
-  return light;
+  light.unevenness = unevenness;
+  return true;
 }
 
-Light LightTracker::shifted_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded) const {
+/// What the median over the blocks says, per channel: of the change, or of its ratio.
+Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded, bool as_gain) const {
   Light light;
-  std::vector<float> differences;
-  for (int channel = 0; channel < 3; ++channel) {
-    differences.clear();
+  std::vector<double> changes;
+  changes.reserve(blocks.total());
+  for (std::size_t c = 0; c < 3; ++c) {
+    const int channel = static_cast<int>(c);
+    changes.clear();
     for (int row = 0; row < blocks.rows; ++row) {
       for (int column = 0; column < blocks.cols; ++column) {
         if (!excluded.empty() && excluded(row, column) != 0) continue;
-        differences.push_back(blocks(row, column)[channel] - background_(row, column)[channel]);
+        const float seen = blocks(row, column)[channel], then = background_(row, column)[channel];
+        changes.push_back(as_gain ? seen / std::max(then, 1.0F) : seen - then);
       }
     }
-    if (differences.empty()) return light;
-    const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-    std::nth_element(differences.begin(), middle, differences.end());
-    light.offset[static_cast<std::size_t>(channel)] = *middle;
+    if (changes.empty()) return {};
+    if (as_gain)
+      light.gain[c] = std::clamp(median(changes), least_gain, largest_gain);
+    else
+      light.offset[c] = median(changes);
   }
   return light;
 }
 
-const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& excluded) {
-  const Light shifted = shifted_by_median(blocks, excluded);
-  const int agree_shifted = select_inliers(blocks, excluded, shifted, gate_gray_levels);
-  const int agree_last = select_inliers(blocks, excluded, light_, gate_gray_levels);
+/// The same light everywhere, fitted three times over.
+LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light) {
   const int enough = static_cast<int>(min_inlier_share * static_cast<double>(blocks.total()));
-  Light light = agree_shifted > switch_advantage * agree_last ? shifted : light_;
   for (int iteration = 0; iteration < 3; ++iteration) {
-    if (select_inliers(blocks, excluded, light, gate_gray_levels) < enough) return light_;
-    light = fit(blocks);
+    if (select_inliers(blocks, excluded, light, gate_gray_levels) < enough ||
+        !fit<even_terms>(blocks, Unevenness::none, Light{}.gain, light))
+      return {};
   }
-  light_ = light;
+  return {light, select_inliers(blocks, excluded, light, gate_gray_levels)};
+}
+
+/// With a field, fitted again and again while the gate closes.
+LightTracker::Fit LightTracker::refine_uneven(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light,
+                                              Unevenness unevenness, double gate) {
+  const int enough = static_cast<int>(least_uneven_share * static_cast<double>(blocks.total()));
+  const Gains expected = unevenness == Unevenness::multiplied ? light.gain : Light{}.gain;
+  int left_at_last_gate = 3;
+  while (left_at_last_gate > 0) {
+    if (gate == gate_gray_levels) --left_at_last_gate;
+    if (select_inliers(blocks, excluded, light, gate) < enough ||
+        !fit<uneven_terms>(blocks, unevenness, expected, light))
+      return {};
+    gate = std::max(gate_gray_levels, gate_shrinks * gate);
+  }
+  return {light, select_inliers(blocks, excluded, light, gate_gray_levels)};
+}
+
+/// Light that jumped, or that comes from one side, where the even light followed so far explains little.
+LightTracker::Fit LightTracker::search(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
+                                       const Fit& followed) {
+  const Light scaled = fit_by_median(blocks, excluded, true);
+  Fit best = followed;
+  const Fit jumped = refine_even(blocks, excluded, scaled);
+  if (jumped.agree > switch_advantage * best.agree) best = jumped;
+  if (!may_be_uneven_) return best;
+  Fit uneven;
+  for (const Unevenness unevenness : {Unevenness::added, Unevenness::multiplied}) {
+    for (const auto& [start, gate] :
+         {std::pair(light_, near_gate_gray_levels), std::pair(scaled, wide_gate_gray_levels)}) {
+      const Fit fit = refine_uneven(blocks, excluded, start, unevenness, gate);
+      if (fit.agree > uneven.agree) uneven = fit;
+    }
+  }
+  const bool was_uneven = light_.unevenness != Unevenness::none;
+  return uneven.agree > (was_uneven ? 1.0 : switch_advantage) * best.agree ? uneven : best;
+}
+
+const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touched) {
+  const int total = static_cast<int>(blocks.total());
+  int bare = touched.empty() ? total : total - cv::countNonZero(touched);
+  // Light that was not followed looks like contact all over.
+  const bool is_believable = bare >= min_inlier_share * total;
+  if (!is_believable) bare = total;
+  const cv::Mat1b excluded = is_believable ? touched : cv::Mat1b();
+  Light even = light_;
+  even.field = {};
+  even.unevenness = Unevenness::none;
+  const Light shifted = fit_by_median(blocks, excluded, false);
+  const int agree_shifted = select_inliers(blocks, excluded, shifted, gate_gray_levels);
+  const int agree_last = select_inliers(blocks, excluded, even, gate_gray_levels);
+  Fit best = refine_even(blocks, excluded, agree_shifted > switch_advantage * agree_last ? shifted : even);
+  const double share = static_cast<double>(best.agree) / bare;
+  if (share >= even_enough_share) {
+    vain_share_ = 1.0;
+  } else if (best.agree == 0 || share * switch_advantage < vain_share_) {
+    const int followed = best.agree;
+    best = search(blocks, excluded, best);
+    vain_share_ = best.agree > followed ? 1.0 : share;
+  }
+  if (best.agree > 0) light_ = best.light;
   return light_;
 }
 

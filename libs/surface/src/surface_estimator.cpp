@@ -55,7 +55,7 @@ struct SurfaceEstimator::Impl {
         background(checked_background(background_image).clone()),
         size(background.size()),
         background_blocks(average_blocks(background)),
-        light_tracker(background_blocks),
+        light_tracker(background_blocks, true),
         spots(background),
         gradient(model, background),
         poisson(size),
@@ -69,15 +69,22 @@ struct SurfaceEstimator::Impl {
     return means;
   }
 
-  // Fills colors (the frame's light) and changed (where the gradient is needed).
-  void find_changes(const cv::Mat3b& bgr) {
+  // Fills colors (the frame's light) and changed (where the gradient is needed). Returns the picture without what
+  // light from one side adds.
+  const cv::Mat3b& find_changes(const cv::Mat3b& bgr) {
     averager.average(bgr, blocks);
     const Light light = options.compensate_light ? light_tracker.update(blocks, touched_blocks) : Light{};
+    const bool is_uneven = light.unevenness != Unevenness::none;
+    if (is_uneven) {
+      remove_field(light, bgr, even);
+      remove_field(light, blocks);
+    }
     colors = color_table(light);
     to_background_light(light, blocks);
     cv::subtract(blocks, background_blocks, blocks);
     change_detector.detect(blocks, changed_blocks);
     spread_blocks(changed_blocks, changed);
+    return is_uneven ? even : bgr;
   }
 
   // Height in mm, 0 on the untouched gel.
@@ -107,6 +114,7 @@ struct SurfaceEstimator::Impl {
   ChangeDetector change_detector;
   ColorTable colors{};
   cv::Mat3f blocks;  // block means, then their difference to the background
+  cv::Mat3b even;    // the picture without the light's field
   cv::Mat1b changed_blocks, touched_blocks, changed, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
@@ -133,8 +141,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = self.options.pixel_pitch_mm;
 
-  const cv::Mat3b& bgr = self.spots.clean(image);
-  self.find_changes(bgr);
+  const cv::Mat3b& bgr = self.find_changes(self.spots.clean(image));
   const cv::Mat1b& where = self.options.gradient_everywhere ? self.everywhere : self.changed;
   self.gradient.compute(bgr, self.colors, where, self.gx, self.gy);
   self.timings.gradient_ms = watch.lap_ms();
