@@ -178,7 +178,7 @@ bool LiveBoard::joined() const { return trial_ >= 0 && (shown_trials_.empty() ||
 
 std::string LiveBoard::words() const {
   if (!touch_ || touch_->status == TrackStatus::no_contact) return "no contact";
-  if (joined()) return "tracking";
+  if (joined()) return "tracking" + (touch_->hidden.empty() ? "" : "; " + touch_->hidden);
   return (why_lost_.empty() ? "not joined to the map" : "lost: " + why_lost_) + "; touch a place you have seen";
 }
 

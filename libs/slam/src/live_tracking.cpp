@@ -21,8 +21,10 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
   }
   timer_.add("arrival to pose", std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
   record(record_of(tracked));
+  if (tracked.status == TrackStatus::tracked)
+    hidden_.pass(tracked.trial, tracked.time_s, tracked.registration.observable);
   LiveTouch touch{tracked.frame,  tracked.time_s, frame.image.bgr, frame.surface, tracked.status,
-                  tracked.keyframe ? tracked.keyframe->id : -1, tracked.keyframe_T_frame};
+                  tracked.keyframe ? tracked.keyframe->id : -1, tracked.keyframe_T_frame, hidden_.words()};
   const std::string why_lost =
       tracked.status == TrackStatus::lost ? std::string(describe(tracked.registration.status)) : std::string();
   board_.set_touch(std::move(touch), tracked.trial, why_lost, frame.arrived);
@@ -47,6 +49,7 @@ void TrackingStage::handle(UndoTrial, MapperQueue& out) {
 
 void TrackingStage::handle(NewScan, MapperQueue& out) {
   tracker_ = Tracker(options_);
+  hidden_ = {};
   {
     const std::lock_guard lock(mutex_);
     records_.clear();

@@ -5,6 +5,7 @@
 
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/slam/slam_map.hpp"
+#include "hidden_motions.hpp"
 #include "live_messages.hpp"
 
 namespace gelslam::slam::detail {
@@ -30,6 +31,7 @@ class TrackingStage {
 
   const TrackerOptions options_;
   Tracker tracker_;
+  HiddenMotions hidden_;
   LiveBoard& board_;
   StageTimer& timer_;
   int scan_ = 0;

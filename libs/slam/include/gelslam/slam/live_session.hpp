@@ -20,7 +20,9 @@ struct LiveStatus {
   LivePhase phase = LivePhase::background;
   /// For the colour of `words`. `lost` lasts until what is touched now has been joined to the shown map.
   TrackStatus track = TrackStatus::no_contact;
-  std::string words;     ///< "tracking"; "lost: too little overlap; touch a place you have seen"; "no contact"
+  /// "tracking"; "tracking; sliding along x is not observable on this surface"; "no contact";
+  /// "lost: too little overlap; touch a place you have seen"
+  std::string words;
   std::string warning;   ///< what is wrong for longer than a frame (log stopped: disk full; background doubtful), or ""
   std::string failure;   ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
   std::string source;    ///< RawFrameSource::description()
@@ -46,6 +48,7 @@ struct LiveTouch {
   TrackStatus status = TrackStatus::no_contact;
   int keyframe = -1;     ///< -1 without contact
   Pose keyframe_T_frame = Pose::Identity();
+  std::string hidden;    ///< motions that have not been observable for a while, in words; or ""
 };
 
 /// What changed in the mesh of the shown group since it was last asked for.
