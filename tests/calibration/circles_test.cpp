@@ -70,6 +70,33 @@ TEST(FindCircle, SaysWhenThereIsNoBall) {
   EXPECT_NE(find_circle(ruler, background, 50.0).problem, "");
 }
 
+/// A press in which the same ball touches a second time, moved by (du, dv) pixels.
+cv::Mat3b touched_again(const SimulatedPresses& presses, std::size_t k, double du, double dv) {
+  const cv::Mat3b &bgr = presses.set.presses[k].bgr, &background = presses.set.background;
+  cv::Mat change, moved, sum;
+  cv::subtract(bgr, background, change, cv::noArray(), CV_32FC3);
+  const cv::Mat1d shift = (cv::Mat1d(2, 3) << 1, 0, du, 0, 1, dv);
+  cv::warpAffine(change, moved, shift, change.size());
+  cv::add(bgr, moved, sum, cv::noArray(), CV_8UC3);
+  return sum;
+}
+
+/// Towards the middle of the picture from the press's own place.
+double inward(const SimulatedPresses& presses, std::size_t k) {
+  return presses.truth[k].centre_px.x < 160.0 ? 1.0 : -1.0;
+}
+
+TEST(FindCircle, SaysWhenTwoThingsTouch) {
+  const SimulatedPresses& presses = forty_presses();
+  for (const std::size_t k : {0, 3, 9, 14}) {
+    if (!found_in(presses, k).problem.empty()) continue;
+    const double far_px = 4.0 * presses.truth[k].radius_px * inward(presses, k);
+    const FoundCircle found = find_circle(touched_again(presses, k, far_px, 0.0), presses.set.background,
+                                          0.5 * presses.set.presses[k].diameter_mm / pitch_mm);
+    EXPECT_EQ(found.problem, "two things touch the gel") << k;
+  }
+}
+
 /// By how much the zones stay inside the true contacts.
 std::vector<double> zone_gaps(const SimulatedPresses& presses, const BallZones& zones) {
   std::vector<double> gaps;
@@ -160,6 +187,22 @@ TEST(BallZones, LeaveOutSinglePressesInAnotherLight) {
   EXPECT_EQ(zones.rejected[1].press, 25U);
   EXPECT_THAT(zones.rejected[1].reason, HasSubstr("untouched gel"));
   EXPECT_EQ(refusal(set), "nothing was thrown") << "the others make a calibration";
+}
+
+TEST(BallZones, LeaveOutWhatIsNoSingleBallAndAnotherBall) {
+  const SimulatedPresses& presses = forty_presses();
+  const BallZones before = find_ball_zones(presses.set, pitch_mm, true);
+  const std::size_t overlapping = before.zones[4].press, other_ball = before.zones[11].press;
+  PressSet set = presses.set;
+  const double near_px = 1.3 * presses.truth[overlapping].radius_px * inward(presses, overlapping);
+  set.presses[overlapping].bgr = touched_again(presses, overlapping, near_px, 0.0);
+  double& diameter_mm = set.presses[other_ball].diameter_mm;
+  diameter_mm *= diameter_mm < 8.0 ? 3.0 : 0.5;
+  const BallZones zones = find_ball_zones(set, pitch_mm, true);
+  ASSERT_EQ(zones.rejected.size(), before.rejected.size() + 2) << "all others stay";
+  for (const std::size_t press : {overlapping, other_ball})
+    EXPECT_TRUE(std::ranges::any_of(zones.rejected, [&](const RejectedPress& r) { return r.press == press; }))
+        << press;
 }
 
 TEST(BallZones, LeaveOutPressesWhoseFilesCannotBeUsed) {

@@ -7,6 +7,7 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
+#include "odd_presses.hpp"
 
 namespace gelslam {
 namespace {
@@ -120,7 +121,19 @@ void reject_another_light(const PressSet& set, BallZones& zones) {
     zones.zones.erase(strange, zones.zones.end());
   }
   std::ranges::sort(zones.zones, {}, &BallZone::press);
-  std::ranges::sort(zones.rejected, {}, &RejectedPress::press);
+}
+
+/// Two balls that overlap, something that is no ball, one press with another ball.
+void reject_odd_ones(const PressSet& set, double pixel_pitch_mm, BallZones& zones) {
+  const std::vector<std::size_t> odd = calibration::detail::find_odd_zones(set, zones.zones, pixel_pitch_mm);
+  for (auto k = odd.rbegin(); k != odd.rend(); ++k) {
+    const auto zone = zones.zones.begin() + static_cast<std::ptrdiff_t>(*k);
+    zones.rejected.push_back(
+        {zone->press,
+         "its colours are not those of the same slopes in other presses: no single ball, "
+         "or not of this diameter"});
+    zones.zones.erase(zone);
+  }
 }
 
 void require_one_sensor(const PressSet& set, const BallZones& zones) {
@@ -192,6 +205,8 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
       result.rejected.push_back({k, problem});
   }
   reject_another_light(set, result);
+  reject_odd_ones(set, pixel_pitch_mm, result);
+  std::ranges::sort(result.rejected, {}, &RejectedPress::press);
   return result;
 }
 

@@ -6,9 +6,11 @@
 #include <optional>
 #include <vector>
 
+#include "gel_change.hpp"
 #include "gelslam/calibration/press_change.hpp"
 #include "press_fit.hpp"
 #include "press_points.hpp"
+#include "second_contact.hpp"
 #include "visible_rim.hpp"
 
 namespace gelslam {
@@ -129,6 +131,13 @@ std::string problem_with(const FoundCircle& found, const cv::Size& size, double 
   return "";
 }
 
+/// Two balls, or a finger beside one: the skirts of both lie on each other.
+bool touches_twice(const FoundCircle& found, const cv::Mat3b& bgr, const cv::Mat3b& background) {
+  const cv::Mat1f difference = cell_difference(shrink_to_cells(bgr), shrink_to_cells(background));
+  return has_second_contact(difference, level_of_contact(difference, least_touch_levels), found,
+                            static_cast<double>(bgr.cols) / cells_across);
+}
+
 }  // namespace
 
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px) {
@@ -147,6 +156,8 @@ FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, doubl
                      .value_or(ContactCircle{knee.u_px, knee.v_px, knee.radius_px + visible_rim_px});
   found.confidence = fit.explained;
   found.problem = problem_with(found, bgr.size(), ball_px);
+  if (found.problem.empty() && touches_twice(found, bgr, background))
+    found.problem = "two things touch the gel";
   return found;
 }
 

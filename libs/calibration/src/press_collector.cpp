@@ -12,6 +12,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
 #include "press_judge.hpp"
+#include "second_contact.hpp"
 
 namespace gelslam {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 using namespace calibration::detail;
 
 // Grey levels of cells, where noise is below one.
-constexpr double least_touch_levels = 5.0, least_still_levels = 2.0;
+constexpr double least_still_levels = 2.0;
 constexpr double noise_factor = 2.0, most_noise_levels = 5.0;
 constexpr int least_touched_cells = 6;
 // Half of the share of the picture by which the faintest press stands out; twice that of the oddest bare gel.

@@ -1,10 +1,10 @@
 #include "press_judge.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <vector>
 
 #include "gel_change.hpp"
+#include "second_contact.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {
@@ -16,35 +16,19 @@ constexpr double least_width = 1.0 / 9.0, most_width = 1.0 / 3.4;
 constexpr double most_of_ball = 0.8;
 constexpr double least_inset =
     0.35;  // of the radius: how far inside the picture the ball's middle has to lie
-constexpr double contact_share = 0.3;  // of the largest difference
-constexpr int least_second_cells = 6;
-constexpr double least_second_weight = 0.15, second_beyond_radii = 1.6, second_beyond_unknown = 2.5;
-
-bool has_second_contact(const std::vector<ChangedPiece>& pieces, const FoundCircle& found, double cell_px) {
-  const bool known = found.problem.empty();
-  for (std::size_t k = 1; k < pieces.size(); ++k) {
-    const ChangedPiece& piece = pieces[k];
-    if (piece.cells < least_second_cells || piece.weight < least_second_weight * pieces.front().weight)
-      continue;
-    const double u = known ? found.circle.u_px / cell_px : pieces.front().u_cells,
-                 v = known ? found.circle.v_px / cell_px : pieces.front().v_cells,
-                 reach = known ? second_beyond_radii * found.circle.radius_px / cell_px
-                               : second_beyond_unknown * std::sqrt(pieces.front().cells / std::numbers::pi);
-    if (std::hypot(piece.u_cells - u, piece.v_cells - v) > reach) return true;
-  }
-  return false;
-}
 
 double inset_px(const ContactCircle& circle, const cv::Size& size) {
   return std::min(
       {circle.u_px, circle.v_px, size.width - 1.0 - circle.u_px, size.height - 1.0 - circle.v_px});
 }
 
-std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiece>& pieces,
-                         const cv::Size& size, double cell_px, double ball_px) {
+std::string problem_with(const FoundCircle& found, const cv::Mat1f& difference, double level,
+                         const cv::Size& size, double ball_px) {
+  const std::vector<ChangedPiece> pieces = changed_pieces(difference, level);
+  const double cell_px = static_cast<double>(size.width) / cells_across;
   constexpr const char* off_the_edge = "too near the edge of the gel: move the ball inward";
   if (pieces.empty()) return "too shallow: press a little deeper";
-  if (has_second_contact(pieces, found, cell_px))
+  if (has_second_contact(difference, level, found, cell_px))
     return "two things touch the gel: press with the ball alone";
   const double width = 2.0 * found.circle.radius_px / size.width;
   if (found.problem.empty() && inset_px(found.circle, size) < least_inset * found.circle.radius_px)
@@ -61,10 +45,9 @@ std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiec
 
 JudgedPress judge_press(const cv::Mat3b& bgr, const cv::Mat3b& background, const cv::Mat1f& difference,
                         double touch_level, double ball_px) {
-  const double level = std::max(touch_level, contact_share * largest(difference));
   JudgedPress judged{find_circle(bgr, background, ball_px), ""};
-  judged.problem = problem_with(judged.found, changed_pieces(difference, level), bgr.size(),
-                                static_cast<double>(bgr.cols) / cells_across, ball_px);
+  judged.problem =
+      problem_with(judged.found, difference, level_of_contact(difference, touch_level), bgr.size(), ball_px);
   return judged;
 }
 
