@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
+#include <random>
 #include <vector>
 
 #include "gelslam/surface/surface_estimator.hpp"
+#include "impulse_remover.hpp"
 #include "linear_gel.hpp"
 
 namespace gelslam::test {
@@ -107,6 +109,37 @@ TEST(DarkSpots, APictureThatIsDarkAllOverIsPassedOn) {
   cv::Mat3b image = bare.clone();
   image *= 0.4;
   EXPECT_EQ(remover.clean(image).data, image.data);
+}
+
+// One value in a hundred, of any channel, in every picture another one; or the same pixels, and in the background, too.
+cv::Mat3b peppered(const cv::Mat3b& image, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  cv::Mat3b result = image.clone();
+  for (cv::Vec3b& pixel : result)
+    for (int c = 0; c < 3; ++c)
+      if (random() % 100 == 0) pixel[c] = random() % 2 == 0 ? 0 : 255;
+  return result;
+}
+
+TEST(WrongPixels, AreNotSeen) {
+  const cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, 1.0, 2);
+  const SurfacePtr undisturbed = surface_of(image), surface = surface_of(peppered(image, 5));
+  // What is filled in is a neighbour's value: two grey levels, and so few of them are nothing in a height.
+  EXPECT_LT(cv::norm(surface->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
+  cv::Mat differing = surface->contact != undisturbed->contact;
+  EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
+  const SurfacePtr from_hot_background =
+      SurfaceEstimator(linear_gel_model(), peppered(bare, 5), SurfaceOptions{}).estimate(peppered(image, 5));
+  EXPECT_LT(cv::norm(from_hot_background->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
+  EXPECT_EQ(surface_of(peppered(bare, 6))->contact_pixels, 0);
+}
+
+TEST(WrongPixels, WithoutAnyThePictureIsPassedOnAsItIs) {
+  surface::detail::ImpulseRemover remover;
+  for (const double noise : {0.0, 1.0, 6.0}) {
+    const cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, noise, 4);
+    EXPECT_EQ(remover.clean(image).data, image.data) << noise;
+  }
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gradient_map.hpp"
+#include "impulse_remover.hpp"
 #include "light.hpp"
 #include "poisson.hpp"
 #include "spot_remover.hpp"
@@ -52,7 +53,7 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
 struct SurfaceEstimator::Impl {
   Impl(const GradientModel& model, const cv::Mat3b& background_image, const SurfaceOptions& surface_options)
       : options(surface_options),
-        background(checked_background(background_image).clone()),
+        background(impulses.clean(checked_background(background_image)).clone()),
         size(background.size()),
         background_blocks(average_blocks(background)),
         light_tracker(background_blocks, true),
@@ -102,6 +103,7 @@ struct SurfaceEstimator::Impl {
   void remember_contact() { cv::dilate(contact_detector.contact_blocks(), touched_blocks, contact_margin); }
 
   SurfaceOptions options;
+  ImpulseRemover impulses;
   cv::Mat3b background;
   cv::Size size;
   cv::Mat3f background_blocks;
@@ -141,7 +143,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = self.options.pixel_pitch_mm;
 
-  const cv::Mat3b& bgr = self.find_changes(self.spots.clean(image));
+  const cv::Mat3b& bgr = self.find_changes(self.spots.clean(self.impulses.clean(image)));
   const cv::Mat1b& where = self.options.gradient_everywhere ? self.everywhere : self.changed;
   self.gradient.compute(bgr, self.colors, where, self.gx, self.gy);
   self.timings.gradient_ms = watch.lap_ms();
