@@ -105,7 +105,7 @@ TEST(ViewControls, EscapeClosesTheHelpFirst) {
 
 TEST(ViewControls, NoKeyMeansTwoThings) {
   std::set<int> keys;
-  for (const ViewKey& key : view_keys()) {
+  for (const auto& key : view_keys()) {
     EXPECT_TRUE(keys.insert(key.key).second) << key.what;
     if (key.second_key == 0) continue;
     EXPECT_TRUE(keys.insert(key.second_key).second) << key.what;

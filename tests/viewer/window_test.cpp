@@ -173,7 +173,7 @@ TEST_F(Window, HelpNamesEveryKeyAndFits) {
     window_->turn(now_s_ += 0.02, true);
     press(GLFW_KEY_H);
     const cv::Mat3b shown = picture("help_" + std::to_string(width));
-    for (const KeyBinding& binding : key_bindings()) expect_text(shown, binding.what, theme::text);
+    for (const auto& binding : window_keys()) expect_text(shown, binding.what, theme::text);
     expect_text(shown, "Double click", theme::blue);
     press(GLFW_KEY_ESCAPE);
   }

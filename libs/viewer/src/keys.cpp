@@ -2,7 +2,6 @@
 
 #include <GLFW/glfw3.h>
 
-#include <algorithm>
 #include <cctype>
 #include <map>
 
@@ -26,9 +25,9 @@ std::map<std::string, int, std::less<>> named_keys() {
 
 }  // namespace
 
-const std::vector<KeyBinding>& key_bindings() {
+const std::vector<KeyBinding<WindowAction>>& window_keys() {
   using enum WindowAction;
-  static const std::vector<KeyBinding> bindings = {
+  static const std::vector<KeyBinding<WindowAction>> bindings = {
       {pause, GLFW_KEY_SPACE, 0, "Space", "Pause, go on"},
       {undo_trial, GLFW_KEY_U, 0, "U", "Undo the last trial"},
       {new_scan, GLFW_KEY_N, 0, "N", "New scan (asks first)"},
@@ -49,17 +48,6 @@ const std::vector<KeyBinding>& key_bindings() {
       {help, GLFW_KEY_F1, GLFW_KEY_H, "H", "This help"},
   };
   return bindings;
-}
-
-const KeyBinding& binding_of(WindowAction action) {
-  const auto& all = key_bindings();
-  return *std::find_if(all.begin(), all.end(), [action](const KeyBinding& b) { return b.action == action; });
-}
-
-std::optional<WindowAction> action_of_key(int key) {
-  for (const KeyBinding& binding : key_bindings())
-    if (binding.key == key || (binding.second_key != 0 && binding.second_key == key)) return binding.action;
-  return std::nullopt;
 }
 
 std::optional<int> key_of_name(std::string_view name) {

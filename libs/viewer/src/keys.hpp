@@ -5,9 +5,11 @@
 #include <string_view>
 #include <vector>
 
+#include "key_binding.hpp"
+
 namespace gelslam::viewer::detail {
 
-/// Everything a person can ask of the window.
+/// Everything a person can ask of the window of a scan.
 enum class WindowAction {
   pause,
   new_scan,
@@ -29,18 +31,8 @@ enum class WindowAction {
   stop,
 };
 
-struct KeyBinding {
-  WindowAction action;
-  int key;               ///< GLFW code
-  int second_key;        ///< another key for the same; 0: none
-  const char* key_name;  ///< as people read it: "Space"
-  const char* what;      ///< in the help: "Pause, go on"
-};
-
 /// In the order of the help overlay.
-const std::vector<KeyBinding>& key_bindings();
-const KeyBinding& binding_of(WindowAction action);
-std::optional<WindowAction> action_of_key(int key);
+const std::vector<KeyBinding<WindowAction>>& window_keys();
 
 /// "space", "a", "7", "f1", "esc", "enter", "left": the GLFW code of a key as a script writes it; nothing for
 /// other words. Upper and lower case are the same.

@@ -2,7 +2,6 @@
 
 #include <GLFW/glfw3.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
@@ -16,9 +15,9 @@ constexpr double message_s = 5.0, trouble_s = 60.0;
 
 }  // namespace
 
-const std::vector<LabelKey>& label_keys() {
+const std::vector<KeyBinding<LabelAction>>& label_keys() {
   using enum LabelAction;
-  static const std::vector<LabelKey> keys = {
+  static const std::vector<KeyBinding<LabelAction>> keys = {
       {accept, GLFW_KEY_ENTER, GLFW_KEY_SPACE, "Enter", "Accept, and on"},
       {back, GLFW_KEY_BACKSPACE, 0, "Backspace", "One back"},
       {next, GLFW_KEY_N, GLFW_KEY_TAB, "N", "One on, nothing decided"},
@@ -43,19 +42,12 @@ const std::vector<LabelKey>& label_keys() {
   return keys;
 }
 
-const char* key_name_of(LabelAction action) {
-  const auto& all = label_keys();
-  return std::find_if(all.begin(), all.end(), [action](const LabelKey& k) { return k.action == action; })
-      ->key_name;
-}
-
 void LabelControls::press_key(int key, double now_s) {
   if (shows_help_ && key == GLFW_KEY_ESCAPE) {
     shows_help_ = false;
     return;
   }
-  for (const LabelKey& k : label_keys())
-    if (k.key == key || (k.second_key != 0 && k.second_key == key)) return perform(k.action, now_s);
+  if (const auto action = action_of_key(label_keys(), key)) perform(*action, now_s);
 }
 
 void LabelControls::perform(LabelAction action, double now_s) {
@@ -163,7 +155,7 @@ bool LabelControls::save_now(double now_s) {
   try {
     session_.save();
     say(before == 0 ? "Nothing new to save"
-                    : format_text("%zu %s saved", before, before == 1 ? "press" : "presses"),
+                    : counted(static_cast<std::int64_t>(before), "press") + " saved",
         now_s);
   } catch (const Error& error) {
     say(error.what(), now_s);

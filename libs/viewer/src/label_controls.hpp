@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gelslam/calibration/label_session.hpp"
+#include "key_binding.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -31,16 +32,8 @@ enum class LabelAction {
   quit,
 };
 
-struct LabelKey {
-  LabelAction action;
-  int key, second_key;  ///< GLFW codes; 0: none
-  const char* key_name;
-  const char* what;  ///< in the help
-};
-
 /// In the order of the help; some actions have two lines of keys.
-const std::vector<LabelKey>& label_keys();
-const char* key_name_of(LabelAction action);
+const std::vector<KeyBinding<LabelAction>>& label_keys();
 
 /// What keys, buttons and the mouse do to a session, without a pixel of how it looks. Places are pixels of
 /// the press's picture, times the window's clock.

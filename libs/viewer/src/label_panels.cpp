@@ -37,7 +37,7 @@ void draw_buttons(Canvas& canvas, const Box& bar, double now_s, LabelControls& c
   const std::vector<LabelButton> buttons = buttons_of(controls);
   std::vector<BarItem> items;
   for (const LabelButton& button : buttons)
-    items.push_back({button.label, key_name_of(button.action), button.group, button.priority, button.ink});
+    items.push_back({button.label, key_name_of(label_keys(), button.action), button.group, button.priority, button.ink});
   if (const auto clicked = draw_button_bar(canvas, bar, items))
     controls.perform(buttons[*clicked].action, now_s);
 }
@@ -91,7 +91,7 @@ void draw_head(Canvas& canvas, const Box& view, const LabelSession& session) {
 
 std::vector<HelpLine> help_lines() {
   std::vector<HelpLine> lines;
-  for (const LabelKey& key : label_keys())
+  for (const auto& key : label_keys())
     if (*key.key_name != '\0') lines.push_back({key.key_name, key.what});
   lines.insert(lines.end(), {{"Drag", "Move the circle"}, {"Drag its rim", "Radius"}, {"Wheel", "Radius"}});
   return lines;

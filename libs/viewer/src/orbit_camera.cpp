@@ -111,8 +111,6 @@ void OrbitCamera::fit(const Eigen::AlignedBox3f& box_mm, const Viewport& viewpor
   *this = fitted(box_mm, viewport);
 }
 
-void OrbitCamera::reset_direction() { map_R_camera_ = OrbitCamera().map_R_camera_; }
-
 void OrbitCamera::look_along(const Vector3f& direction, const Vector3f& up) {
   const Vector3f back = -direction.normalized();
   Vector3f right = up.cross(back);

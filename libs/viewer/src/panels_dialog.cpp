@@ -86,7 +86,7 @@ void draw_export(Canvas& canvas, LiveControls& controls) {
 
 std::vector<HelpLine> help_lines() {
   std::vector<HelpLine> lines;
-  for (const KeyBinding& binding : key_bindings()) lines.push_back({binding.key_name, binding.what});
+  for (const auto& binding : window_keys()) lines.push_back({binding.key_name, binding.what});
   lines.push_back({"Left drag", "Turn"});
   lines.push_back({"Right drag", "Move"});
   lines.push_back({"Wheel", "Nearer, further"});

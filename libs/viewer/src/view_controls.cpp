@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene_actions.hpp"
+
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -13,9 +15,9 @@ constexpr double kRightEnd = 0.999;  ///< of the slider: all of it is hard to hi
 
 }  // namespace
 
-const std::vector<ViewKey>& view_keys() {
+const std::vector<KeyBinding<ViewAction>>& view_keys() {
   using enum ViewAction;
-  static const std::vector<ViewKey> keys = {
+  static const std::vector<KeyBinding<ViewAction>> keys = {
       {play, GLFW_KEY_SPACE, 0, "Space", "Play, rest"},
       {step_back, GLFW_KEY_LEFT, 0, "Left", "One keyframe back"},
       {step_on, GLFW_KEY_RIGHT, 0, "Right", "One keyframe on"},
@@ -36,12 +38,6 @@ const std::vector<ViewKey>& view_keys() {
   return keys;
 }
 
-const char* key_name_of(ViewAction action) {
-  const auto& all = view_keys();
-  return std::find_if(all.begin(), all.end(), [action](const ViewKey& k) { return k.action == action; })
-      ->key_name;
-}
-
 ViewControls::ViewControls(const RunHistory* history, bool has_second, const SceneStyle& style,
                            std::optional<double> time_s)
     : history_(history),
@@ -54,13 +50,12 @@ void ViewControls::press_key(int key) {
     shows_help_ = false;
     return;
   }
-  for (const ViewKey& k : view_keys()) {
-    if (k.key == key || (k.second_key != 0 && k.second_key == key)) perform(k.action);
-  }
+  if (const auto action = action_of_key(view_keys(), key)) perform(*action);
 }
 
 void ViewControls::perform(ViewAction action) {
   using enum ViewAction;
+  if (change_look(style_, action)) return;
   switch (action) {
     case play:
       return play_or_rest();
@@ -68,32 +63,8 @@ void ViewControls::perform(ViewAction action) {
       return step(-1);
     case step_on:
       return step(1);
-    case shading_lit:
-      style_.shading = SceneShading::lit;
-      return;
-    case shading_matcap:
-      style_.shading = SceneShading::matcap;
-      return;
-    case shading_relief:
-      style_.shading = SceneShading::relief;
-      return;
-    case next_colour: {
-      std::vector<SceneColour> colours = {SceneColour::plain, SceneColour::confidence, SceneColour::height};
-      if (has_time()) colours.push_back(SceneColour::keyframe);
-      if (has_second_) colours.push_back(SceneColour::distance);
-      const auto now = std::find(colours.begin(), colours.end(), style_.colour);
-      style_.colour = now == colours.end() || now + 1 == colours.end() ? colours.front() : *(now + 1);
-      return;
-    }
-    case trajectory:
-      style_.trajectory = !style_.trajectory;
-      return;
-    case pose_graph:
-      style_.edges = style_.keyframes = !style_.edges;
-      return;
-    case grid:
-      style_.grid = !style_.grid;
-      return;
+    case next_colour:
+      return change_colour();
     case light_theme:
       style_.light_theme = !style_.light_theme;
       return;
@@ -112,7 +83,16 @@ void ViewControls::perform(ViewAction action) {
     case close:
       wants_to_close_ = true;
       return;
+    default:
+      return;  // the look: changed above
   }
+}
+
+void ViewControls::change_colour() {
+  std::vector<SceneColour> known = {SceneColour::plain, SceneColour::confidence, SceneColour::height};
+  if (has_time()) known.push_back(SceneColour::keyframe);
+  if (has_second_) known.push_back(SceneColour::distance);
+  style_.colour = colour_after(style_.colour, known);
 }
 
 double ViewControls::share() const {

@@ -7,6 +7,7 @@
 
 #include "gelslam/viewer/scene_style.hpp"
 #include "gelslam/viewer/view_content.hpp"
+#include "key_binding.hpp"
 
 namespace gelslam::viewer::detail {
 
@@ -30,16 +31,8 @@ enum class ViewAction {
   close,
 };
 
-struct ViewKey {
-  ViewAction action;
-  int key, second_key;  ///< GLFW codes; 0: none
-  const char* key_name;
-  const char* what;  ///< in the help
-};
-
 /// In the order of the help.
-const std::vector<ViewKey>& view_keys();
-const char* key_name_of(ViewAction action);
+const std::vector<KeyBinding<ViewAction>>& view_keys();
 
 /// What is shown and how, without a pixel of how it looks.
 class ViewControls {
@@ -68,6 +61,7 @@ class ViewControls {
   bool take_screenshot() { return std::exchange(screenshot_, false); }
 
  private:
+  void change_colour();
   void step(int keyframes);
   void play_or_rest();
 

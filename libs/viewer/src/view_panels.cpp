@@ -51,7 +51,7 @@ void draw_buttons(Canvas& canvas, const Box& bar, ViewControls& controls) {
   const std::vector<ViewButton> buttons = buttons_of(controls);
   std::vector<BarItem> items;
   for (const ViewButton& button : buttons)
-    items.push_back({button.label, key_name_of(button.action), button.group, button.priority,
+    items.push_back({button.label, key_name_of(view_keys(), button.action), button.group, button.priority,
                      button.lit ? theme::blue : theme::text});
   if (const auto clicked = draw_button_bar(canvas, bar, items)) controls.perform(buttons[*clicked].action);
 }
@@ -94,7 +94,7 @@ void draw_titles(Canvas& canvas, const ViewFrame& frame, bool light_theme) {
 
 std::vector<HelpLine> help_lines() {
   std::vector<HelpLine> lines;
-  for (const ViewKey& key : view_keys()) lines.push_back({key.key_name, key.what});
+  for (const auto& key : view_keys()) lines.push_back({key.key_name, key.what});
   lines.insert(lines.end(), {{"Left drag", "Turn"},
                              {"Right drag", "Move"},
                              {"Wheel", "Nearer, further"},

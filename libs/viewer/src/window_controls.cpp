@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "scene_actions.hpp"
+
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -27,23 +29,15 @@ const char* name_of(SceneColour colour) {
 }
 
 /// The distance to another mesh is nothing a live scan knows.
-SceneColour after(SceneColour colour) {
-  switch (colour) {
-    case SceneColour::plain:
-      return SceneColour::confidence;
-    case SceneColour::confidence:
-      return SceneColour::height;
-    case SceneColour::height:
-      return SceneColour::keyframe;
-    default:
-      return SceneColour::plain;
-  }
+SceneColour live_colour_after(SceneColour colour) {
+  using enum SceneColour;
+  return colour_after(colour, {plain, confidence, height, keyframe});
 }
 
 }  // namespace
 
 void LiveControls::press_key(int key, double now_s) {
-  const auto action = action_of_key(key);
+  const auto action = action_of_key(window_keys(), key);
   if (dialog_ == Dialog::none) {
     if (action) perform(*action, now_s);
     return;
@@ -104,28 +98,11 @@ void LiveControls::perform(WindowAction action, double now_s) {
 
 void LiveControls::change_view(WindowAction action, double now_s) {
   using enum WindowAction;
+  if (change_look(style_, action)) return;
   switch (action) {
-    case shading_lit:
-      style_.shading = SceneShading::lit;
-      return;
-    case shading_matcap:
-      style_.shading = SceneShading::matcap;
-      return;
-    case shading_relief:
-      style_.shading = SceneShading::relief;
-      return;
     case next_colour:
-      style_.colour = after(style_.colour);
+      style_.colour = live_colour_after(style_.colour);
       return say(std::string("Colours: ") + name_of(style_.colour), now_s);
-    case trajectory:
-      style_.trajectory = !style_.trajectory;
-      return;
-    case pose_graph:
-      style_.keyframes = style_.edges = !style_.edges;
-      return;
-    case grid:
-      style_.grid = !style_.grid;
-      return;
     case follow:
       follows_ = !follows_;
       return say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);

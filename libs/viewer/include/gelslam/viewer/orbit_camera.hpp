@@ -45,8 +45,6 @@ class OrbitCamera {
   /// The same for the corners of a box.
   void fit(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport);
   OrbitCamera fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const;
-  /// Back to the outside view; centre and distance stay.
-  void reset_direction();
   void look_along(const Eigen::Vector3f& direction, const Eigen::Vector3f& up);
   void look_at(const Eigen::Vector3f& centre_mm) { centre_mm_ = centre_mm; }
   void set_distance_mm(float distance_mm);
