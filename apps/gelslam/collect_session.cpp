@@ -6,6 +6,7 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/press_depth.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "readable_background.hpp"
 
@@ -47,7 +48,7 @@ CollectSession::CollectSession(RawFrameSource& source, const SensorProfile& prof
       coverage_(cv::Size(profile.width_px, profile.height_px), options.presses) {
   for (const ContactCircle& circle : folder_.earlier_circles(profile.pixel_pitch_mm)) add(circle);
   if (coverage_.total() > 0)
-    say_(std::to_string(coverage_.total()) + " presses of this ball are there already; going on with them");
+    say_("going on after " + counted(coverage_.total(), "press") + " of this ball taken before");
 }
 
 void CollectSession::run() {
@@ -183,15 +184,14 @@ bool CollectSession::enough() const {
 
 std::string CollectSession::summary() const {
   const std::lock_guard lock(mutex_);
-  std::string text = std::to_string(added_.size()) + (added_.size() == 1 ? " press" : " presses") +
-                     " taken, " + std::to_string(coverage_.total()) + " of " +
+  std::string text = counted(static_cast<std::int64_t>(added_.size()), "press") + " taken, " +
+                     std::to_string(coverage_.total()) + " of " +
                      std::to_string(coverage_.wanted()) + " wanted of this ball are in '" +
                      options_.folder.string() + "'";
   if (const std::string gaps = coverage_.gaps(); !gaps.empty()) text += "; missing at the " + gaps;
   if (const std::string doubt = depth_doubt(); !doubt.empty()) text += "; " + doubt;
   if (damaged_ > 0)
-    text +=
-        "; " + std::to_string(damaged_) + (damaged_ == 1 ? " picture was damaged" : " pictures were damaged");
+    text += "; left out " + counted(damaged_, "damaged picture");
   return text;
 }
 

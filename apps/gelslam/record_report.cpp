@@ -1,4 +1,5 @@
 #include "record_report.hpp"
+#include "gelslam/core/text.hpp"
 
 #include <unistd.h>
 
@@ -57,13 +58,13 @@ void RecordReport::finish(const LogRecorderStatus& status, std::int64_t lost,
   if (!source_warning.empty()) say("warning: " + source_warning);
   if (!status.warning.empty() && status.warning != said_) say("warning: " + status.warning);
   if (status.damaged > 0)
-    say("warning: " + std::to_string(status.damaged) + " damaged pictures were left out");
+    say("warning: left out " + counted(status.damaged, "damaged picture"));
   if (status.written == 0) {
     say("nothing was recorded");
     return;
   }
   if (quiet_) return;
-  std::cerr << "recorded " << status.written << " frames";
+  std::cerr << "recorded " << counted(status.written, "frame");
   if (status.written == frames_)  // else the times are not those of what was recorded
     std::cerr << " in " << printed("%.1f s", last_s_ - first_s_) << " (" << printed("%.2f Hz", rate_hz())
               << ")";

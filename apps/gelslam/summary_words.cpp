@@ -1,10 +1,8 @@
 #include "summary_words.hpp"
 
-namespace gelslam {
+#include "gelslam/core/text.hpp"
 
-std::string counted(std::int64_t number, const std::string& noun) {
-  return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
-}
+namespace gelslam {
 
 std::string map_words(const ReconstructSummary& s) {
   return counted(s.in_map, "frame") + " in the map; " + counted(s.trials, "trial") + " in " +
@@ -13,8 +11,7 @@ std::string map_words(const ReconstructSummary& s) {
 }
 
 std::string mesh_words(const ReconstructSummary& s) {
-  return "mesh of " + std::to_string(s.vertices) + " vertices and " + std::to_string(s.triangles) +
-         " triangles";
+  return "mesh of " + std::to_string(s.vertices) + " vertices and " + counted(s.triangles, "triangle");
 }
 
 }  // namespace gelslam

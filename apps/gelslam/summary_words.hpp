@@ -1,14 +1,10 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "gelslam/slam/reconstruct.hpp"
 
 namespace gelslam {
-
-/// "1 loop", "2 loops".
-std::string counted(std::int64_t number, const std::string& noun);
 
 /// "120 frames in the map; 1 trial in 1 group, 6 keyframes, 1 loop".
 std::string map_words(const ReconstructSummary& summary);

@@ -179,7 +179,7 @@ TEST_F(Chain, GoesOnWhereItEndedAndOverwritesNothing) {
   const std::string first = read_bytes(folder / "6.310mm/0/gelsight.png");
   const ProgramResult again = collect(small_log(), folder, "6.31", 12);
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.err, HasSubstr("9 presses of this ball are there already"));
+  EXPECT_THAT(again.err, HasSubstr("going on after 9 presses of this ball"));
   EXPECT_THAT(again.out, HasSubstr("3 presses taken, 12 of 12"));
   EXPECT_EQ(read_bytes(folder / "6.310mm/0/gelsight.png"), first);
   EXPECT_EQ(read_press_set(folder).presses.size(), 12U);

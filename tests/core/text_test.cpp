@@ -32,6 +32,14 @@ TEST(OneLine, HoldsNoControlCharacters) {
   EXPECT_EQ(one_line("größe"), "größe");
 }
 
+TEST(Counted, TheNounFollowsTheNumber) {
+  EXPECT_EQ(counted(0, "loop"), "0 loops");
+  EXPECT_EQ(counted(1, "damaged picture"), "1 damaged picture");
+  EXPECT_EQ(counted(21, "frame"), "21 frames");
+  EXPECT_EQ(counted(1, "press"), "1 press");
+  EXPECT_EQ(counted(2, "press"), "2 presses");
+}
+
 TEST(NaturalLess, NumbersCompareAsNumbers) {
   std::vector<std::string> names{
       "f10.png", "f9.png", "f1.png", "f01.png", "e100.png", "f.png", "f99999999999999999999999.png"};

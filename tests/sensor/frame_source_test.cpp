@@ -191,7 +191,7 @@ TEST(ImageFolderSource, DamagedPicturesAreLeftOutAndTheRestKeepTheirTimes) {
     EXPECT_NEAR(image->time_s, 0.02 * numbers.back(), 1e-9);
   }
   EXPECT_THAT(numbers, ElementsAre(1, 2, 4, 5));
-  EXPECT_THAT(source->warning(), HasSubstr("2 damaged pictures were left out (the first: "));
+  EXPECT_THAT(source->warning(), HasSubstr("left out 2 damaged pictures (the first: "));
   EXPECT_THAT(source->warning(), HasSubstr("0.png: the file is empty"));
 }
 
@@ -212,7 +212,7 @@ TEST(VideoSource, BlackPicturesAreLeftOutAndTheRestKeepTheirTimes) {
     EXPECT_NEAR(image->time_s, 0.02 * numbers.back(), 1e-6);
   }
   EXPECT_THAT(numbers, ElementsAre(1, 2, 3, 5, 6));
-  EXPECT_THAT(source->warning(), HasSubstr("2 damaged pictures were left out (the first: "));
+  EXPECT_THAT(source->warning(), HasSubstr("left out 2 damaged pictures (the first: "));
   EXPECT_THAT(source->warning(), HasSubstr("a.avi, frame 0: a grey picture"));
 }
 

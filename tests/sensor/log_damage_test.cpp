@@ -224,7 +224,7 @@ TEST(DamagedLog, DamagedPicturesAreLeftOutAndCounted) {
   }
   EXPECT_THAT(numbers, ::testing::ElementsAre(0, 1, 3, 5));
   EXPECT_THAT(source->warning(), 
-              ::testing::AllOf(HasSubstr("2 damaged pictures were left out (the first: "), HasSubstr(", frame 2: ")));
+              ::testing::AllOf(HasSubstr("left out 2 damaged pictures (the first: "), HasSubstr(", frame 2: ")));
 }
 
 TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
@@ -239,7 +239,7 @@ TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
       while (written < 10 && writer.write(jpeg_frame(written))) ++written;
       EXPECT_EQ(written, 5);
       EXPECT_THAT(writer.failure(),
-                  HasSubstr("recording stopped after 5 frames, which are readable: File too large"));
+                  HasSubstr("recording stopped after 5 frames, still readable: File too large"));
       EXPECT_FALSE(writer.write(jpeg_frame(5)));
       writer.close();
     }

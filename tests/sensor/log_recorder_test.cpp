@@ -124,7 +124,7 @@ TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
   recorder.finish();
   EXPECT_TRUE(recorder.status().stopped);
   EXPECT_EQ(recorder.status().written, 1);
-  EXPECT_THAT(recorder.status().warning, HasSubstr("recording stopped after 1 frame, which is readable"));
+  EXPECT_THAT(recorder.status().warning, HasSubstr("recording stopped after 1 frame, still readable"));
 
   options.resize_to.emplace();
   LogRecorder resizing(writer_of(folder / "b.mkv"), options);

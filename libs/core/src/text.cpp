@@ -105,6 +105,11 @@ std::string lower_case(std::string text) {
   return text;
 }
 
+std::string counted(std::int64_t number, std::string_view noun) {
+  const bool hisses = noun.ends_with("s") || noun.ends_with("sh") || noun.ends_with("ch") || noun.ends_with("x");
+  return std::to_string(number) + " " + std::string(noun) + (number == 1 ? "" : hisses ? "es" : "s");
+}
+
 std::string size_text(std::int64_t width, std::int64_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }

@@ -10,6 +10,7 @@
 #include "camera_list.hpp"
 #include "capture_format.hpp"
 #include "capture_stream.hpp"
+#include "gelslam/core/text.hpp"
 #include "joined_warnings.hpp"
 
 namespace gelslam {
@@ -89,8 +90,7 @@ class V4l2Camera final : public CameraSource {
   std::string warning() const override {
     const int damaged = damaged_;
     if (damaged == 0) return opening_warning_;
-    return joined({opening_warning_, node_.path() + ": " + std::to_string(damaged) +
-                                         (damaged == 1 ? " frame" : " frames") +
+    return joined({opening_warning_, node_.path() + ": " + counted(damaged, "frame") +
                                          " came damaged from the driver; check cable and port"});
   }
 

@@ -1,6 +1,7 @@
 #include "left_out.hpp"
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam::detail {
 
@@ -17,7 +18,7 @@ void LeftOut::require_some(const std::string& what) const {
 
 std::string LeftOut::warning() const {
   if (left_out_ == 0) return "";
-  return std::to_string(left_out_) + " damaged pictures were left out (the first: " + first_ + ")";
+  return "left out " + counted(left_out_, "damaged picture") + " (the first: " + first_ + ")";
 }
 
 }  // namespace gelslam::detail

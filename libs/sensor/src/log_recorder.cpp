@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "raw_picture.hpp"
 
@@ -121,7 +122,7 @@ struct LogRecorder::Impl {
     LogRecorderStatus now = status;
     if (now.stopped) return now;
     if (now.left_out > 0) {
-      now.warning = "the disk is too slow: " + std::to_string(now.left_out) + " frames could not be recorded";
+      now.warning = "the disk is too slow: " + counted(now.left_out, "frame") + " could not be recorded";
     } else if (now.waiting_bytes > options.max_waiting_bytes / 4) {
       now.warning = "the disk is slow: " + megabytes(now.waiting_bytes) + " wait to be written";
     }

@@ -10,6 +10,7 @@
 #include "appended_file.hpp"
 #include "ebml.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "matroska_header.hpp"
 
 namespace gelslam {
@@ -65,18 +66,15 @@ struct LogWriter::Impl {
   }
 
   bool fail(const std::string& reason) {
-    failure = path.string() + ": recording stopped after " + std::to_string(frames) +
-              (frames == 0   ? " frames: "
-               : frames == 1 ? " frame, which is readable: "
-                             : " frames, which are readable: ") +
-              reason;
+    failure = path.string() + ": recording stopped after " + counted(frames, "frame") +
+              (frames == 0 ? ": " : ", still readable: ") + reason;
     return false;
   }
 
   /// A file without a name goes on growing on the disk, for nobody.
   bool lose() {
     failure = path.string() + ": recording stopped: somebody removed the log, and with it " +
-              std::to_string(frames) + (frames == 1 ? " frame" : " frames");
+              counted(frames, "frame");
     return false;
   }
 

@@ -33,6 +33,9 @@ std::string lower_case(std::string text);
 /// printf into a string, of 511 bytes at most: tables are easier to read in this form than in any other.
 [[gnu::format(printf, 1, 2)]] std::string format_text(const char* pattern, ...);
 
+/// "1 loop", "0 loops", "2 presses": with the noun's regular plural.
+std::string counted(std::int64_t number, std::string_view noun);
+
 /// "320x240".
 std::string size_text(std::int64_t width, std::int64_t height);
 
