@@ -34,10 +34,11 @@ int run(const ReplayArguments& arguments) {
   LiveOptions options = live.options(config);
   options.log = arguments.log;
   options.drop_when_behind = !arguments.every_frame;
+  WindowOptions window = prepare_window(options, live);
   check_pictures_fit(arguments.log, config.sensor);
   std::unique_ptr<RawFrameSource> source = open_raw_log(arguments.log, config.sensor);
   if (!arguments.every_frame) source = pace(std::move(source), arguments.speed);
-  return run_live(std::move(source), options, live);
+  return run_live(std::move(source), options, live, std::move(window));
 }
 
 }  // namespace

@@ -19,10 +19,11 @@ int run(ScanArguments arguments) {
   if (live.run_folder.empty()) live.run_folder = name_by_time();
   const Config config = resolve_config({{}, live.config, live.model, live.background, live.force});
   LiveOptions options = live.options(config);
+  WindowOptions window = prepare_window(options, live);
   CameraInput camera = open_camera_input(config, arguments.device);
   if (!arguments.no_log) options.record = camera.attachments;
   options.record_resized = arguments.resized;
-  return run_live(std::move(camera.frames), options, live);
+  return run_live(std::move(camera.frames), options, live, std::move(window));
 }
 
 }  // namespace

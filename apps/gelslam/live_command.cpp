@@ -13,8 +13,8 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/core/process.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/window.hpp"
 #include "option_checks.hpp"
 #include "script_file.hpp"
 #include "summary_words.hpp"
@@ -98,7 +98,7 @@ std::string in_words(const ReconstructSummary& s, const LiveStatus& status, cons
   std::ostringstream text;
   text << std::fixed << std::setprecision(1);
   if (!s.warning.empty()) text << "warning: " << s.warning << "\n";
-  text << status.frames << " frames in " << s.seconds << " s, " << status.lost_by_camera
+  text << counted(status.frames, "frame") << " in " << s.seconds << " s, " << status.lost_by_camera
        << " lost by the camera, " << status.dropped << " dropped, " << status.damaged << " damaged\n"
        << s.tracked << " tracked, " << map_words(s) << "\n"
        << mesh_words(s) << (run_folder.empty() ? ", not kept (no -o)" : ": " + run_folder) << "\n";
@@ -137,8 +137,8 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   return options;
 }
 
-int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
-             const LiveArguments& arguments) {
+WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
+  check_run_folder(options);
   WindowOptions window;
   window.output_folder = arguments.run_folder.empty() ? "." : arguments.run_folder;
   window.keeps_run = !arguments.run_folder.empty();
@@ -147,9 +147,12 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   if (!window.script.empty()) check_window_script(window.script, window.script_name);
   window.snapshot = arguments.snapshot;
 
-  // Where no window can be opened, nothing should have begun.
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
+  return window;
+}
 
+int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
+             const LiveArguments& arguments, WindowOptions window) {
   const InterruptWatch interrupt(2);  // before there is anything that must not be left behind
   LiveSlam session(std::move(source), options);
   const StopWatch stop_watch(session, interrupt, arguments.seconds);

@@ -161,16 +161,29 @@ TEST(RunFolder, NeverReplacesWhatAPersonHasPutThere) {
   EXPECT_TRUE(std::filesystem::is_empty(folder / "RUN"));
 }
 
-TEST(RunFolder, DoesNotReplaceWhatAppearedMeanwhile) {
+TEST(RunFolder, NeitherReplacesWhatAppearedMeanwhileNorLosesWhatWasToBeThere) {
   TemporaryFolder folder;
+  fs::path kept;
   {
     RunFolder run(folder / "RUN", {});
+    kept = run.path();
+    write_bytes(run.path() / "mesh.ply", "long work");
     fs::create_directory(folder / "RUN");
     write_bytes(folder / "RUN/other", "x");
-    EXPECT_THROW(run.commit(), Error);
+    EXPECT_THAT(message_of<Error>([&] { run.commit(); }),
+                testing::AllOf(HasSubstr("RUN: exists already"), HasSubstr("is in " + kept.string())));
   }
   EXPECT_EQ(read_bytes(folder / "RUN/other"), "x");
-  EXPECT_THAT(folder.names(), ElementsAre("RUN"));
+  EXPECT_EQ(read_bytes(kept / "mesh.ply"), "long work");
+}
+
+TEST(RunFolder, CanBeAskedForWithoutMakingAnything) {
+  const TemporaryFolder folder;
+  check_run_folder(folder / "a/RUN", {});
+  EXPECT_THAT(folder.names(), IsEmpty());
+  write_bytes(folder / "file", "x");
+  EXPECT_THAT(message_of<Error>([&] { check_run_folder(folder.path(), {}); }), HasSubstr("exists already"));
+  EXPECT_THAT(message_of<Error>([&] { check_run_folder(folder / "file", {}); }), HasSubstr("is a file"));
 }
 
 TEST(RunFolder, WrongPlacesAreNamedAtOnce) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "file_descriptor.hpp"
 #include "gelslam/core/error.hpp"
@@ -89,6 +90,10 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
 
 }  // namespace
 
+void check_run_folder(const fs::path& folder, const RunFolderOptions& options) {
+  check_may_write(absolute_folder(folder), options);
+}
+
 RunFolder::RunFolder(const fs::path& folder, const RunFolderOptions& options)
     : final_(absolute_folder(folder)), temporary_(sibling(final_, "tmp")), options_(options) {
   check_may_write(final_, options_);
@@ -115,6 +120,16 @@ RunFolder::~RunFolder() {
 }
 
 void RunFolder::commit() {
+  try {
+    put_in_place();
+  } catch (const Error& error) {
+    if (temporary_.empty()) throw;
+    const fs::path kept = std::exchange(temporary_, {});
+    throw Error(std::string(error.what()) + "; what was to be there is in " + kept.string());
+  }
+}
+
+void RunFolder::put_in_place() {
   check_may_write(final_, options_);
   std::error_code code;
   const bool replaces = fs::exists(final_, code) && !fs::is_empty(final_, code);

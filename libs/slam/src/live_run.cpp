@@ -9,9 +9,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+RunFolderOptions options_for(bool overwrite, const fs::path& input) {
+  return {.overwrite = overwrite, .known_entries = run_entries(), .input = input};
+}
+
 /// Makes the folder with what is known at the start. Its report says that nothing was saved yet.
 fs::path begin(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config) {
-  RunFolder run(folder, {.overwrite = overwrite, .known_entries = run_entries(), .input = input});
+  RunFolder run(folder, options_for(overwrite, input));
   write_file_atomically(run.path() / "config.yaml", write_config(config));
   write_file_atomically(run.path() / "report.json", "{\"partial\": true, \"saved\": false}\n");
   run.commit();
@@ -43,6 +47,10 @@ std::string in_run(std::string message) {
 }
 
 }  // namespace
+
+void LiveRun::check(const fs::path& folder, bool overwrite, const fs::path& input) {
+  gelslam::check_run_folder(folder, options_for(overwrite, input));
+}
 
 LiveRun::LiveRun(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config)
     : folder_(begin(folder, overwrite, input, config)), config_(config) {}

@@ -10,7 +10,10 @@ namespace gelslam::slam::detail {
 /// replaced whole whenever the scan is saved.
 class LiveRun {
  public:
-  /// Throws Error like RunFolder. `input` is never replaced; empty: a camera.
+  /// Throws Error like check_run_folder(). `input` is never replaced; empty: a camera.
+  static void check(const std::filesystem::path& folder, bool overwrite, const std::filesystem::path& input);
+
+  /// Throws Error like RunFolder.
   LiveRun(const std::filesystem::path& folder, bool overwrite, const std::filesystem::path& input, const Config& config);
 
   const std::filesystem::path& folder() const { return folder_; }

@@ -261,6 +261,10 @@ void LiveSlam::Impl::join() {
     if (thread.joinable()) thread.join();
 }
 
+void check_run_folder(const LiveOptions& options) {
+  if (!options.run_folder.empty()) LiveRun::check(options.run_folder, options.overwrite, options.log);
+}
+
 LiveSlam::LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& options)
     : impl_(std::make_unique<Impl>(std::move(source), options)) {
   impl_->start();

@@ -18,6 +18,9 @@ struct RunFolderOptions {
   std::filesystem::path input = {};
 };
 
+/// Throws Error when the folder exists, is not empty and may not be replaced. Makes nothing.
+void check_run_folder(const std::filesystem::path& folder, const RunFolderOptions& options);
+
 /// An output folder that appears whole or not at all: everything is written to path() (RUN.tmp-<pid> beside
 /// RUN), and commit() renames it to RUN. Destroyed without commit() it leaves nothing behind; after kill -9
 /// the temporary folder stays, and says by its name what it is. A run stopped by Ctrl-C commits what it has,
@@ -33,10 +36,13 @@ class RunFolder {
 
   const std::filesystem::path& path() const { return temporary_; }  ///< where to write, until commit()
   const std::filesystem::path& final_path() const { return final_; }
-  /// Throws Error when something that may not be replaced has appeared meanwhile or the disk refuses.
+  /// Throws Error when something that may not be replaced has appeared meanwhile (another run into the same folder) or
+  /// the disk refuses; what was written then stays in path(), which the error names.
   void commit();
 
  private:
+  void put_in_place();
+
   std::filesystem::path final_, temporary_, first_created_parent_;
   RunFolderOptions options_;
 };

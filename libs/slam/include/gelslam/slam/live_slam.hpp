@@ -29,6 +29,9 @@ struct LiveOptions {
   std::string program_version;
 };
 
+/// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes nothing.
+void check_run_folder(const LiveOptions& options);
+
 /// The live chain: capture, surface, tracking, mapping (loops and pose graph) and fusion, each on its own thread with
 /// queues between them. Tracking never waits for what comes behind it; every keyframe is searched for loops, however
 /// late. Without dropped frames its map at the end is the one that reconstruct() makes of the same log.
