@@ -212,20 +212,6 @@ TEST(LoopCloser, ABallIsNoEvidence) {
   EXPECT_FALSE(closer.verify(older, newer, Pose::Identity()));
 }
 
-TEST(LoopCloser, RelocalisesALostFrame) {
-  const Relief relief = random_relief(9);
-  LoopCloser closer({});
-  const std::vector<Pose> places{place(0, 0), place(20, 0), place(40, 0)};
-  visit(closer, relief, places);
-  const Pose lost = place(20.7, 0.4, -35, 1, 2);
-  const std::optional<LoopConstraint> found = closer.relocalise(touch(relief, lost));
-  ASSERT_TRUE(found);
-  EXPECT_EQ(found->from, 1);
-  EXPECT_EQ(found->to, -1);
-  EXPECT_LT(error_of(*found, places[1], lost).deg, 0.5);
-  EXPECT_FALSE(closer.relocalise(touch(relief, place(70, 30))));
-}
-
 TEST(LoopCloser, RefusesNonsense) {
   LoopClosureOptions options;
   options.min_sift_inliers = 1;

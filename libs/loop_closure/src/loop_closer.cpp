@@ -180,16 +180,4 @@ std::optional<LoopConstraint> LoopCloser::verify(const Keyframe& older, const Ke
   return loop;
 }
 
-std::optional<LoopConstraint> LoopCloser::relocalise(const SurfacePtr& surface) const {
-  const NormalFlowReference reference(surface, impl_->options.registration);
-  const PlaceFeatures features = extract_features(*surface, impl_->options);
-  const std::vector<LoopConstraint> loops =
-      impl_->search(features, reference,
-                    impl_->index.most_alike(features, static_cast<int>(impl_->places.size()),
-                                            impl_->options.max_candidates),
-                    1);
-  if (loops.empty()) return std::nullopt;
-  return loops.front();
-}
-
 }  // namespace gelslam

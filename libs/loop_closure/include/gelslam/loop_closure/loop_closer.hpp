@@ -68,9 +68,6 @@ class LoopCloser {
   std::optional<LoopConstraint> verify(const Keyframe& older, const Keyframe& newer,
                                        const Pose& older_T_newer_guess) const;
 
-  /// Where among the kept keyframes a surface lies: for a frame that tracking lost. `to` is -1.
-  std::optional<LoopConstraint> relocalise(const SurfacePtr& surface) const;
-
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
