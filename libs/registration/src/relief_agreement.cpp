@@ -16,6 +16,37 @@ constexpr double kShareToFollow = 0.5;  // of what makes a direction count as sh
 
 Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
+using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // of a normal
+using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
+
+SampleJacobian reference_jacobian(const Samples& s, std::size_t k) {
+  SampleJacobian jacobian;
+  for (int c = 0; c < 3; ++c)
+    for (int a = 0; a < kParameters; ++a)
+      jacobian(c, a) = s.jacobian[static_cast<std::size_t>(c * kParameters + a)][k];
+  return jacobian;
+}
+
+/// The same as the target shows it: with its normal `n`, and how that changes along the reference's x and y.
+SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vector3f& n, const Eigen::Vector3f& dx,
+                               const Eigen::Vector3f& dy) {
+  const float x = s.x[k], y = s.y[k], z = s.z[k];
+  SampleJacobian jacobian;
+  jacobian.col(0) = -dy * z + n.cross(Eigen::Vector3f::UnitX());
+  jacobian.col(1) = dx * z + n.cross(Eigen::Vector3f::UnitY());
+  jacobian.col(2) = -dx * y + dy * x + n.cross(Eigen::Vector3f::UnitZ());
+  jacobian.col(3) = dx;
+  jacobian.col(4) = dy;
+  return jacobian;
+}
+
+/// What a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm.
+SampleMatrix gel_pattern(const Samples& s, std::size_t k) {
+  const float x = s.x[k], y = s.y[k], z = s.z[k];
+  const Eigen::Matrix<float, kParameters, 1> by_dx(0, z, -y, 1, 0), by_dy(-z, 0, x, 0, 1);
+  return by_dx * by_dx.transpose() + by_dy * by_dy.transpose();
+}
+
 }  // namespace
 
 ReliefAgreement compare_relief(const Samples& s, const Surface& target, const Pose& target_T_reference,
@@ -24,15 +55,12 @@ ReliefAgreement compare_relief(const Samples& s, const Surface& target, const Po
   const Eigen::Matrix3f& rotation = lookup.rotation();
   const Eigen::Matrix3f back = rotation.transpose();
   const auto inverse_pitch = static_cast<float>(1.0 / target.pixel_pitch_mm);
-  Eigen::Matrix<float, kParameters, kParameters> read =
-                                                     Eigen::Matrix<float, kParameters, kParameters>::Zero(),
-                                                 common = read, moments = read;
+  SampleMatrix read = SampleMatrix::Zero(), common = read, moments = read;
   const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
   const auto stride = static_cast<float>(step);
   for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
     const float w = stride * residuals.weight[k];
     if (w <= 0) continue;
-    const float x = s.x[k], y = s.y[k], z = s.z[k];
     const cv::Point at = lookup.pixel(lookup.warped_mm(k));
     if (at.x < 1 || at.y < 1 || at.x + 1 >= target.contact.cols || at.y + 1 >= target.contact.rows) continue;
 
@@ -48,19 +76,10 @@ ReliefAgreement compare_relief(const Samples& s, const Surface& target, const Po
     const Eigen::Vector3f dy =
         carried_back(rotation(0, 1) + rotation(0, 2) * slope_y, rotation(1, 1) + rotation(1, 2) * slope_y);
     const Eigen::Vector3f n(s.nx[k] + residuals.rx[k], s.ny[k] + residuals.ry[k], s.nz[k] + residuals.rz[k]);
-    Eigen::Matrix<float, 3, kParameters> here, there;
-    for (int c = 0; c < 3; ++c)
-      for (int a = 0; a < kParameters; ++a)
-        here(c, a) = s.jacobian[static_cast<std::size_t>(c * kParameters + a)][k];
-    there.col(0) = -dy * z + n.cross(Eigen::Vector3f::UnitX());
-    there.col(1) = dx * z + n.cross(Eigen::Vector3f::UnitY());
-    there.col(2) = -dx * y + dy * x + n.cross(Eigen::Vector3f::UnitZ());
-    there.col(3) = dx;
-    there.col(4) = dy;
+    const SampleJacobian here = reference_jacobian(s, k), there = target_jacobian(s, k, n, dx, dy);
     read += w * here.transpose() * here;
     common += w * here.transpose() * there;
-    const Eigen::Matrix<float, kParameters, 1> by_dx(0, z, -y, 1, 0), by_dy(-z, 0, x, 0, 1);
-    moments += w * (by_dx * by_dx.transpose() + by_dy * by_dy.transpose());
+    moments += w * gel_pattern(s, k);
   }
   ReliefAgreement relief;
   relief.read = read.cast<double>();

@@ -82,86 +82,106 @@ class PickleMachine {
   // One instruction; false at STOP.
   bool step() {
     const unsigned char opcode = read_byte();
+    if (opcode == op_stop) return false;
+    if (opcode == op_proto)
+      check_protocol(read_byte());
+    else if (!push_plain(opcode) && !build(opcode) && !use_memo(opcode))
+      refuse_opcode(opcode);
+    return true;
+  }
+
+  static void check_protocol(unsigned char protocol) {
+    if (protocol != 2) throw Error("pickle protocol is not 2");
+  }
+
+  // Each of these three is false for the instructions of the others.
+
+  bool push_plain(unsigned char opcode) {
     switch (opcode) {
-      case op_proto:
-        if (read_byte() != 2) throw Error("pickle protocol is not 2");
-        break;
-      case op_stop:
+      case op_mark:
+        push({Kind::mark, 0, {}, {}});
+        return true;
+      case op_empty_tuple:
+        push({Kind::tuple, 0, {}, {}});
+        return true;
+      case op_empty_dict:
+        push({Kind::dict, 0, {}, {}});
+        return true;
+      case op_true:
+        push({Kind::boolean, 1, {}, {}});
+        return true;
+      case op_false:
+        push({Kind::boolean, 0, {}, {}});
+        return true;
+      case op_int1:
+        push({Kind::integer, read_byte(), {}, {}});
+        return true;
+      case op_int2:
+        push({Kind::integer, read_little_endian(2), {}, {}});
+        return true;
+      case op_int4:
+        push({Kind::integer, static_cast<std::int32_t>(read_little_endian(4)), {}, {}});
+        return true;
+      case op_unicode:
+        push({Kind::text, 0, read_text(read_little_endian(4)), {}});
+        return true;
+      default:
         return false;
+    }
+  }
+
+  // Out of what is on the stack.
+  bool build(unsigned char opcode) {
+    switch (opcode) {
       case op_global:
         push_global();
-        break;
+        return true;
       case op_reduce:
         reduce();
-        break;
+        return true;
       case op_build:  // sets attributes (torch puts version numbers there); nothing of it is needed
         pop(Kind::dict, "a dictionary as state");
         peek(Kind::dict, "a dictionary to set state on");
-        break;
+        return true;
       case op_persistent_id:
         push_storage();
-        break;
-      case op_mark:
-        push({Kind::mark, 0, {}, {}});
-        break;
-      case op_empty_tuple:
-        push({Kind::tuple, 0, {}, {}});
-        break;
+        return true;
       case op_tuple:
         push({Kind::tuple, 0, {}, pop_to_mark()});
-        break;
+        return true;
       case op_tuple1:
-        push_tuple(1);
-        break;
       case op_tuple2:
-        push_tuple(2);
-        break;
       case op_tuple3:
-        push_tuple(3);
-        break;
-      case op_empty_dict:
-        push({Kind::dict, 0, {}, {}});
-        break;
+        push_tuple(opcode - op_tuple1 + 1U);
+        return true;
       case op_set_item:
         set_items(pop_items(2));
-        break;
+        return true;
       case op_set_items:
         set_items(pop_to_mark());
-        break;
-      case op_true:
-        push({Kind::boolean, 1, {}, {}});
-        break;
-      case op_false:
-        push({Kind::boolean, 0, {}, {}});
-        break;
-      case op_int1:
-        push({Kind::integer, read_byte(), {}, {}});
-        break;
-      case op_int2:
-        push({Kind::integer, read_little_endian(2), {}, {}});
-        break;
-      case op_int4:
-        push({Kind::integer, static_cast<std::int32_t>(read_little_endian(4)), {}, {}});
-        break;
-      case op_unicode:
-        push({Kind::text, 0, read_text(read_little_endian(4)), {}});
-        break;
+        return true;
+      default:
+        return false;
+    }
+  }
+
+  bool use_memo(unsigned char opcode) {
+    switch (opcode) {
       case op_put1:
         memo_[read_byte()] = peek_id();
-        break;
+        return true;
       case op_put4:
         memo_[read_little_endian(4)] = peek_id();
-        break;
+        return true;
       case op_get1:
         recall(read_byte());
-        break;
+        return true;
       case op_get4:
         recall(read_little_endian(4));
-        break;
+        return true;
       default:
-        refuse_opcode(opcode);
+        return false;
     }
-    return true;
   }
 
   [[noreturn]] void refuse_opcode(unsigned char opcode) const {
