@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "../support/run_program.hpp"
+#include "../support/expect_mistake.hpp"
 #include "public_trial.hpp"
 
 namespace gelslam {
@@ -15,13 +15,6 @@ using testing::HasSubstr;
 ProgramResult benchmark(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "benchmark");
   return run_program(GELSLAM_PROGRAM, arguments);
-}
-
-void expect_mistake(const ProgramResult& result, const std::string& expected) {
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_EQ(result.out, "");
-  EXPECT_EQ(result.error_lines(), 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr(expected));
 }
 
 TEST(BenchmarkCommand, ComparesMethodsOnThePublicLayout) {

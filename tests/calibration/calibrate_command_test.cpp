@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "../support/run_program.hpp"
+#include "../support/expect_mistake.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/folder_lock.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -21,12 +21,6 @@ using ::testing::HasSubstr;
 ProgramResult calibrate(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "calibrate");
   return run_program(GELSLAM_PROGRAM, arguments);
-}
-
-void expect_mistake(const ProgramResult& result, const std::string& words) {
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_EQ(result.error_lines(), 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr(words));
 }
 
 /// Sixteen presses, all over the gel.

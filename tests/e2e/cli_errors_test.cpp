@@ -5,30 +5,20 @@
 #include <sstream>
 
 #include "../support/data_folder.hpp"
+#include "../support/expect_mistake.hpp"
 #include "../support/pictures.hpp"
-#include "../support/run_program.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
+using test::expect_mistake;
 using test::ProgramResult;
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 ProgramResult gelslam(const std::vector<std::string>& arguments, const std::string& out = "") {
   return test::run_program(GELSLAM_PROGRAM, arguments, out);
-}
-
-/// What every mistake of a person must look like: exit code 2, nothing on stdout, one line on stderr that
-/// holds `expected`.
-void expect_mistake(const ProgramResult& result, const std::string& expected) {
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_EQ(result.out, "");
-  EXPECT_EQ(result.error_lines(), 1) << result.err;
-  EXPECT_THAT(result.err, StartsWith("gelslam: error: "));
-  EXPECT_THAT(result.err, HasSubstr(expected));
 }
 
 TEST(Cli, WithoutCommandItPrintsHelp) {
@@ -92,9 +82,7 @@ TEST(Cli, NumbersAreReadWholeOrRefused) {
 
 TEST(Cli, AFullStandardOutputIsNoticed) {
   const ProgramResult result = gelslam({"--help"}, "/dev/full");
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_EQ(result.error_lines(), 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("cannot write to standard output"));
+  expect_mistake(result, "cannot write to standard output");
 }
 
 TEST(InfoErrors, EveryUnusableInputIsOneLine) {

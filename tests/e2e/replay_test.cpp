@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "../support/expect_mistake.hpp"
 #include "gelslam/sensor/log_writer.hpp"
 #include "simulated_scan.hpp"
 
@@ -111,9 +112,7 @@ TEST(Replay, ALogOfAnotherCameraLeavesNoRun) {
     writer.write(frame);
   }
   const ProgramResult result = gelslam(replay({(folder / "other.mkv").string(), "-o", (folder / "run").string()}));
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_EQ(result.error_lines(), 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("other.mkv: frame 0 is 100x100 pixels"));
+  expect_mistake(result, "other.mkv: frame 0 is 100x100 pixels");
   EXPECT_THAT(folder.names(), testing::ElementsAre("other.mkv"));
 }
 
@@ -123,10 +122,16 @@ TEST(Replay, WithoutADisplayNothingBegins) {
   ::unsetenv("WAYLAND_DISPLAY");
   const ProgramResult result = gelslam(
       {"replay", scan().log().string(), "--model", scan().model().string(), "-o", (folder / "run").string()});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_EQ(result.error_lines(), 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("--headless"));
+  expect_mistake(result, "--headless");
   EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Scan, ARunFolderThatIsThereIsRefusedBeforeACameraIsOpened) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "run" / "somebody's");
+  const ProgramResult result = gelslam({"scan", "--headless", "--device", "no such camera", "--model", scan().model().string(),
+                                        "-o", (folder / "run").string()});
+  expect_mistake(result, "exists already");
 }
 
 TEST(Replay, MistakesAreOneLine) {
@@ -139,9 +144,7 @@ TEST(Replay, MistakesAreOneLine) {
            {{scan().log().string(), "--script", (folder / "none.txt").string()}, "cannot be read"},
            {{scan().log().string(), "-o", scan().log().string()}, "exists already"}}) {
     const ProgramResult result = gelslam(replay(arguments));
-    EXPECT_EQ(result.exit_code, 2) << words;
-    EXPECT_EQ(result.error_lines(), 1) << result.err;
-    EXPECT_THAT(result.err, HasSubstr(words));
+    expect_mistake(result, words);
   }
 }
 

@@ -4,7 +4,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "run_program.hpp"
+#include "expect_mistake.hpp"
 #include "view_run.hpp"
 
 namespace gelslam::test {
@@ -21,9 +21,7 @@ class ViewCommand : public testing::Test {
   }
   void expect_mistake(const std::vector<std::string>& arguments, const std::string& words) const {
     const ProgramResult result = view(arguments);
-    EXPECT_EQ(result.exit_code, 2) << words;
-    EXPECT_EQ(result.error_lines(), 1) << result.err;
-    EXPECT_THAT(result.err, HasSubstr(words));
+    test::expect_mistake(result, words);
     EXPECT_EQ(folder_.names(), std::vector<std::string>{"RUN"}) << "nothing is left behind";
   }
   TemporaryFolder folder_;

@@ -5,7 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "../support/run_program.hpp"
+#include "../support/expect_mistake.hpp"
 #include "linear_gel.hpp"
 #include "pth_file.hpp"
 
@@ -45,10 +45,7 @@ class SurfaceCommand : public ::testing::Test {
   }
 
   void expect_mistake(const ProgramResult& result, const std::string& expected) {
-    EXPECT_EQ(result.exit_code, 2);
-    EXPECT_EQ(result.out, "");
-    EXPECT_EQ(result.error_lines(), 1) << result.err;
-    EXPECT_THAT(result.err, HasSubstr(expected));
+    test::expect_mistake(result, expected);
     EXPECT_FALSE(std::filesystem::exists(folder_ / "OUT"));
   }
 
