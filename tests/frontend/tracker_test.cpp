@@ -5,51 +5,12 @@
 
 #include <cstring>
 
-#include "../support/analytic_surface.hpp"
+#include "slides.hpp"
 
 namespace gelslam {
 namespace {
 
 using namespace test;
-
-// Single registrations are right to 0.03 degrees and 0.01 mm on such surfaces (tests/registration); a chain
-// of them adds up.
-constexpr double kStepDeg = 0.03, kStepMm = 0.01;
-
-const Field& relief() {
-  static const Field field = textured_plane(1);
-  return field;
-}
-
-const Field& other_relief() {
-  static const Field field = textured_plane(99);
-  return field;
-}
-
-/// A small contact, so that a short slide outgrows it: 7.6 mm wide.
-View small_view() {
-  View view;
-  view.contact_width_px = 60;
-  view.contact_height_px = 50;
-  return view;
-}
-
-/// Where the sensor is in frame `i` of a slide of 0.4 mm and a twist of 0.7 degrees per frame.
-Pose on_the_way(int i) { return motion(0.3 * i, -0.2 * i, 0.7 * i, 0.4 * i, 0.05 * i, 0.4 + 0.01 * i); }
-
-SurfacePtr slide(int i, const Field& field = relief()) { return touch(field, on_the_way(i), small_view()); }
-
-SurfacePtr nothing() {
-  static const SurfacePtr surface = touch(relief(), motion(0, 0, 0, 0, 0, -3), small_view());
-  return surface;
-}
-
-Pose true_motion(int from, int to) { return on_the_way(from).inverse() * on_the_way(to); }
-
-void expect_pose(const Pose& found, const Pose& truth, int registrations) {
-  EXPECT_LT(gap(found, truth).deg, kStepDeg * registrations);
-  EXPECT_LT(gap(found, truth).mm, kStepMm * registrations);
-}
 
 TEST(Tracker, WithoutContactThereIsNoTrial) {
   Tracker tracker(TrackerOptions{});
@@ -131,106 +92,6 @@ TEST(Tracker, AnOutgrownKeyframeIsReplacedAndPosesGoOn) {
   // 10 mm of slide; a keyframe of 7.6 mm is left when it shares less than 45 %, after about 4 mm.
   EXPECT_GE(switches, 1);
   EXPECT_LE(switches, 4);
-}
-
-TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheReliefsAgree) {
-  const auto field = textured_plane(5);
-  const Pose jump = motion(3, -2, 25, 3.5, -2.2, 0.4);
-  const SurfacePtr before = touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere()),
-                   after = touch(field, jump, everywhere());
-  for (const bool search_far : {true, false}) {
-    TrackerOptions options;
-    options.search_far = search_far;
-    Tracker tracker(options);
-    tracker.track(0, 0, before);
-    const TrackedFrame frame = tracker.track(1, 0.04, after);
-    ASSERT_EQ(frame.status, search_far ? TrackStatus::tracked : TrackStatus::lost);
-    if (search_far) expect_pose(frame.trial_T_frame, motion(0, 0, 0, 0, 0, 0.4).inverse() * jump, 1);
-  }
-}
-
-constexpr double kPeriodMm = 1.6;
-
-/// Two pictures of the object at rest, and one when it was slid along.
-TrackedFrame slide_at_once(const Field& field, double slide_mm, bool search_far = true, double step_s = 0.04) {
-  TrackerOptions options;
-  options.search_far = search_far;
-  Tracker tracker(options);
-  const SurfacePtr at_rest = touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere());
-  tracker.track(0, 0, at_rest);
-  tracker.track(1, 0.04, at_rest);
-  return tracker.track(2, 0.04 + step_s, touch(field, motion(0, 0, 0, slide_mm, 0.1, 0.4), everywhere()));
-}
-
-TEST(Tracker, AJumpOverAPatternIsLostAndNotGuessed) {
-  for (const double slide_mm : {0.6, 1.2, 2.2}) {
-    EXPECT_EQ(slide_at_once(waffle(kPeriodMm), slide_mm, false).status, TrackStatus::tracked) << "the gates see it";
-    const TrackedFrame frame = slide_at_once(waffle(kPeriodMm), slide_mm);
-    EXPECT_EQ(frame.status, TrackStatus::lost) << slide_mm;
-    EXPECT_EQ(frame.registration.status, RegistrationStatus::ambiguous) << slide_mm;
-  }
-}
-
-TEST(Tracker, AJumpThatSettlesABumpFurtherIsPutRight) {
-  // The second is a whole period: nothing seems to have moved, and only the normals fit badly.
-  for (const double slide_mm : {1.2, kPeriodMm}) {
-    const TrackedFrame alone = slide_at_once(uneven_waffle(kPeriodMm), slide_mm, false);
-    ASSERT_EQ(alone.status, TrackStatus::tracked) << "the gates see it";
-    ASSERT_GT(std::abs(alone.trial_T_frame.translation().x() - slide_mm), 1.0);
-    const TrackedFrame frame = slide_at_once(uneven_waffle(kPeriodMm), slide_mm);
-    ASSERT_EQ(frame.status, TrackStatus::tracked);
-    expect_pose(frame.trial_T_frame, motion(0, 0, 0, slide_mm, 0.1), 1);
-  }
-}
-
-TEST(Tracker, APatternThatMovesAsAHandDoesIsFollowed) {
-  Tracker tracker(TrackerOptions{});
-  for (int i = 0; i < 16; ++i) {
-    const Pose pose = motion(0, 0, 0.2 * i, 0.15 * i, -0.05 * i, 0.4);
-    const TrackedFrame frame = tracker.track(i, 0.04 * i, touch(waffle(kPeriodMm), pose, everywhere()));
-    ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
-    EXPECT_EQ(frame.trial, 0);
-    expect_pose(frame.trial_T_frame, motion(0, 0, 0, 0, 0, 0.4).inverse() * pose, 2);
-  }
-}
-
-TEST(Tracker, APatternThatMovedWhenItWasTouchedIsFollowedFromTheThirdFrameOn) {
-  constexpr double kStepMm = 0.35;
-  Tracker tracker(TrackerOptions{});
-  for (int i = 0; i < 8; ++i) {
-    const TrackedFrame frame =
-        tracker.track(i, 0.04 * i, touch(waffle(kPeriodMm), motion(0, 0, 0, kStepMm * i, 0, 0.4), everywhere()));
-    ASSERT_EQ(frame.status, i == 1 ? TrackStatus::lost : TrackStatus::tracked) << i;
-    if (i == 1) continue;
-    EXPECT_EQ(frame.trial, 0);
-    expect_pose(frame.trial_T_frame, motion(0, 0, 0, kStepMm * i, 0, 0), 2);
-  }
-}
-
-TEST(Tracker, AJumpOverAPatternIsNotBelievedBecauseTheObjectRestsThere) {
-  Tracker tracker(TrackerOptions{});
-  const auto at = [](double x_mm) { return touch(waffle(kPeriodMm), motion(0, 0, 0, x_mm, 0, 0.4), everywhere()); };
-  tracker.track(0, 0, at(0));
-  EXPECT_EQ(tracker.track(1, 0.04, at(1.2)).status, TrackStatus::lost);
-  const TrackedFrame next = tracker.track(2, 0.08, at(1.2));
-  EXPECT_EQ(next.status, TrackStatus::tracked);
-  EXPECT_EQ(next.trial, 1);
-}
-
-TEST(Tracker, AfterALongGapAPatternMayHaveMovedOn) {
-  constexpr double kSlideMm = 0.1;
-  EXPECT_EQ(slide_at_once(waffle(kPeriodMm), kSlideMm, true, 0.04).status, TrackStatus::tracked);
-  EXPECT_EQ(slide_at_once(waffle(kPeriodMm), kSlideMm, true, 0.5).status, TrackStatus::lost);
-  EXPECT_EQ(slide_at_once(textured_plane(3), kSlideMm, true, 0.5).status, TrackStatus::tracked);
-}
-
-TEST(Tracker, LookingFarItDoesNotTakeAnotherObjectForThisOne) {
-  for (std::uint64_t seed = 20; seed < 28; ++seed) {
-    Tracker tracker(TrackerOptions{});
-    tracker.track(0, 0, touch(textured_plane(seed), motion(0, 0, 0, 0, 0, 0.4)));
-    const TrackedFrame frame = tracker.track(1, 0.04, touch(textured_plane(seed + 100), motion(0, 0, 0, -2, 3, 0.4)));
-    EXPECT_EQ(frame.status, TrackStatus::lost) << seed;
-  }
 }
 
 TEST(Tracker, WhenTheKeyframeIsLostThePreviousFrameBecomesOne) {

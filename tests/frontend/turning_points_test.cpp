@@ -2,30 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include "../support/analytic_surface.hpp"
 #include "gelslam/frontend/tracker.hpp"
+#include "slides.hpp"
 
 namespace gelslam {
 namespace {
 
 using namespace test;
 
-const Field& relief() {
-  static const Field field = textured_plane(1);
-  return field;
-}
-
 /// A contact of 3.8 by 3.2 mm, `x_mm` further along.
 Pose place(double x_mm) { return motion(0, 0, 0, x_mm, 0, 0.4); }
 
-SurfacePtr at(double x_mm) {
-  View view;
-  view.contact_width_px = 60;
-  view.contact_height_px = 50;
-  return touch(relief(), place(x_mm), view);
-}
-
-SurfacePtr nothing() { return touch(relief(), motion(0, 0, 0, 0, 0, -3), {}); }
+SurfacePtr at(double x_mm) { return touch(relief(), place(x_mm), small_view()); }
 
 /// Frames of a trial in which one thing is touched after the other.
 struct Tracked {
@@ -128,10 +116,7 @@ TEST(TurningPoints, ATrialThatIsTakenBackLeavesNone) {
 // An edge that is the same all along: sliding across it is followed, but where along it lies is not known.
 TEST(TurningPoints, AFrameWhosePlaceIsOnlyHalfKnownIsNone) {
   const auto slid = [](double y_mm) {
-    View view;
-    view.contact_width_px = 60;
-    view.contact_height_px = 50;
-    return touch(extruded_edge(), motion(0, 0, 0, 0, y_mm, 1.5), view);
+    return touch(extruded_edge(), motion(0, 0, 0, 0, y_mm, 1.5), small_view());
   };
   Tracked log(TrackerOptions{});
   TrackedFrame farthest;

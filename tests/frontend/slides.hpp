@@ -1,0 +1,52 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "../support/analytic_surface.hpp"
+
+namespace gelslam::test {
+
+// Single registrations are right to 0.03 degrees and 0.01 mm on such surfaces (tests/registration); a chain
+// of them adds up.
+inline constexpr double kStepDeg = 0.03, kStepMm = 0.01;
+
+inline const Field& relief() {
+  static const Field field = textured_plane(1);
+  return field;
+}
+
+inline const Field& other_relief() {
+  static const Field field = textured_plane(99);
+  return field;
+}
+
+/// A small contact, so that a short slide outgrows it: 7.6 mm wide.
+inline View small_view() {
+  View view;
+  view.contact_width_px = 60;
+  view.contact_height_px = 50;
+  return view;
+}
+
+/// Where the sensor is in frame `i` of a slide of 0.4 mm and a twist of 0.7 degrees per frame.
+inline Pose on_the_way(int i) {
+  return motion(0.3 * i, -0.2 * i, 0.7 * i, 0.4 * i, 0.05 * i, 0.4 + 0.01 * i);
+}
+
+inline SurfacePtr slide(int i, const Field& field = relief()) {
+  return touch(field, on_the_way(i), small_view());
+}
+
+inline SurfacePtr nothing() {
+  static const SurfacePtr surface = touch(relief(), motion(0, 0, 0, 0, 0, -3), small_view());
+  return surface;
+}
+
+inline Pose true_motion(int from, int to) { return on_the_way(from).inverse() * on_the_way(to); }
+
+inline void expect_pose(const Pose& found, const Pose& truth, int registrations) {
+  EXPECT_LT(gap(found, truth).deg, kStepDeg * registrations);
+  EXPECT_LT(gap(found, truth).mm, kStepMm * registrations);
+}
+
+}  // namespace gelslam::test
