@@ -97,6 +97,28 @@ TEST(FindCircle, SaysWhenTwoThingsTouch) {
   }
 }
 
+TEST(FindCircle, SaysWhenTheBallSlid) {
+  const SimulatedPresses& presses = forty_presses();
+  const auto& background = presses.set.background;
+  constexpr int pictures = 9;
+  for (const std::size_t k : {0, 3, 9, 14}) {
+    ASSERT_EQ(found_in(presses, k).problem, "") << k;
+    const double length_px = 1.4 * presses.truth[k].radius_px * inward(presses, k);
+    cv::Mat change, sum = cv::Mat(background.size(), CV_32FC3, cv::Scalar::all(0.0)), moved, slid;
+    cv::subtract(presses.set.presses[k].bgr, background, change, cv::noArray(), CV_32FC3);
+    for (int step = 0; step < pictures; ++step) {
+      const double along = length_px * step / (pictures - 1);
+      const cv::Mat1d shift = (cv::Mat1d(2, 3) << 1, 0, along, 0, 1, 0);
+      cv::warpAffine(change, moved, shift, change.size());
+      sum += moved / pictures;
+    }
+    cv::add(background, sum, slid, cv::noArray(), CV_8UC3);
+    const FoundCircle found =
+        find_circle(slid, background, 0.5 * presses.set.presses[k].diameter_mm / pitch_mm);
+    EXPECT_EQ(found.problem, "the ball slid while the picture was taken") << k;
+  }
+}
+
 /// By how much the zones stay inside the true contacts.
 std::vector<double> zone_gaps(const SimulatedPresses& presses, const BallZones& zones) {
   std::vector<double> gaps;

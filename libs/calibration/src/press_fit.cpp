@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace gelslam::calibration::detail {
 namespace {
@@ -12,32 +13,69 @@ constexpr double loss_scale = 0.05;  // relative colour change; noise is a third
 constexpr int max_iterations = 25;
 constexpr double step_px = 0.05;  // of the numerical derivatives
 constexpr double converged_px = 0.01;
+constexpr double first_smear = 0.25;  // of the radius: where the search for blur and movement starts
 
 using Changes = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-using Parameters = Eigen::Vector4d;
 
-Parameters bounded(Parameters p, double ball_px) {
-  p[2] = std::clamp(p[2], 3.0, 0.98 * ball_px);
-  p[3] = std::clamp(p[3], 1.0, 60.0);
-  return p;
-}
+/// A place from which a picture was also taken, and how much it counts.
+struct Glimpse {
+  double u_px = 0.0, v_px = 0.0, share = 1.0;
+};
+
+/// One picture, taken at once.
+struct Sharp {
+  static constexpr int parameters = 0;
+  using Values = Eigen::Matrix<double, 4, 1>;
+  static std::array<Glimpse, 1> glimpses(const Values&) { return {}; }
+};
+
+/// The ball moved along (p[4], p[5]) while the picture was taken.
+struct Slid {
+  static constexpr int parameters = 2;
+  using Values = Eigen::Matrix<double, 6, 1>;
+  static std::array<Glimpse, 5> glimpses(const Values& p) {
+    std::array<Glimpse, 5> result;
+    for (std::size_t k = 0; k < result.size(); ++k) {
+      const double along = 0.2 * static_cast<double>(k) - 0.4;
+      result[k] = {along * p[4], along * p[5], 0.2};
+    }
+    return result;
+  }
+};
+
+/// Blurred by a Gaussian of p[4] pixels: Radon's seven points.
+struct Blurred {
+  static constexpr int parameters = 1;
+  using Values = Eigen::Matrix<double, 5, 1>;
+  static std::array<Glimpse, 7> glimpses(const Values& p) {
+    std::array<Glimpse, 7> result;
+    result[0] = {0.0, 0.0, 0.5};
+    for (std::size_t k = 1; k < result.size(); ++k) {
+      const double angle = std::numbers::pi / 3.0 * static_cast<double>(k);
+      result[k] = {2.0 * p[4] * std::cos(angle), 2.0 * p[4] * std::sin(angle), 1.0 / 12.0};
+    }
+    return result;
+  }
+};
 
 /// Terms of a polynomial in sx and sy without its constant: 5 of degree 2, 14 of degree 4.
 constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2 - 1; }
 
 template <int degree, class Row>
-void fill_terms(double sx, double sy, Row row) {
+void add_terms(double sx, double sy, double share, Row row) {
   std::array<double, degree + 1> power_x{1.0}, power_y{1.0};
   int term = 0;
   for (std::size_t k = 1; k <= degree; ++k) {
     power_x[k] = power_x[k - 1] * sx;
     power_y[k] = power_y[k - 1] * sy;
-    for (std::size_t j = 0; j <= k; ++j) row[term++] = power_x[k - j] * power_y[j];
+    for (std::size_t j = 0; j <= k; ++j) row[term++] += share * power_x[k - j] * power_y[j];
   }
 }
 
-template <int degree>
+template <int degree, class Exposure = Sharp>
 class Fitter {
+  static constexpr int unknowns = 4 + Exposure::parameters;
+  using Parameters = typename Exposure::Values;
   static constexpr int features = terms_of(degree);
   using Features = Eigen::Matrix<double, Eigen::Dynamic, features>;
 
@@ -54,8 +92,9 @@ class Fitter {
           Eigen::Map<const Eigen::VectorXd>(points.change[static_cast<std::size_t>(channel)].data(), size_);
   }
 
-  PressFit run(const PressShape& start) {
-    Parameters p = bounded({start.u_px, start.v_px, start.radius_px, start.decay_px}, ball_px_);
+  /// From `p`, which follows.
+  PressFit run(Parameters& p) {
+    p = bounded(p);
     Changes residuals = residuals_at(p);
     double damping = 1e-3;
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
@@ -70,17 +109,28 @@ class Fitter {
   }
 
  private:
+  Parameters bounded(Parameters p) const {
+    p[2] = std::clamp(p[2], 3.0, 0.98 * ball_px_);
+    p[3] = std::clamp(p[3], 1.0, 60.0);
+    return p;
+  }
+
   void fill_features(const Parameters& p) {
     const double squared = ball_px_ * ball_px_;
     const double rim = 1.0 / std::sqrt(squared - p[2] * p[2]);  // slope over distance at the contact's rim
+    const auto glimpses = Exposure::glimpses(p);
+    features_.setZero();
     for (Eigen::Index k = 0; k < size_; ++k) {
       const auto point = static_cast<std::size_t>(k);
-      const double x = points_.u_px[point] - p[0], y = points_.v_px[point] - p[1];
-      const double distance = std::sqrt(x * x + y * y);
-      const double slope_over_distance = distance <= p[2]
-                                             ? 1.0 / std::sqrt(squared - distance * distance)
-                                             : rim * p[2] / distance * std::exp((p[2] - distance) / p[3]);
-      fill_terms<degree>(slope_over_distance * x, slope_over_distance * y, features_.row(k));
+      for (const Glimpse& glimpse : glimpses) {
+        const double x = points_.u_px[point] - p[0] - glimpse.u_px,
+                     y = points_.v_px[point] - p[1] - glimpse.v_px;
+        const double distance = std::sqrt(x * x + y * y);
+        const double slope_over_distance = distance <= p[2]
+                                               ? 1.0 / std::sqrt(squared - distance * distance)
+                                               : rim * p[2] / distance * std::exp((p[2] - distance) / p[3]);
+        add_terms<degree>(slope_over_distance * x, slope_over_distance * y, glimpse.share, features_.row(k));
+      }
     }
   }
 
@@ -110,15 +160,15 @@ class Fitter {
 
   /// One accepted step (or none); residuals and damping follow.
   Parameters improve(Parameters& p, Changes& residuals, double& damping) {
-    std::array<Changes, 4> derivatives;
-    for (int i = 0; i < 4; ++i) {
+    std::array<Changes, unknowns> derivatives;
+    for (int i = 0; i < unknowns; ++i) {
       Parameters moved = p;
       moved[i] += moved[i] + step_px > 0.98 * ball_px_ && i == 2 ? -step_px : step_px;
       derivatives[static_cast<std::size_t>(i)] = (residuals_at(moved) - residuals) / (moved[i] - p[i]);
     }
-    Eigen::Matrix4d information;
+    Eigen::Matrix<double, unknowns, unknowns> information;
     Parameters right;
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < unknowns; ++i) {
       const Changes weighted = weights_.asDiagonal() * derivatives[static_cast<std::size_t>(i)];
       right[i] = -weighted.cwiseProduct(residuals).sum();
       for (int j = 0; j <= i; ++j)
@@ -127,11 +177,11 @@ class Fitter {
     }
     const double before = weighted_cost(residuals);
     for (int attempt = 0; attempt < 6; ++attempt) {
-      Eigen::Matrix4d damped = information;
+      Eigen::Matrix<double, unknowns, unknowns> damped = information;
       damped.diagonal() *= 1.0 + damping;
       damped.diagonal().array() += 1e-9;
       const Parameters step = damped.ldlt().solve(right);
-      const Parameters next = bounded(p + step, ball_px_);
+      const Parameters next = bounded(p + step);
       const Changes there = residuals_at(next);
       if (step.allFinite() && weighted_cost(there) <= before) {
         const Parameters done = next - p;
@@ -153,14 +203,40 @@ class Fitter {
   Eigen::VectorXd weights_;
 };
 
+Sharp::Values values_of(const PressShape& shape) {
+  return {shape.u_px, shape.v_px, shape.radius_px, shape.decay_px};
+}
+
 }  // namespace
 
 PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px) {
-  return Fitter<2>(points, ball_px).run(start);
+  Sharp::Values p = values_of(start);
+  return Fitter<2>(points, ball_px).run(p);
 }
 
 PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px) {
-  return Fitter<4>(points, ball_px).run(start);
+  Sharp::Values p = values_of(start);
+  return Fitter<4>(points, ball_px).run(p);
+}
+
+double blurred_cost(const PressPoints& points, const PressShape& start, double ball_px) {
+  Blurred::Values p;
+  p << values_of(start), first_smear * start.radius_px;
+  return Fitter<2, Blurred>(points, ball_px).run(p).cost;
+}
+
+SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, double ball_px) {
+  SlidPress best;
+  for (const bool across : {false, true}) {
+    const double along = 2.0 * first_smear * start.radius_px;
+    Slid::Values p;
+    p << values_of(start), across ? 0.0 : along, across ? along : 0.0;
+    Fitter<2, Slid> fitter(points, ball_px);
+    const PressFit fit = fitter.run(p);
+    if (across && fit.cost >= best.cost) continue;
+    best = {fit.shape.radius_px, p.tail<2>().norm(), fit.cost};
+  }
+  return best;
 }
 
 }  // namespace gelslam::calibration::detail

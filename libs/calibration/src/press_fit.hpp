@@ -31,4 +31,13 @@ PressFit fit_press(const PressPoints& points, const PressShape& start, double ba
 /// The same with a colour function of degree 4, which follows shadows as well: a better centre, from a start nearby.
 PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px);
 
+/// A ball that moved evenly by `moved_px` while the picture was taken.
+struct SlidPress {
+  double radius_px = 0.0, moved_px = 0.0, cost = 0.0;
+};
+SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, double ball_px);
+
+/// Cost of the best press in a picture that is blurred alike in all directions, as a soft gel looks, too.
+double blurred_cost(const PressPoints& points, const PressShape& start, double ball_px);
+
 }  // namespace gelslam::calibration::detail
