@@ -125,6 +125,31 @@ TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
   }
 }
 
+// A cloth larger than the gel leaves no bare gel to tell noise, light and the zero of heights by. Its pattern is read all the
+// same, as it grows from nothing; heights are right among themselves.
+TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
+  for (const double period_px : {22.0, 30.0, 45.0}) {
+    SurfaceEstimator estimator = make_estimator();
+    const double amplitude_mm = 0.3 * period_px * pitch_mm / (2 * CV_PI);  // slopes to 0.3
+    cv::Mat1f truth = flat(sensor);
+    SurfacePtr surface;
+    for (const double share : {0.25, 0.5, 1.0}) {
+      for (int v = 0; v < truth.rows; ++v)
+        for (int u = 0; u < truth.cols; ++u)
+          truth(v, u) = static_cast<float>(share * amplitude_mm * std::sin(2 * CV_PI * u / period_px) *
+                                           std::sin(2 * CV_PI * v / period_px));
+      surface = estimator.estimate(render(truth, pitch_mm, 1.0, 2));
+    }
+    EXPECT_FALSE(surface->zero_is_bare_gel) << period_px;
+    EXPECT_GT(surface->contact_pixels, sensor.area() / 5) << period_px;  // what lies below, without the rims
+    cv::Mat1f difference;
+    cv::subtract(surface->height_mm, truth, difference);
+    cv::Scalar mean, scatter;
+    cv::meanStdDev(difference, mean, scatter);
+    EXPECT_LT(scatter[0], 0.03 * amplitude_mm + 0.002) << period_px;
+  }
+}
+
 TEST(SurfaceEstimator, FollowsAChangeOfLight) {
   const cv::Mat1f truth = press(0.5, 140, 110);
   SurfaceEstimator estimator = make_estimator();

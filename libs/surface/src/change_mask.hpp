@@ -8,7 +8,8 @@ namespace gelslam::surface::detail {
 /// Where an image differs from the background by more than noise. A shallow slope shifts the colour of many
 /// neighbours in one direction (about 1.5 grey levels for 0.01), white noise does not: so the *signed*
 /// difference is averaged over 3x3 blocks (12x12 pixels) before its length is compared with a threshold,
-/// which follows the frame's own noise. The result is grown by a margin in which slopes fade out.
+/// which follows the frame's own noise (and not a texture that covers the whole gel). The result is grown by
+/// a margin in which slopes fade out.
 class ChangeDetector {
  public:
   /// `difference`: block means of image minus background in the background's light. Fills changed_blocks, 255
@@ -16,10 +17,13 @@ class ChangeDetector {
   void detect(const cv::Mat3f& difference, cv::Mat1b& changed_blocks);
 
  private:
-  cv::Mat3f mean_;
+  float noise_unless_textured();
+
+  cv::Mat3f mean_, fine_;
   cv::Mat1f squared_;
   std::vector<float> scratch_;
   cv::Mat1b core_;
+  bool was_textured_ = false;
 };
 
 }  // namespace gelslam::surface::detail
