@@ -208,7 +208,7 @@ TEST(BallZones, LeaveOutSinglePressesInAnotherLight) {
   EXPECT_EQ(zones.rejected[0].press, 5U);
   EXPECT_EQ(zones.rejected[1].press, 25U);
   EXPECT_THAT(zones.rejected[1].reason, HasSubstr("untouched gel"));
-  EXPECT_EQ(refusal(set), "nothing was thrown") << "the others make a calibration";
+  EXPECT_NO_THROW(require_good_coverage(set, zones)) << "the others make a calibration";
 }
 
 TEST(BallZones, LeaveOutWhatIsNoSingleBallAndAnotherBall) {
@@ -229,6 +229,7 @@ TEST(BallZones, LeaveOutWhatIsNoSingleBallAndAnotherBall) {
 
 TEST(BallZones, LeaveOutPressesWhoseFilesCannotBeUsed) {
   PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  set.presses.resize(12);
   set.presses[7].problem = "its picture cannot be read";
   const BallZones zones = find_ball_zones(set, pitch_mm, false);
   ASSERT_FALSE(zones.rejected.empty());
