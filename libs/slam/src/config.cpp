@@ -31,7 +31,7 @@ void describe_contact(OptionVisitor& visit, Config& config) {
                "grey levels by which contact differs from the background");
   visit.number("height_threshold", config.surface.height_threshold_mm, 0, 10,
                "mm below the untouched gel, for deep contacts");
-  visit.flag("compensate_light", config.surface.compensate_light, "follow slow changes of the light");
+  visit.flag("compensate_light", config.surface.compensate_light, "follow changes of the light");
   visit.integer("background_frames", config.background_frames, 1, 10000, "first frames of the log, without contact");
 }
 

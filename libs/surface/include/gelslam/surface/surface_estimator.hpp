@@ -14,7 +14,7 @@ struct SurfaceOptions {
       15.0;  ///< grey levels (L2 over BGR) by which contact differs from the background
   double height_threshold_mm = 0.2;  ///< contact lies at least this far below the untouched gel
   bool compensate_light =
-      true;  ///< follow slow changes of lamps and stray light (own; per channel gain, offset)
+      true;  ///< follow lamps and stray light (own; per channel gain, offset, and a field from one side)
   bool gradient_everywhere = false;  ///< run the network on unchanged pixels too (slower; for comparisons)
 };
 
