@@ -79,6 +79,11 @@ const Change one_side = [](double value, double, double y, int c) {
   return c == 1 ? value * (1 - 0.25 * (1 - y)) : value;
 };
 
+// A lamp that flickers while a shutter rolls: rows, over the contact, too.
+const Change bands = [](double value, double, double y, int) {
+  return value * (1 + 0.1 * std::sin(5 * y + 1));
+};
+
 // A tenth of the depth at most: 8 bits are a third as fine in the weak channel.
 TEST(Light, ThatJumpsIsFollowedAtOnce) {
   for (const Change& change : {dark, bright, warm, weak_red})
@@ -86,14 +91,14 @@ TEST(Light, ThatJumpsIsFollowedAtOnce) {
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
 }
 
-TEST(Light, FromOneSideIsTakenOff) {
-  for (const Change& change : {window, bowed, one_side})
+TEST(Light, FromOneSideOrInBandsIsTakenOff) {
+  for (const Change& change : {window, bowed, one_side, bands})
     EXPECT_LT(worst_height_mm(press(0.5), change), 0.05)
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
 }
 
 TEST(Light, OnBareGelIsNoTouch) {
-  for (const Change& change : {dark, bright, warm, window, bowed, one_side}) {
+  for (const Change& change : {dark, bright, warm, window, bowed, one_side, bands}) {
     SurfaceEstimator estimator(linear_gel_model(), lit(flat_gel, 1), {});
     EXPECT_EQ(seen(estimator, flat_gel, change)->contact_pixels, 0)
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);

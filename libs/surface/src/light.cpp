@@ -27,6 +27,8 @@ constexpr double gate_shrinks = 0.6;
 constexpr double near_gate_gray_levels = 6.0;
 constexpr double even_enough_share = 0.6;            // of the blocks not excluded: no need to look for more
 constexpr double least_uneven_share = 0.25;          // of all blocks, to believe in a field at all
+constexpr double bands_advantage = 1.15;             // so many unknowns describe a part of anything
+constexpr std::size_t least_row_share = 8;           // one in so many of a row's blocks
 constexpr double uneven_gain_prior_variance = 50.0;  // a field does what a gain over a smooth background does
 constexpr double field_prior_share = 0.002;          // keeps the field 0 where too little is seen
 
@@ -43,8 +45,16 @@ double field_scale(Unevenness unevenness, double then) {
   return unevenness == Unevenness::multiplied ? then / 128.0 : 1.0;
 }
 
+double row_gain_at(const std::vector<double>& rows, double y) {
+  const double place = (y + 1.0) / 2.0 * static_cast<double>(rows.size() - 1);
+  const auto above = std::min(static_cast<std::size_t>(place), rows.size() - 1),
+             below = std::min(above + 1, rows.size() - 1);
+  return std::lerp(rows[above], rows[below], place - static_cast<double>(above));
+}
+
 /// A channel's value without the field.
 double without_field(const Light& light, std::size_t channel, double seen, double x, double y) {
+  if (light.unevenness == Unevenness::banded) return seen / row_gain_at(light.row_gain, y);
   const double field = field_at(light.field[channel], x, y);
   if (light.unevenness == Unevenness::added) return seen - field;
   const double gain = light.gain[channel], offset = light.offset[channel];
@@ -100,18 +110,20 @@ LightTracker::LightTracker(const cv::Mat3f& background_blocks, bool uneven)
 
 int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light,
                                  double gate) {
-  const bool uneven = light.unevenness != Unevenness::none;
+  const bool has_field = light.unevenness == Unevenness::added || light.unevenness == Unevenness::multiplied;
+  const bool has_bands = light.unevenness == Unevenness::banded;
   const double squared_gate = gate * gate;
   int count = 0;
   for (int row = 0; row < blocks.rows; ++row) {
     const double y = unit_place(row, blocks.rows);
+    const double row_gain = has_bands ? light.row_gain[static_cast<std::size_t>(row)] : 1.0;
     for (int column = 0; column < blocks.cols; ++column) {
       double squared_residual = 0.0;
       for (std::size_t c = 0; c < 3; ++c) {
         const int channel = static_cast<int>(c);
         const double then = background_(row, column)[channel];
-        double residual = blocks(row, column)[channel] - light.gain[c] * then - light.offset[c];
-        if (uneven) {
+        double residual = blocks(row, column)[channel] - row_gain * (light.gain[c] * then + light.offset[c]);
+        if (has_field) {
           const double x = unit_place(column, blocks.cols);
           residual -= field_at(light.field[c], x, y) * field_scale(light.unevenness, then);
         }
@@ -222,6 +234,49 @@ LightTracker::Fit LightTracker::refine_uneven(const cv::Mat3f& blocks, const cv:
   return {light, select_inliers(blocks, excluded, light, gate_gray_levels)};
 }
 
+/// What the median over each row says. Colours are summed: a slope takes from one what it gives to another.
+/// Rows that are covered are as those above them.
+std::vector<double> LightTracker::fit_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
+                                           const Light& light) const {
+  std::vector<double> gains, ratios;
+  for (int row = 0; row < blocks.rows; ++row) {
+    ratios.clear();
+    for (int column = 0; column < blocks.cols; ++column) {
+      if (!excluded.empty() && excluded(row, column) != 0) continue;
+      double seen = 0.0, expected = 0.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        seen += blocks(row, column)[static_cast<int>(c)];
+        expected += light.gain[c] * background_(row, column)[static_cast<int>(c)] + light.offset[c];
+      }
+      ratios.push_back(seen / std::max(expected, 1.0));
+    }
+    const double above = gains.empty() ? 1.0 : gains.back();
+    const bool is_seen = ratios.size() * least_row_share >= static_cast<std::size_t>(blocks.cols);
+    gains.push_back(is_seen ? std::clamp(median(ratios), least_gain, largest_gain) : above);
+  }
+  return gains;
+}
+
+/// Rows and the light of all of them in turn.
+LightTracker::Fit LightTracker::refine_banded(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
+                                              Light light) {
+  const int enough = static_cast<int>(least_uneven_share * static_cast<double>(blocks.total()));
+  Fit best;
+  for (int round = 0; round < 2; ++round) {
+    Light bands;
+    bands.row_gain = fit_rows(blocks, excluded, light);
+    bands.unevenness = Unevenness::banded;
+    cv::Mat3f even;
+    remove_field_from(bands, blocks, even);
+    best = refine_even(even, excluded, light);
+    if (best.agree < enough) return {};
+    light = best.light;
+    best.light.row_gain = bands.row_gain;
+    best.light.unevenness = Unevenness::banded;
+  }
+  return best;
+}
+
 /// Light that jumped, or that comes from one side, where the even light followed so far explains little.
 LightTracker::Fit LightTracker::search(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
                                        const Fit& followed) {
@@ -238,6 +293,8 @@ LightTracker::Fit LightTracker::search(const cv::Mat3f& blocks, const cv::Mat1b&
       if (fit.agree > uneven.agree) uneven = fit;
     }
   }
+  const Fit banded = refine_banded(blocks, excluded, scaled);
+  if (banded.agree > bands_advantage * uneven.agree) uneven = banded;
   const bool was_uneven = light_.unevenness != Unevenness::none;
   return uneven.agree > (was_uneven ? 1.0 : switch_advantage) * best.agree ? uneven : best;
 }
@@ -251,6 +308,7 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   const cv::Mat1b excluded = is_believable ? touched : cv::Mat1b();
   Light even = light_;
   even.field = {};
+  even.row_gain.clear();
   even.unevenness = Unevenness::none;
   const Light shifted = fit_by_median(blocks, excluded, false);
   const int agree_shifted = select_inliers(blocks, excluded, shifted, gate_gray_levels);

@@ -2,23 +2,26 @@
 
 #include <array>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace gelslam::surface::detail {
 
-/// Stray light from one side adds to the picture, a lamp that fails on one side dims it.
-enum class Unevenness { none, added, multiplied };
+/// Stray light from one side adds to the picture, a lamp that fails on one side dims it, one that flickers
+/// dims some rows.
+enum class Unevenness { none, added, multiplied, banded };
 
 using Gains = std::array<double, 3>;
 
 /// How the lamps and stray light differ from when the background was taken: per channel, seen = gain * then +
-/// offset, and + field (added) or + field * then / 128 (multiplied). Untouched gel keeps its colour
-/// otherwise, so all follow from the untouched part of one frame.
+/// offset, and + field (added) or + field * then / 128 (multiplied), or all that times row_gain (banded).
+/// Untouched gel keeps its colour otherwise, so all follow from the untouched part of one frame.
 struct Light {
   Gains gain{1.0, 1.0, 1.0};
   std::array<double, 3> offset{0.0, 0.0, 0.0};  ///< grey levels
   /// Grey levels times x, y, x², xy, y²; x and y go from -1 to 1 over the picture.
   std::array<std::array<double, 5>, 3> field{};
-  Unevenness unevenness = Unevenness::none;  ///< none: the field is zero
+  std::vector<double> row_gain;              ///< of each row of blocks; the same for all channels
+  Unevenness unevenness = Unevenness::none;  ///< none: no field and no rows
 };
 
 /// For each channel and 8-bit value the grey level it would have had in the background's light, but for the
@@ -39,8 +42,8 @@ void to_background_light(const Light& light, cv::Mat3f& means);
 /// the blocks agree.
 class LightTracker {
  public:
-  /// `uneven`: also look for light from one side, where light that is the same everywhere explains little. (A
-  /// contact may look like that, too, as long as it is not known where it is.)
+  /// `uneven`: also look for light from one side or in bands, where light that is the same everywhere
+  /// explains little. (A contact may look like that, too, as long as it is not known where it is.)
   explicit LightTracker(const cv::Mat3f& background_blocks, bool uneven = false);
 
   /// `blocks`: block means of the frame; `excluded`: 255 where the object touches (may be empty).
@@ -59,6 +62,8 @@ class LightTracker {
   Fit refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
   Fit refine_uneven(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light, Unevenness unevenness,
                     double gate);
+  std::vector<double> fit_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light) const;
+  Fit refine_banded(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
   Fit search(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Fit& followed);
 
   cv::Mat3f background_;
