@@ -6,10 +6,12 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr int impulse_gray_levels =
-    35;  // neighbours on a gel differ by less than ten, with strong noise by twenty
+// Neighbours on a gel differ by less than ten, with strong noise by twenty. A dithered picture's differ by 60
+// at times, and there means tell more than medians: only pixels further off prove that a picture has wrong
+// ones.
+constexpr int impulse_gray_levels = 35, sure_gray_levels = 100;
 constexpr int looked_at_every = 4;  // rows
-constexpr int one_in = 5000;        // values: a few are left to robust weights
+constexpr int one_in = 500;         // values: a few are left to robust weights
 
 bool has_impulses(const cv::Mat3b& bgr) {
   int found = 0;
@@ -17,7 +19,7 @@ bool has_impulses(const cv::Mat3b& bgr) {
     const unsigned char* value = bgr.ptr<unsigned char>(v);
     for (int i = 3; i < 3 * bgr.cols - 3; ++i) {
       const int low = std::min(value[i - 3], value[i + 3]), high = std::max(value[i - 3], value[i + 3]);
-      found += (value[i] > high + impulse_gray_levels) | (value[i] < low - impulse_gray_levels);
+      found += (value[i] > high + sure_gray_levels) | (value[i] < low - sure_gray_levels);
     }
   }
   return found * looked_at_every * one_in > 3 * static_cast<int>(bgr.total());
