@@ -20,7 +20,7 @@ struct Light {
   std::array<double, 3> offset{0.0, 0.0, 0.0};  ///< grey levels
   /// Grey levels times x, y, x², xy, y²; x and y go from -1 to 1 over the picture.
   std::array<std::array<double, 5>, 3> field{};
-  std::vector<double> row_gain;              ///< of each row of blocks; the same for all channels
+  std::vector<double> row_gain{};              ///< of each row of blocks; the same for all channels
   Unevenness unevenness = Unevenness::none;  ///< none: no field and no rows
 };
 
