@@ -13,6 +13,7 @@
 #include "contact_mask.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 #include "gradient_map.hpp"
+#include "light_tracker.hpp"
 #include "poisson.hpp"
 
 namespace gelslam {

@@ -9,7 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/marker_dots.hpp"
 #include "gradient_map.hpp"
-#include "light.hpp"
+#include "light_tracker.hpp"
 #include "poisson.hpp"
 
 namespace gelslam {

@@ -20,7 +20,7 @@ struct Light {
   std::array<double, 3> offset{0.0, 0.0, 0.0};  ///< grey levels
   /// Grey levels times x, y, x², xy, y²; x and y go from -1 to 1 over the picture.
   std::array<std::array<double, 5>, 3> field{};
-  std::vector<double> row_gain{};              ///< of each row of blocks; the same for all channels
+  std::vector<double> row_gain{};            ///< of each row of blocks; the same for all channels
   Unevenness unevenness = Unevenness::none;  ///< none: no field and no rows
 };
 
@@ -36,43 +36,19 @@ void remove_field(const Light& light, cv::Mat3f& means);
 /// Mean colours as they would have been in the background's light, but for the field, in place.
 void to_background_light(const Light& light, cv::Mat3f& means);
 
-/// Follows the light from frame to frame by a robust fit (own): block means outside the last contact that
-/// agree with the last light (or with a shift or a gain by the median, where that explains clearly more
-/// blocks) are fitted by least squares, three times over. Keeps the last light where fewer than a tenth of
-/// the blocks agree.
-class LightTracker {
- public:
-  /// `uneven`: also look for light from one side or in bands, where light that is the same everywhere
-  /// explains little. (A contact may look like that, too, as long as it is not known where it is.)
-  explicit LightTracker(const cv::Mat3f& background_blocks, bool uneven = false);
+/// From -1 to 1 over the picture.
+inline double unit_place(int index, int count) { return count < 2 ? 0.0 : 2.0 * index / (count - 1) - 1.0; }
 
-  /// `blocks`: block means of the frame; `excluded`: 255 where the object touches (may be empty).
-  const Light& update(const cv::Mat3f& blocks, const cv::Mat1b& excluded);
+inline double field_at(const std::array<double, 5>& field, double x, double y) {
+  return field[0] * x + field[1] * y + field[2] * x * x + field[3] * x * y + field[4] * y * y;
+}
 
- private:
-  struct Fit {
-    Light light;
-    int agree = 0;  // blocks
-  };
+/// What the field makes of a colour, relative to the background, in each of the two ways.
+inline double field_scale(Unevenness unevenness, double then) {
+  return unevenness == Unevenness::multiplied ? then / 128.0 : 1.0;
+}
 
-  int select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light, double gate);
-  template <int terms>
-  bool fit(const cv::Mat3f& blocks, Unevenness unevenness, const Gains& expected, Light& light) const;
-  Light fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded, bool as_gain) const;
-  Fit refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
-  Fit refine_uneven(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light, Unevenness unevenness,
-                    double gate);
-  std::vector<double> fit_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light) const;
-  Fit refine_banded(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
-  Fit search(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Fit& followed);
-
-  cv::Mat3f background_;
-  bool may_be_uneven_;
-  cv::Mat1b inliers_;
-  Light light_;
-  /// Noise, too, makes few blocks agree: where a search found nothing better, this share did, and none is
-  /// made again until clearly fewer do.
-  double vain_share_ = 1.0;
-};
+// A lamp so weak tells no slopes; a gain so large is none of the lamps'.
+inline constexpr double least_gain = 0.2, largest_gain = 3.0;
 
 }  // namespace gelslam::surface::detail

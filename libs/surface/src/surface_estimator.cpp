@@ -13,7 +13,7 @@
 #include "gelslam/core/text.hpp"
 #include "gradient_map.hpp"
 #include "impulse_remover.hpp"
-#include "light.hpp"
+#include "light_tracker.hpp"
 #include "poisson.hpp"
 #include "spot_remover.hpp"
 #include "surface_maps.hpp"
