@@ -1,6 +1,6 @@
-// The live chain on full-size camera pictures for as long as one likes: does it keep the camera's rate, and do latency and
-// memory stay where they are? The frames of a log, enlarged to the camera's size and compressed as a camera does it, go to
-// and fro, so that they are one unbroken scan of any length.
+// The live chain on full-size camera pictures for as long as one likes: does it keep the camera's rate, and
+// do latency and memory stay where they are? The frames of a log, enlarged to the camera's size and
+// compressed as a camera does it, go to and fro, so that they are one unbroken scan of any length.
 
 #include <turbojpeg.h>
 
@@ -35,7 +35,8 @@ struct Arguments {
   bool json = false;
 };
 
-/// The inverse of the crop that a camera picture goes through: its middle 5/7, with a border that nobody looks at.
+/// The inverse of the crop that a camera picture goes through: its middle 5/7, with a border that nobody
+/// looks at.
 cv::Mat3b enlarged(const cv::Mat3b& picture, const SensorProfile& profile) {
   const int border_x = profile.raw_width_px / 7, border_y = profile.raw_height_px / 7;
   const cv::Size middle(profile.raw_width_px - 2 * border_x, profile.raw_height_px - 2 * border_y);
@@ -54,7 +55,8 @@ Jpeg compressed(cv::Mat3b picture, double noise_levels, cv::RNG& random) {
   const std::unique_ptr<void, int (*)(tjhandle)> compressor(tjInitCompress(), tjDestroy);
   unsigned char* bytes = nullptr;
   unsigned long size = 0;
-  if (tjCompress2(compressor.get(), sum.data, sum.cols, 0, sum.rows, TJPF_BGR, &bytes, &size, TJSAMP_422, 85, 0) != 0)
+  if (tjCompress2(compressor.get(), sum.data, sum.cols, 0, sum.rows, TJPF_BGR, &bytes, &size, TJSAMP_422, 85,
+                  0) != 0)
     throw Error("a picture could not be compressed");
   Jpeg jpeg(bytes, bytes + size);
   tjFree(bytes);
@@ -72,14 +74,16 @@ std::vector<Jpeg> camera_pictures(const Arguments& arguments, const Config& conf
     if (const std::optional<TactileImage> image = decoder.decode(*frame))
       pictures.push_back(compressed(enlarged(image->bgr, config.sensor), arguments.noise_levels, random));
   }
-  if (static_cast<int>(pictures.size()) < config.background_frames + 2) throw Error(arguments.log + ": too few frames");
+  if (static_cast<int>(pictures.size()) < config.background_frames + 2)
+    throw Error(arguments.log + ": too few frames");
   return pictures;
 }
 
 /// A camera that never comes late.
 class EndlessCamera : public RawFrameSource {
  public:
-  EndlessCamera(std::vector<Jpeg> pictures, int background_frames, const SensorProfile& profile, double rate_hz)
+  EndlessCamera(std::vector<Jpeg> pictures, int background_frames, const SensorProfile& profile,
+                double rate_hz)
       : pictures_(std::move(pictures)),
         background_(static_cast<std::size_t>(background_frames)),
         profile_(profile),
@@ -87,8 +91,9 @@ class EndlessCamera : public RawFrameSource {
 
   std::optional<RawFrame> next() override {
     std::unique_lock lock(mutex_);
-    const Clock::time_point due = start_ + std::chrono::duration_cast<Clock::duration>(
-                                               std::chrono::duration<double>(static_cast<double>(index_) / rate_hz_));
+    const Clock::time_point due =
+        start_ + std::chrono::duration_cast<Clock::duration>(
+                     std::chrono::duration<double>(static_cast<double>(index_) / rate_hz_));
     if (wake_.wait_until(lock, due, [this] { return stopped_; })) return std::nullopt;
     RawFrame frame;
     frame.bytes = pictures_[picture_of(static_cast<std::size_t>(index_))];
@@ -131,13 +136,16 @@ struct Sample {
   LiveStatus status;
 };
 
-void print_header() { std::cout << "minute   rate Hz   latency ms   dropped   keyframes   loops   groups   memory MB\n"; }
+void print_header() {
+  std::cout << "minute   rate Hz   latency ms   dropped   keyframes   loops   groups   memory MB\n";
+}
 
 void print(const Sample& sample) {
   const LiveStatus& s = sample.status;
-  std::cout << std::fixed << std::setprecision(1) << std::setw(6) << sample.minute << std::setw(10) << s.rate_hz << std::setw(13)
-            << s.latency_ms << std::setw(10) << s.dropped << std::setw(12) << s.keyframes << std::setw(8) << s.loops << std::setw(9)
-            << s.groups << std::setw(12) << s.memory_mb << std::endl;
+  std::cout << std::fixed << std::setprecision(1) << std::setw(6) << sample.minute << std::setw(10)
+            << s.rate_hz << std::setw(13) << s.latency_ms << std::setw(10) << s.dropped << std::setw(12)
+            << s.keyframes << std::setw(8) << s.loops << std::setw(9) << s.groups << std::setw(12)
+            << s.memory_mb << std::endl;
 }
 
 /// Samples while the scan runs, six a minute.
@@ -147,7 +155,8 @@ std::vector<Sample> watch(LiveSlam& session, const Arguments& arguments) {
   std::vector<Sample> samples;
   if (!arguments.json) print_header();
   for (double next = 1.0 / 6; minutes() < arguments.minutes; next += 1.0 / 6) {
-    std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(60 * next)));
+    std::this_thread::sleep_until(
+        start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(60 * next)));
     session.take_mesh_changes();  // as a window does
     samples.push_back({minutes(), session.status()});
     if (!arguments.json) print(samples.back());
@@ -155,7 +164,8 @@ std::vector<Sample> watch(LiveSlam& session, const Arguments& arguments) {
   return samples;
 }
 
-nlohmann::ordered_json account(const std::vector<Sample>& samples, const std::vector<StageStatistics>& stages) {
+nlohmann::ordered_json account(const std::vector<Sample>& samples,
+                               const std::vector<StageStatistics>& stages) {
   nlohmann::ordered_json json;
   const std::size_t third = std::max<std::size_t>(1, samples.size() / 3);
   const auto mean = [&](std::size_t from, std::size_t to, const auto& value) {
@@ -168,14 +178,19 @@ nlohmann::ordered_json account(const std::vector<Sample>& samples, const std::ve
   const LiveStatus& last = samples.back().status;
   json["minutes"] = samples.back().minute;
   json["rate_hz"] = last.rate_hz;
-  json["dropped_share"] = static_cast<double>(last.dropped) / static_cast<double>(std::max<std::int64_t>(1, last.frames));
-  json["latency_ms"] = {{"first_third", mean(0, third, latency)}, {"last_third", mean(samples.size() - third, samples.size(), latency)}};
-  json["memory_mb"] = {{"first_third", mean(0, third, memory)}, {"last_third", mean(samples.size() - third, samples.size(), memory)}};
+  json["dropped_share"] =
+      static_cast<double>(last.dropped) / static_cast<double>(std::max<std::int64_t>(1, last.frames));
+  json["latency_ms"] = {{"first_third", mean(0, third, latency)},
+                        {"last_third", mean(samples.size() - third, samples.size(), latency)}};
+  json["memory_mb"] = {{"first_third", mean(0, third, memory)},
+                       {"last_third", mean(samples.size() - third, samples.size(), memory)}};
   json["keyframes"] = {{"at_first", samples.front().status.keyframes}, {"at_last", last.keyframes}};
   const int more = last.keyframes - samples[third - 1].status.keyframes;
-  if (more > 0) json["memory_mb"]["per_new_keyframe"] = (last.memory_mb - samples[third - 1].status.memory_mb) / more;
+  if (more > 0)
+    json["memory_mb"]["per_new_keyframe"] = (last.memory_mb - samples[third - 1].status.memory_mb) / more;
   for (const StageStatistics& stage : stages)
-    json["stages"][stage.stage] = {{"median_ms", stage.median_ms}, {"p95_ms", stage.p95_ms}, {"max_ms", stage.max_ms}};
+    json["stages"][stage.stage] = {
+        {"median_ms", stage.median_ms}, {"p95_ms", stage.p95_ms}, {"max_ms", stage.max_ms}};
   return json;
 }
 
@@ -188,8 +203,9 @@ void run(const Arguments& arguments) {
   const SensorProfile& profile = options.config.sensor;
   std::cerr << "compressing pictures of " << profile.raw_width_px << "x" << profile.raw_height_px << "\n";
   std::vector<Jpeg> pictures = camera_pictures(arguments, options.config);
-  LiveSlam session(
-      std::make_unique<EndlessCamera>(std::move(pictures), options.config.background_frames, profile, arguments.rate_hz), options);
+  LiveSlam session(std::make_unique<EndlessCamera>(std::move(pictures), options.config.background_frames,
+                                                   profile, arguments.rate_hz),
+                   options);
   const std::vector<Sample> samples = watch(session, arguments);
   const Clock::time_point stop = Clock::now();
   session.stop();
@@ -204,13 +220,22 @@ void run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   gelslam::Arguments arguments;
-  CLI::App app{"Runs the live chain on full-size camera pictures and says whether rate, latency and memory hold."};
+  CLI::App app{
+      "Runs the live chain on full-size camera pictures and says whether rate, latency and memory hold."};
   app.add_option("LOG", arguments.log, "Log or data folder whose frames are played to and fro")->required();
   app.add_option("--model", arguments.model, "Gradient model (default: the one the log names)");
-  app.add_option("--minutes", arguments.minutes, "How long")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--rate", arguments.rate_hz, "Frames per second")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--frames", arguments.frames, "How many of the log's frames after the background")->check(CLI::Range(2, 2000))->capture_default_str();
-  app.add_option("--noise", arguments.noise_levels, "Camera noise, grey levels")->check(CLI::Range(0.0, 50.0))->capture_default_str();
+  app.add_option("--minutes", arguments.minutes, "How long")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--rate", arguments.rate_hz, "Frames per second")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--frames", arguments.frames, "How many of the log's frames after the background")
+      ->check(CLI::Range(2, 2000))
+      ->capture_default_str();
+  app.add_option("--noise", arguments.noise_levels, "Camera noise, grey levels")
+      ->check(CLI::Range(0.0, 50.0))
+      ->capture_default_str();
   app.add_option("-o,--output", arguments.run_folder, "Also record and save into this run folder (replaced)");
   app.add_flag("--json", arguments.json, "Only the account at the end");
   app.footer("Example: live_soak DATA/sequences/track_coin --minutes 10");

@@ -120,8 +120,8 @@ std::vector<PoseGraphEdge> loops_of(const std::vector<PoseGraphEdge>& edges, con
 }
 
 void print(const char* stage, const Count& count, std::size_t returning) {
-  std::printf("  %-28s %5d loops, %4d wrong; keyframes with a right one: %d, returning %zu\n", stage, count.loops,
-              count.wrong, count.keyframes, returning);
+  std::printf("  %-28s %5d loops, %4d wrong; keyframes with a right one: %d, returning %zu\n", stage,
+              count.loops, count.wrong, count.keyframes, returning);
 }
 
 void study(const std::filesystem::path& folder, const std::filesystem::path& model, bool list) {

@@ -18,12 +18,12 @@ struct ParetoCandidate {
 
 /// Where a setting stands among all.
 struct ParetoStanding {
-  double error_mm =
-      0;  ///< geometric mean, over sequences, of the six mean absolute errors (1 degree = 0.087 mm)
+  /// geometric mean, over sequences, of the six mean absolute errors (1 degree = 0.087 mm)
+  double error_mm = 0;
   double relative = 1;  ///< to the base's error on the same problems; this is what is compared
   double relative_low = 1, relative_high = 1;  ///< 5 % and 95 % of bootstrap draws over references
-  bool on_front =
-      false;  ///< no other is at least as good in both and better in one (by 2 % of time, 0.2 % of error)
+  /// no other is at least as good in both and better in one (by 2 % of time, 0.2 % of error)
+  bool on_front = false;
   int beaten_by = -1;  ///< a faster one that is better in 95 % of the draws, the best such; -1: none
 };
 

@@ -24,8 +24,8 @@ struct ProblemChoice {
 struct RegistrationProblem {
   std::size_t reference = 0;  ///< index into ProblemSet::references
   SurfacePtr target;
-  Pose start =
-      Pose::Identity();  ///< true target_T_reference of the frame before: what tracking would start from
+  /// true target_T_reference of the frame before: what tracking would start from
+  Pose start = Pose::Identity();
   Pose truth = Pose::Identity();  ///< target_T_reference
   std::string name;               ///< for people: "pebble, place 2"
   int gap = 0;                    ///< frames from reference to target, of a sequence

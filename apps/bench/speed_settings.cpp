@@ -92,9 +92,9 @@ void fpfh_settings(std::vector<SpeedSetting>& settings) {
   using Options = FpfhOptions;
   Knobs<Options, decltype(&make_fpfh)> knobs(settings, "fpfh", &make_fpfh);
   knobs.turn<int>("points", [](Options& o) -> int& { return o.max_points; }, {1000, 5000});
-  knobs.turn<int>("ransac iterations", [](Options& o) -> int& { return o.ransac_iterations; },
-                  {1000, 10000});
-  knobs.turn<double>("feature radius mm", [](Options& o) -> double& { return o.feature_radius_mm; }, {0.5, 1.0});
+  knobs.turn<int>("ransac iterations", [](Options& o) -> int& { return o.ransac_iterations; }, {1000, 10000});
+  knobs.turn<double>("feature radius mm", [](Options& o) -> double& { return o.feature_radius_mm; },
+                     {0.5, 1.0});
   knobs.turn<double>("ransac distance mm", [](Options& o) -> double& { return o.max_distance_mm; },
                      {0.2, 0.4, 1.0});
   knobs.add("tuned", "", tuned_fpfh());

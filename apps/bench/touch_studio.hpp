@@ -22,10 +22,10 @@ struct TouchSpec {
   std::string object = "pebble";
   int place = 0;         ///< which one of kPlaces along the motion
   double overlap = 0.8;  ///< share of the first contact that the second one touches again, 0.05 .. 1
-  Pose moved =
-      Pose::Identity();  ///< of a pair: how the object moves besides between the two, in the sensor's frame
-  double depth = 1.0;    ///< factor on how deep the deepest point is pressed: ordinary_indentation_mm
-  double relief = 1.0;   ///< factor on the height of the object's texture
+  /// of a pair: how the object moves besides between the two, in the sensor's frame
+  Pose moved = Pose::Identity();
+  double depth = 1.0;         ///< factor on how deep the deepest point is pressed: ordinary_indentation_mm
+  double relief = 1.0;        ///< factor on the height of the object's texture
   double noise_gain = 1.0;    ///< factor on the camera's noise
   double light_change = 0.0;  ///< most by which a colour gets brighter or darker between the two,
   bool light_jumps = false;   ///< at once, or by 2 % a frame

@@ -94,8 +94,7 @@ void add_benchmark_command(CLI::App& app, int& exit_code) {
                    "frame0: every frame against the first in contact, as published; keyframes: the tracker")
       ->check(CLI::IsMember({"frame0", "keyframes"}))
       ->capture_default_str();
-  command
-      ->add_option("--every", arguments->every, "Only every so-manieth frame, where a method is slow")
+  command->add_option("--every", arguments->every, "Only every so-manieth frame, where a method is slow")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("--config", arguments->sources.config,

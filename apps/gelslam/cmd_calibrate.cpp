@@ -4,9 +4,9 @@
 
 #include "calibrate_commands.hpp"
 #include "commands.hpp"
-#include "option_checks.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/slam/config.hpp"
+#include "option_checks.hpp"
 #include "readable_background.hpp"
 
 namespace gelslam {

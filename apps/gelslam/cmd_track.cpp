@@ -29,7 +29,8 @@ std::array<double, 16> row_major_metres(const Pose& pose_mm) {
   return numbers;
 }
 
-/// What a tracked frame does not know: along what the surface does not show, and how far the trial may have drifted.
+/// What a tracked frame does not know: along what the surface does not show, and how far the trial may have
+/// drifted.
 std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
   const std::array<bool, 6>& observable = frame.registration.observable;
   Vector6d of_shown = sigma;
@@ -41,11 +42,16 @@ std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
 
 std::string reason(const TrackedFrame& frame, const std::optional<Vector6d>& sigma) {
   switch (frame.status) {
-    case TrackStatus::background: return "the bare gel, by which contact is told";
-    case TrackStatus::no_contact: return "nothing touches the sensor";
-    case TrackStatus::undone: return "taken back";
-    case TrackStatus::tracked: return reservations(frame, *sigma);
-    case TrackStatus::lost: return std::string(describe(frame.registration.status));
+    case TrackStatus::background:
+      return "the bare gel, by which contact is told";
+    case TrackStatus::no_contact:
+      return "nothing touches the sensor";
+    case TrackStatus::undone:
+      return "taken back";
+    case TrackStatus::tracked:
+      return reservations(frame, *sigma);
+    case TrackStatus::lost:
+      return std::string(describe(frame.registration.status));
   }
   return "";
 }
@@ -61,7 +67,8 @@ nlohmann::ordered_json ndjson(const TrackedFrame& frame, const std::optional<Vec
   json["reason"] = reason(frame, sigma);
   const bool tracked = frame.status == TrackStatus::tracked;
   json["trial"] = tracked ? nlohmann::ordered_json(frame.trial) : nlohmann::ordered_json(nullptr);
-  json["pose"] = tracked ? nlohmann::ordered_json(row_major_metres(frame.trial_T_frame)) : nlohmann::ordered_json(nullptr);
+  json["pose"] = tracked ? nlohmann::ordered_json(row_major_metres(frame.trial_T_frame))
+                         : nlohmann::ordered_json(nullptr);
   json["observable"] = nlohmann::ordered_json::array();
   for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
   const double degrees = 180.0 / std::numbers::pi;
@@ -80,8 +87,8 @@ TrackedFrame background_frame(const SurfaceStream::Item& item) {
   return frame;
 }
 
-/// TUM has one frame for all poses: that of the first contact. Frames of a later trial are in it once a loop has told
-/// where that trial lies.
+/// TUM has one frame for all poses: that of the first contact. Frames of a later trial are in it once a loop
+/// has told where that trial lies.
 class TumStream {
  public:
   explicit TumStream(const LoopClosureOptions& options) : places_(options) {}
@@ -126,12 +133,15 @@ int run(const TrackArguments& arguments) {
 
 void add_track_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<TrackArguments>();
-  CLI::App* command = app.add_subcommand("track", "Stream the sensor's pose against the object, frame by frame, to stdout");
+  CLI::App* command =
+      app.add_subcommand("track", "Stream the sensor's pose against the object, frame by frame, to stdout");
   arguments->log.add_to(*command);
-  command->add_option("--format", arguments->format,
-                      "tum: time and pose in the frame of the first contact, metres, of every frame that has one "
-                      "(after a loss: once a place is recognised); "
-                      "ndjson: every frame as an object")
+  command
+      ->add_option(
+          "--format", arguments->format,
+          "tum: time and pose in the frame of the first contact, metres, of every frame that has one "
+          "(after a loss: once a place is recognised); "
+          "ndjson: every frame as an object")
       ->check(CLI::IsMember({"tum", "ndjson"}))
       ->capture_default_str();
   command->footer("Example: gelslam track data/pebble --format ndjson");

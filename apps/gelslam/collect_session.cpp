@@ -185,13 +185,11 @@ bool CollectSession::enough() const {
 std::string CollectSession::summary() const {
   const std::lock_guard lock(mutex_);
   std::string text = counted(static_cast<std::int64_t>(added_.size()), "press") + " taken, " +
-                     std::to_string(coverage_.total()) + " of " +
-                     std::to_string(coverage_.wanted()) + " wanted of this ball are in '" +
-                     options_.folder.string() + "'";
+                     std::to_string(coverage_.total()) + " of " + std::to_string(coverage_.wanted()) +
+                     " wanted of this ball are in '" + options_.folder.string() + "'";
   if (const std::string gaps = coverage_.gaps(); !gaps.empty()) text += "; missing at the " + gaps;
   if (const std::string doubt = depth_doubt(); !doubt.empty()) text += "; " + doubt;
-  if (damaged_ > 0)
-    text += "; left out " + counted(damaged_, "damaged picture");
+  if (damaged_ > 0) text += "; left out " + counted(damaged_, "damaged picture");
   return text;
 }
 

@@ -78,7 +78,9 @@ void add_model(InfoReport& report, const fs::path& file) {
              "network " + words + ", " + std::to_string(weights) + " weights, " + file.string());
 }
 
-Config add_config(InfoReport& report, const fs::path& file) { return add_config(report, file, read_config(file)); }
+Config add_config(InfoReport& report, const fs::path& file) {
+  return add_config(report, file, read_config(file));
+}
 
 std::string shape_text(const std::vector<std::size_t>& shape) {
   std::string text;
@@ -209,7 +211,8 @@ InfoReport inspect_video(const fs::path& file) {
   return report;
 }
 
-/// A log that was never closed does not know its length; one that was cut off does not have it. Read to the end.
+/// A log that was never closed does not know its length; one that was cut off does not have it. Read to the
+/// end.
 void add_readable(InfoReport& report, const fs::path& file, const SensorProfile& profile) {
   const auto log = open_raw_log(file, profile);
   std::int64_t frames = 0, bytes = 0;
@@ -221,9 +224,14 @@ void add_readable(InfoReport& report, const fs::path& file, const SensorProfile&
   }
   const std::string state = log->warning().empty() ? "whole" : log->warning();
   report.add("readable",
-             Json{{"frames", frames}, {"duration_s", duration_s}, {"lost_by_camera", log->lost_frames()}, {"bytes", bytes}, {"state", state}},
-             std::to_string(frames) + " frames over " + number(duration_s) + " s, " + std::to_string(log->lost_frames()) +
-                 " lost by the camera, " + number(static_cast<double>(bytes) / 1e6) + " MB; " + state);
+             Json{{"frames", frames},
+                  {"duration_s", duration_s},
+                  {"lost_by_camera", log->lost_frames()},
+                  {"bytes", bytes},
+                  {"state", state}},
+             std::to_string(frames) + " frames over " + number(duration_s) + " s, " +
+                 std::to_string(log->lost_frames()) + " lost by the camera, " +
+                 number(static_cast<double>(bytes) / 1e6) + " MB; " + state);
 }
 
 InfoReport inspect_recorded_log(const fs::path& file) {
@@ -248,7 +256,8 @@ InfoReport inspect_file(const fs::path& file) {
     add(report);
     return report;
   };
-  if (ending == ".pth" || ending == ".json") return single("a gradient model", [&](InfoReport& r) { add_model(r, file); });
+  if (ending == ".pth" || ending == ".json")
+    return single("a gradient model", [&](InfoReport& r) { add_model(r, file); });
   if (ending == ".yaml" || ending == ".yml") {
     return single("a configuration", [&](InfoReport& r) {
       const fs::path model = add_config(r, file).sensor.calibration_model_path;

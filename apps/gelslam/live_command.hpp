@@ -21,8 +21,8 @@ struct LiveArguments {
   LiveOptions options(const Config& resolved_config) const;
 };
 
-/// How the window begins. Throws Error where a session with these options could not: the run folder, the script or the
-/// display refuse. Makes nothing, so that it can be asked before a camera is disturbed.
+/// How the window begins. Throws Error where a session with these options could not: the run folder, the
+/// script or the display refuse. Makes nothing, so that it can be asked before a camera is disturbed.
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments);
 
 /// Runs a scan until it is saved. The first Ctrl-C stops it, the second saves at once what there is, the

@@ -1,11 +1,12 @@
 #include "record_report.hpp"
-#include "gelslam/core/text.hpp"
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
@@ -57,8 +58,7 @@ void RecordReport::finish(const LogRecorderStatus& status, std::int64_t lost,
   good_ = status.written > 0 && !status.stopped && status.left_out == 0;
   if (!source_warning.empty()) say("warning: " + source_warning);
   if (!status.warning.empty() && status.warning != said_) say("warning: " + status.warning);
-  if (status.damaged > 0)
-    say("warning: left out " + counted(status.damaged, "damaged picture"));
+  if (status.damaged > 0) say("warning: left out " + counted(status.damaged, "damaged picture"));
   if (status.written == 0) {
     say("nothing was recorded");
     return;

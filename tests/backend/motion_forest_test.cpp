@@ -114,7 +114,8 @@ TEST(MotionCertainty, OfAChainIsWhatItsEdgesSay) {
   EXPECT_EQ(certainty.sigma_mm(0, 500), std::numeric_limits<double>::infinity());
   EXPECT_EQ(certainty.sigma_mm(0, 77), std::numeric_limits<double>::infinity());
 
-  // Once round a ball: a gain common to all edges does more than their noise, until a loop tells where the round ends.
+  // Once round a ball: a gain common to all edges does more than their noise, until a loop tells where the
+  // round ends.
   Graph roll = roll_of_400_degrees({1, 1}, false);
   const double noise_only = MotionCertainty(roll.edges, 0.0).sigma_mm(0, 89);
   EXPECT_GT(MotionCertainty(roll.edges, 0.1).sigma_mm(0, 89), 2 * noise_only);

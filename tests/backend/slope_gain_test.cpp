@@ -10,8 +10,9 @@ TEST(PoseGraphSlopeGain, IsRecoveredFromOneLoopAtAFullTurn) {
   PoseGraphOptions options;
   options.estimate_slope_gain = true;
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
-  // The roll is about one axis and tells one gain; the prior (1 +- 0.1) pulls by half a sigma against a turn measured
-  // to 0.02 rad in 6.3, a pull of (0.003/0.1)^2. The other gain is told by nothing but its half of tz's.
+  // The roll is about one axis and tells one gain; the prior (1 +- 0.1) pulls by half a sigma against a turn
+  // measured to 0.02 rad in 6.3, a pull of (0.003/0.1)^2. The other gain is told by nothing but its half of
+  // tz's.
   const double told = std::max(solution.slope_gain.x, solution.slope_gain.y);
   EXPECT_NEAR(told, 1.05, 0.001);
   const WorstError error = worst_error(solution.group_T_node, graph.truth);

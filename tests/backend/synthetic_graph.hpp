@@ -84,9 +84,9 @@ inline WorstError worst_error(const std::map<int, Pose>& poses, const std::map<i
   return worst;
 }
 
-// What a sensor with gains measures of a motion, written independently of the library: the tilt's axis and angle after
-// a twist about z are found by where the z axis goes; slopes along x tell the tilt about y, and those along y that
-// about x.
+// What a sensor with gains measures of a motion, written independently of the library: the tilt's axis and
+// angle after a twist about z are found by where the z axis goes; slopes along x tell the tilt about y, and
+// those along y that about x.
 inline Pose with_gain(const Pose& motion, const SlopeGain& gain) {
   const Eigen::Vector3d z = motion.linear().col(2);
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(z);

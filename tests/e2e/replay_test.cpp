@@ -79,15 +79,20 @@ TEST(Replay, DoesNotReplaceTheRunThatHoldsItsLog) {
   const TemporaryFolder folder;
   const fs::path run = folder / "run";
   fs::create_directory(run);
-  for (const char* ours : {"report.json", "screenshot_001.png", "mesh_mm_001.stl"}) std::ofstream(run / ours) << "{}";
-  const ProgramResult recorded = gelslam({"record", "--from", scan().log().string(), "-o", (run / "log.mkv").string(), "-q"});
+  for (const char* ours : {"report.json", "screenshot_001.png", "mesh_mm_001.stl"})
+    std::ofstream(run / ours) << "{}";
+  const ProgramResult recorded =
+      gelslam({"record", "--from", scan().log().string(), "-o", (run / "log.mkv").string(), "-q"});
   ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
-  const ProgramResult result = gelslam(replay({(run / "log.mkv").string(), "-o", run.string(), "--overwrite"}));
+  const ProgramResult result =
+      gelslam(replay({(run / "log.mkv").string(), "-o", run.string(), "--overwrite"}));
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("holds the input"));
   EXPECT_TRUE(fs::exists(run / "log.mkv"));
   fs::remove(run / "log.mkv");
-  EXPECT_EQ(gelslam(replay({scan().log().string(), "--every-frame", "-o", run.string(), "--overwrite", "-q"})).exit_code, 0);
+  EXPECT_EQ(gelslam(replay({scan().log().string(), "--every-frame", "-o", run.string(), "--overwrite", "-q"}))
+                .exit_code,
+            0);
 }
 
 TEST(Replay, NothingOnTheGelIsNoScan) {
@@ -111,7 +116,8 @@ TEST(Replay, ALogOfAnotherCameraLeavesNoRun) {
     frame.bytes.resize(30000, 100);
     writer.write(frame);
   }
-  const ProgramResult result = gelslam(replay({(folder / "other.mkv").string(), "-o", (folder / "run").string()}));
+  const ProgramResult result =
+      gelslam(replay({(folder / "other.mkv").string(), "-o", (folder / "run").string()}));
   expect_mistake(result, "other.mkv: frame 0 is 100x100 pixels");
   EXPECT_THAT(folder.names(), testing::ElementsAre("other.mkv"));
 }
@@ -129,8 +135,8 @@ TEST(Replay, WithoutADisplayNothingBegins) {
 TEST(Scan, ARunFolderThatIsThereIsRefusedBeforeACameraIsOpened) {
   const TemporaryFolder folder;
   fs::create_directories(folder / "run" / "somebody's");
-  const ProgramResult result = gelslam({"scan", "--headless", "--device", "no such camera", "--model", scan().model().string(),
-                                        "-o", (folder / "run").string()});
+  const ProgramResult result = gelslam({"scan", "--headless", "--device", "no such camera", "--model",
+                                        scan().model().string(), "-o", (folder / "run").string()});
   expect_mistake(result, "exists already");
 }
 

@@ -29,7 +29,8 @@ TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheReliefsAgree) {
 constexpr double kPeriodMm = 1.6;
 
 /// Two pictures of the object at rest, and one when it was slid along.
-TrackedFrame slide_at_once(const Field& field, double slide_mm, bool search_far = true, double step_s = 0.04) {
+TrackedFrame slide_at_once(const Field& field, double slide_mm, bool search_far = true,
+                           double step_s = 0.04) {
   TrackerOptions options;
   options.search_far = search_far;
   Tracker tracker(options);
@@ -41,7 +42,8 @@ TrackedFrame slide_at_once(const Field& field, double slide_mm, bool search_far 
 
 TEST(Tracker, AJumpOverAPatternIsLostAndNotGuessed) {
   for (const double slide_mm : {0.6, 1.2, 2.2}) {
-    EXPECT_EQ(slide_at_once(waffle(kPeriodMm), slide_mm, false).status, TrackStatus::tracked) << "the gates see it";
+    EXPECT_EQ(slide_at_once(waffle(kPeriodMm), slide_mm, false).status, TrackStatus::tracked)
+        << "the gates see it";
     const TrackedFrame frame = slide_at_once(waffle(kPeriodMm), slide_mm);
     EXPECT_EQ(frame.status, TrackStatus::lost) << slide_mm;
     EXPECT_EQ(frame.registration.status, RegistrationStatus::ambiguous) << slide_mm;
@@ -75,8 +77,8 @@ TEST(Tracker, APatternThatMovedWhenItWasTouchedIsFollowedFromTheThirdFrameOn) {
   constexpr double kStepMm = 0.35;
   Tracker tracker(TrackerOptions{});
   for (int i = 0; i < 8; ++i) {
-    const TrackedFrame frame =
-        tracker.track(i, 0.04 * i, touch(waffle(kPeriodMm), motion(0, 0, 0, kStepMm * i, 0, 0.4), everywhere()));
+    const TrackedFrame frame = tracker.track(
+        i, 0.04 * i, touch(waffle(kPeriodMm), motion(0, 0, 0, kStepMm * i, 0, 0.4), everywhere()));
     ASSERT_EQ(frame.status, i == 1 ? TrackStatus::lost : TrackStatus::tracked) << i;
     if (i == 1) continue;
     EXPECT_EQ(frame.trial, 0);
@@ -86,7 +88,9 @@ TEST(Tracker, APatternThatMovedWhenItWasTouchedIsFollowedFromTheThirdFrameOn) {
 
 TEST(Tracker, AJumpOverAPatternIsNotBelievedBecauseTheObjectRestsThere) {
   Tracker tracker(TrackerOptions{});
-  const auto at = [](double x_mm) { return touch(waffle(kPeriodMm), motion(0, 0, 0, x_mm, 0, 0.4), everywhere()); };
+  const auto at = [](double x_mm) {
+    return touch(waffle(kPeriodMm), motion(0, 0, 0, x_mm, 0, 0.4), everywhere());
+  };
   tracker.track(0, 0, at(0));
   EXPECT_EQ(tracker.track(1, 0.04, at(1.2)).status, TrackStatus::lost);
   const TrackedFrame next = tracker.track(2, 0.08, at(1.2));
@@ -105,7 +109,8 @@ TEST(Tracker, LookingFarItDoesNotTakeAnotherObjectForThisOne) {
   for (std::uint64_t seed = 20; seed < 28; ++seed) {
     Tracker tracker(TrackerOptions{});
     tracker.track(0, 0, touch(textured_plane(seed), motion(0, 0, 0, 0, 0, 0.4)));
-    const TrackedFrame frame = tracker.track(1, 0.04, touch(textured_plane(seed + 100), motion(0, 0, 0, -2, 3, 0.4)));
+    const TrackedFrame frame =
+        tracker.track(1, 0.04, touch(textured_plane(seed + 100), motion(0, 0, 0, -2, 3, 0.4)));
     EXPECT_EQ(frame.status, TrackStatus::lost) << seed;
   }
 }

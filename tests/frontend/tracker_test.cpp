@@ -81,7 +81,8 @@ TEST(Tracker, AnOutgrownKeyframeIsReplacedAndPosesGoOn) {
     if (frame.new_keyframes.empty()) continue;
     ++switches;
     EXPECT_EQ(frame.new_keyframes.back().keyframe->id, switches);
-    EXPECT_EQ(frame.new_keyframes.back().keyframe->frame, i);  // early: this very frame, before tracking needs it
+    EXPECT_EQ(frame.new_keyframes.back().keyframe->frame,
+              i);  // early: this very frame, before tracking needs it
     EXPECT_EQ(frame.keyframe, frame.new_keyframes.back().keyframe);
     const KeyframeLink& link = frame.new_keyframes.back().link;
     ASSERT_EQ(link.previous, current);
@@ -129,10 +130,12 @@ void expect_loss_after(int before) {
   EXPECT_FALSE(lost.registration.ok());
   EXPECT_EQ(lost.trial, 1);
   EXPECT_TRUE(lost.trial_T_frame.isApprox(Pose::Identity()));
-  ASSERT_EQ(lost.new_keyframes.size(), before > 1 ? 2U : 1U) << "what the trial has shown last, beyond its keyframe";
+  ASSERT_EQ(lost.new_keyframes.size(), before > 1 ? 2U : 1U)
+      << "what the trial has shown last, beyond its keyframe";
   EXPECT_EQ(lost.new_keyframes.back().keyframe->surface, elsewhere);
   EXPECT_EQ(lost.new_keyframes.back().keyframe->trial, 1);
-  EXPECT_EQ(lost.new_keyframes.back().keyframe->id, before > 1 ? 2 : 1) << "every keyframe that is made is handed out, and ids have no gaps";
+  EXPECT_EQ(lost.new_keyframes.back().keyframe->id, before > 1 ? 2 : 1)
+      << "every keyframe that is made is handed out, and ids have no gaps";
   EXPECT_EQ(lost.new_keyframes.back().link.previous, nullptr);
 
   const TrackedFrame next = tracker.track(before + 1, 0.04 * (before + 1), slide(1, other_relief()));
@@ -159,7 +162,8 @@ TEST(Tracker, ATrialOutlastsTornPictures) {
   for (int i = 0; i < 4; ++i) tracker.track(i, 0.04 * i, seen(i));
   // Three in a row, and no two of them agree.
   for (int i = 4; i < 7; ++i)
-    expect_lost_without_a_trial(tracker.track(i, 0.04 * i, slide(0, textured_plane(100 + static_cast<std::uint64_t>(i)))));
+    expect_lost_without_a_trial(
+        tracker.track(i, 0.04 * i, slide(0, textured_plane(100 + static_cast<std::uint64_t>(i)))));
   for (int i = 7; i < 12; ++i) {
     const TrackedFrame frame = tracker.track(i, 0.04 * i, seen(i));
     ASSERT_EQ(frame.status, TrackStatus::tracked) << i;
@@ -250,7 +254,8 @@ class StandingStill final : public Registrar {
   std::string_view name() const override { return "still"; }
   std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
     ++prepared;
-    return std::make_shared<const Prepared>(std::make_shared<const NormalFlowReference>(std::move(reference), NormalFlowOptions{}));
+    return std::make_shared<const Prepared>(
+        std::make_shared<const NormalFlowReference>(std::move(reference), NormalFlowOptions{}));
   }
   mutable int prepared = 0;
 

@@ -137,7 +137,8 @@ TEST(LoopCloser, VerifiesAGuessFromElsewhereAndRefusesAWrongOne) {
   EXPECT_FALSE(closer.verify(older, keyframe(10, 1, touch(relief, place(25, 8))), Pose::Identity()));
 }
 
-// The same place by its relief, but one of the two shows bare gel where the other was pressed in: both cannot be.
+// The same place by its relief, but one of the two shows bare gel where the other was pressed in: both cannot
+// be.
 TEST(LoopCloser, BareGelWhereTheObjectShouldBeRefutesALoop) {
   const Relief relief = random_relief(7);
   const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
@@ -151,7 +152,8 @@ TEST(LoopCloser, BareGelWhereTheObjectShouldBeRefutesALoop) {
   const Keyframe older = keyframe(0, 0, touch(relief, first));
   const LoopCloser closer({});
   const Pose guess = first.inverse() * second;
-  EXPECT_TRUE(closer.verify(older, keyframe(1, 1, half), guess));  // pressed there, though not counted as contact
+  EXPECT_TRUE(
+      closer.verify(older, keyframe(1, 1, half), guess));  // pressed there, though not counted as contact
   half->height_mm(left) = 0.0F;
   EXPECT_FALSE(closer.verify(older, keyframe(1, 1, half), guess));
   EXPECT_FALSE(closer.verify(keyframe(0, 0, half), keyframe(1, 1, touch(relief, first)), guess.inverse()));

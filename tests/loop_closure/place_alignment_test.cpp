@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "place_index.hpp"
-#include "relief.hpp"
 #include "gelslam/loop_closure/self_similarity.hpp"
 #include "gelslam/registration/overlap_agreement.hpp"
+#include "place_index.hpp"
+#include "relief.hpp"
 
 namespace gelslam {
 namespace {

@@ -57,9 +57,9 @@ struct Contact {
   double width_px = 95, height_px = 70;  // semi-axes of an ellipse at the image centre
 };
 
-/// What a sensor at map_T_sensor sees of the relief, which goes on beyond the contact (z up in the map; the sensor looks along its -z at it,
-/// from inside the gel, so heights are read in the sensor's own frame), noise-free, as a perfect surface
-/// estimator would tell it.
+/// What a sensor at map_T_sensor sees of the relief, which goes on beyond the contact (z up in the map; the
+/// sensor looks along its -z at it, from inside the gel, so heights are read in the sensor's own frame),
+/// noise-free, as a perfect surface estimator would tell it.
 inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Contact& contact = {}) {
   constexpr int kWidth = 320, kHeight = 240;
   auto surface = std::make_shared<Surface>();
@@ -74,7 +74,8 @@ inline SurfacePtr touch(const Relief& relief, const Pose& map_T_sensor, const Co
       const double dx = u - kWidth / 2.0 + 0.5, dy = v - kHeight / 2.0 + 0.5;
       Eigen::Vector3d p(dx * kPitchMm, dy * kPitchMm, 0), f;
       const double radius2 = std::pow(dx / contact.width_px, 2) + std::pow(dy / contact.height_px, 2);
-      if (radius2 > 1.3) {  // a little more than the contact, for derivatives at its border; then what is felt there
+      if (radius2 >
+          1.3) {  // a little more than the contact, for derivatives at its border; then what is felt there
         const Eigen::RowVector3d up = map_T_sensor.linear().row(2);
         surface->height_mm(v, u) =
             static_cast<float>(-(map_T_sensor.translation().z() + up.x() * p.x() + up.y() * p.y()) / up.z());

@@ -72,8 +72,8 @@ TEST(CoarseStart, LooksAboutTheTwistThatIsExpected) {
 TEST(CoarseStart, APatternThatRepeatsItselfHasManyPlaces) {
   constexpr double kPeriodMm = 1.6;
   const Field pattern = waffle(kPeriodMm);
-  const std::vector<Pose> starts =
-      coarse_starts(*touch(pattern, at_rest), *touch(pattern, motion(0, 0, 0, 2, 0.5, 0.4)), Pose::Identity());
+  const std::vector<Pose> starts = coarse_starts(
+      *touch(pattern, at_rest), *touch(pattern, motion(0, 0, 0, 2, 0.5, 0.4)), Pose::Identity());
   int untwisted = 0;
   for (const Pose& start : starts) {
     if (gap(start, Pose::Identity()).deg > 1) continue;

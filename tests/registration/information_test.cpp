@@ -108,7 +108,8 @@ TEST(Information, IsInTheReferencesAxes) {
   EXPECT_LT((turned.information - straight.information).norm(), 0.15 * straight.information.norm());
 }
 
-/// An edge along the keyframe's x hides sliding along it. Once the sensor has twisted by a quarter turn, that is its y.
+/// An edge along the keyframe's x hides sliding along it. Once the sensor has twisted by a quarter turn, that
+/// is its y.
 TEST(Information, ObservabilityIsAboutTheAxesOfTheSensorAsItLiesNow) {
   const Pose object_T_sensor = motion(0, 0, 0, 0, 0, 1), quarter_turn = motion(0, 0, 90, 0, 0);
   View square;

@@ -180,7 +180,8 @@ TEST(ImageFolderSource, UnusableFoldersAreNamed) {
 
 TEST(ImageFolderSource, DamagedPicturesAreLeftOutAndTheRestKeepTheirTimes) {
   TemporaryFolder folder;
-  for (int i = 0; i < 6; ++i) cv::imwrite((folder / (std::to_string(i) + ".png")).string(), numbered_picture(i, 64, 48));
+  for (int i = 0; i < 6; ++i)
+    cv::imwrite((folder / (std::to_string(i) + ".png")).string(), numbered_picture(i, 64, 48));
   write_bytes(folder / "0.png", "");
   cv::imwrite((folder / "3.png").string(), cv::Mat1b(48, 64, uchar{7}));
   const auto source = open_frame_source(folder.path(), small_sensor());
@@ -199,8 +200,8 @@ TEST(ImageFolderSource, DamagedPicturesAreLeftOutAndTheRestKeepTheirTimes) {
 TEST(VideoSource, BlackPicturesAreLeftOutAndTheRestKeepTheirTimes) {
   TemporaryFolder folder;
   {
-    cv::VideoWriter writer((folder / "a.avi").string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 50,
-                           {64, 48});
+    cv::VideoWriter writer((folder / "a.avi").string(), cv::CAP_FFMPEG,
+                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 50, {64, 48});
     for (int i = 0; i < 7; ++i)
       writer.write(i == 0 || i == 4 ? cv::Mat3b(48, 64, cv::Vec3b(0, 0, 0)) : numbered_picture(i, 64, 48));
   }

@@ -223,8 +223,8 @@ TEST(DamagedLog, DamagedPicturesAreLeftOutAndCounted) {
     numbers.push_back(test::number_in(image->bgr));
   }
   EXPECT_THAT(numbers, ::testing::ElementsAre(0, 1, 3, 5));
-  EXPECT_THAT(source->warning(), 
-              ::testing::AllOf(HasSubstr("left out 2 damaged pictures (the first: "), HasSubstr(", frame 2: ")));
+  EXPECT_THAT(source->warning(), ::testing::AllOf(HasSubstr("left out 2 damaged pictures (the first: "),
+                                                  HasSubstr(", frame 2: ")));
 }
 
 TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {

@@ -143,23 +143,26 @@ TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   expect_true_poses(scan, map);
 }
 
-// Lifting leaves a fragment too small to be recognised, and the tracker loses it. Where it must be is known: it was
-// there a frame ago.
+// Lifting leaves a fragment too small to be recognised, and the tracker loses it. Where it must be is known:
+// it was there a frame ago.
 TEST(GelSlam, AFragmentLeftByLiftingIsRejoined) {
   const Field stone = bumpy_ellipsoid(3);
   GelSlam slam(SlamOptions{});
   StageTimer timer;
-  const Pose places[] = {pressed(6, 0.5), pressed(6, 0.5) * motion(0.5, 0.3, 0, 0.1, 0), pressed(6, 0.065), pressed(6, 0.06)};
+  const Pose places[] = {pressed(6, 0.5), pressed(6, 0.5) * motion(0.5, 0.3, 0, 0.1, 0), pressed(6, 0.065),
+                         pressed(6, 0.06)};
   std::vector<TrackStatus> status;
   for (std::size_t i = 0; i < 4; ++i)
     status.push_back(slam.process(static_cast<std::int64_t>(i), 0, touch(stone, places[i]), timer).status);
-  EXPECT_THAT(status, ElementsAre(TrackStatus::tracked, TrackStatus::tracked, TrackStatus::lost, TrackStatus::tracked));
+  EXPECT_THAT(status, ElementsAre(TrackStatus::tracked, TrackStatus::tracked, TrackStatus::lost,
+                                  TrackStatus::tracked));
   const SlamMap map = slam.finish();
   EXPECT_EQ(map.trials, 2);
   EXPECT_EQ(map.groups, 1);
   EXPECT_EQ(map.loops, 1);
   ASSERT_EQ(map.anchor_frame, 0);
-  const PoseGap error = gap(map.anchor_T_keyframe(map.frames[3].keyframe), places[0].inverse() * places[2]);  // keyframe: of the frame before
+  const PoseGap error = gap(map.anchor_T_keyframe(map.frames[3].keyframe),
+                            places[0].inverse() * places[2]);  // keyframe: of the frame before
   EXPECT_LT(error.deg, 1.0);  // a fragment of two millimetres knows less than a whole contact
   EXPECT_LT(error.mm, 0.1);
 }

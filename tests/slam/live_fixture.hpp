@@ -30,7 +30,8 @@ inline const std::vector<cv::Mat3b>& peanut_pictures() {
     const Simulator simulator(spec);
     std::vector<cv::Mat3b> result;
     for (int i = 0; i < simulator.frame_count(); ++i)
-      result.push_back(render(simulator.frame(i).height_mm, SensorProfile{}.pixel_pitch_mm, 1.0, static_cast<std::uint64_t>(i)));
+      result.push_back(render(simulator.frame(i).height_mm, SensorProfile{}.pixel_pitch_mm, 1.0,
+                              static_cast<std::uint64_t>(i)));
     return result;
   }();
   return pictures;

@@ -41,7 +41,8 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
   std::size_t triangles_before_the_end = 0;
   source->before(kBackgroundFrames + kScanFrames - 1, [&] {
     EXPECT_TRUE(comes_true([&] {
-      for (const MeshBlock& block : session->take_mesh_changes().blocks) triangles_before_the_end += block.mesh.triangles.size();
+      for (const MeshBlock& block : session->take_mesh_changes().blocks)
+        triangles_before_the_end += block.mesh.triangles.size();
       return triangles_before_the_end > 0;
     }));
     EXPECT_EQ(session->status().words, "tracking");
@@ -129,7 +130,8 @@ TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
   int trials_before = 0;
   source->before(last, [&] {
     wait_for_touch(last - 1);
-    EXPECT_TRUE(comes_true([&] { return !session->map()->nodes.empty() && session->map()->nodes.back().trial == 1; }));
+    EXPECT_TRUE(comes_true(
+        [&] { return !session->map()->nodes.empty() && session->map()->nodes.back().trial == 1; }));
     trials_before = session->status().trials;
     session->undo_last_trial();
     EXPECT_TRUE(comes_true([&] { return session->status().trials == 1; }));
@@ -211,13 +213,14 @@ TEST_F(Live, SavesOnTheWayAndGoesOn) {
 }
 
 TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
-  // The first of these keeps the mapper busy, while the tracker goes on to a new scan: the others must not be made of the
-  // old map and the new scan's frames.
+  // The first of these keeps the mapper busy, while the tracker goes on to a new scan: the others must not be
+  // made of the old map and the new scan's frames.
   source->before(40, [&] {
     wait_for_touch(39);
     for (int i = 0; i < 5; ++i) session->save_now();
     session->start_new_scan();
-    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1 && session->map()->version > 0; }));  // by the mapper
+    EXPECT_TRUE(comes_true(
+        [&] { return session->map()->scan == 1 && session->map()->version > 0; }));  // by the mapper
     EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));
     session->stop();
   });
@@ -230,7 +233,8 @@ TEST_F(Live, ARunFolderThatCannotBeWrittenDoesNotEndTheScan) {
     fs::remove_all(options.run_folder);
     std::ofstream(options.run_folder) << "in the way";
     session->save_now();
-    EXPECT_TRUE(comes_true([&] { return session->status().warning.find("/run: cannot be written: ") != std::string::npos; }));
+    EXPECT_TRUE(comes_true(
+        [&] { return session->status().warning.find("/run: cannot be written: ") != std::string::npos; }));
     EXPECT_NE(session->status().phase, LivePhase::finished);
     fs::remove(options.run_folder);
   });
@@ -244,7 +248,8 @@ TEST_F(Live, SaysSoWhenTheLogEndsWithTheLastFrames) {
   source->damage(kBackgroundFrames + kScanFrames - 1);
   const ReconstructSummary summary = start().wait();
   EXPECT_THAT(summary.warning, HasSubstr("recording stopped"));
-  EXPECT_EQ(session->status().log_bytes, static_cast<std::int64_t>(fs::file_size(options.run_folder / "log.mkv")));
+  EXPECT_EQ(session->status().log_bytes,
+            static_cast<std::int64_t>(fs::file_size(options.run_folder / "log.mkv")));
 }
 
 TEST_F(Live, ALogThatSomebodyRemovesIsMissed) {

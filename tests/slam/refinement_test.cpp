@@ -83,8 +83,8 @@ TEST_F(Densify, ABelievedOverlapThatIsNoneGivesNoEdge) {
   EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
 }
 
-// A grid of bumps 1.6 mm apart: the drifted pose is nearer to the next bump than to the right one, and registration would
-// settle there.
+// A grid of bumps 1.6 mm apart: the drifted pose is nearer to the next bump than to the right one, and
+// registration would settle there.
 TEST_F(Densify, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand) {
   const double k = 2 * M_PI / 1.6;
   const Waves grid{{{k * Eigen::Vector3d::UnitX(), 0, 0.04}, {k * Eigen::Vector3d::UnitY(), 0, 0.04}}};

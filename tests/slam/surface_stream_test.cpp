@@ -149,10 +149,12 @@ TEST_F(StreamOfALog, TheConfigurationBesideTheLogIsUsed) {
 
 TEST_F(StreamOfALog, ColorGainUndoesADarkerCamera) {
   cv::imwrite((folder / "bare.png").string(), dimmed(render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99)));
-  cv::imwrite((folder / "log/0.png").string(), dimmed(render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1)));
+  cv::imwrite((folder / "log/0.png").string(),
+              dimmed(render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1)));
   input.background = folder / "bare.png";
   input.config = folder / "gain.yaml";
-  write_bytes(input.config, "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
+  write_bytes(input.config,
+              "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
   // Rounding of the dark picture leaves up to one grey level: 0.4 degrees, or 1 % of the steepest slope.
   EXPECT_NEAR(deepest_mm(), 0.8, 0.02);
   write_bytes(input.config, "device_config:\n  color_gain_blue: 1.25\n");
@@ -160,9 +162,12 @@ TEST_F(StreamOfALog, ColorGainUndoesADarkerCamera) {
 
   input.background.clear();
   for (int i = 0; i < 10; ++i)
-    cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(), dimmed(render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99)));
-  cv::imwrite((folder / "log/10.png").string(), dimmed(render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1)));
-  write_bytes(input.config, "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
+    cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(),
+                dimmed(render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99)));
+  cv::imwrite((folder / "log/10.png").string(),
+              dimmed(render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1)));
+  write_bytes(input.config,
+              "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
   EXPECT_NEAR(deepest_mm(), 0.8, 0.02) << "a background from the log gets the same gain";
 }
 

@@ -47,7 +47,7 @@ inline Field coin_face() {
   struct Stroke {
     Eigen::Vector2d from, to;
   };
-  const std::vector<Stroke> strokes = {{{-4, -2}, {-2.5, 2}}, {{-2.5, 2}, {-1, -2}}, {{0.5, -1.5}, {0.5, 2}},
+  const std::vector<Stroke> strokes = {{{-4, -2}, {-2.5, 2}},  {{-2.5, 2}, {-1, -2}}, {{0.5, -1.5}, {0.5, 2}},
                                        {{0.5, 0.2}, {2, 0.2}}, {{3, -2}, {4.5, -1}},  {{3.2, 1}, {4.2, 2.2}}};
   constexpr double kHeightMm = 0.12, kWidthMm = 0.25;
   return [strokes](const Eigen::Vector3d& p) {
@@ -157,8 +157,8 @@ struct View {
   Eigen::Vector2d contact_centre_px = Eigen::Vector2d::Zero();  ///< from the image centre
 };
 
-/// Contact wherever the sensor looks: where it ends within the picture, other touches would find the gel bare that the
-/// object goes on over.
+/// Contact wherever the sensor looks: where it ends within the picture, other touches would find the gel bare
+/// that the object goes on over.
 inline View everywhere() {
   View view;
   view.contact_width_px = view.contact_height_px = 300;
@@ -285,8 +285,7 @@ inline SurfacePtr with_noise(const Surface& clean, double sigma_rad, std::uint64
       const cv::Vec3f before = clean.normals(v, u);
       const Eigen::Vector3d n(before[0], before[1], before[2]);
       const Eigen::Vector3d a = n.unitOrthogonal(), b = n.cross(a);
-      const Eigen::Vector3d noisy =
-          (n + sigma_rad * (noise(v, u)[0] * a + noise(v, u)[1] * b)).normalized();
+      const Eigen::Vector3d noisy = (n + sigma_rad * (noise(v, u)[0] * a + noise(v, u)[1] * b)).normalized();
       surface->normals(v, u) = cv::Vec3f(noisy.cast<float>().eval().data());
       gx(v, u) = static_cast<float>(-noisy.x() / noisy.z());
       gy(v, u) = static_cast<float>(-noisy.y() / noisy.z());

@@ -50,7 +50,9 @@ TEST(BackgroundImage, IsThatOfTheLastFramesExposure) {
   }
   frames.back() = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, 9);
   const cv::Mat3b settled = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 0.0, 0), first = frames.front().clone();
-  EXPECT_LT(cv::norm(background_image(frames), settled, cv::NORM_L1) / static_cast<double>(3 * settled.total()), 0.5);
+  EXPECT_LT(
+      cv::norm(background_image(frames), settled, cv::NORM_L1) / static_cast<double>(3 * settled.total()),
+      0.5);
   EXPECT_EQ(cv::norm(first, frames.front()), 0.0) << "the frames stay as they are";
   EXPECT_EQ(check(frames).reason, "");
 }

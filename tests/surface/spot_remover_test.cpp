@@ -111,7 +111,8 @@ TEST(DarkSpots, APictureThatIsDarkAllOverIsPassedOn) {
   EXPECT_EQ(remover.clean(image).data, image.data);
 }
 
-// One value in a hundred, of any channel, in every picture another one; or the same pixels, and in the background, too.
+// One value in a hundred, of any channel, in every picture another one; or the same pixels, and in the
+// background, too.
 cv::Mat3b peppered(const cv::Mat3b& image, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   cv::Mat3b result = image.clone();

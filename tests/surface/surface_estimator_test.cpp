@@ -125,8 +125,8 @@ TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
   }
 }
 
-// A cloth larger than the gel leaves no bare gel to tell noise, light and the zero of heights by. Its pattern is read all the
-// same, as it grows from nothing; heights are right among themselves.
+// A cloth larger than the gel leaves no bare gel to tell noise, light and the zero of heights by. Its pattern
+// is read all the same, as it grows from nothing; heights are right among themselves.
 TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
   for (const double period_px : {22.0, 30.0, 45.0}) {
     SurfaceEstimator estimator = make_estimator();

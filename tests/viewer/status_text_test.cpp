@@ -31,8 +31,9 @@ TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "no contact", TrackStatus::no_contact)).advice,
             "Press the object on the gel.");
   EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).advice, "");
-  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking; twisting is not observable on this surface")).advice,
-            "Twisting is not observable on this surface.");
+  EXPECT_EQ(
+      state_words(saying(LivePhase::scanning, "tracking; twisting is not observable on this surface")).advice,
+      "Twisting is not observable on this surface.");
   EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
 }
 

@@ -49,12 +49,13 @@ Pose to_pose(const NodeState& state) {
   return pose;
 }
 
-double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, const GainState& gain) {
+double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
+                     const GainState& gain) {
   return whitened_error(edge, from.data(), to.data(), gain.data()).norm();
 }
 
-double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, const GainState& gain,
-                     const Eigen::VectorXd& unknowns) {
+double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
+                     const GainState& gain, const Eigen::VectorXd& unknowns) {
   const Vector6d error = whitened_error(edge, from.data(), to.data(), gain.data());
   return (error - edge.by_unknown * unknowns.head(edge.by_unknown.cols())).norm();
 }

@@ -21,7 +21,8 @@ struct WhitenedEdge {
   Matrix6d whitening;
   EdgeKind kind = EdgeKind::odometry;
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  Eigen::Matrix<double, 6, Eigen::Dynamic> by_unknown = Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0);  ///< whitened
+  /// whitened
+  Eigen::Matrix<double, 6, Eigen::Dynamic> by_unknown = Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0);
 };
 
 /// A node's state as Ceres sees it: quaternion (x y z w), then translation in mm.
@@ -41,15 +42,17 @@ Motion<T> motion_of(const T* state) {
 
 template <typename T>
 Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, const T* to, const T* gain) {
-  const Motion<T> predicted = as_measured(relative_motion(motion_of(from), motion_of(to)), edge.shared_center_mm, gain);
+  const Motion<T> predicted =
+      as_measured(relative_motion(motion_of(from), motion_of(to)), edge.shared_center_mm, gain);
   return edge.whitening.cast<T>() * motion_error(edge.rotation, edge.translation_mm, predicted);
 }
 
 /// Whitened residual norm of an edge between two nodes, as if shared unknowns were 0.
-double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, const GainState& gain);
+double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
+                     const GainState& gain);
 /// The same with `unknowns`, as many as the edge has columns for, or more.
-double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to, const GainState& gain,
-                     const Eigen::VectorXd& unknowns);
+double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
+                     const GainState& gain, const Eigen::VectorXd& unknowns);
 
 /// Ceres functors. Most solves do not estimate the gain, and then its derivative is not computed.
 struct EdgeResidual {

@@ -21,8 +21,8 @@ using namespace backend::detail;
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void require_usable(const PoseGraphOptions& options) {
-  if (!(options.loop_loss_scale > 0) || !(options.slope_gain_sigma > 0) || !(options.slope_gain.x > 0) || !(options.slope_gain.y > 0) ||
-      options.max_iterations < 1)
+  if (!(options.loop_loss_scale > 0) || !(options.slope_gain_sigma > 0) || !(options.slope_gain.x > 0) ||
+      !(options.slope_gain.y > 0) || options.max_iterations < 1)
     throw Error(
         "pose graph: loop_loss_scale, slope_gain, slope_gain_sigma and max_iterations must be positive");
 }
@@ -37,9 +37,9 @@ struct Graph {
   std::vector<int> ids;
   std::vector<NodeState> nodes;
   std::vector<WhitenedEdge> edges;
-  std::vector<int> group;  // index of the smallest node of each node's group
-  Eigen::VectorXd prior_mean;      // of the shared unknowns
-  Eigen::MatrixXd prior_whitening; // of the same
+  std::vector<int> group;           // index of the smallest node of each node's group
+  Eigen::VectorXd prior_mean;       // of the shared unknowns
+  Eigen::MatrixXd prior_whitening;  // of the same
 };
 
 Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vector<PoseGraphEdge>& edges) {
@@ -78,7 +78,8 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   const Eigen::Index count = shared.mean.size();
   const Eigen::LLT<Eigen::MatrixXd> factor(shared.information);
   if (shared.edge_by_unknown.size() != graph.edges.size() || shared.information.rows() != count ||
-      shared.information.cols() != count || !shared.information.allFinite() || factor.info() != Eigen::Success)
+      shared.information.cols() != count || !shared.information.allFinite() ||
+      factor.info() != Eigen::Success)
     throw Error("pose graph: shared unknowns need a derivative per edge and a positive definite information");
   graph.prior_mean = shared.mean;
   graph.prior_whitening = factor.matrixU();
@@ -86,7 +87,8 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
     const auto& by_unknown = shared.edge_by_unknown[i];
     if (by_unknown.cols() == 0) continue;
     if (by_unknown.cols() != count || !by_unknown.allFinite())
-      throw Error("pose graph: an edge's derivative by the shared unknowns has the wrong size or is not finite");
+      throw Error(
+          "pose graph: an edge's derivative by the shared unknowns has the wrong size or is not finite");
     graph.edges[i].by_unknown = graph.edges[i].whitening * by_unknown;
   }
 }
@@ -94,7 +96,8 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
 /// An edge with shared unknowns: they shift its residual, linearly.
 class EdgeWithUnknowns : public ceres::CostFunction {
  public:
-  explicit EdgeWithUnknowns(const WhitenedEdge& edge) : by_unknown_(edge.by_unknown), of_nodes_(new EdgeResidual{edge}) {
+  explicit EdgeWithUnknowns(const WhitenedEdge& edge)
+      : by_unknown_(edge.by_unknown), of_nodes_(new EdgeResidual{edge}) {
     set_num_residuals(6);
     *mutable_parameter_block_sizes() = {7, 7, static_cast<int>(by_unknown_.cols())};
   }
@@ -104,8 +107,8 @@ class EdgeWithUnknowns : public ceres::CostFunction {
     const Eigen::Map<const Eigen::VectorXd> unknowns(parameters[2], by_unknown_.cols());
     Eigen::Map<Vector6d>(residuals).noalias() -= by_unknown_ * unknowns;
     if (jacobians && jacobians[2])
-      Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>(jacobians[2], 6, by_unknown_.cols()) =
-          -by_unknown_;
+      Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>(
+          jacobians[2], 6, by_unknown_.cols()) = -by_unknown_;
     return true;
   }
 
@@ -191,7 +194,8 @@ class Solver {
     else if (problem_.HasParameterBlock(gain_.data()))
       problem_.SetParameterBlockConstant(gain_.data());
     if (unknowns_.size() > 0)
-      problem_.AddResidualBlock(new ceres::NormalPrior(graph_.prior_whitening, graph_.prior_mean), nullptr, unknowns_.data());
+      problem_.AddResidualBlock(new ceres::NormalPrior(graph_.prior_whitening, graph_.prior_mean), nullptr,
+                                unknowns_.data());
     for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
       double* node = nodes_[index(i)].data();
       if (!problem_.HasParameterBlock(node)) continue;
@@ -235,9 +239,8 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   if (estimate.unknowns.size() > 0)
     twice_cost += (graph.prior_whitening * (estimate.unknowns - graph.prior_mean)).squaredNorm();
   for (const WhitenedEdge& edge : graph.edges) {
-    const double r =
-        residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)], estimate.gain,
-                      estimate.unknowns);
+    const double r = residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)],
+                                   estimate.gain, estimate.unknowns);
     estimate.residuals.push_back(r);
     if (edge.kind == EdgeKind::loop) estimate.worst_loop = std::max(estimate.worst_loop, r);
     twice_cost += edge.kind == EdgeKind::loop ? scale2 * std::log1p(r * r / scale2) : r * r;
@@ -253,8 +256,7 @@ Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGr
   constexpr double kNarrowing = 4.0;
   for (double scale = estimate.worst_loop; scale > options.loop_loss_scale; scale /= kNarrowing)
     iterations += static_cast<int>(solver.solve(estimate, scale).iterations.size());
-  iterations += static_cast<int>(
-      solver.solve(estimate, options.loop_loss_scale).iterations.size());
+  iterations += static_cast<int>(solver.solve(estimate, options.loop_loss_scale).iterations.size());
   evaluate(graph, options, estimate);
   return estimate;
 }
@@ -298,8 +300,7 @@ Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options,
     }
     if (2 * std::count(region.begin(), region.end(), true) > static_cast<std::ptrdiff_t>(region.size()))
       break;
-    progress.add(
-        Solver(graph, options, region).solve(estimate, options.loop_loss_scale));
+    progress.add(Solver(graph, options, region).solve(estimate, options.loop_loss_scale));
   }
   PoseGraphOptions everywhere = options;
   everywhere.estimate_slope_gain = false;

@@ -40,7 +40,7 @@ std::string accuracy_csv(const std::vector<AccuracyRow>& rows) {
     text += quoted(row.method) + "," + quoted(row.object) + "," + quoted(row.trial) +
             format_text(",%d,%d,%.4f", row.trials, row.frames, row.tracked_share()) + fields(row.mae) +
             format_text(",%.6g,%.6g,%.6g,%.6g,%.6g\n", row.geometric_mean_mm, row.final_mm, row.final_deg,
-                   row.median_ms, row.p95_ms);
+                        row.median_ms, row.p95_ms);
   return text;
 }
 
@@ -68,7 +68,7 @@ std::string frames_csv(const BenchmarkResult& result) {
     for (const FrameEstimate& frame : record.frames)
       text += names +
               format_text(",%lld,%.6f,%d,%.6g", static_cast<long long>(frame.frame), frame.time_s,
-                     frame.tracked ? 1 : 0, frame.cpu_ms) +
+                          frame.tracked ? 1 : 0, frame.cpu_ms) +
               fields(six_axes(frame.first_T_frame)) + fields(six_axes(frame.true_first_T_frame)) + "\n";
   }
   return text;
@@ -96,13 +96,13 @@ Json to_json(const std::vector<AccuracyRow>& rows) {
 
 std::string to_table(const BenchmarkResult& result) {
   std::string text =
-      format_text("%-16s %-16s %6s %5s %7s %7s %7s %7s %7s %7s %8s %9s\n", "object", "method", "frames", "share",
-             "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg", "mean mm", "median ms");
+      format_text("%-16s %-16s %6s %5s %7s %7s %7s %7s %7s %7s %8s %9s\n", "object", "method", "frames",
+                  "share", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg", "mean mm", "median ms");
   for (const AccuracyRow& row : accuracy_by_object(result))
     text += format_text("%-16.40s %-16s %6d %5.2f %7.3f %7.3f %7.3f %7.2f %7.2f %7.2f %8.4f %9.2f\n",
-                   row.object.c_str(), row.method.c_str(), row.frames, row.tracked_share(), row.mae[0],
-                   row.mae[1], row.mae[2], row.mae[3], row.mae[4], row.mae[5], row.geometric_mean_mm,
-                   row.median_ms);
+                        row.object.c_str(), row.method.c_str(), row.frames, row.tracked_share(), row.mae[0],
+                        row.mae[1], row.mae[2], row.mae[3], row.mae[4], row.mae[5], row.geometric_mean_mm,
+                        row.median_ms);
   return text;
 }
 

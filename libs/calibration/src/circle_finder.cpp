@@ -29,7 +29,8 @@ constexpr double wanted_points = 1800, wanted_points_to_refine = 900;
 constexpr double most_refined = 0.25;  // of the radius: further away, the finer fit has lost the contact
 
 constexpr double wanted_points_to_smear = 250, first_decay_px = 8.0;
-// Over the cost of even blur. The least of 366 good presses was 0.79; of 10 balls that slid by 2 mm, 0.44 to 0.72.
+// Over the cost of even blur. The least of 366 good presses was 0.79; of 10 balls that slid by 2 mm, 0.44 to
+// 0.72.
 constexpr double slid_cost = 0.7;
 constexpr double least_moved = 0.5;  // of the radius: less does no harm inside the zone
 

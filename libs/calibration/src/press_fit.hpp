@@ -28,7 +28,8 @@ struct PressFit {
 /// Pseudo-Huber loss.
 PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px);
 
-/// The same with a colour function of degree 4, which follows shadows as well: a better centre, from a start nearby.
+/// The same with a colour function of degree 4, which follows shadows as well: a better centre, from a start
+/// nearby.
 PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px);
 
 /// A ball that moved evenly by `moved_px` while the picture was taken.

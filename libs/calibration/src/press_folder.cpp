@@ -91,7 +91,9 @@ PressFolder::PressFolder(const fs::path& folder, double diameter_mm, bool labels
 std::vector<ContactCircle> PressFolder::earlier_circles(double pixel_pitch_mm) const {
   std::vector<ContactCircle> circles;
   for (const CalibrationPress& press : earlier_.presses) {
-    if (press.left_out || !press.problem.empty() || number_text(press.diameter_mm) != number_text(diameter_mm_)) continue;
+    if (press.left_out || !press.problem.empty() ||
+        number_text(press.diameter_mm) != number_text(diameter_mm_))
+      continue;
     if (press.label) {
       circles.push_back(*press.label);
       continue;

@@ -106,7 +106,8 @@ std::string lower_case(std::string text) {
 }
 
 std::string counted(std::int64_t number, std::string_view noun) {
-  const bool hisses = noun.ends_with("s") || noun.ends_with("sh") || noun.ends_with("ch") || noun.ends_with("x");
+  const bool hisses =
+      noun.ends_with("s") || noun.ends_with("sh") || noun.ends_with("ch") || noun.ends_with("x");
   return std::to_string(number) + " " + std::string(noun) + (number == 1 ? "" : hisses ? "es" : "s");
 }
 

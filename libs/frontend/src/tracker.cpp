@@ -7,8 +7,8 @@
 namespace gelslam {
 namespace {
 
-// Frames that follow each other bring no larger surprise (of 7600 frames of 19 sequences 5 do, 4 of them of a polished
-// ball): a hand's speed changes by a tenth of a millimetre and by one degree in 0.04 s.
+// Frames that follow each other bring no larger surprise (of 7600 frames of 19 sequences 5 do, 4 of them of a
+// polished ball): a hand's speed changes by a tenth of a millimetre and by one degree in 0.04 s.
 constexpr double kUsualSurpriseMm = 0.2;
 // Nor do normals suddenly fit so many times worse than one frame before, but as a contact begins.
 constexpr double kUsualMisfitRise = 1.5;
@@ -30,8 +30,8 @@ bool is_worse(const RegistrationResult& registration, double misfit_before_rad) 
   return registration.normal_rmse_rad > kUsualMisfitRise * std::max(misfit_before_rad, kLeastMisfitRad);
 }
 
-/// Known in all directions but along z, which has a zero of its own. A frame that is not would bring into the map what
-/// was guessed of its place.
+/// Known in all directions but along z, which has a zero of its own. A frame that is not would bring into the
+/// map what was guessed of its place.
 bool is_placed(const RegistrationResult& registration) {
   constexpr std::size_t kZ = 2;
   for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
@@ -84,8 +84,8 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   return result;
 }
 
-/// To the keyframe; if that is too far behind, to the last tracked frame. If that is, too, or the step is an unusual
-/// one, wherever the reliefs agree. The last tracked frame becomes a keyframe only if that helps.
+/// To the keyframe; if that is too far behind, to the last tracked frame. If that is, too, or the step is an
+/// unusual one, wherever the reliefs agree. The last tracked frame becomes a keyframe only if that helps.
 RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface) {
   const Pose& keyframe_T_previous = previous_->link.previous_T_this;
   const RegistrationResult on_keyframe = register_to(*reference_, keyframe_T_previous, surface);
@@ -99,11 +99,13 @@ RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface)
   }
   const bool follows_previous = !on_keyframe.ok() && is_usual(on_previous, Pose::Identity(), result.time_s);
   if (!follows_previous) {
-    const RegistrationResult place = place_on(*reference_, keyframe_T_previous, surface, on_keyframe, result.time_s);
+    const RegistrationResult place =
+        place_on(*reference_, keyframe_T_previous, surface, on_keyframe, result.time_s);
     if (place.ok()) return place;
     if (previous) on_previous = place_on(*previous, Pose::Identity(), surface, on_previous, result.time_s);
     if (!on_previous.ok()) {
-      if (on_keyframe.ok() && !unplaced_) doubtful_ = Doubtful{result.time_s, on_keyframe.target_T_reference.inverse()};
+      if (on_keyframe.ok() && !unplaced_)
+        doubtful_ = Doubtful{result.time_s, on_keyframe.target_T_reference.inverse()};
       return place;
     }
   }
@@ -119,23 +121,26 @@ bool Tracker::is_sound(const RegistrationResult& registration, double time_s) co
          !is_worse(registration, previous_->misfit_rad);
 }
 
-/// As the last step said, too, as far as a hand can change its mind until then, or where the frame before was: a hand
-/// stops, and turns back.
-bool Tracker::is_usual(const RegistrationResult& registration, const Pose& reference_T_previous, double time_s) const {
+/// As the last step said, too, as far as a hand can change its mind until then, or where the frame before
+/// was: a hand stops, and turns back.
+bool Tracker::is_usual(const RegistrationResult& registration, const Pose& reference_T_previous,
+                       double time_s) const {
   return is_sound(registration, time_s) && (!is_surprise(registration, reference_T_previous * last_step_) ||
                                             !is_surprise(registration, reference_T_previous));
 }
 
-/// What is found once over a pattern may be a jump; what is found twice is a speed, of an object that was moving when the
-/// trial began. Not ok if it is not.
+/// What is found once over a pattern may be a jump; what is found twice is a speed, of an object that was
+/// moving when the trial began. Not ok if it is not.
 RegistrationResult Tracker::go_on(const Surface& surface, double time_s) {
   const std::optional<Doubtful> doubtful = std::exchange(doubtful_, std::nullopt);
-  if (!doubtful || time_s - doubtful->time_s > kSteadyStepS || doubtful->time_s - previous_->time_s > kSteadyStepS)
+  if (!doubtful || time_s - doubtful->time_s > kSteadyStepS ||
+      doubtful->time_s - previous_->time_s > kSteadyStepS)
     return {};
   const Pose step = previous_->link.previous_T_this.inverse() * doubtful->keyframe_T_frame;
   const Pose expected = doubtful->keyframe_T_frame * step;
   const RegistrationResult registration = reference_->register_to(surface, expected.inverse());
-  if (!registration.ok() || is_surprise(registration, expected) || is_worse(registration, previous_->misfit_rad))
+  if (!registration.ok() || is_surprise(registration, expected) ||
+      is_worse(registration, previous_->misfit_rad))
     return {};
   previous_->link.previous_T_this = doubtful->keyframe_T_frame;  // the speed is that of one frame
   unplaced_.reset();
@@ -175,8 +180,8 @@ RegistrationResult Tracker::register_to(const PreparedReference& reference, cons
   return best;
 }
 
-/// The only place where the frame fits, whether it was expected there (`registration`) or not. Not ok when there is none
-/// or several.
+/// The only place where the frame fits, whether it was expected there (`registration`) or not. Not ok when
+/// there is none or several.
 RegistrationResult Tracker::place_on(const PreparedReference& reference, const Pose& reference_T_previous,
                                      const Surface& surface, const RegistrationResult& registration,
                                      double time_s) const {
@@ -207,7 +212,8 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
   const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
-  const bool keyframe_is_new = !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
+  const bool keyframe_is_new =
+      !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
   if (!keyframe_is_new && keyframe_is_outgrown(registration, *surface)) {
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;

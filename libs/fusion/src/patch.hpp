@@ -13,9 +13,9 @@ namespace gelslam::fusion::detail {
 
 /// What one patch says about a point of the map.
 struct Observation {
-  float distance_mm =
-      0;             ///< signed, along the surface's normal; positive outside the object (on the gel's side)
-  float weight = 0;  ///< 0..1
+  /// signed, along the surface's normal; positive outside the object (on the gel's side)
+  float distance_mm = 0;
+  float weight = 0;        ///< 0..1
   Eigen::Vector3f normal;  ///< of the surface, map frame, out of the object
   Eigen::Vector3f
       direction;     ///< halfway between `normal` and the way the sensor looks from: which side of the object

@@ -82,13 +82,15 @@ std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyfram
   return loop;
 }
 
-// SCR asks how much of the newer contact is found again. An older one that is small, a first touch or a last one, may
-// lie in it with all it has: then the question is put the other way round.
+// SCR asks how much of the newer contact is found again. An older one that is small, a first touch or a last
+// one, may lie in it with all it has: then the question is put the other way round.
 bool LoopCloser::Impl::shows_all_of(const Keyframe& older, const NormalFlowReference& newer,
                                     const RegistrationResult& result) const {
   return result.status == RegistrationStatus::too_little_overlap && older.reference &&
          older.surface->contact_pixels < newer.surface().contact_pixels &&
-         judge_pose(*older.reference, newer.surface(), result.target_T_reference.inverse(), options.registration).ok();
+         judge_pose(*older.reference, newer.surface(), result.target_T_reference.inverse(),
+                    options.registration)
+             .ok();
 }
 
 // Those places that share enough features in one rigid arrangement, most alike first.

@@ -10,7 +10,7 @@ namespace gelslam {
 struct NormalFlowReference::Impl {
   SurfacePtr surface;
   registration::detail::Samples samples;
-  std::vector<float> curvature;    ///< per sample, for SCR and CCS
+  std::vector<float> curvature;  ///< per sample, for SCR and CCS
 };
 
 }  // namespace gelslam

@@ -71,8 +71,9 @@ double normal_rmse_rad(const Residuals& residuals) {
   return weight > 0 ? std::sqrt(sum / weight) : 0.0;
 }
 
-/// A motion is observable when looking has told it to within the given limits, whatever was known before. `information`
-/// is about the reference's axes, the answer about the target's: those are the sensor's as it lies now.
+/// A motion is observable when looking has told it to within the given limits, whatever was known before.
+/// `information` is about the reference's axes, the answer about the target's: those are the sensor's as it
+/// lies now.
 std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matrix3d& target_R_reference,
                                   bool heights_known, const NormalFlowOptions& options) {
   Matrix6d with_prior = information;
@@ -93,22 +94,26 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
 }
 
 /// Noise agrees with noise by chance, by one over the root of the number of patches that it is made of.
-double least_share(double shared_share, const NormalFlowReference::Impl& reference, const NormalFlowOptions& options) {
+double least_share(double shared_share, const NormalFlowReference::Impl& reference,
+                   const NormalFlowOptions& options) {
   const double patches = shared_share * reference.surface->contact_pixels / kNoisePatchPx;
   return options.least_common_share + 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
 /// On a surface with hardly any relief, CCS compares noise: there the normals' agreement has to do.
-bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad, const NormalFlowOptions& options) {
+bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
+                       const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.ccs_threshold) return true;
-  return agreement.rms_per_px < options.smooth_curvature_per_px && normal_rmse_rad < options.smooth_normal_rmse_rad;
+  return agreement.rms_per_px < options.smooth_curvature_per_px &&
+         normal_rmse_rad < options.smooth_normal_rmse_rad;
 }
 
 RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
                          const NormalFlowOptions& options) {
   if (result.shared_pixels < options.min_shared_pixels || result.scr < options.scr_threshold)
     return RegistrationStatus::too_little_overlap;
-  if (!curvature_matches(agreement, result.normal_rmse_rad, options)) return RegistrationStatus::curvature_mismatch;
+  if (!curvature_matches(agreement, result.normal_rmse_rad, options))
+    return RegistrationStatus::curvature_mismatch;
   return RegistrationStatus::converged;
 }
 
@@ -137,7 +142,8 @@ NormalEquations linearise(const Samples& samples, const Residuals& residuals) {
 }
 
 int count_shared(const Residuals& residuals) {
-  return static_cast<int>(std::count_if(residuals.weight.begin(), residuals.weight.end(), [](float w) { return w > 0; }));
+  return static_cast<int>(
+      std::count_if(residuals.weight.begin(), residuals.weight.end(), [](float w) { return w > 0; }));
 }
 
 Vector5d prior_information(const NormalFlowOptions& options) {
@@ -169,19 +175,20 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
   return {mean, std::sqrt(std::max(0.0, sum2 / weight - mean * mean))};
 }
 
-Directions assess(const NormalFlowReference::Impl& reference, const Surface& target, const Residuals& residuals,
-            const NormalFlowOptions& options, RegistrationResult& result) {
+Directions assess(const NormalFlowReference::Impl& reference, const Surface& target,
+                  const Residuals& residuals, const NormalFlowOptions& options, RegistrationResult& result) {
   result.shared_pixels = count_shared(residuals);
   result.shared_center_mm = shared_center_mm(reference.samples, residuals);
   result.normal_rmse_rad = normal_rmse_rad(residuals);
-  const CurvatureAgreement agreement = compare_curvature(reference, target, residuals, result.target_T_reference);
+  const CurvatureAgreement agreement =
+      compare_curvature(reference, target, residuals, result.target_T_reference);
   result.scr = agreement.shared_ratio;
   result.ccs = agreement.cosine_similarity;
   result.relief_correlation = agreement.relief_correlation;
 
   const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
-  const ReliefAgreement relief = compare_relief(reference.samples, target, result.target_T_reference, residuals,
-                                                options.gel_pattern_rad_per_mm);
+  const ReliefAgreement relief = compare_relief(reference.samples, target, result.target_T_reference,
+                                                residuals, options.gel_pattern_rad_per_mm);
   const ShownDirections shown = shown_directions(relief, least_share(shared_share, reference, options));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   result.information = pose_information(shown, heights_known, kUsualPull, result, options);

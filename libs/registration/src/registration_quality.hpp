@@ -18,8 +18,8 @@ NormalEquations linearise(const Samples& samples, const Residuals& residuals);
 
 int count_shared(const Residuals& residuals);
 
-/// Information that says "stay near the start" (rx ry rz tx ty), in the units of the information matrix. It decides
-/// only along directions which the surface does not show.
+/// Information that says "stay near the start" (rx ry rz tx ty), in the units of the information matrix. It
+/// decides only along directions which the surface does not show.
 Eigen::Matrix<double, kParameters, 1> prior_information(const NormalFlowOptions& options);
 
 /// Variance of a normal residual for which n correlated samples count as n independent ones.
@@ -33,9 +33,10 @@ struct HeightGap {
 HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& target_T_reference,
                      const Residuals& residuals);
 
-/// Fills SCR, CCS, rms values, information, observability and status from the residuals at the final pose. Returns the
-/// directions in which the two surfaces show more than noise; information is zero along the others.
-Directions assess(const NormalFlowReference::Impl& reference, const Surface& target, const Residuals& residuals,
-            const NormalFlowOptions& options, RegistrationResult& result);
+/// Fills SCR, CCS, rms values, information, observability and status from the residuals at the final pose.
+/// Returns the directions in which the two surfaces show more than noise; information is zero along the
+/// others.
+Directions assess(const NormalFlowReference::Impl& reference, const Surface& target,
+                  const Residuals& residuals, const NormalFlowOptions& options, RegistrationResult& result);
 
 }  // namespace gelslam::registration::detail

@@ -28,8 +28,8 @@ SampleJacobian reference_jacobian(const Samples& s, std::size_t k) {
 }
 
 /// The same as the target shows it: with its normal `n`, and how that changes along the reference's x and y.
-SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vector3f& n, const Eigen::Vector3f& dx,
-                               const Eigen::Vector3f& dy) {
+SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vector3f& n,
+                               const Eigen::Vector3f& dx, const Eigen::Vector3f& dy) {
   const float x = s.x[k], y = s.y[k], z = s.z[k];
   SampleJacobian jacobian;
   jacobian.col(0) = -dy * z + n.cross(Eigen::Vector3f::UnitX());

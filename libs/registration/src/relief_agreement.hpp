@@ -15,8 +15,8 @@ using Directions = Eigen::Matrix<double, kParameters, Eigen::Dynamic, 0, kParame
 /// the object's and noise; the object's is found again in the target, noise is not.
 struct ReliefAgreement {
   Matrix5d read = Matrix5d::Zero();  ///< Σ w JᵀJ: the object and noise
-  Matrix5d common =
-      Matrix5d::Zero();  ///< Σ w JᵀJ', J' from the target's gradients, symmetric: the object alone
+  /// Σ w JᵀJ', J' from the target's gradients, symmetric: the object alone
+  Matrix5d common = Matrix5d::Zero();
   Matrix5d pattern = Matrix5d::Zero();  ///< what moves with the gel (the model's unevenness) adds to both
 };
 

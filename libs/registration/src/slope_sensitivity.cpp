@@ -92,7 +92,8 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
   sums.pose.diagonal() += prior_information(options) * effective_variance(0.0, options);
   const auto factor = sums.pose.ldlt();
   const Eigen::Matrix<double, kParameters, kTerms> step_by_factor = factor.solve(sums.mixed);
-  // z stays: heights are integrated from the slopes, with the bare gel around as zero, so that they turn with the patch.
+  // z stays: heights are integrated from the slopes, with the bare gel around as zero, so that they turn with
+  // the patch.
   result.pose_by_factor.topRows<kParameters>() = -step_by_factor;
   result.hessian = sums.factors - sums.mixed.transpose() * step_by_factor;
   result.pull = sums.factor_pull + sums.mixed.transpose() * factor.solve(sums.pose_pull);

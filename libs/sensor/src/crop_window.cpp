@@ -1,13 +1,11 @@
 #include "crop_window.hpp"
 
-#include "gelslam/core/text.hpp"
-
 #include <algorithm>
 
-namespace gelslam::detail {
-namespace {
+#include "gelslam/core/text.hpp"
 
-}  // namespace
+namespace gelslam::detail {
+namespace {}  // namespace
 
 PictureFit picture_fit(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
   if (width_px == profile.width_px && height_px == profile.height_px) return PictureFit::as_it_is;

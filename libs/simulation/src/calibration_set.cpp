@@ -8,9 +8,9 @@
 #include <opencv2/core.hpp>
 #include <sstream>
 
+#include "data_files.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "data_files.hpp"
 #include "pressed_ball.hpp"
 #include "random.hpp"
 
@@ -74,7 +74,7 @@ void add_background_samples(const CalibrationSpec& spec, std::size_t count, Rand
 
 /// Read on true slope inside the contact circles. See measure_slope_gain.
 HeldOutGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec,
-                  const std::vector<BallPress>& presses) {
+                    const std::vector<BallPress>& presses) {
   const cv::Mat2f zero = read_slopes(network, simulate_background(spec));
   cv::Vec2d read_true(0, 0), true_true(0, 0);
   double error_rad = 0, count = 0;
@@ -182,7 +182,7 @@ SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& pro
 }
 
 HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
-                                   ProgressSink& progress) {
+                                     ProgressSink& progress) {
   check(spec);
   make_folder(folder / "model");
   std::ostringstream catalogue, circles;

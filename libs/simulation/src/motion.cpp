@@ -50,8 +50,8 @@ class SmoothRandom {
 /// How the object is held in one frame.
 struct Grip {
   double roll = 0, pitch = 0, twist = 0;  ///< about the sensor's x, y, z, radians
-  Eigen::Vector2d shift_mm =
-      Eigen::Vector2d::Zero();  ///< of the contact (or, flat, of the object) on the sensor
+  /// of the contact (or, flat, of the object) on the sensor
+  Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();
   double indentation_mm = 0;
 };
 

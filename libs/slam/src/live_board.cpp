@@ -20,7 +20,7 @@ std::set<int> shown_trials(const MapSnapshot& map) {
   return trials;
 }
 
-int count_different(const MapSnapshot& map, int MapSnapshot::Node::* member) {
+int count_different(const MapSnapshot& map, int MapSnapshot::Node::*member) {
   std::set<int> values;
   for (const MapSnapshot::Node& node : map.nodes) values.insert(node.*member);
   return static_cast<int>(values.size());
@@ -41,7 +41,8 @@ void LiveMeter::posed(LiveClock::time_point when, double latency_ms) {
 double LiveMeter::rate_hz(LiveClock::time_point now) const {
   if (arrivals_.size() < 2) return 0.0;
   const double intervals = static_cast<double>(arrivals_.size() - 1);
-  const double span_s = seconds(arrivals_.back() - arrivals_.front()), since_last_s = seconds(now - arrivals_.back());
+  const double span_s = seconds(arrivals_.back() - arrivals_.front()),
+               since_last_s = seconds(now - arrivals_.back());
   // A frame that is a little late is on its way; one that is later than two intervals counts as missing.
   const bool stalled = since_last_s > 2.0 * span_s / intervals;
   return intervals / std::max(1e-6, stalled ? span_s + since_last_s : span_s);
@@ -81,8 +82,8 @@ void LiveBoard::warn(const std::string& sentence) {
 void LiveBoard::warn_about(const std::string& what, const std::string& sentence) {
   if (sentence.empty()) return;
   const std::lock_guard lock(mutex_);
-  const auto last =
-      std::find_if(warnings_.begin(), warnings_.end(), [&](const Warning& warning) { return warning.about == what; });
+  const auto last = std::find_if(warnings_.begin(), warnings_.end(),
+                                 [&](const Warning& warning) { return warning.about == what; });
   if (last == warnings_.end())
     warnings_.push_back({what, sentence});
   else
@@ -122,7 +123,8 @@ void LiveBoard::set_log_bytes(std::int64_t bytes) {
   status_.log_bytes = bytes;
 }
 
-void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_lost, LiveClock::time_point arrived) {
+void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_lost,
+                          LiveClock::time_point arrived) {
   auto newest = std::make_shared<const LiveTouch>(std::move(touch));
   const LiveClock::time_point now = LiveClock::now();
   const std::lock_guard lock(mutex_);
@@ -139,8 +141,8 @@ void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
   map_ = std::move(newest);
   shown_trials_ = std::move(trials);
   status_.keyframes = static_cast<int>(map_->nodes.size());
-  status_.loops = static_cast<int>(
-      std::count_if(map_->edges.begin(), map_->edges.end(), [](const auto& edge) { return edge.kind == EdgeKind::loop; }));
+  status_.loops = static_cast<int>(std::count_if(
+      map_->edges.begin(), map_->edges.end(), [](const auto& edge) { return edge.kind == EdgeKind::loop; }));
   status_.trials = count_different(*map_, &MapSnapshot::Node::trial);
   status_.groups = count_different(*map_, &MapSnapshot::Node::group);
   status_.slope_gain = map_->slope_gain;
@@ -172,14 +174,17 @@ void LiveBoard::start_scan(int scan) {
   status_.keyframes = status_.loops = status_.trials = status_.groups = 0;
 }
 
-/// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as long as
-/// there is nothing it could be joined to.
-bool LiveBoard::joined() const { return trial_ >= 0 && (shown_trials_.empty() || shown_trials_.contains(trial_)); }
+/// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
+/// long as there is nothing it could be joined to.
+bool LiveBoard::joined() const {
+  return trial_ >= 0 && (shown_trials_.empty() || shown_trials_.contains(trial_));
+}
 
 std::string LiveBoard::words() const {
   if (!touch_ || touch_->status == TrackStatus::no_contact) return "no contact";
   if (joined()) return "tracking" + (touch_->hidden.empty() ? "" : "; " + touch_->hidden);
-  return (why_lost_.empty() ? "not joined to the map" : "lost: " + why_lost_) + "; touch a place you have seen";
+  return (why_lost_.empty() ? "not joined to the map" : "lost: " + why_lost_) +
+         "; touch a place you have seen";
 }
 
 LiveStatus LiveBoard::status() const {

@@ -29,7 +29,8 @@ class LiveMeter {
   std::deque<std::pair<LiveClock::time_point, double>> latencies_ms_;
 };
 
-/// Where the stages pin what they know, and the window reads it. Thread-safe; nobody waits longer than for a copy.
+/// Where the stages pin what they know, and the window reads it. Thread-safe; nobody waits longer than for a
+/// copy.
 class LiveBoard {
  public:
   explicit LiveBoard(std::string source_description);
@@ -39,7 +40,8 @@ class LiveBoard {
   LivePhase phase() const;
   void set_words(std::string words, TrackStatus track);  ///< what people are told before anything is tracked
   void warn(const std::string& sentence);                ///< each sentence once, the newest last
-  /// What is said anew as it changes ("3 frames came damaged"): the newest sentence about it takes the place of the last.
+  /// What is said anew as it changes ("3 frames came damaged"): the newest sentence about it takes the place
+  /// of the last.
   void warn_about(const std::string& what, const std::string& sentence);
   void frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera);
   void frames_dropped(std::int64_t count);

@@ -57,7 +57,8 @@ void FusionStage::follow(const MapSnapshot& map) {
   }
   std::vector<PosedSurface> patches;
   for (const MapSnapshot::Node& node : map.nodes)
-    if (node.group == map.shown_group) patches.push_back({node.keyframe, node.group_T_keyframe, node.surface});
+    if (node.group == map.shown_group)
+      patches.push_back({node.keyframe, node.group_T_keyframe, node.surface});
   fusion_->set_patches(patches, map.slope_gain.mean());
 }
 

@@ -11,7 +11,8 @@
 
 namespace gelslam::slam::detail {
 
-/// Keeps the drawn mesh up with the newest map, a bounded piece of work at a time; maps that come faster are skipped.
+/// Keeps the drawn mesh up with the newest map, a bounded piece of work at a time; maps that come faster are
+/// skipped.
 class FusionStage {
  public:
   FusionStage(const FusionOptions& options, LiveBoard& board, StageTimer& timer)
@@ -19,7 +20,7 @@ class FusionStage {
 
   void run();
   void set_map(std::shared_ptr<const MapSnapshot> map);  ///< from another thread; returns at once
-  void stop();                    ///< run() returns after the present piece of work
+  void stop();                                           ///< run() returns after the present piece of work
 
  private:
   std::shared_ptr<const MapSnapshot> wait_for_map(bool work_left);

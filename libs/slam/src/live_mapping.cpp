@@ -28,7 +28,8 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
   };
   while (const std::optional<MapperMessage> message = in.pop()) {
     handle(*message);
-    // What has come meanwhile, before the graph is solved once for all of it; but whoever looks should not wait long.
+    // What has come meanwhile, before the graph is solved once for all of it; but whoever looks should not
+    // wait long.
     const LiveClock::time_point start = LiveClock::now();
     while (LiveClock::now() - start < kLongestSilence) {
       const std::optional<MapperMessage> more = in.try_pop();
@@ -46,7 +47,8 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
   }
 }
 
-/// A full solve moves the whole map, and the mesh after it: only for new loops, and for a tenth of the time at most.
+/// A full solve moves the whole map, and the mesh after it: only for new loops, and for a tenth of the time
+/// at most.
 void MappingStage::settle_if_worth_it() {
   const LiveClock::time_point start = LiveClock::now();
   if (!mapper_->unsettled() || start < next_settle_) return;
@@ -58,7 +60,8 @@ void MappingStage::settle_if_worth_it() {
   next_settle_ = end + std::max<LiveClock::duration>(std::chrono::seconds(1), 9 * (end - start));
 }
 
-SlamMap MappingStage::finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested) const {
+SlamMap MappingStage::finish(const std::vector<FrameRecord>& records,
+                             const std::function<bool()>& stop_requested) const {
   return mapper_->finish(records, !stop_requested(), stop_requested);
 }
 

@@ -37,8 +37,8 @@ struct ForgetFromTrial {
 struct StartScan {
   int scan = 0;
 };
-/// With what had become of the frames when it was asked for: by the time the mapper hears of it, the tracker may have gone
-/// on to another scan, whose frames do not belong to this map.
+/// With what had become of the frames when it was asked for: by the time the mapper hears of it, the tracker
+/// may have gone on to another scan, whose frames do not belong to this map.
 struct SaveSoFar {
   std::vector<FrameRecord> records;
 };

@@ -66,7 +66,8 @@ void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& accou
 }
 
 void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
-  fs::create_directories(folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
+  fs::create_directories(
+      folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
   const TemporaryFolder whole(folder_ / kSavingFolder);
   write_run(whole.path, config_, map, mesh, account);
   for (const std::string& entry : run_entries()) {

@@ -24,11 +24,13 @@ namespace {
 constexpr std::size_t kRawFrames = 2;
 constexpr std::size_t kSurfacedFrames = 2;
 
-std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& log, const LogAttachments& attachments,
-                                           const RawFrameSource& source, const LiveOptions& options) {
+std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& log,
+                                           const LogAttachments& attachments, const RawFrameSource& source,
+                                           const LiveOptions& options) {
   LogRecorderOptions recorder;
   if (options.record_resized) recorder.resize_to = options.config.sensor;
-  return std::make_unique<LogRecorder>(std::make_unique<LogWriter>(log, attachments, source.rate_hz()), recorder);
+  return std::make_unique<LogRecorder>(std::make_unique<LogWriter>(log, attachments, source.rate_hz()),
+                                       recorder);
 }
 
 }  // namespace
@@ -235,8 +237,11 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
     summary = counts;
   }
   if (!run) return;
-  const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped, status.damaged};
-  run->save(map, mesh, {options.program_version, recorder ? run->log() : options.log, status.source, timer.statistics(), counts, live});
+  const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped,
+                         status.damaged};
+  run->save(map, mesh,
+            {options.program_version, recorder ? run->log() : options.log, status.source, timer.statistics(),
+             counts, live});
 }
 
 /// The window goes on with what was saved, instead of what was good enough while it grew.
@@ -292,8 +297,8 @@ MeshChanges LiveSlam::take_mesh_changes() { return impl_->board.take_mesh_change
 std::vector<StageStatistics> LiveSlam::stage_times() const { return impl_->timer.statistics(); }
 
 void LiveSlam::set_paused(bool paused) {
-  // The object may be elsewhere when the scan goes on. What was on its way to the tracker when it was paused still belongs
-  // to the trial.
+  // The object may be elsewhere when the scan goes on. What was on its way to the tracker when it was paused
+  // still belongs to the trial.
   if (impl_->paused && !paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
   impl_->paused = paused;
 }

@@ -6,8 +6,8 @@
 
 namespace gelslam::slam::detail {
 
-SurfaceStage::SurfaceStage(const Config& config, const std::filesystem::path& background, bool force, LiveBoard& board,
-                           StageTimer& timer)
+SurfaceStage::SurfaceStage(const Config& config, const std::filesystem::path& background, bool force,
+                           LiveBoard& board, StageTimer& timer)
     : config_(config),
       force_(force),
       board_(board),
@@ -54,13 +54,16 @@ void SurfaceStage::gather_background(const TactileImage& image) {
     return;
   }
   const std::vector<cv::Mat3b> frames(waiting_.begin(), waiting_.end());
-  const BackgroundCheck check = force_ ? BackgroundCheck{} : check_background(frames, model_, config_.surface);
+  const BackgroundCheck check =
+      force_ ? BackgroundCheck{} : check_background(frames, model_, config_.surface);
   if (check.contact || check.markers) {
-    board_.set_words((check.contact ? "take the object off the gel: " : "") + check.reason, TrackStatus::background);
+    board_.set_words((check.contact ? "take the object off the gel: " : "") + check.reason,
+                     TrackStatus::background);
     return;
   }
   const cv::Mat3b background = background_image(frames);
-  for (const std::string& doubt : judge_background(background, config_.sensor.device_name, &model_)) board_.warn(doubt);
+  for (const std::string& doubt : judge_background(background, config_.sensor.device_name, &model_))
+    board_.warn(doubt);
   estimator_.emplace(model_, background, config_.surface);
   waiting_.clear();
   board_.set_phase(LivePhase::scanning);

@@ -13,12 +13,13 @@
 
 namespace gelslam::slam::detail {
 
-/// Raw frames to surfaces. The first frames become the background: as many in a row as the configuration wants, without
-/// contact; until they come, a person is told to take the object away.
+/// Raw frames to surfaces. The first frames become the background: as many in a row as the configuration
+/// wants, without contact; until they come, a person is told to take the object away.
 class SurfaceStage {
  public:
   /// Throws Error when the model or the background image cannot be read.
-  SurfaceStage(const Config& config, const std::filesystem::path& background, bool force, LiveBoard& board, StageTimer& timer);
+  SurfaceStage(const Config& config, const std::filesystem::path& background, bool force, LiveBoard& board,
+               StageTimer& timer);
 
   void run(RawQueue& in, TrackerQueue& out);
 

@@ -19,14 +19,22 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
     const auto scope = timer_.measure("tracking");
     tracked = tracker_.track(frame.image.index, frame.image.time_s, frame.surface);
   }
-  timer_.add("arrival to pose", std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
+  timer_.add("arrival to pose",
+             std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
   record(record_of(tracked));
   if (tracked.status == TrackStatus::tracked)
     hidden_.pass(tracked.trial, tracked.time_s, tracked.registration.observable);
-  LiveTouch touch{tracked.frame,  tracked.time_s, frame.image.bgr, frame.surface, tracked.status,
-                  tracked.keyframe ? tracked.keyframe->id : -1, tracked.keyframe_T_frame, hidden_.words()};
-  const std::string why_lost =
-      tracked.status == TrackStatus::lost ? std::string(describe(tracked.registration.status)) : std::string();
+  LiveTouch touch{tracked.frame,
+                  tracked.time_s,
+                  frame.image.bgr,
+                  frame.surface,
+                  tracked.status,
+                  tracked.keyframe ? tracked.keyframe->id : -1,
+                  tracked.keyframe_T_frame,
+                  hidden_.words()};
+  const std::string why_lost = tracked.status == TrackStatus::lost
+                                   ? std::string(describe(tracked.registration.status))
+                                   : std::string();
   board_.set_touch(std::move(touch), tracked.trial, why_lost, frame.arrived);
   for (const NewKeyframe& added : tracked.new_keyframes) out.push_beyond_limit(added);
 }

@@ -10,7 +10,8 @@
 
 namespace gelslam::slam::detail {
 
-/// Surfaces to poses; keyframes go on to the mapper, whose queue has no limit, so that this stage never waits.
+/// Surfaces to poses; keyframes go on to the mapper, whose queue has no limit, so that this stage never
+/// waits.
 class TrackingStage {
  public:
   TrackingStage(const TrackerOptions& options, LiveBoard& board, StageTimer& timer)

@@ -17,17 +17,19 @@ int largest_group(const std::map<int, int>& frames_per_group) {
   return largest->first;
 }
 
-std::map<int, int> tracked_frames_per_group(const std::vector<FrameRecord>& frames, const PoseGraphSolution& solution) {
+std::map<int, int> tracked_frames_per_group(const std::vector<FrameRecord>& frames,
+                                            const PoseGraphSolution& solution) {
   std::map<int, int> count;
   for (const FrameRecord& frame : frames)
     if (frame.keyframe >= 0) ++count[solution.group_of_node.at(frame.keyframe)];
   return count;
 }
 
-/// Not simply the group's first keyframe: a first touch is faint, and whatever its registration gets wrong would shift
-/// and tilt the whole map. The first keyframe that shows at least three
-/// quarters of what is usual in this group.
-int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<bool>& in_map) {
+/// Not simply the group's first keyframe: a first touch is faint, and whatever its registration gets wrong
+/// would shift and tilt the whole map. The first keyframe that shows at least three quarters of what is usual
+/// in this group.
+int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                  const std::vector<bool>& in_map) {
   std::vector<int> contact_pixels;
   for (std::size_t id = 0; id < keyframes.size(); ++id)
     if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface->contact_pixels);
@@ -39,12 +41,13 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
 }
 
 PoseGraphEdge edge_of(const LoopConstraint& loop) {
-  return {loop.from, loop.to, loop.from_T_to, loop.information, EdgeKind::loop, loop.shared_center_mm,
+  return {loop.from,     loop.to, loop.from_T_to, loop.information, EdgeKind::loop, loop.shared_center_mm,
           loop.tentative};
 }
 
 /// Those that may shape the map, in the same order.
-std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, const LoopConsistencyOptions& options) {
+std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges,
+                                      const LoopConsistencyOptions& options) {
   const std::vector<bool> keep = consistent_edges(edges, options);
   std::vector<PoseGraphEdge> kept;
   for (std::size_t i = 0; i < edges.size(); ++i)
@@ -52,7 +55,8 @@ std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, c
   return kept;
 }
 
-void add_overlapping_pairs(SlamMap& map, const SlamOptions& options, const std::function<bool()>& stop_requested) {
+void add_overlapping_pairs(SlamMap& map, const SlamOptions& options,
+                           const std::function<bool()>& stop_requested) {
   for (int round = 0; round < options.refinement.rounds; ++round) {
     const std::vector<PoseGraphEdge> found =
         densify(map.keyframes, map.solution, map.edges, options.refinement, stop_requested);
@@ -92,7 +96,8 @@ void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   }
   if (!search_loops) return;
   for (const LoopConstraint& loop : loop_closer_.add(*keyframe)) {
-    if (link.previous && loop.from == link.previous->id) continue;  // the link already says what these pixels do
+    if (link.previous && loop.from == link.previous->id)
+      continue;  // the link already says what these pixels do
     edges_.push_back(edge_of(loop));
     ++loops_since_settled_;
   }
@@ -135,24 +140,28 @@ MapSnapshot Mapper::snapshot() const {
   std::map<int, int> keyframes_per_group;
   for (const auto& [id, group] : live_.group_of_node) {
     const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
-    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, group, live_.group_T_node.at(id), keyframe.surface});
+    snapshot.nodes.push_back(
+        {id, keyframe.frame, keyframe.trial, group, live_.group_T_node.at(id), keyframe.surface});
     ++keyframes_per_group[group];
   }
   for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
-    snapshot.edges.push_back({live_edges_[i].from, live_edges_[i].to, live_edges_[i].kind, live_.edge_outlier[i]});
+    snapshot.edges.push_back(
+        {live_edges_[i].from, live_edges_[i].to, live_edges_[i].kind, live_.edge_outlier[i]});
   if (!keyframes_per_group.empty()) snapshot.shown_group = largest_group(keyframes_per_group);
   return snapshot;
 }
 
-SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, const std::function<bool()>& stop_requested) const {
+SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
+                       const std::function<bool()>& stop_requested) const {
   SlamMap map;
   map.frames = frames;
   for (FrameRecord& frame : map.frames)
-    if (!trial_T_keyframe_.contains(frame.keyframe)) frame.keyframe = -1;  // not here yet, while a scan goes on
+    if (!trial_T_keyframe_.contains(frame.keyframe))
+      frame.keyframe = -1;  // not here yet, while a scan goes on
   map.keyframes = keyframes_;
   std::vector<PoseGraphEdge> edges = edges_;
-  for (const LoopConstraint& loop : slam::detail::rejoin_broken_trials(keyframes_, map.frames, loop_closer_,
-                                                                        options_.loop_closure)) {
+  for (const LoopConstraint& loop :
+       slam::detail::rejoin_broken_trials(keyframes_, map.frames, loop_closer_, options_.loop_closure)) {
     const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
       return edge.from == loop.from && edge.to == loop.to;
     });
@@ -166,14 +175,15 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine, cons
   if (refine && options_.refinement.enabled) add_overlapping_pairs(map, options_, stop_requested);
   if (refine && options_.slope_calibration.enabled && !stop_requested())
     calibrate(map, edges_, options_, stop_requested);
-  map.loops = static_cast<int>(std::count_if(map.edges.begin(), map.edges.end(),
-                                             [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
+  map.loops = static_cast<int>(std::count_if(
+      map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
 
   const std::map<int, int> per_group = tracked_frames_per_group(map.frames, map.solution);
   map.groups = static_cast<int>(per_group.size());
   const int group = largest_group(per_group);
   map.in_map.resize(map.keyframes.size());
-  for (const auto& [id, group_of_id] : map.solution.group_of_node) map.in_map[static_cast<std::size_t>(id)] = group_of_id == group;
+  for (const auto& [id, group_of_id] : map.solution.group_of_node)
+    map.in_map[static_cast<std::size_t>(id)] = group_of_id == group;
   const int anchor = choose_anchor(map.keyframes, map.in_map);
   map.anchor_frame = map.keyframes[static_cast<std::size_t>(anchor)]->frame;
   map.group_T_anchor = map.solution.group_T_node.at(anchor);

@@ -37,8 +37,9 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, StageTimer& timer, Progress
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested) {
   const Clock::time_point start = Clock::now();
-  RunFolder folder(request.run_folder,
-                   {.overwrite = request.overwrite, .known_entries = run_entries(), .input = request.input.log});
+  RunFolder folder(
+      request.run_folder,
+      {.overwrite = request.overwrite, .known_entries = run_entries(), .input = request.input.log});
   StageTimer timer;
   SurfaceStream stream(request.input, request.config, timer);
   GelSlam slam(request.config.slam);
@@ -64,7 +65,8 @@ ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& 
   summary.warning = stream.warning();
   summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   write_run(folder.path(), request.config, map, mesh,
-            {request.program_version, request.input.log, stream.description(), timer.statistics(), summary, std::nullopt});
+            {request.program_version, request.input.log, stream.description(), timer.statistics(), summary,
+             std::nullopt});
   folder.commit();
   return summary;
 }

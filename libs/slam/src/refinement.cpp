@@ -22,7 +22,8 @@ double overlap(const std::vector<Eigen::Vector3d>& points, const Surface& other,
 double overlap_share(const Surface& a, const std::vector<Eigen::Vector3d>& points_a, const Surface& b,
                      const std::vector<Eigen::Vector3d>& points_b, const Pose& a_T_b) {
   if (a_T_b.linear()(2, 2) < 0.3) return 0.0;
-  return points_a.size() < points_b.size() ? overlap(points_a, b, a_T_b.inverse()) : overlap(points_b, a, a_T_b);
+  return points_a.size() < points_b.size() ? overlap(points_a, b, a_T_b.inverse())
+                                           : overlap(points_b, a, a_T_b);
 }
 
 struct Candidate {
@@ -43,13 +44,15 @@ struct PosedKeyframes {
     return solution.group_T_node.at(from).inverse() * solution.group_T_node.at(to);
   }
   double overlap_between(int from, int to) const {
-    return overlap_share(*keyframes[index(from)]->surface, points[index(from)], *keyframes[index(to)]->surface,
-                         points[index(to)], relative(from, to));
+    return overlap_share(*keyframes[index(from)]->surface, points[index(from)],
+                         *keyframes[index(to)]->surface, points[index(to)], relative(from, to));
   }
 };
 
-/// Earlier keyframes that should overlap with `to` and are not linked to it, most overlap first, as many as allowed.
-std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed, const std::set<std::pair<int, int>>& linked,
+/// Earlier keyframes that should overlap with `to` and are not linked to it, most overlap first, as many as
+/// allowed.
+std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed,
+                                   const std::set<std::pair<int, int>>& linked,
                                    const RefinementOptions& options) {
   std::vector<Candidate> candidates;
   for (int from = 0; from < to; ++from) {
@@ -59,17 +62,22 @@ std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed, const st
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.overlap > b.overlap; });
-  if (candidates.size() > index(options.max_pairs_per_keyframe)) candidates.resize(index(options.max_pairs_per_keyframe));
+  if (candidates.size() > index(options.max_pairs_per_keyframe))
+    candidates.resize(index(options.max_pairs_per_keyframe));
   return candidates;
 }
 
-/// A surface that repeats itself can be laid upon itself in many places: registration is believed only where the right
-/// one is known beforehand, to less than half of the shortest repetition that self_similarity() looks for (a millimetre)
-/// at two standard deviations.
+/// A surface that repeats itself can be laid upon itself in many places: registration is believed only where
+/// the right one is known beforehand, to less than half of the shortest repetition that self_similarity()
+/// looks for (a millimetre) at two standard deviations.
 class Repetition {
  public:
-  Repetition(const PosedKeyframes& posed, const std::vector<PoseGraphEdge>& edges, const RefinementOptions& options)
-      : posed_(posed), options_(options), certainty_(edges, options.slope_gain_sigma), repeats_(posed.keyframes.size()) {}
+  Repetition(const PosedKeyframes& posed, const std::vector<PoseGraphEdge>& edges,
+             const RefinementOptions& options)
+      : posed_(posed),
+        options_(options),
+        certainty_(edges, options.slope_gain_sigma),
+        repeats_(posed.keyframes.size()) {}
 
   bool may_mislead(int from, int to) {
     constexpr double kCertainMm = 0.25;
@@ -100,10 +108,12 @@ std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyfr
                                    const RefinementOptions& options,
                                    const std::function<bool()>& stop_requested) {
   std::set<std::pair<int, int>> linked;
-  for (const PoseGraphEdge& edge : edges) linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
+  for (const PoseGraphEdge& edge : edges)
+    linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
   PosedKeyframes posed{keyframes, solution, {}};
   for (const auto& keyframe : keyframes)
-    posed.points.push_back(keyframe ? coarse_contact_points_mm(*keyframe->surface) : std::vector<Eigen::Vector3d>());
+    posed.points.push_back(keyframe ? coarse_contact_points_mm(*keyframe->surface)
+                                    : std::vector<Eigen::Vector3d>());
 
   Repetition repetition(posed, edges, options);
   std::vector<PoseGraphEdge> found;
@@ -112,10 +122,12 @@ std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyfr
     for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
       const int from = candidate.from;
       if (repetition.may_mislead(from, to)) continue;
-      const RegistrationResult result = register_normal_flow(*keyframes[index(to)]->reference, *keyframes[index(from)]->surface,
-                                                             posed.relative(from, to), options.registration);
+      const RegistrationResult result =
+          register_normal_flow(*keyframes[index(to)]->reference, *keyframes[index(from)]->surface,
+                               posed.relative(from, to), options.registration);
       if (result.ok())
-        found.push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop, result.shared_center_mm});
+        found.push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
+                         result.shared_center_mm});
     }
   }
   return found;

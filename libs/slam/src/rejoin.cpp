@@ -27,11 +27,12 @@ std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames) {
   return breaks;
 }
 
-/// Track was lost, so the step was no ordinary one: older_T_newer where the surfaces show one place, the guess where
-/// they show none (a fragment), nothing where they fit at several.
+/// Track was lost, so the step was no ordinary one: older_T_newer where the surfaces show one place, the
+/// guess where they show none (a fragment), nothing where they fit at several.
 std::optional<Pose> where(const Keyframe& older, const Keyframe& newer, const Pose& older_T_newer,
                           const NormalFlowOptions& options) {
-  const RegistrationResult here = register_normal_flow(*newer.reference, *older.surface, older_T_newer, options);
+  const RegistrationResult here =
+      register_normal_flow(*newer.reference, *older.surface, older_T_newer, options);
   PlaceSearchOptions search;
   search.rival_distance = 4;  // a fragment fits at many places, but it was here a moment ago
   const RegistrationResult place =
@@ -50,8 +51,8 @@ std::vector<LoopConstraint> rejoin_broken_trials(
     const auto& older = keyframes[static_cast<std::size_t>(before->keyframe)];
     const auto& newer = keyframes[static_cast<std::size_t>(after->keyframe)];
     if (!older || !newer || self_similarity(*newer->surface) > options.max_self_similarity) continue;
-    const std::optional<Pose> guess =
-        where(*older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse(), options.registration);
+    const std::optional<Pose> guess = where(
+        *older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse(), options.registration);
     const std::optional<LoopConstraint> loop =
         guess ? loop_closer.verify(*older, *newer, *guess) : std::nullopt;
     if (loop) found.push_back(*loop);

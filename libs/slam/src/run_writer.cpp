@@ -19,7 +19,8 @@ using nlohmann::ordered_json;
 std::string trajectory(const SlamMap& map) {
   std::string text;
   for (const FrameRecord& frame : map.frames)
-    if (map.has_pose(frame)) text += tum_line(frame.time_s, map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame);
+    if (map.has_pose(frame))
+      text += tum_line(frame.time_s, map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame);
   return text;
 }
 
@@ -28,7 +29,8 @@ std::string keyframe_trajectory(const SlamMap& map) {
   for (const FrameRecord& frame : map.frames) time_s[frame.frame] = frame.time_s;
   std::string text;
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
-    if (map.in_map[id]) text += tum_line(time_s.at(map.keyframes[id]->frame), map.anchor_T_keyframe(static_cast<int>(id)));
+    if (map.in_map[id])
+      text += tum_line(time_s.at(map.keyframes[id]->frame), map.anchor_T_keyframe(static_cast<int>(id)));
   return text;
 }
 
@@ -47,8 +49,8 @@ ordered_json frame_counts(const SlamMap& map) {
   }
   ordered_json frames;
   frames["total"] = map.frames.size();
-  for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked, TrackStatus::lost,
-                                   TrackStatus::undone})
+  for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked,
+                                   TrackStatus::lost, TrackStatus::undone})
     frames[std::string(name(status))] = count[status];
   frames["in_map"] = in_map;
   frames["left_out"] = frames_left_out(map.frames);
@@ -58,8 +60,11 @@ ordered_json frame_counts(const SlamMap& map) {
 ordered_json stage_times(const std::vector<StageStatistics>& times) {
   ordered_json stages;
   for (const StageStatistics& s : times)
-    stages[s.stage] = {{"count", s.count},       {"median_ms", s.median_ms}, {"p95_ms", s.p95_ms},
-                       {"max_ms", s.max_ms},     {"total_ms", s.total_ms}};
+    stages[s.stage] = {{"count", s.count},
+                       {"median_ms", s.median_ms},
+                       {"p95_ms", s.p95_ms},
+                       {"max_ms", s.max_ms},
+                       {"total_ms", s.total_ms}};
   return stages;
 }
 
@@ -87,9 +92,11 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["trials"] = summary.trials;
   json["groups"] = summary.groups;
   json["loops"] = summary.loops;
-  json["loop_outliers"] = std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
+  json["loop_outliers"] =
+      std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
   const SlopeGain& left = map.solution.slope_gain;  // 1 where slopes were corrected
-  json["slope_gain"] = {{"x", left.x * map.slope_correction.gain_x()}, {"y", left.y * map.slope_correction.gain_y()}};
+  json["slope_gain"] = {{"x", left.x * map.slope_correction.gain_x()},
+                        {"y", left.y * map.slope_correction.gain_y()}};
   json["slope_correction"] = map.slope_correction.factors;
   json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
   json["seconds"] = summary.seconds;
@@ -111,7 +118,8 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
   std::vector<PoseGraphEdge> edges;
   for (std::size_t i = 0; i < map.edges.size(); ++i) {
     const PoseGraphEdge& edge = map.edges[i];
-    if (in_map(edge.from) && in_map(edge.to) && map.solution.edge_outlier[i] == outliers) edges.push_back(edge);
+    if (in_map(edge.from) && in_map(edge.to) && map.solution.edge_outlier[i] == outliers)
+      edges.push_back(edge);
   }
   return edges;
 }
@@ -119,8 +127,8 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
 }  // namespace
 
 std::vector<std::string> run_entries() {
-  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "config.yaml", "session", "report.json",
-          "log.mkv", "screenshot_*", "mesh_mm_*", "saving.tmp"};
+  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "config.yaml",
+          "session",  "report.json",    "log.mkv",       "screenshot_*",   "mesh_mm_*",         "saving.tmp"};
 }
 
 ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
@@ -128,7 +136,8 @@ ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
   summary.frames = static_cast<std::int64_t>(map.frames.size());
   summary.tracked = std::count_if(map.frames.begin(), map.frames.end(),
                                   [](const FrameRecord& f) { return f.status == TrackStatus::tracked; });
-  summary.in_map = std::count_if(map.frames.begin(), map.frames.end(), [&](const FrameRecord& f) { return map.has_pose(f); });
+  summary.in_map = std::count_if(map.frames.begin(), map.frames.end(),
+                                 [&](const FrameRecord& f) { return map.has_pose(f); });
   summary.keyframes = static_cast<int>(map.keyframes.size());
   summary.trials = map.trials;
   summary.groups = map.groups;
@@ -144,7 +153,8 @@ Mesh fuse_map(const SlamMap& map, const FusionOptions& options) {
   return fuse(posed_surfaces(map), fusion);
 }
 
-void write_run(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
+void write_run(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh,
+               const RunAccount& account) {
   write_mesh(folder / "mesh.ply", mesh);
   write_file_atomically(folder / "trajectory.tum", trajectory(map));
   write_file_atomically(folder / "keyframes.tum", keyframe_trajectory(map));

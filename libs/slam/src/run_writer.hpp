@@ -36,8 +36,9 @@ ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh);
 /// The map's mesh: all patches of the largest group, with the slopes' gain taken out.
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options);
 
-/// Writes every file of a run into the existing `folder` (docs/file-formats.md). Throws Error when the disk is full.
-void write_run(const std::filesystem::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh,
-               const RunAccount& account);
+/// Writes every file of a run into the existing `folder` (docs/file-formats.md). Throws Error when the disk
+/// is full.
+void write_run(const std::filesystem::path& folder, const Config& config, const SlamMap& map,
+               const Mesh& mesh, const RunAccount& account);
 
 }  // namespace gelslam

@@ -23,15 +23,16 @@ constexpr int kMaxSide = 8192;
 
 fs::path patch_file(const fs::path& folder, int id) { return folder / (std::to_string(id) + ".tiff"); }
 
-/// The part of a surface that carries anything, as four planes; curvature is NaN outside contact, so that the mask
-/// needs no plane of its own.
+/// The part of a surface that carries anything, as four planes; curvature is NaN outside contact, so that the
+/// mask needs no plane of its own.
 cv::Mat4f pack(const Surface& surface, const cv::Rect& box) {
   cv::Mat4f packed(box.size());
   for (int v = 0; v < box.height; ++v)
     for (int u = 0; u < box.width; ++u) {
       const cv::Point p(box.x + u, box.y + v);
       const cv::Vec3f n = surface.normals(p);
-      packed(v, u) = {n[0], n[1], surface.height_mm(p), surface.contact(p) ? surface.curvature(p) : std::nanf("")};
+      packed(v, u) = {n[0], n[1], surface.height_mm(p),
+                      surface.contact(p) ? surface.curvature(p) : std::nanf("")};
     }
   return packed;
 }
@@ -53,7 +54,8 @@ SurfacePtr unpack(const cv::Mat4f& packed, const cv::Rect& box, cv::Size size, d
     for (int u = 0; u < box.width; ++u) {
       const cv::Point p(box.x + u, box.y + v);
       const cv::Vec4f value = packed(v, u);
-      surface->normals(p) = {value[0], value[1], std::sqrt(std::fmax(0.0f, 1.0f - value[0] * value[0] - value[1] * value[1]))};
+      surface->normals(p) = {value[0], value[1],
+                             std::sqrt(std::fmax(0.0f, 1.0f - value[0] * value[0] - value[1] * value[1]))};
       surface->height_mm(p) = value[2];
       if (std::isnan(value[3])) continue;
       surface->contact(p) = 255;
@@ -86,7 +88,8 @@ cv::Rect box_from(const ordered_json& json, cv::Size size) {
   if (numbers.size() != 4) throw Error("box_px needs 4 numbers");
   const cv::Rect box(numbers[0], numbers[1], numbers[2], numbers[3]);
   const bool inside = box.x >= 0 && box.y >= 0 && box.width >= 0 && box.height >= 0 && box.x <= size.width &&
-                      box.y <= size.height && box.width <= size.width - box.x && box.height <= size.height - box.y;
+                      box.y <= size.height && box.width <= size.width - box.x &&
+                      box.height <= size.height - box.y;
   if (!inside) throw Error("box_px leaves the image");
   return box;
 }
@@ -107,11 +110,13 @@ cv::Mat4f read_patch(const fs::path& file, cv::Size size) {
   if (packed.empty() || packed.type() != CV_32FC4 || packed.size() != size)
     throw Error(file.string() + ": missing, damaged or not the patch that session.json describes");
   const cv::Mat4f values = packed;
-  if (!std::all_of(values.begin(), values.end(), possible)) throw Error(file.string() + ": holds numbers that no surface has");
+  if (!std::all_of(values.begin(), values.end(), possible))
+    throw Error(file.string() + ": holds numbers that no surface has");
   return values;
 }
 
-PosedSurface load_patch(const fs::path& folder, const ordered_json& entry, cv::Size size, double pixel_pitch_mm) {
+PosedSurface load_patch(const fs::path& folder, const ordered_json& entry, cv::Size size,
+                        double pixel_pitch_mm) {
   PosedSurface patch;
   patch.id = entry.at("id").get<int>();
   patch.map_T_keyframe = pose_from(entry.at("map_T_keyframe_mm"));
@@ -161,12 +166,14 @@ Session load_session(const fs::path& folder) {
     if (!(session.slope_gain > 0.1 && session.slope_gain < 10)) throw Error("impossible slope gain");
     if (json.at("keyframes").empty()) return session;
     const cv::Size size(json.at("width_px").get<int>(), json.at("height_px").get<int>());
-    if (size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide) throw Error("impossible image size");
+    if (size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide)
+      throw Error("impossible image size");
     const double pixel_pitch_mm = json.at("pixel_pitch_mm").get<double>();
     if (!(pixel_pitch_mm > 0 && pixel_pitch_mm <= 10)) throw Error("impossible pixel pitch");
     for (const ordered_json& entry : json.at("keyframes")) {
       PosedSurface patch = load_patch(folder, entry, size, pixel_pitch_mm);
-      if (!session.patches.empty() && patch.id <= session.patches.back().id) throw Error("keyframe ids do not ascend");
+      if (!session.patches.empty() && patch.id <= session.patches.back().id)
+        throw Error("keyframe ids do not ascend");
       session.patches.push_back(std::move(patch));
     }
     return session;

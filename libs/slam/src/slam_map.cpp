@@ -5,7 +5,11 @@
 namespace gelslam {
 
 FrameRecord record_of(const TrackedFrame& tracked) {
-  return {tracked.frame, tracked.time_s, tracked.status, tracked.trial, tracked.keyframe ? tracked.keyframe->id : -1,
+  return {tracked.frame,
+          tracked.time_s,
+          tracked.status,
+          tracked.trial,
+          tracked.keyframe ? tracked.keyframe->id : -1,
           tracked.keyframe_T_frame};
 }
 
@@ -18,8 +22,8 @@ FrameRecord background_record(std::int64_t frame, double time_s) {
 }
 
 const MapSnapshot::Node* MapSnapshot::find(int keyframe) const {
-  const auto node =
-      std::lower_bound(nodes.begin(), nodes.end(), keyframe, [](const Node& n, int id) { return n.keyframe < id; });
+  const auto node = std::lower_bound(nodes.begin(), nodes.end(), keyframe,
+                                     [](const Node& n, int id) { return n.keyframe < id; });
   return node != nodes.end() && node->keyframe == keyframe ? &*node : nullptr;
 }
 
@@ -31,10 +35,12 @@ MapSnapshot snapshot_of(const SlamMap& map) {
     const bool shown = map.in_map[static_cast<std::size_t>(id)];
     if (shown) snapshot.shown_group = group;
     snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, group,
-                              shown ? map.anchor_T_keyframe(id) : map.solution.group_T_node.at(id), keyframe.surface});
+                              shown ? map.anchor_T_keyframe(id) : map.solution.group_T_node.at(id),
+                              keyframe.surface});
   }
   for (std::size_t i = 0; i < map.edges.size(); ++i)
-    snapshot.edges.push_back({map.edges[i].from, map.edges[i].to, map.edges[i].kind, map.solution.edge_outlier[i]});
+    snapshot.edges.push_back(
+        {map.edges[i].from, map.edges[i].to, map.edges[i].kind, map.solution.edge_outlier[i]});
   return snapshot;
 }
 
@@ -42,7 +48,8 @@ std::vector<PosedSurface> posed_surfaces(const SlamMap& map) {
   std::vector<PosedSurface> patches;
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
     if (map.in_map[id])
-      patches.push_back({static_cast<int>(id), map.anchor_T_keyframe(static_cast<int>(id)), map.keyframes[id]->surface});
+      patches.push_back(
+          {static_cast<int>(id), map.anchor_T_keyframe(static_cast<int>(id)), map.keyframes[id]->surface});
   return patches;
 }
 

@@ -21,8 +21,8 @@ struct CalibratedMap {
 
 /// Estimates one SlopeCorrection for all keyframes together with their poses: pairs that see one place in
 /// different parts of the gel or at different tilts, and loops, tell what the slopes' model reads wrong;
-/// where nothing tells it, the prior (no correction) holds, and where that is all of it the map is given back as it
-/// was. Every edge is registered again on corrected surfaces, some rounds.
+/// where nothing tells it, the prior (no correction) holds, and where that is all of it the map is given back
+/// as it was. Every edge is registered again on corrected surfaces, some rounds.
 CalibratedMap calibrate_slopes(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                                const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
                                const PoseGraphOptions& pose_graph, const SlopeCalibrationOptions& options,

@@ -22,7 +22,9 @@ std::vector<cv::Mat3b> pictures(const std::vector<TactileImage>& frames) {
 
 struct SurfaceStream::Impl {
   Impl(const LogInput& input, const Config& config, StageTimer& stage_timer)
-      : timer(stage_timer), color_gain(config.color_gain_bgr), source(open_frame_source(input.log, config.sensor)) {
+      : timer(stage_timer),
+        color_gain(config.color_gain_bgr),
+        source(open_frame_source(input.log, config.sensor)) {
     const GradientModel model = read_gradient_model(config.sensor.calibration_model_path);
     cv::Mat3b background;
     if (input.background.empty()) {
@@ -47,8 +49,10 @@ struct SurfaceStream::Impl {
     while (static_cast<int>(waiting.size()) < count) {
       std::optional<TactileImage> image = next_image();
       if (!image)
-        throw Error("the log has only " + std::to_string(waiting.size()) + " frames, fewer than the " + std::to_string(count) +
-                    " without contact that it must start with (background_frames in the configuration, or give --background)");
+        throw Error("the log has only " + std::to_string(waiting.size()) + " frames, fewer than the " +
+                    std::to_string(count) +
+                    " without contact that it must start with (background_frames in the configuration, or "
+                    "give --background)");
       waiting.push_back(std::move(*image));
     }
   }
@@ -57,7 +61,8 @@ struct SurfaceStream::Impl {
     const BackgroundCheck check = check_background(pictures(waiting), model, config.surface);
     if (check.markers) throw Error(check.reason + " (--force goes on all the same)");
     if (check.contact)
-      throw Error("the log's first " + std::to_string(waiting.size()) + " frames should show the bare gel, but " + check.reason +
+      throw Error("the log's first " + std::to_string(waiting.size()) +
+                  " frames should show the bare gel, but " + check.reason +
                   " (record again without touching, give --background IMAGE, or go on with --force)");
   }
 

@@ -56,7 +56,10 @@ UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& cha
 }
 
 ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
-    : rule_(rule), pressure_(rule.skirt_length_mm), half_gap_px_(size.height / 48), gap_(square(2 * half_gap_px_ + 1)) {}
+    : rule_(rule),
+      pressure_(rule.skirt_length_mm),
+      half_gap_px_(size.height / 48),
+      gap_(square(2 * half_gap_px_ + 1)) {}
 
 double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
   const double floor_mm = std::max(min_limit_mm, static_cast<double>(scatters_above_gel * scatter_mm));
@@ -130,7 +133,9 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, 
   cv::morphologyEx(contact, contact, cv::MORPH_CLOSE, gap_);
   fill_small_holes(contact);
   // Slivers and the border's blur grow with depth; a faint touch is small and thin itself.
-  const auto scaled = [deep](int half_px) { return square(2 * std::max(1, static_cast<int>(std::lround(half_px * deep))) + 1); };
+  const auto scaled = [deep](int half_px) {
+    return square(2 * std::max(1, static_cast<int>(std::lround(half_px * deep))) + 1);
+  };
   cv::morphologyEx(contact, contact, cv::MORPH_OPEN, scaled(half_gap_px_));
   cv::erode(contact, contact, scaled(half_gap_px_ / 2));
   keep_witnessed_pieces(block_difference, std::max(min_color_dist, rule_.color_dist_threshold * deep),

@@ -27,25 +27,27 @@ struct ContactRule {
   double skirt_length_mm = 1.4;        ///< over which the gel's skirt decays
 };
 
-/// Contact by depth and pressure, with colour as witness (own; the public rule is blind below height_threshold_mm,
-/// cuts out what lies flat, and takes the gel's skirt for the object). A pixel touches where it lies below a limit
-/// that follows the frame's depth (0.3 of the deepest place, at most height_threshold_mm, or 0.25 of the deepest place
-/// if that is more, at least what noise reaches) and where the gel is pressed (gel_pressure.hpp). A connected piece
-/// counts only if its colour differs somewhere by color_dist_threshold (in proportion less when shallow).
+/// Contact by depth and pressure, with colour as witness (own; the public rule is blind below
+/// height_threshold_mm, cuts out what lies flat, and takes the gel's skirt for the object). A pixel touches
+/// where it lies below a limit that follows the frame's depth (0.3 of the deepest place, at most
+/// height_threshold_mm, or 0.25 of the deepest place if that is more, at least what noise reaches) and where
+/// the gel is pressed (gel_pressure.hpp). A connected piece counts only if its colour differs somewhere by
+/// color_dist_threshold (in proportion less when shallow).
 class ContactDetector {
  public:
   ContactDetector(cv::Size size, const ContactRule& rule);
 
   /// `height_mm`: 0 on the untouched gel; `scatter_mm`: of the untouched gel; `block_difference`: mean colour
   /// difference of 4x4 blocks. Fills `contact` (HxW, 0 or 255).
-  void detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm, const cv::Mat3f& block_difference,
-              cv::Mat1b& contact);
+  void detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm,
+              const cv::Mat3f& block_difference, cv::Mat1b& contact);
 
   /// Blocks that hold contact, of the last detect().
   const cv::Mat1b& contact_blocks() const { return blocks_; }
 
  private:
-  /// Flat fields between raised parts are hardly pressed, but touched: small holes that are deep enough are filled.
+  /// Flat fields between raised parts are hardly pressed, but touched: small holes that are deep enough are
+  /// filled.
   void fill_small_holes(cv::Mat1b& contact);
   double depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm);
   void keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold, cv::Mat1b& contact);

@@ -17,7 +17,8 @@ void PressureMap::find(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Ma
   cv::GaussianBlur(-depth_, depth_, cv::Size(5, 5), kBlurSigmaBlocks, 0, cv::BORDER_REPLICATE);
   cv::Laplacian(depth_, laplacian_, CV_32F, 1, 1, 0, cv::BORDER_REPLICATE);
   const double skirt_length_blocks = skirt_length_mm_ / (pixel_pitch_mm * block_px);
-  cv::addWeighted(depth_, 1.0 - kPressedShare, laplacian_, -skirt_length_blocks * skirt_length_blocks, 0.0, excess_);
+  cv::addWeighted(depth_, 1.0 - kPressedShare, laplacian_, -skirt_length_blocks * skirt_length_blocks, 0.0,
+                  excess_);
   cv::resize(excess_, excess_px_, height_mm.size(), 0, 0, cv::INTER_LINEAR);
   cv::compare(excess_px_, 0.0, pressed, cv::CMP_GT);
 }

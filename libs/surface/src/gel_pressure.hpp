@@ -4,11 +4,12 @@
 
 namespace gelslam::surface::detail {
 
-/// Where something presses on the gel, told apart from the skirt, where the gel only hangs between what presses and
-/// the rest (own). The gel is taken as a stretched membrane on an elastic foundation: pressure is proportional to
-/// d - λ² Δd for a depth d, so that it vanishes on a skirt (which decays with the length λ), equals d under a flat
-/// face, and exceeds d under a convex one. A place is pressed where the pressure is more than half of d, on a scale of
-/// about half a millimetre: finer relief belongs to the object and must not tear holes into its mask.
+/// Where something presses on the gel, told apart from the skirt, where the gel only hangs between what
+/// presses and the rest (own). The gel is taken as a stretched membrane on an elastic foundation: pressure is
+/// proportional to d - λ² Δd for a depth d, so that it vanishes on a skirt (which decays with the length λ),
+/// equals d under a flat face, and exceeds d under a convex one. A place is pressed where the pressure is
+/// more than half of d, on a scale of about half a millimetre: finer relief belongs to the object and must
+/// not tear holes into its mask.
 class PressureMap {
  public:
   /// `skirt_length_mm`: λ, a property of the gel.

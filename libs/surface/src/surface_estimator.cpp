@@ -70,8 +70,8 @@ struct SurfaceEstimator::Impl {
     return means;
   }
 
-  // Fills colors (the frame's light) and changed (where the gradient is needed). Returns the picture without what
-  // light from one side adds.
+  // Fills colors (the frame's light) and changed (where the gradient is needed). Returns the picture without
+  // what light from one side adds.
   const cv::Mat3b& find_changes(const cv::Mat3b& bgr) {
     averager.average(bgr, blocks);
     const Light light = options.compensate_light ? light_tracker.update(blocks, touched_blocks) : Light{};

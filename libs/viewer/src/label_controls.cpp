@@ -154,8 +154,7 @@ bool LabelControls::save_now(double now_s) {
   const std::size_t before = session_.unsaved();
   try {
     session_.save();
-    say(before == 0 ? "Nothing new to save"
-                    : counted(static_cast<std::int64_t>(before), "press") + " saved",
+    say(before == 0 ? "Nothing new to save" : counted(static_cast<std::int64_t>(before), "press") + " saved",
         now_s);
   } catch (const Error& error) {
     say(error.what(), now_s);

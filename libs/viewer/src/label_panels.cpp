@@ -37,7 +37,8 @@ void draw_buttons(Canvas& canvas, const Box& bar, double now_s, LabelControls& c
   const std::vector<LabelButton> buttons = buttons_of(controls);
   std::vector<BarItem> items;
   for (const LabelButton& button : buttons)
-    items.push_back({button.label, key_name_of(label_keys(), button.action), button.group, button.priority, button.ink});
+    items.push_back(
+        {button.label, key_name_of(label_keys(), button.action), button.group, button.priority, button.ink});
   if (const auto clicked = draw_button_bar(canvas, bar, items))
     controls.perform(buttons[*clicked].action, now_s);
 }

@@ -51,8 +51,8 @@ void draw_bar(Canvas& canvas, const Box& bar, const LiveFrame& frame, LiveContro
   const std::vector<BarButton> buttons = buttons_of(frame, controls);
   std::vector<BarItem> items;
   for (const BarButton& button : buttons)
-    items.push_back(
-        {button.label, key_name_of(window_keys(), button.action), button.group, button.priority, ink_of(button)});
+    items.push_back({button.label, key_name_of(window_keys(), button.action), button.group, button.priority,
+                     ink_of(button)});
   if (const auto clicked = draw_button_bar(canvas, bar, items))
     controls.perform(buttons[*clicked].action, frame.time_s);
 }

@@ -19,15 +19,16 @@ struct PoseGraphEdge {
   Pose from_T_to = Pose::Identity();
   Matrix6d information = Matrix6d::Identity();
   EdgeKind kind = EdgeKind::odometry;
-  /// Centre of what both frames showed, as measured, in the `to` frame. It is there that the two were laid on each
-  /// other: what a slope gain does to the rotation, the translation makes up for at this point.
+  /// Centre of what both frames showed, as measured, in the `to` frame. It is there that the two were laid on
+  /// each other: what a slope gain does to the rotation, the translation makes up for at this point.
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  /// A loop that is too weak to join two pieces alone (loop_consistency.hpp). solve_pose_graph() does not ask.
+  /// A loop that is too weak to join two pieces alone (loop_consistency.hpp). solve_pose_graph() does not
+  /// ask.
   bool tentative = false;
 };
 
-/// Read slope over true slope, along the sensor's x and along its y: networks trained on presses of balls err by a few
-/// per cent, and not by the same along both.
+/// Read slope over true slope, along the sensor's x and along its y: networks trained on presses of balls err
+/// by a few per cent, and not by the same along both.
 struct SlopeGain {
   double x = 1.0, y = 1.0;
   double mean() const { return 0.5 * (x + y); }
@@ -35,22 +36,23 @@ struct SlopeGain {
 
 struct PoseGraphOptions {
   int max_iterations = 50;
-  double loop_loss_scale = 3.0;     ///< Cauchy kernel on whitened loop residuals, in standard deviations
-  double outlier_residual = 9.0;    ///< a loop with a larger whitened residual at the end is an outlier
+  double loop_loss_scale = 3.0;   ///< Cauchy kernel on whitened loop residuals, in standard deviations
+  double outlier_residual = 9.0;  ///< a loop with a larger whitened residual at the end is an outlier
   /// When outliers remain, solve again from a wide kernel and keep the cheaper answer.
   bool reconsider_outliers = true;
-  /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if the pull
-  /// reaches them: for every keyframe of a live scan. Does not reconsider outliers and holds the slope gain.
+  /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if
+  /// the pull reaches them: for every keyframe of a live scan. Does not reconsider outliers and holds the
+  /// slope gain.
   bool only_where_needed = false;
-  bool estimate_slope_gain = false; ///< see PoseGraphSolution::slope_gain
-  SlopeGain slope_gain;             ///< where its estimate starts; kept when not estimated
-  double slope_gain_sigma = 0.1;    ///< prior: each gain = 1 +- this
+  bool estimate_slope_gain = false;  ///< see PoseGraphSolution::slope_gain
+  SlopeGain slope_gain;              ///< where its estimate starts; kept when not estimated
+  double slope_gain_sigma = 0.1;     ///< prior: each gain = 1 +- this
 };
 
 /// Unknowns that all edges share, K of them, such as what a sensor's colour model reads wrong.
 struct SharedUnknowns {
-  /// Per edge: what it measures if the unknowns are u is from_T_to * exp(edge_by_unknown * u). 6xK, or empty where an
-  /// edge does not depend on them.
+  /// Per edge: what it measures if the unknowns are u is from_T_to * exp(edge_by_unknown * u). 6xK, or empty
+  /// where an edge does not depend on them.
   std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> edge_by_unknown;
   Eigen::MatrixXd information;  ///< KxK, positive definite: what is known of them besides the edges
   Eigen::VectorXd mean;         ///< K
@@ -72,13 +74,13 @@ struct PoseGraphSolution {
 
 /// SE(3) pose graph on Ceres. Components not joined by edges are separate groups, each with its own gauge.
 /// Initial poses need only be right within a piece of odometry: pieces that a loop joins are first put in
-/// place by the loop that most others agree with. Model of an edge with gains (gx, gy): of the true motion (R, t),
-/// with R split into a tilt (rx, ry, 0) after a twist about z, the measurement shows the tilt (gy*rx, gx*ry, 0), and
-/// moves the shared centre, whose depth reads g = (gx+gy)/2 times too deep in both frames, to where it truly comes:
-/// slopes read too steep tilt and deepen everything they measure, but leave x and y of what touches alone.
-/// Deterministic. Throws Error on edges that name unknown nodes, join a node
-/// to itself or carry non-finite numbers, and on information that is not symmetric or not positive
-/// semi-definite. Source: own.
+/// place by the loop that most others agree with. Model of an edge with gains (gx, gy): of the true motion
+/// (R, t), with R split into a tilt (rx, ry, 0) after a twist about z, the measurement shows the tilt (gy*rx,
+/// gx*ry, 0), and moves the shared centre, whose depth reads g = (gx+gy)/2 times too deep in both frames, to
+/// where it truly comes: slopes read too steep tilt and deepen everything they measure, but leave x and y of
+/// what touches alone. Deterministic. Throws Error on edges that name unknown nodes, join a node to itself or
+/// carry non-finite numbers, and on information that is not symmetric or not positive semi-definite. Source:
+/// own.
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options);
 

@@ -33,8 +33,8 @@ struct BenchmarkRequest {
       make;
 };
 
-/// Every method sees the same frames of every trial. `stop` is asked before each frame; when it says so, what is
-/// done so far is the result.
+/// Every method sees the same frames of every trial. `stop` is asked before each frame; when it says so, what
+/// is done so far is the result.
 BenchmarkResult run_benchmark(const BenchmarkRequest& request, ProgressSink& progress,
                               const std::function<bool()>& stop);
 

@@ -29,8 +29,8 @@ struct FrameEstimate {
   bool tracked = false;
   Pose first_T_frame = Pose::Identity();
   Pose true_first_T_frame = Pose::Identity();
-  double cpu_ms =
-      0;  ///< processor time of this thread: of a registration (frame0) or a tracker step (keyframes)
+  /// processor time of this thread: of a registration (frame0) or a tracker step (keyframes)
+  double cpu_ms = 0;
 };
 
 /// One method on one trial, frame after frame.

@@ -15,7 +15,8 @@ struct BackgroundDrift {
   double worst_cell_levels = 0.0;    ///< the same at the worst place
   cv::Point worst_cell;              ///< in the 20x15 grid
   bool light_changed = false, gel_changed = false;
-  bool red_blue_swapped = false;  ///< the pictures agree far better with these two channels in each other's place
+  /// the pictures agree far better with these two channels in each other's place
+  bool red_blue_swapped = false;
   std::string words;  ///< one sentence for people
 };
 

@@ -10,8 +10,8 @@ namespace gelslam {
 /// The circle of a press, found in the picture itself.
 struct FoundCircle {
   ContactCircle circle;  ///< the disc that people see and draw
-  /// The ball itself: its centre, which shadows move less than the disc's, and the radius inside which the gel lies
-  /// on it, where the colour change stops growing. The disc is `visible_rim_px` wider.
+  /// The ball itself: its centre, which shadows move less than the disc's, and the radius inside which the
+  /// gel lies on it, where the colour change stops growing. The disc is `visible_rim_px` wider.
   ContactCircle ball;
   double confidence = 0.0;  ///< 0 to 1: share of the colour change around the contact that the ball explains
   std::string problem;      ///< for people: why it should not be used; empty when it is good

@@ -21,7 +21,8 @@ struct CalibrationPress {
   cv::Mat3b bgr;
   std::optional<ContactCircle> label;
   bool left_out = false;  ///< a person said that it is not to be used
-  /// For people: why its files cannot be used; empty when they can. Without a usable picture `bgr` is the background.
+  /// For people: why its files cannot be used; empty when they can. Without a usable picture `bgr` is the
+  /// background.
   std::string problem{};
 };
 
@@ -30,17 +31,18 @@ inline constexpr std::size_t most_presses = 2'000;  ///< that a folder may hold
 inline constexpr const char *label_file = "label.npz", *left_out_file = "left_out.npz";
 
 /// A calibration folder of the public layout: catalog.csv (experiment_reldir,diameter(mm)), background.png,
-/// <experiment_reldir>/gelsight.png and, where labelled, <experiment_reldir>/label.npz (center, radius); our own
-/// left_out.npz takes the label's place where a press is not to be used.
+/// <experiment_reldir>/gelsight.png and, where labelled, <experiment_reldir>/label.npz (center, radius); our
+/// own left_out.npz takes the label's place where a press is not to be used.
 struct PressSet {
   std::filesystem::path folder;
   cv::Mat3b background;
   std::vector<CalibrationPress> presses;  ///< in the catalogue's order
 };
 
-/// Reads all of it. A picture that is missing, damaged, empty or of another size than the background, and a label
-/// that is no circle, are its press's `problem`. Throws Error, naming the file and what to do: no folder,
-/// catalogue or background, a damaged line, a name that leaves the folder or comes twice, more than 2000 presses.
+/// Reads all of it. A picture that is missing, damaged, empty or of another size than the background, and a
+/// label that is no circle, are its press's `problem`. Throws Error, naming the file and what to do: no
+/// folder, catalogue or background, a damaged line, a name that leaves the folder or comes twice, more than
+/// 2000 presses.
 PressSet read_press_set(const std::filesystem::path& folder);
 
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.

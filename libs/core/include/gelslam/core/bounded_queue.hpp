@@ -9,8 +9,9 @@
 
 namespace gelslam {
 
-/// Hands things from one thread to the next, in order. Whoever puts them in chooses what happens when the next thread is
-/// behind: wait, lose the oldest, or go over the limit. All functions may be called from any thread.
+/// Hands things from one thread to the next, in order. Whoever puts them in chooses what happens when the
+/// next thread is behind: wait, lose the oldest, or go over the limit. All functions may be called from any
+/// thread.
 template <typename T>
 class BoundedQueue {
  public:

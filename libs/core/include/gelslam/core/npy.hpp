@@ -35,7 +35,8 @@ NpyArray parse_npy(std::string_view bytes, const std::string& name);
 /// The bytes of a file of float64 values, version 1.0, as write_npy writes them.
 std::string format_npy(const std::vector<std::size_t>& shape, std::span<const double> values);
 
-/// An array too large to be held at once, read slice by slice along its first index. Refuses what read_npy refuses.
+/// An array too large to be held at once, read slice by slice along its first index. Refuses what read_npy
+/// refuses.
 class NpySlices {
  public:
   explicit NpySlices(const std::filesystem::path& path);

@@ -10,9 +10,8 @@ struct RunFolderOptions {
   bool overwrite = false;  ///< replace a folder that is there, with all it holds
   /// Only a folder that holds this file is ever replaced: it was written by us, and is not somebody's home.
   std::string marker_file = "report.json";
-  /// All that such a folder may hold ("picture_*" stands for every name that begins so). With anything else in it, it is
-  /// not replaced: a person has put that there.
-  /// Empty: not checked.
+  /// All that such a folder may hold ("picture_*" stands for every name that begins so). With anything else
+  /// in it, it is not replaced: a person has put that there. Empty: not checked.
   std::vector<std::string> known_entries = {};
   /// Must not lie inside the folder that is replaced; empty: nothing to protect.
   std::filesystem::path input = {};
@@ -36,8 +35,8 @@ class RunFolder {
 
   const std::filesystem::path& path() const { return temporary_; }  ///< where to write, until commit()
   const std::filesystem::path& final_path() const { return final_; }
-  /// Throws Error when something that may not be replaced has appeared meanwhile (another run into the same folder) or
-  /// the disk refuses; what was written then stays in path(), which the error names.
+  /// Throws Error when something that may not be replaced has appeared meanwhile (another run into the same
+  /// folder) or the disk refuses; what was written then stays in path(), which the error names.
   void commit();
 
  private:

@@ -15,7 +15,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& v);
 
-/// Exponential and logarithm of SO(3) and SE(3) (right-handed; Barfoot, State Estimation for Robotics, ch. 8).
+/// Exponential and logarithm of SO(3) and SE(3) (right-handed; Barfoot, State Estimation for Robotics, ch.
+/// 8).
 Eigen::Matrix3d so3_exp(const Eigen::Vector3d& omega_rad);
 Eigen::Vector3d so3_log(const Eigen::Matrix3d& rotation);
 Pose se3_exp(const Vector6d& xi);

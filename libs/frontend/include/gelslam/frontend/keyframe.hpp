@@ -21,8 +21,9 @@ struct Keyframe {
 struct KeyframeLink {
   std::shared_ptr<const Keyframe> previous;  ///< null at the start of a trial
   Pose previous_T_this = Pose::Identity();
-  Matrix6d information = Matrix6d::Zero();   ///< of the right perturbation of previous_T_this
-  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of what both show, in this keyframe's frame
+  Matrix6d information = Matrix6d::Zero();  ///< of the right perturbation of previous_T_this
+  /// of what both show, in this keyframe's frame
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
 };
 
 /// How a frame hangs on the keyframe it was registered to.

@@ -15,16 +15,17 @@ namespace gelslam {
 
 struct TrackerOptions {
   int contact_threshold_px = 500;  ///< fewer contact pixels are no contact
-  /// A new keyframe is made when the current one shares less than this with what the frame shows: a first touch is small,
-  /// and a roll leaves the keyframe behind long before tracking breaks.
+  /// A new keyframe is made when the current one shares less than this with what the frame shows: a first
+  /// touch is small, and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
-  /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows so much of its contact.
+  /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows so much of its
+  /// contact.
   double keyframe_min_unseen = 0.05;
-  /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look for the one
-  /// place where the two reliefs agree; if there are several, the frame is lost.
+  /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look
+  /// for the one place where the two reliefs agree; if there are several, the frame is lost.
   bool search_far = true;
-  /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame the trial goes on if a
-  /// later frame fits it again. A new one begins with the first two frames that fit each other.
+  /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame the trial
+  /// goes on if a later frame fits it again. A new one begins with the first two frames that fit each other.
   double patience_s = 0.2;
   NormalFlowOptions registration;
 };
@@ -40,29 +41,32 @@ struct TrackedFrame {
   std::int64_t frame = 0;
   double time_s = 0;
   TrackStatus status = TrackStatus::no_contact;
-  int trial = -1;                        ///< counts unbroken stretches from 0; -1 without contact, and for a lost frame that
-                                         ///< begins none
+  int trial = -1;  ///< counts unbroken stretches from 0; -1 without contact, and for a lost frame that
+                   ///< begins none
   std::shared_ptr<const Keyframe> keyframe;  ///< what keyframe_T_frame refers to; null where trial is -1
   Pose keyframe_T_frame = Pose::Identity();
-  Pose trial_T_frame = Pose::Identity();     ///< sensor pose in the first frame of the trial
-  RegistrationResult registration;       ///< of the decisive attempt; why a frame was lost
-  /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or one some time ago
-  /// that alone showed a part of the object before the motion turned back (no frame refers to that).
+  Pose trial_T_frame = Pose::Identity();  ///< sensor pose in the first frame of the trial
+  RegistrationResult registration;        ///< of the decisive attempt; why a frame was lost
+  /// The keyframes made while this frame was tracked, in order of ids: this frame, the one before, or one
+  /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
+  /// that).
   std::vector<NewKeyframe> new_keyframes;
 };
 
-/// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026, §IV;
-/// the retries and the early keyframes are our own). Deterministic; frames must come in order.
+/// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
+/// §IV; the retries and the early keyframes are our own). Deterministic; frames must come in order.
 class Tracker {
  public:
   /// Registers with NormalFlow and options.registration, or with another method.
-  explicit Tracker(const TrackerOptions& options) : Tracker(options, make_normal_flow(options.registration)) {}
+  explicit Tracker(const TrackerOptions& options)
+      : Tracker(options, make_normal_flow(options.registration)) {}
   Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar)
       : options_(options), registrar_(std::move(registrar)), turning_points_(options.keyframe_min_unseen) {}
 
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
 
-  /// The next frame in contact starts a new trial: frames were left out on purpose, and the object may have moved.
+  /// The next frame in contact starts a new trial: frames were left out on purpose, and the object may have
+  /// moved.
   void break_trial();
 
  private:
@@ -85,15 +89,18 @@ class Tracker {
   RegistrationResult register_to(const PreparedReference& reference, const Pose& reference_T_previous,
                                  const Surface& surface) const;
   bool is_sound(const RegistrationResult& registration, double time_s) const;
-  bool is_usual(const RegistrationResult& registration, const Pose& reference_T_previous, double time_s) const;
+  bool is_usual(const RegistrationResult& registration, const Pose& reference_T_previous,
+                double time_s) const;
   RegistrationResult go_on(const Surface& surface, double time_s);
   RegistrationResult place_on(const PreparedReference& reference, const Pose& reference_T_previous,
-                              const Surface& surface, const RegistrationResult& registration, double time_s) const;
+                              const Surface& surface, const RegistrationResult& registration,
+                              double time_s) const;
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, const PreparedReference& reference,
                                                 SurfacePtr surface);
   RegistrationResult follow(TrackedFrame& result, const Surface& surface);
   void lose(TrackedFrame& result, SurfacePtr surface);
-  void begin_trial(TrackedFrame& result, const Seen& first, std::shared_ptr<const PreparedReference> reference);
+  void begin_trial(TrackedFrame& result, const Seen& first,
+                   std::shared_ptr<const PreparedReference> reference);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
   void hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch);
@@ -110,7 +117,7 @@ class Tracker {
   Pose trial_T_keyframe_ = Pose::Identity();
   TurningPoints turning_points_;
   std::optional<Previous> previous_;
-  std::optional<Seen> unplaced_;  ///< the last frame, where that was lost and began no trial
+  std::optional<Seen> unplaced_;       ///< the last frame, where that was lost and began no trial
   std::optional<Doubtful> doubtful_;   ///< the last frame, where that was
   Pose last_step_ = Pose::Identity();  ///< previous-but-one frame -> previous frame: previous2_T_previous
 };

@@ -13,8 +13,8 @@ struct LoopClosureOptions {
   double sift_contrast_threshold = 0.02;
   int sift_octave_layers = 3;
   int max_features = 300;  ///< per keyframe, the strongest
-  double max_match_ratio =
-      0.9;  ///< distance of a match over that of the second best: repeated patterns fail here
+  /// distance of a match over that of the second best: repeated patterns fail here
+  double max_match_ratio = 0.9;
   int min_sift_inliers = 8;
   /// Correlation of a curvature map with its own shifts (1 mm or more) above which it proves no place: a
   /// cloth or a thread has 0.95, a knurl 0.6, other objects below 0.5. verify() does not ask for this, its
@@ -29,9 +29,9 @@ struct LoopClosureOptions {
   /// sequences with truth: right places 0.6 (a pen) to 0.97, wrong ones below 0.51.
   double min_relief_correlation = 0.6;
   double sure_relief_correlation = 0.75;  ///< below it a loop is tentative: it takes two to join trials
-  double max_height_rmse_mm = 0.1;  ///< heights must agree, too; right places have 0.03
-  double max_intrusion = 0.1;  ///< share of either's contact that would lie inside the other's bare gel
-  NormalFlowOptions registration;   ///< its scr/ccs thresholds are the gates; SCR of the smaller contact
+  double max_height_rmse_mm = 0.1;        ///< heights must agree, too; right places have 0.03
+  double max_intrusion = 0.1;      ///< share of either's contact that would lie inside the other's bare gel
+  NormalFlowOptions registration;  ///< its scr/ccs thresholds are the gates; SCR of the smaller contact
 };
 
 /// A keyframe seen again: `from` is the older one. from_T_to maps the newer keyframe's coordinates into the
@@ -40,7 +40,8 @@ struct LoopConstraint {
   int from = 0, to = 0;  ///< keyframe ids
   Pose from_T_to = Pose::Identity();
   Matrix6d information = Matrix6d::Identity();
-  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of what both show, in the newer keyframe's frame
+  /// of what both show, in the newer keyframe's frame
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   int sift_inliers = 0;  ///< 0 when the place was guessed by a pose instead of recognised
   double scr = 0, ccs = 0;
   double relief_correlation = 0;  ///< of curvature with its mean removed, over the shared contact

@@ -7,8 +7,8 @@
 namespace gelslam {
 
 struct PlaceSearchOptions {
-  /// Another place proves nothing when its normals fit this much worse than the best's. Measured: a tooth, bead or
-  /// dimple further 1.02 to 1.4 times, on relief that does not repeat 2 to 3 times.
+  /// Another place proves nothing when its normals fit this much worse than the best's. Measured: a tooth,
+  /// bead or dimple further 1.02 to 1.4 times, on relief that does not repeat 2 to 3 times.
   double rival_misfit = 1.15;
   /// Nor does one that lies so many times as far from where it was expected: few hands jump.
   double rival_distance = std::numeric_limits<double>::infinity();
@@ -23,16 +23,18 @@ struct PlaceSearchOptions {
   double other_place_rad = 0.07;
 };
 
-/// How far a frame was found from where it was expected (target_T_reference): how far its shared centre moved, or, if
-/// that is more, by how much it turned, 10 degrees to the millimetre, as a hand changes its mind about either.
+/// How far a frame was found from where it was expected (target_T_reference): how far its shared centre
+/// moved, or, if that is more, by how much it turned, 10 degrees to the millimetre, as a hand changes its
+/// mind about either.
 double surprise_mm(const RegistrationResult& found, const Pose& expected);
 
 /// Where, of all shifts and of twists about that of `expected` (target_T_reference), the target fits on the
-/// reference. `found`: what a registration from the expected place found, ok or not; it wins when no other place fits
-/// as well. Status `ambiguous` when several places do: a step of one tooth, bead or dimple more. Not ok (that of
-/// `found`) when there is no place. Poses come from NormalFlow. Costs some tens of registrations. Source: own.
-RegistrationResult find_place(const NormalFlowReference& reference, const Surface& target, const Pose& expected,
-                              const RegistrationResult& found, const NormalFlowOptions& normal_flow,
-                              const PlaceSearchOptions& options = {});
+/// reference. `found`: what a registration from the expected place found, ok or not; it wins when no other
+/// place fits as well. Status `ambiguous` when several places do: a step of one tooth, bead or dimple more.
+/// Not ok (that of `found`) when there is no place. Poses come from NormalFlow. Costs some tens of
+/// registrations. Source: own.
+RegistrationResult find_place(const NormalFlowReference& reference, const Surface& target,
+                              const Pose& expected, const RegistrationResult& found,
+                              const NormalFlowOptions& normal_flow, const PlaceSearchOptions& options = {});
 
 }  // namespace gelslam

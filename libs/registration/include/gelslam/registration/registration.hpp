@@ -10,11 +10,11 @@ namespace gelslam {
 
 enum class RegistrationStatus {
   converged,
-  too_little_overlap,   ///< the shared contact or its share of curvature (SCR) is too small
-  curvature_mismatch,   ///< CCS too low: the two patches do not show the same surface
-  diverged,             ///< steps did not shrink, or the pose left the sensor
-  ambiguous,            ///< the reliefs agree nearly as well at another place
-  too_little_surface,   ///< a surface without enough contact or relief to register at all
+  too_little_overlap,  ///< the shared contact or its share of curvature (SCR) is too small
+  curvature_mismatch,  ///< CCS too low: the two patches do not show the same surface
+  diverged,            ///< steps did not shrink, or the pose left the sensor
+  ambiguous,           ///< the reliefs agree nearly as well at another place
+  too_little_surface,  ///< a surface without enough contact or relief to register at all
 };
 
 /// A sentence for a person: "too little overlap".
@@ -23,29 +23,31 @@ std::string_view describe(RegistrationStatus status);
 struct RegistrationResult {
   RegistrationStatus status = RegistrationStatus::too_little_surface;
   Pose target_T_reference = Pose::Identity();
-  /// Inverse covariance (rad, mm) of the right perturbation: true = target_T_reference * exp(noise); order rx ry rz tx ty tz,
-  /// axes of the reference frame. Small along directions that the surface does not show.
+  /// Inverse covariance (rad, mm) of the right perturbation: true = target_T_reference * exp(noise); order rx
+  /// ry rz tx ty tz, axes of the reference frame. Small along directions that the surface does not show.
   Matrix6d information = Matrix6d::Zero();
-  double scr = 0.0;             ///< shared curvature ratio, 0..1
-  double ccs = 0.0;             ///< curvature cosine similarity, -1..1
-  /// Of the two curvatures without their means, over the shared contact, -1..1: near 0 where only noise or a broad shape
-  /// is shared, which agree with any place.
+  double scr = 0.0;  ///< shared curvature ratio, 0..1
+  double ccs = 0.0;  ///< curvature cosine similarity, -1..1
+  /// Of the two curvatures without their means, over the shared contact, -1..1: near 0 where only noise or a
+  /// broad shape is shared, which agree with any place.
   double relief_correlation = 0.0;
-  double normal_rmse_rad = 0.0; ///< root mean square angle between aligned normals
-  double height_rmse_mm = 0.0;  ///< root mean square height difference over the shared contact
+  double normal_rmse_rad = 0.0;  ///< root mean square angle between aligned normals
+  double height_rmse_mm = 0.0;   ///< root mean square height difference over the shared contact
   int shared_pixels = 0;
-  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();  ///< of the shared contact as read, in the reference's frame
+  /// of the shared contact as read, in the reference's frame
+  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   int iterations = 0;
   bool held = false;  ///< along motions that nothing shows, the pose was left at its start
-  /// x y z rx ry rz along the axes of the target's sensor frame: do both surfaces show this motion, well enough to
-  /// tell it to 0.3 mm or 0.05 rad even where a pattern of the gel pulls against it? z: was bare gel seen in both?
+  /// x y z rx ry rz along the axes of the target's sensor frame: do both surfaces show this motion, well
+  /// enough to tell it to 0.3 mm or 0.05 rad even where a pattern of the gel pulls against it? z: was bare
+  /// gel seen in both?
   std::array<bool, 6> observable{};
 
   bool ok() const { return status == RegistrationStatus::converged; }
 };
 
-/// What the surface does not show, in words: "sliding along x is not observable on this surface", or "" when it shows
-/// all six motions.
+/// What the surface does not show, in words: "sliding along x is not observable on this surface", or "" when
+/// it shows all six motions.
 std::string describe_observability(const std::array<bool, 6>& observable);
 
 }  // namespace gelslam

@@ -7,25 +7,25 @@
 
 namespace gelslam {
 
-/// How a registration depends on a SlopeCorrection of both surfaces, to first order about the one applied, and what the
-/// normals that do not fit say of it: two frames that see one place in different parts of the gel, at different tilts,
-/// must read the same normals there after the pose.
+/// How a registration depends on a SlopeCorrection of both surfaces, to first order about the one applied,
+/// and what the normals that do not fit say of it: two frames that see one place in different parts of the
+/// gel, at different tilts, must read the same normals there after the pose.
 struct SlopeSensitivity {
   static constexpr int kTerms = static_cast<int>(SlopeCorrection::kTerms);
   using PerTerm = Eigen::Matrix<double, kTerms, 1>;
 
-  /// With factors larger by d, the registration would find target_T_reference * exp(pose_by_factor * d). The row of z is
-  /// zero: heights turn with the slopes that they come from.
+  /// With factors larger by d, the registration would find target_T_reference * exp(pose_by_factor * d). The
+  /// row of z is zero: heights turn with the slopes that they come from.
   Eigen::Matrix<double, 6, kTerms> pose_by_factor = Eigen::Matrix<double, 6, kTerms>::Zero();
-  /// Misfit left for the best pose, sum of w |r|² / 2 over normals: -pull' d + d' hessian d / 2. Not divided by any
-  /// variance; `weight` is the sum of w.
+  /// Misfit left for the best pose, sum of w |r|² / 2 over normals: -pull' d + d' hessian d / 2. Not divided
+  /// by any variance; `weight` is the sum of w.
   Eigen::Matrix<double, kTerms, kTerms> hessian = Eigen::Matrix<double, kTerms, kTerms>::Zero();
   PerTerm pull = PerTerm::Zero();
   double weight = 0;
 };
 
-/// Of two surfaces as corrected, at the pose that registration found. All zero where hardly anything is shared. Source:
-/// own.
+/// Of two surfaces as corrected, at the pose that registration found. All zero where hardly anything is
+/// shared. Source: own.
 SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const Surface& target,
                                    const Pose& target_T_reference, const NormalFlowOptions& options);
 

@@ -15,15 +15,15 @@ namespace gelslam {
 /// What is asked of a camera.
 struct CameraOptions {
   std::string device = "auto";  ///< "/dev/video2", "2", part of the camera's name, or "auto"
-  std::string sensor =
-      "GelSight Mini";  ///< which sensor "auto" looks for, and a warning when it is another one
+  /// which sensor "auto" looks for, and a warning when it is another one
+  std::string sensor = "GelSight Mini";
   FrameEncoding encoding = FrameEncoding::jpeg;  ///< jpeg (MJPG) or yuyv
   int width_px = 3280, height_px = 2464;
   double rate_hz = 25;
   std::vector<std::pair<std::string, std::int64_t>> controls;  ///< set after the automatics are off
   double timeout_s = 5;  ///< without a frame for so long the camera has stalled
-  double settle_s =
-      1;  ///< how long automatic exposure may look before it is held; skipped where nothing is automatic
+  /// how long automatic exposure may look before it is held; skipped where nothing is automatic
+  double settle_s = 1;
   double patience_s = 1;  ///< how long a busy or unready camera is asked again when it is opened
   /// Asked about ten times a second while the camera is being opened; true: give up. Empty: never.
   std::function<bool()> gives_up;

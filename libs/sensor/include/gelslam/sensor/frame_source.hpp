@@ -28,9 +28,10 @@ class FrameSource {
   virtual std::string warning() const { return ""; }
 };
 
-/// Opens a recorded log (Matroska, decoded as live frames are), another video file, a folder of images (sorted naturally
-/// by name) or a data folder that holds gelsight.avi. Frames larger than the profile's resolution are cropped and resized as the public systems do
-/// (1/7 border, aspect kept); smaller or grey ones are refused. Throws Error with what was wrong.
+/// Opens a recorded log (Matroska, decoded as live frames are), another video file, a folder of images
+/// (sorted naturally by name) or a data folder that holds gelsight.avi. Frames larger than the profile's
+/// resolution are cropped and resized as the public systems do (1/7 border, aspect kept); smaller or grey
+/// ones are refused. Throws Error with what was wrong.
 std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
                                                const SensorProfile& profile);
 

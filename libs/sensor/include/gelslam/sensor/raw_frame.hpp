@@ -26,9 +26,9 @@ struct RawFrame {
 class RawFrameSource {
  public:
   virtual ~RawFrameSource() = default;
-  /// Waits for the next frame; nothing at the end of a log, or once stop() was called. Throws Error with a sentence for
-  /// people when the source is lost for good (unplugged, stalled, changed its format). A frame that came damaged is
-  /// delivered as it came: the decoder says so.
+  /// Waits for the next frame; nothing at the end of a log, or once stop() was called. Throws Error with a
+  /// sentence for people when the source is lost for good (unplugged, stalled, changed its format). A frame
+  /// that came damaged is delivered as it came: the decoder says so.
   virtual std::optional<RawFrame> next() = 0;
   /// Makes next() return soon, with nothing.
   virtual void stop() = 0;

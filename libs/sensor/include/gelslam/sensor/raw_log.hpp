@@ -10,10 +10,10 @@
 namespace gelslam {
 
 /// Opens a log as a source of raw frames. A Matroska file of JPEG, PNG or YUYV pictures (what LogWriter
-/// makes, and what other tools make of it) gives its bytes, times and sequence numbers as they were recorded (a
-/// time that is not after the last one: one frame after it); one that was cut off or never closed gives what is whole, and warning() says so. Other videos, folders of
-/// images and data folders (open_frame_source) give bgr frames at the profile's size. Throws Error when it is
-/// none of these.
+/// makes, and what other tools make of it) gives its bytes, times and sequence numbers as they were recorded
+/// (a time that is not after the last one: one frame after it); one that was cut off or never closed gives
+/// what is whole, and warning() says so. Other videos, folders of images and data folders (open_frame_source)
+/// give bgr frames at the profile's size. Throws Error when it is none of these.
 std::unique_ptr<RawFrameSource> open_raw_log(const std::filesystem::path& log,
                                              const SensorProfile& profile = {});
 
@@ -25,8 +25,9 @@ bool is_matroska(const std::filesystem::path& file);
 LogAttachments read_log_attachments(const std::filesystem::path& log);
 
 /// Plays a source at the times it was recorded (steady clock; the first frame at once), `speed` times as
-/// fast. A frame that is asked for too late is delivered at once, and so is one after a gap of more than 30 s, whose
-/// time can only be damaged; none is left out. stop() wakes a waiting next(). Throws Error when `speed` is no positive number.
+/// fast. A frame that is asked for too late is delivered at once, and so is one after a gap of more than 30
+/// s, whose time can only be damaged; none is left out. stop() wakes a waiting next(). Throws Error when
+/// `speed` is no positive number.
 std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source, double speed = 1.0);
 
 }  // namespace gelslam

@@ -8,16 +8,18 @@ namespace gelslam {
 /// What is fixed about a sensor (device_config in the public YAML). Defaults: GelSight Mini without markers.
 struct SensorProfile {
   std::string device_name = "GelSight Mini";
-  double pixel_pitch_mm = 0.0634;  ///< `ppmm` in the public files: millimetres per pixel after crop and resize
-  int width_px = 320;              ///< `imgw`
-  int height_px = 240;             ///< `imgh`
-  int raw_width_px = 3280;         ///< `raw_imgw`, camera image before the crop
-  int raw_height_px = 2464;        ///< `raw_imgh`
-  double frame_rate_hz = 25.0;     ///< `framerate`: asked of a camera, and of a log that does not say
-  std::string camera = "auto";     ///< a path, part of the camera's name, or "auto": see camera.hpp
-  std::string camera_format = "MJPG";            ///< MJPG or YUYV, at the raw size
-  std::string camera_controls;                   ///< "exposure_time_absolute=120, gain=3"
-  std::filesystem::path calibration_model_path;  ///< absolute (or a log that holds the model), or empty if the config names none
+  /// `ppmm` in the public files: millimetres per pixel after crop and resize
+  double pixel_pitch_mm = 0.0634;
+  int width_px = 320;                  ///< `imgw`
+  int height_px = 240;                 ///< `imgh`
+  int raw_width_px = 3280;             ///< `raw_imgw`, camera image before the crop
+  int raw_height_px = 2464;            ///< `raw_imgh`
+  double frame_rate_hz = 25.0;         ///< `framerate`: asked of a camera, and of a log that does not say
+  std::string camera = "auto";         ///< a path, part of the camera's name, or "auto": see camera.hpp
+  std::string camera_format = "MJPG";  ///< MJPG or YUYV, at the raw size
+  std::string camera_controls;         ///< "exposure_time_absolute=120, gain=3"
+  std::filesystem::path calibration_model_path;  ///< absolute (or a log that holds the model), or empty if
+                                                 ///< the config names none
 };
 
 }  // namespace gelslam

@@ -5,7 +5,8 @@
 
 namespace gelslam {
 
-/// One picture from the sensor, already cropped and resized to the calibrated resolution (320x240 for a GelSight Mini).
+/// One picture from the sensor, already cropped and resized to the calibrated resolution (320x240 for a
+/// GelSight Mini).
 struct TactileImage {
   cv::Mat3b bgr;
   double time_s = 0.0;     ///< since the log's first frame

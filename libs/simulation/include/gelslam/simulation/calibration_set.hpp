@@ -54,6 +54,6 @@ SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& pro
 /// about the contact circles), model/nnmodel.pth. Returns the gain on 12 held-out presses. The folder is made
 /// if it is not there.
 HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
-                                   ProgressSink& progress);
+                                     ProgressSink& progress);
 
 }  // namespace gelslam

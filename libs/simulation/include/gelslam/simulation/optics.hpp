@@ -13,8 +13,8 @@ namespace gelslam {
 struct OpticsOptions {
   double noise_gain = 1.0;   ///< factor on read and shot noise; 0: none
   bool light_drift = false;  ///< the lights' brightness wanders by some per cent, each by itself
-  bool dirt =
-      false;  ///< specks that move with the gel; some are there from the start, some come with contact
+  /// specks that move with the gel; some are there from the start, some come with contact
+  bool dirt = false;
   int late_grains = 30;    ///< with dirt: specks that come with contact, 0 .. 10000
   std::uint64_t seed = 1;  ///< of this sensor: noise, drift, dirt
 };

@@ -21,8 +21,8 @@ struct PressLogSpec {
   double diameter_mm = 6.31;  ///< of the ball, 3 .. 15
   int presses = 20;           ///< good ones, over the whole gel, 1 .. 500
   bool mishaps = false;       ///< a bad touch of each kind in turn after every second good one
-  int background_frames =
-      15;  ///< bare gel before the first touch, 0 .. 1000; with 0 the ball lies on the gel at the start
+  /// bare gel before the first touch, 0 .. 1000; with 0 the ball lies on the gel at the start
+  int background_frames = 15;
   GelOptions gel;
   OpticsOptions optics;
   SensorGeometry geometry;

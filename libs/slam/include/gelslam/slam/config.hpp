@@ -12,15 +12,16 @@
 
 namespace gelslam {
 
-/// Everything a run can be told, with working defaults. Files have the keys of the public GelSLAM configuration
-/// (device_config, contact_mask_config, gelslam_config) and our own optional ones; docs/file-formats.md lists them.
+/// Everything a run can be told, with working defaults. Files have the keys of the public GelSLAM
+/// configuration (device_config, contact_mask_config, gelslam_config) and our own optional ones;
+/// docs/file-formats.md lists them.
 struct Config {
   SensorProfile sensor;
   SurfaceOptions surface;
   SlamOptions slam;
   int background_frames = 10;  ///< the log's first frames, without contact
-  /// Factors on every picture's blue, green and red, background included, before anything looks at it: for a log from a
-  /// sensor that is brighter or darker than the one the model was trained on.
+  /// Factors on every picture's blue, green and red, background included, before anything looks at it: for a
+  /// log from a sensor that is brighter or darker than the one the model was trained on.
   std::array<double, 3> color_gain_bgr = {1.0, 1.0, 1.0};
 };
 

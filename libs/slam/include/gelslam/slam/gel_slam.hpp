@@ -11,8 +11,8 @@
 
 namespace gelslam {
 
-/// The chain from surfaces to a map, one frame after the other: tracker, then mapper. Only keyframes are kept.
-/// Deterministic.
+/// The chain from surfaces to a map, one frame after the other: tracker, then mapper. Only keyframes are
+/// kept. Deterministic.
 class GelSlam {
  public:
   explicit GelSlam(const SlamOptions& options);

@@ -23,19 +23,21 @@ struct LiveStatus {
   /// "tracking"; "tracking; sliding along x is not observable on this surface"; "no contact";
   /// "lost: too little overlap; touch a place you have seen"
   std::string words;
-  std::string warning;   ///< what is wrong for longer than a frame (log stopped: disk full; background doubtful), or ""
-  std::string failure;   ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
-  std::string source;    ///< RawFrameSource::description()
-  double rate_hz = 0;    ///< measured over the last seconds
-  std::int64_t frames = 0;            ///< that arrived since the scan began
-  std::int64_t lost_by_camera = 0;    ///< gaps in the driver's count
-  std::int64_t dropped = 0;           ///< arrived, but not tracked because we were behind
-  std::int64_t damaged = 0;           ///< pictures that could not be decoded
-  double latency_ms = 0;              ///< median from a frame's arrival to its pose, last seconds
-  double age_s = 0;                   ///< of the scan
+  std::string warning;  ///< what is wrong for longer than a frame (log stopped: disk full; background
+                        ///< doubtful), or ""
+  std::string
+      failure;  ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
+  std::string source;               ///< RawFrameSource::description()
+  double rate_hz = 0;               ///< measured over the last seconds
+  std::int64_t frames = 0;          ///< that arrived since the scan began
+  std::int64_t lost_by_camera = 0;  ///< gaps in the driver's count
+  std::int64_t dropped = 0;         ///< arrived, but not tracked because we were behind
+  std::int64_t damaged = 0;         ///< pictures that could not be decoded
+  double latency_ms = 0;            ///< median from a frame's arrival to its pose, last seconds
+  double age_s = 0;                 ///< of the scan
   int keyframes = 0, loops = 0, trials = 0, groups = 0;
-  double memory_mb = 0;               ///< resident, of the whole program
-  std::int64_t log_bytes = 0;         ///< recorded so far; 0 without a log
+  double memory_mb = 0;        ///< resident, of the whole program
+  std::int64_t log_bytes = 0;  ///< recorded so far; 0 without a log
   SlopeGain slope_gain;
 };
 
@@ -43,12 +45,12 @@ struct LiveStatus {
 struct LiveTouch {
   std::int64_t index = 0;
   double time_s = 0;
-  cv::Mat3b image;       ///< at the profile's resolution
-  SurfacePtr surface;    ///< never null once scanning
+  cv::Mat3b image;     ///< at the profile's resolution
+  SurfacePtr surface;  ///< never null once scanning
   TrackStatus status = TrackStatus::no_contact;
-  int keyframe = -1;     ///< -1 without contact
+  int keyframe = -1;  ///< -1 without contact
   Pose keyframe_T_frame = Pose::Identity();
-  std::string hidden;    ///< motions that have not been observable for a while, in words; or ""
+  std::string hidden;  ///< motions that have not been observable for a while, in words; or ""
 };
 
 /// What changed in the mesh of the shown group since it was last asked for.
@@ -57,14 +59,14 @@ struct MeshChanges {
   std::vector<MeshBlock> blocks;
 };
 
-/// A live scan as the window sees it, and what a person can ask of it. All functions may be called from the window's
-/// thread at any time and return at once; what was asked for happens soon after.
+/// A live scan as the window sees it, and what a person can ask of it. All functions may be called from the
+/// window's thread at any time and return at once; what was asked for happens soon after.
 class LiveSession {
  public:
   virtual ~LiveSession() = default;
   virtual LiveStatus status() const = 0;
-  virtual std::shared_ptr<const LiveTouch> touch() const = 0;       ///< null before the first frame
-  virtual std::shared_ptr<const MapSnapshot> map() const = 0;       ///< never null
+  virtual std::shared_ptr<const LiveTouch> touch() const = 0;  ///< null before the first frame
+  virtual std::shared_ptr<const MapSnapshot> map() const = 0;  ///< never null
   virtual MeshChanges take_mesh_changes() = 0;
   virtual std::vector<StageStatistics> stage_times() const = 0;
 
@@ -72,7 +74,7 @@ class LiveSession {
   virtual void undo_last_trial() = 0;
   virtual void start_new_scan() = 0;  ///< forgets the map; the log goes on
   virtual void save_now() = 0;        ///< writes the run folder as it is, and goes on
-  virtual void stop() = 0;            ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
+  virtual void stop() = 0;  ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
 };
 
 }  // namespace gelslam

@@ -14,14 +14,14 @@
 namespace gelslam {
 
 struct LiveOptions {
-  Config config;                      ///< with its model's path made certain
-  std::filesystem::path log;          ///< what is replayed; empty for a camera
-  std::filesystem::path background;   ///< an image; empty: the first frames
-  bool force = false;                 ///< take the first frames as background whatever they show
-  /// A camera does not wait: frames that arrive while we are behind are left out, whole. False: every frame is used,
-  /// as fast as it can be.
+  Config config;                     ///< with its model's path made certain
+  std::filesystem::path log;         ///< what is replayed; empty for a camera
+  std::filesystem::path background;  ///< an image; empty: the first frames
+  bool force = false;                ///< take the first frames as background whatever they show
+  /// A camera does not wait: frames that arrive while we are behind are left out, whole. False: every frame
+  /// is used, as fast as it can be.
   bool drop_when_behind = true;
-  std::filesystem::path run_folder;   ///< empty: nothing is kept
+  std::filesystem::path run_folder;  ///< empty: nothing is kept
   bool overwrite = false;
   /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
   std::optional<LogAttachments> record;
@@ -29,12 +29,14 @@ struct LiveOptions {
   std::string program_version;
 };
 
-/// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes nothing.
+/// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes
+/// nothing.
 void check_run_folder(const LiveOptions& options);
 
-/// The live chain: capture, surface, tracking, mapping (loops and pose graph) and fusion, each on its own thread with
-/// queues between them. Tracking never waits for what comes behind it; every keyframe is searched for loops, however
-/// late. Without dropped frames its map at the end is the one that reconstruct() makes of the same log.
+/// The live chain: capture, surface, tracking, mapping (loops and pose graph) and fusion, each on its own
+/// thread with queues between them. Tracking never waits for what comes behind it; every keyframe is searched
+/// for loops, however late. Without dropped frames its map at the end is the one that reconstruct() makes of
+/// the same log.
 class LiveSlam final : public LiveSession {
  public:
   /// Starts at once. Throws Error when the model cannot be read or the run folder may not be written.
@@ -56,8 +58,8 @@ class LiveSlam final : public LiveSession {
   /// stop(), and leave out whatever takes time: loops not searched yet, refinement.
   void hurry();
 
-  /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage threw: an Error when the
-  /// source does not fit or nothing could be saved.
+  /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
+  /// threw: an Error when the source does not fit or nothing could be saved.
   ReconstructSummary wait();
 
  private:

@@ -8,13 +8,14 @@
 
 namespace gelslam {
 
-/// Where everything is, as far as is known now. Immutable; a new one replaces it whenever the pose graph has moved.
+/// Where everything is, as far as is known now. Immutable; a new one replaces it whenever the pose graph has
+/// moved.
 struct MapSnapshot {
   struct Node {
     int keyframe = 0;  ///< id; ids that were undone are missing
     std::int64_t frame = 0;
     int trial = 0;
-    int group = 0;     ///< smallest keyframe id of the group
+    int group = 0;  ///< smallest keyframe id of the group
     Pose group_T_keyframe = Pose::Identity();
     SurfacePtr surface;
   };
@@ -27,7 +28,7 @@ struct MapSnapshot {
   int scan = 0;  ///< counts new scans that a person started within one session: ids begin anew with each
   std::vector<Node> nodes;  ///< by id, ascending
   std::vector<Edge> edges;
-  int shown_group = -1;     ///< the largest group: the one that is meshed and drawn; -1 when there is none
+  int shown_group = -1;  ///< the largest group: the one that is meshed and drawn; -1 when there is none
   SlopeGain slope_gain;
 
   const Node* find(int keyframe) const;  ///< null when it is not there

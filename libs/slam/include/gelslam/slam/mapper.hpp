@@ -15,9 +15,9 @@
 
 namespace gelslam {
 
-/// The half of the chain behind the tracker: keyframes go in, loops are searched for each of them, and the pose graph
-/// says where they are: roughly and at once while a scan goes on, as well as it can at the end. What finish() says does
-/// not depend on how often update() was called. Deterministic. Not thread-safe.
+/// The half of the chain behind the tracker: keyframes go in, loops are searched for each of them, and the
+/// pose graph says where they are: roughly and at once while a scan goes on, as well as it can at the end.
+/// What finish() says does not depend on how often update() was called. Deterministic. Not thread-safe.
 class Mapper {
  public:
   explicit Mapper(const SlamOptions& options);
@@ -38,8 +38,8 @@ class Mapper {
   /// What update() and settle() have found.
   MapSnapshot snapshot() const;
 
-  /// Puts all poses right, with refinement (slow; `refine` false: with the edges that are known). May be called at any
-  /// time; keyframes may follow. `stop_requested` leaves out the rest of the refinement.
+  /// Puts all poses right, with refinement (slow; `refine` false: with the edges that are known). May be
+  /// called at any time; keyframes may follow. `stop_requested` leaves out the rest of the refinement.
   SlamMap finish(const std::vector<FrameRecord>& frames, bool refine,
                  const std::function<bool()>& stop_requested) const;
 
@@ -48,8 +48,8 @@ class Mapper {
   LoopCloser loop_closer_;
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
   std::map<int, Pose> trial_T_keyframe_;                    // the nodes
-  std::vector<PoseGraphEdge> edges_;       // all that were measured
-  std::vector<PoseGraphEdge> live_edges_;  // those of them that shape live_
+  std::vector<PoseGraphEdge> edges_;                        // all that were measured
+  std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
   PoseGraphSolution live_;
   int loops_since_settled_ = 0;
   std::uint64_t version_ = 0;

@@ -11,7 +11,7 @@ namespace gelslam {
 
 struct ReconstructRequest {
   LogInput input;
-  Config config;                      ///< from resolve_config()
+  Config config;  ///< from resolve_config()
   std::filesystem::path run_folder;
   bool overwrite = false;
   std::string program_version;
@@ -23,13 +23,13 @@ struct ReconstructSummary {
   int keyframes = 0, trials = 0, groups = 0, loops = 0;
   std::size_t vertices = 0, triangles = 0;
   double seconds = 0;
-  bool partial = false;     ///< stopped before the log's end
-  std::string warning;      ///< what was not right with the log, or ""
+  bool partial = false;  ///< stopped before the log's end
+  std::string warning;   ///< what was not right with the log, or ""
 };
 
-/// A recorded log becomes a run folder (DESIGN §6): tracking, loop closure, pose graph, refinement, fusion. When
-/// `stop_requested` turns true it ends with what it has, and the report says partial. Throws Error on a person's mistake,
-/// and then leaves no folder behind.
+/// A recorded log becomes a run folder (DESIGN §6): tracking, loop closure, pose graph, refinement, fusion.
+/// When `stop_requested` turns true it ends with what it has, and the report says partial. Throws Error on a
+/// person's mistake, and then leaves no folder behind.
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested);
 

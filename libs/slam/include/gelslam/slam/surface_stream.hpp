@@ -12,8 +12,8 @@
 
 namespace gelslam {
 
-/// A log as a stream of surfaces: reads the background, then estimates frame by frame; never holds more than the
-/// background frames at once.
+/// A log as a stream of surfaces: reads the background, then estimates frame by frame; never holds more than
+/// the background frames at once.
 class SurfaceStream {
  public:
   struct Item {
@@ -22,7 +22,8 @@ class SurfaceStream {
     SurfacePtr surface;  ///< null for background frames
   };
 
-  /// Reads the background. Throws Error when the log is no log, is shorter than its background, or shows contact in it.
+  /// Reads the background. Throws Error when the log is no log, is shorter than its background, or shows
+  /// contact in it.
   SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer);
   ~SurfaceStream();
 

@@ -8,8 +8,9 @@
 
 namespace gelslam {
 
-/// Where each trial lies in the frame of the first one, as far as loops have told: for a pose stream, which has to say
-/// at once what it knows and cannot correct it later. A trial that is never recognised has no place.
+/// Where each trial lies in the frame of the first one, as far as loops have told: for a pose stream, which
+/// has to say at once what it knows and cannot correct it later. A trial that is never recognised has no
+/// place.
 class TrialPlaces {
  public:
   explicit TrialPlaces(const LoopClosureOptions& options) : loop_closer_(options) {}

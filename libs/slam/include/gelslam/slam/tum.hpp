@@ -6,7 +6,8 @@
 
 namespace gelslam {
 
-/// One line of a TUM trajectory, with line end: "time_s tx ty tz qx qy qz qw", metres, 12 significant digits, qw >= 0.
+/// One line of a TUM trajectory, with line end: "time_s tx ty tz qx qy qz qw", metres, 12 significant digits,
+/// qw >= 0.
 std::string tum_line(double time_s, const Pose& pose_mm);
 
 }  // namespace gelslam

@@ -13,8 +13,9 @@ namespace gelslam {
 /// differ.
 cv::Mat3b mean_image(const std::vector<cv::Mat3b>& images);
 
-/// Mean of pictures of the bare gel, each brought to the brightness of the last, per channel, where they differ by more
-/// than a hundredth: a camera's exposure may still settle in the first of them. Throws like mean_image.
+/// Mean of pictures of the bare gel, each brought to the brightness of the last, per channel, where they
+/// differ by more than a hundredth: a camera's exposure may still settle in the first of them. Throws like
+/// mean_image.
 cv::Mat3b background_image(const std::vector<cv::Mat3b>& frames);
 
 struct BackgroundCheck {
@@ -24,9 +25,9 @@ struct BackgroundCheck {
 };
 
 /// Says whether would-be background frames already show contact (own): something moves between the frames, or
-/// the gel has markers (find_marker_dots), or the model reads an imprint (bent or steep locally, where the bare gel shows at most a smooth bias) in
-/// their background_image. A flat object that does not move at all cannot be told from bare gel. Throws Error like
-/// mean_image, and when the model does not fit.
+/// the gel has markers (find_marker_dots), or the model reads an imprint (bent or steep locally, where the
+/// bare gel shows at most a smooth bias) in their background_image. A flat object that does not move at all
+/// cannot be told from bare gel. Throws Error like mean_image, and when the model does not fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options);
 

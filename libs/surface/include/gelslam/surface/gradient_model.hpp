@@ -18,8 +18,8 @@ struct GradientModel {
   std::vector<Layer> layers;  ///< four
 };
 
-/// Reads a PyTorch state_dict (`nnmodel.pth`: zip + pickle protocol 2) without ever running code: only the opcodes and
-/// globals a state_dict of float32 tensors needs are known, all else is refused. Throws Error.
+/// Reads a PyTorch state_dict (`nnmodel.pth`: zip + pickle protocol 2) without ever running code: only the
+/// opcodes and globals a state_dict of float32 tensors needs are known, all else is refused. Throws Error.
 GradientModel read_pth_model(const std::filesystem::path& path);
 
 /// Writes a state_dict that torch.load and read_pth_model read. Throws Error when the disk does not take it.

@@ -9,12 +9,14 @@
 
 namespace gelslam {
 
-/// What a colour model reads wrong, as a few numbers: true slope = read slope - sum of factor * term. Nothing where the
-/// gel is flat. A model trained on presses of balls errs by a few per cent of the slope, not by the same along x and y
-/// (slope_gain), unevenly over the gel, and more on slopes toward one lamp than toward another. Source: own.
+/// What a colour model reads wrong, as a few numbers: true slope = read slope - sum of factor * term. Nothing
+/// where the gel is flat. A model trained on presses of balls errs by a few per cent of the slope, not by the
+/// same along x and y (slope_gain), unevenly over the gel, and more on slopes toward one lamp than toward
+/// another. Source: own.
 struct SlopeCorrection {
   /// Terms of one axis, of read slopes gx, gy at (x, y) in half image widths from the centre, with
-  /// m = 1 / sqrt(1 + gx² + gy²): gx, gy, x gx, y gx, x gy, y gy, m gx², m gx gy, m gy², and in contact x and y.
+  /// m = 1 / sqrt(1 + gx² + gy²): gx, gy, x gx, y gx, x gy, y gy, m gx², m gx gy, m gy², and in contact x and
+  /// y.
   static constexpr std::size_t kTermsPerAxis = 11;
   static constexpr std::size_t kTerms = 2 * kTermsPerAxis;
   using AxisTerms = std::array<float, kTermsPerAxis>;
@@ -38,8 +40,8 @@ class SlopeCorrector {
   explicit SlopeCorrector(cv::Size size);
   ~SlopeCorrector();
 
-  /// The surface with slopes corrected and heights integrated from them; contact and curvature (which decide what is
-  /// looked at) stay. `size` as given.
+  /// The surface with slopes corrected and heights integrated from them; contact and curvature (which decide
+  /// what is looked at) stay. `size` as given.
   SurfacePtr apply(const Surface& read, const SlopeCorrection& correction);
 
  private:

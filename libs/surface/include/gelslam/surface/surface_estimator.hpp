@@ -10,11 +10,11 @@ namespace gelslam {
 
 struct SurfaceOptions {
   double pixel_pitch_mm = 0.0634;
-  double color_dist_threshold =
-      15.0;  ///< grey levels (L2 over BGR) by which contact differs from the background
+  /// grey levels (L2 over BGR) by which contact differs from the background
+  double color_dist_threshold = 15.0;
   double height_threshold_mm = 0.2;  ///< contact lies at least this far below the untouched gel
-  bool compensate_light =
-      true;  ///< follow lamps and stray light (own; per channel gain, offset, and a field from one side)
+  /// follow lamps and stray light (own; per channel gain, offset, and a field from one side)
+  bool compensate_light = true;
   bool gradient_everywhere = false;  ///< run the network on unchanged pixels too (slower; for comparisons)
 };
 
