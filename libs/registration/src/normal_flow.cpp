@@ -29,10 +29,10 @@ Vector6d with_zero_tz(const Vector5d& step) {
 
 // Below so many standard deviations of the noise, squared, in all five directions together, a step changes
 // nothing.
-constexpr double kNoiseStep2 = 1.0;
-// So many steps in a row may fail to make the residuals smaller by more than the noise of one sample. Where
-// little is shown, further ones only wander.
-constexpr int kPatience = 3;
+constexpr double kNoiseStep2 = 0.1;
+// So many steps in a row may fail to make the residuals smaller by more than the noise of one sample: in a
+// noisy picture they do so for long and arrive all the same. Where little is shown, further ones only wander.
+constexpr int kPatience = 20;
 // A last step beyond these is no rounding about the optimum.
 constexpr double kWanderingRad = 0.005;
 constexpr double kWanderingMm = 0.05;
