@@ -29,10 +29,12 @@ Vector6d with_zero_tz(const Vector5d& step) {
 
 // Below so many standard deviations of the noise, squared, in all five directions together, a step changes
 // nothing.
-constexpr double kNoiseStep2 = 0.1;
-// So many steps in a row may fail to make the residuals smaller by more than the noise of one sample: in a
-// noisy picture they do so for long and arrive all the same. Where little is shown, further ones only wander.
-constexpr int kPatience = 20;
+constexpr double kNoiseStep2 = 1.0;
+// So many steps in a row may fail to make the residuals smaller by more than the noise of one sample. Where
+// little is shown, further ones only wander; where noise is most of the residuals, they seem to fail for long
+// and arrive all the same.
+constexpr int kPatience = 3, kPatienceInNoise = 20;
+constexpr double kNoisyRad = 0.07;
 // A last step beyond these is no rounding about the optimum.
 constexpr double kWanderingRad = 0.005;
 constexpr double kWanderingMm = 0.05;
@@ -46,14 +48,15 @@ class Progress {
     const double mean_square = sums.squares / std::max(sums.weight, std::numeric_limits<float>::min());
     const bool smaller = (least_ - mean_square) * sums.weight > noise_variance_;
     stale_ = smaller ? 0 : stale_ + 1;
+    patience_ = mean_square > kNoisyRad * kNoisyRad ? kPatienceInNoise : kPatience;
     least_ = std::min(least_, mean_square);
   }
-  bool over() const { return stale_ >= kPatience; }
+  bool over() const { return stale_ >= patience_; }
 
  private:
   double noise_variance_;
   double least_ = std::numeric_limits<double>::max();
-  int stale_ = 0;
+  int stale_ = 0, patience_ = kPatience;
 };
 
 /// One registration in progress: the reference against one target.
