@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gelslam/core/angles.hpp"
+
 namespace gelslam::bench {
 namespace {
 
 constexpr double kRightMm = 0.3, kRightDeg = 2.0;
 constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
-constexpr double kDegreesPerRadian = 180 / M_PI;
 
 double largest(const Eigen::Vector3d& error, const bool* observable) {
   double most = 0;

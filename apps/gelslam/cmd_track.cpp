@@ -2,10 +2,10 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 
 #include "commands.hpp"
+#include "gelslam/core/angles.hpp"
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
@@ -71,9 +71,9 @@ nlohmann::ordered_json ndjson(const TrackedFrame& frame, const std::optional<Vec
                          : nlohmann::ordered_json(nullptr);
   json["observable"] = nlohmann::ordered_json::array();
   for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
-  const double degrees = 180.0 / std::numbers::pi;
   json["sigma_mm"] = sigma ? three_numbers(sigma->head<3>()) : nlohmann::ordered_json(nullptr);
-  json["sigma_deg"] = sigma ? three_numbers(degrees * sigma->tail<3>()) : nlohmann::ordered_json(nullptr);
+  json["sigma_deg"] =
+      sigma ? three_numbers(kDegreesPerRadian * sigma->tail<3>()) : nlohmann::ordered_json(nullptr);
   json["scr"] = frame.registration.scr;
   json["ccs"] = frame.registration.ccs;
   return json;

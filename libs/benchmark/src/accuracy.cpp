@@ -1,16 +1,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "gelslam/benchmark/report.hpp"
+#include "gelslam/core/angles.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 constexpr int kBinsPerDecade = 8;
 
 /// In the order in which they came, each once.

@@ -150,8 +150,8 @@ bool slid(const FoundCircle& found, const cv::Mat3f& relative, double ball_px) {
 /// Two balls, or a finger beside one: the skirts of both lie on each other.
 bool touches_twice(const FoundCircle& found, const cv::Mat3b& bgr, const cv::Mat3b& background) {
   const cv::Mat1f difference = cell_difference(shrink_to_cells(bgr), shrink_to_cells(background));
-  return has_second_contact(difference, level_of_contact(difference, least_touch_levels), found,
-                            static_cast<double>(bgr.cols) / cells_across);
+  return has_second_contact(changed_pieces(difference, level_of_contact(difference, least_touch_levels)),
+                            found, static_cast<double>(bgr.cols) / cells_across);
 }
 
 }  // namespace

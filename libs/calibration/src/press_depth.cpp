@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "gelslam/core/angles.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 constexpr double shallow_rim = 0.3, deep_rim = 0.6;
 constexpr double most = 0.9;  // of the presses
 
-double degrees(double slope) { return std::atan(slope) * 180.0 / std::numbers::pi; }
+double degrees(double slope) { return std::atan(slope) * kDegreesPerRadian; }
 
 }  // namespace
 

@@ -22,13 +22,12 @@ double inset_px(const ContactCircle& circle, const cv::Size& size) {
       {circle.u_px, circle.v_px, size.width - 1.0 - circle.u_px, size.height - 1.0 - circle.v_px});
 }
 
-std::string problem_with(const FoundCircle& found, const cv::Mat1f& difference, double level,
+std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiece>& pieces,
                          const cv::Size& size, double ball_px) {
-  const std::vector<ChangedPiece> pieces = changed_pieces(difference, level);
   const double cell_px = static_cast<double>(size.width) / cells_across;
   constexpr const char* off_the_edge = "too near the edge of the gel: move the ball inward";
   if (pieces.empty()) return "too shallow: press a little deeper";
-  if (has_second_contact(difference, level, found, cell_px))
+  if (has_second_contact(pieces, found, cell_px))
     return "two things touch the gel: press with the ball alone";
   const double width = 2.0 * found.circle.radius_px / size.width;
   if (found.problem.empty() && inset_px(found.circle, size) < least_inset * found.circle.radius_px)
@@ -46,8 +45,8 @@ std::string problem_with(const FoundCircle& found, const cv::Mat1f& difference, 
 JudgedPress judge_press(const cv::Mat3b& bgr, const cv::Mat3b& background, const cv::Mat1f& difference,
                         double touch_level, double ball_px) {
   JudgedPress judged{find_circle(bgr, background, ball_px), ""};
-  judged.problem =
-      problem_with(judged.found, difference, level_of_contact(difference, touch_level), bgr.size(), ball_px);
+  const double level = level_of_contact(difference, touch_level);
+  judged.problem = problem_with(judged.found, changed_pieces(difference, level), bgr.size(), ball_px);
   return judged;
 }
 

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
-
-#include "gel_change.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {
@@ -20,8 +17,7 @@ double level_of_contact(const cv::Mat1f& difference, double touch_level) {
   return std::max(touch_level, contact_share * largest(difference));
 }
 
-bool has_second_contact(const cv::Mat1f& difference, double level, const FoundCircle& found, double cell_px) {
-  const std::vector<ChangedPiece> pieces = changed_pieces(difference, level);
+bool has_second_contact(const std::vector<ChangedPiece>& pieces, const FoundCircle& found, double cell_px) {
   const bool known = found.problem.empty();
   // Of two balls, the circle may have been found around the one that is not the heaviest piece.
   for (std::size_t k = known ? 0 : 1; k < pieces.size(); ++k) {

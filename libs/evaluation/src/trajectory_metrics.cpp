@@ -2,15 +2,13 @@
 
 #include <Eigen/SVD>
 #include <cmath>
-#include <numbers>
 #include <string>
 
+#include "gelslam/core/angles.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
 /// Both poses of a frame, relative to the reference frame.
 struct PosePair {

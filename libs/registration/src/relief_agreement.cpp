@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "normal_flow_reference.hpp"
 #include "normal_gradient.hpp"
 #include "pixel_lookup.hpp"
 
@@ -19,15 +20,8 @@ Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // of a normal
 using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
 
-SampleJacobian reference_jacobian(const Samples& s, std::size_t k) {
-  SampleJacobian jacobian;
-  for (int c = 0; c < 3; ++c)
-    for (int a = 0; a < kParameters; ++a)
-      jacobian(c, a) = s.jacobian[static_cast<std::size_t>(c * kParameters + a)][k];
-  return jacobian;
-}
-
-/// The same as the target shows it: with its normal `n`, and how that changes along the reference's x and y.
+/// A sample's Jacobian as the target shows it: with its normal `n`, and how that changes along the
+/// reference's x and y.
 SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vector3f& n,
                                const Eigen::Vector3f& dx, const Eigen::Vector3f& dy) {
   const float x = s.x[k], y = s.y[k], z = s.z[k];
@@ -76,7 +70,7 @@ ReliefAgreement compare_relief(const Samples& s, const Surface& target, const Po
     const Eigen::Vector3f dy =
         carried_back(rotation(0, 1) + rotation(0, 2) * slope_y, rotation(1, 1) + rotation(1, 2) * slope_y);
     const Eigen::Vector3f n(s.nx[k] + residuals.rx[k], s.ny[k] + residuals.ry[k], s.nz[k] + residuals.rz[k]);
-    const SampleJacobian here = reference_jacobian(s, k), there = target_jacobian(s, k, n, dx, dy);
+    const SampleJacobian here = jacobian_of(s, k), there = target_jacobian(s, k, n, dx, dy);
     read += w * here.transpose() * here;
     common += w * here.transpose() * there;
     moments += w * gel_pattern(s, k);

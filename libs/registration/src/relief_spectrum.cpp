@@ -3,10 +3,10 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "gelslam/core/angles.hpp"
+
 namespace gelslam {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 cv::Mat spectrum(const cv::Mat1f& image) {
   const cv::Size size(cv::getOptimalDFTSize(2 * image.cols), cv::getOptimalDFTSize(2 * image.rows));

@@ -77,10 +77,7 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
     if (n.z() < kLeastTurnCosine || n_in_target.z() < kLeastTurnCosine) continue;
     const NormalByFactor by_factor = reference_R_target * normal_by_factor(n_in_target, target, at_target) -
                                      normal_by_factor(n, reference.surface(), at_reference);
-    Eigen::Matrix<double, 3, kParameters> jacobian;
-    for (int c = 0; c < 3; ++c)
-      for (int a = 0; a < kParameters; ++a)
-        jacobian(c, a) = samples.jacobian[static_cast<std::size_t>(c * kParameters + a)][k];
+    const Eigen::Matrix<double, 3, kParameters> jacobian = jacobian_of(samples, k).cast<double>();
     sums.pose += w * jacobian.transpose() * jacobian;
     sums.mixed += w * jacobian.transpose() * by_factor;
     sums.factors += w * by_factor.transpose() * by_factor;

@@ -1,8 +1,8 @@
 #include "gelslam/slam/trial_drift.hpp"
 
 #include <array>
-#include <numbers>
 
+#include "gelslam/core/angles.hpp"
 #include "gelslam/core/text.hpp"
 #include "odometry_edge.hpp"
 
@@ -11,8 +11,6 @@ namespace gelslam {
 using namespace slam::detail;
 
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
 UncertainMotion onward(const UncertainMotion& trial_T_previous, const KeyframeLink& link) {
   UncertainMotion motion = compose(trial_T_previous, uncertain_motion(odometry_edge(link, -1)));

@@ -20,10 +20,15 @@ constexpr int smooth_blocks = 9;
 constexpr double stand_out_in_texture = 0.05, stand_out_in_bare_gel = 0.15;  // shares of the picture
 constexpr int margin_blocks = 2;
 
-/// Of the squares of vectors' lengths.
-float lower_quartile(const cv::Mat3f& vectors, std::vector<float>& scratch) {
-  scratch.clear();
-  for (const cv::Vec3f& v : vectors) scratch.push_back(v.dot(v));
+void square_lengths(const cv::Mat3f& vectors, cv::Mat1f& squared) {
+  squared.create(vectors.size());
+  std::transform(vectors.begin(), vectors.end(), squared.begin(),
+                 [](const cv::Vec3f& v) { return v.dot(v); });
+}
+
+/// Of lengths whose squares are given.
+float lower_quartile(const cv::Mat1f& squared, std::vector<float>& scratch) {
+  scratch.assign(squared.begin(), squared.end());
   const auto quartile = scratch.begin() + static_cast<std::ptrdiff_t>(scratch.size() / 4);
   std::nth_element(scratch.begin(), quartile, scratch.end());
   return std::sqrt(*quartile);
@@ -33,7 +38,7 @@ float lower_quartile(const cv::Mat3f& vectors, std::vector<float>& scratch) {
 
 /// The lower quartile, but where it is a texture's.
 float ChangeDetector::noise_unless_textured() {
-  const float quartile = lower_quartile(mean_, scratch_);
+  const float quartile = lower_quartile(squared_, scratch_);
   bool is_textured = false;
   if (quartile > largest_noise_gray_levels) {
     const float above = quartiles_above_noise * quartile;
@@ -42,8 +47,9 @@ float ChangeDetector::noise_unless_textured() {
     const double share = static_cast<double>(stand_out) / static_cast<double>(squared_.total());
     cv::blur(mean_, fine_, cv::Size(smooth_blocks, smooth_blocks));
     cv::subtract(mean_, fine_, fine_);
+    square_lengths(fine_, fine_squared_);
     is_textured = share < (was_textured_ ? stand_out_in_bare_gel : stand_out_in_texture) &&
-                  lower_quartile(fine_, scratch_) > largest_noise_gray_levels;
+                  lower_quartile(fine_squared_, scratch_) > largest_noise_gray_levels;
   }
   was_textured_ = is_textured;
   return is_textured ? largest_noise_gray_levels : quartile;
@@ -51,11 +57,7 @@ float ChangeDetector::noise_unless_textured() {
 
 void ChangeDetector::detect(const cv::Mat3f& difference, cv::Mat1b& changed_blocks) {
   cv::blur(difference, mean_, cv::Size(3, 3), cv::Point(-1, -1), cv::BORDER_REPLICATE);
-  squared_.create(difference.size());
-  for (int row = 0; row < mean_.rows; ++row) {
-    for (int column = 0; column < mean_.cols; ++column)
-      squared_(row, column) = mean_(row, column).dot(mean_(row, column));
-  }
+  square_lengths(mean_, squared_);
   const float noise = noise_unless_textured();
   const float threshold = std::max(min_threshold_gray_levels, quartiles_above_noise * noise);
   cv::compare(squared_, threshold * threshold, core_, cv::CMP_GT);

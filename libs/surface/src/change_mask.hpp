@@ -20,7 +20,7 @@ class ChangeDetector {
   float noise_unless_textured();
 
   cv::Mat3f mean_, fine_;
-  cv::Mat1f squared_;
+  cv::Mat1f squared_, fine_squared_;
   std::vector<float> scratch_;
   cv::Mat1b core_;
   bool was_textured_ = false;

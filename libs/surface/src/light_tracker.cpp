@@ -234,8 +234,7 @@ LightTracker::Fit LightTracker::refine_banded(const cv::Mat3f& blocks, const cv:
     Light bands;
     bands.row_gain = fit_rows(blocks, excluded, light);
     bands.unevenness = Unevenness::banded;
-    cv::Mat3f even;
-    blocks.copyTo(even);
+    cv::Mat3f even = blocks.clone();
     remove_field(bands, even);
     best = refine_even(even, excluded, light);
     if (best.agree < enough) return {};
