@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from plotting import NAMES, colour, in_order, plt, read_table, save
+from plotting import NAMES, color, in_order, plt, read_table, save
 
 AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 TITLES = ("x (mm)", "y (mm)", "z (mm)", "rotation about x (°)", "rotation about y (°)", "rotation about z (°)")
@@ -44,7 +44,7 @@ def draw_accuracy(folder):
         for i, method in enumerate(methods):
             by_object = {r["object"]: float(r[axis]) for r in rows if r["method"] == method}
             places = [objects.index(o) - 0.4 + (i + 0.5) * width for o in by_object]
-            plot.bar(places, list(by_object.values()), width, color=colour(method), label=method)
+            plot.bar(places, list(by_object.values()), width, color=color(method), label=method)
         plot.set_xticks(range(len(objects)), objects, rotation=60, ha="right", fontsize=7)
         values = [float(r[axis]) for r in rows if float(r[axis]) > 0] or [1.0]
         plot.set_yscale("log")
@@ -62,8 +62,8 @@ def draw_runtime(folder):
         mine = [r for r in rows if r["method"] == method]
         edges = [float(r["low_ms"]) for r in mine] + [float(mine[-1]["high_ms"])]
         counts = [int(r["frames"]) for r in mine]
-        plot.stairs(counts, edges, fill=True, alpha=0.35, color=colour(method))
-        plot.stairs(counts, edges, color=colour(method), linewidth=1.2, label="%s (%d frames)" % (NAMES.get(method, method), sum(counts)))
+        plot.stairs(counts, edges, fill=True, alpha=0.35, color=color(method))
+        plot.stairs(counts, edges, color=color(method), linewidth=1.2, label="%s (%d frames)" % (NAMES.get(method, method), sum(counts)))
     plot.set_xscale("log")
     plot.xaxis.set_major_formatter("{x:g}")
     plot.set_xlabel("processor time per frame, one thread (ms)")
@@ -87,8 +87,8 @@ def draw_errors(folder, which):
             frames = np.array([int(r["frame"]) for r in mine])
             mean = np.array([float(r["mean_" + axis]) for r in mine])
             deviation = np.array([float(r["deviation_" + axis]) for r in mine])
-            plot.plot(frames, mean, color=colour(method), linewidth=1, label=method)
-            plot.fill_between(frames, np.maximum(mean - deviation, 0), mean + deviation, color=colour(method), alpha=0.2, linewidth=0)
+            plot.plot(frames, mean, color=color(method), linewidth=1, label=method)
+            plot.fill_between(frames, np.maximum(mean - deviation, 0), mean + deviation, color=color(method), alpha=0.2, linewidth=0)
         plot.set_title(title, fontsize=9)
         plot.set_xlabel("frame", fontsize=8)
         plot.grid(True, alpha=0.3)
@@ -111,9 +111,9 @@ def draw_trajectory(folder, which):
         for method in methods:
             mine = [r for r in rows if r["method"] == method]
             time, value = [float(r["time_s"]) for r in mine], [float(r[axis]) for r in mine]
-            plot.plot(time, value, color=colour(method), linewidth=1, label=method)
+            plot.plot(time, value, color=color(method), linewidth=1, label=method)
             lost = [i for i, r in enumerate(mine) if r["tracked"] == "0"]
-            plot.plot([time[i] for i in lost], [value[i] for i in lost], "x", color=colour(method), markersize=4)
+            plot.plot([time[i] for i in lost], [value[i] for i in lost], "x", color=color(method), markersize=4)
         low, high = min(truth), max(truth)
         margin = max(0.25 * (high - low), 0.05)
         plot.set_ylim(low - margin, high + margin)  # a method that is off the chart is off the chart

@@ -10,7 +10,7 @@ Example: build/bin/honesty -o STUDY && scripts/plot_honesty.py STUDY -o docs/ben
 
 import numpy as np
 
-from plotting import NAMES, colour, in_order, plt, read_table, save, study_arguments
+from plotting import NAMES, color, in_order, plt, read_table, save, study_arguments
 
 SOURCES = ("generated", "frame 0", "keyframes")
 WRONG = {"wrong": "share of tracked that is wrong by\nmore than 1 mm or 5° where observable",
@@ -46,11 +46,11 @@ def curve(answers, gates, knob, wrong):
 def draw_plot(plot, by_method, gates, knob, wrong):
     for method, answers in by_method.items():
         if knob:
-            plot.plot(*curve(answers, gates, knob, wrong), color=colour(method), linewidth=1.2)
+            plot.plot(*curve(answers, gates, knob, wrong), color=color(method), linewidth=1.2)
             kept, share = answers.share((answers.scr >= gates["scr"]) & (answers.ccs >= gates["ccs"]), wrong)
-            plot.plot(kept, max(share, LEAST), "o", color=colour(method), markersize=5, markerfacecolor="white")
+            plot.plot(kept, max(share, LEAST), "o", color=color(method), markersize=5, markerfacecolor="white")
         kept, share = answers.share(answers.tracked, wrong)
-        plot.plot(kept, max(share, LEAST), "*", color=colour(method), markersize=11, markeredgecolor="black", markeredgewidth=0.5)
+        plot.plot(kept, max(share, LEAST), "*", color=color(method), markersize=11, markeredgecolor="black", markeredgewidth=0.5)
     plot.set_yscale("log")
     plot.set_ylim(0.8 * LEAST, 1.2)
     plot.set_xlim(-0.03, 1.03)
@@ -72,9 +72,9 @@ def draw(rows, gates, path):
         plots[1, column].set_xlabel("share of right answers called tracked", fontsize=8)
     for plot, wrong in zip(plots[:, 0], WRONG):
         plot.set_ylabel(WRONG[wrong], fontsize=8)
-    handles = [plt.Line2D([], [], color=colour(m), label=NAMES.get(m, m)) for m in methods]
-    handles += [plt.Line2D([], [], color="dimgrey", marker="*", linestyle="", markersize=10, label="status"),
-                plt.Line2D([], [], color="dimgrey", marker="o", linestyle="", markerfacecolor="white",
+    handles = [plt.Line2D([], [], color=color(m), label=NAMES.get(m, m)) for m in methods]
+    handles += [plt.Line2D([], [], color="dimgray", marker="*", linestyle="", markersize=10, label="status"),
+                plt.Line2D([], [], color="dimgray", marker="o", linestyle="", markerfacecolor="white",
                            label="SCR ≥ %g and CCS ≥ %g" % (gates["scr"], gates["ccs"]))]
     figure.legend(handles=handles, fontsize=8, loc="lower center", ncol=4)
     save(figure, path, (0, 0.07, 1, 1))

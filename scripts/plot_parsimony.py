@@ -14,18 +14,18 @@ PANELS = (("keyframes", 1, "keyframes made", ("keyframe_min_shared",)),
           ("triangles", 1e-3, "triangles of the mesh (thousand)", ("voxel_size_mm",)),
           ("bytes", 1e-6, "the run's folder (MB)", ("keyframe_min_shared", "voxel_size_mm")))
 ERRORS = (("error_mm", "trajectory: geometric mean of six axes (mm)"), ("mesh_mean_mm", "mesh: mean distance to the truth (mm)"))
-COLOURS = ("#1b6ca8", "#d1495b", "#2e933c", "#8d6a9f", "#edae49")
+COLORS = ("#1b6ca8", "#d1495b", "#2e933c", "#8d6a9f", "#edae49")
 
 
 def draw_plot(plot, rows, sequences, spent, unit, knobs, error):
-    for sequence, colour in zip(sequences, COLOURS):
+    for sequence, color in zip(sequences, COLORS):
         mine = [r for r in rows if r["sequence"] == sequence and r[error] != "null"]
         default = [r for r in mine if r["knob"] == "default"]
         for knob, line in zip(knobs, ("o-", "s--")):
             turned = sorted((float(r[spent]) * unit, float(r[error])) for r in mine if r["knob"] == knob or r in default)
-            plot.plot(*zip(*turned) if turned else ([], []), line, color=colour, markersize=4, linewidth=1.2)
+            plot.plot(*zip(*turned) if turned else ([], []), line, color=color, markersize=4, linewidth=1.2)
         for r in default:
-            plot.plot(float(r[spent]) * unit, float(r[error]), "*", color=colour, markersize=12, markeredgecolor="black",
+            plot.plot(float(r[spent]) * unit, float(r[error]), "*", color=color, markersize=12, markeredgecolor="black",
                       markeredgewidth=0.6, zorder=4)
     plot.set_xscale("log")
     plot.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -48,10 +48,10 @@ def draw(rows, path):
                 continue
             draw_plot(plot, rows, sequences, spent, unit, knobs, error)
             plot.set_xlabel(title, fontsize=8)
-    handles = [plt.Line2D([], [], color=c, marker="o", markersize=4, label=s) for s, c in zip(sequences, COLOURS)]
-    handles += [plt.Line2D([], [], color="dimgrey", marker="*", linestyle="", markersize=11, label="default"),
-                plt.Line2D([], [], color="dimgrey", marker="o", markersize=4, label="bytes: keyframes more or fewer"),
-                plt.Line2D([], [], color="dimgrey", marker="s", linestyle="--", markersize=4, label="bytes: mesh finer or coarser")]
+    handles = [plt.Line2D([], [], color=c, marker="o", markersize=4, label=s) for s, c in zip(sequences, COLORS)]
+    handles += [plt.Line2D([], [], color="dimgray", marker="*", linestyle="", markersize=11, label="default"),
+                plt.Line2D([], [], color="dimgray", marker="o", markersize=4, label="bytes: keyframes more or fewer"),
+                plt.Line2D([], [], color="dimgray", marker="s", linestyle="--", markersize=4, label="bytes: mesh finer or coarser")]
     figure.legend(handles=handles, fontsize=8, loc="lower center", ncol=len(handles))
     save(figure, path, (0, 0.05, 1, 1))
 

@@ -7,7 +7,7 @@ Example: build/bin/speed_accuracy -o STUDY && scripts/plot_speed_accuracy.py STU
 """
 
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
-from plotting import NAMES, colour, plt, read_studies, save, study_arguments
+from plotting import NAMES, color, plt, read_studies, save, study_arguments
 
 MARKS = {"default": "*", "tuned": "P", "samples": "o", "points": "o", "iterations": "^", "least iterations": "v", "resolution": "s",
          "robust scale": "D", "tolerance": "x"}
@@ -28,7 +28,7 @@ def read_rows(folders):
 def draw_setting(axes, row):
     mark = MARKS.get(row["knob"], "d")
     big = row["knob"] in ("default", "tuned")
-    of_method = colour(row["method"])
+    of_method = color(row["method"])
     style = {"color": of_method} if mark == "x" else {"color": of_method, "edgecolors": "black" if big else "white", "linewidths": 0.6}
     axes.vlines(row["ms"], row["low"], row["high"], color=of_method, linewidth=1.0, alpha=0.6, zorder=2)
     axes.scatter(row["ms"], row["error"], s=220 if mark == "*" else 110 if big else 30, marker=mark, zorder=4 if big else 3, **style)
@@ -43,11 +43,11 @@ def draw_front(axes, rows):
 
 def legend_handles(rows):
     methods = [m for m in NAMES if any(r["method"] == m for r in rows)]
-    handles = [plt.Line2D([], [], color=colour(m), marker="o", linestyle="", label="%s (%d pairs)" % (NAMES[m], pairs_of(rows, m))) for m in methods]
+    handles = [plt.Line2D([], [], color=color(m), marker="o", linestyle="", label="%s (%d pairs)" % (NAMES[m], pairs_of(rows, m))) for m in methods]
     used = {MARKS.get(r["knob"], "d") for r in rows}
-    handles += [plt.Line2D([], [], color="dimgrey", marker=m, linestyle="", markersize=11 if m == "*" else 6, label=t)
+    handles += [plt.Line2D([], [], color="dimgray", marker=m, linestyle="", markersize=11 if m == "*" else 6, label=t)
                 for m, t in KNOB_LABELS.items() if m in used]
-    handles.append(plt.Line2D([], [], color="dimgrey", linewidth=1, label="5 to 95 % of bootstrap draws"))
+    handles.append(plt.Line2D([], [], color="dimgray", linewidth=1, label="5 to 95 % of bootstrap draws"))
     handles.append(plt.Line2D([], [], color="black", linestyle="--", linewidth=1, label="Pareto front of the means"))
     return handles
 

@@ -6,16 +6,16 @@ Of several studies, a method is taken from the last that has it: after a change 
 Example: build/bin/stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
 """
 
-from plotting import NAMES, colour, in_order, plt, read_studies, save, study_arguments
+from plotting import NAMES, color, in_order, plt, read_studies, save, study_arguments
 
 LABELS = {
     "start x": "start off along x (mm)", "start y": "start off along y (mm)", "start z": "start off along z (mm)",
     "start rx": "start off about x (°)", "start ry": "start off about y (°)", "start rz": "start off about z (°)",
     "start": "start off in all six (mm; 10° per mm)", "overlap": "overlap of the two contacts", "noise": "noise (× the camera's)",
-    "relief": "height of the relief (× the object's)", "depth": "indentation (× 0.7 mm; flat: × 0.35 mm)",
+    "texture": "height of the texture (× the object's)", "depth": "indentation (× 0.7 mm; flat: × 0.35 mm)",
     "light drift": "light changed, 2 % per frame", "light jump": "light changed at once", "dirt": "grains on the gel",
     "missing frames": "frames from one picture to the next"}
-REVERSED = ("overlap", "relief", "depth")  # harder to the right
+REVERSED = ("overlap", "texture", "depth")  # harder to the right
 COLUMNS = 4
 
 
@@ -35,11 +35,11 @@ def draw_chart(plot, rows, chart, methods):
     for method in methods:
         levels, shares = curve(rows, chart, method, "right")
         if levels:
-            plot.plot(levels, shares, "o-", color=colour(method), markersize=3.5, linewidth=1.3)
+            plot.plot(levels, shares, "o-", color=color(method), markersize=3.5, linewidth=1.3)
         elif chart.startswith("start") and ordinary_success(rows, method) is not None:
-            plot.axhline(ordinary_success(rows, method), color=colour(method), linewidth=1.3)
+            plot.axhline(ordinary_success(rows, method), color=color(method), linewidth=1.3)
     if "normalflow" in methods:
-        plot.plot(*curve(rows, chart, "normalflow", "right_where_shown"), ":", color=colour("normalflow"), linewidth=1.3)
+        plot.plot(*curve(rows, chart, "normalflow", "right_where_shown"), ":", color=color("normalflow"), linewidth=1.3)
     plot.axhline(0.5, color="black", linewidth=0.5, alpha=0.5)
     if chart in REVERSED:
         plot.invert_xaxis()
@@ -59,9 +59,9 @@ def draw(rows, path):
         draw_chart(plot, rows, chart, methods)
     for plot in plots[len(charts):]:
         plot.axis("off")
-    handles = [plt.Line2D([], [], color=colour(m), marker="o", markersize=4, label=NAMES.get(m, m)) for m in methods]
+    handles = [plt.Line2D([], [], color=color(m), marker="o", markersize=4, label=NAMES.get(m, m)) for m in methods]
     if "normalflow" in methods:
-        handles.append(plt.Line2D([], [], color=colour("normalflow"), linestyle=":",
+        handles.append(plt.Line2D([], [], color=color("normalflow"), linestyle=":",
                                   label="NormalFlow, in the directions\nthat it calls observable"))
     plots[-1].legend(handles=handles, fontsize=8, loc="center", title="share within 0.3 mm and 2°", title_fontsize=9)
     save(figure, path)

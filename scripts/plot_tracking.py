@@ -4,19 +4,19 @@
 Example: build/bin/tracking -o STUDY && scripts/plot_tracking.py STUDY -o docs/benchmarks/tracking.png
 """
 
-from plotting import COLOURS, in_order, plt, read_table, save, study_arguments
+from plotting import COLORS, in_order, plt, read_table, save, study_arguments
 
 LABELS = {
     "slid at once": "slid between two pictures (mm)", "twisted at once": "twisted between two pictures (°)",
     "tilted at once": "tilted between two pictures (°)", "overlap left": "overlap left by a roll between two pictures",
     "pictures left out": "pictures left out, simulated rolls", "pictures left out (recorded)": "pictures left out, track_*",
-    "noise": "noise (× the camera's)", "relief": "height of the relief (× the object's)", "depth": "indentation (× 0.7 mm; flat: × 0.35 mm)",
+    "noise": "noise (× the camera's)", "texture": "height of the texture (× the object's)", "depth": "indentation (× 0.7 mm; flat: × 0.35 mm)",
     "light drift": "light changed over a second", "light jump": "light changed at once", "dirt": "grains on the gel"}
 FOLLOWERS = {
-    "tracker": (COLOURS["normalflow"], "-", "the tracker as the program runs it"),
+    "tracker": (COLORS["normalflow"], "-", "the tracker as the program runs it"),
     "tracker without search": ("#5aa9e6", "-", "without the search far away"),
     "registration alone": ("black", "-", "one registration per picture")}
-REVERSED = ("overlap left", "relief", "depth")  # harder to the right
+REVERSED = ("overlap left", "texture", "depth")  # harder to the right
 COLUMNS = 4
 
 
@@ -26,10 +26,10 @@ def curve(rows, follower, column):
 
 
 def draw_chart(plot, rows, chart):
-    for follower, (colour, line, _) in FOLLOWERS.items():
-        plot.plot(*curve(rows, follower, "followed"), line, marker="o", color=colour, markersize=3, linewidth=2.2 if follower == "tracker" else 1.1,
+    for follower, (color, line, _) in FOLLOWERS.items():
+        plot.plot(*curve(rows, follower, "followed"), line, marker="o", color=color, markersize=3, linewidth=2.2 if follower == "tracker" else 1.1,
                   zorder=3 if follower == "tracker" else 2)
-    plot.fill_between(*curve(rows, "tracker", "silent_failures"), color=COLOURS["normalflow"], alpha=0.2, linewidth=0)
+    plot.fill_between(*curve(rows, "tracker", "silent_failures"), color=COLORS["normalflow"], alpha=0.2, linewidth=0)
     if chart in REVERSED:
         plot.invert_xaxis()
     plot.set_ylim(-0.04, 1.04)
@@ -47,9 +47,9 @@ def draw(rows, path):
         draw_chart(plot, [r for r in rows if r["chart"] == chart], chart)
     for plot in plots[len(charts):]:
         plot.axis("off")
-    handles = [plt.Line2D([], [], color=colour, linestyle=line, marker="o", markersize=4, label=label)
-               for colour, line, label in FOLLOWERS.values()]
-    handles.append(plt.Rectangle((0, 0), 1, 1, color=COLOURS["normalflow"], alpha=0.2, linewidth=0,
+    handles = [plt.Line2D([], [], color=color, linestyle=line, marker="o", markersize=4, label=label)
+               for color, line, label in FOLLOWERS.values()]
+    handles.append(plt.Rectangle((0, 0), 1, 1, color=COLORS["normalflow"], alpha=0.2, linewidth=0,
                                  label="of the tracker's: wrong without a word (beyond 1 mm or 5° where it says shown)"))
     figure.legend(handles=handles, fontsize=8, loc="lower center", ncol=len(handles), title="share of steps tracked within 0.3 mm and 2°",
                   title_fontsize=8.5)

@@ -1,4 +1,4 @@
-"""What the scripts that draw studies share: colours and names of methods, reading tables, saving pictures."""
+"""What the scripts that draw studies share: colors and names of methods, reading tables, saving pictures."""
 
 import argparse
 import csv
@@ -10,14 +10,14 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-COLOURS = {"normalflow": "#1b6ca8", "icp": "#d1495b", "filterreg": "#2e933c", "fpfh": "#8d6a9f", "icp-tuned": "#edae49",
+COLORS = {"normalflow": "#1b6ca8", "icp": "#d1495b", "filterreg": "#2e933c", "fpfh": "#8d6a9f", "icp-tuned": "#edae49",
            "filterreg-tuned": "#00798c", "fpfh-tuned": "#30343f"}
 NAMES = {"normalflow": "NormalFlow (ours)", "icp": "ICP, point to plane", "filterreg": "FilterReg", "fpfh": "FPFH + RANSAC + ICP",
          "icp-tuned": "ICP, tuned", "filterreg-tuned": "FilterReg, tuned", "fpfh-tuned": "FPFH + RANSAC + ICP, tuned"}
 
 
-def colour(method):
-    return COLOURS.get(method, "grey")
+def color(method):
+    return COLORS.get(method, "gray")
 
 
 def program():

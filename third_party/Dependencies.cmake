@@ -10,7 +10,7 @@ find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)    # SE(3) maths
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d)  # images, video, DCT, SIFT
-find_package(JPEG REQUIRED)                     # simulated videos with full colour resolution, which OpenCV 4.6 cannot write
+find_package(JPEG REQUIRED)                     # simulated videos with full color resolution, which OpenCV 4.6 cannot write
 find_package(yaml-cpp REQUIRED)                # configuration
 find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
 find_package(CLI11 REQUIRED)                   # command line

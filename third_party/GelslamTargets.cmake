@@ -6,13 +6,21 @@ function(gelslam_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wno-restrict $<$<BOOL:${GELSLAM_WERROR}>:-Werror>)
 endfunction()
 
+# Sources are compiled eight at a time: the headers of Eigen and OpenCV cost more than our code.
+function(gelslam_unity target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+endfunction()
+
 function(gelslam_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "NO_UNITY" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(gelslam_${name} STATIC ${ARG_SOURCES})
   add_library(gelslam::${name} ALIAS gelslam_${name})
   target_include_directories(gelslam_${name} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_link_libraries(gelslam_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   gelslam_compile_options(gelslam_${name})
+  if(NOT ARG_NO_UNITY)
+    gelslam_unity(gelslam_${name})
+  endif()
 endfunction()
 
 function(gelslam_test name)

@@ -28,8 +28,8 @@ Vector6d noise(std::mt19937_64& random) {
   return xi;
 }
 
-// A ball of 40 mm radius rolled in a spiral: each turn touches the turns before it, so loops join neighbours
-// in time and neighbours in space, as in a real scan.
+// A ball of 40 mm radius rolled in a spiral: each turn touches the turns before it, so loops join neighbors
+// in time and neighbors in space, as in a real scan.
 Pose pose_on_ball(int keyframe, int per_turn) {
   const double turn = 2 * M_PI * keyframe / per_turn, rise = 0.02 * turn;
   Pose pose = Pose::Identity();
@@ -66,7 +66,7 @@ Scan make_scan(int nodes, int loops, std::uint64_t seed) {
 void solve_from_scratch(benchmark::State& state) {
   const Scan scan = make_scan(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), 1);
   PoseGraphOptions options;
-  options.estimate_slope_gain = state.range(2) != 0;
+  options.estimate_gradient_scale = state.range(2) != 0;
   int iterations = 0;
   for (auto _ : state) iterations = solve_pose_graph(scan.poses, scan.edges, options).iterations;
   state.counters["iterations"] = iterations;
@@ -81,7 +81,7 @@ void solve_one_more_keyframe(benchmark::State& state) {
   before.poses.erase(nodes - 1);
   std::erase_if(before.edges,
                 [&](const PoseGraphEdge& e) { return e.from == nodes - 1 || e.to == nodes - 1; });
-  std::map<int, Pose> warm = solve_pose_graph(before.poses, before.edges, options).group_T_node;
+  std::map<int, Pose> warm = solve_pose_graph(before.poses, before.edges, options).component_T_node;
   warm[nodes - 1] = warm[nodes - 2] * scan.edges[static_cast<std::size_t>(nodes - 2)].from_T_to;
   options.only_where_needed = state.range(2) != 0;
   int iterations = 0;

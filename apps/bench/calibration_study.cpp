@@ -61,25 +61,25 @@ double seconds_since(Clock::time_point start) {
 }
 
 void compare_labels(const PressSet& set, double pitch_mm) {
-  std::vector<double> centres, radii, signed_radii;
+  std::vector<double> centers, radii, signed_radii;
   std::size_t unclear = 0;
   const auto start = Clock::now();
   for (const CalibrationPress& press : set.presses) {
     const FoundCircle found = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / pitch_mm);
     if (!found.problem.empty()) ++unclear;
     if (!press.label || !found.problem.empty()) continue;
-    centres.push_back(
+    centers.push_back(
         std::hypot(found.circle.u_px - press.label->u_px, found.circle.v_px - press.label->v_px));
     signed_radii.push_back(found.circle.radius_px - press.label->radius_px);
     radii.push_back(std::abs(signed_radii.back()));
   }
   std::printf("circles: %zu presses, %zu not clear, %.0f ms each\n", set.presses.size(), unclear,
               1000.0 * seconds_since(start) / static_cast<double>(set.presses.size()));
-  if (!centres.empty())
+  if (!centers.empty())
     std::printf(
-        "against %zu labels: centre median %.2f, 90 %% %.2f px; radius median |%.2f| (%+.2f), 90 %% %.2f "
+        "against %zu labels: center median %.2f, 90 %% %.2f px; radius median |%.2f| (%+.2f), 90 %% %.2f "
         "px\n",
-        centres.size(), quantile(centres, 0.5), quantile(centres, 0.9), quantile(radii, 0.5),
+        centers.size(), quantile(centers, 0.5), quantile(centers, 0.9), quantile(radii, 0.5),
         quantile(signed_radii, 0.5), quantile(radii, 0.9));
 }
 

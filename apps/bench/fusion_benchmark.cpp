@@ -48,10 +48,11 @@ struct Cost {
 };
 
 /// Until nothing is left to do, with what a viewer does besides.
-Cost run_until_done(IncrementalFusion& fusion, const std::vector<PosedSurface>& patches, double slope_gain) {
+Cost run_until_done(IncrementalFusion& fusion, const std::vector<PosedSurface>& patches,
+                    double gradient_scale) {
   Cost cost;
   const double start = now_ms();
-  fusion.set_patches(patches, slope_gain);
+  fusion.set_patches(patches, gradient_scale);
   for (bool more = true; more;) {
     const double call = now_ms();
     more = fusion.work();
@@ -85,7 +86,7 @@ void measure(const std::filesystem::path& run, std::size_t keyframes) {
   if (session.patches.empty()) throw Error(run.string() + ": the session has no keyframes");
   const std::vector<PosedSurface> patches = repeated(session.patches, keyframes);
   FusionOptions options;
-  options.slope_gain = session.slope_gain;
+  options.gradient_scale = session.gradient_scale;
   options.threads = 1;
   const double start = now_ms();
   const Mesh mesh = fuse(patches, options);
@@ -97,7 +98,7 @@ void measure(const std::filesystem::path& run, std::size_t keyframes) {
   std::vector<Cost> costs;
   for (std::size_t n = 1; n <= patches.size(); ++n) {
     costs.push_back(run_until_done(
-        fusion, {patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, options.slope_gain));
+        fusion, {patches.begin(), patches.begin() + static_cast<std::ptrdiff_t>(n)}, options.gradient_scale));
   }
   const auto quarter = static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, costs.size() / 4));
   print_costs("a new keyframe, first quarter", {costs.begin(), costs.begin() + quarter});
@@ -107,10 +108,11 @@ void measure(const std::filesystem::path& run, std::size_t keyframes) {
 
   std::vector<PosedSurface> moved = patches;
   for (PosedSurface& patch : moved) patch.map_T_keyframe.translation() += Eigen::Vector3d(0.05, 0.05, 0.05);
-  print_costs("all moved by 0.09 mm", {run_until_done(fusion, moved, options.slope_gain)});
-  print_costs("slope gain changed by 1 %", {run_until_done(fusion, moved, options.slope_gain * 1.01)});
+  print_costs("all moved by 0.09 mm", {run_until_done(fusion, moved, options.gradient_scale)});
+  print_costs("gradient scale changed by 1 %",
+              {run_until_done(fusion, moved, options.gradient_scale * 1.01)});
   IncrementalFusion afresh(options, {});
-  print_costs("all at once", {run_until_done(afresh, patches, options.slope_gain)});
+  print_costs("all at once", {run_until_done(afresh, patches, options.gradient_scale)});
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 //   median, p90  of the errors weighed by their information, over those of the chi-square distribution with
 //   as
 //                many degrees of freedom as directions are shown: 1 is honest, above 1 is too sure
-//   x .. rz      root mean square error along an axis over its own sigma, about the shared contact's centre,
+//   x .. rz      root mean square error along an axis over its own sigma, about the shared contact's center,
 //   where
 //                the axis is shown
 // --csv writes every pair.
@@ -47,7 +47,7 @@ struct Arguments {
   fs::path csv;
 };
 
-/// One pair, about the centre of the shared contact, in the reference's axes.
+/// One pair, about the center of the shared contact, in the reference's axes.
 struct Outcome {
   bool tracked = false, wrong = false;
   Vector6d error = Vector6d::Zero();  ///< true = estimate * exp(error)

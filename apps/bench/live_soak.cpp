@@ -137,14 +137,14 @@ struct Sample {
 };
 
 void print_header() {
-  std::cout << "minute   rate Hz   latency ms   dropped   keyframes   loops   groups   memory MB\n";
+  std::cout << "minute   rate Hz   latency ms   dropped   keyframes   loops   components   memory MB\n";
 }
 
 void print(const Sample& sample) {
   const LiveStatus& s = sample.status;
   std::cout << std::fixed << std::setprecision(1) << std::setw(6) << sample.minute << std::setw(10)
             << s.rate_hz << std::setw(13) << s.latency_ms << std::setw(10) << s.dropped << std::setw(12)
-            << s.keyframes << std::setw(8) << s.loops << std::setw(9) << s.groups << std::setw(12)
+            << s.keyframes << std::setw(8) << s.loops << std::setw(9) << s.components << std::setw(12)
             << s.memory_mb << std::endl;
 }
 
@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
   app.add_option("--frames", arguments.frames, "How many of the log's frames after the background")
       ->check(CLI::Range(2, 2000))
       ->capture_default_str();
-  app.add_option("--noise", arguments.noise_levels, "Camera noise, grey levels")
+  app.add_option("--noise", arguments.noise_levels, "Camera noise, gray levels")
       ->check(CLI::Range(0.0, 50.0))
       ->capture_default_str();
   app.add_option("-o,--output", arguments.run_folder, "Also record and save into this run folder (replaced)");

@@ -62,7 +62,7 @@ bool right(const Scan& scan, int from, int to, const Pose& from_T_to) {
   return error.translation().norm() < kWrongMm && rotation_angle_rad(error) < kWrongDeg * M_PI / 180.0;
 }
 
-/// Pairs of keyframes, not neighbours in one trial, whose contacts share kOverlap of the smaller one where
+/// Pairs of keyframes, not neighbors in one trial, whose contacts share kOverlap of the smaller one where
 /// they truly are.
 std::vector<std::pair<int, int>> true_overlaps(const Scan& scan) {
   std::vector<std::pair<int, int>> pairs;
@@ -106,9 +106,9 @@ std::vector<LoopConstraint> search(const Scan& scan, const LoopClosureOptions& o
 
 LoopClosureOptions as_published(LoopClosureOptions options) {
   options.max_self_similarity = 1.0;
-  options.min_relief_correlation = -1.0;
+  options.min_texture_correlation = -1.0;
   options.max_height_rmse_mm = 1e9;
-  options.max_intrusion = 1.0;
+  options.max_free_space_violation = 1.0;
   return options;
 }
 
@@ -140,10 +140,11 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   if (list)
     for (const LoopConstraint& loop : open)
       std::printf(
-          "    %s %d %d trials %d %d inliers %d scr %.2f ccs %.2f relief %.2f rmse %.3f intrusion %.3f\n",
+          "    %s %d %d trials %d %d inliers %d scr %.2f ccs %.2f texture %.2f rmse %.3f "
+          "free_space_violation %.3f\n",
           right(scan, loop.from, loop.to, loop.from_T_to) ? "right" : "WRONG", loop.from, loop.to,
           scan.keyframe(loop.from).trial, scan.keyframe(loop.to).trial, loop.sift_inliers, loop.scr, loop.ccs,
-          loop.relief_correlation, loop.height_rmse_mm, loop.intrusion);
+          loop.texture_correlation, loop.height_rmse_mm, loop.free_space_violation);
 
   Mapper mapper(scan.options);
   for (const NewKeyframe& added : scan.keyframes) mapper.add_keyframe(added);
@@ -154,8 +155,8 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   inlier.flip();
   print("refined", count(scan, loops_of(map.edges, {})), returning);
   print("refined, without outliers", count(scan, loops_of(map.edges, inlier)), returning);
-  std::printf("  groups %d of %d trials, slope gain %.3f %.3f\n", map.groups, map.trials,
-              map.solution.slope_gain.x, map.solution.slope_gain.y);
+  std::printf("  components %d of %d trials, gradient scale %.3f %.3f\n", map.components, map.trials,
+              map.solution.gradient_scale.x, map.solution.gradient_scale.y);
   std::fflush(stdout);
 }
 

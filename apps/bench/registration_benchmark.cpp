@@ -14,7 +14,7 @@ NormalFlowOptions options_with_samples(const benchmark::State& state) {
   return options;
 }
 
-/// Two neighbouring frames, from the pose of the first: what tracking does 25 times a second.
+/// Two neighboring frames, from the pose of the first: what tracking does 25 times a second.
 void normal_flow_with_kept_keyframe(benchmark::State& state) {
   const bench::SimulatedFrames& frames = bench::simulated_frames();
   const NormalFlowOptions options = options_with_samples(state);

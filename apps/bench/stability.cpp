@@ -1,5 +1,5 @@
 // Study: where each method breaks. Success (within 0.3 mm and 2 degrees of the truth) of every registration
-// method against the size of the motion, overlap, noise, relief, depth, light, dirt and missing frames.
+// method against the size of the motion, overlap, noise, texture, depth, light, dirt and missing frames.
 
 #include <algorithm>
 #include <cstdio>

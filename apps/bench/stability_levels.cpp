@@ -172,7 +172,7 @@ bool StabilityChoice::wants(const std::string& chart) const {
 
 const std::vector<std::string>& stability_charts() {
   static const Names names = {"start x",   "start y",      "start z",      "start rx", "start ry",
-                              "start rz",  "start",        "overlap",      "noise",    "relief",
+                              "start rz",  "start",        "overlap",      "noise",    "texture",
                               "depth",     "light drift",  "light jump",   "dirt",     "missing frames",
                               "elsewhere", "other object", "hidden motion"};
   return names;
@@ -187,8 +187,8 @@ void simulated_levels(TouchStudio& studio, const StabilityChoice& choice, const 
               [](TouchSpec& spec, double value) { spec.overlap = value; });
   maker.chart("noise", {0.5, 1, 2, 4, 8}, kObjects,
               [](TouchSpec& spec, double value) { spec.noise_gain = value; });
-  maker.chart("relief", {1.5, 1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.0}, kRoundObjects,
-              [](TouchSpec& spec, double value) { spec.relief = value; });
+  maker.chart("texture", {1.5, 1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.0}, kRoundObjects,
+              [](TouchSpec& spec, double value) { spec.texture = value; });
   maker.chart("depth", {0.15, 0.25, 0.4, 0.7, 1.0, 1.5}, kObjects,
               [](TouchSpec& spec, double value) { spec.depth = value; });
   maker.chart("light drift", {0.0, 0.1, 0.2, 0.3, 0.4, 0.5}, kObjects,

@@ -34,8 +34,8 @@ const std::vector<std::string>& stability_charts();
 bool is_basin(const std::string& chart);
 
 /// Everything on simulated touches. Elsewhere than in its own chart everything is ordinary: overlap 0.8, full
-/// relief, the camera's own noise, clean gel, steady light, and a start 0.5 mm and 4 degrees off. The chart
-/// of relief is of round objects only: a flat one without relief leaves no gel untouched.
+/// texture, the camera's own noise, clean gel, steady light, and a start 0.5 mm and 4 degrees off. The chart
+/// of texture is of round objects only: a flat one without texture leaves no gel untouched.
 void simulated_levels(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink);
 
 /// "missing frames": pairs of frames of the sequences in `folders`, started from the reference's pose.

@@ -1,5 +1,5 @@
-// Time of each stage from colour to surface at the sensor's own 320x240, one thread. The picture is a press
-// made from formulas: colour follows slope, so the share of changed pixels is what a contact of 9 mm gives
+// Time of each stage from color to surface at the sensor's own 320x240, one thread. The picture is a press
+// made from formulas: color follows slope, so the share of changed pixels is what a contact of 9 mm gives
 // (about a half).
 
 #include <benchmark/benchmark.h>
@@ -8,13 +8,13 @@
 #include <opencv2/core.hpp>
 #include <random>
 
-#include "block_image.hpp"
-#include "change_mask.hpp"
-#include "contact_mask.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
-#include "gradient_map.hpp"
-#include "light_tracker.hpp"
-#include "poisson.hpp"
+#include "heights/contact_mask.hpp"
+#include "heights/poisson.hpp"
+#include "photometry/block_image.hpp"
+#include "photometry/change_mask.hpp"
+#include "photometry/light_tracker.hpp"
+#include "slopes/gradient_map.hpp"
 
 namespace gelslam {
 namespace {

@@ -15,7 +15,7 @@
 namespace gelslam::bench {
 namespace {
 
-constexpr int kFrames = 1000;           // of the motion that places and their neighbours are taken from
+constexpr int kFrames = 1000;           // of the motion that places and their neighbors are taken from
 constexpr float kMeshSpacingMm = 0.5F;  // enough to know how an object rests
 constexpr int kCoarser = 2;             // pixels of the gel on which overlaps are searched
 constexpr int kSettlePx = 4;            // and of the grid that looks for the deepest point
@@ -133,16 +133,16 @@ TouchStudio::TouchStudio(GradientModel model)
     : model_(std::move(model)), coarse_(coarser(geometry_, kCoarser)) {}
 TouchStudio::~TouchStudio() = default;
 
-const TouchStudio::Object& TouchStudio::object(const std::string& name, double relief) {
-  std::unique_ptr<Object>& kept = objects_[{name, relief}];
+const TouchStudio::Object& TouchStudio::object(const std::string& name, double texture) {
+  std::unique_ptr<Object>& kept = objects_[{name, texture}];
   if (!kept) {
     auto object = std::make_unique<Object>();
     ShapeSpec spec;
     spec.name = name;
-    spec.relief = relief;
+    spec.texture = texture;
     object->shape = make_shape(spec);
-    // Places are the same whatever the relief, so that only the relief differs.
-    if (relief == 1.0)
+    // Places are the same whatever the texture, so that only the texture differs.
+    if (texture == 1.0)
       object->sensor_T_object =
           make_motion(motion_all_over(), *object->shape, object->shape->mesh(kMeshSpacingMm), geometry_);
     else
@@ -154,7 +154,7 @@ const TouchStudio::Object& TouchStudio::object(const std::string& name, double r
 
 TouchStudio::Press TouchStudio::press(const TouchSpec& spec, int frame, const Pose& moved,
                                       const SensorGeometry& geometry) {
-  const Object& touched = object(spec.object, spec.relief);
+  const Object& touched = object(spec.object, spec.texture);
   const double indentation_mm = spec.depth * ordinary_indentation_mm(touched.shape->kind());
   const Pose there = moved * held(spec.place, touched.shape->kind()) *
                      touched.sensor_T_object.at(static_cast<std::size_t>(frame));
@@ -166,7 +166,7 @@ TouchStudio::Press TouchStudio::press(const TouchSpec& spec, int frame, const Po
 int TouchStudio::frame_with_overlap(const TouchSpec& spec, int first) {
   if (spec.overlap >= 1) return first;
   const auto [known, is_new] =
-      second_frames_.try_emplace({spec.object, spec.place, spec.overlap, spec.depth, spec.relief}, first);
+      second_frames_.try_emplace({spec.object, spec.place, spec.overlap, spec.depth, spec.texture}, first);
   if (!is_new) return known->second;
   const Press reference = press(spec, first, Pose::Identity(), coarse_);
   const auto excess = [&](int second) {
@@ -229,7 +229,7 @@ TouchPair TouchStudio::make(const TouchSpec& spec) {
 
 const std::vector<TouchStudio::Press>& TouchStudio::presses_of(const TouchSpec& spec, int pictures,
                                                                int stride) {
-  const RollKey key{spec.object, spec.place, spec.depth, spec.relief, pictures, stride};
+  const RollKey key{spec.object, spec.place, spec.depth, spec.texture, pictures, stride};
   if (const auto kept = last_roll_.find(key); kept != last_roll_.end()) return kept->second;
   const int first = first_frame(spec);
   if (first + (pictures - 1) * stride >= kFrames) throw Error("the motion is shorter than that");

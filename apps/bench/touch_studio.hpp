@@ -25,9 +25,9 @@ struct TouchSpec {
   /// of a pair: how the object moves besides between the two, in the sensor's frame
   Pose moved = Pose::Identity();
   double depth = 1.0;         ///< factor on how deep the deepest point is pressed: ordinary_indentation_mm
-  double relief = 1.0;        ///< factor on the height of the object's texture
+  double texture = 1.0;       ///< factor on the height of the object's texture
   double noise_gain = 1.0;    ///< factor on the camera's noise
-  double light_change = 0.0;  ///< most by which a colour gets brighter or darker between the two,
+  double light_change = 0.0;  ///< most by which a color gets brighter or darker between the two,
   bool light_jumps = false;   ///< at once, or by 2 % a frame
   int grains = 0;             ///< stuck to the gel since the background was taken
 
@@ -80,7 +80,7 @@ class TouchStudio {
 
   using RollKey = std::tuple<std::string, int, double, double, int, int>;  // object .. stride
 
-  const Object& object(const std::string& name, double relief);
+  const Object& object(const std::string& name, double texture);
   Press press(const TouchSpec& spec, int frame, const Pose& moved, const SensorGeometry& geometry);
   const std::vector<Press>& presses_of(const TouchSpec& spec, int pictures, int stride);
   int frame_with_overlap(const TouchSpec& spec, int first);
@@ -88,7 +88,7 @@ class TouchStudio {
 
   GradientModel model_;
   SensorGeometry geometry_, coarse_;
-  std::map<std::pair<std::string, double>, std::unique_ptr<Object>> objects_;  // by name and relief
+  std::map<std::pair<std::string, double>, std::unique_ptr<Object>> objects_;  // by name and texture
   std::map<std::pair<double, int>, std::unique_ptr<Camera>> cameras_;          // by noise and grains
   std::map<std::tuple<std::string, int, double, double, double>, int> second_frames_;
   std::map<RollKey, std::vector<Press>> last_roll_;  // one

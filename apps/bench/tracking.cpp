@@ -194,9 +194,9 @@ const std::vector<Chart> kConditions = {
      {0, 30, 120, 250, 500},
      [](TouchSpec& spec, double grains) { spec.grains = static_cast<int>(grains); }},
     {"depth", {0.15, 0.25, 0.4, 0.7, 1.0, 1.5}, [](TouchSpec& spec, double depth) { spec.depth = depth; }},
-    {"relief",
+    {"texture",
      {1, 0.7, 0.4, 0.2, 0.1, 0.05, 0},
-     [](TouchSpec& spec, double relief) { spec.relief = relief; },
+     [](TouchSpec& spec, double texture) { spec.texture = texture; },
      &kRoundObjects}};
 
 const std::vector<double> kLeftOut = {0, 1, 2, 3, 5, 7, 9, 11, 14, 17};

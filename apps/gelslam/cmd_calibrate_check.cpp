@@ -72,7 +72,7 @@ Json to_json(const ModelCheck& check, const PressSet& set, const BallZones& zone
 void print_for_people(const ModelCheck& check) {
   std::printf("%s\n", verdict_name(check.verdict));
   for (const std::string& reason : check.reasons) std::printf("  %s\n", reason.c_str());
-  std::printf("slope error %.2f degrees on %zu presses; slope gain (read over true) x %.3f, y %.3f\n",
+  std::printf("slope error %.2f degrees on %zu presses; gradient scale (read over true) x %.3f, y %.3f\n",
               check.errors.all.mean_abs_error_deg(), check.presses.size(), check.gains.all.gain_x(),
               check.gains.all.gain_y());
   std::printf("gain by steepness:");

@@ -40,11 +40,11 @@ struct LabelArguments {
 
 void draw_circle(cv::Mat3b& image, const ContactCircle& circle, const cv::Scalar& color) {
   constexpr int shift = 4, unit = 1 << shift;  // sub-pixel drawing
-  const cv::Point centre(static_cast<int>(std::lround(circle.u_px * unit)),
+  const cv::Point center(static_cast<int>(std::lround(circle.u_px * unit)),
                          static_cast<int>(std::lround(circle.v_px * unit)));
-  cv::circle(image, centre, static_cast<int>(std::lround(circle.radius_px * unit)), color, 1, cv::LINE_AA,
+  cv::circle(image, center, static_cast<int>(std::lround(circle.radius_px * unit)), color, 1, cv::LINE_AA,
              shift);
-  cv::circle(image, centre, unit, color, 1, cv::LINE_AA, shift);
+  cv::circle(image, center, unit, color, 1, cv::LINE_AA, shift);
 }
 
 /// All presses beside each other, the change against the background doubled; white: found, black: the label
@@ -73,16 +73,16 @@ void write_sheet(const fs::path& path, const PressSet& set, const std::vector<Fo
 }
 
 void compare_with_labels(const PressSet& set, const std::vector<FoundCircle>& found) {
-  std::vector<double> centres, radii;
+  std::vector<double> centers, radii;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto& label = set.presses[k].label;
     if (!label || !found[k].problem.empty()) continue;
-    centres.push_back(std::hypot(found[k].circle.u_px - label->u_px, found[k].circle.v_px - label->v_px));
+    centers.push_back(std::hypot(found[k].circle.u_px - label->u_px, found[k].circle.v_px - label->v_px));
     radii.push_back(std::abs(found[k].circle.radius_px - label->radius_px));
   }
-  if (!centres.empty())
-    std::printf("%zu labels were there; median distance of the centres %.1f px, of the radii %.1f px\n",
-                centres.size(), median_of(centres), median_of(radii));
+  if (!centers.empty())
+    std::printf("%zu labels were there; median distance of the centers %.1f px, of the radii %.1f px\n",
+                centers.size(), median_of(centers), median_of(radii));
 }
 
 const char* said_of(const CalibrationPress& press) {

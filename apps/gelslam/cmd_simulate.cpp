@@ -77,7 +77,7 @@ void calibrate_into(const std::filesystem::path& folder, const SimulateArguments
                     ProgressSink& progress) {
   refuse_to_replace(folder / "catalog.csv", arguments.overwrite);
   const HeldOutGain gain = write_calibration_folder(folder, arguments.calibration, progress);
-  std::cerr << std::fixed << std::setprecision(3) << "slope gain on presses not trained on: x " << gain.x
+  std::cerr << std::fixed << std::setprecision(3) << "gradient scale on presses not trained on: x " << gain.x
             << ", y " << gain.y << "; mean error " << std::setprecision(2) << gain.mean_error_deg
             << " degrees\n";
 }
@@ -116,7 +116,7 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   SimulateArguments& a = *arguments;
   scan->add_option("--object", a.scan.object.name, "see gelslam simulate --list")->capture_default_str();
   scan->add_option("--size", a.scan.object.size, "factor on the object's size")->capture_default_str();
-  scan->add_option("--relief", a.scan.object.relief, "factor on its texture's height; 0: polished")
+  scan->add_option("--texture,--relief", a.scan.object.texture, "factor on its texture's height; 0: polished")
       ->capture_default_str();
   scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "millimetres per unit of a mesh file")
       ->capture_default_str();

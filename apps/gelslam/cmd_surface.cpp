@@ -54,7 +54,7 @@ cv::Mat3b normals_picture(const cv::Mat3f& normals) {  // R, G, B = x, y, z from
   return picture;
 }
 
-cv::Mat1b curvature_picture(const cv::Mat1f& curvature) {  // 0 is mid-grey
+cv::Mat1b curvature_picture(const cv::Mat1f& curvature) {  // 0 is mid-gray
   cv::Mat1b picture;
   curvature.convertTo(picture, CV_8U, 127.0 / shown_curvature, 128.0);
   return picture;

@@ -24,7 +24,7 @@ namespace {
 
 struct ViewArguments {
   std::filesystem::path source, compare, truth, snapshot, script;
-  std::string size = "1280x800", colour, shading = "lit";
+  std::string size = "1280x800", color, shading = "lit";
   std::optional<double> time_s;
   double yaw_deg = 0, pitch_deg = 0;
   bool light = false, trajectory = false, graph = false;
@@ -49,17 +49,17 @@ PictureSize parse_size(const std::string& text) {
 
 SceneStyle style_of(const ViewArguments& arguments) {
   static const std::map<std::string, SceneShading> shadings = {
-      {"lit", SceneShading::lit}, {"matcap", SceneShading::matcap}, {"relief", SceneShading::relief}};
-  static const std::map<std::string, SceneColour> colours = {{"plain", SceneColour::plain},
-                                                             {"confidence", SceneColour::confidence},
-                                                             {"height", SceneColour::height},
-                                                             {"keyframe", SceneColour::keyframe},
-                                                             {"distance", SceneColour::distance}};
+      {"lit", SceneShading::lit}, {"matcap", SceneShading::matcap}, {"curvature", SceneShading::curvature}};
+  static const std::map<std::string, SceneColor> colors = {{"plain", SceneColor::plain},
+                                                           {"confidence", SceneColor::confidence},
+                                                           {"height", SceneColor::height},
+                                                           {"keyframe", SceneColor::keyframe},
+                                                           {"distance", SceneColor::distance}};
   SceneStyle style;
   style.shading = shadings.at(arguments.shading);
   const bool has_second = !arguments.compare.empty() || !arguments.truth.empty();
-  style.colour = has_second ? SceneColour::distance : SceneColour::plain;
-  if (!arguments.colour.empty()) style.colour = colours.at(arguments.colour);
+  style.color = has_second ? SceneColor::distance : SceneColor::plain;
+  if (!arguments.color.empty()) style.color = colors.at(arguments.color);
   style.light_theme = arguments.light;
   style.trajectory = arguments.trajectory;
   style.keyframes = style.edges = arguments.graph;
@@ -76,12 +76,12 @@ std::optional<ViewContent> second_surface(const ViewArguments& arguments) {
 void check(const ViewArguments& arguments, const ViewContent& content, const SceneStyle& style) {
   if (!std::isfinite(arguments.time_s.value_or(0))) throw Error("--time needs a number");
   const bool has_second = !arguments.compare.empty() || !arguments.truth.empty();
-  if (style.colour == SceneColour::distance && !has_second) {
-    throw Error("--colour distance needs a second surface: give --compare or --truth");
+  if (style.color == SceneColor::distance && !has_second) {
+    throw Error("--color distance needs a second surface: give --compare or --truth");
   }
   if (content.history) return;
-  if (style.colour == SceneColour::keyframe)
-    throw Error("--colour keyframe needs a run folder with its session");
+  if (style.color == SceneColor::keyframe)
+    throw Error("--color keyframe needs a run folder with its session");
   if (arguments.time_s) throw Error("--time needs a run folder with its session");
 }
 
@@ -150,10 +150,9 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->excludes(snapshot);
   command->add_option("--size", a->size, "of window or picture, pixels")->capture_default_str();
   command->add_option("--shading", a->shading, "how it is lit")
-      ->check(CLI::IsMember({"lit", "matcap", "relief"}))
+      ->check(CLI::IsMember({"lit", "matcap", "curvature"}))
       ->capture_default_str();
-  command
-      ->add_option("--colour", a->colour, "what colours say; default plain, with a second surface distance")
+  command->add_option("--color", a->color, "what colors say; default plain, with a second surface distance")
       ->check(CLI::IsMember({"plain", "confidence", "height", "keyframe", "distance"}));
   command->add_option("--time", a->time_s, "show the run as it was at this second of the log");
   command->add_option("--yaw", a->yaw_deg, "turn the object by so many degrees about the upright axis")

@@ -75,7 +75,7 @@ class StatusLine {
     std::ostringstream text;
     text << std::fixed << std::setprecision(1) << " | " << s.rate_hz << " Hz, " << s.latency_ms << " ms | "
          << counted(s.keyframes, "keyframe") << ", " << counted(s.loops, "loop") << ", "
-         << counted(s.groups, "group");
+         << counted(s.components, "piece");
     if (s.lost_by_camera + s.dropped + s.damaged > 0)
       text << " | " << s.lost_by_camera << " lost, " << s.dropped << " dropped, " << s.damaged << " damaged";
     return text.str();

@@ -6,7 +6,7 @@ namespace gelslam {
 
 std::string map_words(const ReconstructSummary& s) {
   return counted(s.in_map, "frame") + " in the map; " + counted(s.trials, "trial") + " in " +
-         counted(s.groups, "group") + ", " + counted(s.keyframes, "keyframe") + ", " +
+         counted(s.components, "piece") + ", " + counted(s.keyframes, "keyframe") + ", " +
          counted(s.loops, "loop");
 }
 

@@ -53,12 +53,12 @@ TEST(LoopConsistency, TrueLoopsAreKept) {
 
 // Slopes read 8 % too steep make 360 degrees come out 29 degrees too long: far beyond any noise, and no
 // contradiction.
-TEST(LoopConsistency, ASlopeGainIsNoContradiction) {
+TEST(LoopConsistency, AGradientScaleIsNoContradiction) {
   const Graph graph = roll_of_400_degrees({1.08, 1.08}, true);
   const std::vector<bool> keep = flags(graph, 0);
   EXPECT_TRUE(keep.back());
   LoopConsistencyOptions exact;
-  exact.slope_gain_sigma = 0.0;
+  exact.gradient_scale_sigma = 0.0;
   EXPECT_FALSE(consistent_edges(graph.edges, exact).back());
 }
 
@@ -66,7 +66,7 @@ TEST(LoopConsistency, WhatOdometryContradictsIsLeftOut) {
   Noise noise(2);
   Graph graph = trials(1, 40, 4, noise);
   const std::size_t first = graph.edges.size();
-  graph.join(3, 8, EdgeKind::loop, away(0, 0, 0, 1.2, 0, 0));  // a neighbouring bump of a knurl
+  graph.join(3, 8, EdgeKind::loop, away(0, 0, 0, 1.2, 0, 0));  // a neighboring bump of a knurl
   graph.join(0, 39, EdgeKind::loop);
   graph.join(5, 30, EdgeKind::loop, away(0, 0, M_PI, 0, 0, 0));
   EXPECT_EQ(flags(graph, first), (std::vector<bool>{false, true, false}));

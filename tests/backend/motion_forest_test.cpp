@@ -81,7 +81,7 @@ TEST(MotionForest, CovarianceIsThatOfManyDraws) {
 }
 
 // The same against motions that a sensor with a gain would have read.
-TEST(MotionForest, KnowsWhatASlopeGainDoes) {
+TEST(MotionForest, KnowsWhatAGradientScaleDoes) {
   constexpr double kGain = 1e-3;
   const Graph plain = roll_of_400_degrees({1, 1}, false), read = roll_of_400_degrees({1 + kGain, 1}, false);
   std::vector<UncertainMotion> a, b;

@@ -18,18 +18,18 @@ Graph trials(int count) {
 TEST(Placement, TrialsWithoutALoopStayApart) {
   const Graph graph = trials(2);
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
-  EXPECT_EQ(solution.group_of_node.at(14), 0);
-  EXPECT_EQ(solution.group_of_node.at(15), 15);
-  EXPECT_TRUE(solution.group_T_node.at(15).isApprox(Pose::Identity(), 1e-12));
+  EXPECT_EQ(solution.component_of_node.at(14), 0);
+  EXPECT_EQ(solution.component_of_node.at(15), 15);
+  EXPECT_TRUE(solution.component_T_node.at(15).isApprox(Pose::Identity(), 1e-12));
 }
 
 TEST(Placement, OneLoopJoinsTwoTrialsFarFromTheirInitialPoses) {
   Graph graph = trials(2);
   graph.join(10, 20, EdgeKind::loop);
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
-  EXPECT_EQ(solution.group_of_node.at(29), 0);
-  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 1e-5);
-  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).mm, 1e-5);
+  EXPECT_EQ(solution.component_of_node.at(29), 0);
+  EXPECT_LT(worst_error(solution.component_T_node, graph.truth).deg, 1e-5);
+  EXPECT_LT(worst_error(solution.component_T_node, graph.truth).mm, 1e-5);
 }
 
 TEST(Placement, ALoopMayPointEitherWayAndJoinInAChain) {
@@ -38,8 +38,8 @@ TEST(Placement, ALoopMayPointEitherWayAndJoinInAChain) {
   graph.join(18, 50, EdgeKind::loop);  // trial 3 hangs on trial 1
   graph.join(50, 40, EdgeKind::loop);  // trial 2 hangs on trial 3
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
-  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 1e-4);
-  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).mm, 1e-4);
+  EXPECT_LT(worst_error(solution.component_T_node, graph.truth).deg, 1e-4);
+  EXPECT_LT(worst_error(solution.component_T_node, graph.truth).mm, 1e-4);
 }
 
 TEST(Placement, AFalseLoopThatComesFirstDoesNotDecide) {
@@ -50,7 +50,7 @@ TEST(Placement, AFalseLoopThatComesFirstDoesNotDecide) {
   graph.join(10, 20, EdgeKind::loop);
   graph.join(12, 22, EdgeKind::loop);
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
-  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 0.05);
+  EXPECT_LT(worst_error(solution.component_T_node, graph.truth).deg, 0.05);
   EXPECT_TRUE(solution.edge_outlier[graph.edges.size() - 3]);
   EXPECT_FALSE(solution.edge_outlier.back());
 }
@@ -62,7 +62,7 @@ TEST(Placement, NoInitialPosesAtAllAreEnough) {
   std::map<int, Pose> start = graph.truth;
   for (auto& [id, pose] : start) pose = Pose::Identity();
   const PoseGraphSolution solution = solve_pose_graph(start, graph.edges, {});
-  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 1e-4);
+  EXPECT_LT(worst_error(solution.component_T_node, graph.truth).deg, 1e-4);
 }
 
 // What was solved before and still agrees is the start of the next solve: nothing is moved, few iterations.
@@ -71,7 +71,7 @@ TEST(Placement, AWarmStartIsKept) {
   Noise noise(2);
   for (int i = 0; i < 30; i += 2) graph.join(i, i + 15, EdgeKind::loop, noise.tangent(0.002, 0.02));
   const PoseGraphSolution cold = solve_pose_graph(graph.chained(), graph.edges, {});
-  const PoseGraphSolution warm = solve_pose_graph(cold.group_T_node, graph.edges, {});
+  const PoseGraphSolution warm = solve_pose_graph(cold.component_T_node, graph.edges, {});
   EXPECT_NEAR(warm.initial_cost, cold.final_cost, 1e-6 * cold.final_cost);
   EXPECT_LE(warm.iterations, 3);
 }

@@ -20,16 +20,16 @@ Graph ring(int nodes, double step_deg) {
 
 TEST(PoseGraph, EmptyGraphHasAnEmptySolution) {
   const PoseGraphSolution solution = solve_pose_graph({}, {}, {});
-  EXPECT_TRUE(solution.group_T_node.empty());
+  EXPECT_TRUE(solution.component_T_node.empty());
   EXPECT_TRUE(solution.converged);
-  EXPECT_EQ(solution.slope_gain.mean(), 1.0);
+  EXPECT_EQ(solution.gradient_scale.mean(), 1.0);
 }
 
-TEST(PoseGraph, NodesWithoutEdgesStayAndAreTheirOwnGroups) {
+TEST(PoseGraph, NodesWithoutEdgesStayAndAreTheirOwnComponents) {
   std::map<int, Pose> poses{{3, rolled(2, 7)}, {8, rolled(9, 7)}};
   const PoseGraphSolution solution = solve_pose_graph(poses, {}, {});
-  EXPECT_LT(worst_error(solution.group_T_node, poses).mm, 1e-12);
-  EXPECT_EQ(solution.group_of_node, (std::map<int, int>{{3, 3}, {8, 8}}));
+  EXPECT_LT(worst_error(solution.component_T_node, poses).mm, 1e-12);
+  EXPECT_EQ(solution.component_of_node, (std::map<int, int>{{3, 3}, {8, 8}}));
 }
 
 TEST(PoseGraph, RecoversTruthFromNoiseFreeEdgesWhateverTheStart) {
@@ -44,7 +44,7 @@ TEST(PoseGraph, RecoversTruthFromNoiseFreeEdgesWhateverTheStart) {
   EXPECT_TRUE(solution.converged);
   EXPECT_GT(solution.initial_cost, 1.0);
   EXPECT_LT(solution.final_cost, 1e-8);
-  const WorstError error = worst_error(solution.group_T_node, graph.truth);
+  const WorstError error = worst_error(solution.component_T_node, graph.truth);
   EXPECT_LT(error.deg, 1e-5);
   EXPECT_LT(error.mm, 1e-5);
 }
@@ -57,8 +57,8 @@ TEST(PoseGraph, KeepsTheSmallestNodeWhereItWas) {
   for (const auto& [id, pose] : graph.truth) start[id + 100] = elsewhere * pose;
   for (PoseGraphEdge& edge : graph.edges) edge.from += 100, edge.to += 100;
   const PoseGraphSolution solution = solve_pose_graph(start, graph.edges, {});
-  EXPECT_TRUE(solution.group_T_node.at(100).isApprox(start.at(100), 1e-12));
-  EXPECT_EQ(solution.group_of_node.at(109), 100);
+  EXPECT_TRUE(solution.component_T_node.at(100).isApprox(start.at(100), 1e-12));
+  EXPECT_EQ(solution.component_of_node.at(109), 100);
 }
 
 // The mean of two independent measurements of one motion, weighted by their information, is known in closed
@@ -70,7 +70,7 @@ TEST(PoseGraph, WeighsMeasurementsByTheirInformation) {
   a.from_T_to.translation() = Eigen::Vector3d(1.0, 0, 0);
   b.from_T_to.translation() = Eigen::Vector3d(1.1, 0, 0);
   const PoseGraphSolution solution = solve_pose_graph(start, {a, b}, {});
-  EXPECT_NEAR(solution.group_T_node.at(1).translation().x(),
+  EXPECT_NEAR(solution.component_T_node.at(1).translation().x(),
               (1.0 / 0.01 + 1.1 / 0.04) / (1 / 0.01 + 1 / 0.04), 1e-6);
   EXPECT_NEAR(solution.edge_residual[0], 0.02 / 0.1, 1e-6);
   EXPECT_NEAR(solution.edge_residual[1], 0.08 / 0.2, 1e-6);
@@ -96,7 +96,7 @@ TEST(PoseGraph, UsesTheWholeInformationMatrix) {
       (a_information + b_information).inverse() * (a_information * ta + b_information * tb);
   const PoseGraphSolution solution =
       solve_pose_graph({{0, Pose::Identity()}, {1, Pose::Identity()}}, {a, b}, {});
-  EXPECT_LT((solution.group_T_node.at(1).translation() - expected).norm(), 1e-6);
+  EXPECT_LT((solution.component_T_node.at(1).translation() - expected).norm(), 1e-6);
 }
 
 // A ring of n equal edges: the variance of the node half way round is that of two chains of n/2 edges in
@@ -115,7 +115,7 @@ TEST(PoseGraph, ErrorsHaveTheCovarianceThatTheInformationPromises) {
       graph.join(i, (i + 1) % kNodes, i + 1 < kNodes ? EdgeKind::odometry : EdgeKind::loop,
                  noise.tangent(kSigmaRad, kSigmaMm));
     const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, options);
-    sum += so3_log(solution.group_T_node.at(kNodes / 2).linear()).squaredNorm() / 3;
+    sum += so3_log(solution.component_T_node.at(kNodes / 2).linear()).squaredNorm() / 3;
   }
   const double expected = kSigmaRad * std::sqrt(kNodes / 4.0);
   EXPECT_NEAR(std::sqrt(sum / kRings), expected, 0.12 * expected);
@@ -131,7 +131,7 @@ TEST(PoseGraph, ClosesARollThatDrifted) {
   for (int i = 0; i < 8; ++i) graph.join(i, i + kNodes, EdgeKind::loop, noise.tangent(0.002, 0.02));
   const WorstError before = worst_error(graph.chained(), graph.truth);
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
-  const Pose end_error = graph.truth.at(kNodes).inverse() * solution.group_T_node.at(kNodes);
+  const Pose end_error = graph.truth.at(kNodes).inverse() * solution.component_T_node.at(kNodes);
   EXPECT_GT(before.deg, 3.0);
   EXPECT_LT(rotation_angle_rad(end_error) / kDegree, 0.5);  // loops: 0.002 rad = 0.11 degrees each
   EXPECT_EQ(std::count(solution.edge_outlier.begin(), solution.edge_outlier.end(), true), 0);
@@ -144,7 +144,7 @@ TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
     edge.from_T_to = edge.from_T_to * se3_exp(noise.tangent(kSigmaRad, kSigmaMm));
   for (int i = 0; i < 10; ++i) graph.join(i, i + 49, EdgeKind::loop, noise.tangent(kSigmaRad, kSigmaMm));
   const WorstError clean =
-      worst_error(solve_pose_graph(graph.chained(), graph.edges, {}).group_T_node, graph.truth);
+      worst_error(solve_pose_graph(graph.chained(), graph.edges, {}).component_T_node, graph.truth);
   PoseGraphEdge planted = graph.edges.back();
   planted.from = 12;
   planted.to = 40;  // 168 degrees away from 12, claimed to be the same place
@@ -152,7 +152,7 @@ TEST(PoseGraph, AFalseLoopAmongTrueOnesIsFoundAndDoesNotBendTheMap) {
   graph.edges.push_back(planted);
 
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
-  const WorstError error = worst_error(solution.group_T_node, graph.truth);
+  const WorstError error = worst_error(solution.component_T_node, graph.truth);
   EXPECT_LT(error.deg, clean.deg + 0.1);
   EXPECT_LT(error.mm, clean.mm + 0.05);
   ASSERT_EQ(solution.edge_outlier.size(), graph.edges.size());
@@ -179,7 +179,7 @@ TEST(PoseGraph, InformationMayBeSingular) {
       Eigen::Vector3d(3.0, 0.01, 0);  // its x is a guess, its y is known
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
   EXPECT_TRUE(solution.converged);
-  const Eigen::Vector3d last = solution.group_T_node.at(19).translation();
+  const Eigen::Vector3d last = solution.component_T_node.at(19).translation();
   // Equal weights of 20 edges: y moves by 19/20 of the loop's 0.01; x by no more than the loop's own guess.
   EXPECT_NEAR(last.y(), 1.9 + 0.01 * 19 / 20, 1e-5);
   EXPECT_NEAR(last.x(), 9.5 + 3.0 * 19 / 20, 1e-3);
@@ -190,7 +190,7 @@ TEST(PoseGraph, WithoutAnyInformationTrackingIsKept) {
   Graph graph = ring(5, 5);
   for (PoseGraphEdge& edge : graph.edges) edge.information.setZero();
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
-  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).mm, 1e-9);
+  EXPECT_LT(worst_error(solution.component_T_node, graph.truth).mm, 1e-9);
 }
 
 // ---- solving only where needed ----
@@ -208,7 +208,7 @@ struct GrownGraph {
     for (int i = 0; i + 2 < nodes; ++i) graph.join(i, i + 1, EdgeKind::odometry, step());
     for (int i = 60; i + 1 < nodes; i += 3) graph.join(i - 60, i, EdgeKind::loop, step());
     std::map<int, Pose> before = graph.chained();
-    warm = solve_pose_graph(before, graph.edges, {}).group_T_node;
+    warm = solve_pose_graph(before, graph.edges, {}).component_T_node;
     graph.join(last - 1, last, EdgeKind::odometry, step());
     warm[last] = warm.at(last - 1) * graph.edges.back().from_T_to;
     graph.join(last - 60, last, EdgeKind::loop, step());
@@ -226,11 +226,11 @@ TEST(PoseGraphWhereNeeded, ComesToTheSameAnswerAsSolvingEverything) {
   EXPECT_NEAR(local.final_cost, full.final_cost, 0.1);
   // Half of one edge's standard deviation: what is left undone is spread over many nodes, a twentieth for
   // each.
-  const WorstError difference = worst_error(local.group_T_node, full.group_T_node);
+  const WorstError difference = worst_error(local.component_T_node, full.component_T_node);
   EXPECT_LT(difference.deg, 0.5 * kSigmaRad / kDegree);
   EXPECT_LT(difference.mm, 0.5 * kSigmaMm * 10);  // a lever of 10 mm
   int untouched = 0;
-  for (const auto& [id, pose] : grown.warm) untouched += pose.isApprox(local.group_T_node.at(id), 1e-13);
+  for (const auto& [id, pose] : grown.warm) untouched += pose.isApprox(local.component_T_node.at(id), 1e-13);
   EXPECT_GT(untouched, 300);
 }
 
@@ -239,7 +239,7 @@ TEST(PoseGraphWhereNeeded, ASolvedGraphIsLeftAlone) {
   const PoseGraphSolution full = solve_pose_graph(grown.warm, grown.graph.edges, {});
   PoseGraphOptions options;
   options.only_where_needed = true;
-  const PoseGraphSolution again = solve_pose_graph(full.group_T_node, grown.graph.edges, options);
+  const PoseGraphSolution again = solve_pose_graph(full.component_T_node, grown.graph.edges, options);
   EXPECT_EQ(again.iterations, 0);
   EXPECT_TRUE(again.converged);
 }
@@ -247,10 +247,10 @@ TEST(PoseGraphWhereNeeded, ASolvedGraphIsLeftAlone) {
 TEST(PoseGraphWhereNeeded, ALoopThatClosesDriftMovesEverything) {
   Graph graph = roll_of_400_degrees({1.002, 1.002}, true);  // comes back 0.7 degrees, six sigmas, off
   PoseGraphOptions options;
-  const std::map<int, Pose> full = solve_pose_graph(graph.chained(), graph.edges, options).group_T_node;
+  const std::map<int, Pose> full = solve_pose_graph(graph.chained(), graph.edges, options).component_T_node;
   options.only_where_needed = true;
   EXPECT_GT(worst_error(graph.chained(), full).deg, 0.5);
-  EXPECT_LT(worst_error(solve_pose_graph(graph.chained(), graph.edges, options).group_T_node, full).deg,
+  EXPECT_LT(worst_error(solve_pose_graph(graph.chained(), graph.edges, options).component_T_node, full).deg,
             0.01);
 }
 
@@ -262,7 +262,8 @@ TEST(PoseGraph, SameInputSameBytes) {
   for (int i = 0; i < 40; i += 3) graph.join(i, i + 10, EdgeKind::loop, noise.tangent(0.01, 0.1));
   const PoseGraphSolution a = solve_pose_graph(graph.chained(), graph.edges, {});
   const PoseGraphSolution b = solve_pose_graph(graph.chained(), graph.edges, {});
-  for (const auto& [id, pose] : a.group_T_node) EXPECT_EQ(pose.matrix(), b.group_T_node.at(id).matrix());
+  for (const auto& [id, pose] : a.component_T_node)
+    EXPECT_EQ(pose.matrix(), b.component_T_node.at(id).matrix());
 }
 
 TEST(PoseGraph, RefusesWhatIsNotAGraph) {

@@ -33,7 +33,7 @@ TEST_F(SharedUnknownsTest, AreFoundWhereALoopClosesAndPosesWithThem) {
   // 90 links of 0.002 rad tell a turn of 6.3 rad to 0.003; the prior (0 +- 0.1) pulls by (0.003 / 0.1)² of
   // 0.05.
   EXPECT_NEAR(solution.shared_unknowns[0], kPlanted, 0.001);
-  EXPECT_LT(worst_error(solution.group_T_node, graph.truth).deg, 0.5);
+  EXPECT_LT(worst_error(solution.component_T_node, graph.truth).deg, 0.5);
   EXPECT_GT(worst_error(graph.chained(), graph.truth).deg, 5.0);
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using namespace test;
 
-/// A sharp-edged relief on a round body: every method has something to hold on to.
+/// A sharp-edged texture on a round body: every method has something to hold on to.
 const Field& body() {
   static const Field field = bumpy_ellipsoid(5, {9, 7, 6}, 0.25);
   return field;
@@ -57,7 +57,7 @@ TEST_P(Methods, SayThatSurfacesHaveNothingInCommon) {
 
   const auto corner = [](double sign) {  // opposite corners of the sensor, with a start that keeps them there
     View view{.contact_width_px = 30, .contact_height_px = 25};
-    view.contact_centre_px = {sign * 110, sign * 80};
+    view.contact_center_px = {sign * 110, sign * 80};
     return touch(textured_plane(4), motion(0, 0, 0, 0, 0, 0.5), view);
   };
   const RegistrationResult apart =

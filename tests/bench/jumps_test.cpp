@@ -37,7 +37,7 @@ Judgement follow(const TouchPair& pair, bool search_far) {
 }
 
 // A step along the coin's rim settles a bead further, on the knurl a tooth, on wood another grain.
-TEST(Jumps, OnReliefThatIsAlikeInManyPlacesTheyAreLostOrRight) {
+TEST(Jumps, OnTextureThatIsAlikeInManyPlacesTheyAreLostOrRight) {
   int wrong_before = 0;
   for (const Jump& jump : {Jump{"coin", 0, 1.5, 0}, Jump{"coin", 0, 3, 0}, Jump{"knurl", 0, 1.5, 0},
                            Jump{"knurl", 1, 3, 0}, Jump{"plank", 1, 0, 10}, Jump{"screw", 0, 2, 0}}) {
@@ -48,7 +48,7 @@ TEST(Jumps, OnReliefThatIsAlikeInManyPlacesTheyAreLostOrRight) {
   EXPECT_GE(wrong_before, 4) << "these are no hard cases";
 }
 
-TEST(Jumps, WhereReliefIsUniqueTheyAreFollowed) {
+TEST(Jumps, WhereTextureIsUniqueTheyAreFollowed) {
   for (const Jump& jump : {Jump{"pebble", 0, 2, 0}, Jump{"peanut", 1, 1.5, 15}, Jump{"coin", 1, 3, 0}}) {
     const Judgement judged = follow(make(jump), true);
     EXPECT_TRUE(judged.tracked && judged.right) << jump.object;

@@ -52,8 +52,8 @@ TEST_P(OfObject, TruthLaysTheSurfacesOnEachOther) {
     const TouchPair pair = studio().make(spec);
     const Pose truth = pair.target_T_reference();
     const Meeting right = meet(pair, truth);
-    // Heights are read to some hundredths of a millimetre; a pose that is 1 mm off lays relief on other
-    // relief.
+    // Heights are read to some hundredths of a millimetre; a pose that is 1 mm off lays texture on other
+    // texture.
     EXPECT_LT(right.height_gap_mm, 0.06) << overlap;
     for (const double side : {-1.0, 1.0})
       EXPECT_GT(meet(pair, Eigen::Translation3d(side, side, 0) * truth).height_gap_mm, right.height_gap_mm);
@@ -114,9 +114,9 @@ TEST(TouchStudio, NoiseGrainsAndLightDisturbWhatIsRead) {
   EXPECT_GT(difference_mm(*studio().make(lit).target, *target), by_quiet);
 }
 
-TEST(TouchStudio, ReliefIsScaledAndThePlaceKept) {
+TEST(TouchStudio, TextureIsScaledAndThePlaceKept) {
   TouchSpec smooth, rough;
-  smooth.relief = 0;
+  smooth.texture = 0;
   const TouchPair polished = studio().make(smooth), textured = studio().make(rough);
   const auto curvature = [](const Surface& s) {
     return cv::norm(s.curvature, cv::NORM_L2) / std::sqrt(static_cast<double>(s.contact_pixels));

@@ -13,12 +13,12 @@
 
 namespace gelslam::test {
 
-/// A relief without end, seen through a small sensor that slides and twists over it.
+/// A texture without end, seen through a small sensor that slides and twists over it.
 inline Pose place_of_frame(int i) { return motion(0.1 * i, -0.05 * i, 0.4 * i, 0.05 * i, 0.02 * i, 0.4); }
 
 inline SurfacePtr surface_at(const Pose& place) {
-  static const Field relief = textured_plane(6);
-  return touch(relief, place,
+  static const Field texture = textured_plane(6);
+  return touch(texture, place,
                View{.width_px = 160, .height_px = 120, .contact_width_px = 60, .contact_height_px = 45});
 }
 

@@ -45,7 +45,7 @@ TEST(CalibrateCommand, LabelsTrainsAndChecks) {
   calibrate({"label", presses, "--accept"});
   EXPECT_EQ(read_label(folder / "presses/press/0/label.npz").u_px, 50.0);
   calibrate({"label", presses, "--accept", "--overwrite"});
-  EXPECT_NEAR(read_label(folder / "presses/press/0/label.npz").u_px, few_presses().truth[0].centre_px.x, 4.0);
+  EXPECT_NEAR(read_label(folder / "presses/press/0/label.npz").u_px, few_presses().truth[0].center_px.x, 4.0);
 
   const ProgramResult trained =
       calibrate({"train", presses, "-o", model, "--pth", pth, "--automatic", "--steps", "800"});
@@ -88,7 +88,7 @@ PressSet swapped(PressSet set) {
   return set;
 }
 
-TEST(CalibrateCommand, RefusesGelsWithMarkersAndSwappedColours) {
+TEST(CalibrateCommand, RefusesGelsWithMarkersAndSwappedColors) {
   const TemporaryFolder folder;
   PressSet set = labelled(few_presses(), 1.0, 4.0);
   set.presses.resize(2);

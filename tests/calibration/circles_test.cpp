@@ -32,17 +32,17 @@ FoundCircle found_in(const SimulatedPresses& presses, std::size_t k) {
 
 TEST(FindCircle, FindsTheBallThatWasPressed) {
   const SimulatedPresses& presses = forty_presses();
-  std::vector<double> centre_errors, disc_errors, radius_errors;
+  std::vector<double> center_errors, disc_errors, radius_errors;
   for (std::size_t k = 0; k < presses.truth.size(); ++k) {
     const FoundCircle found = found_in(presses, k);
     if (!found.problem.empty()) continue;
-    const cv::Point2d& centre = presses.truth[k].centre_px;
-    centre_errors.push_back(std::hypot(found.ball.u_px - centre.x, found.ball.v_px - centre.y));
-    disc_errors.push_back(std::hypot(found.circle.u_px - centre.x, found.circle.v_px - centre.y));
+    const cv::Point2d& center = presses.truth[k].center_px;
+    center_errors.push_back(std::hypot(found.ball.u_px - center.x, found.ball.v_px - center.y));
+    disc_errors.push_back(std::hypot(found.circle.u_px - center.x, found.circle.v_px - center.y));
     radius_errors.push_back(found.ball.radius_px - presses.truth[k].radius_px);
   }
-  EXPECT_GE(centre_errors.size(), 34U);
-  EXPECT_LT(median(centre_errors), 0.8);
+  EXPECT_GE(center_errors.size(), 34U);
+  EXPECT_LT(median(center_errors), 0.8);
   EXPECT_LT(median(disc_errors), 1.5);  // what is asked for on real presses
   // The true contact is where the gel leaves the ball; the lens and the gel's bend hide the last pixel or
   // two.
@@ -83,7 +83,7 @@ cv::Mat3b touched_again(const SimulatedPresses& presses, std::size_t k, double d
 
 /// Towards the middle of the picture from the press's own place.
 double inward(const SimulatedPresses& presses, std::size_t k) {
-  return presses.truth[k].centre_px.x < 160.0 ? 1.0 : -1.0;
+  return presses.truth[k].center_px.x < 160.0 ? 1.0 : -1.0;
 }
 
 TEST(FindCircle, SaysWhenTwoThingsTouch) {

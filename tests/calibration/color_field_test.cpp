@@ -1,11 +1,11 @@
-#include "color_field.hpp"
+#include "training/color_field.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <vector>
 
-#include "slope_samples.hpp"
+#include "training/slope_samples.hpp"
 
 namespace gelslam::test {
 namespace {

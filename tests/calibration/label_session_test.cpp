@@ -18,12 +18,12 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// Five presses of a grey gel: p0 to p4. What was found in them is made up: p3 has no clear contact.
+/// Five presses of a gray gel: p0 to p4. What was found in them is made up: p3 has no clear contact.
 class Labelling : public ::testing::Test {
  protected:
   void SetUp() override {
     set.background = cv::Mat3b(60, 80, cv::Vec3b(90, 100, 110));
-    set.background.rowRange(30, 60) += cv::Scalar(10, 10, 10);  // one colour all over is no picture
+    set.background.rowRange(30, 60) += cv::Scalar(10, 10, 10);  // one color all over is no picture
     for (int k = 0; k < 5; ++k) {
       set.presses.push_back({"p" + std::to_string(k), 6.0, set.background, std::nullopt});
       found.push_back({{20.0 + k, 30.0, 10.0}, {20.0 + k, 30.0, 7.0}, 0.95, ""});

@@ -128,7 +128,7 @@ std::optional<PixelAspect> aspect_with(double factor) {
     const BallPress& truth = presses.truth[k];
     if (truth.radius_px > 15.0)
       zones.push_back(
-          {k, truth.centre_px.x, (truth.centre_px.y + 0.5) / factor - 0.5, truth.radius_px - 3.0});
+          {k, truth.center_px.x, (truth.center_px.y + 0.5) / factor - 0.5, truth.radius_px - 3.0});
   }
   return aspect_from_balls(set, zones, pitch_mm);
 }

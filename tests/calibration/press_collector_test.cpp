@@ -84,7 +84,7 @@ TEST(PressCollector, TakesEveryGoodTouchOnceAndNoBadOne) {
     if (!taken) continue;
     const ContactCircle& circle = watched.taken[next++].press.circle;
     // The finder's own accuracy at the border of the gel; in its middle it is a pixel or two.
-    EXPECT_LT(std::hypot(circle.u_px - touch.centre_px.x, circle.v_px - touch.centre_px.y),
+    EXPECT_LT(std::hypot(circle.u_px - touch.center_px.x, circle.v_px - touch.center_px.y),
               0.25 * touch.radius_px);
     EXPECT_NEAR(circle.radius_px, touch.radius_px + 3.8, 5.0);
   }

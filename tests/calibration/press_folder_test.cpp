@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-/// A gel with some colour: all of one shade but for a gradient.
+/// A gel with some color: all of one shade but for a gradient.
 cv::Mat3b bare_gel(int add = 0) {
   cv::Mat3b picture(60, 80);
   for (int v = 0; v < picture.rows; ++v)

@@ -85,9 +85,9 @@ TEST(PressSet, ABadPressDoesNotStopTheOthers) {
   cv::imwrite(picture.string(), numbered_picture(2, 60, 48));
   EXPECT_THAT(problem(), HasSubstr("is 60x48 but the background is 64x48"));
   cv::imwrite(picture.string(), cv::Mat3b(48, 64, cv::Vec3b(0, 0, 0)));
-  EXPECT_THAT(problem(), HasSubstr("a grey image"));
+  EXPECT_THAT(problem(), HasSubstr("a gray image"));
   cv::imwrite(picture.string(), cv::Mat3b(48, 64, cv::Vec3b(0, 160, 0)));
-  EXPECT_THAT(problem(), HasSubstr("one colour all over"));
+  EXPECT_THAT(problem(), HasSubstr("one color all over"));
   fs::remove(picture);
   EXPECT_THAT(problem(), HasSubstr("9mm/0/gelsight.png"));
   cv::imwrite(picture.string(), numbered_picture(2, 64, 48));

@@ -33,19 +33,19 @@ double median(std::vector<double> values) {
   return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
 }
 
-// Two ways of finding a centre agree better with each other than with these labels, which are good to a pixel
-// and a half per axis: their centres cannot be met much closer.
+// Two ways of finding a center agree better with each other than with these labels, which are good to a pixel
+// and a half per axis: their centers cannot be met much closer.
 TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
   const PressSet set = read_press_set(data_ / "calibration_b");
-  std::vector<double> centres, radii;
+  std::vector<double> centers, radii;
   for (const CalibrationPress& press : set.presses) {
     const FoundCircle found = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / pitch_mm);
     EXPECT_EQ(found.problem, "") << press.name;
-    centres.push_back(
+    centers.push_back(
         std::hypot(found.circle.u_px - press.label->u_px, found.circle.v_px - press.label->v_px));
     radii.push_back(std::abs(found.circle.radius_px - press.label->radius_px));
   }
-  EXPECT_LT(median(centres), 2.0);
+  EXPECT_LT(median(centers), 2.0);
   EXPECT_LT(median(radii), 1.0);
 }
 
@@ -66,8 +66,8 @@ TEST_F(RealPresses, TheOneWrongLabelIsLeftOut) {
   EXPECT_EQ(set.presses[zones.rejected.front().press].name, "9.470mm/50");
 }
 
-// In one of them, in a corner, the strongest change is a part of the skirt only: the finder once took that
-// part for the ball, and a good label was called wrong.
+// In one of them, in a corner, the strongest change is a part of the membrane rim only: the finder once took
+// that part for the ball, and a good label was called wrong.
 TEST_F(RealPresses, NoRenderedPressIsLeftOut) {
   const PressSet set = read_press_set(data_ / "calibration_sim");
   const BallZones zones = find_ball_zones(set, pitch_mm, false);

@@ -42,7 +42,7 @@ inline PressSet labelled(const SimulatedPresses& presses, double factor, double 
   for (std::size_t k = 0; k < set.presses.size(); ++k) {
     const BallPress& truth = presses.truth[k];
     set.presses[k].label =
-        ContactCircle{truth.centre_px.x, truth.centre_px.y, factor * truth.radius_px + wider_px};
+        ContactCircle{truth.center_px.x, truth.center_px.y, factor * truth.radius_px + wider_px};
   }
   return set;
 }

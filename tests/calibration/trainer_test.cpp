@@ -6,7 +6,6 @@
 #include <random>
 
 #include "../support/temporary_folder.hpp"
-#include "gain_field.hpp"
 #include "gelslam/calibration/ball_sizes.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
@@ -14,8 +13,9 @@
 #include "gelslam/calibration/press_depth.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/slope_map.hpp"
-#include "network_kernels.hpp"
 #include "simulated_presses.hpp"
+#include "training/gain_field.hpp"
+#include "training/network_kernels.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -138,7 +138,7 @@ SlopeSums against_the_truth(const GradientModel& model, const SimulatedPresses& 
     const SlopeMap map = read_slope_map(model, press.bgr, presses.set.background);
     for (int v = 0; v < map.gx.rows; ++v)
       for (int u = 0; u < map.gx.cols; ++u) {
-        if (std::hypot(u - press.centre_px.x, v - press.centre_px.y) > press.radius_px - 2.0) continue;
+        if (std::hypot(u - press.center_px.x, v - press.center_px.y) > press.radius_px - 2.0) continue;
         const cv::Vec2f truth = press.gel.slope(v, u);
         sums.add({static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
                  {static_cast<double>(truth[0]), static_cast<double>(truth[1])});
@@ -209,8 +209,8 @@ TEST(ModelCheck, SaysWhenThePressesShowNoSteepSlope) {
   EXPECT_NE(shallow.verdict, Verdict::good);
 }
 
-// The factor between said and true diameter comes out of the colours alone, whichever ball is the wrong one.
-TEST(BallSizes, MeasureAWrongDiameterByItsColours) {
+// The factor between said and true diameter comes out of the colors alone, whichever ball is the wrong one.
+TEST(BallSizes, MeasureAWrongDiameterByItsColors) {
   const PressSet right = labelled(forty_presses(), 1.0, 4.0);
   const auto steepness = [&](double small_mm, double large_mm) {
     PressSet set = right;

@@ -21,7 +21,7 @@ TEST(NearestName, FindsMisspellingsOnly) {
   const std::vector<std::string> names{"scr_threshold", "ccs_threshold", "contact_threshold"};
   EXPECT_EQ(nearest_name("src_threshold", names), "scr_threshold");
   EXPECT_EQ(nearest_name("contact_treshold", names), "contact_threshold");
-  EXPECT_EQ(nearest_name("colour", names), "");
+  EXPECT_EQ(nearest_name("color", names), "");
   EXPECT_EQ(nearest_name("x", {}), "");
   EXPECT_EQ(nearest_name(std::string(1000000, 'a'), names), "");
 }

@@ -145,7 +145,7 @@ TEST_F(ReconstructErrors, LogsAndConfigurationsThatCannotBeUsed) {
 TEST_F(ReconstructErrors, PicturesThatCannotBeUsed) {
   if (!fs::exists(real_model())) GTEST_SKIP() << "no model at " << real_model() << "; set GELSLAM_DATA";
   const std::vector<std::string> model{"--model", real_model().string()};
-  test::write_video(folder / "grey.avi", "MJPG", 12, 320, 240, 25.0, /*grey=*/true);
+  test::write_video(folder / "gray.avi", "MJPG", 12, 320, 240, 25.0, /*gray=*/true);
   test::write_video(folder / "small.avi", "MJPG", 12, 160, 120);
   test::write_video(folder / "short.avi", "MJPG", 3, 320, 240);
   fs::create_directory(folder / "images");
@@ -153,10 +153,10 @@ TEST_F(ReconstructErrors, PicturesThatCannotBeUsed) {
     cv::imwrite((folder / ("images/" + std::to_string(i) + ".png")).string(),
                 cv::Mat1b(240, 320, static_cast<uchar>(i)));
   }
-  expect_mistake(reconstruct("grey.avi", model), "grey.avi, frame 0: a grey picture");
+  expect_mistake(reconstruct("gray.avi", model), "gray.avi, frame 0: a gray picture");
   expect_mistake(reconstruct("small.avi", model), "small.avi, frame 0: is 160x120 pixels");
   expect_mistake(reconstruct("short.avi", model), "3");
-  expect_mistake(reconstruct("images", model), "0.png: a grey image");
+  expect_mistake(reconstruct("images", model), "0.png: a gray image");
   expect_mistake(reconstruct("images/0.png", model), "a single image");
 }
 

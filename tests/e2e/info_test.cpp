@@ -42,7 +42,7 @@ TEST(Info, ARealDataFolder) {
 
 TEST(Info, AFolderWithProblemsStillSaysWhatIsGood) {
   const TemporaryFolder folder;
-  test::write_video(folder / "gelsight.avi", "MJPG", 3, 320, 240, 25.0, /*grey=*/true);
+  test::write_video(folder / "gelsight.avi", "MJPG", 3, 320, 240, 25.0, /*gray=*/true);
   test::write_bytes(folder / "config.yaml", "device_config:\n  framerat: 25\n");
   test::write_bytes(folder / "true_start_T_currs.npy", "x");
   const ProgramResult result = info(folder.path());
@@ -51,7 +51,7 @@ TEST(Info, AFolderWithProblemsStillSaysWhatIsGood) {
   EXPECT_THAT(result.out, HasSubstr("320x240, 25 Hz, 3 frames"));
   EXPECT_THAT(result.out,
               HasSubstr("config.yaml:2: device_config.framerat is an unknown key, did you mean framerate?"));
-  EXPECT_THAT(result.out, HasSubstr("frame 0: a grey picture"));
+  EXPECT_THAT(result.out, HasSubstr("frame 0: a gray picture"));
   EXPECT_THAT(result.out, HasSubstr("true_start_T_currs.npy: not a usable .npy file"));
 }
 

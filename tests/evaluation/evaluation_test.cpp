@@ -138,7 +138,7 @@ TEST(Evaluate, ThePerfectRunIsPerfectWhateverItsAnchor) {
     EXPECT_TRUE(evaluation.mesh->touched_only);
     EXPECT_LT(evaluation.mesh->refinement.shift_mm, 1e-3);
     EXPECT_EQ(evaluation.trials, 2);
-    EXPECT_EQ(evaluation.groups, 1);
+    EXPECT_EQ(evaluation.components, 1);
   }
 }
 

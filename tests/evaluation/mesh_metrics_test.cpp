@@ -164,7 +164,7 @@ TEST(StackedShare, CountsSecondSheetsOfTheSameOrientation) {
 }
 
 TEST(StackedShare, RoughnessAndUnsharedVerticesAreNoSecondSheet) {
-  // Zigzag with slopes of 63 degrees: normals hit neighbouring flanks, which are connected and do not count.
+  // Zigzag with slopes of 63 degrees: normals hit neighboring flanks, which are connected and do not count.
   const Mesh rough = height_field(-3, 3, -3, 3, 60, [](double x, double y) {
     return 0.1 * ((std::lround(10 * x) + std::lround(10 * y)) % 2 == 0 ? 1.0 : -1.0);
   });

@@ -15,24 +15,24 @@ namespace {
 using test::height_field;
 using test::plane;
 
-constexpr PictureOptions kSmall{.panel_width_px = 160, .colour_limit_mm = 0.1};
+constexpr PictureOptions kSmall{.panel_width_px = 160, .color_limit_mm = 0.1};
 
-/// The colour in the middle of one of the three panels.
-cv::Vec3d panel_colour(const cv::Mat& picture, int panel) {
+/// The color in the middle of one of the three panels.
+cv::Vec3d panel_color(const cv::Mat& picture, int panel) {
   const int x = 10 + panel * (kSmall.panel_width_px + 10) + kSmall.panel_width_px / 2;
   const cv::Scalar mean = cv::mean(picture(cv::Rect(x - 8, picture.rows / 2 - 8, 16, 16)));
   return {mean[0], mean[1], mean[2]};
 }
 
-bool is_coloured(const cv::Vec3d& bgr) {
+bool is_colored(const cv::Vec3d& bgr) {
   return std::max({bgr[0], bgr[1], bgr[2]}) - std::min({bgr[0], bgr[1], bgr[2]}) > 20.0;
 }
 
-TEST(RenderComparison, ColoursFollowTheDistance) {
+TEST(RenderComparison, ColorsFollowTheDistance) {
   const Mesh truth = plane(0.0);
-  const cv::Vec3d exact = panel_colour(render_comparison(plane(0.0), truth, kSmall), 2);
-  const cv::Vec3d middle = panel_colour(render_comparison(plane(0.05), truth, kSmall), 2);
-  const cv::Vec3d far = panel_colour(render_comparison(plane(0.2), truth, kSmall), 2);
+  const cv::Vec3d exact = panel_color(render_comparison(plane(0.0), truth, kSmall), 2);
+  const cv::Vec3d middle = panel_color(render_comparison(plane(0.05), truth, kSmall), 2);
+  const cv::Vec3d far = panel_color(render_comparison(plane(0.2), truth, kSmall), 2);
   EXPECT_GT(exact[0], exact[2] + 40);    // blue
   EXPECT_GT(middle[1], middle[0] + 40);  // green
   EXPECT_GT(far[2], far[0] + 40);        // red
@@ -48,13 +48,13 @@ TEST(RenderComparison, LooksFromWhereTheSurfaceFacesTheViewer) {
     const int top = 44, height = picture.rows - top - 10;
     for (int y = top; y < top + height; ++y) {
       for (int x = 10; x < 10 + kSmall.panel_width_px; ++x) {
-        covered += is_coloured(cv::Vec3d(picture.at<cv::Vec3b>(y, x))) ? 1 : 0;
+        covered += is_colored(cv::Vec3d(picture.at<cv::Vec3b>(y, x))) ? 1 : 0;
       }
     }
     // A square fills 77 % of its panel when seen from the front with its sides upright, half of that on its
     // corner.
     EXPECT_GT(covered, 0.35 * height * kSmall.panel_width_px) << angle;
-    EXPECT_TRUE(is_coloured(panel_colour(picture, 0)));
+    EXPECT_TRUE(is_colored(panel_color(picture, 0)));
   }
 }
 
@@ -79,7 +79,7 @@ TEST(RenderMeshPicture, HasOnePanelPerView) {
     EXPECT_EQ(picture.cols - width, views == 1 ? kSmall.panel_width_px + 20 : kSmall.panel_width_px + 10);
     width = picture.cols;
     const cv::Vec3b& last = picture.at<cv::Vec3b>(picture.rows / 2, width - 10 - kSmall.panel_width_px / 2);
-    EXPECT_TRUE(is_coloured(cv::Vec3d(last)));
+    EXPECT_TRUE(is_colored(cv::Vec3d(last)));
   }
 }
 

@@ -22,9 +22,9 @@ Eigen::Vector3d random_point(std::mt19937_64& random, double range) {
 Mesh soup(int triangles, std::mt19937_64& random) {
   Mesh mesh;
   for (int t = 0; t < triangles; ++t) {
-    const Eigen::Vector3d centre = random_point(random, 10.0);
+    const Eigen::Vector3d center = random_point(random, 10.0);
     for (int k = 0; k < 3; ++k)
-      mesh.vertices_mm.emplace_back((centre + random_point(random, 2.0)).cast<float>());
+      mesh.vertices_mm.emplace_back((center + random_point(random, 2.0)).cast<float>());
     mesh.triangles.emplace_back(3 * t, 3 * t + 1, 3 * t + 2);
   }
   return mesh;

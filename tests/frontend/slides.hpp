@@ -10,12 +10,12 @@ namespace gelslam::test {
 // of them adds up.
 inline constexpr double kStepDeg = 0.03, kStepMm = 0.01;
 
-inline const Field& relief() {
+inline const Field& texture() {
   static const Field field = textured_plane(1);
   return field;
 }
 
-inline const Field& other_relief() {
+inline const Field& other_texture() {
   static const Field field = textured_plane(99);
   return field;
 }
@@ -33,12 +33,12 @@ inline Pose on_the_way(int i) {
   return motion(0.3 * i, -0.2 * i, 0.7 * i, 0.4 * i, 0.05 * i, 0.4 + 0.01 * i);
 }
 
-inline SurfacePtr slide(int i, const Field& field = relief()) {
+inline SurfacePtr slide(int i, const Field& field = texture()) {
   return touch(field, on_the_way(i), small_view());
 }
 
 inline SurfacePtr nothing() {
-  static const SurfacePtr surface = touch(relief(), motion(0, 0, 0, 0, 0, -3), small_view());
+  static const SurfacePtr surface = touch(texture(), motion(0, 0, 0, 0, 0, -3), small_view());
   return surface;
 }
 

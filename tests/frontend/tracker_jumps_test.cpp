@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheReliefsAgree) {
+TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheTexturesAgree) {
   const auto field = textured_plane(5);
   const Pose jump = motion(3, -2, 25, 3.5, -2.2, 0.4);
   const SurfacePtr before = touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere()),

@@ -124,7 +124,7 @@ void expect_loss_after(int before) {
   options.patience_s = 0;
   Tracker tracker(options);
   for (int i = 0; i < before; ++i) tracker.track(i, 0.04 * i, slide(i));
-  const SurfacePtr elsewhere = slide(0, other_relief());
+  const SurfacePtr elsewhere = slide(0, other_texture());
   const TrackedFrame lost = tracker.track(before, 0.04 * before, elsewhere);
   EXPECT_EQ(lost.status, TrackStatus::lost);
   EXPECT_FALSE(lost.registration.ok());
@@ -138,7 +138,7 @@ void expect_loss_after(int before) {
       << "every keyframe that is made is handed out, and ids have no gaps";
   EXPECT_EQ(lost.new_keyframes.back().link.previous, nullptr);
 
-  const TrackedFrame next = tracker.track(before + 1, 0.04 * (before + 1), slide(1, other_relief()));
+  const TrackedFrame next = tracker.track(before + 1, 0.04 * (before + 1), slide(1, other_texture()));
   EXPECT_EQ(next.status, TrackStatus::tracked);
   EXPECT_EQ(next.trial, 1);
   EXPECT_EQ(next.keyframe, lost.new_keyframes.back().keyframe);
@@ -158,7 +158,7 @@ void expect_lost_without_a_trial(const TrackedFrame& frame) {
 
 TEST(Tracker, ATrialOutlastsTornPictures) {
   Tracker tracker(TrackerOptions{});
-  const auto seen = [](int i) { return touch(relief(), on_the_way(i), everywhere()); };
+  const auto seen = [](int i) { return touch(texture(), on_the_way(i), everywhere()); };
   for (int i = 0; i < 4; ++i) tracker.track(i, 0.04 * i, seen(i));
   // Three in a row, and no two of them agree.
   for (int i = 4; i < 7; ++i)
@@ -175,9 +175,9 @@ TEST(Tracker, ATrialOutlastsTornPictures) {
 TEST(Tracker, TwoFramesThatAgreeElsewhereAreTheNextTrial) {
   Tracker tracker(TrackerOptions{});
   for (int i = 0; i < 4; ++i) tracker.track(i, 0.04 * i, slide(i));
-  const SurfacePtr elsewhere = slide(0, other_relief());
+  const SurfacePtr elsewhere = slide(0, other_texture());
   expect_lost_without_a_trial(tracker.track(4, 0.16, elsewhere));
-  const TrackedFrame next = tracker.track(5, 0.20, slide(1, other_relief()));
+  const TrackedFrame next = tracker.track(5, 0.20, slide(1, other_texture()));
   EXPECT_EQ(next.status, TrackStatus::tracked);
   EXPECT_EQ(next.trial, 1);
   ASSERT_THAT(next.new_keyframes, testing::Not(testing::IsEmpty()));

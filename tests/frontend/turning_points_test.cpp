@@ -13,7 +13,7 @@ using namespace test;
 /// A contact of 3.8 by 3.2 mm, `x_mm` further along.
 Pose place(double x_mm) { return motion(0, 0, 0, x_mm, 0, 0.4); }
 
-SurfacePtr at(double x_mm) { return touch(relief(), place(x_mm), small_view()); }
+SurfacePtr at(double x_mm) { return touch(texture(), place(x_mm), small_view()); }
 
 /// Frames of a trial in which one thing is touched after the other.
 struct Tracked {

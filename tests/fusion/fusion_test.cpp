@@ -64,7 +64,7 @@ TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
   expect_manifold(mesh);
   const Accuracy a = accuracy(mesh, ball);
   EXPECT_LT(a.mean_mm, 0.002);  // exact heights: only interpolation between pixels is left
-  EXPECT_LT(a.max_mm, 0.05);    // also where the mask takes in some of the gel's skirt
+  EXPECT_LT(a.max_mm, 0.05);    // also where the mask takes in some of the gel's membrane rim
   EXPECT_LT(a.normal_mean_rad, 0.005);
   EXPECT_EQ(flipped_share(mesh), 0.0);
   ASSERT_EQ(mesh.normals.size(), mesh.vertices_mm.size());
@@ -246,7 +246,7 @@ TEST(Fusion, CoarseVoxelsKeepTheSurfaceWhereItIs) {
   EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.001);
 }
 
-TEST(Fusion, SlopeGainIsTakenOut) {
+TEST(Fusion, GradientScaleIsTakenOut) {
   const Shape ball = sphere(radius_mm);
   std::vector<PosedSurface> patches;
   for (const double side : {-0.1, 0.1}) {
@@ -258,7 +258,7 @@ TEST(Fusion, SlopeGainIsTakenOut) {
   }
   FusionOptions options;
   EXPECT_GT(accuracy(fuse(patches, options), ball).mean_mm, 0.03);
-  options.slope_gain = 1.1;
+  options.gradient_scale = 1.1;
   const Accuracy a = accuracy(fuse(patches, options), ball);
   EXPECT_LT(a.mean_mm, 0.002);
   EXPECT_LT(a.normal_mean_rad, 0.005);
@@ -326,7 +326,7 @@ TEST(Fusion, DamagedInputIsNamedOrIgnored) {
   EXPECT_THROW(fuse({{0, lost, good}}, {}), Error);
 
   for (const auto& spoil : std::vector<void (*)(FusionOptions&)>{
-           [](FusionOptions& o) { o.slope_gain = 0; }, [](FusionOptions& o) { o.voxel_size_mm = 0; },
+           [](FusionOptions& o) { o.gradient_scale = 0; }, [](FusionOptions& o) { o.voxel_size_mm = 0; },
            [](FusionOptions& o) { o.truncation_mm = 0.01; }, [](FusionOptions& o) { o.min_weight = -1; }}) {
     FusionOptions options;
     spoil(options);

@@ -33,9 +33,10 @@ FusionOptions with_debris() {
   return options;
 }
 
-void expect_same_as_fuse(const Shown& shown, const std::vector<PosedSurface>& patches, double slope_gain) {
+void expect_same_as_fuse(const Shown& shown, const std::vector<PosedSurface>& patches,
+                         double gradient_scale) {
   FusionOptions options = with_debris();
-  options.slope_gain = slope_gain;
+  options.gradient_scale = gradient_scale;
   const std::vector<Facet> wanted = facets_of(fuse(patches, options)), got = facets_of(shown);
   EXPECT_EQ(got.size(), wanted.size());
   EXPECT_TRUE(got == wanted);

@@ -89,7 +89,7 @@ Pose press(const Shape& shape, const Eigen::Vector3d& side, double depth_mm, dou
   return pose;
 }
 
-SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int skirt_px) {
+SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int rim_px) {
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = pitch_mm;
   surface->height_mm.create(height, width);
@@ -113,8 +113,8 @@ SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int skirt_px) 
   }
   // The gel cannot follow a steep flank: around the contact it hangs from its border, and the mask takes some
   // of it in.
-  if (skirt_px > 0) {
-    const cv::Mat kernel = cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * skirt_px + 1, 2 * skirt_px + 1});
+  if (rim_px > 0) {
+    const cv::Mat kernel = cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * rim_px + 1, 2 * rim_px + 1});
     const cv::Mat1b true_contact = surface->contact.clone();
     cv::dilate(true_contact, surface->contact, kernel);
     cv::Mat1f hanging;

@@ -52,9 +52,9 @@ class Gaussian {
 Pose press(const Shape& shape, const Eigen::Vector3d& side, double depth_mm, double twist_rad,
            const Eigen::Vector2d& offset_mm = Eigen::Vector2d::Zero());
 
-/// What the sensor measures: contact where the object is below the untouched gel, a skirt of hanging gel
-/// around it which the mask takes for contact over `skirt_px` pixels.
-SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int skirt_px = 2);
+/// What the sensor measures: contact where the object is below the untouched gel, a membrane rim of hanging
+/// gel around it which the mask takes for contact over `rim_px` pixels.
+SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int rim_px = 2);
 
 /// `n` presses rolled evenly through a full turn about the object's x axis and along it, with errors.
 std::vector<PosedSurface> roll(const Shape& shape, int n, double half_length_mm, double depth_mm,

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "gelslam/core/error.hpp"
-#include "relief.hpp"
+#include "texture.hpp"
 
 namespace gelslam {
 namespace {
@@ -20,11 +20,12 @@ PoseError error_of(const LoopConstraint& loop, const Pose& map_T_from, const Pos
 }
 
 // Trials of one keyframe each: nothing but the place joins them.
-std::vector<LoopConstraint> visit(LoopCloser& closer, const Relief& relief, const std::vector<Pose>& places) {
+std::vector<LoopConstraint> visit(LoopCloser& closer, const Texture& texture,
+                                  const std::vector<Pose>& places) {
   std::vector<LoopConstraint> all;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const int id = static_cast<int>(i);
-    for (const LoopConstraint& loop : closer.add(keyframe(id, id, touch(relief, places[i]))))
+    for (const LoopConstraint& loop : closer.add(keyframe(id, id, touch(texture, places[i]))))
       all.push_back(loop);
   }
   return all;
@@ -33,7 +34,7 @@ std::vector<LoopConstraint> visit(LoopCloser& closer, const Relief& relief, cons
 TEST(LoopCloser, FindsAPlaceAgainAcrossTrialsWithTheRightPose) {
   const std::vector<Pose> places{place(0, 0), place(40, 0), place(0, 50), place(0.9, -0.6, 25, 2, -3)};
   LoopCloser closer({});
-  const std::vector<LoopConstraint> loops = visit(closer, random_relief(1), places);
+  const std::vector<LoopConstraint> loops = visit(closer, random_texture(1), places);
   ASSERT_EQ(loops.size(), 1u);
   EXPECT_EQ(loops[0].from, 0);
   EXPECT_EQ(loops[0].to, 3);
@@ -48,7 +49,7 @@ TEST(LoopCloser, FindsAPlaceAgainAcrossTrialsWithTheRightPose) {
 TEST(LoopCloser, FindsAPlaceTurnedUpsideDownInTheImage) {
   const std::vector<Pose> places{place(0, 0), place(0.4, 0.3, 180)};
   LoopCloser closer({});
-  const std::vector<LoopConstraint> loops = visit(closer, random_relief(2), places);
+  const std::vector<LoopConstraint> loops = visit(closer, random_texture(2), places);
   ASSERT_EQ(loops.size(), 1u);
   EXPECT_LT(error_of(loops[0], places[0], places[1]).deg, 0.5);
 }
@@ -57,38 +58,38 @@ TEST(LoopCloser, DifferentPlacesAreNotConfused) {
   std::vector<Pose> places;
   for (int i = 0; i < 12; ++i) places.push_back(place(30.0 * i, 17.0 * i, 20.0 * i));
   LoopCloser closer({});
-  EXPECT_TRUE(visit(closer, random_relief(3), places).empty());
+  EXPECT_TRUE(visit(closer, random_texture(3), places).empty());
 }
 
 // Which of the many bumps it was cannot be known, so nothing may be claimed.
 TEST(LoopCloser, ARepeatedPatternClaimsNothing) {
   LoopCloser closer({});
-  EXPECT_TRUE(visit(closer, grid_relief(), {place(0, 0), place(7.7, 3.2), place(0.4, 20.1, 30)}).empty());
+  EXPECT_TRUE(visit(closer, grid_texture(), {place(0, 0), place(7.7, 3.2), place(0.4, 20.1, 30)}).empty());
 }
 
 TEST(LoopCloser, SkipsTheDirectPredecessorInATrialOnly) {
-  const Relief relief = random_relief(4);
+  const Texture texture = random_texture(4);
   {
     LoopCloser closer({});
-    EXPECT_TRUE(closer.add(keyframe(0, 0, touch(relief, place(0, 0)))).empty());
-    EXPECT_TRUE(closer.add(keyframe(1, 0, touch(relief, place(0.3, 0)))).empty());
-    const std::vector<LoopConstraint> loops = closer.add(keyframe(2, 0, touch(relief, place(0.6, 0))));
+    EXPECT_TRUE(closer.add(keyframe(0, 0, touch(texture, place(0, 0)))).empty());
+    EXPECT_TRUE(closer.add(keyframe(1, 0, touch(texture, place(0.3, 0)))).empty());
+    const std::vector<LoopConstraint> loops = closer.add(keyframe(2, 0, touch(texture, place(0.6, 0))));
     ASSERT_EQ(loops.size(), 1u);  // not to 1, but to 0
     EXPECT_EQ(loops[0].from, 0);
   }
   LoopCloser closer({});
-  closer.add(keyframe(0, 0, touch(relief, place(0, 0))));
-  EXPECT_EQ(closer.add(keyframe(1, 1, touch(relief, place(0.3, 0)))).size(), 1u);
+  closer.add(keyframe(0, 0, touch(texture, place(0, 0))));
+  EXPECT_EQ(closer.add(keyframe(1, 1, touch(texture, place(0.3, 0)))).size(), 1u);
 }
 
-TEST(LoopCloser, NeighboursDoNotCrowdOutAPlaceFoundAgain) {
-  const Relief relief = random_relief(4);
+TEST(LoopCloser, NeighborsDoNotCrowdOutAPlaceFoundAgain) {
+  const Texture texture = random_texture(4);
   LoopClosureOptions options;
-  options.max_constraints = options.max_neighbour_constraints = 1;
+  options.max_constraints = options.max_neighbor_constraints = 1;
   LoopCloser closer(options);
-  closer.add(keyframe(0, 0, touch(relief, place(0, 0))));
+  closer.add(keyframe(0, 0, touch(texture, place(0, 0))));
   std::vector<LoopConstraint> loops;
-  for (int i = 1; i < 12; ++i) loops = closer.add(keyframe(i, 1, touch(relief, place(12 - i, 0))));
+  for (int i = 1; i < 12; ++i) loops = closer.add(keyframe(i, 1, touch(texture, place(12 - i, 0))));
   ASSERT_EQ(loops.size(), 2u);
   EXPECT_EQ(loops[0].from, 0);
   EXPECT_EQ(loops[1].from, 9);
@@ -96,22 +97,22 @@ TEST(LoopCloser, NeighboursDoNotCrowdOutAPlaceFoundAgain) {
 
 TEST(LoopCloser, SurfacesWithoutFeaturesAreKeptAndHarmless) {
   LoopCloser closer({});
-  const Relief relief = random_relief(5);
-  EXPECT_TRUE(closer.add(keyframe(0, 0, touch(relief, place(0, 0)))).empty());
-  EXPECT_TRUE(closer.add(keyframe(1, 1, touch(Relief{}, place(0, 0)))).empty());
-  EXPECT_TRUE(closer.add(keyframe(2, 2, touch(Relief{}, place(0, 0)))).empty());
-  EXPECT_TRUE(closer.add(keyframe(3, 3, touch(relief, place(0, 0), {0, 0}))).empty());
-  EXPECT_EQ(closer.add(keyframe(4, 4, touch(relief, place(0.2, 0)))).size(), 1u);
+  const Texture texture = random_texture(5);
+  EXPECT_TRUE(closer.add(keyframe(0, 0, touch(texture, place(0, 0)))).empty());
+  EXPECT_TRUE(closer.add(keyframe(1, 1, touch(Texture{}, place(0, 0)))).empty());
+  EXPECT_TRUE(closer.add(keyframe(2, 2, touch(Texture{}, place(0, 0)))).empty());
+  EXPECT_TRUE(closer.add(keyframe(3, 3, touch(texture, place(0, 0), {0, 0}))).empty());
+  EXPECT_EQ(closer.add(keyframe(4, 4, touch(texture, place(0.2, 0)))).size(), 1u);
 }
 
 TEST(LoopCloser, SameInputSameBytes) {
   const std::vector<Pose> places{place(0, 0), place(1, 0), place(0.5, 0.5, 60), place(0.2, 0.9, 10, 3, 0)};
   LoopCloser a({}), b({});
   cv::setRNGSeed(1);
-  const std::vector<LoopConstraint> first = visit(a, random_relief(6), places);
+  const std::vector<LoopConstraint> first = visit(a, random_texture(6), places);
   cv::setRNGSeed(77);
   cv::setNumThreads(1);
-  const std::vector<LoopConstraint> second = visit(b, random_relief(6), places);
+  const std::vector<LoopConstraint> second = visit(b, random_texture(6), places);
   cv::setNumThreads(-1);
   ASSERT_GE(first.size(), 3u);
   ASSERT_EQ(first.size(), second.size());
@@ -123,9 +124,10 @@ TEST(LoopCloser, SameInputSameBytes) {
 }
 
 TEST(LoopCloser, VerifiesAGuessFromElsewhereAndRefusesAWrongOne) {
-  const Relief relief = random_relief(7);
+  const Texture texture = random_texture(7);
   const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
-  const Keyframe older = keyframe(3, 0, touch(relief, first)), newer = keyframe(9, 1, touch(relief, second));
+  const Keyframe older = keyframe(3, 0, touch(texture, first)),
+                 newer = keyframe(9, 1, touch(texture, second));
   const LoopCloser closer({});
   const Pose off = se3_exp((Vector6d() << 0.02, -0.02, 0.03, 0.1, -0.1, 0.05).finished());
   const std::optional<LoopConstraint> loop = closer.verify(older, newer, first.inverse() * second * off);
@@ -134,39 +136,39 @@ TEST(LoopCloser, VerifiesAGuessFromElsewhereAndRefusesAWrongOne) {
   EXPECT_EQ(loop->to, 9);
   EXPECT_EQ(loop->sift_inliers, 0);
   EXPECT_LT(error_of(*loop, first, second).deg, 0.5);
-  EXPECT_FALSE(closer.verify(older, keyframe(10, 1, touch(relief, place(25, 8))), Pose::Identity()));
+  EXPECT_FALSE(closer.verify(older, keyframe(10, 1, touch(texture, place(25, 8))), Pose::Identity()));
 }
 
-// The same place by its relief, but one of the two shows bare gel where the other was pressed in: both cannot
-// be.
+// The same place by its texture, but one of the two shows bare gel where the other was pressed in: both
+// cannot be.
 TEST(LoopCloser, BareGelWhereTheObjectShouldBeRefutesALoop) {
-  const Relief relief = random_relief(7);
+  const Texture texture = random_texture(7);
   const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
-  const SurfacePtr whole = touch(relief, second);
+  const SurfacePtr whole = touch(texture, second);
   const auto half = std::make_shared<Surface>(*whole);
   half->contact = whole->contact.clone();
   half->height_mm = whole->height_mm.clone();
   const cv::Rect left(0, 0, 130, 240);
   half->contact(left) = 0;
   half->contact_pixels = cv::countNonZero(half->contact);
-  const Keyframe older = keyframe(0, 0, touch(relief, first));
+  const Keyframe older = keyframe(0, 0, touch(texture, first));
   const LoopCloser closer({});
   const Pose guess = first.inverse() * second;
   EXPECT_TRUE(
       closer.verify(older, keyframe(1, 1, half), guess));  // pressed there, though not counted as contact
   half->height_mm(left) = 0.0F;
   EXPECT_FALSE(closer.verify(older, keyframe(1, 1, half), guess));
-  EXPECT_FALSE(closer.verify(keyframe(0, 0, half), keyframe(1, 1, touch(relief, first)), guess.inverse()));
+  EXPECT_FALSE(closer.verify(keyframe(0, 0, half), keyframe(1, 1, touch(texture, first)), guess.inverse()));
 }
 
 // A first touch shows little, and a later contact may hold all of it: which one is asked must not matter.
 TEST(LoopCloser, ASmallContactInALargeOneIsFoundWhicheverCameFirst) {
-  const Relief relief = random_relief(7);
+  const Texture texture = random_texture(7);
   const Contact small{40, 32};
   const Pose first = place(0, 0), second = place(0.8, 0.5, 10, 2, 1);
   const LoopCloser closer({});
   const auto loop = [&](const Contact& a, const Contact& b) {
-    return closer.verify(keyframe(0, 0, touch(relief, first, a)), keyframe(1, 1, touch(relief, second, b)),
+    return closer.verify(keyframe(0, 0, touch(texture, first, a)), keyframe(1, 1, touch(texture, second, b)),
                          first.inverse() * second);
   };
   for (const auto& found : {loop(small, {}), loop({}, small)}) {
@@ -178,11 +180,11 @@ TEST(LoopCloser, ASmallContactInALargeOneIsFoundWhicheverCameFirst) {
 
 // A constraint becomes an edge as it is, so its information must be one.
 TEST(LoopCloser, InformationIsSymmetricAndPositive) {
-  const Relief relief = random_relief(8);
+  const Texture texture = random_texture(8);
   const LoopCloser closer({});
   const Pose pose = place(0.3, 0, 40, 8, 0);
   const std::optional<LoopConstraint> loop =
-      closer.verify(keyframe(0, 0, touch(relief, place(0, 0))), keyframe(1, 1, touch(relief, pose)),
+      closer.verify(keyframe(0, 0, touch(texture, place(0, 0))), keyframe(1, 1, touch(texture, pose)),
                     place(0, 0).inverse() * pose);
   ASSERT_TRUE(loop);
   EXPECT_LT((loop->information - loop->information.transpose()).norm(), 1e-9 * loop->information.norm());
@@ -190,10 +192,10 @@ TEST(LoopCloser, InformationIsSymmetricAndPositive) {
   EXPECT_GT(eigenvalues.minCoeff(), -1e-9 * eigenvalues.maxCoeff());
 }
 
-// Two balls are the same at every pose: registration is content, the relief (sensor noise) is not.
+// Two balls are the same at every pose: registration is content, the texture (sensor noise) is not.
 TEST(LoopCloser, ABallIsNoEvidence) {
   const auto ball = [](std::uint64_t noise_seed) {
-    const SurfacePtr smooth = touch(Relief{}, place(0, 0));
+    const SurfacePtr smooth = touch(Texture{}, place(0, 0));
     auto surface = std::make_shared<Surface>(*smooth);
     surface->normals = smooth->normals.clone();
     surface->curvature = smooth->curvature.clone();
@@ -219,7 +221,7 @@ TEST(LoopCloser, RefusesNonsense) {
   options.min_sift_inliers = 1;
   EXPECT_THROW(LoopCloser{options}, Error);
   LoopCloser closer({});
-  const SurfacePtr surface = touch(random_relief(1), place(0, 0));
+  const SurfacePtr surface = touch(random_texture(1), place(0, 0));
   closer.add(keyframe(5, 0, surface));
   EXPECT_THROW(closer.add(keyframe(5, 0, surface)), Error);
 }

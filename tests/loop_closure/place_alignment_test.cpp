@@ -7,7 +7,7 @@
 #include "gelslam/loop_closure/self_similarity.hpp"
 #include "gelslam/registration/overlap_agreement.hpp"
 #include "place_index.hpp"
-#include "relief.hpp"
+#include "texture.hpp"
 
 namespace gelslam {
 namespace {
@@ -77,10 +77,10 @@ TEST(RigidInliers, APlaceDoesNotComeBackLarger) {
 // ---- lift to three dimensions ----
 
 TEST(Lift, RecoversATiltedTwistedPlaceToADegree) {
-  const Relief relief = random_relief(5);
+  const Texture texture = random_texture(5);
   for (const Pose& second :
        {place(0.8, -0.5, 40, 4, -6), place(-1.0, 0.3, 175, -3, 2), place(0.2, 0.1, -90, 0, 8)}) {
-    const SurfacePtr older = touch(relief, place(0, 0)), newer = touch(relief, second);
+    const SurfacePtr older = touch(texture, place(0, 0)), newer = touch(texture, second);
     const PlaceFeatures a = extract_features(*older, {}), b = extract_features(*newer, {});
     const std::vector<Match> inliers = rigid_inliers(a, b, match_features(a, b, 0.9), 3.0, 100);
     ASSERT_GE(inliers.size(), 12u);
@@ -94,12 +94,12 @@ TEST(Lift, RecoversATiltedTwistedPlaceToADegree) {
 
 // Normals that are all alike know nothing of a twist; the points do.
 TEST(Lift, FindsTheTwistOfAFlatPlace) {
-  const SurfacePtr flat = touch(Relief{}, place(0, 0));
-  const Eigen::Vector2f centre(159.5F, 119.5F);
+  const SurfacePtr flat = touch(Texture{}, place(0, 0));
+  const Eigen::Vector2f center(159.5F, 119.5F);
   PlaceFeatures older = random_features(20, 8);
-  for (Eigen::Vector2f& p : older.pixels) p = centre + 0.3F * (p - centre);  // inside the contact
+  for (Eigen::Vector2f& p : older.pixels) p = center + 0.3F * (p - center);  // inside the contact
   PlaceFeatures newer = older;
-  for (Eigen::Vector2f& p : newer.pixels) p = centre + Eigen::Rotation2Df(-0.5F) * (p - centre);
+  for (Eigen::Vector2f& p : newer.pixels) p = center + Eigen::Rotation2Df(-0.5F) * (p - center);
   std::vector<Match> matches;
   for (int i = 0; i < 20; ++i) matches.push_back({i, i});
   const std::optional<Pose> lifted = lift(*flat, *flat, older, newer, matches);
@@ -108,7 +108,7 @@ TEST(Lift, FindsTheTwistOfAFlatPlace) {
 }
 
 TEST(Lift, TwoMatchesAreTooFew) {
-  const SurfacePtr surface = touch(random_relief(5), place(0, 0));
+  const SurfacePtr surface = touch(random_texture(5), place(0, 0));
   const PlaceFeatures f = random_features(2, 1);
   EXPECT_FALSE(lift(*surface, *surface, f, f, {{0, 0}, {1, 1}}));
 }
@@ -116,7 +116,7 @@ TEST(Lift, TwoMatchesAreTooFew) {
 // ---- features ----
 
 TEST(ExtractFeatures, LieInsideTheContactAndAreBounded) {
-  const SurfacePtr surface = touch(random_relief(6), place(0, 0));
+  const SurfacePtr surface = touch(random_texture(6), place(0, 0));
   LoopClosureOptions options;
   options.max_features = 40;
   const PlaceFeatures features = extract_features(*surface, options);
@@ -126,34 +126,34 @@ TEST(ExtractFeatures, LieInsideTheContactAndAreBounded) {
     EXPECT_LT(std::pow((p.x() - 159.5) / 92, 2) + std::pow((p.y() - 119.5) / 67, 2), 1.0);
 }
 
-// The same relief a quarter as deep has the same places on it.
-TEST(ExtractFeatures, FindsShallowReliefToo) {
-  const int deep = extract_features(*touch(random_relief(6, 0.2), place(0, 0)), {}).size();
-  const int shallow = extract_features(*touch(random_relief(6, 0.05), place(0, 0)), {}).size();
+// The same texture a quarter as deep has the same places on it.
+TEST(ExtractFeatures, FindsShallowTextureToo) {
+  const int deep = extract_features(*touch(random_texture(6, 0.2), place(0, 0)), {}).size();
+  const int shallow = extract_features(*touch(random_texture(6, 0.05), place(0, 0)), {}).size();
   EXPECT_GT(shallow, deep / 2);
 }
 
 TEST(ExtractFeatures, ASmoothSurfaceHasNone) {
-  EXPECT_EQ(extract_features(*touch(Relief{}, place(0, 0)), {}).size(), 0);
-  EXPECT_EQ(extract_features(*touch(random_relief(6, 0.002), place(0, 0)), {}).size(), 0);
-  EXPECT_EQ(extract_features(*touch(random_relief(6), place(0, 0), {0, 0}), {}).size(), 0);
+  EXPECT_EQ(extract_features(*touch(Texture{}, place(0, 0)), {}).size(), 0);
+  EXPECT_EQ(extract_features(*touch(random_texture(6, 0.002), place(0, 0)), {}).size(), 0);
+  EXPECT_EQ(extract_features(*touch(random_texture(6), place(0, 0), {0, 0}), {}).size(), 0);
 }
 
 // ---- what two surfaces say about their overlap ----
 
 TEST(CompareOverlap, AgreesAtTheTrueTransformOnly) {
-  const Relief relief = random_relief(11);
+  const Texture texture = random_texture(11);
   const Pose second = place(1.5, -0.4, 70, 3, 5);
-  const SurfacePtr older = touch(relief, place(0, 0)), newer = touch(relief, second);
+  const SurfacePtr older = touch(texture, place(0, 0)), newer = touch(texture, second);
   const Pose truth = place(0, 0).inverse() * second;
   const OverlapAgreement right = compare_overlap(*older, *newer, truth);
-  EXPECT_GT(right.relief_correlation, 0.9);
+  EXPECT_GT(right.texture_correlation, 0.9);
   EXPECT_LT(right.height_rmse_mm, 0.01);
   EXPECT_GT(right.shared_pixels, 1000);
   Pose shifted = truth;
   shifted.translation().x() += 0.6;
   const OverlapAgreement wrong = compare_overlap(*older, *newer, shifted);
-  EXPECT_LT(wrong.relief_correlation, 0.5);
+  EXPECT_LT(wrong.texture_correlation, 0.5);
   EXPECT_GT(wrong.height_rmse_mm, 5 * right.height_rmse_mm);
   Pose deeper = truth;
   deeper.translation().z() += 1;  // how deep a touch was is no disagreement
@@ -166,14 +166,14 @@ TEST(CompareOverlap, AgreesAtTheTrueTransformOnly) {
 // ---- repeated patterns ----
 
 TEST(SelfSimilarity, TellsAPatternFromATexture) {
-  EXPECT_GT(self_similarity(*touch(grid_relief(), place(0.3, 0.2, 20))), 0.95);
-  EXPECT_LT(self_similarity(*touch(random_relief(3), place(0, 0))), 0.6);
-  EXPECT_EQ(self_similarity(*touch(Relief{}, place(0, 0))), 0.0);
-  EXPECT_EQ(self_similarity(*touch(grid_relief(), place(0, 0), {0, 0})), 0.0);
+  EXPECT_GT(self_similarity(*touch(grid_texture(), place(0.3, 0.2, 20))), 0.95);
+  EXPECT_LT(self_similarity(*touch(random_texture(3), place(0, 0))), 0.6);
+  EXPECT_EQ(self_similarity(*touch(Texture{}, place(0, 0))), 0.0);
+  EXPECT_EQ(self_similarity(*touch(grid_texture(), place(0, 0), {0, 0})), 0.0);
 }
 
 TEST(SelfSimilarity, AStraightRidgeRepeatsAlongItself) {
-  EXPECT_GT(self_similarity(*touch(Relief{{{2.0, 1.0, 0, 0.1}, {3.3, 1.65, 1, 0.05}}}, place(0, 0))), 0.95);
+  EXPECT_GT(self_similarity(*touch(Texture{{{2.0, 1.0, 0, 0.1}, {3.3, 1.65, 1, 0.05}}}, place(0, 0))), 0.95);
 }
 
 // ---- retrieval ----

@@ -87,12 +87,12 @@ TEST(CoarseStart, APatternThatRepeatsItselfHasManyPlaces) {
 }
 
 TEST(CoarseStart, NothingToSeeIsNoStart) {
-  const SurfacePtr relief = touch(textured_plane(10), at_rest),
+  const SurfacePtr texture = touch(textured_plane(10), at_rest),
                    bare = touch(textured_plane(10), motion(0, 0, 0, 0, 0, -3));
   const SurfacePtr polished = touch(plane(), at_rest);
   ASSERT_EQ(bare->contact_pixels, 0);
-  EXPECT_TRUE(coarse_starts(*relief, *bare, Pose::Identity()).empty());
-  EXPECT_TRUE(coarse_starts(*bare, *relief, Pose::Identity()).empty());
+  EXPECT_TRUE(coarse_starts(*texture, *bare, Pose::Identity()).empty());
+  EXPECT_TRUE(coarse_starts(*bare, *texture, Pose::Identity()).empty());
   EXPECT_TRUE(coarse_starts(*polished, *polished, Pose::Identity()).empty());
 }
 

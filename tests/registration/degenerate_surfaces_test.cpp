@@ -35,28 +35,28 @@ TEST(DegenerateSurfaces, APlaneShowsTiltAndDepthOnly) {
   EXPECT_NEAR(so3_log(result.target_T_reference.linear()).z() / kDegree, 6, 0.5);
 }
 
-TEST(DegenerateSurfaces, ABallShowsWhereItsCentreIsAndNothingElse) {
+TEST(DegenerateSurfaces, ABallShowsWhereItsCenterIsAndNothingElse) {
   constexpr double kRadius = 6;
-  const Eigen::Vector3d centre_in_sensor(0, 0, kRadius - 1);
+  const Eigen::Vector3d center_in_sensor(0, 0, kRadius - 1);
   const SurfacePtr target = touch(sphere(kRadius), pressed(kRadius, 1)),
                    reference = touch(sphere(kRadius), pressed(kRadius, 1));
-  const auto about_centre = [&](const Eigen::Vector3d& turn_deg) {
+  const auto about_center = [&](const Eigen::Vector3d& turn_deg) {
     Pose pose = Pose::Identity();
     pose.linear() = so3_exp(turn_deg * kDegree);
-    pose.translation() = centre_in_sensor - pose.linear() * centre_in_sensor;
+    pose.translation() = center_in_sensor - pose.linear() * center_in_sensor;
     return pose;
   };
-  // Started turned about its centre, where all looks right, it must stay.
+  // Started turned about its center, where all looks right, it must stay.
   for (const Eigen::Vector3d& turn_deg :
        {Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(0, -3, 0), Eigen::Vector3d(0, 0, 10)}) {
-    const RegistrationResult result = register_pair(reference, *target, about_centre(turn_deg));
+    const RegistrationResult result = register_pair(reference, *target, about_center(turn_deg));
     EXPECT_THAT(result.observable, ElementsAre(false, false, true, false, false, false));
-    EXPECT_LT(gap(result.target_T_reference, about_centre(turn_deg)).deg, 0.05) << turn_deg.transpose();
-    EXPECT_LT(gap(result.target_T_reference, about_centre(turn_deg)).mm, 0.01) << turn_deg.transpose();
+    EXPECT_LT(gap(result.target_T_reference, about_center(turn_deg)).deg, 0.05) << turn_deg.transpose();
+    EXPECT_LT(gap(result.target_T_reference, about_center(turn_deg)).mm, 0.01) << turn_deg.transpose();
   }
-  // Started beside it, the centre is found.
+  // Started beside it, the center is found.
   const RegistrationResult result = register_pair(reference, *target, motion(0, 0, 0, 0.3, -0.2));
-  EXPECT_LT((result.target_T_reference * centre_in_sensor - centre_in_sensor).norm(), 0.01);
+  EXPECT_LT((result.target_T_reference * center_in_sensor - center_in_sensor).norm(), 0.01);
 }
 
 TEST(DegenerateSurfaces, ACylinderHidesSlidingAlongAndRollingAboutItsAxis) {
@@ -92,7 +92,7 @@ TEST(DegenerateSurfaces, AnEdgeHidesSlidingAlongItOnly) {
   EXPECT_LT(gap(result.target_T_reference, expected).mm, 0.02);
 }
 
-/// Noise is relief too, and must not be taken for the object's: nor may it hide what the object shows.
+/// Noise is texture too, and must not be taken for the object's: nor may it hide what the object shows.
 class NoisySurfaces : public testing::TestWithParam<std::pair<double, double>> {};  // rad, correlated over px
 
 TEST_P(NoisySurfaces, ShowWhatTheirShapeShows) {

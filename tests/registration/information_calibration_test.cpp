@@ -77,7 +77,7 @@ TEST(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
     const RegistrationResult result =
         register_normal_flow(NormalFlowReference(second, {}), *first, first_T_second, {});
     ASSERT_TRUE(result.ok()) << describe(result.status);
-    // About the shared centre: there an error in tilt is none in depth.
+    // About the shared center: there an error in tilt is none in depth.
     const Pose at_center(Eigen::Translation3d(result.shared_center_mm));
     const Matrix6d adjoint_center = adjoint(at_center);
     const Matrix6d information = adjoint_center.transpose() * result.information * adjoint_center;

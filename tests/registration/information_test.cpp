@@ -55,7 +55,7 @@ TEST(Information, GrowsWithSamplesInEveryDirection) {
 /// kind): mean 5, and 40 draws know the mean to 0.5. Without correlation counted in, two things make it
 /// honest only to a factor: the normals' residual has two components, and its square, not one's, stands for
 /// the variance (information half as large: mean 2.5); bilinear look-up averages up to four pixels (variance
-/// down to a quarter, while neighbouring samples then share their noise). So: not less than 1.25, not more
+/// down to a quarter, while neighboring samples then share their noise). So: not less than 1.25, not more
 /// than 10.
 TEST(Information, MatchesTheSpreadUnderWhiteNoise) {
   constexpr double kNoiseRad = 0.02;
@@ -104,7 +104,7 @@ TEST(Information, IsInTheReferencesAxes) {
   const RegistrationResult straight =
       register_normal_flow(NormalFlowReference(inner, {}), *second, Pose::Identity(), {});
   ASSERT_TRUE(turned.ok() && straight.ok());
-  // (The quarter turn moves the shared centre by a few hundredths of a millimetre; that costs a little.)
+  // (The quarter turn moves the shared center by a few hundredths of a millimetre; that costs a little.)
   EXPECT_LT((turned.information - straight.information).norm(), 0.15 * straight.information.norm());
 }
 

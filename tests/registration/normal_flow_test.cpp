@@ -205,7 +205,7 @@ TEST(NormalFlow, ContactUpToTheImageBorder) {
   expect_near(register_pair(second, *first), first_T_second, kExactDeg, kExactMm);
 
   View corner;
-  corner.contact_centre_px = {-150, -110};
+  corner.contact_center_px = {-150, -110};
   corner.contact_width_px = corner.contact_height_px = 60;
   const SurfacePtr a = touch(scene.field, scene.object_T_first, corner);
   const SurfacePtr b = touch(scene.field, scene.object_T_first * motion(0, 0, 0, 0.1, 0.1), corner);

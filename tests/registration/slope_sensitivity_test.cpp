@@ -56,14 +56,14 @@ TEST(SlopeSensitivity, APoseFollowsEachFactorAsRegistrationDoes) {
     const Vector6d predicted = sensitivity.pose_by_factor.col(static_cast<int>(k));
     EXPECT_LT((found - predicted).head<3>().norm(), 0.2 * predicted.head<3>().norm() + 0.01) << k;
     EXPECT_LT((found - predicted).tail<3>().head<2>().norm(), 0.1) << k;  // 2 micrometres in this step
-    // A gain lifts a pose by less than the 0.02 to 0.03 mm that holding the shared centre's height would
+    // A gain lifts a pose by less than the 0.02 to 0.03 mm that holding the shared center's height would
     // take.
     const bool is_gain = k == 0 || k == SlopeCorrection::kTermsPerAxis + 1;
     EXPECT_LT(std::abs(found[5] - predicted[5]), is_gain ? 0.015 : 0.1) << k;
   }
 }
 
-TEST(SlopeSensitivity, APlantedUnevennessIsReadFromMisfitsAlone) {
+TEST(SlopeSensitivity, APlantedUnevennessIsReadFromResidualsAlone) {
   SlopeCorrection planted;  // slopes along x read 15 % too flat at the right, slopes along y by gx * gy
   planted.factors[2] = -0.15;
   planted.factors[SlopeCorrection::kTermsPerAxis + 7] = 0.3;

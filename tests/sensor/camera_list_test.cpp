@@ -1,4 +1,4 @@
-#include "camera_list.hpp"
+#include "cameras/camera_list.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <cerrno>
 
 #include "../support/temporary_folder.hpp"
-#include "camera.hpp"
+#include "cameras/camera.hpp"
 #include "fake_camera.hpp"
 #include "gelslam/core/error.hpp"
 

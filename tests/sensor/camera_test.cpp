@@ -1,4 +1,4 @@
-#include "camera.hpp"
+#include "cameras/camera.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "video_system.hpp"
+#include "cameras/video_system.hpp"
 
 namespace gelslam::test {
 

@@ -95,7 +95,7 @@ TEST(FrameDecoder, ScaledDecodingGivesTheFullyDecodedPicture) {
 }
 
 /// Where the step of a line lies that is dark before and light after it: area averaging keeps the sum. The
-/// levels are taken from the line's own ends, since JPEG rounds colours.
+/// levels are taken from the line's own ends, since JPEG rounds colors.
 double edge_position(const cv::Mat1f& line) {
   const int total = static_cast<int>(line.total()), end = total / 8;
   const cv::Mat1f flat = line.reshape(1, 1);
@@ -173,20 +173,19 @@ TEST(FrameDecoder, AJpegOfTheCalibratedSizeIsKept) {
   EXPECT_EQ(image->index, 7);
 }
 
-TEST(FrameDecoder, YuyvHasTheColoursOfBt601) {
+TEST(FrameDecoder, YuyvHasTheColorsOfBt601) {
   // Written from the standard's figures (ITU-R BT.601, 8 bits), not by a library: white, black, red, blue.
-  struct Colour {
+  struct Color {
     std::uint8_t y, u, v;
     cv::Vec3b bgr;
   };
   FrameDecoder decoder((SensorProfile()));
-  for (const Colour& colour : {Colour{235, 128, 128, {255, 255, 255}}, Colour{16, 128, 128, {0, 0, 0}},
-                               Colour{81, 90, 240, {0, 0, 255}}, Colour{41, 240, 110, {255, 0, 0}}}) {
+  for (const Color& color : {Color{235, 128, 128, {255, 255, 255}}, Color{16, 128, 128, {0, 0, 0}},
+                             Color{81, 90, 240, {0, 0, 255}}, Color{41, 240, 110, {255, 0, 0}}}) {
     std::vector<std::uint8_t> bytes;
-    for (int i = 0; i < 640 * 480 / 2; ++i)
-      bytes.insert(bytes.end(), {colour.y, colour.u, colour.y, colour.v});
+    for (int i = 0; i < 640 * 480 / 2; ++i) bytes.insert(bytes.end(), {color.y, color.u, color.y, color.v});
     const cv::Mat3b got = decode_or_fail(decoder, frame_of(FrameEncoding::yuyv, bytes, cv::Size(640, 480)));
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(got(120, 160)[k], colour.bgr[k], 3);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(got(120, 160)[k], color.bgr[k], 3);
   }
 }
 
@@ -257,7 +256,7 @@ TEST_F(Damage, WhatIsNoPictureIsSaid) {
   EXPECT_EQ(of(frame), "the picture says it is 1280x960 pixels, announced were 3280x2464");
   frame =
       frame_of(FrameEncoding::jpeg, encoded(cv::Mat1b(960, 1280, uchar{90}), ".jpg"), cv::Size(1280, 960));
-  EXPECT_THAT(of(frame), HasSubstr("a grey picture"));
+  EXPECT_THAT(of(frame), HasSubstr("a gray picture"));
   EXPECT_EQ(of(frame_of(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(320, 240))),
             "the picture ends early: 100 of 230400 bytes");
   EXPECT_THAT(
@@ -280,7 +279,7 @@ TEST_F(Damage, PngsAreChecked) {
   frame.encoding = FrameEncoding::jpeg;
   EXPECT_EQ(of(frame), "the bytes are no JPEG");
   frame = frame_of(FrameEncoding::png, encoded(cv::Mat1b(240, 320, uchar{3}), ".png"), picture.size());
-  EXPECT_THAT(of(frame), HasSubstr("no colour picture"));
+  EXPECT_THAT(of(frame), HasSubstr("no color picture"));
   frame = whole;
   frame.bytes.insert(frame.bytes.end(), 99, 7);
   EXPECT_TRUE(decoder.decode(frame).has_value()) << "bytes after the end";

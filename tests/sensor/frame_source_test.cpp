@@ -140,11 +140,11 @@ TEST(VideoSource, WhatIsNoVideoIsNamed) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(VideoSource, GreyAndWrongSizesAreRefused) {
+TEST(VideoSource, GrayAndWrongSizesAreRefused) {
   TemporaryFolder folder;
-  write_video(folder / "grey.avi", "MJPG", 2, 64, 48, 25.0, true);
+  write_video(folder / "gray.avi", "MJPG", 2, 64, 48, 25.0, true);
   write_video(folder / "small.avi", "MJPG", 2, 48, 32);
-  EXPECT_THAT(error_of(folder / "grey.avi"), HasSubstr("grey.avi, frame 0: a grey picture"));
+  EXPECT_THAT(error_of(folder / "gray.avi"), HasSubstr("gray.avi, frame 0: a gray picture"));
   EXPECT_THAT(error_of(folder / "small.avi"),
               HasSubstr("small.avi, frame 0: is 48x32 pixels; GelSight Mini needs 64x48"));
 }
@@ -171,7 +171,7 @@ TEST(ImageFolderSource, UnusableFoldersAreNamed) {
   TemporaryFolder folder;
   EXPECT_THAT(error_of(folder.path()), HasSubstr("holds neither log.mkv nor gelsight.avi nor images"));
   cv::imwrite((folder / "2.png").string(), cv::Mat1b(48, 64, uchar{7}));
-  EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: a grey image"));
+  EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: a gray image"));
   cv::imwrite((folder / "2.png").string(), numbered_picture(1, 65, 48));
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: is 65x48 pixels"));
   write_bytes(folder / "2.png", "");
@@ -214,7 +214,7 @@ TEST(VideoSource, BlackPicturesAreLeftOutAndTheRestKeepTheirTimes) {
   }
   EXPECT_THAT(numbers, ElementsAre(1, 2, 3, 5, 6));
   EXPECT_THAT(source->warning(), HasSubstr("left out 2 damaged pictures (the first: "));
-  EXPECT_THAT(source->warning(), HasSubstr("a.avi, frame 0: a grey picture"));
+  EXPECT_THAT(source->warning(), HasSubstr("a.avi, frame 0: a gray picture"));
 }
 
 }  // namespace

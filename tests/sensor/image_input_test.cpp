@@ -42,7 +42,7 @@ TEST(CropAndResize, KeepsThePlaceOfThingsAndTheirProportions) {
     const double step_x = step[0] / 319.0, step_y = step[1] / 239.0;
     EXPECT_NEAR(step_x / step_y, 1.0, 0.005) << raw << ": pixels stay square";
     const cv::Vec2f middle = 0.5f * (cropped(0, 0) + cropped(239, 319));
-    EXPECT_NEAR(middle[0], raw.width / 2.0, 1.0) << raw << ": centred";
+    EXPECT_NEAR(middle[0], raw.width / 2.0, 1.0) << raw << ": centered";
     EXPECT_NEAR(middle[1], raw.height / 2.0, 1.0) << raw;
     const double kept = std::max(step_x * 320 / raw.width, step_y * 240 / raw.height);
     EXPECT_NEAR(kept, 5.0 / 7.0, 0.005) << raw;
@@ -84,13 +84,13 @@ TEST(FitToProfile, SizesThatDoNotFitAreNamed) {
   }
 }
 
-TEST(IsGrey, ColourInOnePixelIsColour) {
+TEST(IsGray, ColorInOnePixelIsColor) {
   cv::Mat3b image(20, 30, cv::Vec3b(100, 100, 100));
-  EXPECT_TRUE(is_grey(image));
+  EXPECT_TRUE(is_gray(image));
   image(19, 29) = cv::Vec3b(100, 102, 101);
-  EXPECT_TRUE(is_grey(image)) << "compression noise";
+  EXPECT_TRUE(is_gray(image)) << "compression noise";
   image(19, 29) = cv::Vec3b(100, 103, 101);
-  EXPECT_FALSE(is_grey(image));
+  EXPECT_FALSE(is_gray(image));
 }
 
 TEST(ReadImage, EveryFormatAndAlpha) {
@@ -112,13 +112,13 @@ TEST(ReadImage, UnusableImagesAreNamed) {
   const auto message = [&](const char* name) {
     return message_of<Error>([&] { read_image(folder / name); });
   };
-  cv::imwrite((folder / "grey1.png").string(), cv::Mat1b(48, 64, uchar{7}));
-  cv::imwrite((folder / "grey3.png").string(), cv::Mat3b(48, 64, cv::Vec3b(7, 7, 7)));
+  cv::imwrite((folder / "gray1.png").string(), cv::Mat1b(48, 64, uchar{7}));
+  cv::imwrite((folder / "gray3.png").string(), cv::Mat3b(48, 64, cv::Vec3b(7, 7, 7)));
   cv::imwrite((folder / "deep.png").string(), cv::Mat(48, 64, CV_16UC3, cv::Scalar(1, 2, 3)));
   test::write_bytes(folder / "text.png", "hello");
   test::write_bytes(folder / "empty.png", "");
-  EXPECT_THAT(message("grey1.png"), HasSubstr("grey1.png: a grey image"));
-  EXPECT_THAT(message("grey3.png"), HasSubstr("grey3.png: a grey image"));
+  EXPECT_THAT(message("gray1.png"), HasSubstr("gray1.png: a gray image"));
+  EXPECT_THAT(message("gray3.png"), HasSubstr("gray3.png: a gray image"));
   EXPECT_THAT(message("deep.png"), HasSubstr("8 bits per channel"));
   EXPECT_THAT(message("text.png"), HasSubstr("not a readable image"));
   EXPECT_THAT(message("empty.png"), HasSubstr("the file is empty"));

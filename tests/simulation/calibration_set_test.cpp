@@ -43,7 +43,7 @@ TEST(BallPress, ShowsTheBallInsideItsCircle) {
     double error = 0;
     for (int v = 0; v < 240; ++v)
       for (int u = 0; u < 320; ++u) {
-        const double dx = (u - press.centre_px.x) * 0.0634, dy = (v - press.centre_px.y) * 0.0634,
+        const double dx = (u - press.center_px.x) * 0.0634, dy = (v - press.center_px.y) * 0.0634,
                      r = std::hypot(dx, dy);
         if (r > (press.radius_px - 2) * 0.0634) continue;
         const double down = std::sqrt(ball * ball - r * r);
@@ -56,7 +56,7 @@ TEST(BallPress, ShowsTheBallInsideItsCircle) {
 }
 
 TEST(Training, SlopesOfUnseenPressesAreUnbiased) {
-  const HeldOutGain gain = measure_slope_gain(trained(), small(), 16);
+  const HeldOutGain gain = measure_gradient_scale(trained(), small(), 16);
   EXPECT_NEAR(gain.x, 1, 0.03);
   EXPECT_NEAR(gain.y, 1, 0.03);
   EXPECT_LT(gain.mean_error_deg, 2.2);
@@ -89,11 +89,11 @@ TEST(Training, PicturesIntegrateToTheTrueHeight) {
   int rows = 0;
   for (int number = 500; number < 512; ++number) {
     const BallPress press = simulate_press(spec, number);
-    const int row = static_cast<int>(std::lround(press.centre_px.y));
-    if (row < 60 || row > 180 || press.centre_px.x < 70 || press.centre_px.x > 250) continue;
+    const int row = static_cast<int>(std::lround(press.center_px.y));
+    if (row < 60 || row > 180 || press.center_px.x < 70 || press.center_px.x > 250) continue;
     const cv::Mat2f read = read_slopes(trained(), press.bgr);
-    const int u0 = static_cast<int>(press.centre_px.x - press.radius_px) - 25;
-    const int u1 = static_cast<int>(std::lround(press.centre_px.x));
+    const int u0 = static_cast<int>(press.center_px.x - press.radius_px) - 25;
+    const int u1 = static_cast<int>(std::lround(press.center_px.x));
     double height = 0;
     for (int u = std::max(0, u0); u < u1; ++u) height += 0.0634 * (read(row, u)[0] - zero(row, u)[0]);
     const double truth = press.gel.height_mm(row, u1) - press.gel.height_mm(row, std::max(0, u0));
@@ -114,7 +114,7 @@ TEST(Training, IsDeterministic) {
   EXPECT_NE(a.weight, train_on_presses(spec, progress).weight);
 }
 
-TEST(Training, LearnsAKnownFunctionOfColour) {
+TEST(Training, LearnsAKnownFunctionOfColor) {
   // Any derivative with a wrong sign or a forgotten layer stops this from going down.
   TrainingSamples samples;
   cv::Mat3b bgr(64, 64);

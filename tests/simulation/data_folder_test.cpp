@@ -21,7 +21,7 @@ using test::TemporaryFolder;
 const Simulator& simulator() {
   static const Simulator instance([] {
     ScanSpec spec;
-    spec.object.name = "weave";  // colourful, and quick to draw
+    spec.object.name = "weave";  // colorful, and quick to draw
     spec.motion.name = "breaks";
     spec.motion.frames = 15;
     return spec;
@@ -59,9 +59,9 @@ cv::Vec3d video_error(const std::filesystem::path& folder) {
   return sum / static_cast<double>(std::max(frames, 1));
 }
 
-TEST(DataFolder, VideoHoldsThePicturesWithTheirColour) {
+TEST(DataFolder, VideoHoldsThePicturesWithTheirColor) {
   const cv::Vec3d error = video_error(Written(DataFolderOptions{}).path());
-  // With halved colour resolution the error here is 1.5 to 1.7 grey levels.
+  // With halved color resolution the error here is 1.5 to 1.7 gray levels.
   for (int c = 0; c < 3; ++c) EXPECT_LT(error[c], 1.3) << c;
 }
 

@@ -35,15 +35,16 @@ double contact_radius(double radius, double depth, double length) {
   for (int k = 0; k < 100; ++k) {
     const double a = 0.5 * (low + high);
     const double w = depth - radius + std::sqrt(radius * radius - a * a);
-    const double skirt = w / length * std::cyl_bessel_k(1.0, a / length) / std::cyl_bessel_k(0.0, a / length);
-    (skirt > a / std::sqrt(radius * radius - a * a) ? low : high) = a;
+    const double membrane rim =
+        w / length * std::cyl_bessel_k(1.0, a / length) / std::cyl_bessel_k(0.0, a / length);
+    (membrane rim > a / std::sqrt(radius * radius - a * a) ? low : high) = a;
   }
   return low;
 }
 
 class PressedBall : public testing::TestWithParam<std::tuple<double, double, double>> {};
 
-TEST_P(PressedBall, HasTheContactRadiusAndSkirtOfTheClosedForm) {
+TEST_P(PressedBall, HasTheContactRadiusAndRimOfTheClosedForm) {
   const auto [radius, depth, length] = GetParam();
   GelOptions options;
   options.relaxation_length_mm = length;
@@ -56,9 +57,9 @@ TEST_P(PressedBall, HasTheContactRadiusAndSkirtOfTheClosedForm) {
   for (int u = 160; u < sensor.width_px; ++u) {
     const double r = std::hypot(sensor.x_mm(u), sensor.y_mm(120));
     if (r < expected + 0.1) continue;
-    const double skirt =
+    const double membrane rim =
         -edge * std::cyl_bessel_k(0.0, r / length) / std::cyl_bessel_k(0.0, expected / length);
-    EXPECT_NEAR(gel.height_mm(120, u), skirt, 0.01 * depth) << "at radius " << r;
+    EXPECT_NEAR(gel.height_mm(120, u), membrane rim, 0.01 * depth) << "at radius " << r;
   }
 }
 
@@ -118,7 +119,7 @@ TEST(Gel, BordersAreFree) {
       ASSERT_NEAR(a(v, u), a(v, 160), 1e-4F);
       ASSERT_NEAR(b(v, u), b(120, u), 1e-4F);
     }
-  EXPECT_LT(a(85, 0), -0.01F);  // there is a skirt at the border to speak of
+  EXPECT_LT(a(85, 0), -0.01F);  // there is a membrane rim at the border to speak of
 }
 
 TEST(Gel, IsUntouchedFarAway) {

@@ -26,7 +26,7 @@ OpticsOptions quiet() {
   return options;
 }
 
-/// Change of colour per unit of slope at the centre, BGR.
+/// Change of color per unit of slope at the center, BGR.
 cv::Vec3d sensitivity(float gx, float gy) {
   const Optics optics(sensor, quiet());
   const cv::Mat3b up = optics.render(gel_with_slope(gx, gy), 0, 0, true),
@@ -47,7 +47,7 @@ TEST(Optics, AnswersToSlopesLikeARealSensor) {
 
 TEST(Optics, KeepsEverySlopeUpTo45DegreesApart) {
   const Optics optics(sensor, quiet());
-  // Along each of 12 directions, steps of 5 degrees change the colour by more than the noise (about 1.3) of a
+  // Along each of 12 directions, steps of 5 degrees change the color by more than the noise (about 1.3) of a
   // pixel.
   for (int direction = 0; direction < 12; ++direction) {
     const double angle = direction * std::acos(-1.0) / 6;

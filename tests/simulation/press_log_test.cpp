@@ -45,9 +45,9 @@ TEST(PressLog, TouchesTheGelWhenAndWhereItSays) {
     const auto first = static_cast<std::size_t>(touch.first_frame),
                last = static_cast<std::size_t>(touch.last_frame);
     ASSERT_LT(last + 5, frames.size());
-    EXPECT_GT(change(frames[first], frames[0], touch.centre_px), 3 * noise);
-    EXPECT_LT(change(frames[last + 5], frames[0], touch.centre_px), 1.2 * noise);
-    const double within = change(frames[first], frames[last], touch.centre_px);
+    EXPECT_GT(change(frames[first], frames[0], touch.center_px), 3 * noise);
+    EXPECT_LT(change(frames[last + 5], frames[0], touch.center_px), 1.2 * noise);
+    const double within = change(frames[first], frames[last], touch.center_px);
     if (touch.kind == TouchKind::sliding)
       EXPECT_GT(within, 2 * noise);
     else
@@ -64,7 +64,7 @@ TEST(PressLog, CoversTheGelAndIsDeterministic) {
   const auto touches = simulate_press_log(spec, [&](const cv::Mat3b& bgr) { last = bgr.clone(); });
   std::set<int> ninths;
   for (const SimulatedTouch& touch : touches)
-    ninths.insert(3 * static_cast<int>(touch.centre_px.y / 80) + static_cast<int>(touch.centre_px.x / 106.7));
+    ninths.insert(3 * static_cast<int>(touch.center_px.y / 80) + static_cast<int>(touch.center_px.x / 106.7));
   EXPECT_EQ(ninths.size(), 9U);
   simulate_press_log(spec, [&](const cv::Mat3b& bgr) { again = bgr.clone(); });
   EXPECT_EQ(cv::norm(last, again, cv::NORM_INF), 0);

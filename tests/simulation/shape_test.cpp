@@ -140,7 +140,7 @@ TEST(Shape, VolumesAreThoseOfTheFormulas) {
   EXPECT_NEAR(volume(make_shape(named("cylinder"))->mesh(0.2F)), rod, 0.01 * rod);
 }
 
-TEST(Shape, SeedAndReliefChangeTheTextureOnly) {
+TEST(Shape, SeedAndTextureChangeTheTextureOnly) {
   ShapeSpec spec = named("pebble");
   const auto depth = [](const ShapeSpec& s) {
     return make_shape(s)->intersect({1, 1, -30}, Vector3f::UnitZ(), 60);
@@ -177,7 +177,7 @@ TEST(Shape, MistakesAreErrors) {
     EXPECT_THROW(make_shape(spec), Error) << bad;
   }
   ShapeSpec spec;
-  spec.relief = std::nan("");
+  spec.texture = std::nan("");
   EXPECT_THROW(make_shape(spec), Error);
   EXPECT_THROW(make_shape(named("sphere"))->mesh(0), Error);
   EXPECT_THROW(make_mesh_shape(Mesh{}), Error);

@@ -97,7 +97,7 @@ TEST_P(EveryMotion, MovesSmoothlyAtABearableDepth) {
   Pose previous = simulator.frame(10).sensor_T_object;
   int off = 0, on = 0;
   for (int index = 11; index < simulator.frame_count(); index += 1) {
-    if (index % 25 > 1) continue;  // pairs of neighbours, here and there
+    if (index % 25 > 1) continue;  // pairs of neighbors, here and there
     const SimulatedFrame frame = simulator.frame(index);
     if (index % 25 == 1) {
       const Pose step = previous.inverse() * frame.sensor_T_object;

@@ -65,7 +65,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   slam.loop_closure.registration.scr_threshold = 0.41;
   slam.loop_closure.registration.ccs_threshold = 0.82;
   slam.pose_graph.loop_loss_scale = 2.5;
-  slam.pose_graph.estimate_slope_gain = !slam.pose_graph.estimate_slope_gain;
+  slam.pose_graph.estimate_gradient_scale = !slam.pose_graph.estimate_gradient_scale;
   slam.slope_calibration.enabled = !slam.slope_calibration.enabled;
   slam.refinement.enabled = !slam.refinement.enabled;
   slam.refinement.max_pairs_per_keyframe = 5;
@@ -87,7 +87,7 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(back.slam.tracker.registration.max_samples, 2222);
   EXPECT_EQ(back.slam.tracker.registration.ccs_threshold, 0.72);
   EXPECT_EQ(back.slam.loop_closure.registration.ccs_threshold, 0.82);
-  EXPECT_EQ(back.slam.pose_graph.estimate_slope_gain, config.slam.pose_graph.estimate_slope_gain);
+  EXPECT_EQ(back.slam.pose_graph.estimate_gradient_scale, config.slam.pose_graph.estimate_gradient_scale);
   EXPECT_EQ(back.slam.slope_calibration.enabled, config.slam.slope_calibration.enabled);
   EXPECT_EQ(back.slam.refinement.enabled, config.slam.refinement.enabled);
   EXPECT_EQ(back.slam.fusion.truncation_mm, 0.9);

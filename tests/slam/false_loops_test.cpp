@@ -30,14 +30,14 @@ struct Stroke {
 };
 
 Stroke stroke(double length_mm) {
-  const Field relief = repeating_plane();
+  const Field texture = repeating_plane();
   GelSlam slam(SlamOptions{});
   StageTimer timer;
   Stroke result;
   for (double x = 0; x < length_mm; x += 0.8) {
     const auto frame = static_cast<std::int64_t>(result.truth.size());
     result.truth.push_back(motion(0, 0.1 * x, 0.3 * x, x, 0.05 * x, 0.4));
-    slam.process(frame, 0.04 * static_cast<double>(frame), touch(relief, result.truth.back()), timer);
+    slam.process(frame, 0.04 * static_cast<double>(frame), touch(texture, result.truth.back()), timer);
   }
   result.map = slam.finish();
   return result;
@@ -66,10 +66,10 @@ TEST(FalseLoops, ARepeatedPatternDoesNotBendTheMap) {
     for (const LoopConstraint& loop : closer.add(*keyframe)) recognised.push_back(loop);
   ASSERT_GE(wrong_loops(scan, recognised), 3);  // or there is nothing to withstand
 
-  EXPECT_EQ(scan.map.groups, 1);
+  EXPECT_EQ(scan.map.components, 1);
   EXPECT_EQ(wrong_loops(scan, scan.map.edges), 0);
   for (std::size_t id = 0; id < scan.map.keyframes.size(); ++id) {
-    const Pose pose = scan.map.solution.group_T_node.at(static_cast<int>(id));
+    const Pose pose = scan.map.solution.component_T_node.at(static_cast<int>(id));
     const PoseGap error = gap(pose, true_motion(scan, 0, static_cast<int>(id)));
     EXPECT_LT(error.deg, 0.2)
         << id;  // single registrations have 0.03 degrees and 0.01 mm, a few of them in a row

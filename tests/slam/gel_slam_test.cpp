@@ -12,17 +12,17 @@ using namespace test;
 using testing::Each;
 using testing::ElementsAre;
 
-const Field& relief() {
+const Field& texture() {
   static const Field field = textured_plane(1);
   return field;
 }
 
 SurfacePtr nothing() {
-  static const SurfacePtr surface = touch(relief(), motion(0, 0, 0, 0, 0, -3));
+  static const SurfacePtr surface = touch(texture(), motion(0, 0, 0, 0, 0, -3));
   return surface;
 }
 
-/// Feeds a log: each entry is where the sensor is over the relief, or nothing where it is lifted.
+/// Feeds a log: each entry is where the sensor is over the texture, or nothing where it is lifted.
 class Scan {
  public:
   explicit Scan(const SlamOptions& options = {}) : slam_(options) {}
@@ -30,10 +30,11 @@ class Scan {
   void background(int count) {
     for (int i = 0; i < count; ++i) slam_.skip(next_++, 0);
   }
-  TrackedFrame see(const Pose& relief_T_sensor) {
+  TrackedFrame see(const Pose& texture_T_sensor) {
     const std::int64_t frame = next_++;
-    truth_[frame] = relief_T_sensor;
-    return slam_.process(frame, 0.04 * static_cast<double>(frame), touch(relief(), relief_T_sensor), timer_);
+    truth_[frame] = texture_T_sensor;
+    return slam_.process(frame, 0.04 * static_cast<double>(frame), touch(texture(), texture_T_sensor),
+                         timer_);
   }
   void lift() {
     const std::int64_t frame = next_++;
@@ -85,11 +86,11 @@ TEST(GelSlam, ALogWithoutContactIsAnEmptyMap) {
   EXPECT_FALSE(map.has_pose(map.frames[2]));
   EXPECT_TRUE(posed_surfaces(map).empty());
   EXPECT_EQ(map.trials, 0);
-  EXPECT_EQ(map.groups, 0);
+  EXPECT_EQ(map.components, 0);
   EXPECT_TRUE(Scan().finish().frames.empty());
 }
 
-TEST(GelSlam, TwoTrialsAtOnePlaceBecomeOneGroup) {
+TEST(GelSlam, TwoTrialsAtOnePlaceBecomeOneComponent) {
   Scan scan;
   scan.background(2);
   stroke(scan, 0, 0, 0);
@@ -97,14 +98,14 @@ TEST(GelSlam, TwoTrialsAtOnePlaceBecomeOneGroup) {
   stroke(scan, 0.8, 0.6, 50);  // the same place, seen turned
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.trials, 2);
-  EXPECT_EQ(map.groups, 1);
+  EXPECT_EQ(map.components, 1);
   EXPECT_GE(map.loops, 1);
   EXPECT_THAT(map.in_map, Each(true));
   EXPECT_EQ(posed_surfaces(map).size(), map.keyframes.size());
   expect_true_poses(scan, map);
 }
 
-TEST(GelSlam, TwoPlacesStayTwoGroupsAndTheLargerIsTheMap) {
+TEST(GelSlam, TwoPlacesStayTwoComponentsAndTheLargerIsTheMap) {
   Scan scan;
   stroke(scan, 0, 0, 0);
   scan.lift();
@@ -112,7 +113,7 @@ TEST(GelSlam, TwoPlacesStayTwoGroupsAndTheLargerIsTheMap) {
   scan.see(motion(0, 0, 2, 40.8, -0.5, 0.4));
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.trials, 2);
-  EXPECT_EQ(map.groups, 2);
+  EXPECT_EQ(map.components, 2);
   EXPECT_EQ(map.loops, 0);
   EXPECT_GE(map.anchor_frame, 4);  // of the second trial, which has more frames
   for (const FrameRecord& frame : map.frames) EXPECT_EQ(map.has_pose(frame), frame.frame >= 4);
@@ -132,7 +133,7 @@ TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   EXPECT_EQ(scan.see(motion(0, 0, 21, 0.6, 0.5, 0.4)).status, TrackStatus::tracked);
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.trials, 3);
-  EXPECT_EQ(map.groups, 2);
+  EXPECT_EQ(map.components, 2);
   ASSERT_EQ(map.frames.size(), 7u);
   EXPECT_TRUE(map.has_pose(map.frames[0]));
   EXPECT_FALSE(map.has_pose(map.frames[3]));
@@ -158,7 +159,7 @@ TEST(GelSlam, AFragmentLeftByLiftingIsRejoined) {
                                   TrackStatus::tracked));
   const SlamMap map = slam.finish();
   EXPECT_EQ(map.trials, 2);
-  EXPECT_EQ(map.groups, 1);
+  EXPECT_EQ(map.components, 1);
   EXPECT_EQ(map.loops, 1);
   ASSERT_EQ(map.anchor_frame, 0);
   const PoseGap error = gap(map.anchor_T_keyframe(map.frames[3].keyframe),
@@ -172,7 +173,7 @@ TEST(GelSlam, KeyframesAreLinkedAlongTheTrial) {
   for (int i = 0; i < 16; ++i) scan.see(motion(0, 0, 0.5 * i, 0.6 * i, 0, 0.4));
   const SlamMap map = scan.finish();
   ASSERT_GE(map.keyframes.size(), 2u);
-  EXPECT_EQ(map.groups, 1);
+  EXPECT_EQ(map.components, 1);
   for (std::size_t id = 1; id < map.keyframes.size(); ++id) {
     const auto link = std::find_if(map.edges.begin(), map.edges.end(), [&](const PoseGraphEdge& e) {
       return e.kind == EdgeKind::odometry && e.to == static_cast<int>(id);

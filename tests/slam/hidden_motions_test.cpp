@@ -1,4 +1,4 @@
-#include "hidden_motions.hpp"
+#include "pipeline/hidden_motions.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "live_board.hpp"
+#include "live/live_board.hpp"
 #include "live_fixture.hpp"
 
 namespace gelslam {
@@ -48,7 +48,7 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
     EXPECT_EQ(session->status().words, "tracking");
     EXPECT_EQ(session->status().track, TrackStatus::tracked);
     EXPECT_FALSE(session->map()->nodes.empty());
-    EXPECT_EQ(session->map()->shown_group, 0);
+    EXPECT_EQ(session->map()->shown_component, 0);
   });
   const ReconstructSummary summary = start().wait();
   EXPECT_EQ(session->status().phase, LivePhase::finished);
@@ -107,7 +107,7 @@ TEST_F(Live, DamagedFramesAreLeftOutAndCounted) {
   const ReconstructSummary summary = start().wait();
   EXPECT_EQ(session->status().damaged, 3);
   EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 3);
-  EXPECT_EQ(summary.groups, 1);
+  EXPECT_EQ(summary.components, 1);
 }
 
 TEST_F(Live, FramesThatComeTooFastAreDroppedWholeAndCounted) {
@@ -138,7 +138,7 @@ TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
   });
   const ReconstructSummary summary = start().wait();
   EXPECT_EQ(trials_before, 2);
-  EXPECT_EQ(summary.groups, 1);
+  EXPECT_EQ(summary.components, 1);
   EXPECT_THAT(read("report.json"), HasSubstr("\"undone\": 15"));
   const std::string trajectory = read("trajectory.tum");
   EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.in_map);

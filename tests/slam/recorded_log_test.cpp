@@ -17,7 +17,7 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-/// A log that holds all it needs: PNG pictures of a gel of known colours, the first ten bare.
+/// A log that holds all it needs: PNG pictures of a gel of known colors, the first ten bare.
 class RecordedLog : public testing::Test {
  protected:
   RecordedLog() {

@@ -9,21 +9,21 @@ namespace {
 
 using namespace test;
 
-/// Keyframes at known places of a relief, and a pose graph's solution that has them a little wrong.
+/// Keyframes at known places of a texture, and a pose graph's solution that has them a little wrong.
 class Densify : public testing::Test {
  protected:
-  void add(const Pose& relief_T_keyframe, const Pose& error = Pose::Identity()) {
+  void add(const Pose& texture_T_keyframe, const Pose& error = Pose::Identity()) {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = static_cast<int>(keyframes.size());
-    keyframe->surface = touch(relief, relief_T_keyframe);
+    keyframe->surface = touch(texture, texture_T_keyframe);
     keyframe->reference = std::make_shared<const NormalFlowReference>(keyframe->surface, NormalFlowOptions{});
-    truth.push_back(relief_T_keyframe);
-    solution.group_T_node[keyframe->id] = relief_T_keyframe * error;
-    solution.group_of_node[keyframe->id] = 0;
+    truth.push_back(texture_T_keyframe);
+    solution.component_T_node[keyframe->id] = texture_T_keyframe * error;
+    solution.component_of_node[keyframe->id] = 0;
     keyframes.push_back(std::move(keyframe));
   }
 
-  Field relief = textured_plane(1);
+  Field texture = textured_plane(1);
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<Pose> truth;
   PoseGraphSolution solution;
@@ -60,10 +60,10 @@ TEST_F(Densify, LeavesOutWhatIsLinkedAlready) {
   EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
 }
 
-TEST_F(Densify, KnowsNothingOfPlacesInOtherGroups) {
+TEST_F(Densify, KnowsNothingOfPlacesInOtherComponents) {
   add(kFirst);
   add(kNear, kWrong);
-  solution.group_of_node[1] = 1;
+  solution.component_of_node[1] = 1;
   EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
 }
 
@@ -72,14 +72,14 @@ TEST_F(Densify, DoesNotLinkOppositeSidesOfAThinObject) {
   add(kFirst);
   Pose behind = Pose::Identity();
   behind.linear() = so3_exp({M_PI, 0, 0});
-  solution.group_T_node[1] = solution.group_T_node[0] * behind;
+  solution.component_T_node[1] = solution.component_T_node[0] * behind;
   EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
 }
 
 TEST_F(Densify, ABelievedOverlapThatIsNoneGivesNoEdge) {
   add(kFirst);
   add(kFar);
-  solution.group_T_node[1] = solution.group_T_node[0];  // a false loop put it here
+  solution.component_T_node[1] = solution.component_T_node[0];  // a false loop put it here
   EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
 }
 
@@ -88,7 +88,7 @@ TEST_F(Densify, ABelievedOverlapThatIsNoneGivesNoEdge) {
 TEST_F(Densify, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand) {
   const double k = 2 * M_PI / 1.6;
   const Waves grid{{{k * Eigen::Vector3d::UnitX(), 0, 0.04}, {k * Eigen::Vector3d::UnitY(), 0, 0.04}}};
-  relief = [grid](const Eigen::Vector3d& p) {
+  texture = [grid](const Eigen::Vector3d& p) {
     const auto [height, gradient] = grid(p);
     return std::pair{p.z() - height, Eigen::Vector3d(Eigen::Vector3d(0, 0, 1) - gradient)};
   };
@@ -105,7 +105,7 @@ TEST_F(Densify, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand) {
   ASSERT_EQ(misled.size(), 1u);
   EXPECT_GT(gap(misled[0].from_T_to, truth[0].inverse() * truth[2]).mm, 1.0);
 
-  solution.group_T_node[2] = truth[2];
+  solution.component_T_node[2] = truth[2];
   edges[1].information = good;
   const std::vector<PoseGraphEdge> found = densify(keyframes, solution, edges, options);
   ASSERT_EQ(found.size(), 1u);

@@ -1,4 +1,4 @@
-#include "rejoin.hpp"
+#include "pipeline/rejoin.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "run_writer.hpp"
+#include "run_folder/run_writer.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ using testing::Not;
 /// Four keyframes in a row; of the two loops the rest contradicts the second.
 SlamMap map_with_a_false_loop() {
   SlamMap map;
-  map.trials = map.groups = 1;
+  map.trials = map.components = 1;
   View view;
   view.contact_width_px = view.contact_height_px = 20;
   for (int id = 0; id < 4; ++id) {
@@ -25,8 +25,8 @@ SlamMap map_with_a_false_loop() {
     keyframe->frame = id;
     keyframe->surface = touch(plane(), motion(0, 0, 0, 0, 0, 0), view);
     map.keyframes.push_back(keyframe);
-    map.solution.group_T_node[id] = motion(0, 0, 0, id, 0);
-    map.solution.group_of_node[id] = 0;
+    map.solution.component_T_node[id] = motion(0, 0, 0, id, 0);
+    map.solution.component_of_node[id] = 0;
     map.in_map.push_back(true);
     map.frames.push_back({.frame = id, .time_s = 0.04 * id, .keyframe = id});
   }

@@ -19,26 +19,26 @@ using nlohmann::json;
 using testing::EndsWith;
 using testing::HasSubstr;
 
-/// Three keyframes in two groups, the first and the last of them in the map.
+/// Three keyframes in two components, the first and the last of them in the map.
 SlamMap small_map() {
   SlamMap map;
   map.anchor_frame = 12;
-  map.trials = map.groups = 2;
-  const Field relief = textured_plane(1);
+  map.trials = map.components = 2;
+  const Field texture = textured_plane(1);
   for (int id = 0; id < 3; ++id) {
     const Pose pose = motion(1.0 * id, 2, 10 * id, 1.1 * id, -0.7 * id, 0.4);
     View view;
     view.contact_width_px = 40 + 5 * id;
     view.contact_height_px = 30;
-    view.contact_centre_px = {20.0 * id, -10.0 * id};
+    view.contact_center_px = {20.0 * id, -10.0 * id};
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = id;
     keyframe->frame = 12 + 3 * id;
     keyframe->trial = id == 1 ? 1 : 0;
-    keyframe->surface = touch(relief, pose, view);
+    keyframe->surface = touch(texture, pose, view);
     map.keyframes.push_back(keyframe);
-    map.solution.group_T_node[id] = pose;
-    map.solution.group_of_node[id] = id == 1 ? 1 : 0;
+    map.solution.component_T_node[id] = pose;
+    map.solution.component_of_node[id] = id == 1 ? 1 : 0;
     map.in_map.push_back(id != 1);
   }
   return map;
@@ -50,7 +50,7 @@ TEST(Session, ComesBackAsItWasSaved) {
   save_session(folder / "session", map);
   const Session session = load_session(folder / "session");
   ASSERT_EQ(session.patches.size(), 2u);
-  EXPECT_DOUBLE_EQ(session.slope_gain, 1.0);
+  EXPECT_DOUBLE_EQ(session.gradient_scale, 1.0);
   for (const PosedSurface& patch : session.patches) {
     EXPECT_TRUE(patch.id == 0 || patch.id == 2);
     EXPECT_TRUE(patch.map_T_keyframe.matrix().isApprox(map.anchor_T_keyframe(patch.id).matrix(), 1e-14));
@@ -171,7 +171,7 @@ TEST_F(DamagedSession, PicturesThatAreNotThosePromised) {
   cv::imwrite(picture.string(), promised(cv::Rect(0, 0, promised.cols - 1, promised.rows)));
   expect_refused("too small");
   cv::imwrite(picture.string(), cv::Mat1b(promised.size(), 7));
-  expect_refused("grey");
+  expect_refused("gray");
   cv::Mat4f infinite = promised.clone();
   infinite(10, 10)[2] = std::numeric_limits<float>::infinity();
   cv::imwrite(picture.string(), infinite);

@@ -1,9 +1,9 @@
-#include "slope_calibration.hpp"
+#include "pipeline/slope_calibration.hpp"
 
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
-#include "frame_correction.hpp"
+#include "pipeline/frame_correction.hpp"
 
 namespace gelslam {
 namespace {
@@ -50,9 +50,10 @@ class CalibrateSlopes : public testing::Test {
   double error_deg(const PoseGraphSolution& said) const {
     double sum2 = 0;
     for (const auto& [id, pose] : truth)
-      sum2 += std::pow(
-          gap(truth.at(0).inverse() * pose, said.group_T_node.at(0).inverse() * said.group_T_node.at(id)).deg,
-          2);
+      sum2 += std::pow(gap(truth.at(0).inverse() * pose,
+                           said.component_T_node.at(0).inverse() * said.component_T_node.at(id))
+                           .deg,
+                       2);
     return std::sqrt(sum2 / static_cast<double>(truth.size()));
   }
 
@@ -100,7 +101,7 @@ TEST_F(CalibrateSlopes, FindsAPlantedUnevennessAndPutsPosesRight) {
 TEST_F(CalibrateSlopes, LeavesAGoodModelAlone) {
   look(many_looks(), {});
   const CalibratedMap map = calibrate();
-  const auto sigma = SlopeCorrection::prior_sigma(options.slope_gain_sigma);
+  const auto sigma = SlopeCorrection::prior_sigma(options.gradient_scale_sigma);
   for (std::size_t k = 0; k < SlopeCorrection::kTerms; ++k)
     EXPECT_LT(std::abs(map.correction.factors[k]), 0.3 * sigma[k]) << k;
   EXPECT_LT(error_deg(map.solution), 0.1);
@@ -120,7 +121,7 @@ TEST_F(CalibrateSlopes, ASingleKeyframeAndATakenBackOneAreNoSpecialCase) {
   ASSERT_EQ(map.keyframes.size(), 2u);
   EXPECT_FALSE(map.keyframes[1]);
   EXPECT_TRUE(map.edges.empty());
-  EXPECT_EQ(map.solution.group_T_node.size(), 1u);
+  EXPECT_EQ(map.solution.component_T_node.size(), 1u);
 }
 
 TEST_F(CalibrateSlopes, StoppedItLeavesEverythingAsItWas) {

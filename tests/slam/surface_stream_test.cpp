@@ -20,7 +20,7 @@ using testing::HasSubstr;
 constexpr double kPitchMm = 0.0634;
 const cv::Size kSize(320, 240);
 
-/// A log of PNG pictures of a gel whose colour is known: bare, or with a ball pressed in.
+/// A log of PNG pictures of a gel whose color is known: bare, or with a ball pressed in.
 class StreamOfALog : public testing::Test {
  protected:
   StreamOfALog() {
@@ -155,7 +155,7 @@ TEST_F(StreamOfALog, ColorGainUndoesADarkerCamera) {
   input.config = folder / "gain.yaml";
   write_bytes(input.config,
               "device_config:\n  color_gain_blue: 1.25\n  color_gain_green: 2\n  color_gain_red: 1.6\n");
-  // Rounding of the dark picture leaves up to one grey level: 0.4 degrees, or 1 % of the steepest slope.
+  // Rounding of the dark picture leaves up to one gray level: 0.4 degrees, or 1 % of the steepest slope.
   EXPECT_NEAR(deepest_mm(), 0.8, 0.02);
   write_bytes(input.config, "device_config:\n  color_gain_blue: 1.25\n");
   EXPECT_LT(deepest_mm(), 0.6) << "without the gain, slopes of half the size";

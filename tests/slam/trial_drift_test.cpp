@@ -102,7 +102,7 @@ TEST(TrialDrift, SaysHowFarDisturbedRollsEndFromTheTruth) {
 
 // A gain adds up from step to step, noise by its squares: a roll of 25 steps of 0.12 rad about y, read 10 %
 // too long, ends 0.3 rad off.
-TEST(TrialDrift, ASlopeGainAddsUpAlongARoll) {
+TEST(TrialDrift, AGradientScaleAddsUpAlongARoll) {
   const Pose step = se3_exp((Vector6d() << 0, 0.12, 0, 0, 0, 0).finished());
   RollingTracker tracker(step, 1);
   TrialDrift drift(0.1);

@@ -74,7 +74,7 @@ inline Field waffle(double period_mm) {
   };
 }
 
-/// One relief upon another.
+/// One texture upon another.
 inline Field together(const Field& one, const Field& other) {
   return [one, other](const Eigen::Vector3d& p) {
     const auto [a, da] = one(p);
@@ -148,13 +148,13 @@ inline Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axe
   };
 }
 
-/// The sensor and where it may see contact: inside an ellipse at the image centre, and below the untouched
+/// The sensor and where it may see contact: inside an ellipse at the image center, and below the untouched
 /// gel.
 struct View {
   int width_px = 320, height_px = 240;
   double pixel_pitch_mm = 0.0634;
   double contact_width_px = 110, contact_height_px = 85;        ///< semi-axes
-  Eigen::Vector2d contact_centre_px = Eigen::Vector2d::Zero();  ///< from the image centre
+  Eigen::Vector2d contact_center_px = Eigen::Vector2d::Zero();  ///< from the image center
 };
 
 /// Contact wherever the sensor looks: where it ends within the picture, other touches would find the gel bare
@@ -230,8 +230,8 @@ inline std::shared_ptr<Surface> touch(const Field& field, const Pose& object_T_s
     double start_z = -3;
     for (int u = 0; u < size.width; ++u) {
       const double du = u - size.width * 0.5 + 0.5, dv = v - size.height * 0.5 + 0.5;
-      const double radius2 = std::pow((du - view.contact_centre_px.x()) / view.contact_width_px, 2) +
-                             std::pow((dv - view.contact_centre_px.y()) / view.contact_height_px, 2);
+      const double radius2 = std::pow((du - view.contact_center_px.x()) / view.contact_width_px, 2) +
+                             std::pow((dv - view.contact_center_px.y()) / view.contact_height_px, 2);
       double z = 0;
       Eigen::Vector3d n;
       if (radius2 > 1.2 ||

@@ -8,7 +8,7 @@
 
 namespace gelslam::test {
 
-/// A picture with colours as a gel has them, whose mean brightness in the middle encodes `number` (0..15), so
+/// A picture with colors as a gel has them, whose mean brightness in the middle encodes `number` (0..15), so
 /// that a test sees which frame it got even after compression.
 inline cv::Mat3b numbered_picture(int number, int width, int height) {
   cv::Mat3b image(height, width);
@@ -29,14 +29,14 @@ inline int number_in(const cv::Mat3b& image) {
 }
 
 inline void write_video(const std::filesystem::path& path, const char* codec, int frames, int width,
-                        int height, double rate_hz = 25.0, bool grey = false) {
+                        int height, double rate_hz = 25.0, bool gray = false) {
   cv::VideoWriter writer(path.string(), cv::CAP_FFMPEG,
                          cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]), rate_hz,
                          cv::Size(width, height));
   if (!writer.isOpened()) throw std::runtime_error("cannot write " + path.string());
   for (int i = 0; i < frames; ++i) {
     cv::Mat image = numbered_picture(i % 16, width, height);
-    if (grey) {
+    if (gray) {
       cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
       cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
     }

@@ -63,8 +63,8 @@ cv::Mat3b stained(const cv::Mat3b& image) {
   cv::RNG random(7);
   const int unit = image.cols / 320;
   for (int i = 0; i < 8; ++i) {
-    const cv::Point centre(random.uniform(30, 290) * unit, random.uniform(30, 210) * unit);
-    cv::circle(shade, centre, random.uniform(5, 10) * unit, cv::Scalar(0.88), cv::FILLED);
+    const cv::Point center(random.uniform(30, 290) * unit, random.uniform(30, 210) * unit);
+    cv::circle(shade, center, random.uniform(5, 10) * unit, cv::Scalar(0.88), cv::FILLED);
   }
   cv::Mat3b result;
   cv::Mat3f factors, values;
@@ -131,12 +131,12 @@ TEST(JudgeBackground, LampsThatLieOtherwiseAreNamed) {
   EXPECT_THAT(judge_background(swapped(bare_gel()), "DIGIT"), IsEmpty()) << "its lamps are not known";
 }
 
-TEST(JudgeBackground, ExposureAndColour) {
+TEST(JudgeBackground, ExposureAndColor) {
   EXPECT_THAT(judge(exposed(bare_gel(), 0.4)), ElementsAre(HasSubstr("very dark")));
   EXPECT_THAT(judge(exposed(bare_gel(), 2.2)), Contains(HasSubstr("saturated")));
-  EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(90, 90, 90))), ElementsAre(HasSubstr("no colour")));
+  EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(90, 90, 90))), ElementsAre(HasSubstr("no color")));
   EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(0, 0, 0))),
-              ElementsAre(HasSubstr("very dark"), HasSubstr("no colour")));
+              ElementsAre(HasSubstr("very dark"), HasSubstr("no color")));
 }
 
 TEST(JudgeBackground, DirtAndTears) {

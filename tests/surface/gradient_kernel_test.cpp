@@ -1,4 +1,4 @@
-#include "gradient_kernel.hpp"
+#include "slopes/gradient_kernel.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
-#include "gradient_map.hpp"
 #include "linear_gel.hpp"
 #include "pth_file.hpp"
+#include "slopes/gradient_map.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -86,7 +86,7 @@ TEST(GradientKernel, RefusesOtherNetworks) {
   EXPECT_THROW(pack_weights({random_layers(1, {5, 32, 16, 32, 2})}), Error);
 }
 
-TEST(GradientMap, UsesColourAndPlaceAsTheModelExpects) {
+TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
   const cv::Size size(37, 29);
   const GradientModel model = random_model(8);
   const cv::Mat3b background = random_image(size, 1), image = random_image(size, 2);

@@ -10,7 +10,7 @@
 
 namespace gelslam::test {
 
-/// A gel whose colour is known exactly: red follows the slope angle in x, green in y, by 0.0065 rad per grey
+/// A gel whose color is known exactly: red follows the slope angle in x, green in y, by 0.0065 rad per gray
 /// level (about what a GelSight Mini shows), blue nothing.
 inline constexpr double rad_per_level = 0.0065;
 inline constexpr double bare_level = 110.0;
@@ -51,7 +51,7 @@ inline double normal_deviate(std::mt19937_64& random) {
   return sum;
 }
 
-/// The picture of a height map (mm), with white noise of `noise_levels` grey levels. Brightness varies over
+/// The picture of a height map (mm), with white noise of `noise_levels` gray levels. Brightness varies over
 /// the gel in blue, so that gain and offset of the light can be told apart there, as on a real one.
 inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double noise_levels,
                         std::uint64_t seed) {
@@ -75,7 +75,8 @@ inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double nois
 }
 
 /// Height (mm) of a gel into which a ball is pressed `depth_mm` deep at (u, v): the ball's own surface inside
-/// the contact circle, around it a skirt that leaves with the ball's slope and fades out over about 1 mm.
+/// the contact circle, around it a membrane rim that leaves with the ball's slope and fades out over about 1
+/// mm.
 inline cv::Mat1f ball_press(cv::Size size, double pitch_mm, double u, double v, double radius_mm,
                             double depth_mm) {
   const double edge_depth_mm = 0.35 * depth_mm;  // where the gel leaves the ball

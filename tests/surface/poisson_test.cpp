@@ -1,4 +1,4 @@
-#include "poisson.hpp"
+#include "heights/poisson.hpp"
 
 #include <gtest/gtest.h>
 

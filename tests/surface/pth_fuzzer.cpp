@@ -9,7 +9,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/gradient_model.hpp"
-#include "pickle_reader.hpp"
+#include "slopes/pickle_reader.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;

@@ -8,8 +8,8 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/gradient_model.hpp"
-#include "pickle_reader.hpp"
 #include "pth_file.hpp"
+#include "slopes/pickle_reader.hpp"
 
 namespace gelslam::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "spot_remover.hpp"
+#include "photometry/spot_remover.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "gelslam/surface/surface_estimator.hpp"
-#include "impulse_remover.hpp"
 #include "linear_gel.hpp"
+#include "photometry/impulse_remover.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -125,7 +125,7 @@ cv::Mat3b peppered(const cv::Mat3b& image, std::uint64_t seed) {
 TEST(WrongPixels, AreNotSeen) {
   const cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, 1.0, 2);
   const SurfacePtr undisturbed = surface_of(image), surface = surface_of(peppered(image, 5));
-  // What is filled in is a neighbour's value: two grey levels, and so few of them are nothing in a height.
+  // What is filled in is a neighbor's value: two gray levels, and so few of them are nothing in a height.
   EXPECT_LT(cv::norm(surface->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
   cv::Mat differing = surface->contact != undisturbed->contact;
   EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);

@@ -70,7 +70,7 @@ TEST_F(SurfaceCommand, WritesTheHeightAndItsPictures) {
   EXPECT_EQ(contact.at<unsigned char>(110, 150), 255);
   EXPECT_EQ(contact.at<unsigned char>(10, 10), 0);
   const cv::Mat3b normals = cv::imread((folder_ / "OUT" / "normals.png").string());
-  EXPECT_LT(normals(110, 180)[2], 110);  // red is x: right of the dent's centre the surface rises, so n_x < 0
+  EXPECT_LT(normals(110, 180)[2], 110);  // red is x: right of the dent's center the surface rises, so n_x < 0
   const std::string ply = read_bytes(folder_ / "OUT" / "surface.ply").substr(0, 1000);
   EXPECT_THAT(ply, HasSubstr("element vertex 76800"));
   EXPECT_THAT(ply, HasSubstr("element face 152482"));
@@ -94,9 +94,9 @@ TEST_F(SurfaceCommand, RefusesImagesThatDoNotFit) {
   write_picture("small.png", cv::Mat3b(100, 100, cv::Vec3b(10, 60, 200)));
   expect_mistake(run("small.png"), "small.png");
   expect_mistake(run("touch.png", {}, "small.png"), "small.png");
-  write_picture("grey.png", cv::Mat3b(sensor, cv::Vec3b::all(90)));
-  expect_mistake(run("grey.png"), "grey image");
-  expect_mistake(run("touch.png", {}, "grey.png"), "grey image");
+  write_picture("gray.png", cv::Mat3b(sensor, cv::Vec3b::all(90)));
+  expect_mistake(run("gray.png"), "gray image");
+  expect_mistake(run("touch.png", {}, "gray.png"), "gray image");
   expect_mistake(run("nothing.png"), "nothing.png");
   write_bytes(folder_ / "nnmodel.pth", "no model");
   expect_mistake(run("touch.png"), "neither an nnmodel.pth");

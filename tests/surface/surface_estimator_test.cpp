@@ -27,7 +27,7 @@ cv::Mat1f press(double depth_mm, double u = 160.0, double v = 120.0) {
   return ball_press(sensor, pitch_mm, u, v, ball_mm, depth_mm);
 }
 
-// Share of the contact mask that lies within `radius_px` of the ball's centre.
+// Share of the contact mask that lies within `radius_px` of the ball's center.
 double share_within(const Surface& surface, double u, double v, double radius_px) {
   int inside = 0;
   for (int row = 0; row < sensor.height; ++row) {
@@ -49,7 +49,7 @@ TEST(SurfaceEstimator, GivesBackTheHeightOfAPressedBall) {
   for (const double depth_mm : {0.1, 0.4, 0.8}) {
     const cv::Mat1f truth = press(depth_mm, 150, 130);
     const SurfacePtr surface = make_estimator().estimate(render(truth, pitch_mm, 1.0, 2));
-    // 8-bit colour and noise cost a few micrometres; what is zeroed outside the change mask a few more.
+    // 8-bit color and noise cost a few micrometres; what is zeroed outside the change mask a few more.
     EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.006 + 0.02 * depth_mm) << depth_mm;
     EXPECT_EQ(surface->pixel_pitch_mm, pitch_mm);
   }
@@ -65,7 +65,7 @@ TEST(SurfaceEstimator, NormalsFollowTheSurfaceInsideAndAroundTheContact) {
       const double gx = (truth(v, u + 1) - truth(v, u - 1)) / (2 * pitch_mm);
       const double gy = (truth(v + 1, u) - truth(v - 1, u)) / (2 * pitch_mm);
       ASSERT_NEAR(-n[0] / n[2], gx, 0.012)
-          << u << "," << v;  // half a grey level is 0.003, the change mask 0.01
+          << u << "," << v;  // half a gray level is 0.003, the change mask 0.01
       ASSERT_NEAR(-n[1] / n[2], gy, 0.012) << u << "," << v;
     }
   }
@@ -79,7 +79,7 @@ TEST(SurfaceEstimator, CurvatureOfABallIsTwiceItsInverseRadius) {
   EXPECT_EQ(cv::countNonZero((surface->curvature != 0.0F) & (surface->contact == 0)), 0);
 }
 
-TEST(SurfaceEstimator, DeepContactIsFoundWithoutTheSkirt) {
+TEST(SurfaceEstimator, DeepContactIsFoundWithoutTheRim) {
   const SurfacePtr surface = make_estimator().estimate(render(press(0.8), pitch_mm, 1.0, 3));
   const double true_px = contact_radius_px(pitch_mm, ball_mm, 0.8);
   EXPECT_EQ(surface->contact_pixels, cv::countNonZero(surface->contact));
@@ -107,7 +107,7 @@ TEST(SurfaceEstimator, BareGelHasNoContactWhateverTheNoise) {
   }
 }
 
-// A flat face has the colour of bare gel. The larger one covers more than what is left untouched.
+// A flat face has the color of bare gel. The larger one covers more than what is left untouched.
 TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
   for (const cv::Size half : {cv::Size(60, 50), cv::Size(110, 85)}) {
     cv::Mat1f truth(sensor, 0.0F);  // a punch 0.4 mm deep with sloping sides 1 mm wide

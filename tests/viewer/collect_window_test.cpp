@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
-#include "collect_loop.hpp"
-#include "collect_panels.hpp"
+#include "collect/collect_loop.hpp"
+#include "collect/collect_panels.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
 

@@ -30,7 +30,7 @@ Pose pressed_from(const Field& field, const Eigen::Vector3d& direction) {
   return pose;
 }
 
-/// What a gel under three coloured lamps would look like.
+/// What a gel under three colored lamps would look like.
 cv::Mat3b gel_picture(const Surface& surface) {
   cv::Mat3b picture(surface.normals.size());
   for (int v = 0; v < picture.rows; ++v)
@@ -146,7 +146,7 @@ void FakeSession::uncover(const Pose& object_T_sensor) {
 void FakeSession::publish_map(int place) {
   auto map = std::make_shared<MapSnapshot>();
   map->version = ++version_;
-  map->shown_group = 0;
+  map->shown_component = 0;
   const Pose map_T_object = places_.front().object_T_sensor.inverse();
   for (int i = 0; i <= place; ++i) {
     const FakePlace& at = places_[static_cast<std::size_t>(i)];
@@ -184,7 +184,7 @@ void FakeSession::advance(int frames) {
   status_.latency_ms = 17.6;
   status_.frames = frame_;
   status_.age_s = static_cast<double>(frame_) / 25;
-  status_.trials = status_.groups = 1;
+  status_.trials = status_.components = 1;
   status_.memory_mb = 412;
   status_.log_bytes = frame_ * 620000;
 }
@@ -215,9 +215,9 @@ void FakeSession::release() {
 void FakeSession::leave_the_map() {
   auto map = std::make_shared<MapSnapshot>(*map_);
   map->version = ++version_;
-  map->nodes.back().group = map->nodes.back().keyframe;
+  map->nodes.back().component = map->nodes.back().keyframe;
   map_ = std::move(map);
-  status_.groups = 2;
+  status_.components = 2;
 }
 
 LiveStatus FakeSession::status() const {
@@ -240,7 +240,7 @@ void FakeSession::start_new_scan() {
   touch_ = nullptr;
   changes_ = {true, {}};
   seen_.assign(seen_.size(), false);
-  status_.keyframes = status_.loops = status_.trials = status_.groups = 0;
+  status_.keyframes = status_.loops = status_.trials = status_.components = 0;
 }
 
 void FakeSession::stop() {

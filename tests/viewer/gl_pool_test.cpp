@@ -1,4 +1,4 @@
-#include "gl_pool.hpp"
+#include "gl/gl_pool.hpp"
 
 #include <gtest/gtest.h>
 

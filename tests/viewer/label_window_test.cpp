@@ -4,8 +4,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "label_loop.hpp"
-#include "label_picture.hpp"
+#include "label/label_loop.hpp"
+#include "label/label_picture.hpp"
 #include "label_presses.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
@@ -74,20 +74,20 @@ TEST_F(LabelWindow, TheCircleLiesOnTheContact) {
   session.show(1);  // p0: disc of radius 20 about (60, 50)
   const cv::Mat3b picture = loop.picture(1.1);
   const LabelLayout& layout = loop.layout();
-  const auto colour_at = [&](double u, double v) {
+  const auto color_at = [&](double u, double v) {
     return picture(cvRound(layout.y_of(v)), cvRound(layout.x_of(u)));
   };
-  EXPECT_NEAR(colour_at(52, 44)[2], 150, 6) << "inside: the disc";
-  EXPECT_NEAR(colour_at(60, 90)[2], 110, 6) << "outside: the gel";
+  EXPECT_NEAR(color_at(52, 44)[2], 150, 6) << "inside: the disc";
+  EXPECT_NEAR(color_at(60, 90)[2], 110, 6) << "outside: the gel";
   for (const double angle : {0.3, 1.9, 3.6, 5.2}) {
     int brightest = 0;  // a line two pixels wide
     for (const double r : {19.75, 20.0, 20.25})
-      brightest = std::max<int>(brightest, colour_at(60 + r * std::cos(angle), 50 + r * std::sin(angle))[1]);
+      brightest = std::max<int>(brightest, color_at(60 + r * std::cos(angle), 50 + r * std::sin(angle))[1]);
     EXPECT_GT(brightest, 170) << "its rim is white";
   }
 }
 
-TEST_F(LabelWindow, TheMouseMovesTheCentreAndTheRim) {
+TEST_F(LabelWindow, TheMouseMovesTheCenterAndTheRim) {
   LabelLoop loop(session, options);
   loop.turn(1);
   session.show(1);

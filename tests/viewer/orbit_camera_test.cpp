@@ -37,12 +37,12 @@ OrbitCamera turned_camera() {
   return camera;
 }
 
-/// The point of the plane through the centre, across the line of sight, that lies under a pixel.
-Vector3f in_centre_plane(const OrbitCamera& camera, const Vector2f& pixel) {
+/// The point of the plane through the center, across the line of sight, that lies under a pixel.
+Vector3f in_center_plane(const OrbitCamera& camera, const Vector2f& pixel) {
   const PickRay ray = camera.pick_ray(pixel, kView);
   const Vector3f forward = direction_of_view(camera);
   return ray.origin_mm +
-         ray.direction * ((camera.centre_mm() - ray.origin_mm).dot(forward) / ray.direction.dot(forward));
+         ray.direction * ((camera.center_mm() - ray.origin_mm).dot(forward) / ray.direction.dot(forward));
 }
 
 TEST(OrbitCamera, StartsAsTheSensorLooks) {
@@ -69,7 +69,7 @@ TEST(OrbitCamera, PickRayIsTheInverseOfTheMatrices) {
 TEST(OrbitCamera, PanKeepsThePointUnderTheCursor) {
   OrbitCamera camera = turned_camera();
   const Vector2f from(200, 450), movement(137, -61);
-  const Vector3f point = in_centre_plane(camera, from);
+  const Vector3f point = in_center_plane(camera, from);
   camera.pan(movement, kView);
   EXPECT_LT((on_screen(camera, point) - (from + movement)).norm(), 0.05F);
 }
@@ -78,7 +78,7 @@ TEST(OrbitCamera, ZoomKeepsThePointUnderTheCursorAndTheSizeFollows) {
   const Vector2f cursor(733, 110);
   for (const double steps : {3.0, -4.0, 0.5}) {
     OrbitCamera camera = turned_camera();
-    const Vector3f point = in_centre_plane(camera, cursor);
+    const Vector3f point = in_center_plane(camera, cursor);
     camera.zoom(steps, cursor, kView);
     EXPECT_LT((on_screen(camera, point) - cursor).norm(), 0.05F) << steps;
     EXPECT_EQ(camera.distance_mm() < 35, steps > 0);
@@ -91,20 +91,20 @@ TEST(OrbitCamera, ZoomHasEndsAndStaysFinite) {
   EXPECT_GT(camera.distance_mm(), 0.01F);
   for (int i = 0; i < 500; ++i) camera.zoom(-1e9, {0, 0}, kView);
   EXPECT_TRUE(camera.camera_T_map().allFinite());
-  EXPECT_TRUE(camera.centre_mm().allFinite());
+  EXPECT_TRUE(camera.center_mm().allFinite());
 }
 
-TEST(OrbitCamera, OrbitDragsTheFrontWithTheCursorAndKeepsTheCentre) {
+TEST(OrbitCamera, OrbitDragsTheFrontWithTheCursorAndKeepsTheCenter) {
   OrbitCamera camera = turned_camera();
-  const Vector3f front = camera.centre_mm() - 5.0F * direction_of_view(camera);
-  const Vector3f centre = camera.centre_mm();
+  const Vector3f front = camera.center_mm() - 5.0F * direction_of_view(camera);
+  const Vector3f center = camera.center_mm();
   const Vector2f before = on_screen(camera, front);
   camera.orbit({40, 25}, kView);
   const Vector2f moved = on_screen(camera, front) - before;
   EXPECT_GT(moved.x(), 5);
   EXPECT_GT(moved.y(), 3);
-  EXPECT_LT((camera.centre_mm() - centre).norm(), 1e-6F);
-  EXPECT_NEAR((camera.eye_mm() - centre).norm(), 35, 1e-3);
+  EXPECT_LT((camera.center_mm() - center).norm(), 1e-6F);
+  EXPECT_NEAR((camera.eye_mm() - center).norm(), 35, 1e-3);
 }
 
 TEST(OrbitCamera, OrbitHasNoPoleAndARoundTripReturns) {
@@ -159,11 +159,11 @@ TEST(OrbitCamera, FitOfNothingOrNonsenseChangesNothing) {
        {camera.fitted(Eigen::AlignedBox3f(), kView), camera.fitted(std::vector<Vector3f>(), kView),
         camera.fitted(with_nan, kView),
         camera.fitted(Eigen::AlignedBox3f(Vector3f::Zero(), Vector3f(inf, 1, 1)), kView)}) {
-    EXPECT_EQ(fitted.centre_mm(), camera.centre_mm());
+    EXPECT_EQ(fitted.center_mm(), camera.center_mm());
     EXPECT_EQ(fitted.distance_mm(), camera.distance_mm());
   }
   const OrbitCamera on_point = camera.fitted(std::vector<Vector3f>{{1, 2, 3}}, kView);
-  EXPECT_LT((on_point.centre_mm() - Vector3f(1, 2, 3)).norm(), 1e-4F);
+  EXPECT_LT((on_point.center_mm() - Vector3f(1, 2, 3)).norm(), 1e-4F);
   EXPECT_TRUE(on_point.camera_T_map().allFinite());
 }
 
@@ -173,7 +173,7 @@ TEST(OrbitCamera, GlideIsTheSameForAnyFrameRate) {
   OrbitCamera fast, slow;
   for (int i = 0; i < 100; ++i) fast.glide_to(goal, 0.003);
   slow.glide_to(goal, 0.3);
-  EXPECT_LT((fast.centre_mm() - slow.centre_mm()).norm(), 1e-3F);
+  EXPECT_LT((fast.center_mm() - slow.center_mm()).norm(), 1e-3F);
   EXPECT_LT((fast.map_R_camera() - slow.map_R_camera()).norm(), 1e-3F);
   EXPECT_NEAR(fast.distance_mm(), slow.distance_mm(), 1e-3);
   slow.glide_to(goal, 100);
@@ -201,9 +201,9 @@ TEST(OrbitCamera, FollowDoesNotTwistWithTheSensor) {
   for (int i = 0; i < 100; ++i) camera.follow(touch, 0.05);
   EXPECT_LT((camera.map_R_camera() - before).norm(), 1e-4F);
   touch.translation().x() = std::nan("");
-  const Vector3f centre = camera.centre_mm();
+  const Vector3f center = camera.center_mm();
   camera.follow(touch, 1);
-  EXPECT_EQ(camera.centre_mm(), centre);
+  EXPECT_EQ(camera.center_mm(), center);
 }
 
 TEST(OrbitCamera, DepthRangeHoldsTheBoxWhereverTheEyeIs) {

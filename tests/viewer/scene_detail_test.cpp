@@ -1,4 +1,4 @@
-#include "scene_detail.hpp"
+#include "scene/scene_detail.hpp"
 
 #include <gtest/gtest.h>
 
@@ -93,7 +93,7 @@ TEST(SceneDetail, CountsFallWithTheCell) {
   EXPECT_TRUE(cluster_vertices(make_drawable(speck), 1000).empty());
 }
 
-TEST(SceneDetail, NeighboursStillMeet) {
+TEST(SceneDetail, NeighborsStillMeet) {
   const Mesh ball = seamless_ball(5, 60);
   for (const float cell : {0.25F, 0.5F, 1.0F}) {
     EXPECT_EQ(open_edges({make_drawable(ball)}, cell), 0) << "one piece, cell " << cell;
@@ -104,7 +104,7 @@ TEST(SceneDetail, NeighboursStillMeet) {
   }
 }
 
-TEST(SceneDetail, NeighboursMeetWhateverTheirLevels) {
+TEST(SceneDetail, NeighborsMeetWhateverTheirLevels) {
   std::map<std::pair<Place, Place>, int> balance;
   float cell = 0.1F;
   for (const DrawableMesh& piece : split(make_drawable(seamless_ball(5, 60)), 400)) {

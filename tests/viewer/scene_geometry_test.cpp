@@ -1,4 +1,4 @@
-#include "scene_geometry.hpp"
+#include "scene/scene_geometry.hpp"
 
 #include <gtest/gtest.h>
 

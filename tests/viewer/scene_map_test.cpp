@@ -35,12 +35,12 @@ Pose at(double x, double y, double z) {
 
 MapSnapshot chain_of_three(bool outlier) {
   MapSnapshot map;
-  map.shown_group = 0;
+  map.shown_component = 0;
   for (int id = 0; id < 3; ++id) {
     MapSnapshot::Node node;
     node.keyframe = id;
-    node.group = 0;
-    node.group_T_keyframe = at(5.0 * id - 5, 0, 0);
+    node.component = 0;
+    node.component_T_keyframe = at(5.0 * id - 5, 0, 0);
     map.nodes.push_back(node);
   }
   map.edges = {
@@ -74,8 +74,8 @@ TEST_F(SceneMap, TheTouchGlowsWhereItIs) {
   EXPECT_NEAR(m.m01 / m.m00 + 0.5, expected.y, 1.0);
   const double radius_px = 33 * 0.06 / static_cast<double>(camera.mm_per_px(29.7F, kWhole));
   EXPECT_NEAR(std::sqrt(m.m00 / CV_PI), radius_px, 1.5);
-  const cv::Vec3b colour = picture(static_cast<int>(expected.y), static_cast<int>(expected.x));
-  EXPECT_GT(colour[2], colour[0] + 80) << "orange";
+  const cv::Vec3b color = picture(static_cast<int>(expected.y), static_cast<int>(expected.x));
+  EXPECT_GT(color[2], color[0] + 80) << "orange";
   scene.set_touch(std::nullopt);
   EXPECT_EQ(cv::countNonZero(mask_of(draw(scene))), 0);
 }
@@ -178,7 +178,7 @@ TEST_F(SceneMap, LinesBehindTheObjectAreFaint) {
 TEST_F(SceneMap, LoopsAreGreenAndContradictedOnesRed) {
   Scene scene;
   style.edges = true;
-  const auto colour_between = [&](bool outlier) {
+  const auto color_between = [&](bool outlier) {
     scene.set_map(chain_of_three(outlier));
     const cv::Point2f p = pixel_of(Vector3f(2.5F, 0, -0.8F));
     const cv::Mat3b picture = draw(scene);
@@ -189,18 +189,18 @@ TEST_F(SceneMap, LoopsAreGreenAndContradictedOnesRed) {
     }
     return strongest;
   };
-  const cv::Vec3b loop = colour_between(false), outlier = colour_between(true);
+  const cv::Vec3b loop = color_between(false), outlier = color_between(true);
   EXPECT_GT(loop[1], loop[2] + 40);
   EXPECT_GT(outlier[2], outlier[1] + 80);
 }
 
-TEST_F(SceneMap, KeyframesOfOtherGroupsAreNotShown) {
+TEST_F(SceneMap, KeyframesOfOtherComponentsAreNotShown) {
   Scene scene;
   style.keyframes = true;
   MapSnapshot map = chain_of_three(false);
   scene.set_map(map);
   EXPECT_GT(cv::countNonZero(mask_of(draw(scene))), 50);
-  map.shown_group = 1;
+  map.shown_component = 1;
   scene.set_map(map);
   EXPECT_EQ(cv::countNonZero(mask_of(draw(scene))), 0);
 }

@@ -39,7 +39,7 @@ TEST_F(ScenePicture, OutlineOfABallIsTheAnalyticOne) {
 }
 
 TEST_F(ScenePicture, LightComesFromUpperLeftWhereverTheViewerIs) {
-  for (const SceneShading shading : {SceneShading::lit, SceneShading::matcap, SceneShading::relief}) {
+  for (const SceneShading shading : {SceneShading::lit, SceneShading::matcap, SceneShading::curvature}) {
     style.shading = shading;
     Scene scene;
     scene.set_mesh(sphere(5, 128));
@@ -63,7 +63,7 @@ TEST_F(ScenePicture, NearHidesFarInAnyOrder) {
   Scene both, reversed, only_near;
   both.update(std::vector{block(1, near), block(2, far)});
   reversed.update(std::vector{block(2, far), block(1, near)});
-  // The far one behind the eye: relief is drawn the stronger, the smoother the whole mesh is.
+  // The far one behind the eye: texture is drawn the stronger, the smoother the whole mesh is.
   only_near.update(std::vector{block(1, near), block(2, moved(far, {0, 0, -200}))});
   const cv::Mat3b picture = draw(both), alone = draw(only_near);
   cv::Mat1b inside;
@@ -76,8 +76,8 @@ TEST_F(ScenePicture, NearHidesFarInAnyOrder) {
   EXPECT_EQ(largest_difference(picture, draw(reversed)), 0);
 }
 
-TEST_F(ScenePicture, InsidesAreGrey) {
-  style.colour = SceneColour::height;
+TEST_F(ScenePicture, InsidesAreGray) {
+  style.color = SceneColor::height;
   Scene outside, inside;
   outside.set_mesh(sphere(5, 64));
   inside.set_mesh(flipped(sphere(5, 64)));

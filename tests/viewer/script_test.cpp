@@ -1,4 +1,4 @@
-#include "script.hpp"
+#include "ui/script.hpp"
 
 #include <GLFW/glfw3.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
-#include "keys.hpp"
+#include "live/keys.hpp"
 #include "temporary_folder.hpp"
 
 namespace gelslam::viewer::detail {

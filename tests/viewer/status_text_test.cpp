@@ -1,4 +1,4 @@
-#include "status_text.hpp"
+#include "live/status_text.hpp"
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
   EXPECT_EQ(state_words(saying(LivePhase::paused, "")).advice, "Press Space to go on.");
 }
 
-TEST(StateWords, LeaveTheColourToTheStatus) {
+TEST(StateWords, LeaveTheColorToTheStatus) {
   const StateWords words = state_words(
       saying(LivePhase::scanning, "not joined to the map; touch a place you have seen", TrackStatus::lost));
   EXPECT_EQ(words.state, LiveState::lost);

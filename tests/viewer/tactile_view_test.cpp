@@ -1,4 +1,4 @@
-#include "tactile_view.hpp"
+#include "ui/tactile_view.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,16 +41,16 @@ TEST(TactilePicture, OutlinesTheContactWhereItIs) {
 }
 
 TEST(TactilePicture, LeavesAnUntouchedOrUnknownSurfaceAlone) {
-  const cv::Vec3b ink(0, 255, 0), grey(90, 100, 110);
+  const cv::Vec3b ink(0, 255, 0), gray(90, 100, 110);
   LiveTouch touch = touch_of(surface_with_disc(0));
   touch.surface = nullptr;
   const cv::Mat3b picture = tactile_picture(touch, 77, ink);
   EXPECT_EQ(picture.cols, 77);
-  for (const cv::Vec3b& pixel : picture) EXPECT_EQ(pixel, grey);
+  for (const cv::Vec3b& pixel : picture) EXPECT_EQ(pixel, gray);
   EXPECT_TRUE(tactile_picture(LiveTouch(), 100, ink).empty());
 }
 
-TEST(NormalPicture, ShowsDirectionsAsColours) {
+TEST(NormalPicture, ShowsDirectionsAsColors) {
   const auto surface = surface_with_disc(40);
   const cv::Mat3b picture = normal_picture(*surface, 160);
   const cv::Vec3b middle = picture(60, 80);

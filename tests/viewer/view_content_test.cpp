@@ -45,7 +45,7 @@ TEST(ViewContent, ATimeShowsWhatWasThereThen) {
   const MapSnapshot map = history.map_at(2.5);
   ASSERT_EQ(map.nodes.size(), 3U);
   EXPECT_EQ(map.nodes.back().keyframe, 4);
-  EXPECT_DOUBLE_EQ(map.nodes.back().group_T_keyframe.translation().x(), 3.0);
+  EXPECT_DOUBLE_EQ(map.nodes.back().component_T_keyframe.translation().x(), 3.0);
   EXPECT_EQ(map.edges.size(), 2U) << "the loop to the last keyframe was not there yet";
   EXPECT_EQ(history.map_at(100).edges.size(), 5U);
   const auto way = history.trajectory_at(2.5);

@@ -1,4 +1,4 @@
-#include "view_controls.hpp"
+#include "browse/view_controls.hpp"
 
 #include <GLFW/glfw3.h>
 #include <gtest/gtest.h>
@@ -75,17 +75,17 @@ TEST(ViewControls, WithoutHistoryTimeDoesNothing) {
   EXPECT_FALSE(controls.time_s());
 }
 
-TEST(ViewControls, ColoursAreThoseThatMeanSomething) {
+TEST(ViewControls, ColorsAreThoseThatMeanSomething) {
   const RunHistory run = history();
   const auto seen = [](ViewControls controls) {
-    std::set<SceneColour> colours;
+    std::set<SceneColor> colors;
     for (int i = 0; i < 10; ++i) {
       controls.press_key(GLFW_KEY_C);
-      colours.insert(controls.style().colour);
+      colors.insert(controls.style().color);
     }
-    return colours;
+    return colors;
   };
-  using enum SceneColour;
+  using enum SceneColor;
   EXPECT_EQ(seen(ViewControls(nullptr, false, {}, {})), (std::set{plain, confidence, height}));
   EXPECT_EQ(seen(ViewControls(&run, false, {}, {})), (std::set{plain, confidence, height, keyframe}));
   EXPECT_EQ(seen(ViewControls(&run, true, {}, {})),

@@ -68,7 +68,7 @@ TEST_F(ViewStagePicture, FirstViewShowsAllFromOutside) {
 TEST_F(ViewStagePicture, BesideEachOtherUnderOneCameraWithDistances) {
   ViewStage stage(ball(5), ball(4.9));
   ASSERT_TRUE(stage.has_second());
-  style.colour = SceneColour::distance;
+  style.color = SceneColor::distance;
   const auto legend = stage.legend(style);
   ASSERT_TRUE(legend);
   EXPECT_FLOAT_EQ(legend->max, 0.2F) << "0.1 mm and a little, by the facets";

@@ -3,9 +3,9 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "browse/view_loop.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
-#include "view_loop.hpp"
 #include "view_run.hpp"
 
 namespace gelslam::test {
@@ -103,7 +103,7 @@ TEST_F(ViewWindow, KeyPWritesAPictureAndSaysWhere) {
 }
 
 TEST_F(ViewWindow, TwoSurfacesTheirNamesAndTheDistance) {
-  options.style.colour = SceneColour::distance;
+  options.style.color = SceneColor::distance;
   ViewContent truth = load_view(folder / "RUN" / "mesh.ply");
   truth.name = "truth";
   ViewLoop loop(load_view(folder / "RUN"), truth, options);

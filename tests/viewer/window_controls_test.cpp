@@ -1,4 +1,4 @@
-#include "window_controls.hpp"
+#include "live/window_controls.hpp"
 
 #include <GLFW/glfw3.h>
 #include <gmock/gmock.h>
@@ -108,16 +108,16 @@ TEST_F(Controls, ViewKeysChangeTheView) {
   press(GLFW_KEY_2);
   EXPECT_EQ(controls_.style().shading, SceneShading::matcap);
   press(GLFW_KEY_3);
-  EXPECT_EQ(controls_.style().shading, SceneShading::relief);
+  EXPECT_EQ(controls_.style().shading, SceneShading::curvature);
   press(GLFW_KEY_1);
   EXPECT_EQ(controls_.style().shading, SceneShading::lit);
-  std::vector<SceneColour> seen;
+  std::vector<SceneColor> seen;
   for (int i = 0; i < 4; ++i) {
-    seen.push_back(controls_.style().colour);
+    seen.push_back(controls_.style().color);
     press(GLFW_KEY_C);
   }
-  EXPECT_EQ(controls_.style().colour, seen.front()) << "colours go round";
-  EXPECT_THAT(seen, testing::Each(testing::Ne(SceneColour::distance)));
+  EXPECT_EQ(controls_.style().color, seen.front()) << "colors go round";
+  EXPECT_THAT(seen, testing::Each(testing::Ne(SceneColor::distance)));
   press(GLFW_KEY_G);
   EXPECT_TRUE(controls_.style().edges && controls_.style().keyframes);
   press(GLFW_KEY_F);

@@ -12,8 +12,8 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/label_window.hpp"
 #include "label_presses.hpp"
+#include "live/window_live.hpp"
 #include "temporary_folder.hpp"
-#include "window_live.hpp"
 
 namespace gelslam::test {
 namespace {

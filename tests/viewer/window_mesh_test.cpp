@@ -1,4 +1,4 @@
-#include "window_mesh.hpp"
+#include "live/window_mesh.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,7 +9,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "window_canvas.hpp"
+#include "ui/window_canvas.hpp"
 
 // What is to be seen in pictures of the window.
 namespace gelslam::test {
@@ -25,25 +25,25 @@ inline bool can_draw() {
   }
 }
 
-inline cv::Vec3d bgr(ImU32 colour) {
-  return {static_cast<double>(colour >> IM_COL32_B_SHIFT & 0xFF),
-          static_cast<double>(colour >> IM_COL32_G_SHIFT & 0xFF),
-          static_cast<double>(colour >> IM_COL32_R_SHIFT & 0xFF)};
+inline cv::Vec3d bgr(ImU32 color) {
+  return {static_cast<double>(color >> IM_COL32_B_SHIFT & 0xFF),
+          static_cast<double>(color >> IM_COL32_G_SHIFT & 0xFF),
+          static_cast<double>(color >> IM_COL32_R_SHIFT & 0xFF)};
 }
 
-/// Share of pixels in `box` that are within 60 grey levels of `colour`.
-inline double share_of(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
+/// Share of pixels in `box` that are within 60 gray levels of `color`.
+inline double share_of(const cv::Mat3b& picture, const Box& box, ImU32 color) {
   const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
                         cv::Rect({0, 0}, picture.size());
   int hits = 0;
   for (const cv::Vec3b& pixel : cv::Mat3b(picture(rect).clone()))
-    hits += cv::norm(cv::Vec3d(pixel) - bgr(colour)) < 60;
+    hits += cv::norm(cv::Vec3d(pixel) - bgr(color)) < 60;
   return rect.empty() ? 0 : static_cast<double>(hits) / rect.area();
 }
 
 /// How much of `box` the letters of a text cover: where its pixels lie, on average, between what is behind
-/// the text (the median: letters cover less than half) and `colour`.
-inline double ink_in(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
+/// the text (the median: letters cover less than half) and `color`.
+inline double ink_in(const cv::Mat3b& picture, const Box& box, ImU32 color) {
   const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
                         cv::Rect({0, 0}, picture.size());
   std::array<std::vector<uchar>, 3> channels;
@@ -58,7 +58,7 @@ inline double ink_in(const cv::Mat3b& picture, const Box& box, ImU32 colour) {
                      values.end());
     behind[i] = values[values.size() / 2];
   }
-  const cv::Vec3d span = bgr(colour) - behind;
+  const cv::Vec3d span = bgr(color) - behind;
   double sum = 0;
   for (const cv::Vec3b& pixel : cut)
     sum += std::clamp((cv::Vec3d(pixel) - behind).dot(span) / span.dot(span), 0.0, 1.0);

@@ -10,8 +10,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "fake_session.hpp"
+#include "live/window_live.hpp"
 #include "temporary_folder.hpp"
-#include "window_live.hpp"
 #include "window_pictures.hpp"
 
 namespace gelslam::test {
@@ -57,15 +57,15 @@ class Window : public testing::Test {
       if (drawn.text.find(text) != std::string::npos) return &drawn;
     return nullptr;
   }
-  /// The words are there, within the picture, as letters of that colour on something else.
-  void expect_text(const cv::Mat3b& picture, const std::string& text, ImU32 colour) {
+  /// The words are there, within the picture, as letters of that color on something else.
+  void expect_text(const cv::Mat3b& picture, const std::string& text, ImU32 color) {
     const DrawnText* drawn = find(text);
     ASSERT_NE(drawn, nullptr) << text;
-    EXPECT_EQ(drawn->colour, colour) << text;
+    EXPECT_EQ(drawn->color, color) << text;
     EXPECT_GE(drawn->box.x, 0) << text;
     EXPECT_LE(drawn->box.right(), picture.cols) << text;
     EXPECT_LE(drawn->box.bottom(), picture.rows) << text;
-    const double ink = ink_in(picture, drawn->box, colour);
+    const double ink = ink_in(picture, drawn->box, color);
     EXPECT_GT(ink, 0.06) << text;
     EXPECT_LT(ink, 0.6) << text;
   }
@@ -78,7 +78,7 @@ class Window : public testing::Test {
   double now_s_ = 0;
 };
 
-TEST_F(Window, SaysInWordsAndColourHowItGoes) {
+TEST_F(Window, SaysInWordsAndColorHowItGoes) {
   expect_text(picture("background"), "Getting ready", theme::blue);
   scan(1);
   expect_text(picture("first_touch"), "Tracking", theme::green);
@@ -96,7 +96,7 @@ TEST_F(Window, SaysInWordsAndColourHowItGoes) {
   expect_text(picture("no_contact"), "No contact", theme::amber);
   press(GLFW_KEY_SPACE);
   shown = picture("paused");
-  expect_text(shown, "Paused", theme::grey);
+  expect_text(shown, "Paused", theme::gray);
   expect_text(shown, "Go on", theme::text);
   EXPECT_EQ(find("Lost"), nullptr);
 }
@@ -147,17 +147,17 @@ TEST_F(Window, ShowsPicturesFiguresAndStages) {
   EXPECT_GT(share_of(shown, between, theme::green), 0.005) << "the contact's outline";
 }
 
-TEST_F(Window, ColoursBringTheirLegend) {
+TEST_F(Window, ColorsBringTheirLegend) {
   scan(6);
   show_all();
   const cv::Mat3b plain = picture("plain");
   press(GLFW_KEY_C);
-  const cv::Mat3b coloured = picture("confidence");
-  EXPECT_GT(change(plain, coloured, view()), 0.05);
+  const cv::Mat3b colored = picture("confidence");
+  EXPECT_GT(change(plain, colored, view()), 0.05);
   EXPECT_NE(find("onfidence"), nullptr);
   press(GLFW_KEY_G);
   press(GLFW_KEY_T);
-  EXPECT_GT(change(coloured, picture("graph"), view()), 0.0005);
+  EXPECT_GT(change(colored, picture("graph"), view()), 0.0005);
 }
 
 TEST_F(Window, ATouchThatIsNotOnTheMapIsNotDrawnThere) {
@@ -225,7 +225,7 @@ TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
   EXPECT_GT(change(before, turned, view()), 0.03);
   drag(GLFW_MOUSE_BUTTON_RIGHT, 60, 0);
   const cv::Mat3b moved = picture("moved");
-  // The old picture, shifted by as much, is nearly the new one: what lies before or behind the centre moves a
+  // The old picture, shifted by as much, is nearly the new one: what lies before or behind the center moves a
   // little more or less.
   const cv::Rect from(150, 120, 250, 250), to(210, 120, 250, 250);
   EXPECT_LT(change(turned(from), moved(to), {0, 0, 250, 250}),
@@ -260,7 +260,7 @@ TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
   ASSERT_FALSE(window_->controls().toasts().empty());
   EXPECT_TRUE(window_->controls().toasts().back().trouble);
   press(GLFW_KEY_Q);
-  expect_text(picture("stop_without_folder"), "nothing is kept", theme::grey);
+  expect_text(picture("stop_without_folder"), "nothing is kept", theme::gray);
   press(GLFW_KEY_ENTER);
   EXPECT_THAT(session_.calls, ElementsAre("stop"));
   session_.say(LivePhase::finished, "");

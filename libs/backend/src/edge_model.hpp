@@ -24,7 +24,7 @@ Motion<T> relative_motion(const Motion<T>& map_T_from, const Motion<T>& map_T_to
 /// How a sensor that reads slopes gain[0] times too steep along x and gain[1] times along y measures a true
 /// motion (pose_graph.hpp). Rotation is split as tilt * twist, not by scaling the rotation vector: that would
 /// jump where an object comes back turned by 180 degrees about z, which is an ordinary loop. `center_mm`: the
-/// shared centre as measured, in `to`.
+/// shared center as measured, in `to`.
 template <typename T>
 Motion<T> as_measured(const Motion<T>& motion, const Eigen::Vector3d& center_mm, const T* gain) {
   using std::atan2, std::cos, std::sin, std::sqrt;

@@ -28,7 +28,7 @@ struct WhitenedEdge {
 /// A node's state as Ceres sees it: quaternion (x y z w), then translation in mm.
 using NodeState = std::array<double, 7>;
 
-/// Slope gains along x and y as Ceres sees them.
+/// gradient scales along x and y as Ceres sees them.
 using GainState = std::array<double, 2>;
 
 NodeState to_state(const Pose& pose);

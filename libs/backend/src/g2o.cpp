@@ -33,10 +33,10 @@ void write_gauge(std::ostream& out, const std::map<int, Pose>& map_T_node,
                  const std::vector<PoseGraphEdge>& edges) {
   std::map<int, int> index_of;
   for (const auto& [id, pose] : map_T_node) index_of.emplace(id, static_cast<int>(index_of.size()));
-  backend::detail::UnionFind groups(static_cast<int>(index_of.size()));
-  for (const PoseGraphEdge& edge : edges) groups.join(index_of.at(edge.from), index_of.at(edge.to));
+  backend::detail::UnionFind components(static_cast<int>(index_of.size()));
+  for (const PoseGraphEdge& edge : edges) components.join(index_of.at(edge.from), index_of.at(edge.to));
   for (const auto& [id, index] : index_of)
-    if (groups.root(index) == index) out << "FIX " << id << '\n';
+    if (components.root(index) == index) out << "FIX " << id << '\n';
 }
 
 void write_edges(std::ostream& out, const std::vector<PoseGraphEdge>& edges) {

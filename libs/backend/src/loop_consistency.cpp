@@ -16,7 +16,7 @@ using namespace backend::detail;
 
 constexpr int kMostCompared =
     24;                    // of the loops between two pieces: enough to see which place most of them mean
-constexpr int kPeers = 8;  // a loop's neighbours, in the order in which loops were found
+constexpr int kPeers = 8;  // a loop's neighbors, in the order in which loops were found
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -60,9 +60,9 @@ class Consistency {
     for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
       const Link& l = link(i);
       if (!l.loop) continue;
-      accepted_[l.edge] =
-          forest.tree(l.from) == forest.tree(l.to) &&
-          mismatch(forest.path(l.from, l.to), l.motion, options_.slope_gain_sigma) <= options_.max_mismatch;
+      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) &&
+                          mismatch(forest.path(l.from, l.to), l.motion, options_.gradient_scale_sigma) <=
+                              options_.max_mismatch;
       if (accepted_[l.edge]) loops.push_back(i);
     }
     leave_out_contradicted(forest, loops);
@@ -86,9 +86,9 @@ class Consistency {
     UncertainMotion predicted =
         compose(compose(forest.path(from, first.from), first.motion), forest.path(first.to, to));
     if (same_way)
-      return mismatch(predicted, second.motion, options_.slope_gain_sigma) <= options_.max_mismatch;
+      return mismatch(predicted, second.motion, options_.gradient_scale_sigma) <= options_.max_mismatch;
     const UncertainMotion nothing = compose(predicted, second.motion);  // there and back
-    return mismatch({}, nothing, options_.slope_gain_sigma) <= options_.max_mismatch;
+    return mismatch({}, nothing, options_.gradient_scale_sigma) <= options_.max_mismatch;
   }
 
   /// Adds the best link between pieces that have evidence enough; false when there are none.
@@ -156,7 +156,7 @@ class Consistency {
     return false;
   }
 
-  /// Greedily: the loop that is contradicted by more of its neighbours than agree with it, and most so, goes
+  /// Greedily: the loop that is contradicted by more of its neighbors than agree with it, and most so, goes
   /// first.
   void leave_out_contradicted(const MotionForest& forest, const std::vector<int>& loops) {
     struct Peer {
@@ -195,8 +195,8 @@ class Consistency {
 
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges,
                                    const LoopConsistencyOptions& options) {
-  if (!(options.max_mismatch > 0) || !(options.slope_gain_sigma >= 0))
-    throw Error("loop consistency: max_mismatch must be positive and slope_gain_sigma not negative");
+  if (!(options.max_mismatch > 0) || !(options.gradient_scale_sigma >= 0))
+    throw Error("loop consistency: max_mismatch must be positive and gradient_scale_sigma not negative");
   return Consistency(edges, options).run();
 }
 

@@ -13,10 +13,10 @@ using namespace backend::detail;
 struct MotionCertainty::Impl {
   std::map<int, int> node_of;
   MotionForest forest;
-  double slope_gain_sigma;
+  double gradient_scale_sigma;
 };
 
-MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, double slope_gain_sigma) {
+MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma) {
   std::map<int, int> node_of;
   std::vector<UncertainMotion> motions;
   std::vector<MotionForest::Edge> links;
@@ -29,7 +29,7 @@ MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, double
     links.push_back({number(edge.from), number(edge.to), &motions.back()});
   }
   const int nodes = static_cast<int>(node_of.size());
-  impl_.reset(new Impl{std::move(node_of), MotionForest(nodes, links), slope_gain_sigma});
+  impl_.reset(new Impl{std::move(node_of), MotionForest(nodes, links), gradient_scale_sigma});
 }
 
 MotionCertainty::~MotionCertainty() = default;
@@ -40,7 +40,7 @@ double MotionCertainty::sigma_mm(int from, int to) const {
     return std::numeric_limits<double>::infinity();
   const UncertainMotion path = impl_->forest.path(a->second, b->second);
   const Eigen::Matrix3d covariance =
-      path.covariance_with_gain(impl_->slope_gain_sigma).bottomRightCorner<3, 3>();
+      path.covariance_with_gain(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>();
   return std::sqrt(
       std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
 }

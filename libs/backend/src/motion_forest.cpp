@@ -7,9 +7,9 @@
 
 namespace gelslam::backend::detail {
 
-double mismatch(const UncertainMotion& a, const UncertainMotion& b, double slope_gain_sigma) {
+double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma) {
   const Vector6d error = se3_log(a.from_T_to.inverse() * b.from_T_to);
-  const Eigen::Matrix<double, 6, 2> by_gain = slope_gain_sigma * (b.by_gain - a.by_gain);
+  const Eigen::Matrix<double, 6, 2> by_gain = gradient_scale_sigma * (b.by_gain - a.by_gain);
   const Matrix6d covariance = a.covariance + b.covariance + by_gain * by_gain.transpose();
   return std::sqrt(
       std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // what is not a number stays so

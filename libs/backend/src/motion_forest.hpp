@@ -7,7 +7,7 @@
 namespace gelslam::backend::detail {
 
 /// Difference of two independent measurements of one motion, in standard deviations (6 degrees of freedom).
-double mismatch(const UncertainMotion& a, const UncertainMotion& b, double slope_gain_sigma);
+double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma);
 
 /// Trees of edges, so that the motion between any two nodes of one tree is known in logarithmic time. Nodes
 /// are numbered from 0; an edge that would close a cycle is left out.

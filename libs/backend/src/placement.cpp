@@ -23,9 +23,9 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 class Placement {
  public:
   Placement(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes)
-      : edges_(edges), nodes_(nodes), pieces_(static_cast<int>(nodes.size())), groups_(pieces_) {
+      : edges_(edges), nodes_(nodes), pieces_(static_cast<int>(nodes.size())), components_(pieces_) {
     for (const WhitenedEdge& edge : edges_) {
-      groups_.join(edge.from, edge.to);
+      components_.join(edge.from, edge.to);
       if (edge.kind == EdgeKind::odometry && residual(edge) < kContradiction)
         pieces_.join(edge.from, edge.to);
     }
@@ -45,7 +45,7 @@ class Placement {
     priority_.assign(nodes_.size(), {0, 0});
     placed_.assign(nodes_.size(), false);
     for (int node = 0; node < static_cast<int>(nodes_.size()); ++node)
-      if (groups_.root(node) == node) mark_placed(pieces_.root(node));
+      if (components_.root(node) == node) mark_placed(pieces_.root(node));
     while (!waiting_.empty()) {
       const int piece = std::get<2>(*waiting_.begin());
       waiting_.erase(waiting_.begin());
@@ -131,7 +131,7 @@ class Placement {
 
   const std::vector<WhitenedEdge>& edges_;
   std::vector<NodeState>& nodes_;
-  UnionFind pieces_, groups_;
+  UnionFind pieces_, components_;
   std::vector<std::vector<int>> members_;                         // of a piece, by its root
   std::vector<std::vector<const WhitenedEdge*>> links_of_piece_;  // edges that leave a piece
   std::vector<std::pair<int, int>> priority_;  // odometry and loop links to what is in place

@@ -21,10 +21,11 @@ using namespace backend::detail;
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 void require_usable(const PoseGraphOptions& options) {
-  if (!(options.loop_loss_scale > 0) || !(options.slope_gain_sigma > 0) || !(options.slope_gain.x > 0) ||
-      !(options.slope_gain.y > 0) || options.max_iterations < 1)
+  if (!(options.loop_loss_scale > 0) || !(options.gradient_scale_sigma > 0) ||
+      !(options.gradient_scale.x > 0) || !(options.gradient_scale.y > 0) || options.max_iterations < 1)
     throw Error(
-        "pose graph: loop_loss_scale, slope_gain, slope_gain_sigma and max_iterations must be positive");
+        "pose graph: loop_loss_scale, gradient_scale, gradient_scale_sigma and max_iterations must be "
+        "positive");
 }
 
 bool is_pose(const Pose& pose) {
@@ -37,7 +38,7 @@ struct Graph {
   std::vector<int> ids;
   std::vector<NodeState> nodes;
   std::vector<WhitenedEdge> edges;
-  std::vector<int> group;           // index of the smallest node of each node's group
+  std::vector<int> component;       // index of the smallest node of each node's component
   Eigen::VectorXd prior_mean;       // of the shared unknowns
   Eigen::MatrixXd prior_whitening;  // of the same
 };
@@ -56,7 +57,7 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
       throw Error("pose graph: an edge names node " + std::to_string(id) + ", which has no initial pose");
     return static_cast<int>(it - graph.ids.begin());
   };
-  UnionFind groups(static_cast<int>(graph.ids.size()));
+  UnionFind components(static_cast<int>(graph.ids.size()));
   for (const PoseGraphEdge& edge : edges) {
     if (edge.from == edge.to)
       throw Error("pose graph: an edge joins node " + std::to_string(edge.from) + " to itself");
@@ -67,9 +68,9 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
     const Motion<double> motion = motion_of(measured.data());
     graph.edges.push_back({index_of(edge.from), index_of(edge.to), motion.rotation, motion.translation_mm,
                            whitening_matrix(edge.information), edge.kind, edge.shared_center_mm});
-    groups.join(graph.edges.back().from, graph.edges.back().to);
+    components.join(graph.edges.back().from, graph.edges.back().to);
   }
-  for (int i = 0; i < static_cast<int>(graph.ids.size()); ++i) graph.group.push_back(groups.root(i));
+  for (int i = 0; i < static_cast<int>(graph.ids.size()); ++i) graph.component.push_back(components.root(i));
   return graph;
 }
 
@@ -179,7 +180,7 @@ class Solver {
   }
 
   bool may_move(int node) const { return free_.empty() || free_[index(node)]; }
-  bool estimates_gain() const { return options_.estimate_slope_gain && free_.empty(); }
+  bool estimates_gain() const { return options_.estimate_gradient_scale && free_.empty(); }
 
   void build(const Estimate& estimate) {
     nodes_ = estimate.nodes;
@@ -189,7 +190,7 @@ class Solver {
       if (may_move(edge.from) || may_move(edge.to)) add(edge);
     if (estimates_gain())
       problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<GainPriorResidual, 2, 2>(
-                                    new GainPriorResidual{options_.slope_gain_sigma}),
+                                    new GainPriorResidual{options_.gradient_scale_sigma}),
                                 nullptr, gain_.data());
     else if (problem_.HasParameterBlock(gain_.data()))
       problem_.SetParameterBlockConstant(gain_.data());
@@ -200,7 +201,7 @@ class Solver {
       double* node = nodes_[index(i)].data();
       if (!problem_.HasParameterBlock(node)) continue;
       problem_.SetManifold(node, &manifold_);
-      if (graph_.group[index(i)] == i || !may_move(i)) problem_.SetParameterBlockConstant(node);
+      if (graph_.component[index(i)] == i || !may_move(i)) problem_.SetParameterBlockConstant(node);
     }
   }
 
@@ -235,7 +236,8 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   estimate.worst_loop = 0;
   const double scale2 = options.loop_loss_scale * options.loop_loss_scale;
   double twice_cost = 0;
-  for (const double gain : estimate.gain) twice_cost += std::pow((gain - 1.0) / options.slope_gain_sigma, 2);
+  for (const double gain : estimate.gain)
+    twice_cost += std::pow((gain - 1.0) / options.gradient_scale_sigma, 2);
   if (estimate.unknowns.size() > 0)
     twice_cost += (graph.prior_whitening * (estimate.unknowns - graph.prior_mean)).squaredNorm();
   for (const WhitenedEdge& edge : graph.edges) {
@@ -303,7 +305,7 @@ Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options,
     progress.add(Solver(graph, options, region).solve(estimate, options.loop_loss_scale));
   }
   PoseGraphOptions everywhere = options;
-  everywhere.estimate_slope_gain = false;
+  everywhere.estimate_gradient_scale = false;
   const Progress rest = solve_everywhere(graph, everywhere, estimate);
   return {progress.iterations + rest.iterations, rest.converged};
 }
@@ -311,10 +313,10 @@ Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options,
 PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, const Estimate& estimate) {
   PoseGraphSolution solution;
   for (std::size_t i = 0; i < graph.ids.size(); ++i) {
-    solution.group_T_node.emplace(graph.ids[i], to_pose(estimate.nodes[i]));
-    solution.group_of_node.emplace(graph.ids[i], graph.ids[index(graph.group[i])]);
+    solution.component_T_node.emplace(graph.ids[i], to_pose(estimate.nodes[i]));
+    solution.component_of_node.emplace(graph.ids[i], graph.ids[index(graph.component[i])]);
   }
-  solution.slope_gain = {estimate.gain[0], estimate.gain[1]};
+  solution.gradient_scale = {estimate.gain[0], estimate.gain[1]};
   solution.shared_unknowns = estimate.unknowns;
   solution.edge_residual = estimate.residuals;
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
@@ -327,7 +329,7 @@ PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, 
 PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
   Estimate estimate;
   estimate.nodes = graph.nodes;
-  estimate.gain = {options.slope_gain.x, options.slope_gain.y};
+  estimate.gain = {options.gradient_scale.x, options.gradient_scale.y};
   estimate.unknowns = graph.prior_mean;
   place_pieces(graph.edges, estimate.nodes);
   evaluate(graph, options, estimate);
@@ -362,8 +364,8 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
   Graph graph = make_graph(initial_map_T_node, edges);
   add_shared_unknowns(shared, graph);
   PoseGraphOptions everywhere = options;
-  everywhere.only_where_needed = everywhere.estimate_slope_gain = false;
-  everywhere.slope_gain = {};
+  everywhere.only_where_needed = everywhere.estimate_gradient_scale = false;
+  everywhere.gradient_scale = {};
   return solve(graph, everywhere);
 }
 

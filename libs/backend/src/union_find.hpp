@@ -6,8 +6,8 @@
 
 namespace gelslam::backend::detail {
 
-/// Disjoint sets over 0..n-1. The root of a set is always its smallest member, so that names of groups do not
-/// depend on the order in which edges arrive.
+/// Disjoint sets over 0..n-1. The root of a set is always its smallest member, so that names of components do
+/// not depend on the order in which edges arrive.
 class UnionFind {
  public:
   explicit UnionFind(int size) : parent_(static_cast<std::size_t>(size)) {

@@ -106,7 +106,7 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
   evaluation.reference_frame = comparison.reference_index + truth.background_frames;
   evaluation.anchor_frame = comparison.run.anchor_frame;
   evaluation.trials = comparison.run.trials;
-  evaluation.groups = comparison.run.groups;
+  evaluation.components = comparison.run.components;
   if (meshes) evaluation.mesh = evaluate_meshes(*meshes, truth.touched_mm);
   return evaluation;
 }

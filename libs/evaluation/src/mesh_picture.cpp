@@ -23,8 +23,8 @@ const cv::Scalar kPaper(250, 249, 249), kInk(70, 62, 58);
 const Eigen::Vector3f kClay(0.80F, 0.55F, 0.34F), kStone(0.52F, 0.60F, 0.70F);
 constexpr int kTitleHeight_px = 44, kGap_px = 10, kBarWidth_px = 18, kBarMargin_px = 70;
 
-Albedo plain(const Eigen::Vector3f& colour) {
-  return [colour](const RayHit&) { return colour; };
+Albedo plain(const Eigen::Vector3f& color) {
+  return [color](const RayHit&) { return color; };
 }
 
 /// Hershey letters are coarse: drawn four times as large and averaged down they look printed.
@@ -103,13 +103,13 @@ cv::Mat compose(const std::vector<cv::Mat>& panels, const std::vector<std::strin
   return picture;
 }
 
-/// 256 BGR colours for distances from zero to the limit. Turbo without its darkest ends, which look like
+/// 256 BGR colors for distances from zero to the limit. Turbo without its darkest ends, which look like
 /// shadow.
-cv::Mat distance_colours() {
-  cv::Mat levels(1, 256, CV_8U), colours;
+cv::Mat distance_colors() {
+  cv::Mat levels(1, 256, CV_8U), colors;
   for (int i = 0; i < 256; ++i) levels.at<std::uint8_t>(i) = static_cast<std::uint8_t>(22 + i * 215 / 255);
-  cv::applyColorMap(levels, colours, cv::COLORMAP_TURBO);
-  return colours;
+  cv::applyColorMap(levels, colors, cv::COLORMAP_TURBO);
+  return colors;
 }
 
 Eigen::Vector3f to_linear_rgb(const cv::Vec3b& bgr) {
@@ -133,24 +133,24 @@ double automatic_limit(std::vector<double> distances) {
 }
 
 Albedo by_distance(const Mesh& mesh, const std::vector<double>& distances, double limit_mm) {
-  std::vector<Eigen::Vector3f> colours;
-  const cv::Mat table = distance_colours();
-  for (int i = 0; i < 256; ++i) colours.push_back(to_linear_rgb(table.at<cv::Vec3b>(i)));
-  return [&mesh, &distances, limit_mm, colours](const RayHit& hit) {
+  std::vector<Eigen::Vector3f> colors;
+  const cv::Mat table = distance_colors();
+  for (int i = 0; i < 256; ++i) colors.push_back(to_linear_rgb(table.at<cv::Vec3b>(i)));
+  return [&mesh, &distances, limit_mm, colors](const RayHit& hit) {
     const Eigen::Vector3i& t = mesh.triangles[static_cast<std::size_t>(hit.triangle)];
     const auto at = [&](int k) { return distances[static_cast<std::size_t>(t[k])]; };
     const double distance = (1.0 - hit.u - hit.v) * at(0) + hit.u * at(1) + hit.v * at(2);
-    return colours[static_cast<std::size_t>(255.0 * std::clamp(distance / limit_mm, 0.0, 1.0))];
+    return colors[static_cast<std::size_t>(255.0 * std::clamp(distance / limit_mm, 0.0, 1.0))];
   };
 }
 
-void draw_colour_bar(cv::Mat& picture, int left_px, double limit_mm) {
-  const cv::Mat colours = distance_colours();
+void draw_color_bar(cv::Mat& picture, int left_px, double limit_mm) {
+  const cv::Mat colors = distance_colors();
   const int height = std::min(300, picture.rows - 2 * kTitleHeight_px);
   const int top = kTitleHeight_px + (picture.rows - kTitleHeight_px - height) / 2;
   for (int y = 0; y < height; ++y) {
-    const cv::Vec3b colour = colours.at<cv::Vec3b>(255 - y * 255 / (height - 1));
-    cv::rectangle(picture, cv::Rect(left_px, top + y, kBarWidth_px, 1), colour, cv::FILLED);
+    const cv::Vec3b color = colors.at<cv::Vec3b>(255 - y * 255 / (height - 1));
+    cv::rectangle(picture, cv::Rect(left_px, top + y, kBarWidth_px, 1), color, cv::FILLED);
   }
   for (int tick = 0; tick <= 4; ++tick) {
     const int y = top + height - 1 - tick * (height - 1) / 4;
@@ -182,8 +182,7 @@ cv::Mat render_comparison(const Mesh& estimate, const Mesh& truth, const Picture
   const View view = evaluation::detail::facing_view(estimate);
   const Framing framing = evaluation::detail::frame(view, estimate, truth, options.panel_width_px);
   const std::vector<double> distances = vertex_distances(estimate, truth_scene);
-  const double limit_mm =
-      options.colour_limit_mm > 0.0 ? options.colour_limit_mm : automatic_limit(distances);
+  const double limit_mm = options.color_limit_mm > 0.0 ? options.color_limit_mm : automatic_limit(distances);
   using evaluation::detail::render;
   std::vector<cv::Mat> panels = {
       render(estimate_scene, view, framing, plain(kClay)), render(truth_scene, view, framing, plain(kStone)),
@@ -191,7 +190,7 @@ cv::Mat render_comparison(const Mesh& estimate, const Mesh& truth, const Picture
   draw_scale_bar(panels.front(), framing.mm_per_px);
   cv::Mat picture =
       compose(panels, {"reconstruction", "true shape", "distance to the true shape"}, kBarMargin_px);
-  draw_colour_bar(picture, picture.cols - kBarMargin_px, limit_mm);
+  draw_color_bar(picture, picture.cols - kBarMargin_px, limit_mm);
   return picture;
 }
 

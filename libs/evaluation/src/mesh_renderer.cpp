@@ -58,7 +58,7 @@ class Renderer {
         const double x = column + (s % kSubsamples + 0.5) / kSubsamples;
         const double y = row + (s / kSubsamples + 0.5) / kSubsamples;
         const auto sample = static_cast<std::uint64_t>((row * framing_.width_px + column) * 4 + s);
-        sum += colour_at(x, y, sample);
+        sum += color_at(x, y, sample);
       }
       const Eigen::Vector3f mean = sum / static_cast<float>(kSubsamples * kSubsamples);
       cv::Vec3b& pixel = picture.at<cv::Vec3b>(row, column);
@@ -70,10 +70,10 @@ class Renderer {
   }
 
  private:
-  Eigen::Vector3f colour_at(double x, double y, std::uint64_t sample) const {
+  Eigen::Vector3f color_at(double x, double y, std::uint64_t sample) const {
     const double right_mm = (x - 0.5 * framing_.width_px) * framing_.mm_per_px;
     const double up_mm = (0.5 * framing_.height_px - y) * framing_.mm_per_px;
-    const Eigen::Vector3d origin = framing_.centre_mm + right_mm * view_.right + up_mm * view_.up +
+    const Eigen::Vector3d origin = framing_.center_mm + right_mm * view_.right + up_mm * view_.up +
                                    framing_.depth_mm * view_.toward_viewer;
     const auto hit = scene_.cast(origin, -view_.toward_viewer, 2.0 * framing_.depth_mm);
     if (!hit) return background(y / framing_.height_px);

@@ -14,14 +14,14 @@ struct View {
   Eigen::Vector3d right, up, toward_viewer;
 };
 
-/// What part of the view plane a panel shows; `centre_mm` is a point of the mesh's frame at the panel's
+/// What part of the view plane a panel shows; `center_mm` is a point of the mesh's frame at the panel's
 /// middle.
 struct Framing {
-  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
   double mm_per_px = 1.0;
   int width_px = 0;
   int height_px = 0;
-  double depth_mm = 0.0;  ///< half the depth range around the centre
+  double depth_mm = 0.0;  ///< half the depth range around the center
 };
 
 /// The direction from which most of the surface faces the viewer, its longest extent upright.

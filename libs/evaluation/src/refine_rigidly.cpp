@@ -38,9 +38,9 @@ Eigen::Vector3d mean(const std::vector<Eigen::Vector3d>& points) {
   return sum / static_cast<double>(points.size());
 }
 
-double spread(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& centre) {
+double spread(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& center) {
   double sum = 0.0;
-  for (const Eigen::Vector3d& point : points) sum += (point - centre).squaredNorm();
+  for (const Eigen::Vector3d& point : points) sum += (point - center).squaredNorm();
   return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
@@ -52,16 +52,16 @@ double huber_threshold(const std::vector<double>& residuals) {
   return std::max(1e-6, 1.345 * 1.4826 * *middle);  // 95 % efficiency; median to standard deviation
 }
 
-/// One Gauss-Newton step about `centre`: rotation times `radius` first (so that all six are lengths), then
+/// One Gauss-Newton step about `center`: rotation times `radius` first (so that all six are lengths), then
 /// translation.
-Vector6d step(const Matches& matches, const TriangleScene& truth, const Eigen::Vector3d& centre,
+Vector6d step(const Matches& matches, const TriangleScene& truth, const Eigen::Vector3d& center,
               double radius) {
   std::vector<Vector6d> jacobians;
   std::vector<double> residuals;
   for (std::size_t i = 0; i < matches.points.size(); ++i) {
     const Eigen::Vector3d normal = truth.triangle_normal(matches.closest[i].triangle);
     Vector6d jacobian;
-    jacobian << (matches.points[i] - centre).cross(normal) / radius, normal;
+    jacobian << (matches.points[i] - center).cross(normal) / radius, normal;
     jacobians.push_back(jacobian);
     residuals.push_back(normal.dot(matches.points[i] - matches.closest[i].point_mm));
   }
@@ -85,9 +85,9 @@ Vector6d step(const Matches& matches, const TriangleScene& truth, const Eigen::V
   return result;
 }
 
-Pose moved(const Pose& pose, const Vector6d& step, const Eigen::Vector3d& centre, double radius) {
+Pose moved(const Pose& pose, const Vector6d& step, const Eigen::Vector3d& center, double radius) {
   const Pose turn(so3_exp(step.head<3>() / radius));
-  return normalized(Eigen::Translation3d(centre + step.tail<3>()) * turn * Eigen::Translation3d(-centre) *
+  return normalized(Eigen::Translation3d(center + step.tail<3>()) * turn * Eigen::Translation3d(-center) *
                     pose);
 }
 
@@ -98,16 +98,16 @@ Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& tr
   for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kSamples, kSeed)) {
     samples.push_back(sample.point_mm);
   }
-  const Eigen::Vector3d first_centre = mean(samples);
-  const double radius = std::max(1e-6, spread(samples, first_centre));
+  const Eigen::Vector3d first_center = mean(samples);
+  const double radius = std::max(1e-6, spread(samples, first_center));
   Pose pose = Pose::Identity();
   Refinement best;
   Matches matches = match(samples, pose, truth);
   double best_distance = matches.mean_distance;
   for (int i = 0; i < kMaxIterations; ++i) {
-    const Eigen::Vector3d centre = pose * first_centre;
-    const Vector6d change = step(matches, truth, centre, radius);
-    pose = moved(pose, change, centre, radius);
+    const Eigen::Vector3d center = pose * first_center;
+    const Vector6d change = step(matches, truth, center, radius);
+    pose = moved(pose, change, center, radius);
     matches = match(samples, pose, truth);
     if (matches.mean_distance < best_distance) {
       best_distance = matches.mean_distance;
@@ -115,7 +115,7 @@ Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& tr
     }
     if (change.norm() < kSmallestStep_mm) break;
   }
-  best.shift_mm = (best.truth_T_estimate * first_centre - first_centre).norm();
+  best.shift_mm = (best.truth_T_estimate * first_center - first_center).norm();
   best.rotation_deg = rotation_angle_rad(best.truth_T_estimate) * 180.0 / std::numbers::pi;
   return best;
 }

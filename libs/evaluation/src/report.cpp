@@ -31,7 +31,8 @@ std::string trajectory_table(const Evaluation& evaluation) {
     text += format_text("  tracked without touch   %d frames (not judged)\n", t.estimated_without_touch);
   }
   if (evaluation.trials) text += format_text("  trials                  %d\n", *evaluation.trials);
-  if (evaluation.groups) text += format_text("  groups                  %d\n", *evaluation.groups);
+  if (evaluation.components)
+    text += format_text("  components                  %d\n", *evaluation.components);
   return text;
 }
 
@@ -128,7 +129,7 @@ std::string to_json(const Evaluation& evaluation) {
   json["reference_frame"] = or_null(evaluation.reference_frame);
   json["anchor_frame"] = or_null(evaluation.anchor_frame);
   json["trials"] = or_null(evaluation.trials);
-  json["groups"] = or_null(evaluation.groups);
+  json["groups"] = or_null(evaluation.components);
   json["mesh"] = evaluation.mesh ? to_json(*evaluation.mesh) : Json(nullptr);
   return json.dump(2) + "\n";
 }

@@ -15,9 +15,9 @@ constexpr double kSameOrientationCosine = 0.5;
 
 /// Which triangles meet at a vertex; vertices at the same place count as one, so that files without shared
 /// vertices (STL) are connected too.
-class Neighbourhood {
+class Neighborhood {
  public:
-  explicit Neighbourhood(const Mesh& mesh) : place_(welded(mesh.vertices_mm)) {
+  explicit Neighborhood(const Mesh& mesh) : place_(welded(mesh.vertices_mm)) {
     begin_.assign(mesh.vertices_mm.size() + 1, 0);
     for (const Eigen::Vector3i& triangle : mesh.triangles) {
       for (const int vertex : triangle) ++begin_[place(vertex) + 1];
@@ -59,9 +59,9 @@ class Neighbourhood {
 /// Looks for other sheets; keeps its marks between samples, so one per thread.
 class SheetSearch {
  public:
-  SheetSearch(const TriangleScene& scene, const Neighbourhood& neighbourhood, double reach_mm)
+  SheetSearch(const TriangleScene& scene, const Neighborhood& neighborhood, double reach_mm)
       : scene_(scene),
-        neighbourhood_(neighbourhood),
+        neighborhood_(neighborhood),
         reach_mm_(reach_mm),
         mark_(scene.mesh().triangles.size(), 0) {}
 
@@ -85,7 +85,7 @@ class SheetSearch {
     open_.push_back(triangle);
   }
 
-  /// Everything connected with the sample's triangle inside the ball of the reach, and its direct neighbours.
+  /// Everything connected with the sample's triangle inside the ball of the reach, and its direct neighbors.
   void mark_own_sheet(const SurfaceSample& sample) {
     ++stamp_;
     mark(sample.triangle);
@@ -96,15 +96,15 @@ class SheetSearch {
         const Eigen::Vector3f& position = scene_.mesh().vertices_mm[static_cast<std::size_t>(vertex)];
         const bool within = (position.cast<double>() - sample.point_mm).norm() <= reach_mm_;
         if (!within && triangle != sample.triangle) continue;
-        for (const int neighbour : neighbourhood_.triangles_at(vertex)) {
-          if (!is_marked(neighbour)) mark(neighbour);
+        for (const int neighbor : neighborhood_.triangles_at(vertex)) {
+          if (!is_marked(neighbor)) mark(neighbor);
         }
       }
     }
   }
 
   const TriangleScene& scene_;
-  const Neighbourhood& neighbourhood_;
+  const Neighborhood& neighborhood_;
   double reach_mm_;
   std::vector<int> mark_;
   std::vector<int> open_;
@@ -115,10 +115,10 @@ class SheetSearch {
 
 double stacked_share(const TriangleScene& mesh, double reach_mm) {
   const auto samples = sample_surface(mesh.mesh(), kSamples, kSeed);
-  const Neighbourhood neighbourhood(mesh.mesh());
+  const Neighborhood neighborhood(mesh.mesh());
   std::vector<char> stacked(samples.size());
   evaluation::detail::parallel_ranges(samples.size(), [&](std::size_t begin, std::size_t end) {
-    SheetSearch search(mesh, neighbourhood, reach_mm);
+    SheetSearch search(mesh, neighborhood, reach_mm);
     for (std::size_t i = begin; i < end; ++i) stacked[i] = search.finds_another(samples[i]) ? 1 : 0;
   });
   return static_cast<double>(std::count(stacked.begin(), stacked.end(), 1)) /

@@ -112,15 +112,15 @@ Framing frame(const View& view, const Mesh& main, const Mesh& other, int width_p
   const Eigen::Vector3d half = 0.5 * kContext * (own.high - own.low);
   const Eigen::Vector3d low = own.low.cwiseMin(rest.low.cwiseMax(middle - half));
   const Eigen::Vector3d high = own.high.cwiseMax(rest.high.cwiseMin(middle + half));
-  const Eigen::Vector3d centre = 0.5 * (low + high);
+  const Eigen::Vector3d center = 0.5 * (low + high);
   const Eigen::Vector3d extent = (1.0 + 2.0 * kMargin) * (high - low).cwiseMax(1e-6);
   Framing framing;
   framing.width_px = width_px;
   framing.height_px = static_cast<int>(width_px * std::clamp(extent.y() / extent.x(), 0.75, 1.5));
   framing.mm_per_px = std::max(extent.x() / framing.width_px, extent.y() / framing.height_px);
-  framing.centre_mm = centre.x() * view.right + centre.y() * view.up + centre.z() * view.toward_viewer;
-  framing.depth_mm = 1.0 + std::max((own.high - centre).cwiseAbs().z(), (rest.high - centre).cwiseAbs().z()) +
-                     std::max((own.low - centre).cwiseAbs().z(), (rest.low - centre).cwiseAbs().z());
+  framing.center_mm = center.x() * view.right + center.y() * view.up + center.z() * view.toward_viewer;
+  framing.depth_mm = 1.0 + std::max((own.high - center).cwiseAbs().z(), (rest.high - center).cwiseAbs().z()) +
+                     std::max((own.low - center).cwiseAbs().z(), (rest.low - center).cwiseAbs().z());
   return framing;
 }
 

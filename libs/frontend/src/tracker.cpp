@@ -2,18 +2,18 @@
 
 #include <algorithm>
 
-#include "gelslam/registration/place_search.hpp"
+#include "gelslam/registration/relocalization.hpp"
 
 namespace gelslam {
 namespace {
 
-// Frames that follow each other bring no larger surprise (of 7600 frames of 19 sequences 5 do, 4 of them of a
-// polished ball): a hand's speed changes by a tenth of a millimetre and by one degree in 0.04 s.
-constexpr double kUsualSurpriseMm = 0.2;
+// Frames that follow each other bring no larger innovation (of 7600 frames of 19 sequences 5 do, 4 of them of
+// a polished ball): a hand's speed changes by a tenth of a millimetre and by one degree in 0.04 s.
+constexpr double kUsualInnovationMm = 0.2;
 // Nor do normals suddenly fit so many times worse than one frame before, but as a contact begins.
-constexpr double kUsualMisfitRise = 1.5;
-constexpr double kFirstMisfitRad = 0.05;  // of a trial's first step
-constexpr double kLeastMisfitRad = 0.03;
+constexpr double kUsualResidualRise = 1.5;
+constexpr double kFirstResidualRad = 0.05;  // of a trial's first step
+constexpr double kLeastResidualRad = 0.03;
 // After a longer gap a pattern may have moved on by a period.
 constexpr double kLongestStepS = 0.17;
 // Up to twice as large as usual, a step is likelier than one so many times as far.
@@ -21,13 +21,14 @@ constexpr double kJumpIsUnlikely = 2.5;
 // Within so long no hand moves a pattern by a period, and by the same again.
 constexpr double kSteadyStepS = 0.06;
 
-bool is_surprise(const RegistrationResult& registration, const Pose& reference_T_expected, double usual = 1) {
-  return surprise_mm(registration, reference_T_expected.inverse()) > usual * kUsualSurpriseMm;
+bool is_large_innovation(const RegistrationResult& registration, const Pose& reference_T_expected,
+                         double usual = 1) {
+  return innovation_mm(registration, reference_T_expected.inverse()) > usual * kUsualInnovationMm;
 }
 
 /// Do the normals suddenly fit much worse?
-bool is_worse(const RegistrationResult& registration, double misfit_before_rad) {
-  return registration.normal_rmse_rad > kUsualMisfitRise * std::max(misfit_before_rad, kLeastMisfitRad);
+bool is_worse(const RegistrationResult& registration, double residual_before_rad) {
+  return registration.normal_rmse_rad > kUsualResidualRise * std::max(residual_before_rad, kLeastResidualRad);
 }
 
 /// Known in all directions but along z, which has a zero of its own. A frame that is not would bring into the
@@ -85,7 +86,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
 }
 
 /// To the keyframe; if that is too far behind, to the last tracked frame. If that is, too, or the step is an
-/// unusual one, wherever the reliefs agree. The last tracked frame becomes a keyframe only if that helps.
+/// unusual one, wherever the textures agree. The last tracked frame becomes a keyframe only if that helps.
 RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface) {
   const Pose& keyframe_T_previous = previous_->link.previous_T_this;
   const RegistrationResult on_keyframe = register_to(*reference_, keyframe_T_previous, surface);
@@ -118,15 +119,16 @@ RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface)
 /// But for its size, nothing about the step is suspicious.
 bool Tracker::is_sound(const RegistrationResult& registration, double time_s) const {
   return registration.ok() && time_s - previous_->time_s <= kLongestStepS &&
-         !is_worse(registration, previous_->misfit_rad);
+         !is_worse(registration, previous_->residual_rad);
 }
 
 /// As the last step said, too, as far as a hand can change its mind until then, or where the frame before
 /// was: a hand stops, and turns back.
 bool Tracker::is_usual(const RegistrationResult& registration, const Pose& reference_T_previous,
                        double time_s) const {
-  return is_sound(registration, time_s) && (!is_surprise(registration, reference_T_previous * last_step_) ||
-                                            !is_surprise(registration, reference_T_previous));
+  return is_sound(registration, time_s) &&
+         (!is_large_innovation(registration, reference_T_previous * last_step_) ||
+          !is_large_innovation(registration, reference_T_previous));
 }
 
 /// What is found once over a pattern may be a jump; what is found twice is a speed, of an object that was
@@ -139,8 +141,8 @@ RegistrationResult Tracker::go_on(const Surface& surface, double time_s) {
   const Pose step = previous_->link.previous_T_this.inverse() * doubtful->keyframe_T_frame;
   const Pose expected = doubtful->keyframe_T_frame * step;
   const RegistrationResult registration = reference_->register_to(surface, expected.inverse());
-  if (!registration.ok() || is_surprise(registration, expected) ||
-      is_worse(registration, previous_->misfit_rad))
+  if (!registration.ok() || is_large_innovation(registration, expected) ||
+      is_worse(registration, previous_->residual_rad))
     return {};
   previous_->link.previous_T_this = doubtful->keyframe_T_frame;  // the speed is that of one frame
   unplaced_.reset();
@@ -187,10 +189,10 @@ RegistrationResult Tracker::place_on(const PreparedReference& reference, const P
                                      double time_s) const {
   if (!options_.search_far) return registration;
   const Pose reference_T_expected = reference_T_previous * last_step_;
-  PlaceSearchOptions search;
-  if (is_sound(registration, time_s) && !is_surprise(registration, reference_T_expected, 2))
+  RelocalizationOptions search;
+  if (is_sound(registration, time_s) && !is_large_innovation(registration, reference_T_expected, 2))
     search.rival_distance = kJumpIsUnlikely;
-  const RegistrationResult place = find_place(*reference.samples(), surface, reference_T_expected.inverse(),
+  const RegistrationResult place = relocalize(*reference.samples(), surface, reference_T_expected.inverse(),
                                               registration, options_.registration, search);
   // Another method starts from there and has the last word.
   return place.ok() ? reference.register_to(surface, place.target_T_reference) : place;
@@ -257,7 +259,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   turning_points_.begin_trial({first.frame, first.surface, Pose::Identity(), {}});
   trial_T_keyframe_ = Pose::Identity();
   last_step_ = Pose::Identity();
-  previous_ = Previous{first, KeyframeLink{keyframe_}, kFirstMisfitRad};
+  previous_ = Previous{first, KeyframeLink{keyframe_}, kFirstResidualRad};
   doubtful_.reset();
   unplaced_.reset();
   result.trial = trial_;

@@ -18,11 +18,11 @@ Eigen::Vector3i lowest_voxel(int cell) {
   return {cell % block_edge, cell / block_edge % block_edge, cell / (block_edge * block_edge)};
 }
 
-/// The block's distances and those of the first layer of its upper neighbours.
-PaddedDistances padded(const std::array<const std::vector<float>*, block_neighbours>& upper) {
+/// The block's distances and those of the first layer of its upper neighbors.
+PaddedDistances padded(const std::array<const std::vector<float>*, block_neighbors>& upper) {
   PaddedDistances out;
   out.fill(unobserved);
-  for (int n = 0; n < block_neighbours; ++n) {
+  for (int n = 0; n < block_neighbors; ++n) {
     const std::vector<float>* from = upper[static_cast<std::size_t>(n)];
     if (!from || from->empty()) continue;
     const Eigen::Vector3i step(n & 1, (n >> 1) & 1, n >> 2);
@@ -95,7 +95,7 @@ class VertexPlacer {
 
 class VertexJoiner {
  public:
-  explicit VertexJoiner(const std::array<const BlockSurface*, block_neighbours>& lower) : lower_(lower) {}
+  explicit VertexJoiner(const std::array<const BlockSurface*, block_neighbors>& lower) : lower_(lower) {}
 
   std::vector<NamedTriangle> run() {
     for (const ActiveCell& cell : lower_[0]->cells) {
@@ -119,7 +119,7 @@ class VertexJoiner {
                                    vertex_at(voxel - back_b - back_c, 4 * axis + 3),
                                    vertex_at(voxel - back_c, 4 * axis + 2)};
     for (const VertexName& v : quad) {
-      if (v.neighbour < 0) return;
+      if (v.neighbor < 0) return;
     }
     if (from_outside) std::reverse(quad.begin(), quad.end());
     add_quad(quad);
@@ -127,13 +127,13 @@ class VertexJoiner {
 
   /// The vertex that crosses `edge` of the cell at `voxel`, which may lie one step below the block.
   VertexName vertex_at(Eigen::Vector3i voxel, int edge) const {
-    int neighbour = 0;
+    int neighbor = 0;
     for (int axis = 0; axis < 3; ++axis) {
       if (voxel[axis] >= 0) continue;
       voxel[axis] += block_edge;
-      neighbour |= 1 << axis;
+      neighbor |= 1 << axis;
     }
-    const BlockSurface* block = lower_[static_cast<std::size_t>(neighbour)];
+    const BlockSurface* block = lower_[static_cast<std::size_t>(neighbor)];
     if (!block) return nowhere;
     const int cell = static_cast<int>(voxel_index(voxel, block_edge));
     const auto found = std::lower_bound(block->cells.begin(), block->cells.end(), cell,
@@ -142,14 +142,14 @@ class VertexJoiner {
     const int cycle = cell_cycles(found->outside).of_edge[static_cast<std::size_t>(edge)];
     const int vertex = found->first_vertex + cycle;
     if (cycle < 0 || !(block->weights[static_cast<std::size_t>(vertex)] > 0)) return nowhere;
-    return {neighbour, vertex};
+    return {neighbor, vertex};
   }
 
   void add_quad(const std::array<VertexName, 4>& quad) {
     std::array<Eigen::Vector3f, 4> p;
     Eigen::Vector3f observed = Eigen::Vector3f::Zero();
     for (std::size_t i = 0; i < 4; ++i) {
-      const BlockSurface& block = *lower_[static_cast<std::size_t>(quad[i].neighbour)];
+      const BlockSurface& block = *lower_[static_cast<std::size_t>(quad[i].neighbor)];
       p[i] = block.positions[static_cast<std::size_t>(quad[i].vertex)];
       observed += block.normals[static_cast<std::size_t>(quad[i].vertex)];
     }
@@ -167,14 +167,14 @@ class VertexJoiner {
     }
   }
 
-  const std::array<const BlockSurface*, block_neighbours>& lower_;
+  const std::array<const BlockSurface*, block_neighbors>& lower_;
   std::vector<NamedTriangle> triangles_;
 };
 
 }  // namespace
 
 void place_vertices(const BlockLattice& lattice,
-                    const std::array<const std::vector<float>*, block_neighbours>& upper,
+                    const std::array<const std::vector<float>*, block_neighbors>& upper,
                     const PatchList& patches, const Field& field, BlockSurface& out) {
   out = {};
   if (!upper[0] || upper[0]->empty()) return;
@@ -198,7 +198,7 @@ void place_vertices(const BlockLattice& lattice,
   }
 }
 
-std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, block_neighbours>& lower) {
+std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, block_neighbors>& lower) {
   return VertexJoiner(lower).run();
 }
 

@@ -30,21 +30,21 @@ struct BlockSurface {
 };
 
 /// Finds the cells of a block that the surface passes through and their vertices, moved onto the field's zero
-/// set. `upper`: distances of the block (0) and of its upper neighbours; null or empty where there are none.
+/// set. `upper`: distances of the block (0) and of its upper neighbors; null or empty where there are none.
 /// A cell counts when all its corners were observed.
 void place_vertices(const BlockLattice& lattice,
-                    const std::array<const std::vector<float>*, block_neighbours>& upper,
+                    const std::array<const std::vector<float>*, block_neighbors>& upper,
                     const PatchList& patches, const Field& field, BlockSurface& out);
 
-/// A vertex of the block (0) or of one of its lower neighbours.
+/// A vertex of the block (0) or of one of its lower neighbors.
 struct VertexName {
-  int neighbour = 0;
+  int neighbor = 0;
   int vertex = 0;
 };
 using NamedTriangle = std::array<VertexName, 3>;
 
 /// The triangles that belong to a block: around every crossed lattice edge that begins at one of its voxels,
-/// counter-clockwise seen from outside. `lower`: the block (0, never null) and its lower neighbours.
-std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, block_neighbours>& lower);
+/// counter-clockwise seen from outside. `lower`: the block (0, never null) and its lower neighbors.
+std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, block_neighbors>& lower);
 
 }  // namespace gelslam::fusion::detail

@@ -12,7 +12,7 @@ namespace {
 constexpr int coordinate_bits = 20;
 constexpr std::int64_t coordinate_offset = std::int64_t{1} << (coordinate_bits - 1);
 
-/// Collects blocks; forgets most repetitions at once, because neighbouring samples fall into the same few
+/// Collects blocks; forgets most repetitions at once, because neighboring samples fall into the same few
 /// blocks.
 class PassedBlocks {
  public:
@@ -60,9 +60,9 @@ Eigen::Vector3i block_coordinate(std::int64_t key) {
   return b;
 }
 
-std::int64_t neighbour_step(int neighbour) {
+std::int64_t neighbor_step(int neighbor) {
   std::int64_t step = 0;
-  for (int axis = 2; axis >= 0; --axis) step = (step << coordinate_bits) + ((neighbour >> axis) & 1);
+  for (int axis = 2; axis >= 0; --axis) step = (step << coordinate_bits) + ((neighbor >> axis) & 1);
   return step;
 }
 
@@ -74,7 +74,7 @@ std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) 
   const float margin = 2.0f * reach.voxel_size_mm;
   const int steps = std::max(1, static_cast<int>(std::ceil(reach.list_mm / (2.0f * margin))));
   const float spacing = reach.list_mm / static_cast<float>(steps);
-  // One block is left free at either end, so that every block has neighbours.
+  // One block is left free at either end, so that every block has neighbors.
   const float lowest = static_cast<float>(1 - coordinate_offset), highest = -lowest - 1;
   PassedBlocks passed;
   patch.for_each_point(stride, [&](const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float) {

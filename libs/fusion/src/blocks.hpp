@@ -13,14 +13,14 @@ namespace gelslam::fusion::detail {
 constexpr int block_edge = 8;
 constexpr int block_voxels = block_edge * block_edge * block_edge;
 
-/// Neighbours are numbered by the axes in which they are one block further (or nearer): 1 x, 2 y, 4 z.
-constexpr int block_neighbours = 8;
+/// Neighbors are numbered by the axes in which they are one block further (or nearer): 1 x, 2 y, 4 z.
+constexpr int block_neighbors = 8;
 
 /// A block's place in one number; order of keys is lexicographic order of (z, y, x).
 std::int64_t block_key(const Eigen::Vector3i& block_coordinate);
 Eigen::Vector3i block_coordinate(std::int64_t key);
-/// What to add to a block's key to get that of its upper neighbour.
-std::int64_t neighbour_step(int neighbour);
+/// What to add to a block's key to get that of its upper neighbor.
+std::int64_t neighbor_step(int neighbor);
 
 /// How far a patch reaches.
 struct BlockReach {

@@ -33,8 +33,8 @@ class DualMesher {
  private:
   BlockLattice lattice(std::size_t b) const { return {grid_.blocks()[b].first_voxel, voxel_}; }
 
-  /// Index of a neighbour, or -1; `direction` 1 for upper ones, -1 for lower ones.
-  int neighbour(std::size_t b, int n, int direction) const {
+  /// Index of a neighbor, or -1; `direction` 1 for upper ones, -1 for lower ones.
+  int neighbor(std::size_t b, int n, int direction) const {
     if (n == 0) return static_cast<int>(b);
     const Eigen::Vector3i step(n & 1, (n >> 1) & 1, n >> 2);
     return grid_.find(grid_.blocks()[b].first_voxel / block_edge + direction * step);
@@ -46,9 +46,9 @@ class DualMesher {
   }
 
   void place(std::size_t b) {
-    std::array<const std::vector<float>*, block_neighbours> upper{};
-    for (int n = 0; n < block_neighbours; ++n) {
-      const int at = neighbour(b, n, 1);
+    std::array<const std::vector<float>*, block_neighbors> upper{};
+    for (int n = 0; n < block_neighbors; ++n) {
+      const int at = neighbor(b, n, 1);
       if (at >= 0) upper[static_cast<std::size_t>(n)] = &distances_[static_cast<std::size_t>(at)];
     }
     place_vertices(lattice(b), upper, grid_.blocks()[b].patches, field_, parts_[b]);
@@ -56,17 +56,17 @@ class DualMesher {
 
   void join(std::size_t b) {
     if (parts_[b].cells.empty()) return;
-    std::array<const BlockSurface*, block_neighbours> lower{};
-    std::array<int, block_neighbours> first{};
-    for (std::size_t n = 0; n < block_neighbours; ++n) {
-      const int at = neighbour(b, static_cast<int>(n), -1);
+    std::array<const BlockSurface*, block_neighbors> lower{};
+    std::array<int, block_neighbors> first{};
+    for (std::size_t n = 0; n < block_neighbors; ++n) {
+      const int at = neighbor(b, static_cast<int>(n), -1);
       if (at < 0) continue;
       lower[n] = &parts_[static_cast<std::size_t>(at)];
       first[n] = first_vertex_[static_cast<std::size_t>(at)];
     }
     for (const NamedTriangle& t : join_vertices(lower)) {
       const auto global = [&](std::size_t c) {
-        return first[static_cast<std::size_t>(t[c].neighbour)] + t[c].vertex;
+        return first[static_cast<std::size_t>(t[c].neighbor)] + t[c].vertex;
       };
       triangles_[b].emplace_back(global(0), global(1), global(2));
     }

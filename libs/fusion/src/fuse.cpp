@@ -23,7 +23,7 @@ void fusion::detail::check_options(const FusionOptions& o) {
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options) {
   using namespace fusion::detail;
   check_options(options);
-  const std::vector<Patch> prepared = prepare_patches(patches, options.slope_gain, options.threads);
+  const std::vector<Patch> prepared = prepare_patches(patches, options.gradient_scale, options.threads);
   const float voxel = static_cast<float>(options.voxel_size_mm);
   const float truncation = static_cast<float>(options.truncation_mm);
   const BlockGrid grid(prepared, block_reach(voxel, truncation), options.threads);

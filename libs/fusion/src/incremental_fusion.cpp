@@ -45,8 +45,8 @@ class IncrementalFusion::Impl {
             options),
         blocks_(field_, static_cast<float>(fusion.voxel_size_mm), options.warm_blocks) {}
 
-  void set_patches(const std::vector<PosedSurface>& patches, double slope_gain) {
-    places_.declare(patches, slope_gain);
+  void set_patches(const std::vector<PosedSurface>& patches, double gradient_scale) {
+    places_.declare(patches, gradient_scale);
   }
 
   bool work() {
@@ -171,8 +171,8 @@ IncrementalFusion::~IncrementalFusion() = default;
 IncrementalFusion::IncrementalFusion(IncrementalFusion&&) noexcept = default;
 IncrementalFusion& IncrementalFusion::operator=(IncrementalFusion&&) noexcept = default;
 
-void IncrementalFusion::set_patches(const std::vector<PosedSurface>& patches, double slope_gain) {
-  impl_->set_patches(patches, slope_gain);
+void IncrementalFusion::set_patches(const std::vector<PosedSurface>& patches, double gradient_scale) {
+  impl_->set_patches(patches, gradient_scale);
 }
 bool IncrementalFusion::work() { return impl_->work(); }
 std::vector<MeshBlock> IncrementalFusion::take_changed_blocks() { return impl_->take_changed_blocks(); }

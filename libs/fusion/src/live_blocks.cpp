@@ -26,8 +26,8 @@ std::vector<PatchPtr> difference(const std::vector<PatchPtr>& a, const std::vect
 
 bool differs(float a, float b) { return !(a == b || (std::isnan(a) && std::isnan(b))); }
 
-/// Bit n is set when lower neighbour n sees a change: its cells reach into the voxels of the lowest layers.
-unsigned neighbours_that_see(const std::vector<float>& before, const std::vector<float>& after) {
+/// Bit n is set when lower neighbor n sees a change: its cells reach into the voxels of the lowest layers.
+unsigned neighbors_that_see(const std::vector<float>& before, const std::vector<float>& after) {
   unsigned seen = 0;
   const auto at = [](const std::vector<float>& d, std::size_t i) { return d.empty() ? std::nanf("") : d[i]; };
   for (int i = 0; i < block_voxels; ++i) {
@@ -35,7 +35,7 @@ unsigned neighbours_that_see(const std::vector<float>& before, const std::vector
                        (i < block_edge * block_edge ? 4 : 0);
     const std::size_t voxel = static_cast<std::size_t>(i);
     if (lowest == 0 || !differs(at(before, voxel), at(after, voxel))) continue;
-    for (int n = 1; n < block_neighbours; ++n) {
+    for (int n = 1; n < block_neighbors; ++n) {
       if ((n & lowest) == n) seen |= 1u << n;
     }
   }
@@ -44,12 +44,12 @@ unsigned neighbours_that_see(const std::vector<float>& before, const std::vector
 
 /// The vertices that the triangles use, and only those.
 MeshBlock compact(std::int64_t key, const std::vector<NamedTriangle>& triangles,
-                  const std::array<const BlockSurface*, block_neighbours>& lower) {
+                  const std::array<const BlockSurface*, block_neighbors>& lower) {
   MeshBlock block{key, {}, {}};
-  std::array<std::vector<int>, block_neighbours> new_index;
+  std::array<std::vector<int>, block_neighbors> new_index;
   const auto rename = [&](const VertexName& name) {
-    const BlockSurface& from = *lower[static_cast<std::size_t>(name.neighbour)];
-    std::vector<int>& indices = new_index[static_cast<std::size_t>(name.neighbour)];
+    const BlockSurface& from = *lower[static_cast<std::size_t>(name.neighbor)];
+    std::vector<int>& indices = new_index[static_cast<std::size_t>(name.neighbor)];
     indices.resize(from.positions.size(), -1);
     const std::size_t v = static_cast<std::size_t>(name.vertex);
     if (indices[v] < 0) {
@@ -129,9 +129,9 @@ void LiveBlocks::sample(std::int64_t key, std::vector<std::int64_t>& to_place) {
   const std::vector<float> before = block->distances;
   update_distances(key, *block, std::move(wanted));
   to_place.push_back(key);
-  const unsigned seen = neighbours_that_see(before, block->distances);
-  for (int n = 1; n < block_neighbours; ++n) {
-    if ((seen >> n) & 1) to_place.push_back(key - neighbour_step(n));
+  const unsigned seen = neighbors_that_see(before, block->distances);
+  for (int n = 1; n < block_neighbors; ++n) {
+    if ((seen >> n) & 1) to_place.push_back(key - neighbor_step(n));
   }
 }
 
@@ -180,25 +180,25 @@ void LiveBlocks::keep_warm(std::int64_t key, Block& block) {
 void LiveBlocks::place(std::int64_t key, std::vector<std::int64_t>& to_mesh) {
   Block* block = find(key);
   if (!block) return;
-  std::array<const std::vector<float>*, block_neighbours> upper{};
-  for (int n = 0; n < block_neighbours; ++n) {
-    const Block* neighbour = find(key + neighbour_step(n));
-    if (neighbour) upper[static_cast<std::size_t>(n)] = &neighbour->distances;
+  std::array<const std::vector<float>*, block_neighbors> upper{};
+  for (int n = 0; n < block_neighbors; ++n) {
+    const Block* neighbor = find(key + neighbor_step(n));
+    if (neighbor) upper[static_cast<std::size_t>(n)] = &neighbor->distances;
   }
   BlockSurface surface;
   place_vertices(lattice(key), upper, plain(block->held), field_, surface);
   if (surface == block->surface) return;
   block->surface = BlockSurface(surface);  // a copy has no spare room
-  for (int n = 0; n < block_neighbours; ++n) to_mesh.push_back(key + neighbour_step(n));
+  for (int n = 0; n < block_neighbors; ++n) to_mesh.push_back(key + neighbor_step(n));
 }
 
 std::optional<MeshBlock> LiveBlocks::mesh(std::int64_t key) {
   Block* block = find(key);
   if (!block) return std::nullopt;
-  std::array<const BlockSurface*, block_neighbours> lower{};
-  for (int n = 0; n < block_neighbours; ++n) {
-    const Block* neighbour = find(key - neighbour_step(n));
-    if (neighbour) lower[static_cast<std::size_t>(n)] = &neighbour->surface;
+  std::array<const BlockSurface*, block_neighbors> lower{};
+  for (int n = 0; n < block_neighbors; ++n) {
+    const Block* neighbor = find(key - neighbor_step(n));
+    if (neighbor) lower[static_cast<std::size_t>(n)] = &neighbor->surface;
   }
   MeshBlock result = compact(key, join_vertices(lower), lower);
   const bool had_mesh = std::exchange(block->has_mesh, !result.mesh.triangles.empty());

@@ -11,9 +11,10 @@ namespace gelslam::fusion::detail {
 namespace {
 
 /// sqrt(W), W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies
-/// the gel's skirt and not the object (Huang et al., T-RO 2026). The root, because our mask ends before most
-/// of the skirt begins: W itself throws away good views, and the mean gets noisier (docs/fusion.md).
-cv::Mat1f skirt_weight(const cv::Mat1b& contact) {
+/// the gel's membrane rim and not the object (Huang et al., T-RO 2026). The root, because our mask ends
+/// before most of the membrane rim begins: W itself throws away good views, and the mean gets noisier
+/// (docs/fusion.md).
+cv::Mat1f rim_weight(const cv::Mat1b& contact) {
   cv::Mat1f distance;
   cv::distanceTransform(contact, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   const float length = static_cast<float>(contact.rows) / 60.0f;
@@ -21,8 +22,8 @@ cv::Mat1f skirt_weight(const cv::Mat1b& contact) {
   return distance;
 }
 
-/// The image's border cuts a patch off without a skirt: fading it out there keeps it from making a step in
-/// the mean.
+/// The image's border cuts a patch off without a membrane rim: fading it out there keeps it from making a
+/// step in the mean.
 float border_weight(int u, int v, const cv::Size& size) {
   const auto rise = [&](int at, int length) {
     const int to_border = std::min(at, length - 1 - at);
@@ -46,16 +47,16 @@ void check_patch(const PosedSurface& posed) {
   if (!(s.pixel_pitch_mm > 0)) throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
 }
 
-void check_slope_gain(double slope_gain) {
-  if (!(slope_gain > 0) || !std::isfinite(slope_gain))
-    throw Error("the slope gain has to be a positive number");
+void check_gradient_scale(double gradient_scale) {
+  if (!(gradient_scale > 0) || !std::isfinite(gradient_scale))
+    throw Error("the gradient scale has to be a positive number");
 }
 
-std::optional<Patch> Patch::prepare(const PosedSurface& posed, double slope_gain) {
+std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_scale) {
   check_patch(posed);
   const Surface& s = *posed.surface;
   if (s.contact.empty() || cv::countNonZero(s.contact) == 0) return std::nullopt;
-  // One pixel of margin keeps the look-up of four neighbours inside.
+  // One pixel of margin keeps the look-up of four neighbors inside.
   cv::Rect box = cv::boundingRect(s.contact);
   box =
       cv::Rect(box.x - 1, box.y - 1, box.width + 2, box.height + 2) & cv::Rect(cv::Point(), s.contact.size());
@@ -65,8 +66,8 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double slope_gain
   patch.keyframe_ = posed.id;
   patch.width_ = box.width;
   patch.height_ = box.height;
-  const cv::Mat1f weight = skirt_weight(s.contact);
-  const float inverse_gain = static_cast<float>(1.0 / slope_gain);
+  const cv::Mat1f weight = rim_weight(s.contact);
+  const float inverse_gain = static_cast<float>(1.0 / gradient_scale);
   std::vector<Pixel> pixels(static_cast<std::size_t>(box.area()));
   for (int v = 0; v < box.height; ++v) {
     for (int u = 0; u < box.width; ++u) {
@@ -108,11 +109,12 @@ void Patch::set_pose(const Pose& map_T_keyframe) {
   z_axis_ = R.col(2).cast<float>();
 }
 
-std::vector<Patch> prepare_patches(const std::vector<PosedSurface>& patches, double slope_gain, int threads) {
-  check_slope_gain(slope_gain);
+std::vector<Patch> prepare_patches(const std::vector<PosedSurface>& patches, double gradient_scale,
+                                   int threads) {
+  check_gradient_scale(gradient_scale);
   std::vector<std::optional<Patch>> prepared(patches.size());
   parallel_for(patches.size(), threads,
-               [&](std::size_t i) { prepared[i] = Patch::prepare(patches[i], slope_gain); });
+               [&](std::size_t i) { prepared[i] = Patch::prepare(patches[i], gradient_scale); });
   std::vector<Patch> result;
   for (auto& patch : prepared) {
     if (patch) result.push_back(std::move(*patch));

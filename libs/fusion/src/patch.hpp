@@ -26,8 +26,8 @@ struct Observation {
 /// map.
 class Patch {
  public:
-  /// Empty where the keyframe has no contact. `slope_gain` divides heights and slopes.
-  static std::optional<Patch> prepare(const PosedSurface& posed, double slope_gain);
+  /// Empty where the keyframe has no contact. `gradient_scale` divides heights and slopes.
+  static std::optional<Patch> prepare(const PosedSurface& posed, double gradient_scale);
 
   /// The same patch elsewhere; both share the pixels.
   Patch moved_to(const Pose& map_T_keyframe) const;
@@ -130,10 +130,11 @@ using PatchList = std::vector<const Patch*>;
 /// Throws Error when the surface is missing, its maps differ in size, or its pose is not finite.
 void check_patch(const PosedSurface& posed);
 /// Throws Error when it is not a positive number.
-void check_slope_gain(double slope_gain);
+void check_gradient_scale(double gradient_scale);
 
 /// All patches with contact, in the given order. Throws Error on maps of unlike sizes and poses that are not
 /// finite.
-std::vector<Patch> prepare_patches(const std::vector<PosedSurface>& patches, double slope_gain, int threads);
+std::vector<Patch> prepare_patches(const std::vector<PosedSurface>& patches, double gradient_scale,
+                                   int threads);
 
 }  // namespace gelslam::fusion::detail

@@ -13,8 +13,8 @@ constexpr std::size_t max_new = 3;  ///< each of them costs a round of its own
 
 }  // namespace
 
-void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double slope_gain) {
-  check_slope_gain(slope_gain);
+void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double gradient_scale) {
+  check_gradient_scale(gradient_scale);
   std::map<int, PosedSurface> wanted;
   for (const PosedSurface& posed : patches) {
     check_patch(posed);
@@ -23,7 +23,7 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double slope
     }
   }
   wanted_ = std::move(wanted);
-  slope_gain_ = slope_gain;
+  gradient_scale_ = gradient_scale;
   const std::set<int> waiting = std::move(changed_);
   new_.clear();
   changed_.clear();
@@ -35,7 +35,7 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double slope
       changed_.insert(id);
     }
   }
-  // Whoever comes with a crowd (another group is shown) can wait and be done with it at once.
+  // Whoever comes with a crowd (another component is shown) can wait and be done with it at once.
   while (new_.size() > max_new) changed_.insert(new_.extract(new_.begin()));
   for (const auto& [id, placed] : placed_) {
     if (!wanted_.contains(id)) changed_.insert(id);
@@ -44,7 +44,7 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double slope
 
 bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) const {
   if (placed.posed.surface != wanted.surface) return true;
-  if (std::fabs(slope_gain_ / placed.slope_gain - 1.0) > options_.max_gain_change) return true;
+  if (std::fabs(gradient_scale_ / placed.gradient_scale - 1.0) > options_.max_gain_change) return true;
   const Pose& from = placed.posed.map_T_keyframe;
   const Pose& to = wanted.map_T_keyframe;
   if ((to.translation() - from.translation()).norm() > options_.max_translation_mm) return true;
@@ -67,11 +67,11 @@ const PlacedPatch* PatchPlaces::put_in(int id) {
   if (wanted == wanted_.end()) return nullptr;
   PlacedPatch& now = placed_[id];  // stays without a patch if what follows throws
   now.posed = wanted->second;
-  now.slope_gain = slope_gain_;
+  now.gradient_scale = gradient_scale_;
   const bool same_pixels =
-      before.patch && before.posed.surface == now.posed.surface && before.slope_gain == slope_gain_;
-  std::optional<Patch> patch =
-      same_pixels ? before.patch->moved_to(now.posed.map_T_keyframe) : Patch::prepare(now.posed, slope_gain_);
+      before.patch && before.posed.surface == now.posed.surface && before.gradient_scale == gradient_scale_;
+  std::optional<Patch> patch = same_pixels ? before.patch->moved_to(now.posed.map_T_keyframe)
+                                           : Patch::prepare(now.posed, gradient_scale_);
   if (!patch) return &now;
   now.blocks = blocks_of(*patch, reach_);
   now.patch = std::make_shared<const Patch>(std::move(*patch));

@@ -17,7 +17,7 @@ using PatchPtr = std::shared_ptr<const Patch>;
 /// A patch as the mesh holds it.
 struct PlacedPatch {
   PosedSurface posed;
-  double slope_gain = 1.0;
+  double gradient_scale = 1.0;
   PatchPtr patch;                   ///< null when it shows nothing
   std::vector<PassedBlock> blocks;  ///< that it passes through
 };
@@ -29,7 +29,7 @@ class PatchPlaces {
       : reach_(reach), options_(options) {}
 
   /// IncrementalFusion::set_patches.
-  void declare(const std::vector<PosedSurface>& patches, double slope_gain);
+  void declare(const std::vector<PosedSurface>& patches, double gradient_scale);
 
   /// The newest patch that has just come and is not yet in the mesh; that has moved too far, is gone, or came
   /// with many others.
@@ -50,7 +50,7 @@ class PatchPlaces {
   BlockReach reach_;
   IncrementalOptions options_;
   std::map<int, PosedSurface> wanted_;
-  double slope_gain_ = 1.0;
+  double gradient_scale_ = 1.0;
   std::map<int, PlacedPatch> placed_;
   std::set<int> new_, changed_;
   PlacedPatch last_out_;  ///< its pixels serve again when it only moves

@@ -33,7 +33,7 @@ struct LoopCloser::Impl {
   std::vector<Place> places;
   PlaceIndex index;
 
-  std::size_t neighbours(const Keyframe& keyframe) const;
+  std::size_t neighbors(const Keyframe& keyframe) const;
   std::optional<LoopConstraint> register_and_check(const Keyframe& older, const NormalFlowReference& newer,
                                                    const Pose& older_T_newer_guess) const;
   bool shows_all_of(const Keyframe& older, const NormalFlowReference& newer,
@@ -45,10 +45,10 @@ struct LoopCloser::Impl {
 
 // How many of the newest places are the same touch going on: compared without a vote, and counted apart, or
 // else they would crowd out the places that were left and found again.
-std::size_t LoopCloser::Impl::neighbours(const Keyframe& keyframe) const {
-  constexpr std::size_t kMostNeighbours = 12;
+std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
+  constexpr std::size_t kMostNeighbors = 12;
   std::size_t count = 0;
-  while (count < std::min(kMostNeighbours, places.size()) &&
+  while (count < std::min(kMostNeighbors, places.size()) &&
          places[places.size() - 1 - count].keyframe.trial == keyframe.trial)
     ++count;
   return count;
@@ -64,8 +64,9 @@ std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyfram
   if (!result.ok() && !shows_all_of(older, newer, result)) return std::nullopt;
   const OverlapAgreement overlap =
       compare_overlap(*older.surface, newer.surface(), result.target_T_reference);
-  if (overlap.relief_correlation < options.min_relief_correlation ||
-      overlap.height_rmse_mm > options.max_height_rmse_mm || overlap.intrusion > options.max_intrusion)
+  if (overlap.texture_correlation < options.min_texture_correlation ||
+      overlap.height_rmse_mm > options.max_height_rmse_mm ||
+      overlap.free_space_violation > options.max_free_space_violation)
     return std::nullopt;
   LoopConstraint loop;
   loop.from = older.id;
@@ -75,10 +76,10 @@ std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyfram
   loop.shared_center_mm = result.shared_center_mm;
   loop.scr = result.scr;
   loop.ccs = result.ccs;
-  loop.relief_correlation = overlap.relief_correlation;
+  loop.texture_correlation = overlap.texture_correlation;
   loop.height_rmse_mm = overlap.height_rmse_mm;
-  loop.intrusion = overlap.intrusion;
-  loop.tentative = overlap.relief_correlation < options.sure_relief_correlation;
+  loop.free_space_violation = overlap.free_space_violation;
+  loop.tentative = overlap.texture_correlation < options.sure_texture_correlation;
   return loop;
 }
 
@@ -149,17 +150,17 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
     throw Error("loop closure: keyframe " + std::to_string(keyframe.id) + " comes after " +
                 std::to_string(places.back().keyframe.id) + "; ids must grow");
   const PlaceFeatures features = extract_features(*keyframe.surface, impl_->options);
-  const std::size_t neighbours = impl_->neighbours(keyframe), elsewhere = places.size() - neighbours;
+  const std::size_t neighbors = impl_->neighbors(keyframe), elsewhere = places.size() - neighbors;
 
   std::vector<LoopConstraint> loops = impl_->search(
       features, *keyframe.reference,
       impl_->index.most_alike(features, static_cast<int>(elsewhere), impl_->options.max_candidates),
       impl_->options.max_constraints);
   // The predecessor is linked by odometry already, from the same pixels: a loop to it would count them twice.
-  std::vector<int> before_predecessor(neighbours > 0 ? neighbours - 1 : 0);
+  std::vector<int> before_predecessor(neighbors > 0 ? neighbors - 1 : 0);
   std::iota(before_predecessor.begin(), before_predecessor.end(), static_cast<int>(elsewhere));
   const std::vector<LoopConstraint> near = impl_->search(features, *keyframe.reference, before_predecessor,
-                                                         impl_->options.max_neighbour_constraints);
+                                                         impl_->options.max_neighbor_constraints);
   loops.insert(loops.end(), near.begin(), near.end());
   for (LoopConstraint& loop : loops) loop.to = keyframe.id;
 

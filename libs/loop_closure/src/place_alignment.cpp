@@ -69,7 +69,7 @@ Eigen::Vector3d point_mm(const Surface& surface, const Eigen::Vector2f& pixel) {
           (pixel.y() - surface.height_mm.rows / 2.0 + 0.5) * surface.pixel_pitch_mm, surface.height_mm(v, u)};
 }
 
-// Mean over 7x7 pixels: a matched point is where relief is steep, and one pixel off there reads another
+// Mean over 7x7 pixels: a matched point is where texture is steep, and one pixel off there reads another
 // normal.
 Eigen::Vector3d normal_around(const Surface& surface, const Eigen::Vector2f& pixel) {
   constexpr int kRadius = 3;
@@ -118,22 +118,22 @@ std::optional<Pose> lift(const Surface& older, const Surface& newer, const Place
                          const PlaceFeatures& newer_features, const std::vector<Match>& matches) {
   if (matches.size() < 3) return std::nullopt;
   std::vector<Eigen::Vector3d> a, b;
-  Eigen::Vector3d centre_a = Eigen::Vector3d::Zero(), centre_b = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center_a = Eigen::Vector3d::Zero(), center_b = Eigen::Vector3d::Zero();
   Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
   for (const Match& m : matches) {
     const Eigen::Vector2f pixel_a = older_features.pixels[static_cast<std::size_t>(m.a)];
     const Eigen::Vector2f pixel_b = newer_features.pixels[static_cast<std::size_t>(m.b)];
     a.push_back(point_mm(older, pixel_a));
     b.push_back(point_mm(newer, pixel_b));
-    centre_a += a.back() / static_cast<double>(matches.size());
-    centre_b += b.back() / static_cast<double>(matches.size());
+    center_a += a.back() / static_cast<double>(matches.size());
+    center_b += b.back() / static_cast<double>(matches.size());
     correlation += normal_around(newer, pixel_b) * normal_around(older, pixel_a).transpose();
   }
   double spread = 1e-12;
   Eigen::Matrix3d point_correlation = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < a.size(); ++i) {
-    point_correlation += (b[i] - centre_b) * (a[i] - centre_a).transpose();
-    spread += (a[i] - centre_a).squaredNorm();
+    point_correlation += (b[i] - center_b) * (a[i] - center_a).transpose();
+    spread += (a[i] - center_a).squaredNorm();
   }
   // Kabsch (1976) on both: points over their spread weigh as much as unit normals do.
   correlation += point_correlation * (static_cast<double>(a.size()) / spread);
@@ -142,7 +142,7 @@ std::optional<Pose> lift(const Surface& older, const Surface& newer, const Place
   Pose older_T_newer = Pose::Identity();
   older_T_newer.linear() =
       svd.matrixV() * Eigen::Vector3d(1, 1, handedness).asDiagonal() * svd.matrixU().transpose();
-  older_T_newer.translation() = centre_a - older_T_newer.linear() * centre_b;
+  older_T_newer.translation() = center_a - older_T_newer.linear() * center_b;
   return older_T_newer;
 }
 

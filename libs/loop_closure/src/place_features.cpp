@@ -21,16 +21,16 @@ cv::Mat1b inner_contact(const Surface& surface) {
   return eroded(cv::Rect(margin, margin, surface.contact.cols, surface.contact.rows)).clone();
 }
 
-// Grey levels: SIFT's contrast threshold is absolute, so a fixed scale finds nothing on shallow relief (a
+// Gray levels: SIFT's contrast threshold is absolute, so a fixed scale finds nothing on shallow texture (a
 // worn coin bends the gel twenty times less than a knurl). Four times the root mean square curvature is
 // mapped to the full range instead; descriptors do not change with contrast, so frames scaled differently
 // still match. The floor keeps a smooth surface's noise from becoming features.
-cv::Mat1b grey_curvature(const Surface& surface, const cv::Mat1b& mask) {
+cv::Mat1b gray_curvature(const Surface& surface, const cv::Mat1b& mask) {
   const double rms = std::sqrt(cv::mean(surface.curvature.mul(surface.curvature), mask)[0]);
   const double full_scale = std::clamp(4.0 * rms, kLeastFullScale, kLargestCurvature);
-  cv::Mat1b grey;
-  surface.curvature.convertTo(grey, CV_8U, 127.5 / full_scale, 127.5);
-  return grey;
+  cv::Mat1b gray;
+  surface.curvature.convertTo(gray, CV_8U, 127.5 / full_scale, 127.5);
+  return gray;
 }
 
 }  // namespace
@@ -44,7 +44,7 @@ PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions&
       cv::SIFT::create(options.max_features, options.sift_octave_layers, options.sift_contrast_threshold);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat1f descriptors;
-  sift->detectAndCompute(grey_curvature(surface, mask), mask, keypoints, descriptors);
+  sift->detectAndCompute(gray_curvature(surface, mask), mask, keypoints, descriptors);
   for (int i = 0; i < descriptors.rows; ++i) {
     const cv::Point2f& p = keypoints[static_cast<std::size_t>(i)].pt;
     features.pixels.emplace_back(p.x, p.y);

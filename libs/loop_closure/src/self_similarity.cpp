@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gelslam/registration/relief_spectrum.hpp"
+#include "gelslam/registration/texture_spectrum.hpp"
 
 namespace gelslam {
 namespace {
@@ -17,16 +17,16 @@ constexpr double kLeastShared = 0.5;
 
 double self_similarity(const Surface& surface) {
   if (surface.contact_pixels == 0) return 0.0;
-  const CoarseRelief relief(surface, kShrink);
-  if (relief.pixels < 1) return 0.0;
-  const ReliefSpectrum spectrum(relief);
+  const CoarseTexture texture(surface, kShrink);
+  if (texture.pixels < 1) return 0.0;
+  const TextureSpectrum spectrum(texture);
   const auto [similarity, shared] = spectrum.laid_on(spectrum);
-  const double least_shift_px = kLeastShiftMm / relief.pixel_pitch_mm;
+  const double least_shift_px = kLeastShiftMm / texture.pixel_pitch_mm;
   double largest = 0.0;
   for (int y = 0; y < similarity.rows; ++y)
     for (int x = 0; x < similarity.cols; ++x) {
       const double sx = std::min(x, similarity.cols - x), sy = std::min(y, similarity.rows - y);
-      if (std::hypot(sx, sy) >= least_shift_px && shared(y, x) >= kLeastShared * relief.pixels)
+      if (std::hypot(sx, sy) >= least_shift_px && shared(y, x) >= kLeastShared * texture.pixels)
         largest = std::max(largest, static_cast<double>(similarity(y, x)));
     }
   return largest;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gelslam/registration/relief_spectrum.hpp"
+#include "gelslam/registration/texture_spectrum.hpp"
 
 namespace gelslam {
 namespace {
@@ -30,7 +30,7 @@ bool is_peak(const cv::Mat1f& map, int y, int x) {
 }
 
 /// The highest peaks of one twist that are not slopes of a higher one.
-std::vector<Place> best_places(const ReliefSpectrum::Agreement& agreement, double least_shared_px,
+std::vector<Place> best_places(const TextureSpectrum::Agreement& agreement, double least_shared_px,
                                double least_distance_px, const CoarseStartOptions& options) {
   const cv::Mat1f& similarity = agreement.similarity;
   std::vector<Place> peaks;
@@ -97,16 +97,16 @@ Pose lift(const Place& place, const Surface& reference, const Surface& target, i
 
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const CoarseStartOptions& options) {
-  const CoarseRelief relief(reference, options.shrink), target_relief(target, options.shrink);
-  const double least_shared_px = options.min_shared * std::min(relief.pixels, target_relief.pixels);
+  const CoarseTexture texture(reference, options.shrink), target_texture(target, options.shrink);
+  const double least_shared_px = options.min_shared * std::min(texture.pixels, target_texture.pixels);
   if (least_shared_px < 1) return {};
-  const ReliefSpectrum target_spectrum(target_relief);
+  const TextureSpectrum target_spectrum(target_texture);
   std::vector<Place> places;
   for (int step = -options.twist_steps; step <= options.twist_steps; ++step) {
     const double twist_rad = twist_of(expected) + step * options.twist_step_rad;
-    const ReliefSpectrum turned(relief.turned(twist_rad));
+    const TextureSpectrum turned(texture.turned(twist_rad));
     for (Place place : best_places(turned.laid_on(target_spectrum), least_shared_px,
-                                   options.least_distance_mm / relief.pixel_pitch_mm, options)) {
+                                   options.least_distance_mm / texture.pixel_pitch_mm, options)) {
       place.twist_rad = twist_rad;
       places.push_back(place);
     }

@@ -14,7 +14,8 @@ inline constexpr int kHessianEntries = kParameters * (kParameters + 1) / 2;
 /// Reference samples as structure of arrays, so that the loops below vectorise. Lengths in mm, normals unit.
 struct Samples {
   std::vector<float> x, y, z, nx, ny, nz;
-  std::vector<float> weight;  ///< how far to trust the sample, 0..1 (the contact's border is the gel's skirt)
+  std::vector<float>
+      weight;  ///< how far to trust the sample, 0..1 (the contact's border is the gel's membrane rim)
   std::array<std::vector<float>, 3 * kParameters> jacobian;  ///< row-major 3x5, one array per entry
   std::array<std::vector<float>, kHessianEntries> hessian;  ///< upper triangle of JᵀJ per sample, row by row
 

@@ -43,11 +43,11 @@ void for_each_landing(const Surface& from, const Surface& onto, const Pose& onto
 }
 
 /// What lies in bare gel, of what landed on the other's image.
-struct Intrusion {
+struct FreeSpaceViolation {
   int inside = 0, landed = 0;
 
   void add(const Surface& gel, const Eigen::Vector3d& point_mm, int y, int x) {
-    constexpr double kToleranceMm = 0.15;  // heights' own errors, and the skirt's, stay below
+    constexpr double kToleranceMm = 0.15;  // heights' own errors, and the membrane rim's, stay below
     const bool bare = !gel.contact(y, x);
     inside += bare && point_mm.z() < gel.height_mm(y, x) - kToleranceMm;
     landed += 1;
@@ -58,22 +58,24 @@ struct Intrusion {
 
 OverlapAgreement compare_overlap(const Surface& older, const Surface& newer, const Pose& older_T_newer) {
   Moments curvature, gap;
-  Intrusion intrusion;
+  FreeSpaceViolation free_space_violation;
   for_each_landing(newer, older, older_T_newer, [&](int v, int u, const Eigen::Vector3d& p, int y, int x) {
-    intrusion.add(older, p, y, x);
+    free_space_violation.add(older, p, y, x);
     if (!older.contact(y, x)) return;
     curvature.add(newer.curvature(v, u), older.curvature(y, x));
     gap.add(older.height_mm(y, x) - p.z(), 0);
   });
-  for_each_landing(older, newer, older_T_newer.inverse(),
-                   [&](int, int, const Eigen::Vector3d& p, int y, int x) { intrusion.add(newer, p, y, x); });
+  for_each_landing(
+      older, newer, older_T_newer.inverse(),
+      [&](int, int, const Eigen::Vector3d& p, int y, int x) { free_space_violation.add(newer, p, y, x); });
   OverlapAgreement agreement;
   agreement.shared_pixels = static_cast<int>(curvature.n);
   if (agreement.shared_pixels == 0) return agreement;
-  agreement.intrusion = static_cast<double>(intrusion.inside) / intrusion.landed;
+  agreement.free_space_violation =
+      static_cast<double>(free_space_violation.inside) / free_space_violation.landed;
   agreement.height_rmse_mm = std::sqrt(gap.variance_a());
   const double norm = std::sqrt(curvature.variance_a() * curvature.variance_b());
-  agreement.relief_correlation = norm > 1e-12 ? curvature.covariance() / norm : 0.0;
+  agreement.texture_correlation = norm > 1e-12 ? curvature.covariance() / norm : 0.0;
   return agreement;
 }
 

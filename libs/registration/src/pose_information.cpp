@@ -19,7 +19,7 @@ constexpr double kDepthPerSlide = 0.005;
 // A motion that is not shown altogether may be larger than what was found of it.
 constexpr double kUnseenSlideMm = 1.0;
 
-/// The motion of the shared centre from the reference to the target, in the reference's axes.
+/// The motion of the shared center from the reference to the target, in the reference's axes.
 struct CenterMotion {
   Eigen::Vector3d turn_rad, shift_mm;
   double tilt_rad() const { return turn_rad.head<2>().norm(); }
@@ -31,19 +31,19 @@ CenterMotion motion_of(const RegistrationResult& result) {
   return {so3_log(pose.linear()), pose * result.shared_center_mm - result.shared_center_mm};
 }
 
-/// Variance of what the motion itself puts wrong, about the shared centre.
+/// Variance of what the motion itself puts wrong, about the shared center.
 Vector6d motion_variance(const CenterMotion& motion, bool all_shown, const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
   const double slide = std::max(motion.slide_mm(), all_shown ? 0.0 : kUnseenSlideMm);
   const auto tilt_sigma = [&](double about, double other) {
-    return std::hypot(options.slope_gain_error * std::hypot(about, kOtherAxisShare * other),
+    return std::hypot(options.gradient_scale_error * std::hypot(about, kOtherAxisShare * other),
                       kTiltRadPerMm * slide);
   };
   const double slide_sigma = std::hypot(kSlideMmPerTiltRad * tilt, kSlidePerSlide * slide);
   Vector6d sigma;
   sigma << tilt_sigma(motion.turn_rad.x(), motion.turn_rad.y()),
       tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kTwistPerTilt * tilt, slide_sigma, slide_sigma,
-      std::hypot(options.slope_gain_error * motion.shift_mm.z(), kDepthPerSlide * slide);
+      std::hypot(options.gradient_scale_error * motion.shift_mm.z(), kDepthPerSlide * slide);
   return sigma.cwiseAbs2();
 }
 

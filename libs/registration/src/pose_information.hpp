@@ -1,7 +1,7 @@
 #pragma once
 
 #include "gelslam/registration/normal_flow.hpp"
-#include "relief_agreement.hpp"
+#include "texture_agreement.hpp"
 
 namespace gelslam::registration::detail {
 
@@ -10,7 +10,7 @@ namespace gelslam::registration::detail {
 inline constexpr double kUsualPull = 0.1, kWorstPull = 1.0;
 
 /// Information of a registered pose, in the order and axes of RegistrationResult::information. The normals
-/// tell the shown directions, the heights z at the shared centre, and both err with the motion between the
+/// tell the shown directions, the heights z at the shared center, and both err with the motion between the
 /// two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
 /// pulls towards no motion. Sizes measured by apps/bench/information_study. (Own.)
 Matrix6d pose_information(const ShownDirections& shown, bool heights_known, double pull,

@@ -13,13 +13,13 @@
 namespace gelslam::registration::detail {
 namespace {
 
-constexpr double kNoisePatchPx = 25.0;  // neighbouring normals share their noise over so many pixels
+constexpr double kNoisePatchPx = 25.0;  // neighboring normals share their noise over so many pixels
 
 struct CurvatureAgreement {
-  double shared_ratio = 0;        // SCR
-  double cosine_similarity = 0;   // CCS
-  double relief_correlation = 0;  // of curvatures without their means: 0 where only noise is left
-  double rms_per_px = 0;          // of the reference's curvature
+  double shared_ratio = 0;         // SCR
+  double cosine_similarity = 0;    // CCS
+  double texture_correlation = 0;  // of curvatures without their means: 0 where only noise is left
+  double rms_per_px = 0;           // of the reference's curvature
 };
 
 CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference, const Surface& target,
@@ -46,7 +46,7 @@ CurvatureAgreement compare_curvature(const NormalFlowReference::Impl& reference,
   if (count == 0) return agreement;
   agreement.rms_per_px = std::sqrt(reference2 / count);
   const double spread2 = (reference2 - sum * sum / count) * (target2 - target_sum * target_sum / count);
-  if (spread2 > 0) agreement.relief_correlation = (dot - sum * target_sum / count) / std::sqrt(spread2);
+  if (spread2 > 0) agreement.texture_correlation = (dot - sum * target_sum / count) / std::sqrt(spread2);
   return agreement;
 }
 
@@ -89,7 +89,7 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
     observable[static_cast<std::size_t>(axis)] = known(axis, 3, options.observable_sigma_mm);
     observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, options.observable_sigma_rad);
   }
-  observable[2] = heights_known;  // read, not inferred from relief
+  observable[2] = heights_known;  // read, not inferred from texture
   return observable;
 }
 
@@ -100,7 +100,7 @@ double least_share(double shared_share, const NormalFlowReference::Impl& referen
   return options.least_common_share + 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
-/// On a surface with hardly any relief, CCS compares noise: there the normals' agreement has to do.
+/// On a surface with hardly any texture, CCS compares noise: there the normals' agreement has to do.
 bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
                        const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.ccs_threshold) return true;
@@ -184,19 +184,19 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
       compare_curvature(reference, target, residuals, result.target_T_reference);
   result.scr = agreement.shared_ratio;
   result.ccs = agreement.cosine_similarity;
-  result.relief_correlation = agreement.relief_correlation;
+  result.texture_correlation = agreement.texture_correlation;
 
   const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
-  const ReliefAgreement relief = compare_relief(reference.samples, target, result.target_T_reference,
-                                                residuals, options.gel_pattern_rad_per_mm);
-  const ShownDirections shown = shown_directions(relief, least_share(shared_share, reference, options));
+  const TextureAgreement texture = compare_texture(reference.samples, target, result.target_T_reference,
+                                                   residuals, options.gel_pattern_rad_per_mm);
+  const ShownDirections shown = shown_directions(texture, least_share(shared_share, reference, options));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   result.information = pose_information(shown, heights_known, kUsualPull, result, options);
   result.observable = observability(pose_information(shown, heights_known, kWorstPull, result, options),
                                     result.target_T_reference.linear(), heights_known, options);
   result.status = judge(result, agreement, options);
-  // Where relief is found again, the estimate along a weak direction is better than none.
-  if (agreement.relief_correlation >= options.relief_to_follow) return Matrix5d::Identity();
+  // Where texture is found again, the estimate along a weak direction is better than none.
+  if (agreement.texture_correlation >= options.texture_to_follow) return Matrix5d::Identity();
   return shown.followed;
 }
 

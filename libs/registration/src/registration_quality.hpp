@@ -2,7 +2,7 @@
 
 #include "gelslam/registration/normal_flow.hpp"
 #include "normal_flow_reference.hpp"
-#include "relief_agreement.hpp"
+#include "texture_agreement.hpp"
 
 namespace gelslam::registration::detail {
 

@@ -68,7 +68,7 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
     if (w <= 0) continue;
     const cv::Point at_target = in_target.pixel(in_target.warped_mm(k));
     const cv::Point at_reference = in_reference.pixel({samples.x[k], samples.y[k], samples.z[k]});
-    // At the mean of both normals: where each came from its own, their noise, which is in the misfit too,
+    // At the mean of both normals: where each came from its own, their noise, which is in the residual too,
     // would say that flatter slopes fit better.
     const Eigen::Vector3d r(residuals.rx[k], residuals.ry[k], residuals.rz[k]);
     const Eigen::Vector3d n =

@@ -12,7 +12,7 @@
 namespace gelslam::simulation::detail {
 
 /// A video file of already encoded pictures (AVI 1.0: RIFF with idx1). Own, because cv::VideoWriter halves
-/// the resolution of colour in MJPG, and colour is what this sensor measures with.
+/// the resolution of color in MJPG, and color is what this sensor measures with.
 class AviWriter {
  public:
   /// `codec`: "MJPG" (JPEG pictures) or "MPNG" (PNG pictures). Throws Error when the file cannot be made.

@@ -54,10 +54,10 @@ void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Rand
   for (int k = 0; k < samples_per_press && circle > 0; ++k) {
     const double radius = circle * std::sqrt(random.uniform()),
                  angle = random.uniform(0, 2 * std::numbers::pi);
-    const int u = static_cast<int>(std::lround(press.centre_px.x + radius * std::cos(angle)));
-    const int v = static_cast<int>(std::lround(press.centre_px.y + radius * std::sin(angle)));
+    const int u = static_cast<int>(std::lround(press.center_px.x + radius * std::cos(angle)));
+    const int v = static_cast<int>(std::lround(press.center_px.y + radius * std::sin(angle)));
     if (u < 0 || u >= press.bgr.cols || v < 0 || v >= press.bgr.rows) continue;
-    const double dx = u - press.centre_px.x, dy = v - press.centre_px.y;
+    const double dx = u - press.center_px.x, dy = v - press.center_px.y;
     const double down = std::sqrt(ball_px * ball_px - dx * dx - dy * dy);
     samples.add(press.bgr, u, v, static_cast<float>(std::atan2(dx, down)),
                 static_cast<float>(std::atan2(dy, down)));
@@ -72,7 +72,7 @@ void add_background_samples(const CalibrationSpec& spec, std::size_t count, Rand
                 static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.rows))), 0.0F, 0.0F);
 }
 
-/// Read on true slope inside the contact circles. See measure_slope_gain.
+/// Read on true slope inside the contact circles. See measure_gradient_scale.
 HeldOutGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec,
                     const std::vector<BallPress>& presses) {
   const cv::Mat2f zero = read_slopes(network, simulate_background(spec));
@@ -83,7 +83,7 @@ HeldOutGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec
     for (int v = 0; v < read.rows; ++v)
       for (int u = 0; u < read.cols; ++u) {
         const double circle = press.radius_px - circle_shrink_px;
-        if (std::hypot(u - press.centre_px.x, v - press.centre_px.y) > circle) continue;
+        if (std::hypot(u - press.center_px.x, v - press.center_px.y) > circle) continue;
         for (int axis = 0; axis < 2; ++axis) {
           const double slope = read(v, u)[axis] - zero(v, u)[axis], truth = press.gel.slope(v, u)[axis];
           read_true[axis] += slope * truth;
@@ -94,11 +94,11 @@ HeldOutGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec
       }
   }
   if (!(true_true[0] > 0 && true_true[1] > 0))
-    throw Error("the presses that should show the slope gain have no contact");
+    throw Error("the presses that should show the gradient scale have no contact");
   return {read_true[0] / true_true[0], read_true[1] / true_true[1], error_rad / count * degrees_per_radian};
 }
 
-/// Noise in the colours makes every regression read slopes too flat. Dividing its output by the gain on
+/// Noise in the colors makes every regression read slopes too flat. Dividing its output by the gain on
 /// presses that it was not trained on takes that out.
 void remove_gain(SimulatedNetwork& network, const HeldOutGain& gain) {
   const std::array<double, 2> factors = {1 / gain.x, 1 / gain.y};
@@ -135,7 +135,7 @@ BallPress simulate_press(const CalibrationSpec& spec, int number) {
   PressedBall pressed = press_ball(spec.geometry, spec.gel, radius, x, y, depth);
   press.bgr = picture(spec, pressed.gel, number);
   press.gel = std::move(pressed.gel);
-  press.centre_px = pressed.centre_px;
+  press.center_px = pressed.center_px;
   press.radius_px = pressed.radius_px;
   return press;
 }
@@ -151,7 +151,8 @@ cv::Mat3b simulate_background(const CalibrationSpec& spec) {
   return mean;
 }
 
-HeldOutGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses) {
+HeldOutGain measure_gradient_scale(const SimulatedNetwork& network, const CalibrationSpec& spec,
+                                   int presses) {
   std::vector<BallPress> unseen;
   for (int k = 0; k < presses; ++k) unseen.push_back(simulate_press(spec, held_out_first + k));
   return gain_on(network, spec, unseen);
@@ -196,14 +197,14 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
     make_folder(folder / name);
     write_png(folder / name / "gelsight.png", press.bgr);
     catalogue << name << "," << press.diameter_mm << "\n";
-    circles << name << "," << press.centre_px.x << "," << press.centre_px.y << "," << press.radius_px << "\n";
+    circles << name << "," << press.center_px.x << "," << press.center_px.y << "," << press.radius_px << "\n";
   }
   write_png(folder / "background.png", simulate_background(spec));
   const SimulatedNetwork network = train_on_presses(spec, progress);
   write_pth(folder / "model" / "nnmodel.pth", network);
   write_file_atomically(folder / "circles.csv", circles.str());
   write_file_atomically(folder / "catalog.csv", catalogue.str());
-  return measure_slope_gain(network, spec, 12);
+  return measure_gradient_scale(network, spec, 12);
 }
 
 }  // namespace gelslam

@@ -14,7 +14,7 @@ namespace gelslam::simulation::detail {
 /// Throws Error.
 void make_folder(const std::filesystem::path& folder);
 
-/// A picture as it is kept in gelsight.avi: JPEG of full colour resolution, or PNG.
+/// A picture as it is kept in gelsight.avi: JPEG of full color resolution, or PNG.
 std::vector<std::uint8_t> encode_frame(const cv::Mat3b& bgr, bool lossless);
 std::array<char, 4> frame_codec(bool lossless);
 

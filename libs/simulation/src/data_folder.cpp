@@ -105,7 +105,7 @@ std::string meta_json(const std::string& name, const Simulator& simulator, const
   meta["gt_mesh"] = {simulator.surface().vertices_mm.size(), simulator.surface().triangles.size()};
   meta["touched_points"] = touched_points;
   meta["object_size"] = spec.object.size;
-  meta["object_relief"] = spec.object.relief;
+  meta["object_texture"] = spec.object.texture;
   meta["seeds"] = {{"object", spec.object.seed}, {"motion", spec.motion.seed}, {"sensor", spec.optics.seed}};
   return meta.dump(1) + "\n";
 }

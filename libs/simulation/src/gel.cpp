@@ -13,13 +13,13 @@ namespace {
 
 constexpr int beyond_view_px = 16;  // a free border bends a contact that it cuts; it lies out of sight
 constexpr int block_px = 8;         // solved region's size is a multiple: it can be halved three times
-constexpr double skirt_lengths =
-    9.0;  // beyond this many relaxation lengths the skirt is under 1e-4 of its start
+constexpr double rim_lengths =
+    9.0;  // beyond this many relaxation lengths the membrane rim is under 1e-4 of its start
 constexpr float contact_gap_mm = 1e-4F;
 constexpr double relative_accuracy = 1e-4;
 
-/// Height and obstacle of one grid, split into the two colours of a checkerboard so that rows vectorise.
-/// Colour c holds the pixels with (x + y) % 2 == c; ghost rows and columns make the border free (no slope
+/// Height and obstacle of one grid, split into the two colors of a checkerboard so that rows vectorise.
+/// Color c holds the pixels with (x + y) % 2 == c; ghost rows and columns make the border free (no slope
 /// across).
 class Checkerboard {
  public:
@@ -57,14 +57,14 @@ class Checkerboard {
   }
 
  private:
-  using Colours = std::vector<float>[2];
+  using Colors = std::vector<float>[2];
 
-  float* row(std::vector<float>& colour, int y) {
-    return colour.data() + static_cast<std::size_t>(y + 1) * stride_ + 1;
+  float* row(std::vector<float>& color, int y) {
+    return color.data() + static_cast<std::size_t>(y + 1) * stride_ + 1;
   }
-  float& at(Colours& colours, int x, int y) { return row(colours[(x + y) % 2], y)[x / 2]; }
+  float& at(Colors& colors, int x, int y) { return row(colors[(x + y) % 2], y)[x / 2]; }
 
-  /// Gives colour c's pixels at the border a neighbour outside that equals themselves.
+  /// Gives color c's pixels at the border a neighbor outside that equals themselves.
   void set_ghosts(int c) {
     std::copy_n(row(values_[c], 0), width_ / 2, row(values_[1 - c], -1));
     std::copy_n(row(values_[c], height_ - 1), width_ / 2, row(values_[1 - c], height_));
@@ -80,7 +80,7 @@ class Checkerboard {
 
   int width_, height_;
   std::size_t stride_;
-  Colours values_, obstacle_;
+  Colors values_, obstacle_;
 };
 
 /// Solves on one grid from a first guess.
@@ -110,7 +110,7 @@ cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, double length_mm, in
 cv::Rect affected(const cv::Mat1f& obstacle, double pitch_mm, double length_mm) {
   const cv::Rect pushed = cv::boundingRect(cv::Mat1b(obstacle < 0));
   if (pushed.empty()) return {};
-  const int margin = static_cast<int>(std::ceil(skirt_lengths * length_mm / pitch_mm));
+  const int margin = static_cast<int>(std::ceil(rim_lengths * length_mm / pitch_mm));
   const int x0 = std::max(0, pushed.x - margin) / block_px * block_px;
   const int y0 = std::max(0, pushed.y - margin) / block_px * block_px;
   const int x1 = std::min(obstacle.cols, (pushed.br().x + margin + block_px - 1) / block_px * block_px);

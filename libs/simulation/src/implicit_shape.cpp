@@ -7,7 +7,7 @@
 namespace gelslam::simulation::detail {
 namespace {
 
-constexpr float relief_margin_mm = 0.02F;
+constexpr float texture_margin_mm = 0.02F;
 constexpr float near_mm = 0.06F;  ///< below this value the step follows the value's own fall
 constexpr float smallest_step_mm = 3e-4F;
 constexpr float precision_mm = 1e-5F;
@@ -16,9 +16,9 @@ constexpr float precision_mm = 1e-5F;
 
 float ImplicitShape::value(const Eigen::Vector3f& point) const {
   const float distance = base(point);
-  if (distance > limits_.relief_high + relief_margin_mm) return distance - limits_.relief_high;
-  if (distance < limits_.relief_low - relief_margin_mm) return distance - limits_.relief_low;
-  return distance - relief(point);
+  if (distance > limits_.texture_high + texture_margin_mm) return distance - limits_.texture_high;
+  if (distance < limits_.texture_low - texture_margin_mm) return distance - limits_.texture_low;
+  return distance - texture(point);
 }
 
 Eigen::Vector3f ImplicitShape::gradient(const Eigen::Vector3f& point) const {

@@ -4,13 +4,13 @@
 
 namespace gelslam::simulation::detail {
 
-/// A shape given by a base distance function and a relief that raises (or lowers) its surface along it:
-/// value(p) = base(p) - relief(p), negative inside.
+/// A shape given by a base distance function and a texture that raises (or lowers) its surface along it:
+/// value(p) = base(p) - texture(p), negative inside.
 class ImplicitShape : public Shape {
  public:
   struct Limits {
-    float relief_low = 0, relief_high = 0;  ///< bounds of relief(), mm
-    float lipschitz = 1.2F;                 ///< |value(p)| <= lipschitz * distance from p to the surface
+    float texture_low = 0, texture_high = 0;  ///< bounds of texture(), mm
+    float lipschitz = 1.2F;                   ///< |value(p)| <= lipschitz * distance from p to the surface
   };
 
   ImplicitShape(ShapeKind kind, const Eigen::AlignedBox3f& bounds, const Limits& limits)
@@ -25,14 +25,14 @@ class ImplicitShape : public Shape {
   float clearance(const Eigen::Vector3f& point) const override;
   Mesh mesh(float spacing_mm) const override;
 
-  /// Negative inside, mm. The relief is evaluated only where it can decide the sign.
+  /// Negative inside, mm. The texture is evaluated only where it can decide the sign.
   float value(const Eigen::Vector3f& point) const;
   Eigen::Vector3f gradient(const Eigen::Vector3f& point) const;
   float lipschitz() const { return limits_.lipschitz; }
 
  protected:
   virtual float base(const Eigen::Vector3f& point) const = 0;
-  virtual float relief(const Eigen::Vector3f& point) const = 0;
+  virtual float texture(const Eigen::Vector3f& point) const = 0;
 
  private:
   /// The crossing between a point outside and one inside, given the values there.

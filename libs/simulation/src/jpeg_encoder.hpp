@@ -6,7 +6,7 @@
 
 namespace gelslam::simulation::detail {
 
-/// A JPEG with full colour resolution (4:4:4). OpenCV 4.6 halves it, and colour is what this sensor measures
+/// A JPEG with full color resolution (4:4:4). OpenCV 4.6 halves it, and color is what this sensor measures
 /// with. Throws Error on an empty picture or when memory runs out.
 std::vector<std::uint8_t> encode_jpeg(const cv::Mat3b& bgr, int quality);
 

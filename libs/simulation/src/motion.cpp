@@ -175,7 +175,7 @@ Eigen::Matrix3d rotation(const Grip& grip, ShapeKind kind) {
 }
 
 /// Where a round body rests: the mean of its lowest points (object axes turned into the sensor's), x and y.
-Eigen::Vector2d support_centre(const Eigen::Matrix3d& sensor_R_object, const Mesh& surface) {
+Eigen::Vector2d support_center(const Eigen::Matrix3d& sensor_R_object, const Mesh& surface) {
   const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
   float lowest = 1e9F;
   for (const Eigen::Vector3f& p : surface.vertices_mm) lowest = std::min(lowest, turn.row(2).dot(p));
@@ -272,7 +272,7 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
     turns[k] = rotation(grips[k], shape.kind());
     // Only a body needs to be followed; a rod's axis and a plate's middle stay where they are put.
     shifts[k] = Eigen::Vector2d::Zero();
-    if (shape.kind() == ShapeKind::body) shifts[k] = -support_centre(turns[k], surface);
+    if (shape.kind() == ShapeKind::body) shifts[k] = -support_center(turns[k], surface);
   }
   shifts = smoothed(shifts, lateral_smoothing_frames);
   for (std::size_t k = 0; k < frames; ++k) {

@@ -18,15 +18,15 @@ using simulation::detail::Random;
 /// it, and the lens darkens the border), how it answers to slopes follows from where it is.
 struct Light {
   cv::Vec3f position_mm;  ///< in the sensor frame; z < 0: below the membrane
-  float level;            ///< grey levels on the untouched gel at the brightest place
-  cv::Vec2f centre_mm;    ///< of the brightness
+  float level;            ///< gray levels on the untouched gel at the brightest place
+  cv::Vec2f center_mm;    ///< of the brightness
   cv::Vec2f width_mm;     ///< of the brightness (Gaussian)
   float floor;            ///< share of it that is even over the gel
-  cv::Vec3f colour_bgr;   ///< with a little cross-talk between the camera's channels
+  cv::Vec3f color_bgr;    ///< with a little cross-talk between the camera's channels
 };
 
 // Chosen to look like a real GelSight Mini: its background, and its answer to slopes on real ball presses
-// (grey levels per unit of slope at the centre: red -110 in y, from the top; green +93 in x, from the right;
+// (gray levels per unit of slope at the center: red -110 in y, from the top; green +93 in x, from the right;
 // blue +67 in y, from below; red and blue answer much more strongly on the side away from their light).
 const std::array<Light, 3> lights = {{
     {{-3.0F, -13.0F, -14.0F}, 110.0F, {-0.6F, 1.2F}, {5.6F, 3.9F}, 0.15F, {0.04F, 0.05F, 1.0F}},
@@ -36,13 +36,13 @@ const std::array<Light, 3> lights = {{
 
 const cv::Vec3f ambient_level = {42.0F, 30.0F, 23.0F};  // BGR: light that has bounced about inside
 constexpr double lens_blur_px = 0.6;
-constexpr float read_noise = 0.7F;   // grey levels
-constexpr float shot_noise = 0.01F;  // variance per grey level
+constexpr float read_noise = 0.7F;   // gray levels
+constexpr float shot_noise = 0.01F;  // variance per gray level
 constexpr double drift_amplitude = 0.06;
 
 float spread(const Light& light, float x, float y) {
-  const float dx = (x - light.centre_mm[0]) / light.width_mm[0],
-              dy = (y - light.centre_mm[1]) / light.width_mm[1];
+  const float dx = (x - light.center_mm[0]) / light.width_mm[0],
+              dy = (y - light.center_mm[1]) / light.width_mm[1];
   return light.floor + (1.0F - light.floor) * std::exp(-0.5F * (dx * dx + dy * dy));
 }
 
@@ -156,15 +156,15 @@ cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
         picture(v, u) = flat_(v, u);
         continue;
       }
-      // The camera looks from below: the normal on its side is (gx, gy, -1), normalised.
+      // The camera looks from below: the normal on its side is (gx, gy, -1), normalized.
       const float scale = 1.0F / std::sqrt(1.0F + gx * gx + gy * gy);
-      cv::Vec3f colour = ambient_(v, u) * (0.4F + 0.6F * scale);
+      cv::Vec3f color = ambient_(v, u) * (0.4F + 0.6F * scale);
       for (std::size_t k = 0; k < lights.size(); ++k) {
         const cv::Vec3f& l = light_direction_[k](v, u);
         const float cosine = scale * (gx * l[0] + gy * l[1] - l[2]);
-        colour += brightness_(v, u)[static_cast<int>(k)] * incidence(cosine) * lights[k].colour_bgr;
+        color += brightness_(v, u)[static_cast<int>(k)] * incidence(cosine) * lights[k].color_bgr;
       }
-      picture(v, u) = albedo_(v, u) * colour;
+      picture(v, u) = albedo_(v, u) * color;
     }
   return picture;
 }

@@ -110,7 +110,7 @@ class PressFilm {
     for (const double share : approach_shares) show(pressed(planned, share, 0).gel, 1);
     SimulatedTouch touch{planned.kind, frame_, 0, {}, 0};
     const PressedBall ball = pressed(planned, 1.0, 0);
-    touch.centre_px = ball.centre_px;
+    touch.center_px = ball.center_px;
     touch.radius_px = ball.radius_px;
     if (planned.kind == TouchKind::sliding)
       for (int k = 0; k < slide_frames; ++k) show(pressed(planned, 1.0, k * slide_mm).gel, 1);
@@ -190,7 +190,7 @@ void write_press_log(const std::filesystem::path& folder, const PressLogSpec& sp
   truth << "kind,first_frame,last_frame,diameter_mm,center_u_px,center_v_px,radius_px\n";
   for (const SimulatedTouch& touch : touches)
     truth << touch_kind_name(touch.kind) << "," << touch.first_frame << "," << touch.last_frame << ","
-          << spec.diameter_mm << "," << touch.centre_px.x << "," << touch.centre_px.y << ","
+          << spec.diameter_mm << "," << touch.center_px.x << "," << touch.center_px.y << ","
           << touch.radius_px << "\n";
   write_file_atomically(folder / "touches.csv", truth.str());
   write_file_atomically(folder / "config.yaml", config_yaml(folder, spec.geometry, spec.frame_rate_hz, {}));

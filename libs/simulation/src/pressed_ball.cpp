@@ -8,13 +8,13 @@
 namespace gelslam::simulation::detail {
 namespace {
 
-/// Largest distance of a contact pixel from the centre: the circle's radius, also where the picture cuts it.
-double contact_radius_px(const cv::Mat1b& contact, const cv::Point2d& centre) {
+/// Largest distance of a contact pixel from the center: the circle's radius, also where the picture cuts it.
+double contact_radius_px(const cv::Mat1b& contact, const cv::Point2d& center) {
   double squared = 0;
   for (int v = 0; v < contact.rows; ++v)
     for (int u = 0; u < contact.cols; ++u)
       if (contact(v, u) != 0)
-        squared = std::max(squared, (u - centre.x) * (u - centre.x) + (v - centre.y) * (v - centre.y));
+        squared = std::max(squared, (u - center.x) * (u - center.x) + (v - center.y) * (v - center.y));
   return std::sqrt(squared);
 }
 
@@ -26,9 +26,9 @@ PressedBall press_ball(const SensorGeometry& geometry, const GelOptions& gel, do
   sensor_T_ball.translation() << x_mm, y_mm, ball_radius_mm - depth_mm;
   PressedBall pressed;
   pressed.gel = press_object(*make_ball(static_cast<float>(ball_radius_mm)), sensor_T_ball, geometry, gel);
-  pressed.centre_px = {x_mm / geometry.pixel_pitch_mm + 0.5 * geometry.width_px - 0.5,
+  pressed.center_px = {x_mm / geometry.pixel_pitch_mm + 0.5 * geometry.width_px - 0.5,
                        y_mm / geometry.pixel_pitch_mm + 0.5 * geometry.height_px - 0.5};
-  pressed.radius_px = contact_radius_px(pressed.gel.contact, pressed.centre_px);
+  pressed.radius_px = contact_radius_px(pressed.gel.contact, pressed.center_px);
   return pressed;
 }
 

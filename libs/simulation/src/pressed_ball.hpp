@@ -10,7 +10,7 @@ namespace gelslam::simulation::detail {
 /// A ball in the gel, and the circle inside which the gel lies on it.
 struct PressedBall {
   GelShape gel;
-  cv::Point2d centre_px;
+  cv::Point2d center_px;
   double radius_px = 0;  ///< 0: no contact
 };
 

@@ -21,7 +21,7 @@ struct Entry {
 constexpr std::array<Entry, 12> catalogue = {{
     {"pebble", "stone of 21 x 17 x 14 mm with bumps and grain", makers::make_pebble},
     {"peanut", "two lobes, 24 x 13 mm, shell ridges", makers::make_peanut},
-    {"coin", "disc of 24 mm: rim, beads, letters, modelled centre", makers::make_coin},
+    {"coin", "disc of 24 mm: rim, beads, letters, modelled center", makers::make_coin},
     {"plank", "44 x 32 mm of wood grain", makers::make_plank},
     {"golf", "ball of 42.7 mm with dimples (nearly periodic)", makers::make_golf_ball},
     {"knurl", "rod of 11 mm with diamond knurling (nearly periodic)", makers::make_knurl},
@@ -56,12 +56,12 @@ std::vector<CatalogueEntry> shape_catalogue() {
 
 ShapePtr make_shape(const ShapeSpec& spec) {
   if (!(spec.size >= 0.1 && spec.size <= 10)) throw Error("object size factor must be between 0.1 and 10");
-  if (!(spec.relief >= 0 && spec.relief <= 3)) throw Error("object relief factor must be between 0 and 3");
+  if (!(spec.texture >= 0 && spec.texture <= 3)) throw Error("object texture factor must be between 0 and 3");
   if (!(spec.mesh_unit_mm > 1e-6 && spec.mesh_unit_mm < 1e6))
     throw Error("mesh unit must be a positive number of millimetres");
   if (is_mesh_name(spec.name)) return make_from_file(spec);
-  // Lattice seeds of neighbouring numbers are unrelated after hashing.
-  const ShapeDials dials{static_cast<float>(spec.size), static_cast<float>(spec.relief),
+  // Lattice seeds of neighboring numbers are unrelated after hashing.
+  const ShapeDials dials{static_cast<float>(spec.size), static_cast<float>(spec.texture),
                          static_cast<std::uint32_t>(makers::hash(spec.seed))};
   std::string names;
   for (const Entry& entry : catalogue) {

@@ -10,7 +10,7 @@ namespace gelslam::simulation::detail {
 /// The dials that every procedural shape has (ShapeSpec, checked).
 struct ShapeDials {
   float size = 1;
-  float relief = 1;
+  float texture = 1;
   std::uint32_t seed = 1;
 };
 
@@ -30,7 +30,7 @@ ShapePtr make_weave(const ShapeDials& dials);
 /// A ball of any radius, exact (for calibration presses).
 ShapePtr make_ball(float radius_mm);
 
-inline Eigen::AlignedBox3f centred_box(const Eigen::Vector3f& half) { return {-half, half}; }
+inline Eigen::AlignedBox3f centered_box(const Eigen::Vector3f& half) { return {-half, half}; }
 
 /// Distance to an axis-aligned ellipsoid, exact on the surface (Quilez' bound).
 inline float ellipsoid_distance(const Eigen::Vector3f& point, const Eigen::Vector3f& radii) {

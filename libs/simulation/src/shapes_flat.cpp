@@ -16,11 +16,11 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-/// A box with slightly rounded edges below z = 0; its relief rises from the face.
+/// A box with slightly rounded edges below z = 0; its texture rises from the face.
 class Slab : public ImplicitShape {
  public:
   Slab(const Vector3f& half, const Limits& limits)
-      : ImplicitShape(ShapeKind::flat, bounds(half, limits.relief_high), limits), half_(half) {}
+      : ImplicitShape(ShapeKind::flat, bounds(half, limits.texture_high), limits), half_(half) {}
 
  private:
   static constexpr float rounding = 0.5F;
@@ -32,7 +32,7 @@ class Slab : public ImplicitShape {
     const Vector3f q = (point + Vector3f(0, 0, half_.z())).cwiseAbs() - half_ + Vector3f::Constant(rounding);
     return q.cwiseMax(0.0F).norm() + std::fmin(q.maxCoeff(), 0.0F) - rounding;
   }
-  float relief(const Vector3f&) const override { return 0; }
+  float texture(const Vector3f&) const override { return 0; }
   Vector3f half_;
 };
 
@@ -40,18 +40,19 @@ class Slab : public ImplicitShape {
 class Plank final : public Slab {
  public:
   explicit Plank(const ShapeDials& dials)
-      : Slab(dials.size * Vector3f(22, 16, 3), {0, high(dials), 1.1F + 0.7F * dials.relief}), dials_(dials) {}
+      : Slab(dials.size * Vector3f(22, 16, 3), {0, high(dials), 1.1F + 0.7F * dials.texture}),
+        dials_(dials) {}
 
  private:
-  static float high(const ShapeDials& dials) { return 0.3F * dials.relief; }
-  float relief(const Vector3f& point) const override {
+  static float high(const ShapeDials& dials) { return 0.3F * dials.texture; }
+  float texture(const Vector3f& point) const override {
     const float x = point.x(), y = point.y();
     const float bend = 2.2F * gradient_noise(Vector3f(0.06F * x, 0.1F * y, 0.5F), dials_.seed) +
                        0.25F * gradient_noise(Vector3f(0.3F * x, 0.5F * y, 1.5F), dials_.seed + 1);
     const float ring = 0.5F + 0.5F * std::sin(2 * std::numbers::pi_v<float> * (0.42F * y + bend));
     const float fibre = gradient_noise(Vector3f(0.35F * x, 2.4F * y, 2.5F), dials_.seed + 2);
     const float pore = gradient_noise(Vector3f(0.7F * x, 1.3F * y, 3.5F), dials_.seed + 3);
-    return std::clamp(dials_.relief * (0.05F + 0.14F * ring + 0.035F * fibre + 0.06F * pore), 0.0F,
+    return std::clamp(dials_.texture * (0.05F + 0.14F * ring + 0.035F * fibre + 0.06F * pore), 0.0F,
                       high(dials_));
   }
   ShapeDials dials_;
@@ -61,12 +62,13 @@ class Plank final : public Slab {
 class Weave final : public Slab {
  public:
   explicit Weave(const ShapeDials& dials)
-      : Slab(dials.size * Vector3f(22, 16, 3), {0, high(dials), 1.1F + 0.9F * dials.relief}), dials_(dials) {}
+      : Slab(dials.size * Vector3f(22, 16, 3), {0, high(dials), 1.1F + 0.9F * dials.texture}),
+        dials_(dials) {}
 
  private:
   static constexpr float thread_mm = 1.6F;
-  static float high(const ShapeDials& dials) { return 0.35F * dials.relief; }
-  float relief(const Vector3f& point) const override {
+  static float high(const ShapeDials& dials) { return 0.35F * dials.texture; }
+  float texture(const Vector3f& point) const override {
     const float u = std::numbers::pi_v<float> * point.x() / thread_mm;
     const float v = std::numbers::pi_v<float> * point.y() / thread_mm;
     const float over = 0.5F * std::cos(u) * std::cos(v);
@@ -74,16 +76,16 @@ class Weave final : public Slab {
     const float weft = std::cos(u) * std::cos(u) * (0.5F - over);
     const float difference = warp - weft;
     const float top = 0.5F * (warp + weft + std::sqrt(difference * difference + 0.004F));
-    return std::clamp(0.3F * dials_.relief * top, 0.0F, high(dials_));
+    return std::clamp(0.3F * dials_.texture * top, 0.0F, high(dials_));
   }
   ShapeDials dials_;
 };
 
-/// A disc with a rim, a ring of beads, strokes like letters and a modelled centre.
+/// A disc with a rim, a ring of beads, strokes like letters and a modelled center.
 class Coin final : public ImplicitShape {
  public:
   explicit Coin(const ShapeDials& dials)
-      : ImplicitShape(ShapeKind::flat, bounds(dials), {0, high(dials), 1.1F + 0.9F * dials.relief}),
+      : ImplicitShape(ShapeKind::flat, bounds(dials), {0, high(dials), 1.1F + 0.9F * dials.texture}),
         dials_(dials) {
     Random random(dials.seed);
     for (Glyph& glyph : glyphs_)
@@ -95,9 +97,9 @@ class Coin final : public ImplicitShape {
  private:
   static constexpr int glyph_count = 22, stroke_ends = 4;
   static constexpr float disc_radius = 12.0F, thickness = 2.0F, letters_at = 8.1F;
-  using Glyph = std::array<Vector2f, stroke_ends>;  ///< a line through four points, about its own centre, mm
+  using Glyph = std::array<Vector2f, stroke_ends>;  ///< a line through four points, about its own center, mm
 
-  static float high(const ShapeDials& dials) { return 0.36F * dials.relief; }
+  static float high(const ShapeDials& dials) { return 0.36F * dials.texture; }
   static Eigen::AlignedBox3f bounds(const ShapeDials& dials) {
     const float r = disc_radius * dials.size + high(dials);
     return {Vector3f(-r, -r, -thickness - high(dials)), Vector3f(r, r, high(dials))};
@@ -124,7 +126,7 @@ class Coin final : public ImplicitShape {
     }
     return 0.15F * (1 - smooth_step(0.1F, 0.34F, nearest));
   }
-  float relief(const Vector3f& point) const override {
+  float texture(const Vector3f& point) const override {
     if (point.z() < -0.5F * thickness) return 0;  // the back is plain
     const Vector3f p(point.x() / dials_.size, point.y() / dials_.size, 0.5F);
     const float r = std::hypot(p.x(), p.y()), angle = std::atan2(p.y(), p.x());
@@ -137,7 +139,7 @@ class Coin final : public ImplicitShape {
     const float head =
         smooth_step(-0.15F, 0.25F, field) * 0.17F + 0.05F * gradient_noise(p * 1.3F, dials_.seed + 2);
     height += head * (1 - smooth_step(5.0F, 6.2F, r));
-    return std::clamp(dials_.relief * height, 0.0F, high(dials_));
+    return std::clamp(dials_.texture * height, 0.0F, high(dials_));
   }
 
   ShapeDials dials_;

@@ -25,8 +25,8 @@ class Rod : public ImplicitShape {
 
  private:
   static Eigen::AlignedBox3f bounds(float radius, float half_length, const Limits& limits) {
-    const float across = radius + limits.relief_high;
-    return centred_box(Vector3f(half_length + limits.relief_high, across, across));
+    const float across = radius + limits.texture_high;
+    return centered_box(Vector3f(half_length + limits.texture_high, across, across));
   }
   float base(const Vector3f& point) const override {
     const float across = std::hypot(point.y(), point.z()) - radius_;
@@ -34,7 +34,7 @@ class Rod : public ImplicitShape {
     const float outside = std::hypot(std::fmax(across, 0.0F), std::fmax(along, 0.0F));
     return std::fmin(std::fmax(across, along), 0.0F) + outside;
   }
-  float relief(const Vector3f&) const override { return 0; }
+  float texture(const Vector3f&) const override { return 0; }
   float radius_, half_length_;
 };
 
@@ -42,20 +42,20 @@ class Rod : public ImplicitShape {
 class Knurl final : public Rod {
  public:
   explicit Knurl(const ShapeDials& dials)
-      : Rod(5.5F * dials.size, 15.0F * dials.size, {0, high(dials), 1.1F + 0.75F * dials.relief}),
+      : Rod(5.5F * dials.size, 15.0F * dials.size, {0, high(dials), 1.1F + 0.75F * dials.texture}),
         dials_(dials) {}
 
  private:
   static constexpr float depth = 0.22F, wear = 0.05F;
-  static float high(const ShapeDials& dials) { return (depth + wear) * dials.relief; }
-  float relief(const Vector3f& point) const override {
+  static float high(const ShapeDials& dials) { return (depth + wear) * dials.texture; }
+  float texture(const Vector3f& point) const override {
     const float angle = std::atan2(point.z(), point.y());
     const float teeth = std::fmax(6.0F, std::round(20.0F * dials_.size));
     const float along = teeth / radius() * point.x();
     const float u = 0.5F + 0.5F * std::cos(teeth * angle + along);
     const float v = 0.5F + 0.5F * std::cos(teeth * angle - along);
     const float worn = 0.5F * wear * (1 + gradient_noise(point * 0.9F, dials_.seed));
-    return std::clamp(dials_.relief * (depth * std::sqrt(u * v + 0.003F) + worn), 0.0F, high(dials_));
+    return std::clamp(dials_.texture * (depth * std::sqrt(u * v + 0.003F) + worn), 0.0F, high(dials_));
   }
   ShapeDials dials_;
 };
@@ -63,18 +63,18 @@ class Knurl final : public Rod {
 class Screw final : public Rod {
  public:
   explicit Screw(const ShapeDials& dials)
-      : Rod(4.5F * dials.size, 15.0F * dials.size, {0, high(dials), 1.1F + 1.3F * dials.relief}),
+      : Rod(4.5F * dials.size, 15.0F * dials.size, {0, high(dials), 1.1F + 1.3F * dials.texture}),
         dials_(dials) {}
 
  private:
   static constexpr float depth = 0.4F, pitch = 1.5F, wear = 0.03F;
-  static float high(const ShapeDials& dials) { return (depth + wear) * dials.relief; }
-  float relief(const Vector3f& point) const override {
+  static float high(const ShapeDials& dials) { return (depth + wear) * dials.texture; }
+  float texture(const Vector3f& point) const override {
     const float angle = std::atan2(point.z(), point.y());
     const float phase = 2 * std::numbers::pi_v<float> * point.x() / pitch + angle;
     const float thread = 0.5F + 0.5F * std::cos(phase);
     const float worn = 0.5F * wear * (1 + gradient_noise(point * 1.2F, dials_.seed));
-    return std::clamp(dials_.relief * (depth * thread + worn), 0.0F, high(dials_));
+    return std::clamp(dials_.texture * (depth * thread + worn), 0.0F, high(dials_));
   }
   ShapeDials dials_;
 };

@@ -17,23 +17,23 @@ using Eigen::Vector3f;
 class Sphere final : public ImplicitShape {
  public:
   explicit Sphere(float radius)
-      : ImplicitShape(ShapeKind::body, centred_box(Vector3f::Constant(radius)), {0, 0, 1.0F}),
+      : ImplicitShape(ShapeKind::body, centered_box(Vector3f::Constant(radius)), {0, 0, 1.0F}),
         radius_(radius) {}
 
  private:
   float base(const Vector3f& point) const override { return point.norm() - radius_; }
-  float relief(const Vector3f&) const override { return 0; }
+  float texture(const Vector3f&) const override { return 0; }
   float radius_;
 };
 
 class Ellipsoid final : public ImplicitShape {
  public:
   explicit Ellipsoid(const Vector3f& radii)
-      : ImplicitShape(ShapeKind::body, centred_box(radii), {0, 0, 1.3F}), radii_(radii) {}
+      : ImplicitShape(ShapeKind::body, centered_box(radii), {0, 0, 1.3F}), radii_(radii) {}
 
  private:
   float base(const Vector3f& point) const override { return ellipsoid_distance(point, radii_); }
-  float relief(const Vector3f&) const override { return 0; }
+  float texture(const Vector3f&) const override { return 0; }
   Vector3f radii_;
 };
 
@@ -41,20 +41,20 @@ class Ellipsoid final : public ImplicitShape {
 class Pebble final : public ImplicitShape {
  public:
   Pebble(const Vector3f& radii, const ShapeDials& dials)
-      : ImplicitShape(ShapeKind::body, centred_box(radii.array() + reach(dials)),
-                      {-reach(dials), reach(dials), 1.3F + 0.45F * dials.relief}),
+      : ImplicitShape(ShapeKind::body, centered_box(radii.array() + reach(dials)),
+                      {-reach(dials), reach(dials), 1.3F + 0.45F * dials.texture}),
         radii_(radii),
         dials_(dials) {}
 
  private:
-  static float reach(const ShapeDials& dials) { return 0.5F * dials.size + 0.3F * dials.relief; }
+  static float reach(const ShapeDials& dials) { return 0.5F * dials.size + 0.3F * dials.texture; }
   float base(const Vector3f& point) const override { return ellipsoid_distance(point, radii_); }
-  float relief(const Vector3f& point) const override {
+  float texture(const Vector3f& point) const override {
     const float lumps = 0.5F * dials_.size * gradient_noise(point * (0.16F / dials_.size), dials_.seed);
     const float bumps = 0.16F * gradient_noise(point * 0.62F, dials_.seed + 1);
     const float grain = 0.07F * gradient_noise(point * 1.45F, dials_.seed + 2);
     const float dust = 0.02F * gradient_noise(point * 3.3F, dials_.seed + 3);
-    return std::clamp(lumps + dials_.relief * (bumps + grain + dust), -reach(dials_), reach(dials_));
+    return std::clamp(lumps + dials_.texture * (bumps + grain + dust), -reach(dials_), reach(dials_));
   }
   Vector3f radii_;
   ShapeDials dials_;
@@ -64,14 +64,15 @@ class Pebble final : public ImplicitShape {
 class Peanut final : public ImplicitShape {
  public:
   explicit Peanut(const ShapeDials& dials)
-      : ImplicitShape(ShapeKind::body,
-                      centred_box(dials.size * Vector3f(12.6F, 7.4F, 7.4F) + Vector3f::Constant(high(dials))),
-                      {low(dials), high(dials), 1.15F + 0.5F * dials.relief}),
+      : ImplicitShape(
+            ShapeKind::body,
+            centered_box(dials.size * Vector3f(12.6F, 7.4F, 7.4F) + Vector3f::Constant(high(dials))),
+            {low(dials), high(dials), 1.15F + 0.5F * dials.texture}),
         dials_(dials) {}
 
  private:
-  static float low(const ShapeDials& dials) { return -0.35F * dials.relief - 0.05F; }
-  static float high(const ShapeDials& dials) { return 0.3F * dials.relief + 0.05F; }
+  static float low(const ShapeDials& dials) { return -0.35F * dials.texture - 0.05F; }
+  static float high(const ShapeDials& dials) { return 0.3F * dials.texture + 0.05F; }
   float base(const Vector3f& point) const override {
     const Vector3f p = point / dials_.size;
     const float a = (p - Vector3f(-5.4F, 0.2F, 0)).norm() - 6.6F;
@@ -80,13 +81,13 @@ class Peanut final : public ImplicitShape {
     const float h = std::fmax(blend - std::fabs(a - b), 0.0F) / blend;
     return dials_.size * (std::fmin(a, b) - 0.25F * h * h * blend);
   }
-  float relief(const Vector3f& point) const override {
+  float texture(const Vector3f& point) const override {
     const Vector3f stretched(point.x() * 0.22F, point.y() * 0.42F, point.z() * 0.42F);
     const float field = gradient_noise(stretched, dials_.seed);
     const float net = 0.5F - 1.6F * std::sqrt(field * field + 0.003F);  // ridges where the field changes sign
     const float bumps = gradient_noise(point * 0.8F, dials_.seed + 1);
     const float grain = gradient_noise(point * 1.9F, dials_.seed + 2);
-    return std::clamp(dials_.relief * (0.3F * net + 0.09F * bumps + 0.04F * grain), low(dials_),
+    return std::clamp(dials_.texture * (0.3F * net + 0.09F * bumps + 0.04F * grain), low(dials_),
                       high(dials_));
   }
   ShapeDials dials_;
@@ -96,15 +97,15 @@ class Peanut final : public ImplicitShape {
 class GolfBall final : public ImplicitShape {
  public:
   explicit GolfBall(const ShapeDials& dials)
-      : ImplicitShape(ShapeKind::body, centred_box(Vector3f::Constant(ball_radius * dials.size)),
-                      {-dimple_depth * dials.relief - scratch_mm, 0, 1.1F + 0.35F * dials.relief}),
+      : ImplicitShape(ShapeKind::body, centered_box(Vector3f::Constant(ball_radius * dials.size)),
+                      {-dimple_depth * dials.texture - scratch_mm, 0, 1.1F + 0.35F * dials.texture}),
         radius_(ball_radius * dials.size),
         dials_(dials) {
     for (int k = 0; k < dimples; ++k) {
       const double z = 1.0 - (2.0 * k + 1.0) / dimples;
       const double angle = k * std::numbers::pi * (3.0 - std::sqrt(5.0)) + dials.seed;
       const double r = std::sqrt(1.0 - z * z);
-      centres_.push_back(Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), z).cast<float>());
+      centers_.push_back(Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), z).cast<float>());
     }
     for (int bin = 0; bin < bins; ++bin) fill_bin(bin);
   }
@@ -121,7 +122,7 @@ class GolfBall final : public ImplicitShape {
     const int ib = std::clamp(static_cast<int>((b + 1) * 0.5F * side), 0, side - 1);
     return ((2 * axis + (d[axis] < 0 ? 1 : 0)) * side + ia) * side + ib;
   }
-  static Vector3f bin_centre(int bin) {
+  static Vector3f bin_center(int bin) {
     const int face = bin / (side * side), ia = bin / side % side, ib = bin % side, axis = face / 2;
     Vector3f d;
     d[axis] = face % 2 == 0 ? 1.0F : -1.0F;
@@ -130,30 +131,30 @@ class GolfBall final : public ImplicitShape {
     return d.normalized();
   }
   void fill_bin(int bin) {
-    const Vector3f centre = bin_centre(bin);
+    const Vector3f center = bin_center(bin);
     std::vector<std::pair<float, int>> order;
     for (int k = 0; k < dimples; ++k)
-      order.emplace_back(-centre.dot(centres_[static_cast<std::size_t>(k)]), k);
+      order.emplace_back(-center.dot(centers_[static_cast<std::size_t>(k)]), k);
     std::partial_sort(order.begin(), order.begin() + candidates, order.end());
     for (std::size_t k = 0; k < candidates; ++k) table_[static_cast<std::size_t>(bin)][k] = order[k].second;
   }
 
   float base(const Vector3f& point) const override { return point.norm() - radius_; }
-  float relief(const Vector3f& point) const override {
+  float texture(const Vector3f& point) const override {
     const Vector3f direction = point.normalized();
     float nearest = -1;
     for (const int k : table_[static_cast<std::size_t>(bin_of(direction))])
-      nearest = std::fmax(nearest, direction.dot(centres_[static_cast<std::size_t>(k)]));
+      nearest = std::fmax(nearest, direction.dot(centers_[static_cast<std::size_t>(k)]));
     const float distance = radius_ * std::sqrt(std::fmax(0.0F, 2 - 2 * nearest));
     const float rim = 1.85F * dials_.size;
     const float dimple = dimple_depth * (1 - smooth_step(0.2F * rim, rim, distance));
     const float scratch = 0.5F * scratch_mm * (1 + gradient_noise(point * 1.1F, dials_.seed + 1));
-    return -dials_.relief * dimple - std::clamp(scratch * std::fmin(dials_.relief, 1.0F), 0.0F, scratch_mm);
+    return -dials_.texture * dimple - std::clamp(scratch * std::fmin(dials_.texture, 1.0F), 0.0F, scratch_mm);
   }
 
   float radius_;
   ShapeDials dials_;
-  std::vector<Vector3f> centres_;
+  std::vector<Vector3f> centers_;
   std::array<std::array<int, candidates>, bins> table_{};
 };
 

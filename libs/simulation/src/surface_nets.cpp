@@ -51,8 +51,8 @@ class Net {
 
   void add_block(const Cell& first) {
     const float half = 0.5F * block_cells * spacing_;
-    const Eigen::Vector3f centre = corner_point(first).array() + half;
-    if (std::abs(shape_.value(centre)) > shape_.lipschitz() * half * 1.7321F) return;
+    const Eigen::Vector3f center = corner_point(first).array() + half;
+    if (std::abs(shape_.value(center)) > shape_.lipschitz() * half * 1.7321F) return;
     for (int z = 0, n = 0; z < block_corners; ++z)
       for (int y = 0; y < block_corners; ++y)
         for (int x = 0; x < block_corners; ++x, ++n)

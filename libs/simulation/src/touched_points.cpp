@@ -9,7 +9,7 @@ void TouchedPoints::add(const SimulatedFrame& frame) {
   const Eigen::Matrix3f turn = frame.sensor_T_object.linear().cast<float>();
   const Eigen::Vector3f move = frame.sensor_T_object.translation().cast<float>();
   const auto per_mm = static_cast<float>(1 / geometry.pixel_pitch_mm);
-  // A vertex lies up to half a pixel's diagonal from the pixel's centre, on a slope of up to about 50
+  // A vertex lies up to half a pixel's diagonal from the pixel's center, on a slope of up to about 50
   // degrees.
   const auto same_sheet_mm = static_cast<float>(geometry.pixel_pitch_mm);
   const auto& vertices = simulator_.surface().vertices_mm;

@@ -50,11 +50,11 @@ class Caster {
   float clear_start(int u, int v) const {
     const float pitch = static_cast<float>(geometry_.pixel_pitch_mm);
     const float half = 0.5F * pitch * (tile_px + 1) * 1.4143F;
-    const float to_centre = 0.5F * pitch * (tile_px - 1);
-    const Eigen::Vector3f centre = origin(geometry_.x_mm(u) + to_centre, geometry_.y_mm(v) + to_centre);
+    const float to_center = 0.5F * pitch * (tile_px - 1);
+    const Eigen::Vector3f center = origin(geometry_.x_mm(u) + to_center, geometry_.y_mm(v) + to_center);
     float start = 0;
-    for (float clear = shape_.clearance(centre); clear > half + 0.01F;
-         clear = shape_.clearance(centre + start * direction_)) {
+    for (float clear = shape_.clearance(center); clear > half + 0.01F;
+         clear = shape_.clearance(center + start * direction_)) {
       start += clear - half;
       if (start >= length_) return infinity;
     }

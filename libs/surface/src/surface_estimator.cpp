@@ -6,17 +6,17 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "block_image.hpp"
-#include "change_mask.hpp"
-#include "contact_mask.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gradient_map.hpp"
-#include "impulse_remover.hpp"
-#include "light_tracker.hpp"
-#include "poisson.hpp"
-#include "spot_remover.hpp"
-#include "surface_maps.hpp"
+#include "heights/contact_mask.hpp"
+#include "heights/poisson.hpp"
+#include "heights/surface_maps.hpp"
+#include "photometry/block_image.hpp"
+#include "photometry/change_mask.hpp"
+#include "photometry/impulse_remover.hpp"
+#include "photometry/light_tracker.hpp"
+#include "photometry/spot_remover.hpp"
+#include "slopes/gradient_map.hpp"
 
 namespace gelslam {
 namespace {

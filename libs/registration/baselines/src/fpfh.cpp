@@ -24,7 +24,7 @@ DescribedCloud describe_cloud(const Surface& surface, const FpfhOptions& options
   const QuietSingleThread guard;
   described.features = o3d::ComputeFPFHFeature(
       described.cloud,
-      open3d::geometry::KDTreeSearchParamHybrid(options.feature_radius_mm, options.feature_neighbours));
+      open3d::geometry::KDTreeSearchParamHybrid(options.feature_radius_mm, options.feature_neighbors));
   return described;
 }
 

@@ -11,7 +11,8 @@ struct LoopConsistencyOptions {
   /// deviations of what their edges promise together. Wide: what registrations get wrong in common is not in
   /// their information.
   double max_mismatch = 9.0;
-  double slope_gain_sigma = 0.1;  ///< what a common slope gain may make of all edges is no contradiction
+  double gradient_scale_sigma =
+      0.1;  ///< what a common gradient scale may make of all edges is no contradiction
 };
 
 /// Which edges may shape the map; one flag per edge, always true for odometry. A loop has to agree with the

@@ -4,8 +4,8 @@
 
 namespace gelslam {
 
-/// A measured motion, with what is not known of it: noise, and what a slope gain common to all measurements
-/// does.
+/// A measured motion, with what is not known of it: noise, and what a gradient scale common to all
+/// measurements does.
 struct UncertainMotion {
   Pose from_T_to = Pose::Identity();
   Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm)
@@ -13,9 +13,9 @@ struct UncertainMotion {
   /// measurements.
   Eigen::Matrix<double, 6, 2> by_gain = Eigen::Matrix<double, 6, 2>::Zero();
 
-  /// Noise and gains together, these known to `slope_gain_sigma`.
-  Matrix6d covariance_with_gain(double slope_gain_sigma) const {
-    return covariance + slope_gain_sigma * slope_gain_sigma * by_gain * by_gain.transpose();
+  /// Noise and gains together, these known to `gradient_scale_sigma`.
+  Matrix6d covariance_with_gain(double gradient_scale_sigma) const {
+    return covariance + gradient_scale_sigma * gradient_scale_sigma * by_gain * by_gain.transpose();
   }
 };
 

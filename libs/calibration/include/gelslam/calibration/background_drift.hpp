@@ -9,8 +9,8 @@ namespace gelslam {
 /// How the bare gel differs from when a model was made.
 struct BackgroundDrift {
   std::array<double, 3> light_gain{1.0, 1.0, 1.0};    ///< B, G, R: brightness now over then
-  std::array<double, 3> light_offset{0.0, 0.0, 0.0};  ///< grey levels
-  double light_change_levels = 0.0;  ///< by how much the mean colour differs, root mean square over channels
+  std::array<double, 3> light_offset{0.0, 0.0, 0.0};  ///< gray levels
+  double light_change_levels = 0.0;  ///< by how much the mean color differs, root mean square over channels
   double gel_change_levels = 0.0;    ///< what the light does not explain, root mean square over the gel
   double worst_cell_levels = 0.0;    ///< the same at the worst place
   cv::Point worst_cell;              ///< in the 20x15 grid
@@ -20,7 +20,7 @@ struct BackgroundDrift {
   std::string words;  ///< one sentence for people
 };
 
-/// Compares cells as background_cells() (gelslam/surface/model_file.hpp) makes them, 20x15 mean colours. Per
+/// Compares cells as background_cells() (gelslam/surface/model_file.hpp) makes them, 20x15 mean colors. Per
 /// channel now = gain * then + offset is fitted robustly; the rest is a change of the gel (another one, dirt,
 /// wear).
 BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now);

@@ -8,7 +8,7 @@
 namespace gelslam {
 
 /// Radius of the sphere that fits the height inside the zone: robust least squares (Huber, Gauss-Newton) over
-/// centre and radius, from `start_radius_mm`. Nothing when it has fewer than 100 pixels or does not converge.
+/// center and radius, from `start_radius_mm`. Nothing when it has fewer than 100 pixels or does not converge.
 std::optional<double> fit_ball_radius_mm(const Surface& surface, const BallZone& zone,
                                          double start_radius_mm);
 

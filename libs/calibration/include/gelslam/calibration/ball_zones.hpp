@@ -25,12 +25,12 @@ struct BallZones {
   std::vector<RejectedPress> rejected;  ///< presses that cannot be used, and why
 };
 
-/// Finds the zones of all presses. A label's centre is believed; how far inside its radius the gel leaves the
+/// Finds the zones of all presses. A label's center is believed; how far inside its radius the gel leaves the
 /// ball is read from the pictures, for the whole set at once (own): people draw the visible edge, 4 pixels
 /// too wide; circles from geometry (where the ball would cut the undeformed gel) are a third too wide, and
-/// what lies between is skirt that must not be taught as ball. Presses whose label is the circle of
+/// what lies between is membrane rim that must not be taught as ball. Presses whose label is the circle of
 /// find_circle as it was found get its ball instead, and so do those without a label when `automatic`; else
-/// these are rejected. Single presses in another light than the background's, and those whose colours the
+/// these are rejected. Single presses in another light than the background's, and those whose colors the
 /// same slopes do not have in the others, are rejected. `progress`, if given, is called with the number of
 /// presses done.
 BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,

@@ -10,10 +10,10 @@ namespace gelslam {
 /// The circle of a press, found in the picture itself.
 struct FoundCircle {
   ContactCircle circle;  ///< the disc that people see and draw
-  /// The ball itself: its centre, which shadows move less than the disc's, and the radius inside which the
-  /// gel lies on it, where the colour change stops growing. The disc is `visible_rim_px` wider.
+  /// The ball itself: its center, which shadows move less than the disc's, and the radius inside which the
+  /// gel lies on it, where the color change stops growing. The disc is `visible_rim_px` wider.
   ContactCircle ball;
-  double confidence = 0.0;  ///< 0 to 1: share of the colour change around the contact that the ball explains
+  double confidence = 0.0;  ///< 0 to 1: share of the color change around the contact that the ball explains
   std::string problem;      ///< for people: why it should not be used; empty when it is good
 };
 
@@ -21,10 +21,10 @@ struct FoundCircle {
 /// (median over hand-made labels of real presses; the public recipe takes 4 pixels off again).
 inline constexpr double visible_rim_px = 3.8;
 
-/// Finds the contact circle by fitting a press to the picture (own): the relative colour change is a
+/// Finds the contact circle by fitting a press to the picture (own): the relative color change is a
 /// quadratic function of the slope, common to the whole contact, and the slope is that of a ball of `ball_px`
-/// pixels radius inside the contact and dies away exponentially outside. Centre, radius and decay are fitted
-/// by robust least squares with the colour function eliminated (variable projection), sub-pixel. Parts
+/// pixels radius inside the contact and dies away exponentially outside. Center, radius and decay are fitted
+/// by robust least squares with the color function eliminated (variable projection), sub-pixel. Parts
 /// outside the picture are not needed. Both images of one size. Never throws on a picture: without contact
 /// `problem` says so.
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px);

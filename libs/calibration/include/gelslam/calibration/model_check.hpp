@@ -32,7 +32,7 @@ const char* verdict_name(Verdict verdict);
 /// How a model reads presses of known balls.
 struct ModelCheck {
   SlopeStatistics errors;  ///< against the circles as they are
-  SlopeStatistics gains;   ///< each ball's centre moved to where the model sees it
+  SlopeStatistics gains;   ///< each ball's center moved to where the model sees it
   std::vector<PressCheck> presses;
   std::vector<DiameterCheck> diameters;  ///< in growing order
   cv::Mat1f error_map_deg;  ///< mean absolute angle error in 16x12 cells of the gel, NaN where no press

@@ -4,7 +4,7 @@
 
 namespace gelslam {
 
-/// Colour difference of a press to the background, grey levels, without what all of the picture has in common
+/// Color difference of a press to the background, gray levels, without what all of the picture has in common
 /// (another exposure). Both of one size.
 cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
 

@@ -28,7 +28,7 @@ enum class CollectPhase {
 /// A ball held still on the gel, well seen.
 struct CollectedPress {
   cv::Mat3b bgr;         ///< mean of the frames in which it was held
-  ContactCircle circle;  ///< the ball's centre, and the radius of the disc that people see: a label
+  ContactCircle circle;  ///< the ball's center, and the radius of the disc that people see: a label
   double confidence = 0.0;
 };
 

@@ -9,7 +9,7 @@
 namespace gelslam {
 
 /// Where a ball touches the gel, in pixels. `radius_px` is that of the disc a person sees and draws; about
-/// its outer 4 pixels are already the gel's skirt (the public recipe leaves them out as well).
+/// its outer 4 pixels are already the gel's membrane rim (the public recipe leaves them out as well).
 struct ContactCircle {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
 };

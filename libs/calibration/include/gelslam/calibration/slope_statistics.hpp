@@ -41,11 +41,11 @@ struct ZoneReading {
   std::array<double, 2> read{}, truth{};
 };
 
-/// Reads the press's zone with the model. `recentred`: the ball's centre is moved first to where the model
+/// Reads the press's zone with the model. `recentered`: the ball's center is moved first to where the model
 /// itself sees it, so that an error of the circle is not taken for one of the model (for gains); else it is
 /// taken as it is (for errors). Throws Error when the model does not fit.
 std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
-                                   double pixel_pitch_mm, bool recentred);
+                                   double pixel_pitch_mm, bool recentered);
 
 /// `picture`: size of the press's picture.
 SlopeStatistics statistics_of(const std::vector<ZoneReading>& pixels, const cv::Size& picture);

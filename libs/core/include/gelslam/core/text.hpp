@@ -8,7 +8,7 @@
 
 namespace gelslam {
 
-/// Fewest insertions, deletions and replacements of one byte and swaps of two neighbours that make `b` of `a`
+/// Fewest insertions, deletions and replacements of one byte and swaps of two neighbors that make `b` of `a`
 /// (optimal string alignment: no byte is edited twice).
 int edit_distance(std::string_view a, std::string_view b);
 

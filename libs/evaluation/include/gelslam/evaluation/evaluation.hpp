@@ -24,7 +24,7 @@ struct Evaluation {
   std::optional<int> reference_frame;  ///< log frame at which estimate and truth are set to identity
   std::optional<int> anchor_frame;     ///< as the run says
   std::optional<int> trials;
-  std::optional<int> groups;
+  std::optional<int> components;
   std::optional<MeshEvaluation> mesh;
 };
 

@@ -47,7 +47,7 @@ Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh);
 MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& truth,
                           const std::vector<Eigen::Vector3d>& truth_points_mm);
 
-/// A rigid refinement: by how much it moves the mesh's centre and turns it.
+/// A rigid refinement: by how much it moves the mesh's center and turns it.
 struct Refinement {
   Pose truth_T_estimate = Pose::Identity();
   double shift_mm = 0.0;

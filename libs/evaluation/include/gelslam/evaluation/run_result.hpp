@@ -14,7 +14,7 @@ struct RunResult {
   std::optional<int> anchor_frame;  ///< log frame whose sensor frame is the frame of trajectory and mesh
   std::optional<int> log_frames;    ///< absent too when the run was interrupted or left frames out
   std::optional<int> trials;
-  std::optional<int> groups;
+  std::optional<int> components;
   std::filesystem::path mesh_path;  ///< empty where the run made none, or one without triangles
 };
 

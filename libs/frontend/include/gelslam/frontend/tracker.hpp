@@ -22,7 +22,7 @@ struct TrackerOptions {
   /// contact.
   double keyframe_min_unseen = 0.05;
   /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look
-  /// for the one place where the two reliefs agree; if there are several, the frame is lost.
+  /// for the one place where the two textures agree; if there are several, the frame is lost.
   bool search_far = true;
   /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame the trial
   /// goes on if a later frame fits it again. A new one begins with the first two frames that fit each other.
@@ -75,9 +75,9 @@ class Tracker {
     double time_s = 0;
     SurfacePtr surface;
   };
-  struct Previous : Seen {  // the last tracked frame
-    KeyframeLink link;      // to the current keyframe
-    double misfit_rad = 0;  // of its normals, when it was registered
+  struct Previous : Seen {    // the last tracked frame
+    KeyframeLink link;        // to the current keyframe
+    double residual_rad = 0;  // of its normals, when it was registered
   };
 
   /// Lost only because it fits at several places.

@@ -16,7 +16,8 @@ struct PosedSurface {
 };
 
 struct FusionOptions {
-  double slope_gain = 1.0;  ///< heights and slopes are divided by this before fusing (backend/pose_graph.hpp)
+  double gradient_scale =
+      1.0;  ///< heights and slopes are divided by this before fusing (backend/pose_graph.hpp)
   double voxel_size_mm = 0.08;  ///< edge of the mesh's cells; about 1.25 pixels of the sensor
   double truncation_mm = 1.0;   ///< sheets of one side less than about 0.85 of this apart become one
   double min_weight = 0.03;  ///< best single weight below which nothing counts as touched (a clean pixel: 1)

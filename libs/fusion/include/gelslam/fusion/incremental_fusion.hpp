@@ -13,7 +13,7 @@ struct IncrementalOptions {
   /// A patch is moved in the mesh when its pose has changed by more than this since it was put there,
   double max_translation_mm = 0.02;
   double max_rotation_rad = 0.00175;  ///< (0.1 degrees)
-  double max_gain_change = 0.005;     ///< or the slope gain by more than this share. 0: at any change.
+  double max_gain_change = 0.005;     ///< or the gradient scale by more than this share. 0: at any change.
   int warm_blocks = 4096;  ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
 };
 
@@ -22,7 +22,7 @@ struct IncrementalOptions {
 /// together are the mesh of fuse() for the poses in use, with the same vertices and triangles, whatever
 /// happened before; only pieces below `min_piece_mm2` are still there. Not thread-safe; everything happens in
 /// the calling thread
-/// (`FusionOptions::threads` and `slope_gain` are not used). docs/fusion.md.
+/// (`FusionOptions::threads` and `gradient_scale` are not used). docs/fusion.md.
 class IncrementalFusion {
  public:
   /// Throws Error for options that make no sense.
@@ -34,7 +34,7 @@ class IncrementalFusion {
   /// Says which patches there are now and where; those no longer named are gone. Only takes note, and keeps
   /// the surfaces. Throws Error, and changes nothing, when an id is given twice, a patch is damaged (as
   /// fuse() does), or the gain is no positive number.
-  void set_patches(const std::vector<PosedSurface>& patches, double slope_gain);
+  void set_patches(const std::vector<PosedSurface>& patches, double gradient_scale);
 
   /// Works for about `budget_ms`; true while there may be more to do. New patches first, newest first, then
   /// what has moved or gone. Throws Error when a patch reaches too far from the map's origin; that patch is

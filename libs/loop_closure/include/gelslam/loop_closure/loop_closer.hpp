@@ -24,13 +24,14 @@ struct LoopClosureOptions {
   int ransac_iterations = 100;
   int max_candidates = 20;  ///< keyframes that are compared feature by feature, after voting
   int max_constraints = 6;  ///< per keyframe, the most alike first: more loops to one place add little
-  int max_neighbour_constraints = 2;  ///< besides, to the last 12 keyframes of the same trial
+  int max_neighbor_constraints = 2;  ///< besides, to the last 12 keyframes of the same trial
   /// Of curvature without its mean, over the shared contact; on a ball only the mean agrees. Measured on
   /// sequences with truth: right places 0.6 (a pen) to 0.97, wrong ones below 0.51.
-  double min_relief_correlation = 0.6;
-  double sure_relief_correlation = 0.75;  ///< below it a loop is tentative: it takes two to join trials
-  double max_height_rmse_mm = 0.1;        ///< heights must agree, too; right places have 0.03
-  double max_intrusion = 0.1;      ///< share of either's contact that would lie inside the other's bare gel
+  double min_texture_correlation = 0.6;
+  double sure_texture_correlation = 0.75;  ///< below it a loop is tentative: it takes two to join trials
+  double max_height_rmse_mm = 0.1;         ///< heights must agree, too; right places have 0.03
+  double max_free_space_violation =
+      0.1;                         ///< share of either's contact that would lie inside the other's bare gel
   NormalFlowOptions registration;  ///< its scr/ccs thresholds are the gates; SCR of the smaller contact
 };
 
@@ -44,10 +45,10 @@ struct LoopConstraint {
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   int sift_inliers = 0;  ///< 0 when the place was guessed by a pose instead of recognised
   double scr = 0, ccs = 0;
-  double relief_correlation = 0;  ///< of curvature with its mean removed, over the shared contact
-  double height_rmse_mm = 0;      ///< over the shared contact, mean difference taken off
-  double intrusion = 0;           ///< share of either's contact that lies inside the other's bare gel
-  bool tentative = false;         ///< PoseGraphEdge::tentative
+  double texture_correlation = 0;   ///< of curvature with its mean removed, over the shared contact
+  double height_rmse_mm = 0;        ///< over the shared contact, mean difference taken off
+  double free_space_violation = 0;  ///< share of either's contact that lies inside the other's bare gel
+  bool tentative = false;           ///< PoseGraphEdge::tentative
 };
 
 /// Recognises places by SIFT on curvature maps and verifies each by NormalFlow (Huang et al., T-RO 2026, §V;

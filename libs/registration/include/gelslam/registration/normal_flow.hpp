@@ -18,18 +18,18 @@ struct NormalFlowOptions {
   double ccs_threshold = 0.7;
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;  ///< of one read normal, at least
-  double noise_correlation_samples = 1.5;  ///< neighbouring samples share their noise: so many count as one
+  double noise_correlation_samples = 1.5;  ///< neighboring samples share their noise: so many count as one
   double height_noise_mm = 0.004;          ///< of the mean height over a contact
   /// share by which a roll comes out too long or short: slopes read too steep or flat
-  double slope_gain_error = 0.06;
+  double gradient_scale_error = 0.06;
   /// how far a pose is from its start, before looking: decides what is not shown
   double prior_rotation_rad = 0.2;
   double prior_translation_mm = 1.0;
   /// of what was read along a direction; so much and what chance gives must be in both
   double least_common_share = 0.05;
-  double relief_to_follow = 0.35;        ///< correlation of both curvatures; above it no direction is held
+  double texture_to_follow = 0.35;       ///< correlation of both curvatures; above it no direction is held
   double gel_pattern_rad_per_mm = 0.12;  ///< change of the normal that may belong to the gel and stay with it
-  double smooth_curvature_per_px = 0.02;  ///< rms; below it the relief is too faint for CCS to mean anything
+  double smooth_curvature_per_px = 0.02;  ///< rms; below it the texture is too faint for CCS to mean anything
   double smooth_normal_rmse_rad = 0.06;   ///< and normals have to agree this well instead
   double observable_sigma_rad = 0.05;     ///< a motion counts as observable when it is known better than this
   double observable_sigma_mm = 0.3;

@@ -13,8 +13,8 @@ enum class RegistrationStatus {
   too_little_overlap,  ///< the shared contact or its share of curvature (SCR) is too small
   curvature_mismatch,  ///< CCS too low: the two patches do not show the same surface
   diverged,            ///< steps did not shrink, or the pose left the sensor
-  ambiguous,           ///< the reliefs agree nearly as well at another place
-  too_little_surface,  ///< a surface without enough contact or relief to register at all
+  ambiguous,           ///< the textures agree nearly as well at another place
+  too_little_surface,  ///< a surface without enough contact or texture to register at all
 };
 
 /// A sentence for a person: "too little overlap".
@@ -30,7 +30,7 @@ struct RegistrationResult {
   double ccs = 0.0;  ///< curvature cosine similarity, -1..1
   /// Of the two curvatures without their means, over the shared contact, -1..1: near 0 where only noise or a
   /// broad shape is shared, which agree with any place.
-  double relief_correlation = 0.0;
+  double texture_correlation = 0.0;
   double normal_rmse_rad = 0.0;  ///< root mean square angle between aligned normals
   double height_rmse_mm = 0.0;   ///< root mean square height difference over the shared contact
   int shared_pixels = 0;

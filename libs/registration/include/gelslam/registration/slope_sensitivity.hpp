@@ -17,8 +17,8 @@ struct SlopeSensitivity {
   /// With factors larger by d, the registration would find target_T_reference * exp(pose_by_factor * d). The
   /// row of z is zero: heights turn with the slopes that they come from.
   Eigen::Matrix<double, 6, kTerms> pose_by_factor = Eigen::Matrix<double, 6, kTerms>::Zero();
-  /// Misfit left for the best pose, sum of w |r|² / 2 over normals: -pull' d + d' hessian d / 2. Not divided
-  /// by any variance; `weight` is the sum of w.
+  /// Residual left for the best pose, sum of w |r|² / 2 over normals: -pull' d + d' hessian d / 2. Not
+  /// divided by any variance; `weight` is the sum of w.
   Eigen::Matrix<double, kTerms, kTerms> hessian = Eigen::Matrix<double, kTerms, kTerms>::Zero();
   PerTerm pull = PerTerm::Zero();
   double weight = 0;

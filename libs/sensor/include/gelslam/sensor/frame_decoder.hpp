@@ -12,7 +12,7 @@ namespace gelslam {
 /// Raw frames to pictures of the profile's resolution: the one way from a sensor's bytes to what the gradient
 /// model sees, for cameras and logs alike, so that both give the same surface. A JPEG that is much larger
 /// than the profile is decoded at 1/2 or 1/4 scale before crop and area resize (the mean difference to full
-/// decoding is below half a grey level, at a third of the time). Bytes after the JPEG's end are ignored. Not
+/// decoding is below half a gray level, at a third of the time). Bytes after the JPEG's end are ignored. Not
 /// thread-safe.
 class FrameDecoder {
  public:

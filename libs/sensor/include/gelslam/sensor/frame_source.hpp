@@ -30,7 +30,7 @@ class FrameSource {
 
 /// Opens a recorded log (Matroska, decoded as live frames are), another video file, a folder of images
 /// (sorted naturally by name) or a data folder that holds gelsight.avi. Frames larger than the profile's
-/// resolution are cropped and resized as the public systems do (1/7 border, aspect kept); smaller or grey
+/// resolution are cropped and resized as the public systems do (1/7 border, aspect kept); smaller or gray
 /// ones are refused. Throws Error with what was wrong.
 std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
                                                const SensorProfile& profile);

@@ -8,8 +8,8 @@
 
 namespace gelslam {
 
-/// Reads one colour image (png, jpg, bmp, tiff; 8 bits per channel; an alpha channel is dropped) at its own
-/// size. Throws Error when the file is missing, is no image, is truncated or has no colour.
+/// Reads one color image (png, jpg, bmp, tiff; 8 bits per channel; an alpha channel is dropped) at its own
+/// size. Throws Error when the file is missing, is no image, is truncated or has no color.
 cv::Mat3b read_image(const std::filesystem::path& path);
 
 /// Takes off 1/7 of the image on each side, then whatever keeps width:height (evenly, an odd pixel at the top
@@ -23,8 +23,8 @@ cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px);
 /// which image.
 cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name);
 
-/// True when no pixel's channels differ by more than `tolerance` grey levels: a picture without colour, from
-/// which no slope can be read. Video compression leaves a level or two of false colour.
-bool is_grey(const cv::Mat3b& image, int tolerance = 2);
+/// True when no pixel's channels differ by more than `tolerance` gray levels: a picture without color, from
+/// which no slope can be read. Video compression leaves a level or two of false color.
+bool is_gray(const cv::Mat3b& image, int tolerance = 2);
 
 }  // namespace gelslam

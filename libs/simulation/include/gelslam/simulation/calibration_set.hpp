@@ -27,7 +27,7 @@ struct BallPress {
   cv::Mat3b bgr;
   GelShape gel;
   double diameter_mm = 0;
-  cv::Point2d centre_px;  ///< of the contact circle
+  cv::Point2d center_px;  ///< of the contact circle
   double radius_px = 0;   ///< of the contact circle
 };
 
@@ -38,16 +38,16 @@ BallPress simulate_press(const CalibrationSpec& spec, int number);
 cv::Mat3b simulate_background(const CalibrationSpec& spec);
 
 /// How a network reads slopes of the gel inside the contact circles (less 2 px, where the
-/// lens mixes in the skirt) of presses it has not seen: least-squares factor of read on
+/// lens mixes in the membrane rim) of presses it has not seen: least-squares factor of read on
 /// true slope, through 0 (1: unbiased), and the mean absolute error of the angles.
 struct HeldOutGain {
   double x = 0, y = 0, mean_error_deg = 0;
 };
-HeldOutGain measure_slope_gain(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses);
+HeldOutGain measure_gradient_scale(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses);
 
 /// Trains the published network on four fifths of the spec's presses by the published recipe (L1, Adam 2e-3,
 /// batch 1024, a fifth of background pixels; fewer epochs), labels from the balls' geometry inside the
-/// contact circles. The other fifth shows its slope gain, which is divided out.
+/// contact circles. The other fifth shows its gradient scale, which is divided out.
 SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& progress);
 
 /// Writes a calibration folder: catalog.csv, <d>mm/<n>/gelsight.png, background.png, circles.csv (the truth

@@ -10,8 +10,8 @@ namespace gelslam {
 
 /// The gel: a membrane under tension on an elastic foundation (Pasternak's model).
 struct GelOptions {
-  /// Length over which the skirt around a contact decays: sqrt(tension / foundation stiffness). It also
-  /// limits how far the gel follows into pits: a surface hollower than |height| / length^2 is bridged.
+  /// Length over which the membrane rim around a contact decays: sqrt(tension / foundation stiffness). It
+  /// also limits how far the gel follows into pits: a surface hollower than |height| / length^2 is bridged.
   double relaxation_length_mm = 0.35;
   double max_indentation_mm = 3.0;  ///< deeper parts of the object are cut off here
 };

@@ -21,7 +21,7 @@ struct OpticsOptions {
 
 /// Draws the gel as the camera below it sees it: three near lights (red from the top, green from the right,
 /// blue from below) on a matt membrane, stray light, vignetting, a slightly soft lens, photon and read noise,
-/// 8 bit. Colour depends on slope and position only: no cast shadows, no light spilling from one place to
+/// 8 bit. Color depends on slope and position only: no cast shadows, no light spilling from one place to
 /// another.
 class Optics {
  public:
@@ -31,7 +31,7 @@ class Optics {
   /// for noise and drift) only. `in_use`: specks that came with contact are drawn.
   cv::Mat3b render(const GelShape& gel, std::int64_t frame, double time_s, bool in_use) const;
 
-  /// Without contact, noise and drift, not rounded; BGR in grey levels.
+  /// Without contact, noise and drift, not rounded; BGR in gray levels.
   cv::Mat3f background() const { return background_; }
 
  private:

@@ -34,7 +34,7 @@ struct PressLogSpec {
 struct SimulatedTouch {
   TouchKind kind = TouchKind::good;
   int first_frame = 0, last_frame = 0;  ///< while the ball is held (while it slides)
-  cv::Point2d centre_px;                ///< of the contact circle, when the hold begins
+  cv::Point2d center_px;                ///< of the contact circle, when the hold begins
   double radius_px = 0;                 ///< the same
 };
 

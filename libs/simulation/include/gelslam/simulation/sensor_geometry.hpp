@@ -5,7 +5,7 @@
 namespace gelslam {
 
 /// The simulated sensor's pixel grid (GelSight Mini). Frame: x right, y down, z out of the gel toward the
-/// object, origin at the image centre on the undeformed gel; orthographic.
+/// object, origin at the image center on the undeformed gel; orthographic.
 struct SensorGeometry {
   int width_px = 320;
   int height_px = 240;

@@ -31,7 +31,7 @@ class Shape {
   virtual float intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
                           float t_max) const = 0;
 
-  /// The crossing of the same ray next to `guess` (mm, from a neighbouring ray), or NaN where it is not
+  /// The crossing of the same ray next to `guess` (mm, from a neighboring ray), or NaN where it is not
   /// easily found: then intersect() must decide. Much cheaper than intersect() for shapes that are slow to
   /// evaluate.
   virtual float intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
@@ -51,7 +51,7 @@ using ShapePtr = std::shared_ptr<const Shape>;
 struct ShapeSpec {
   std::string name = "pebble";
   double size = 1.0;           ///< factor on the object's dimensions, 0.1 .. 10 (not on its texture)
-  double relief = 1.0;         ///< factor on the height of its texture, 0 (polished) .. 3
+  double texture = 1.0;        ///< factor on the height of its texture, 0 (polished) .. 3
   std::uint64_t seed = 1;      ///< of its texture
   double mesh_unit_mm = 1000;  ///< millimetres per unit of a mesh file (1000: metres)
 };

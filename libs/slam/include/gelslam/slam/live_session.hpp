@@ -18,7 +18,7 @@ enum class LivePhase { background, scanning, paused, finishing, finished };
 /// What a person at the bench needs in words and figures. Cheap to copy.
 struct LiveStatus {
   LivePhase phase = LivePhase::background;
-  /// For the colour of `words`. `lost` lasts until what is touched now has been joined to the shown map.
+  /// For the color of `words`. `lost` lasts until what is touched now has been joined to the shown map.
   TrackStatus track = TrackStatus::no_contact;
   /// "tracking"; "tracking; sliding along x is not observable on this surface"; "no contact";
   /// "lost: too little overlap; touch a place you have seen"
@@ -35,10 +35,10 @@ struct LiveStatus {
   std::int64_t damaged = 0;         ///< pictures that could not be decoded
   double latency_ms = 0;            ///< median from a frame's arrival to its pose, last seconds
   double age_s = 0;                 ///< of the scan
-  int keyframes = 0, loops = 0, trials = 0, groups = 0;
+  int keyframes = 0, loops = 0, trials = 0, components = 0;
   double memory_mb = 0;        ///< resident, of the whole program
   std::int64_t log_bytes = 0;  ///< recorded so far; 0 without a log
-  SlopeGain slope_gain;
+  GradientScale gradient_scale;
 };
 
 /// The newest frame that went through the tracker.
@@ -53,9 +53,9 @@ struct LiveTouch {
   std::string hidden;  ///< motions that have not been observable for a while, in words; or ""
 };
 
-/// What changed in the mesh of the shown group since it was last asked for.
+/// What changed in the mesh of the shown component since it was last asked for.
 struct MeshChanges {
-  bool cleared = false;  ///< forget every block first: a new scan, or another group is shown
+  bool cleared = false;  ///< forget every block first: a new scan, or another component is shown
   std::vector<MeshBlock> blocks;
 };
 

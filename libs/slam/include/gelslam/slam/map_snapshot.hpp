@@ -15,8 +15,8 @@ struct MapSnapshot {
     int keyframe = 0;  ///< id; ids that were undone are missing
     std::int64_t frame = 0;
     int trial = 0;
-    int group = 0;  ///< smallest keyframe id of the group
-    Pose group_T_keyframe = Pose::Identity();
+    int component = 0;  ///< smallest keyframe id of the component
+    Pose component_T_keyframe = Pose::Identity();
     SurfacePtr surface;
   };
   struct Edge {
@@ -28,8 +28,9 @@ struct MapSnapshot {
   int scan = 0;  ///< counts new scans that a person started within one session: ids begin anew with each
   std::vector<Node> nodes;  ///< by id, ascending
   std::vector<Edge> edges;
-  int shown_group = -1;  ///< the largest group: the one that is meshed and drawn; -1 when there is none
-  SlopeGain slope_gain;
+  int shown_component =
+      -1;  ///< the largest component: the one that is meshed and drawn; -1 when there is none
+  GradientScale gradient_scale;
 
   const Node* find(int keyframe) const;  ///< null when it is not there
 };

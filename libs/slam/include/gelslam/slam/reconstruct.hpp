@@ -20,7 +20,7 @@ struct ReconstructRequest {
 /// What a person wants to hear at the end; all of it is in report.json too.
 struct ReconstructSummary {
   std::int64_t frames = 0, tracked = 0, in_map = 0;
-  int keyframes = 0, trials = 0, groups = 0, loops = 0;
+  int keyframes = 0, trials = 0, components = 0, loops = 0;
   std::size_t vertices = 0, triangles = 0;
   double seconds = 0;
   bool partial = false;  ///< stopped before the log's end

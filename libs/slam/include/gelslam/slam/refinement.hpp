@@ -19,7 +19,7 @@ struct RefinementOptions {
   /// Surfaces more alike to themselves than this after a shift (loop_closure/self_similarity.hpp) are
   /// registered only where the edges tell beforehand which of the places it is.
   double max_self_similarity = 0.8;
-  double slope_gain_sigma = 0.1;  ///< as in PoseGraphOptions: what is not known of the edges in common
+  double gradient_scale_sigma = 0.1;  ///< as in PoseGraphOptions: what is not known of the edges in common
   NormalFlowOptions registration;
 };
 

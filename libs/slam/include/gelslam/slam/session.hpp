@@ -11,7 +11,7 @@ namespace gelslam {
 /// What is needed to fuse a map again, or to find one's place in it: every keyframe's surface, and the map's
 /// poses.
 struct Session {
-  double slope_gain = 1.0;
+  double gradient_scale = 1.0;
   std::vector<PosedSurface> patches;  ///< keyframes of the map, in the anchor's frame, by id
 };
 

@@ -26,7 +26,7 @@ FrameRecord record_of(const TrackedFrame& tracked);
 FrameRecord background_record(std::int64_t frame, double time_s);
 
 /// The map when a scan has ended. Everything is in the sensor frame of `anchor_frame`: the first keyframe of
-/// the largest trial group that shows a full contact.
+/// the largest trial component that shows a full contact.
 struct SlamMap {
   std::int64_t anchor_frame = -1;                          ///< index in the log; -1 when nothing ever touched
   std::vector<FrameRecord> frames;                         ///< every frame of the log, in order
@@ -34,24 +34,26 @@ struct SlamMap {
   std::vector<PoseGraphEdge> edges;
   PoseGraphSolution solution;
   SlopeCorrection slope_correction;     ///< applied to the keyframes' surfaces
-  std::vector<bool> in_map;             ///< by keyframe id: belongs to the largest group
+  std::vector<bool> in_map;             ///< by keyframe id: belongs to the largest component
   std::vector<int> coverage_keyframes;  ///< ids without which something touched would be missing, ascending
   int trials = 0;
-  int groups = 0;
+  int components = 0;
   int loops = 0;  ///< edges between keyframes found by loop closure and refinement
 
-  Pose group_T_anchor = Pose::Identity();
+  Pose component_T_anchor = Pose::Identity();
 
-  Pose anchor_T_keyframe(int id) const { return group_T_anchor.inverse() * solution.group_T_node.at(id); }
+  Pose anchor_T_keyframe(int id) const {
+    return component_T_anchor.inverse() * solution.component_T_node.at(id);
+  }
   bool has_pose(const FrameRecord& f) const {
     return f.keyframe >= 0 && in_map[static_cast<std::size_t>(f.keyframe)];
   }
 };
 
-/// The map as a window draws it; poses of the largest group are in the anchor's frame.
+/// The map as a window draws it; poses of the largest component are in the anchor's frame.
 MapSnapshot snapshot_of(const SlamMap& map);
 
-/// The patches of the map's largest group at their places, in the anchor's frame.
+/// The patches of the map's largest component at their places, in the anchor's frame.
 std::vector<PosedSurface> posed_surfaces(const SlamMap& map);
 
 }  // namespace gelslam

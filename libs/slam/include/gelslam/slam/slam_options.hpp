@@ -12,7 +12,7 @@ namespace gelslam {
 
 /// One options struct per stage.
 struct SlamOptions {
-  SlamOptions() { pose_graph.estimate_slope_gain = true; }
+  SlamOptions() { pose_graph.estimate_gradient_scale = true; }
 
   TrackerOptions tracker;
   LoopClosureOptions loop_closure;

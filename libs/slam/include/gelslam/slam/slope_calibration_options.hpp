@@ -9,7 +9,7 @@ struct SlopeCalibrationOptions {
   bool enabled = true;
   int rounds = 3;
   NormalFlowOptions registration;
-  /// In place of registration's: what is left of a slope gain once slopes were corrected.
+  /// In place of registration's: what is left of a gradient scale once slopes were corrected.
   double remaining_gain_error = 0.02;
 };
 

@@ -14,15 +14,15 @@ namespace gelslam {
 /// a place seen before (a loop, in the map) takes that away. Source: own.
 class TrialDrift {
  public:
-  /// `slope_gain_sigma`: a slope is read 1 +- this times too steep (PoseGraphOptions).
-  explicit TrialDrift(double slope_gain_sigma) : slope_gain_sigma_(slope_gain_sigma) {}
+  /// `gradient_scale_sigma`: a slope is read 1 +- this times too steep (PoseGraphOptions).
+  explicit TrialDrift(double gradient_scale_sigma) : gradient_scale_sigma_(gradient_scale_sigma) {}
 
   /// Every frame, in order. One standard deviation of trial_T_frame, x y z in mm, rx ry rz in rad, along the
   /// axes of this frame's sensor; empty where nothing was tracked.
   std::optional<Vector6d> add(const TrackedFrame& frame);
 
  private:
-  double slope_gain_sigma_;
+  double gradient_scale_sigma_;
   int trial_ = -1;
   std::map<int, UncertainMotion> trial_T_keyframes_;  ///< of this trial, by keyframe id
 };

@@ -9,7 +9,7 @@
 
 namespace gelslam {
 
-/// Mean of images of one size, rounded to the nearest grey level. Throws Error when there are none or sizes
+/// Mean of images of one size, rounded to the nearest gray level. Throws Error when there are none or sizes
 /// differ.
 cv::Mat3b mean_image(const std::vector<cv::Mat3b>& images);
 

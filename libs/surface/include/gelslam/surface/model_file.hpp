@@ -19,7 +19,7 @@ struct CalibrationRecord {
   int presses = 0;                   ///< that were used
   std::vector<double> diameters_mm;  ///< of the balls
   std::uint64_t seed = 0;
-  cv::Mat3f background_cells;  ///< mean BGR of the bare gel in background_grid cells, grey levels
+  cv::Mat3f background_cells;  ///< mean BGR of the bare gel in background_grid cells, gray levels
 };
 inline const cv::Size background_grid{20, 15};
 

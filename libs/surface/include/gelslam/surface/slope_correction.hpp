@@ -9,12 +9,12 @@
 
 namespace gelslam {
 
-/// What a colour model reads wrong, as a few numbers: true slope = read slope - sum of factor * term. Nothing
+/// What a color model reads wrong, as a few numbers: true slope = read slope - sum of factor * term. Nothing
 /// where the gel is flat. A model trained on presses of balls errs by a few per cent of the slope, not by the
-/// same along x and y (slope_gain), unevenly over the gel, and more on slopes toward one lamp than toward
+/// same along x and y (gradient_scale), unevenly over the gel, and more on slopes toward one lamp than toward
 /// another. Source: own.
 struct SlopeCorrection {
-  /// Terms of one axis, of read slopes gx, gy at (x, y) in half image widths from the centre, with
+  /// Terms of one axis, of read slopes gx, gy at (x, y) in half image widths from the center, with
   /// m = 1 / sqrt(1 + gx² + gy²): gx, gy, x gx, y gx, x gy, y gy, m gx², m gx gy, m gy², and in contact x and
   /// y.
   static constexpr std::size_t kTermsPerAxis = 11;
@@ -25,7 +25,7 @@ struct SlopeCorrection {
 
   /// Of a model that reads slopes along x and y too steep by these.
   static SlopeCorrection of_gain(double gain_x, double gain_y);
-  double gain_x() const;  ///< read over true slopes along x, at the centre: what of_gain() was given
+  double gain_x() const;  ///< read over true slopes along x, at the center: what of_gain() was given
   double gain_y() const;
   /// (x, y) of a pixel, as terms() takes it.
   static cv::Point2f place(cv::Size size, cv::Point pixel);

@@ -6,11 +6,11 @@
 namespace gelslam {
 
 /// What the gel's surface looks like in one frame. All maps are HxW, continuous, in the sensor frame:
-/// x right, y down, z out of the gel toward the object, origin at the image centre on the undeformed gel.
+/// x right, y down, z out of the gel toward the object, origin at the image center on the undeformed gel.
 /// Pixel (u,v) lies at x = (u - W/2 + 1/2) * pitch, y = (v - H/2 + 1/2) * pitch.
 struct Surface {
   cv::Mat1f height_mm;  ///< 0 where nothing touches, negative in contact
-  cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalised; z > 0
+  cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
   cv::Mat1b contact;    ///< 255 where the object touches, else 0
   cv::Mat1f curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-0.7
   double pixel_pitch_mm = 0.0634;

@@ -10,7 +10,7 @@ namespace gelslam {
 
 struct SurfaceOptions {
   double pixel_pitch_mm = 0.0634;
-  /// grey levels (L2 over BGR) by which contact differs from the background
+  /// gray levels (L2 over BGR) by which contact differs from the background
   double color_dist_threshold = 15.0;
   double height_threshold_mm = 0.2;  ///< contact lies at least this far below the untouched gel
   /// follow lamps and stray light (own; per channel gain, offset, and a field from one side)
@@ -26,7 +26,7 @@ struct SurfaceTimings {
   double normals_ms = 0.0;   ///< normals and curvature
 };
 
-/// Colour -> gradient -> height, normals, contact, curvature (ALGORITHMS §1; Huang et al., RA-L 2024, §III).
+/// Color -> gradient -> height, normals, contact, curvature (ALGORITHMS §1; Huang et al., RA-L 2024, §III).
 /// Not thread-safe: one estimator per thread (it keeps work buffers).
 class SurfaceEstimator {
  public:

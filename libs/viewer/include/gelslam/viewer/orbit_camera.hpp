@@ -19,7 +19,7 @@ struct PickRay {
   Eigen::Vector3f direction = Eigen::Vector3f::UnitZ();  ///< unit
 };
 
-/// A perspective camera that turns about a centre, freely (no pole). Pure maths, millimetres, map frame.
+/// A perspective camera that turns about a center, freely (no pole). Pure maths, millimetres, map frame.
 /// Camera axes are OpenGL's: x right, y up, looking along -z. Cursor positions and movements are in pixels of
 /// the viewport, x right and y *down* from its top left corner, as GLFW and ImGui give them (times the
 /// content scale).
@@ -30,9 +30,9 @@ class OrbitCamera {
   static constexpr double vertical_view_deg = 35;
 
   void orbit(const Eigen::Vector2f& movement_px, const Viewport& viewport);
-  /// The point in the centre's plane that was under the cursor stays under it.
+  /// The point in the center's plane that was under the cursor stays under it.
   void pan(const Eigen::Vector2f& movement_px, const Viewport& viewport);
-  /// Positive steps come nearer; what is under the cursor in the centre's plane stays there.
+  /// Positive steps come nearer; what is under the cursor in the center's plane stays there.
   void zoom(double steps, const Eigen::Vector2f& cursor_px, const Viewport& viewport);
   /// Turns about the line of sight.
   void roll(double angle_rad);
@@ -46,16 +46,16 @@ class OrbitCamera {
   void fit(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport);
   OrbitCamera fitted(const Eigen::AlignedBox3f& box_mm, const Viewport& viewport) const;
   void look_along(const Eigen::Vector3f& direction, const Eigen::Vector3f& up);
-  void look_at(const Eigen::Vector3f& centre_mm) { centre_mm_ = centre_mm; }
+  void look_at(const Eigen::Vector3f& center_mm) { center_mm_ = center_mm; }
   void set_distance_mm(float distance_mm);
 
   /// Comes nearer to `goal` by the share 1 - exp(-dt/tau); same end for any frame rate.
   void glide_to(const OrbitCamera& goal, double dt_s, double tau_s = 0.15);
   /// Glides so that the touched place comes to the middle and faces the viewer, a little from the side so
-  /// that relief shows. Does not twist with the sensor.
+  /// that texture shows. Does not twist with the sensor.
   void follow(const Pose& map_T_sensor, double dt_s, double tau_s = 0.4);
 
-  Eigen::Vector3f centre_mm() const { return centre_mm_; }
+  Eigen::Vector3f center_mm() const { return center_mm_; }
   Eigen::Vector3f eye_mm() const;
   float distance_mm() const { return distance_mm_; }
   Eigen::Matrix3f map_R_camera() const { return map_R_camera_.toRotationMatrix(); }
@@ -68,7 +68,7 @@ class OrbitCamera {
   PickRay pick_ray(const Eigen::Vector2f& cursor_px, const Viewport& viewport) const;
 
  private:
-  Eigen::Vector3f centre_mm_ = Eigen::Vector3f::Zero();
+  Eigen::Vector3f center_mm_ = Eigen::Vector3f::Zero();
   Eigen::Quaternionf map_R_camera_{0, 1, 0, 0};  // half a turn about x: the sensor's y down, z away
   float distance_mm_ = 40;
 };

@@ -9,7 +9,7 @@
 
 namespace gelslam {
 
-/// A picture to draw into instead of a window: colour and depth, several samples per pixel. Needs a current
+/// A picture to draw into instead of a window: color and depth, several samples per pixel. Needs a current
 /// context.
 class RenderTarget {
  public:
@@ -31,7 +31,7 @@ class RenderTarget {
   std::unique_ptr<Impl> impl_;
 };
 
-/// One picture of a scene, legend drawn in if the style colours by a number. Finer levels of detail are made
+/// One picture of a scene, legend drawn in if the style colors by a number. Finer levels of detail are made
 /// first, so that the picture does not depend on what was drawn before.
 cv::Mat3b render_scene_offscreen(Scene& scene, const OrbitCamera& camera, const SceneStyle& style,
                                  int width_px, int height_px);

@@ -19,16 +19,16 @@ namespace gelslam {
 struct TouchPatch {
   SurfacePtr surface;
   Pose map_T_sensor = Pose::Identity();
-  double slope_gain = 1.0;  ///< heights are divided by it (backend/pose_graph.hpp)
+  double gradient_scale = 1.0;  ///< heights are divided by it (backend/pose_graph.hpp)
 };
 
-/// Distance of each point to another surface, mm; NaN is drawn grey.
+/// Distance of each point to another surface, mm; NaN is drawn gray.
 using DistanceQuery = std::function<std::vector<float>(std::span<const Eigen::Vector3f> points_mm)>;
 
 struct SceneStatistics {
   std::size_t blocks = 0, triangles = 0;              ///< held, at full detail
   std::size_t drawn_blocks = 0, drawn_triangles = 0;  ///< in the last draw()
-  bool complete = true;  ///< the last draw() lacked no level of detail or colour: drawing again adds nothing
+  bool complete = true;  ///< the last draw() lacked no level of detail or color: drawing again adds nothing
   double upload_ms = 0, detail_ms = 0,
          draw_ms = 0;  ///< last update(); last draw(): making levels, and all of it
 };
@@ -50,13 +50,13 @@ class Scene {
   void clear_mesh();
   /// The whole mesh at once, cut into blocks here.
   void set_mesh(const Mesh& mesh);
-  /// Distances to another surface, which SceneColour::distance shows. Asked block by block as they are drawn.
+  /// Distances to another surface, which SceneColor::distance shows. Asked block by block as they are drawn.
   void set_distance_query(DistanceQuery query);
 
   void set_touch(std::optional<TouchPatch> touch);
   /// Stretches of tracking, each a chain of sensor poses; they are not joined.
   void set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor);
-  /// Keyframes and edges of the shown group; `coverage` (ids) are drawn larger.
+  /// Keyframes and edges of the shown component; `coverage` (ids) are drawn larger.
   void set_map(const MapSnapshot& map, const std::vector<int>& coverage = {});
 
   Eigen::AlignedBox3f bounds_mm() const;  ///< of the mesh; empty without triangles
@@ -68,12 +68,12 @@ class Scene {
   /// Draws into that part of the framebuffer now bound, background included. Sets the GL state it needs, and
   /// leaves depth test, blending, culling and scissor off and no program or vertex array bound.
   void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
-  /// The next draw() makes every level of detail and colour it lacks, however long that takes: before a
+  /// The next draw() makes every level of detail and color it lacks, however long that takes: before a
   /// picture or a measurement.
   void finish_details();
 
-  /// The meaning of the colours that `style` gives the mesh, or nothing for plain colour.
-  std::optional<ColourLegend> legend(const SceneStyle& style) const;
+  /// The meaning of the colors that `style` gives the mesh, or nothing for plain color.
+  std::optional<ColorLegend> legend(const SceneStyle& style) const;
   SceneStatistics statistics() const;
 
  private:

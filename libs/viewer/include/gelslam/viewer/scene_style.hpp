@@ -11,22 +11,22 @@
 namespace gelslam {
 
 enum class SceneShading {
-  lit,     ///< clay under two lamps
-  matcap,  ///< polished: light fixed to the viewer
-  relief,  ///< grazing light, hollows dark and ridges bright: shows the finest texture
+  lit,        ///< clay under two lamps
+  matcap,     ///< polished: light fixed to the viewer
+  curvature,  ///< grazing light, hollows dark and ridges bright: shows the finest texture
 };
 
-enum class SceneColour {
+enum class SceneColor {
   plain,
   confidence,  ///< how much was observed behind a vertex
   height,      ///< along SceneStyle::height_axis
-  keyframe,    ///< which keyframe's centre is nearest
+  keyframe,    ///< which keyframe's center is nearest
   distance,    ///< to another surface, see Scene::set_distance_query()
 };
 
 struct SceneStyle {
   SceneShading shading = SceneShading::lit;
-  SceneColour colour = SceneColour::plain;
+  SceneColor color = SceneColor::plain;
   bool light_theme = false;
   bool mesh = true, touch = true, sensor = true, trajectory = false;
   bool keyframes = false, edges = false;
@@ -37,16 +37,16 @@ struct SceneStyle {
   std::size_t max_triangles = 0;
   Eigen::Vector3f height_axis{
       0, 0, -1};  ///< unit, map frame; the default is out of the gel's side of the first touch
-  /// Values at the ends of the colour map; empty: what the mesh holds.
+  /// Values at the ends of the color map; empty: what the mesh holds.
   std::optional<std::array<float, 2>> range;
 };
 
-/// What the mesh's colours mean: `colours` from `min` to `max`, for a bar beside the picture.
-struct ColourLegend {
+/// What the mesh's colors mean: `colors` from `min` to `max`, for a bar beside the picture.
+struct ColorLegend {
   std::string title;  ///< "distance"
   std::string unit;   ///< "mm", or ""
   float min = 0, max = 1;
-  std::vector<std::array<std::uint8_t, 3>> colours_rgb;
+  std::vector<std::array<std::uint8_t, 3>> colors_rgb;
 };
 
 }  // namespace gelslam

@@ -22,14 +22,14 @@ struct RunHistory {
     double time_s = 0;
     Pose map_T_sensor = Pose::Identity();
   };
-  double slope_gain = 1.0;
+  double gradient_scale = 1.0;
   std::vector<KeyframeAt> keyframes;     ///< ascending in time
   std::vector<PoseAt> trajectory;        ///< the same
   std::vector<MapSnapshot::Edge> edges;  ///< between keyframes of the map
 
   double start_s() const;
   double end_s() const;
-  /// Keyframes and edges that were there at a time, as one group.
+  /// Keyframes and edges that were there at a time, as one component.
   MapSnapshot map_at(double time_s) const;
   std::vector<PosedSurface> patches_at(double time_s) const;
   /// The trajectory up to a time, cut where tracking was lost for more than a quarter of a second.

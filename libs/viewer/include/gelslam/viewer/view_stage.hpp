@@ -36,13 +36,13 @@ class ViewStage {
   std::optional<Eigen::Vector3f> pick(const OrbitCamera& camera, const Eigen::Vector2f& cursor_px,
                                       const Viewport& whole) const;
 
-  /// The parts side by side: first, then second. Only the first is coloured by distance.
+  /// The parts side by side: first, then second. Only the first is colored by distance.
   std::vector<Viewport> parts(const Viewport& whole) const;
   std::string title(std::size_t part) const;
-  /// False while drawing again would add colours or levels of detail.
+  /// False while drawing again would add colors or levels of detail.
   bool is_complete() const;
   void draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style);
-  std::optional<ColourLegend> legend(const SceneStyle& style) const;
+  std::optional<ColorLegend> legend(const SceneStyle& style) const;
 
   /// One picture of it all, with titles, legend and scale; whatever work() is left is done first.
   cv::Mat3b picture(const OrbitCamera& camera, const SceneStyle& style, int width_px, int height_px);

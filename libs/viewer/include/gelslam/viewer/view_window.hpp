@@ -22,7 +22,7 @@ struct ViewWindowOptions {
 };
 
 /// Looks at a run or mesh, alone or beside a second one, until the person closes the window: turning, time,
-/// colours, pictures (docs/viewer.md). Main thread. Throws Error when there is no display or the script is
+/// colors, pictures (docs/viewer.md). Main thread. Throws Error when there is no display or the script is
 /// wrong.
 void run_view_window(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options);
 

@@ -27,7 +27,7 @@ struct IcpOptions {
 struct FpfhOptions {
   int max_points = 5000;
   double feature_radius_mm = 1.0;
-  int feature_neighbours = 100;
+  int feature_neighbors = 100;
   int ransac_iterations = 10000;
   int ransac_points = 4;
   double edge_length_ratio = 0.9;
@@ -37,7 +37,7 @@ struct FpfhOptions {
 };
 
 /// FilterReg, point to plane (Gao & Tedrake, CVPR 2019): expectation-maximisation in which the target's
-/// points are the centres of a Gaussian mixture, and the expectation is one filtering of the target,
+/// points are the centers of a Gaussian mixture, and the expectation is one filtering of the target,
 /// evaluated at the reference's points. Our own, from the paper's mathematics, on a regular grid.
 struct FilterRegOptions {
   int max_points = 5000;

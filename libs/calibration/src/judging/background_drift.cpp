@@ -1,0 +1,135 @@
+#include "gelslam/calibration/background_drift.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+namespace gelslam {
+namespace {
+
+constexpr int passes = 8;
+constexpr double robust_levels = 2.0;
+// The surface stage follows the light within these; a model was seen to stay good there.
+constexpr double light_limit_levels = 12.0;
+// Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2.
+constexpr double gel_limit_levels = 4.0, cell_limit_levels = 20.0;
+constexpr double gain_prior_variance = 4.0;
+constexpr double swapped_share = 0.5;  // what is left when red and blue are swapped back: noise and wear
+
+struct ChannelFit {
+  double gain = 1.0, offset = 0.0;
+};
+
+ChannelFit fit_channel(const cv::Mat3f& then, const cv::Mat3f& now, int channel) {
+  ChannelFit fit;
+  for (int pass = 0; pass < passes; ++pass) {
+    double weight = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+    for (int row = 0; row < then.rows; ++row)
+      for (int column = 0; column < then.cols; ++column) {
+        const auto a = static_cast<double>(then(row, column)[channel]),
+                   b = static_cast<double>(now(row, column)[channel]);
+        const double residual = (b - fit.gain * a - fit.offset) / robust_levels;
+        const double w = pass == 0 ? 1.0 : 1.0 / (1.0 + residual * residual);
+        weight += w;
+        x += w * a;
+        y += w * b;
+        xx += w * a * a;
+        xy += w * a * b;
+      }
+    const double variance = xx / weight - x * x / (weight * weight),
+                 covariance = xy / weight - x * y / (weight * weight);
+    fit.gain = (covariance + gain_prior_variance) / (variance + gain_prior_variance);
+    fit.offset = (y - fit.gain * x) / weight;
+  }
+  return fit;
+}
+
+std::string words_for(const BackgroundDrift& drift) {
+  char text[300];
+  if (drift.red_blue_swapped)
+    return "red and blue are swapped against the calibration: whoever takes the pictures has changed their "
+           "order; take "
+           "them as they were taken for the calibration";
+  if (drift.gel_changed) {
+    std::snprintf(text, sizeof text,
+                  "the gel looks different (%.1f gray levels that no change of light explains, %.0f at the "
+                  "worst place): "
+                  "another gel or sensor, something on it, dirt or wear; clean it, and calibrate again if "
+                  "that does not help",
+                  drift.gel_change_levels, drift.worst_cell_levels);
+  } else if (drift.light_changed) {
+    std::snprintf(
+        text, sizeof text,
+        "the light has changed by %.0f gray levels (blue %+.0f %%, green %+.0f %%, red %+.0f %%): check the "
+        "exposure and lamps, or calibrate again",
+        drift.light_change_levels, 100.0 * (drift.light_gain[0] - 1.0), 100.0 * (drift.light_gain[1] - 1.0),
+        100.0 * (drift.light_gain[2] - 1.0));
+  } else {
+    std::snprintf(text, sizeof text, "gel and light are as they were (light %.1f, gel %.1f gray levels)",
+                  drift.light_change_levels, drift.gel_change_levels);
+  }
+  return text;
+}
+
+cv::Mat3f with_red_and_blue_swapped(const cv::Mat3f& cells) {
+  cv::Mat3f swapped = cells.clone();
+  for (cv::Vec3f& cell : swapped) std::swap(cell[0], cell[2]);
+  return swapped;
+}
+
+/// All but the words.
+BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
+  BackgroundDrift drift;
+  double light = 0.0;
+  for (int channel = 0; channel < 3; ++channel) {
+    const auto c = static_cast<std::size_t>(channel);
+    const ChannelFit fit = fit_channel(then, now, channel);
+    drift.light_gain[c] = fit.gain;
+    drift.light_offset[c] = fit.offset;
+    double mean = 0.0;
+    for (const cv::Vec3f& cell : then) mean += static_cast<double>(cell[channel]);
+    mean /= static_cast<double>(then.total());
+    const double change = (fit.gain - 1.0) * mean + fit.offset;
+    light += change * change / 3.0;
+  }
+  drift.light_change_levels = std::sqrt(light);
+  double total = 0.0, worst = 0.0;
+  for (int row = 0; row < then.rows; ++row)
+    for (int column = 0; column < then.cols; ++column) {
+      double squared = 0.0;
+      for (int channel = 0; channel < 3; ++channel) {
+        const auto c = static_cast<std::size_t>(channel);
+        const double residual = static_cast<double>(now(row, column)[channel]) -
+                                drift.light_gain[c] * static_cast<double>(then(row, column)[channel]) -
+                                drift.light_offset[c];
+        squared += residual * residual / 3.0;
+      }
+      total += squared;
+      if (squared <= worst) continue;
+      worst = squared;
+      drift.worst_cell = {column, row};
+    }
+  drift.gel_change_levels = std::sqrt(total / static_cast<double>(then.total()));
+  drift.worst_cell_levels = std::sqrt(worst);
+  drift.gel_changed =
+      drift.gel_change_levels > gel_limit_levels || drift.worst_cell_levels > cell_limit_levels;
+  drift.light_changed = drift.light_change_levels > light_limit_levels;
+  return drift;
+}
+
+}  // namespace
+
+BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
+  BackgroundDrift drift = compare(then, now);
+  if (drift.gel_changed) {
+    const BackgroundDrift swapped = compare(then, with_red_and_blue_swapped(now));
+    drift.red_blue_swapped = swapped.gel_change_levels < swapped_share * drift.gel_change_levels &&
+                             swapped.light_change_levels < drift.light_change_levels;
+  }
+  drift.words = words_for(drift);
+  return drift;
+}
+
+}  // namespace gelslam

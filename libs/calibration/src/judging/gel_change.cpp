@@ -1,0 +1,122 @@
+#include "judging/gel_change.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "gelslam/core/median.hpp"
+
+namespace gelslam::calibration::detail {
+namespace {
+
+constexpr int surface_degree = 4, surface_passes = 12;
+constexpr double surface_robust_levels = 3.0, stands_out_levels = 10.0;
+constexpr int border_cells = 3;  // lamps and the gel's frame
+
+cv::Vec3d median_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
+  cv::Vec3d middle;
+  for (int channel = 0; channel < 3; ++channel) {
+    std::vector<double> values;
+    values.reserve(cells.total());
+    for (int row = 0; row < cells.rows; ++row)
+      for (int column = 0; column < cells.cols; ++column)
+        values.push_back(static_cast<double>(cells(row, column)[channel]) -
+                         static_cast<double>(reference(row, column)[channel]));
+    middle[channel] = median(std::move(values));
+  }
+  return middle;
+}
+
+/// Powers x^p y^q of every cell's place, one row per cell.
+cv::Mat1d powers_of_places(const cv::Size& size) {
+  constexpr int terms = (surface_degree + 1) * (surface_degree + 2) / 2;
+  cv::Mat1d powers(size.area(), terms);
+  for (int row = 0; row < size.height; ++row)
+    for (int column = 0; column < size.width; ++column) {
+      const double x = 2.0 * column / size.width - 1.0, y = 2.0 * row / size.height - 1.0;
+      int term = 0;
+      for (int p = 0; p <= surface_degree; ++p)
+        for (int q = 0; p + q <= surface_degree; ++q)
+          powers(row * size.width + column, term++) = std::pow(x, p) * std::pow(y, q);
+    }
+  return powers;
+}
+
+}  // namespace
+
+cv::Mat3f shrink_to_cells(const cv::Mat3b& bgr) {
+  cv::Mat3f precise, cells;
+  bgr.convertTo(precise, CV_32F);
+  const int rows = std::max(4, static_cast<int>(std::lround(double{cells_across} * bgr.rows / bgr.cols)));
+  cv::resize(precise, cells, cv::Size(cells_across, rows), 0, 0, cv::INTER_AREA);
+  return cells;
+}
+
+cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
+  cv::Mat3f difference;
+  cv::subtract(cells, reference, difference);
+  const cv::Vec3f common(median_difference(cells, reference));
+  for (cv::Vec3f& cell : difference) cell -= common;
+  cv::blur(difference, difference, cv::Size(3, 3), cv::Point(-1, -1), cv::BORDER_REPLICATE);
+  cv::Mat1f length(difference.size());
+  std::transform(difference.begin(), difference.end(), length.begin(),
+                 [](const cv::Vec3f& cell) { return static_cast<float>(cv::norm(cell)); });
+  return length;
+}
+
+double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
+  return cv::norm(median_difference(cells, reference));
+}
+
+double largest(const cv::Mat1f& map) {
+  return static_cast<double>(*std::max_element(map.begin(), map.end()));
+}
+
+std::vector<ChangedPiece> changed_pieces(const cv::Mat1f& difference, double level) {
+  cv::Mat1i labels, stats;
+  cv::Mat1d centers;
+  const int count = cv::connectedComponentsWithStats(difference > level, labels, stats, centers, 8, CV_32S);
+  std::vector<ChangedPiece> pieces;
+  for (int label = 1; label < count; ++label) {
+    const int left = stats(label, cv::CC_STAT_LEFT), top = stats(label, cv::CC_STAT_TOP);
+    const bool at_border = left == 0 || top == 0 || left + stats(label, cv::CC_STAT_WIDTH) == labels.cols ||
+                           top + stats(label, cv::CC_STAT_HEIGHT) == labels.rows;
+    pieces.push_back({stats(label, cv::CC_STAT_AREA), centers(label, 0), centers(label, 1), 0.0, at_border});
+  }
+  for (int row = 0; row < labels.rows; ++row)
+    for (int column = 0; column < labels.cols; ++column)
+      if (const int label = labels(row, column); label > 0)
+        pieces[static_cast<std::size_t>(label - 1)].weight += static_cast<double>(difference(row, column));
+  std::stable_sort(pieces.begin(), pieces.end(),
+                   [](const ChangedPiece& a, const ChangedPiece& b) { return a.weight > b.weight; });
+  return pieces;
+}
+
+int standing_out_cells(const cv::Mat3f& cells) {
+  const cv::Mat1d powers = powers_of_places(cells.size());
+  cv::Mat1d colors(powers.rows, 3);
+  for (int k = 0; k < powers.rows; ++k)
+    for (int channel = 0; channel < 3; ++channel)
+      colors(k, channel) = static_cast<double>(cells(k / cells.cols, k % cells.cols)[channel]);
+  cv::Mat1d weighted = powers.clone(), residual;
+  for (int pass = 0; pass < surface_passes; ++pass) {
+    cv::Mat1d surface;
+    cv::solve(weighted.t() * powers, weighted.t() * colors, surface, cv::DECOMP_CHOLESKY);
+    residual = colors - powers * surface;
+    for (int k = 0; k < powers.rows; ++k) {
+      const double share = cv::norm(residual.row(k)) / surface_robust_levels;
+      weighted.row(k) = powers.row(k) / ((1.0 + share * share) * (1.0 + share * share));
+    }
+  }
+  cv::Mat1f length(cells.size(), 0.0F);
+  for (int row = border_cells; row < cells.rows - border_cells; ++row)
+    for (int column = border_cells; column < cells.cols - border_cells; ++column)
+      length(row, column) = static_cast<float>(cv::norm(residual.row(row * cells.cols + column)));
+  int most = 0;
+  for (const ChangedPiece& piece : changed_pieces(length, stands_out_levels))
+    most = std::max(most, piece.cells);
+  return most;
+}
+
+}  // namespace gelslam::calibration::detail

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace gelslam::calibration::detail {
+
+/// The picture as mean colors of cells, 80 of them across: noise is small in them, and a frame takes little
+/// time.
+cv::Mat3f shrink_to_cells(const cv::Mat3b& bgr);
+inline constexpr int cells_across = 80;
+
+/// How much each cell's color differs (norm over the channels, gray levels, smoothed over 3x3 cells),
+/// without what most of the picture has in common (exposure, light).
+cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
+/// What they have in common: norm of the median difference, gray levels.
+double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
+
+double largest(const cv::Mat1f& map);
+
+/// Connected cells above a level.
+struct ChangedPiece {
+  int cells = 0;
+  double u_cells = 0.0, v_cells = 0.0;  ///< its middle
+  double weight = 0.0;                  ///< sum of the differences
+  bool at_border = false;
+};
+std::vector<ChangedPiece> changed_pieces(const cv::Mat1f& difference, double level);  ///< heaviest first
+
+/// Largest piece of a picture, in cells, that differs by 10 gray levels from a smooth surface through the
+/// whole of it: lamps make smooth pictures, and a ball's print stands out. Bare gels of four sensors: at most
+/// 24 cells; the faintest of 224 presses: 85.
+int standing_out_cells(const cv::Mat3f& cells);
+
+}  // namespace gelslam::calibration::detail

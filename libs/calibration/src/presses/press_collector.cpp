@@ -1,0 +1,221 @@
+#include "gelslam/calibration/press_collector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/surface/background.hpp"
+#include "judging/gel_change.hpp"
+#include "presses/press_judge.hpp"
+#include "presses/second_contact.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace calibration::detail;
+
+// Gray levels of cells, where noise is below one.
+constexpr double least_still_levels = 2.0;
+constexpr double noise_factor = 2.0, most_noise_levels = 5.0;
+constexpr int least_touched_cells = 6;
+// Half of the share of the picture by which the faintest press stands out; twice that of the oddest bare gel.
+constexpr double bare_share = 0.01;
+// Training refuses pictures whose untouched gel differs by 8 levels.
+constexpr double most_light_levels = 6.0;
+constexpr std::size_t slide_frames = 6;
+constexpr double slide_cells = 1.5, slide_growth = 1.25;
+constexpr int patience_holds = 10;
+
+}  // namespace
+
+struct PressCollector::Impl {
+  explicit Impl(const CollectorOptions& given) : options(given) {
+    if (!(options.diameter_mm > 0.0) || !(options.pixel_pitch_mm > 0.0) || options.background_frames < 1 ||
+        options.still_frames < 1)
+      throw std::invalid_argument("PressCollector: options out of range");
+  }
+
+  void look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3f& cells);
+  void begin_background(const cv::Mat3b& bgr, const cv::Mat3f& cells, const std::string& why);
+  void take_background();
+  std::optional<CollectedPress> watch(const cv::Mat3b& bgr, const cv::Mat3f& cells);
+  void look_at_light(const cv::Mat3f& cells);
+  void begin_touch();
+  std::optional<CollectedPress> end_touch();
+  bool slides(const ChangedPiece& piece);
+  void judge_hold(const cv::Mat1f& difference);
+  double touch_level() const { return std::max(least_touch_levels, noise_factor * noise_levels); }
+  double still_level() const { return std::max(least_still_levels, noise_factor * noise_levels); }
+
+  CollectorOptions options;
+  CollectorStatus status;
+  cv::Mat3b background;  // what presses are compared with
+  cv::Mat3f bare_cells;  // how the gel looked bare at the start of this session
+  double noise_levels = 0.0;
+
+  cv::Mat3f anchor;  // the frame since which nothing has changed
+  std::vector<cv::Mat3b> held;
+  std::optional<CollectedPress> best;
+  std::deque<ChangedPiece> places;  // of the touch, in the last frames
+  int holds = 0;
+  bool light_changed = false;
+};
+
+void PressCollector::Impl::begin_background(const cv::Mat3b& bgr, const cv::Mat3f& cells,
+                                            const std::string& why) {
+  held = {bgr.clone()};
+  anchor = cells;
+  noise_levels = 0.0;
+  status.warning = why;
+}
+
+/// The bare gel: `background_frames` pictures that are still, and in which nothing stands out.
+void PressCollector::Impl::look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
+  if (held.empty()) return begin_background(bgr, cells, status.warning);
+  const double change = largest(cell_difference(cells, anchor));
+  if (change > most_noise_levels)
+    return begin_background(bgr, cells, "something moves on the gel: keep everything off it");
+  noise_levels = std::max(noise_levels, change);
+  held.push_back(bgr.clone());
+  if (static_cast<int>(held.size()) >= options.background_frames) take_background();
+}
+
+void PressCollector::Impl::take_background() {
+  const cv::Mat3b mean = mean_image(held);
+  const cv::Mat3f cells = shrink_to_cells(mean);
+  held.clear();
+  if (!options.any_background &&
+      standing_out_cells(cells) > bare_share * static_cast<double>(cells.total())) {
+    status.warning = "something lies on the gel: lift it, so that the bare gel can be seen";
+    return;
+  }
+  background = mean;
+  bare_cells = cells;
+  status = {CollectPhase::ready, "", std::nullopt};
+}
+
+/// Lamps that warm up, a lamp that fails, an exposure that was changed: nothing that follows would fit.
+void PressCollector::Impl::look_at_light(const cv::Mat3f& cells) {
+  const double change = common_difference(cells, bare_cells);
+  const bool was_changed = std::exchange(light_changed, change > most_light_levels);
+  if (light_changed)
+    status.warning = format_text(
+        "the light has changed by %.0f gray levels since the bare gel was seen: nothing is taken until it is "
+        "as it was; "
+        "else begin again in another folder",
+        change);
+  else if (was_changed)
+    status.warning.clear();
+}
+
+void PressCollector::Impl::begin_touch() {
+  status = {CollectPhase::pressing, "", std::nullopt};
+  held.clear();
+  anchor.release();
+  best.reset();
+  places.clear();
+  holds = 0;
+}
+
+std::optional<CollectedPress> PressCollector::Impl::end_touch() {
+  const bool taken = best.has_value();
+  std::string why;
+  if (!taken)
+    why =
+        "not taken: " + (status.warning.empty() ? "the ball was not held still long enough" : status.warning);
+  status = {CollectPhase::ready, why, std::nullopt};
+  return std::exchange(best, std::nullopt);
+}
+
+bool PressCollector::Impl::slides(const ChangedPiece& piece) {
+  places.push_back(piece);
+  if (places.size() <= slide_frames) return false;
+  const ChangedPiece before = places.front();
+  places.pop_front();
+  const double growth = static_cast<double>(piece.cells) / before.cells;
+  return std::hypot(piece.u_cells - before.u_cells, piece.v_cells - before.v_cells) > slide_cells &&
+         growth < slide_growth && growth > 1.0 / slide_growth;
+}
+
+/// The ball has been still for as long as is asked.
+void PressCollector::Impl::judge_hold(const cv::Mat1f& difference) {
+  const cv::Mat3b mean = mean_image(std::exchange(held, {}));
+  const JudgedPress judged = judge_press(mean, background, difference, touch_level(),
+                                         0.5 * options.diameter_mm / options.pixel_pitch_mm);
+  ++holds;
+  if (best && (!judged.problem.empty() || judged.found.confidence <= best->confidence)) return;
+  status.found.reset();
+  if (judged.found.confidence > 0.0) status.found = judged.found.circle;
+  status.warning = judged.problem;
+  if (judged.problem.empty()) {
+    // A label's center is taken for the ball's, which shadows move less than the disc's.
+    const ContactCircle label{judged.found.ball.u_px, judged.found.ball.v_px, judged.found.circle.radius_px};
+    best = CollectedPress{mean, label, judged.found.confidence};
+    status.phase = CollectPhase::taken;
+  } else if (holds >= patience_holds) {
+    status.warning += "; if nothing touches the gel, it was not bare at the start: begin again";
+  }
+}
+
+std::optional<CollectedPress> PressCollector::Impl::watch(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
+  const cv::Mat1f difference = cell_difference(cells, bare_cells);
+  const std::vector<ChangedPiece> pieces = changed_pieces(difference, touch_level());
+  const bool was_touched = status.phase != CollectPhase::ready;
+  if (pieces.empty() || pieces.front().cells < least_touched_cells) {
+    if (was_touched) return end_touch();
+    look_at_light(cells);
+    return std::nullopt;
+  }
+  if (light_changed) return std::nullopt;
+  if (!was_touched) begin_touch();
+  const bool sliding = slides(pieces.front());
+  if (anchor.empty() || largest(cell_difference(cells, anchor)) > still_level()) {
+    anchor = cells;
+    held.clear();
+    if (!best && sliding) status.warning = "the ball slides: lift it, and press straight down";
+  }
+  held.push_back(bgr.clone());
+  if (static_cast<int>(held.size()) >= options.still_frames) judge_hold(difference);
+  return std::nullopt;
+}
+
+PressCollector::PressCollector(const CollectorOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PressCollector::~PressCollector() = default;
+
+std::optional<CollectedPress> PressCollector::add(const cv::Mat3b& bgr) {
+  if (bgr.cols < cells_across || bgr.rows < 16)
+    throw Error("pictures of " + size_text(bgr.cols, bgr.rows) +
+                " are too small to calibrate with: at least 80x16");
+  const cv::Mat3f cells = shrink_to_cells(bgr);
+  const bool has_background = !impl_->background.empty();
+  const cv::Size expected = has_background        ? impl_->background.size()
+                            : impl_->held.empty() ? bgr.size()
+                                                  : impl_->held.front().size();
+  if (bgr.size() != expected)
+    throw Error("the picture is " + size_text(bgr.cols, bgr.rows) + " but the first ones were " +
+                size_text(expected.width, expected.height) + ": all must come from one sensor");
+  if (has_background) return impl_->watch(bgr, cells);
+  impl_->look_at_bare_gel(bgr, cells);
+  return std::nullopt;
+}
+
+std::optional<CollectedPress> PressCollector::finish() { return std::exchange(impl_->best, std::nullopt); }
+
+const CollectorStatus& PressCollector::status() const { return impl_->status; }
+
+const cv::Mat3b& PressCollector::background() const { return impl_->background; }
+
+void PressCollector::set_background(const cv::Mat3b& background) {
+  if (background.size() != impl_->background.size())
+    throw Error("the background is " + size_text(background.cols, background.rows) +
+                " but the pictures are " + size_text(impl_->background.cols, impl_->background.rows) +
+                ": another sensor?");
+  impl_->background = background.clone();
+}
+
+}  // namespace gelslam

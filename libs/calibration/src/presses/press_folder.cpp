@@ -1,0 +1,171 @@
+#include "gelslam/calibration/press_folder.hpp"
+
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "gelslam/calibration/background_drift.hpp"
+#include "gelslam/calibration/circle_finder.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/sensor/image_input.hpp"
+#include "gelslam/surface/model_file.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int most_numbers = 100'000;  // of one ball: ends the search for a free one
+constexpr const char* catalogue_header = "experiment_reldir,diameter(mm)\n";
+// Training refuses pictures whose color differs by 8 levels (norm) from the background's.
+constexpr double most_light_levels = 4.0;
+
+std::string number_text(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
+  return {text, end};
+}
+
+void make_folders(const fs::path& path) {
+  std::error_code failure;
+  fs::create_directories(path, failure);
+  if (failure) throw Error("cannot make the folder " + quoted(path) + ": " + failure.message());
+}
+
+void write_picture_file(const fs::path& path, const cv::Mat3b& bgr) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", bgr, bytes)) throw Error("cannot encode " + quoted(path));
+  write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+std::string read_catalogue_text(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return catalogue_header;
+  std::ifstream stream(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  // Taken for empty, it would be replaced, and every earlier press lost.
+  if (!stream.good() && !stream.eof()) throw Error("cannot read " + quoted(path));
+  if (text.empty()) return catalogue_header;
+  if (text.back() != '\n') text += '\n';
+  return text;
+}
+
+/// Makes the first <n>/ that is not there: the system sees to it that two programs never get the same.
+std::string free_name(const fs::path& folder, double diameter_mm) {
+  const std::string ball = format_text("%.3fmm", diameter_mm);
+  make_folders(folder / ball);
+  for (int number = 0; number < most_numbers; ++number) {
+    const std::string name = ball + "/" + std::to_string(number);
+    std::error_code failure;
+    if (fs::create_directory(folder / name, failure)) return name;
+    if (failure && failure != std::errc::file_exists)
+      throw Error("cannot make the folder " + quoted(folder / name) + ": " + failure.message());
+  }
+  throw Error(quoted(folder / ball) + " is full");
+}
+
+}  // namespace
+
+PressFolder::PressFolder(const fs::path& folder, double diameter_mm, bool labels)
+    : folder_(folder), diameter_mm_(diameter_mm), labels_(labels) {
+  if (folder.empty()) throw Error("give the folder for the presses a name");
+  if (!fs::exists(folder)) return;
+  if (!fs::is_directory(folder)) throw Error(quoted(folder) + " is a file; name a folder for the presses");
+  lock_ = FolderLock(folder);
+  if (fs::exists(folder / "catalog.csv")) {
+    earlier_ = read_press_set(folder);
+    background_ = earlier_.background;
+  } else if (fs::exists(folder / "background.png")) {
+    background_ = read_image(folder / "background.png");
+  } else if (!fs::is_empty(folder)) {
+    throw Error(quoted(folder) +
+                " holds something else than presses; name a new folder, or one of an earlier collect");
+  }
+}
+
+std::vector<ContactCircle> PressFolder::earlier_circles(double pixel_pitch_mm) const {
+  std::vector<ContactCircle> circles;
+  for (const CalibrationPress& press : earlier_.presses) {
+    if (press.left_out || !press.problem.empty() ||
+        number_text(press.diameter_mm) != number_text(diameter_mm_))
+      continue;
+    if (press.label) {
+      circles.push_back(*press.label);
+      continue;
+    }
+    const FoundCircle found =
+        find_circle(press.bgr, earlier_.background, 0.5 * diameter_mm_ / pixel_pitch_mm);
+    if (found.problem.empty()) circles.push_back(found.circle);
+  }
+  return circles;
+}
+
+void PressFolder::write_background(const cv::Mat3b& background) {
+  if (!background_.empty()) return;
+  make_folders(folder_);
+  FolderLock lock = lock_.holds() ? std::move(lock_) : FolderLock(folder_);
+  // Neither was there at the start.
+  if (fs::exists(folder_ / "background.png") || fs::exists(folder_ / "catalog.csv"))
+    throw Error("meanwhile another program has collected into " + quoted(folder_) + ": begin again");
+  write_picture_file(folder_ / "background.png", background);
+  lock_ = std::move(lock);
+  background_ = background.clone();
+}
+
+void PressFolder::require_same_gel(const cv::Mat3b& now) const {
+  if (background_.empty()) return;
+  if (now.size() != background_.size())
+    throw Error(quoted(folder_) + " holds pictures of " + size_text(background_.cols, background_.rows) +
+                ", the sensor now gives " + size_text(now.cols, now.rows) +
+                ": another sensor needs a folder of its own");
+  const BackgroundDrift drift = measure_drift(background_cells(background_), background_cells(now));
+  if (drift.gel_changed || drift.light_change_levels > most_light_levels)
+    throw Error(
+        quoted(folder_) + " holds presses under another gel or light (" +
+        format_text("light %.1f, gel %.1f gray levels", drift.light_change_levels, drift.gel_change_levels) +
+        " off); begin a new folder");
+}
+
+std::string PressFolder::add(const CollectedPress& press) {
+  if (earlier_.presses.size() + added_.size() >= most_presses)
+    throw Error(quoted(folder_) + " holds " + std::to_string(most_presses) +
+                " presses, and more cannot be read: begin another folder");
+  std::string name = free_name(folder_, diameter_mm_);
+  try {
+    write_picture_file(folder_ / name / "gelsight.png", press.bgr);
+    if (labels_) write_label(folder_ / name / "label.npz", press.circle);
+    write_file_atomically(folder_ / "catalog.csv", read_catalogue_text(folder_ / "catalog.csv") + name + "," +
+                                                       number_text(diameter_mm_) + "\n");
+  } catch (const Error&) {
+    std::error_code ignored;
+    fs::remove_all(folder_ / name, ignored);  // made above, by us
+    throw;
+  }
+  added_.push_back(name);
+  return name;
+}
+
+bool PressFolder::take_back() {
+  if (added_.empty()) return false;
+  const std::string name = added_.back();
+  const fs::path catalogue = folder_ / "catalog.csv";
+  std::string text = read_catalogue_text(catalogue);
+  const std::string line = name + "," + number_text(diameter_mm_) + "\n";
+  if (const std::size_t place = text.rfind(line); place != std::string::npos) text.erase(place, line.size());
+  std::error_code ignored;  // what cannot be removed is no press any more once the catalogue does not name it
+  if (text == catalogue_header)
+    fs::remove(catalogue, ignored);  // a catalogue of nothing is a damaged one
+  else
+    write_file_atomically(catalogue, text);
+  for (const char* file : {"gelsight.png", "label.npz"}) fs::remove(folder_ / name / file, ignored);
+  fs::remove(folder_ / name, ignored);  // stays when a person has put something there
+  added_.pop_back();
+  return true;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,67 @@
+#include "presses/press_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "gelslam/calibration/press_change.hpp"
+
+namespace gelslam {
+cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
+  cv::Mat3f change;
+  cv::subtract(bgr, background, change, cv::noArray(), CV_32F);
+  std::vector<float> values(change.total());
+  cv::Vec3f common;
+  for (int channel = 0; channel < 3; ++channel) {
+    std::transform(change.begin(), change.end(), values.begin(),
+                   [&](const cv::Vec3f& c) { return c[channel]; });
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    common[channel] = *middle;
+  }
+  for (cv::Vec3f& c : change) c -= common;
+  return change;
+}
+
+namespace calibration::detail {
+namespace {
+
+constexpr float dark_levels = 10.0F;  // keeps the relative change finite where there is no light
+constexpr double window_radii = 2.0, window_margin_px = 10.0;
+
+}  // namespace
+
+cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) {
+  cv::Mat3f relative, soft_background;
+  background.convertTo(soft_background, CV_32F);
+  cv::GaussianBlur(soft_background, soft_background, cv::Size(), 1.0);
+  cv::GaussianBlur(change, relative, cv::Size(), 1.0);
+  std::transform(relative.begin(), relative.end(), soft_background.begin(), relative.begin(),
+                 [](const cv::Vec3f& c, const cv::Vec3f& b) {
+                   return cv::Vec3f(c[0] / (b[0] + dark_levels), c[1] / (b[1] + dark_levels),
+                                    c[2] / (b[2] + dark_levels));
+                 });
+  return relative;
+}
+
+PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, double wanted) {
+  const double reach = window_radii * contact.radius_px + window_margin_px;
+  const cv::Point first(static_cast<int>(contact.u_px - reach), static_cast<int>(contact.v_px - reach)),
+      last(static_cast<int>(contact.u_px + reach) + 2, static_cast<int>(contact.v_px + reach) + 2);
+  const cv::Rect window = cv::Rect(first, last) & cv::Rect(0, 0, relative.cols, relative.rows);
+  const int stride = std::max(1, static_cast<int>(std::lround(std::sqrt(window.area() / wanted))));
+  PressPoints points;
+  for (int v = window.y; v < window.y + window.height; v += stride)
+    for (int u = window.x; u < window.x + window.width; u += stride) {
+      points.u_px.push_back(u);
+      points.v_px.push_back(v);
+      for (int channel = 0; channel < 3; ++channel)
+        points.change[static_cast<std::size_t>(channel)].push_back(
+            static_cast<double>(relative(v, u)[channel]));
+    }
+  return points;
+}
+
+}  // namespace calibration::detail
+}  // namespace gelslam

@@ -1,0 +1,167 @@
+#include "gelslam/calibration/press_set.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <set>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/core/zip_archive.hpp"
+#include "gelslam/sensor/image_input.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double min_diameter_mm = 0.1, max_diameter_mm = 1000.0;
+constexpr std::size_t max_line = 4096;
+
+std::string trimmed(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\"");
+  if (first == std::string::npos) return "";
+  return text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
+}
+
+/// A name from a file must not lead out of the folder.
+bool stays_inside(const fs::path& name) {
+  return !name.empty() && name.is_relative() &&
+         std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
+}
+
+bool is_press_line(const std::string& line) {
+  const std::size_t comma = line.rfind(',');
+  const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1));
+  double diameter_mm = 0.0;
+  return std::from_chars(number.data(), number.data() + number.size(), diameter_mm).ec == std::errc();
+}
+
+CalibrationPress parse_line(const std::string& line, const std::string& where) {
+  const std::size_t comma = line.rfind(',');
+  CalibrationPress press;
+  const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1));
+  const char* end = number.data() + number.size();
+  if (number.empty() || std::from_chars(number.data(), end, press.diameter_mm).ptr != end)
+    throw Error(where + " cannot be read: mend it (folder,diameter in mm) or take it out");
+  if (!(press.diameter_mm >= min_diameter_mm && press.diameter_mm <= max_diameter_mm))
+    throw Error(where + ": the diameter must be between 0.1 and 1000 mm");
+  press.name = trimmed(line.substr(0, comma));
+  if (!stays_inside(press.name)) throw Error(where + ": the press must lie inside the calibration folder");
+  return press;
+}
+
+std::vector<CalibrationPress> read_catalog(const fs::path& path) {
+  std::ifstream stream(path);
+  if (!fs::is_regular_file(path) || !stream)
+    throw Error(
+        quoted(path) +
+        " cannot be read: a calibration folder has a catalog.csv with the lines folder,diameter in mm");
+  std::vector<CalibrationPress> presses;
+  std::set<std::string> names;
+  std::string line;
+  std::getline(stream, line);
+  if (is_press_line(line))
+    throw Error(quoted(path) + " has no header: its first line must be experiment_reldir,diameter(mm)");
+  for (int number = 2; std::getline(stream, line); ++number) {
+    if (trimmed(line).empty()) continue;
+    const std::string where = quoted(path) + " line " + std::to_string(number);
+    if (line.size() > max_line) throw Error(where + " is too long");
+    presses.push_back(parse_line(line, where));
+    if (!names.insert(presses.back().name).second)
+      throw Error(where + ": press '" + presses.back().name + "' is there twice");
+    if (presses.size() > most_presses)
+      throw Error(quoted(path) + " names more than " + std::to_string(most_presses) +
+                  " presses: spread them over several folders");
+  }
+  if (presses.empty())
+    throw Error(quoted(path) + " names no presses; delete it, and gelslam calibrate collect makes a new one");
+  return presses;
+}
+
+cv::Mat3b read_background(const fs::path& path) {
+  if (!fs::exists(path))
+    throw Error(quoted(path) + " is missing: put a picture of the same gel with nothing on it there");
+  cv::Mat3b background = read_image(path);
+  if (std::min(background.rows, background.cols) < 16)
+    throw Error(quoted(path) + " is " + size_text(background.cols, background.rows) +
+                ", need at least 16x16");
+  return background;
+}
+
+std::vector<double> numbers_in(const std::vector<ZipEntry>& entries, const std::string& name,
+                               std::size_t count, const fs::path& path) {
+  const auto entry =
+      std::find_if(entries.begin(), entries.end(), [&](const ZipEntry& e) { return e.name == name; });
+  if (entry == entries.end())
+    throw Error(quoted(path) + ": '" + name + "' is missing (a label holds center and radius)");
+  const std::vector<double> values = parse_npy(entry->contents, quoted(path) + ": " + name).to_doubles();
+  if (values.size() != count)
+    throw Error(quoted(path) + ": '" + name + "' holds " + std::to_string(values.size()) +
+                " numbers, expected " + std::to_string(count));
+  return values;
+}
+
+/// A camera that gave nothing: one color all over (noise is half a level at the very least).
+bool is_empty_picture(const cv::Mat3b& bgr) {
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(bgr, mean, deviation);
+  constexpr double least_levels = 0.5;
+  return std::max({deviation[0], deviation[1], deviation[2]}) < least_levels;
+}
+
+cv::Mat3b read_press_picture(const fs::path& path, const cv::Size& wanted) {
+  cv::Mat3b bgr = read_image(path);
+  if (bgr.size() != wanted)
+    throw Error(quoted(path) + " is " + size_text(bgr.cols, bgr.rows) + " but the background is " +
+                size_text(wanted.width, wanted.height) + ": all pictures must come from one sensor");
+  if (is_empty_picture(bgr)) throw Error(quoted(path) + " shows nothing: it has one color all over");
+  return bgr;
+}
+
+void read_press(const PressSet& set, CalibrationPress& press) {
+  const fs::path folder = set.folder / press.name;
+  press.left_out = fs::exists(folder / left_out_file);
+  const fs::path label = folder / (press.left_out ? left_out_file : label_file);
+  press.bgr = set.background;
+  try {
+    press.bgr = read_press_picture(folder / "gelsight.png", set.background.size());
+    if (fs::exists(label)) press.label = read_label(label);
+  } catch (const Error& error) {
+    press.problem = error.what();
+  }
+}
+
+}  // namespace
+
+ContactCircle read_label(const fs::path& path) {
+  const std::vector<ZipEntry> entries = read_zip(path);
+  const std::vector<double> center = numbers_in(entries, "center.npy", 2, path);
+  const std::vector<double> radius = numbers_in(entries, "radius.npy", 1, path);
+  const ContactCircle circle{center[0], center[1], radius[0]};
+  constexpr double far_px = 1e5;
+  if (!(std::abs(circle.u_px) < far_px && std::abs(circle.v_px) < far_px && circle.radius_px > 0.0 &&
+        circle.radius_px < far_px))
+    throw Error(quoted(path) + " is no circle in a picture; delete it and label the press again");
+  return circle;
+}
+
+void write_label(const fs::path& path, const ContactCircle& circle) {
+  const double center[] = {circle.u_px, circle.v_px}, radius[] = {circle.radius_px};
+  write_zip(path, {{"center.npy", format_npy({2}, center)}, {"radius.npy", format_npy({}, radius)}});
+}
+
+PressSet read_press_set(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw Error(quoted(folder) + " is no folder of ball presses");
+  PressSet set;
+  set.folder = folder;
+  set.presses = read_catalog(folder / "catalog.csv");
+  set.background = read_background(folder / "background.png");
+  for (CalibrationPress& press : set.presses) read_press(set, press);
+  return set;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "training/slope_samples.hpp"
+
+namespace gelslam::calibration::detail {
+
+/// How color follows slope and place on the whole gel, smoothly: for each channel, the change against the
+/// background is a polynomial in the slope angles (degree 4) whose coefficients are polynomials in the place
+/// (degree 4). Its constant is not 0: gel that is pressed in flat does not look like bare gel. Least squares
+/// with a ridge that grows with the degree. The change is counted in gray levels, or as a share of the
+/// background's light, which a lamp that is weaker in a corner takes from the bare and from the tilted gel
+/// alike: whichever tells more of presses that are left out of the fit.
+class ColorField {
+ public:
+  static constexpr int slope_terms = 15, place_terms = 15;  ///< of the two polynomials
+
+  explicit ColorField(const std::vector<SlopeSample>& samples);
+
+  /// Color change (BGR) that a slope makes at a place (u/W, v/H), in units of unit().
+  std::array<float, 3> change(const std::array<float, 2>& place, const std::array<float, 2>& angle_rad) const;
+
+  /// What one of the change is where the background's channel (0..1) is `flat`.
+  float unit(float flat) const;
+  bool is_relative() const { return relative_; }
+
+ private:
+  bool relative_ = false;
+  std::array<std::array<float, slope_terms * place_terms>, 3> coefficients_{};
+};
+
+}  // namespace gelslam::calibration::detail

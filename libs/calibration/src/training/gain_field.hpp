@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace gelslam::calibration::detail {
+
+/// Undoes regression to the mean (own). A network trained on noisy colors reads slopes too flat, by a factor
+/// that differs from place to place, and most at the steep end of what it has seen. While training, the
+/// regression of read on true angles is followed for each ninth of the gel and axis, and for steps of
+/// steepness; the angles asked for are stretched until all are 1. Between ninths and steps the stretch is
+/// interpolated.
+class GainField {
+ public:
+  using Pair = std::array<float, 2>;
+
+  /// A reading at `place` (u/W, v/H) whose true angles (rad) are known.
+  void note(const Pair& place, const Pair& read, const Pair& truth);
+
+  /// After each step: forgets slowly, and stretches a little more where read slopes are still too flat.
+  void settle();
+
+  /// What to ask the network for, so that it reads `truth`.
+  Pair stretched(const Pair& place, const Pair& truth) const;
+
+ private:
+  static constexpr std::size_t ninths = 9, steps = 8;
+  static constexpr double step_rad = 0.08;
+
+  struct Regression {
+    double read_true = 0.0, true_true = 0.0, stretch = 1.0;
+    void note(double read, double truth);
+    void settle();
+  };
+
+  std::array<std::array<Regression, ninths>, 2> by_place_;  ///< per axis
+  std::array<Regression, steps> by_steepness_;
+};
+
+}  // namespace gelslam::calibration::detail

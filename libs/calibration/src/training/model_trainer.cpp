@@ -1,0 +1,261 @@
+#include "gelslam/calibration/model_trainer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "gelslam/core/error.hpp"
+#include "training/color_field.hpp"
+#include "training/gain_field.hpp"
+#include "training/network_kernels.hpp"
+#include "training/slope_samples.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace calibration::detail;
+
+constexpr int batch = 1024;
+constexpr int wanted_samples = 250'000;
+constexpr int steps_per_report = 20;
+constexpr float color_factor = 2.0F;  // colors vary by a tenth, places by one; larger factors learn noise
+constexpr double flat_anchor =
+    0.02;  // keeps the reading of the background near 0 where only differences count
+
+/// The same numbers on every platform, unlike the distributions of <random>.
+class TrainingRandom {
+ public:
+  explicit TrainingRandom(std::uint64_t seed) : engine_(seed) {}
+  std::size_t below(std::size_t n) { return static_cast<std::size_t>(uniform() * static_cast<double>(n)); }
+  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  double normal() {
+    return std::sqrt(-2.0 * std::log(1.0 - uniform())) * std::cos(2.0 * std::numbers::pi * uniform());
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+NetworkNumbers first_numbers(TrainingRandom& random) {  // He's initialisation for ReLU layers
+  NetworkNumbers network;
+  for (std::size_t layer = 0; layer < 4; ++layer) {
+    const int inputs = NetworkNumbers::sizes[layer], outputs = NetworkNumbers::sizes[layer + 1];
+    for (int k = 0; k < inputs * outputs; ++k)
+      network.weight(layer)[k] = static_cast<float>(random.normal() * std::sqrt(2.0 / inputs));
+  }
+  return network;
+}
+
+/// Inputs as the network sees them while it learns: centered, colors enlarged, which learns faster. In the
+/// finished model this is part of the first layer.
+struct InputScaling {
+  std::array<float, 5> middle = {0.0F, 0.0F, 0.0F, 0.5F, 0.5F};
+  std::array<float, 5> factor = {color_factor, color_factor, color_factor, 1.0F, 1.0F};
+
+  explicit InputScaling(const std::vector<SlopeSample>& samples) {
+    std::array<double, 3> sum{};
+    for (const SlopeSample& sample : samples)
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<double>(sample.color[c]);
+    for (std::size_t c = 0; c < 3; ++c)
+      middle[c] = static_cast<float>(sum[c] / static_cast<double>(samples.size()));
+  }
+
+  float scaled(std::size_t input, float value) const { return (value - middle[input]) * factor[input]; }
+
+  void fold_into(NetworkNumbers& network) const {
+    for (int neuron = 0; neuron < NetworkNumbers::sizes[1]; ++neuron)
+      for (std::size_t k = 0; k < 5; ++k) {
+        float& weight = network.weight(0)[static_cast<std::size_t>(neuron) * 5 + k];
+        weight *= factor[k];
+        network.bias(0)[neuron] -= weight * middle[k];
+      }
+  }
+};
+
+GradientModel to_model(NetworkNumbers network, const InputScaling& scaling) {
+  scaling.fold_into(network);
+  GradientModel model;
+  for (std::size_t layer = 0; layer < 4; ++layer) {
+    GradientModel::Layer numbers;
+    numbers.inputs = NetworkNumbers::sizes[layer];
+    numbers.outputs = NetworkNumbers::sizes[layer + 1];
+    numbers.weight.assign(network.weight(layer), network.weight(layer) + numbers.inputs * numbers.outputs);
+    numbers.bias.assign(network.bias(layer), network.bias(layer) + numbers.outputs);
+    model.layers.push_back(std::move(numbers));
+  }
+  return model;
+}
+
+class ModelTrainer {
+ public:
+  ModelTrainer(const PressSet& set, const std::vector<BallZone>& zones, const ModelTraining& training)
+      : set_(set),
+        training_(training),
+        recipe_(training.recipe),
+        random_(training.seed),
+        network_(first_numbers(random_)),
+        samples_(zone_samples(set, zones, training.pixel_pitch_mm, wanted_samples)),
+        scaling_(samples_),
+        field_(samples_),
+        zone_shift_rad_(zones.size()) {
+    if (samples_.size() < static_cast<std::size_t>(batch))
+      throw Error("the presses show only " + std::to_string(samples_.size()) +
+                  " pixels of ball: too few to train on; take more presses");
+    const double flat =
+        recipe_.flat_share / (1.0 - recipe_.flat_share) * static_cast<double>(samples_.size());
+    const std::vector<SlopeSample> untouched = flat_samples(set, static_cast<int>(flat));
+    if (flat >= 1.0) samples_.insert(samples_.end(), untouched.begin(), untouched.end());
+  }
+
+  GradientModel run(ProgressSink& progress, const std::function<bool()>& stop) {
+    progress.begin("training", recipe_.steps);
+    for (int step = 0; step < recipe_.steps; ++step) {
+      const double rate =
+          recipe_.learning_rate * 0.5 * (1.0 + std::cos(std::numbers::pi * step / recipe_.steps));
+      train_step(rate, step);
+      if (step % steps_per_report != 0) continue;
+      if (stop()) throw Error("stopped; no model was written");
+      progress.update(step);
+    }
+    progress.update(recipe_.steps);
+    progress.end();
+    return to_model(network_, scaling_);
+  }
+
+ private:
+  void train_step(double rate, int step) {
+    NetworkNumbers gradient;
+    const bool correcting = recipe_.correct_gain && 2 * step > recipe_.steps;
+    for (int done = 0; done < batch; done += tile_samples) {
+      load_tile();
+      network_forward(network_, touched_);
+      if (recipe_.differences) network_forward(network_, untouched_);
+      set_derivatives(correcting);
+      network_backward(network_, touched_, d_touched_, gradient);
+      if (recipe_.differences) network_backward(network_, untouched_, d_untouched_, gradient);
+    }
+    if (correcting) gain_.settle();
+    const int t = step + 1;
+    // Kingma & Ba's bias corrections, folded into rate and epsilon.
+    const double second = std::sqrt(1.0 - std::pow(0.999, t)), first = 1.0 - std::pow(0.9, t);
+    adam_step(network_, gradient, first_moment_, second_moment_, static_cast<float>(rate * second / first),
+              static_cast<float>(1e-8 * second));
+  }
+
+  void load_tile() {
+    for (std::size_t k = 0; k < tile_samples; ++k) {
+      chosen_[k] = random_.below(samples_.size());
+      SlopeSample& sample = tile_[k];
+      sample = samples_[chosen_[k]];
+      moved_[k] = sample.zone >= 0 && random_.uniform() < recipe_.move_share;
+      if (moved_[k]) move(sample);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto light = static_cast<float>(
+            recipe_.light_jitter > 0.0 ? 1.0 + recipe_.light_jitter * random_.normal() : 1.0);
+        touched_.input[c * tile_samples + k] = scaling_.scaled(c, light * sample.color[c]);
+        untouched_.input[c * tile_samples + k] = scaling_.scaled(c, light * sample.flat_color[c]);
+      }
+      for (std::size_t c = 0; c < 2; ++c)
+        touched_.input[(3 + c) * tile_samples + k] = untouched_.input[(3 + c) * tile_samples + k] =
+            scaling_.scaled(3 + c, sample.place[c]);
+    }
+  }
+
+  /// Puts a sample somewhere else on the gel: its color changes as the smooth color field says, and keeps
+  /// what the field does not explain.
+  void move(SlopeSample& sample) {
+    const double reach = recipe_.move_reach;
+    const int u = std::clamp(sample.u_px + static_cast<int>(reach * random_.normal() * set_.background.cols),
+                             0, set_.background.cols - 1),
+              v = std::clamp(sample.v_px + static_cast<int>(reach * random_.normal() * set_.background.cols),
+                             0, set_.background.rows - 1);
+    const std::array<float, 2> place = {static_cast<float>(u) / static_cast<float>(set_.background.cols),
+                                        static_cast<float>(v) / static_cast<float>(set_.background.rows)};
+    const auto here = field_.change(sample.place, sample.angle_rad),
+               there = field_.change(place, sample.angle_rad);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float flat = static_cast<float>(set_.background(v, u)[static_cast<int>(c)]) / 255.0F;
+      const float was = sample.flat_color[c],
+                  unexplained = (sample.color[c] - was) / field_.unit(was) - here[c];
+      sample.color[c] = flat + field_.unit(flat) * (there[c] + unexplained);
+      sample.flat_color[c] = flat;
+    }
+    sample.place = place;
+  }
+
+  /// The sample's angles with its circle where the network sees it: a circle's own error shifts all its
+  /// angles, and would make slopes look read too flat.
+  std::array<float, 2> recentered_angle_rad(const SlopeSample& sample, const std::array<float, 2>& read) {
+    constexpr float follow = 0.005F;
+    std::array<float, 2>& shift = zone_shift_rad_[static_cast<std::size_t>(sample.zone)];
+    std::array<float, 2> angle = sample.angle_rad;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      shift[axis] += follow * (read[axis] - angle[axis] - shift[axis]);
+      angle[axis] += shift[axis];
+    }
+    return angle;
+  }
+
+  void set_derivatives(bool correcting) {
+    const float size = 1.0F / static_cast<float>(batch);
+    for (std::size_t k = 0; k < tile_samples; ++k) {
+      const SlopeSample& sample = tile_[k];
+      std::array<float, 2> read{}, wanted = sample.angle_rad;
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const std::size_t at = axis * tile_samples + k;
+        read[axis] = touched_.output[at] - (recipe_.differences ? untouched_.output[at] : 0.0F);
+      }
+      if (!moved_[k] && sample.zone >= 0) {
+        const std::array<float, 2> truth = recentered_angle_rad(sample, read);
+        if (correcting) gain_.note(sample.place, read, truth);
+      }
+      if (correcting) wanted = gain_.stretched(sample.place, sample.angle_rad);
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const std::size_t at = axis * tile_samples + k;
+        const float error = read[axis] - wanted[axis];
+        const float derivative = recipe_.absolute_loss ? (error > 0 ? size : -size) : 2.0F * size * error;
+        d_touched_[at] = derivative;
+        d_untouched_[at] =
+            -derivative + 2.0F * size * static_cast<float>(flat_anchor) * untouched_.output[at];
+      }
+    }
+  }
+
+  const PressSet& set_;
+  const ModelTraining& training_;
+  const TrainingRecipe& recipe_;
+  TrainingRandom random_;
+  NetworkNumbers network_, first_moment_, second_moment_;
+  std::vector<SlopeSample> samples_;
+  InputScaling scaling_;
+  ColorField field_;
+  std::array<SlopeSample, tile_samples> tile_;
+  std::array<bool, tile_samples> moved_{};
+  GainField gain_;
+  std::vector<std::array<float, 2>> zone_shift_rad_;  ///< as the network sees it
+  TileActivations touched_, untouched_;
+  std::array<float, 2 * tile_samples> d_touched_{}, d_untouched_{};
+  std::array<std::size_t, tile_samples> chosen_{};
+};
+
+}  // namespace
+
+TrainingRecipe published_recipe() {
+  return {.steps = 12000,
+          .learning_rate = 2e-3,
+          .absolute_loss = true,
+          .flat_share = 0.2,
+          .differences = false,
+          .correct_gain = false,
+          .move_share = 0.0,
+          .light_jitter = 0.0};
+}
+
+GradientModel train_model(const PressSet& set, const std::vector<BallZone>& zones,
+                          const ModelTraining& training, ProgressSink& progress,
+                          const std::function<bool()>& stop) {
+  return ModelTrainer(set, zones, training).run(progress, stop);
+}
+
+}  // namespace gelslam

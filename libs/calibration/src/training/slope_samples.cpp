@@ -1,0 +1,67 @@
+#include "training/slope_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gelslam::calibration::detail {
+namespace {
+
+SlopeSample sample_at(const cv::Mat3b& bgr, const cv::Mat3b& background, int u, int v) {
+  SlopeSample sample;
+  for (int channel = 0; channel < 3; ++channel) {
+    const auto c = static_cast<std::size_t>(channel);
+    sample.color[c] = static_cast<float>(bgr(v, u)[channel]) / 255.0F;
+    sample.flat_color[c] = static_cast<float>(background(v, u)[channel]) / 255.0F;
+  }
+  sample.place = {static_cast<float>(u) / static_cast<float>(bgr.cols),
+                  static_cast<float>(v) / static_cast<float>(bgr.rows)};
+  sample.u_px = u;
+  sample.v_px = v;
+  return sample;
+}
+
+}  // namespace
+
+std::array<float, 2> ball_angles_rad(double du_px, double dv_px, double ball_px) {
+  const double down = std::sqrt(std::max(1e-6, ball_px * ball_px - du_px * du_px - dv_px * dv_px));
+  return {static_cast<float>(std::atan2(du_px, down)), static_cast<float>(std::atan2(dv_px, down))};
+}
+
+std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<BallZone>& zones,
+                                      double pixel_pitch_mm, int wanted) {
+  double area = 0.0;
+  for (const BallZone& zone : zones) area += 3.1416 * zone.radius_px * zone.radius_px;
+  // Every pixel when there are few; else those whose number, along the picture, falls on the grid.
+  const int every = std::max(1, static_cast<int>(area / wanted));
+  std::vector<SlopeSample> samples;
+  int number = 0;
+  for (std::size_t k = 0; k < zones.size(); ++k) {
+    const BallZone& zone = zones[k];
+    const CalibrationPress& press = set.presses[zone.press];
+    const double ball_px = 0.5 * press.diameter_mm / pixel_pitch_mm;
+    const int reach = static_cast<int>(std::ceil(zone.radius_px));
+    for (int v = std::max(0, static_cast<int>(zone.v_px) - reach);
+         v <= std::min(press.bgr.rows - 1, static_cast<int>(zone.v_px) + reach + 1); ++v)
+      for (int u = std::max(0, static_cast<int>(zone.u_px) - reach);
+           u <= std::min(press.bgr.cols - 1, static_cast<int>(zone.u_px) + reach + 1); ++u) {
+        const double du = u - zone.u_px, dv = v - zone.v_px;
+        if (std::hypot(du, dv) > zone.radius_px || number++ % every != 0) continue;
+        SlopeSample sample = sample_at(press.bgr, set.background, u, v);
+        sample.angle_rad = ball_angles_rad(du, dv, ball_px);
+        sample.zone = static_cast<int>(k);
+        samples.push_back(sample);
+      }
+  }
+  return samples;
+}
+
+std::vector<SlopeSample> flat_samples(const PressSet& set, int wanted) {
+  const int every = std::max(1, static_cast<int>(set.background.total()) / std::max(1, wanted));
+  std::vector<SlopeSample> samples;
+  for (int k = 0; k < static_cast<int>(set.background.total()); k += every)
+    samples.push_back(
+        sample_at(set.background, set.background, k % set.background.cols, k / set.background.cols));
+  return samples;
+}
+
+}  // namespace gelslam::calibration::detail

@@ -1,0 +1,106 @@
+#include "texture_agreement.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "normal_flow_reference.hpp"
+#include "normal_gradient.hpp"
+#include "pixel_lookup.hpp"
+
+namespace gelslam::registration::detail {
+namespace {
+
+// So many tell noise from texture; the other samples between them would tell the same.
+constexpr std::size_t kEnoughSamples = 1000;
+constexpr double kShareToFollow = 0.5;  // of what makes a direction count as shown
+
+Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
+
+using SampleJacobian = Eigen::Matrix<float, 3, kParameters>;  // of a normal
+using SampleMatrix = Eigen::Matrix<float, kParameters, kParameters>;
+
+/// A sample's Jacobian as the target shows it: with its normal `n`, and how that changes along the
+/// reference's x and y.
+SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vector3f& n,
+                               const Eigen::Vector3f& dx, const Eigen::Vector3f& dy) {
+  const float x = s.x[k], y = s.y[k], z = s.z[k];
+  SampleJacobian jacobian;
+  jacobian.col(0) = -dy * z + n.cross(Eigen::Vector3f::UnitX());
+  jacobian.col(1) = dx * z + n.cross(Eigen::Vector3f::UnitY());
+  jacobian.col(2) = -dx * y + dy * x + n.cross(Eigen::Vector3f::UnitZ());
+  jacobian.col(3) = dx;
+  jacobian.col(4) = dy;
+  return jacobian;
+}
+
+/// What a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm.
+SampleMatrix gel_pattern(const Samples& s, std::size_t k) {
+  const float x = s.x[k], y = s.y[k], z = s.z[k];
+  const Eigen::Matrix<float, kParameters, 1> by_dx(0, z, -y, 1, 0), by_dy(-z, 0, x, 0, 1);
+  return by_dx * by_dx.transpose() + by_dy * by_dy.transpose();
+}
+
+}  // namespace
+
+TextureAgreement compare_texture(const Samples& s, const Surface& target, const Pose& target_T_reference,
+                                 const Residuals& residuals, double gel_pattern_per_mm) {
+  const PixelLookup lookup(s, target, target_T_reference);
+  const Eigen::Matrix3f& rotation = lookup.rotation();
+  const Eigen::Matrix3f back = rotation.transpose();
+  const auto inverse_pitch = static_cast<float>(1.0 / target.pixel_pitch_mm);
+  SampleMatrix read = SampleMatrix::Zero(), common = read, moments = read;
+  const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
+  const auto stride = static_cast<float>(step);
+  for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
+    const float w = stride * residuals.weight[k];
+    if (w <= 0) continue;
+    const cv::Point at = lookup.pixel(lookup.warped_mm(k));
+    if (at.x < 1 || at.y < 1 || at.x + 1 >= target.contact.cols || at.y + 1 >= target.contact.rows) continue;
+
+    // Along the reference's x and y the point moves on the surface, so its z changes too.
+    const float slope_x = -s.nx[k] / std::max(s.nz[k], 0.2f), slope_y = -s.ny[k] / std::max(s.nz[k], 0.2f);
+    const NormalGradient gradient = normal_gradient(target.normals, at);
+    const Eigen::Vector3f along_u = vector(gradient.dx), along_v = vector(gradient.dy);
+    const auto carried_back = [&](float du, float dv) {
+      return Eigen::Vector3f(back * ((du * along_u + dv * along_v) * inverse_pitch));
+    };
+    const Eigen::Vector3f dx =
+        carried_back(rotation(0, 0) + rotation(0, 2) * slope_x, rotation(1, 0) + rotation(1, 2) * slope_x);
+    const Eigen::Vector3f dy =
+        carried_back(rotation(0, 1) + rotation(0, 2) * slope_y, rotation(1, 1) + rotation(1, 2) * slope_y);
+    const Eigen::Vector3f n(s.nx[k] + residuals.rx[k], s.ny[k] + residuals.ry[k], s.nz[k] + residuals.rz[k]);
+    const SampleJacobian here = jacobian_of(s, k), there = target_jacobian(s, k, n, dx, dy);
+    read += w * here.transpose() * here;
+    common += w * here.transpose() * there;
+    moments += w * gel_pattern(s, k);
+  }
+  TextureAgreement texture;
+  texture.read = read.cast<double>();
+  texture.common = 0.5 * (common + common.transpose()).cast<double>();
+  texture.pattern = gel_pattern_per_mm * gel_pattern_per_mm * moments.cast<double>();
+  return texture;
+}
+
+ShownDirections shown_directions(const TextureAgreement& texture, double least_share) {
+  // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
+  const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
+  const auto at_least = [&](double share) {
+    return (eigen.eigenvalues().array() >= share).count();
+  };  // they ascend
+  const auto shown = at_least(least_share);
+  const Directions basis = eigen.eigenvectors().rightCols(shown);
+  ShownDirections result;
+  result.followed = eigen.eigenvectors().rightCols(at_least(kShareToFollow * least_share));
+  result.measures = scale * basis;  // of the eigenvectors' inverse, transposed
+  for (int i = 0; i < shown; ++i) {
+    const double share = eigen.eigenvalues()[kParameters - shown + i];
+    const double pattern = basis.col(i).dot(texture.pattern * basis.col(i));
+    result.share.push_back(std::min(1.0, share));
+    result.pattern_share.push_back(std::min(1.0, pattern / share));
+  }
+  return result;
+}
+
+}  // namespace gelslam::registration::detail

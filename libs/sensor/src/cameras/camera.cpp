@@ -1,0 +1,223 @@
+#include "cameras/camera.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <sstream>
+#include <thread>
+
+#include "cameras/camera_controls.hpp"
+#include "cameras/camera_list.hpp"
+#include "cameras/capture_format.hpp"
+#include "cameras/capture_stream.hpp"
+#include "gelslam/core/text.hpp"
+#include "images/joined_warnings.hpp"
+
+namespace gelslam {
+namespace detail {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr int wait_slice_ms = 100;  // how soon stop() is heard
+constexpr auto retry_pause = std::chrono::milliseconds(50);
+
+void give_up_if_asked(const CameraOptions& options) {
+  if (options.gives_up && options.gives_up())
+    throw Error("stopped while the camera was being opened; nothing was written");
+}
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+NodeIdentity capture_identity(const VideoNode& node) {
+  const NodeIdentity identity = node.identity();
+  if (identity.kind() == CameraNode::capture) return identity;
+  if (identity.kind() == CameraNode::metadata) {
+    const std::string beside = capture_node_beside(node.path(), identity.bus, node.system());
+    throw Error(node.path() + ": carries only metadata of " + identity.name +
+                (beside.empty() ? "; see gelslam devices" : "; its pictures are at " + beside));
+  }
+  // A virtual camera becomes a capture node when somebody feeds it, so this may pass.
+  throw CameraFailure(node.path() + ": gives no pictures (" + identity.name + " is no camera now)", EAGAIN);
+}
+
+/// "a; b" of what is not empty.
+class V4l2Camera final : public CameraSource {
+ public:
+  V4l2Camera(const CameraOptions& options, const std::string& path, const VideoSystem& system)
+      : options_(options),
+        node_(system, path),
+        identity_(capture_identity(node_)),
+        format_(negotiate_format(node_, options)),
+        stream_(node_) {
+    if (has_automatics_on(node_)) settle();
+    ControlReport report = hold_controls(node_, options.controls, read_controls(node_));
+    settings_ = std::move(report.settings);
+    opening_warning_ = joined({wrong_sensor_warning(), format_.warning, report.warning});
+    if (!opening_warning_.empty()) opening_warning_ = path + ": " + opening_warning_;
+    options_.gives_up = nullptr;  // whom it asks may be gone when frames are read
+  }
+
+  std::optional<RawFrame> next() override {
+    const Clock::time_point start = Clock::now();
+    int damaged_here = 0;
+    while (!stopped_) {
+      const Capture capture = stream_.take(wait_slice_ms, captured_);
+      if (capture == Capture::frame && !is_short()) return deliver();
+      if (capture != Capture::nothing_yet) {
+        ++damaged_;
+        ++damaged_here;
+      }
+      if (seconds_since(start) > options_.timeout_s) throw Error(stall_words(damaged_here));
+    }
+    return std::nullopt;
+  }
+
+  void stop() override { stopped_ = true; }
+  double rate_hz() const override { return format_.rate_hz; }
+  std::int64_t lost_frames() const override { return lost_; }
+  const std::vector<CameraSetting>& settings() const override { return settings_; }
+
+  std::string description() const override {
+    std::ostringstream text;
+    text << identity_.name << ", " << node_.path() << ", "
+         << (options_.encoding == FrameEncoding::jpeg ? "MJPG " : "YUYV ") << options_.width_px << "x"
+         << options_.height_px << ", " << std::round(format_.rate_hz * 100) / 100 << " Hz";
+    return text.str();
+  }
+
+  std::string warning() const override {
+    const int damaged = damaged_;
+    if (damaged == 0) return opening_warning_;
+    return joined({opening_warning_, node_.path() + ": " + counted(damaged, "frame") +
+                                         " came damaged from the driver; check cable and port"});
+  }
+
+ private:
+  /// Lets automatic exposure and white balance find their values, which are then held. Those frames are not
+  /// kept.
+  void settle() {
+    const Clock::time_point start = Clock::now();
+    CapturedFrame ignored;
+    while (seconds_since(start) < options_.settle_s) {
+      stream_.take(wait_slice_ms, ignored);
+      give_up_if_asked(options_);
+    }
+  }
+
+  std::string wrong_sensor_warning() const {
+    const std::string is = known_sensor(identity_.name), wanted = known_sensor(options_.sensor);
+    if (is.empty() || wanted.empty() || is == wanted) return "";
+    return "this is a " + is + ", the configuration is for a " + wanted;
+  }
+
+  std::string stall_words(int damaged_here) const {
+    std::ostringstream text;
+    text << node_.path() << ": no " << (damaged_here > 0 ? "whole " : "") << "frame for "
+         << options_.timeout_s << " s";
+    if (damaged_here > 0) text << " (" << damaged_here << " damaged ones)";
+    text << "; unplug the camera and plug it in again, directly and into another port if this comes back";
+    return text.str();
+  }
+
+  /// An uncompressed picture that ends early would keep the last one's rows.
+  bool is_short() const {
+    const std::size_t rows = static_cast<std::size_t>(options_.height_px);
+    return format_.row_bytes > 0 && captured_.bytes.size() < format_.row_bytes * (rows - 1) + row_length();
+  }
+  std::size_t row_length() const { return 2 * static_cast<std::size_t>(options_.width_px); }
+
+  void close_row_gaps() {
+    if (format_.row_bytes <= row_length()) return;
+    std::vector<std::uint8_t>& bytes = captured_.bytes;
+    for (std::size_t row = 1; row < static_cast<std::size_t>(options_.height_px); ++row) {
+      const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(row * format_.row_bytes);
+      std::copy(from, from + static_cast<std::ptrdiff_t>(row_length()),
+                bytes.begin() + static_cast<std::ptrdiff_t>(row * row_length()));
+    }
+    bytes.resize(row_length() * static_cast<std::size_t>(options_.height_px));
+  }
+
+  RawFrame deliver() {
+    close_row_gaps();
+    const std::uint32_t step = delivered_ == 0 ? 1 : captured_.sequence - last_sequence_;
+    const bool plausible = step >= 1 && step < 1u << 31;  // else the driver counts from anew, or not at all
+    if (plausible) lost_ += step - 1;
+    sequence_ += delivered_ == 0 ? captured_.sequence : (plausible ? step : 1);
+    last_sequence_ = captured_.sequence;
+
+    RawFrame frame;
+    frame.encoding = options_.encoding;
+    frame.bytes = std::move(captured_.bytes);
+    frame.width_px = options_.width_px;
+    frame.height_px = options_.height_px;
+    frame.time_s = time_of_frame();
+    frame.index = delivered_++;
+    frame.sequence = sequence_;
+    frame.arrived = captured_.arrived;
+    return frame;
+  }
+
+  /// By the driver's clock as long as it goes forward, else by when the frame arrived.
+  double time_of_frame() {
+    double step_s = 0;
+    if (delivered_ > 0) {
+      step_s = std::chrono::duration<double>(captured_.arrived - last_arrival_).count();
+      if (captured_.driver_time_s && last_driver_time_s_ && *captured_.driver_time_s > *last_driver_time_s_)
+        step_s = *captured_.driver_time_s - *last_driver_time_s_;
+    }
+    last_arrival_ = captured_.arrived;
+    last_driver_time_s_ = captured_.driver_time_s;
+    return time_s_ += step_s;
+  }
+
+  CameraOptions options_;
+  VideoNode node_;
+  NodeIdentity identity_;
+  CaptureFormat format_;
+  CaptureStream stream_;
+  std::vector<CameraSetting> settings_;
+  std::string opening_warning_;
+
+  CapturedFrame captured_;
+  std::int64_t delivered_ = 0, sequence_ = 0;
+  std::uint32_t last_sequence_ = 0;
+  Clock::time_point last_arrival_;
+  std::optional<double> last_driver_time_s_;
+  double time_s_ = 0;
+  std::atomic<std::int64_t> lost_ = 0;
+  std::atomic<int> damaged_ = 0;
+  std::atomic<bool> stopped_ = false;
+};
+
+/// A camera that another program has just left, or a virtual one that is just being fed, says so for a
+/// moment.
+bool may_pass(const CameraFailure& failure) {
+  return failure.code == EBUSY || failure.code == EINVAL || failure.code == EAGAIN;
+}
+
+}  // namespace
+
+std::unique_ptr<CameraSource> open_camera(const CameraOptions& options, const VideoSystem& system) {
+  const std::string path = find_camera(options, system);
+  for (const Clock::time_point start = Clock::now();;) {
+    give_up_if_asked(options);
+    try {
+      auto camera = std::make_unique<V4l2Camera>(options, path, system);
+      give_up_if_asked(options);  // at the last moment
+      return camera;
+    } catch (const CameraFailure& failure) {
+      if (!may_pass(failure) || seconds_since(start) > options.patience_s) throw;
+    }
+    std::this_thread::sleep_for(retry_pause);
+  }
+}
+
+}  // namespace detail
+
+std::unique_ptr<CameraSource> open_camera(const CameraOptions& options) {
+  return detail::open_camera(options, detail::linux_video_system());
+}
+
+}  // namespace gelslam

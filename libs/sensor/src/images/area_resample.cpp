@@ -1,0 +1,71 @@
+#include "images/area_resample.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace gelslam::detail {
+namespace {
+
+/// Which input pixels an output pixel averages along one axis, with weights that add up to 1.
+struct Footprint {
+  int first = 0;
+  std::vector<float> weights;
+};
+
+std::vector<Footprint> footprints(double begin, double length, int outputs, int inputs) {
+  const double step = length / outputs;
+  std::vector<Footprint> result(static_cast<std::size_t>(outputs));
+  for (int i = 0; i < outputs; ++i) {
+    const double low = std::clamp(begin + i * step, 0.0, inputs - 1e-6);
+    const double high = std::clamp(begin + (i + 1) * step, low + 1e-6, static_cast<double>(inputs));
+    Footprint& footprint = result[static_cast<std::size_t>(i)];
+    footprint.first = static_cast<int>(std::floor(low));
+    const int last = std::min(inputs - 1, static_cast<int>(std::ceil(high)) - 1);
+    for (int k = footprint.first; k <= last; ++k) {
+      const double covered = std::min<double>(high, k + 1) - std::max<double>(low, k);
+      footprint.weights.push_back(static_cast<float>(std::max(0.0, covered) / (high - low)));
+    }
+  }
+  return result;
+}
+
+void average_rows(const cv::Mat3b& image, const Footprint& rows, std::vector<float>& sum) {
+  std::fill(sum.begin(), sum.end(), 0.0f);
+  for (std::size_t k = 0; k < rows.weights.size(); ++k) {
+    const uchar* row = image.ptr(rows.first + static_cast<int>(k));
+    const float weight = rows.weights[k];
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * static_cast<float>(row[i]);
+  }
+}
+
+void average_columns(const std::vector<float>& row, const std::vector<Footprint>& columns,
+                     cv::Vec3b* output) {
+  for (std::size_t u = 0; u < columns.size(); ++u) {
+    float blue = 0.5f, green = 0.5f, red = 0.5f;  // to round by cutting off
+    const float* pixel = row.data() + 3 * columns[u].first;
+    for (const float weight : columns[u].weights) {
+      blue += weight * pixel[0];
+      green += weight * pixel[1];
+      red += weight * pixel[2];
+      pixel += 3;
+    }
+    output[u] = cv::Vec3b(static_cast<uchar>(blue), static_cast<uchar>(green), static_cast<uchar>(red));
+  }
+}
+
+}  // namespace
+
+cv::Mat3b area_resample(const cv::Mat3b& image, const cv::Rect2d& window, cv::Size size) {
+  const auto rows = footprints(window.y, window.height, size.height, image.rows);
+  const auto columns = footprints(window.x, window.width, size.width, image.cols);
+  cv::Mat3b result(size);
+  std::vector<float> sum(3 * static_cast<std::size_t>(image.cols));
+  for (int v = 0; v < size.height; ++v) {
+    average_rows(image, rows[static_cast<std::size_t>(v)], sum);
+    average_columns(sum, columns, result[v]);
+  }
+  return result;
+}
+
+}  // namespace gelslam::detail

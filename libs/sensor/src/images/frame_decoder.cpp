@@ -1,0 +1,173 @@
+#include "gelslam/sensor/frame_decoder.hpp"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "images/area_resample.hpp"
+#include "images/crop_window.hpp"
+#include "images/jpeg_decoder.hpp"
+#include "images/png_decoder.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr std::size_t most_bytes = 512u << 20;
+
+}  // namespace
+
+struct FrameDecoder::Impl {
+  explicit Impl(const SensorProfile& sensor) : profile(sensor) {}
+
+  cv::Mat3b decode(const RawFrame& frame);
+  cv::Mat3b decode_jpeg(const RawFrame& frame);
+  cv::Mat3b decode_png(const RawFrame& frame);
+  cv::Mat3b decode_plain(const RawFrame& frame, int bytes_per_pixel);
+  bool size_is_plausible(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px);
+  void refuse_residual(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) const;
+  cv::Rect window_of(cv::Size raw) const;
+  cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const;
+
+  SensorProfile profile;
+  detail::JpegDecoder jpeg;
+  cv::Mat3b decoded;  // kept, so that no frame allocates
+  std::string damage;
+};
+
+/// What is announced and what the header says must agree: a broken header may claim any size.
+bool FrameDecoder::Impl::size_is_plausible(const RawFrame& frame, std::int64_t width_px,
+                                           std::int64_t height_px) {
+  const bool announced = frame.width_px > 0 && frame.height_px > 0;
+  if (announced && (frame.width_px != width_px || frame.height_px != height_px)) {
+    damage = "the picture says it is " + size_text(width_px, height_px) + " pixels, announced were " +
+             size_text(frame.width_px, frame.height_px);
+    return false;
+  }
+  if (width_px < 1 || height_px < 1 || width_px > detail::most_picture_pixels ||
+      height_px > detail::most_picture_pixels || width_px * height_px > detail::most_picture_pixels) {
+    damage =
+        "the picture says it is " + size_text(width_px, height_px) + " pixels, which no touch sensor has";
+    return false;
+  }
+  return true;
+}
+
+void FrameDecoder::Impl::refuse_residual(const RawFrame& frame, std::int64_t width_px,
+                                         std::int64_t height_px) const {
+  if (detail::picture_fit(width_px, height_px, profile) == detail::PictureFit::never) {
+    throw Error("frame " + std::to_string(frame.index) + " " +
+                detail::residual_text(width_px, height_px, profile));
+  }
+}
+
+cv::Rect FrameDecoder::Impl::window_of(cv::Size raw) const {
+  if (detail::picture_fit(raw.width, raw.height, profile) == detail::PictureFit::as_it_is) return {{}, raw};
+  return detail::crop_window(raw, profile.width_px, profile.height_px);
+}
+
+/// The window is that of the raw picture, whatever scale it was decoded at.
+cv::Mat3b FrameDecoder::Impl::fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const {
+  const cv::Size size(profile.width_px, profile.height_px);
+  if (picture.size() == size && raw == size) return picture.clone();
+  const cv::Rect window = window_of(raw);
+  const double scale = 1.0 / denominator;
+  const cv::Rect2d scaled(window.x * scale, window.y * scale, window.width * scale, window.height * scale);
+  return detail::area_resample(picture, scaled, size);
+}
+
+cv::Mat3b FrameDecoder::Impl::decode_jpeg(const RawFrame& frame) {
+  const detail::JpegInfo info = jpeg.read_header(frame.bytes);
+  if (info.width_px == 0) {
+    damage = jpeg.damage();
+    return {};
+  }
+  if (!size_is_plausible(frame, info.width_px, info.height_px)) return {};
+  if (!info.color) {
+    damage = "a gray picture; slopes are read from the sensor's colors";
+    return {};
+  }
+  refuse_residual(frame, info.width_px, info.height_px);
+  const cv::Size raw(info.width_px, info.height_px);
+  const cv::Rect window = window_of(raw);
+  int denominator = 1;
+  while (denominator < 4 && window.width >= 2 * denominator * profile.width_px &&
+         window.height >= 2 * denominator * profile.height_px) {
+    denominator *= 2;
+  }
+  if (!jpeg.decode(frame.bytes, info, denominator, decoded)) {
+    damage = jpeg.damage();
+    return {};
+  }
+  return fit(decoded, raw, denominator);
+}
+
+cv::Mat3b FrameDecoder::Impl::decode_png(const RawFrame& frame) {
+  const detail::PngInfo info = detail::check_png(frame.bytes);
+  damage = info.damage;
+  if (!damage.empty() || !size_is_plausible(frame, info.width_px, info.height_px)) return {};
+  refuse_residual(frame, info.width_px, info.height_px);
+  const cv::Mat3b picture = detail::decode_png(frame.bytes);
+  if (picture.empty()) {
+    damage = "PNG is corrupt, or no color picture with 8 bits per channel";
+    return {};
+  }
+  return fit(picture, picture.size(), 1);
+}
+
+cv::Mat3b FrameDecoder::Impl::decode_plain(const RawFrame& frame, int bytes_per_pixel) {
+  if (!size_is_plausible(frame, frame.width_px, frame.height_px)) return {};
+  refuse_residual(frame, frame.width_px, frame.height_px);
+  const std::size_t needed =
+      static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px * bytes_per_pixel);
+  if (frame.bytes.size() < needed) {
+    damage = "the picture ends early: " + std::to_string(frame.bytes.size()) + " of " +
+             std::to_string(needed) + " bytes";
+    return {};
+  }
+  const cv::Mat wrapped(frame.height_px, frame.width_px, CV_8UC(bytes_per_pixel),
+                        const_cast<std::uint8_t*>(frame.bytes.data()));
+  if (bytes_per_pixel == 3) return fit(wrapped, wrapped.size(), 1);
+  if (frame.width_px % 2 != 0) {
+    damage = "a YUYV picture of odd width";
+    return {};
+  }
+  cv::cvtColor(wrapped, decoded, cv::COLOR_YUV2BGR_YUYV);
+  return fit(decoded, decoded.size(), 1);
+}
+
+cv::Mat3b FrameDecoder::Impl::decode(const RawFrame& frame) {
+  damage.clear();
+  if (frame.bytes.empty() || frame.bytes.size() > most_bytes) {
+    damage =
+        frame.bytes.empty() ? "the frame is empty" : "the frame is larger than any picture of a touch sensor";
+    return {};
+  }
+  switch (frame.encoding) {
+    case FrameEncoding::jpeg:
+      return decode_jpeg(frame);
+    case FrameEncoding::png:
+      return decode_png(frame);
+    case FrameEncoding::bgr:
+      return decode_plain(frame, 3);
+    case FrameEncoding::yuyv:
+      return decode_plain(frame, 2);
+  }
+  return {};
+}
+
+FrameDecoder::FrameDecoder(const SensorProfile& profile) : impl_(std::make_unique<Impl>(profile)) {}
+FrameDecoder::~FrameDecoder() = default;
+
+std::optional<TactileImage> FrameDecoder::decode(const RawFrame& frame) {
+  TactileImage image;
+  image.bgr = impl_->decode(frame);
+  if (image.bgr.empty()) return std::nullopt;
+  image.time_s = frame.time_s;
+  image.index = frame.index;
+  return image;
+}
+
+const std::string& FrameDecoder::damage() const { return impl_->damage; }
+
+}  // namespace gelslam

@@ -1,0 +1,37 @@
+#include "gelslam/sensor/frame_source.hpp"
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "images/image_folder_source.hpp"
+#include "images/video_source.hpp"
+#include "logs/raw_log_source.hpp"
+
+namespace gelslam {
+
+namespace fs = std::filesystem;
+
+std::unique_ptr<FrameSource> open_frame_source(const fs::path& log, const SensorProfile& profile) {
+  std::error_code code;
+  const fs::file_status status = fs::status(log, code);
+  if (!fs::exists(status)) throw Error(log.string() + ": no such file or folder");
+  if (fs::is_directory(status)) {
+    const fs::path recorded = log / "log.mkv";
+    if (fs::exists(recorded, code)) return open_frame_source(recorded, profile);
+    const fs::path video = log / "gelsight.avi";
+    if (fs::exists(video, code)) return detail::open_video(video, profile);
+    std::vector<fs::path> images = detail::list_images(log);
+    if (images.empty())
+      throw Error(log.string() +
+                  ": the folder holds neither log.mkv nor gelsight.avi nor images (png, jpg, bmp, tiff)");
+    return detail::open_image_folder(log, std::move(images), profile);
+  }
+  if (!fs::is_regular_file(status)) throw Error(log.string() + ": neither a file nor a folder");
+  if (detail::has_image_ending(log))
+    throw Error(log.string() + ": a single image; give the folder that holds the images, or a video");
+  if (is_matroska(log)) {
+    if (auto source = detail::open_matroska_frames(log, profile)) return source;
+  }
+  return detail::open_video(log, profile);
+}
+
+}  // namespace gelslam

@@ -1,0 +1,110 @@
+#include "gelslam/sensor/image_input.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "images/crop_window.hpp"
+#include "images/image_header.hpp"
+#include "images/quiet.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr std::uintmax_t largest_image_file_bytes = 256u << 20;
+
+std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
+  std::error_code code;
+  const std::uintmax_t size = std::filesystem::file_size(path, code);
+  if (code) throw Error(path.string() + ": cannot be read: " + code.message());
+  if (size == 0) throw Error(path.string() + ": the file is empty");
+  if (size > largest_image_file_bytes)
+    throw Error(path.string() + ": larger than any image of a touch sensor");
+  std::ifstream file(path, std::ios::binary);
+  std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!file) throw Error(path.string() + ": cannot be read; check its permissions");
+  return bytes;
+}
+
+/// Refuses what the decoder would take a long time or a lot of memory for, or would quietly complete with
+/// gray.
+void check_header(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  const auto header = detail::peek_image_header(bytes);
+  if (!header) return;
+  if (!header->complete) throw Error(path.string() + ": the image is truncated");
+  // Each side first: their product could overflow.
+  if (header->width_px > detail::most_picture_pixels || header->height_px > detail::most_picture_pixels ||
+      header->width_px * header->height_px > detail::most_picture_pixels) {
+    throw Error(path.string() + ": " + size_text(header->width_px, header->height_px) +
+                " pixels are more than any touch sensor has");
+  }
+}
+
+cv::Mat decode(const std::vector<unsigned char>& bytes) {
+  const detail::QuietStderr quiet;  // libpng, libjpeg and libtiff write to stderr themselves
+  try {
+    return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+}  // namespace
+
+cv::Mat3b read_image(const std::filesystem::path& path) {
+  const std::vector<unsigned char> bytes = read_bytes(path);
+  check_header(bytes, path);
+  cv::Mat image = decode(bytes);
+  if (image.empty())
+    throw Error(path.string() + ": not a readable image (png, jpg, bmp or tiff), or damaged");
+  if (image.depth() != CV_8U) throw Error(path.string() + ": needs 8 bits per channel");
+  if (image.channels() == 4) {
+    cv::Mat3b bgr;
+    cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
+    if (!is_gray(bgr)) return bgr;
+  } else if (image.channels() == 3 && !is_gray(image)) {
+    return image;
+  }
+  throw Error(path.string() +
+              ": a gray image; slopes are read from the sensor's colors, give the color image");
+}
+
+cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px) {
+  if (image.empty() || width_px < 1 || height_px < 1)
+    throw std::invalid_argument("crop_and_resize: empty size");
+  const cv::Rect window = detail::crop_window(image.size(), width_px, height_px);
+  cv::Mat result;
+  cv::resize(image(window), result, cv::Size(width_px, height_px), 0, 0, cv::INTER_AREA);
+  return result;
+}
+
+cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name) {
+  switch (detail::picture_fit(image.cols, image.rows, profile)) {
+    case detail::PictureFit::as_it_is:
+      return image;
+    case detail::PictureFit::crop:
+      return crop_and_resize(image, profile.width_px, profile.height_px);
+    case detail::PictureFit::never:
+      break;
+  }
+  throw Error(name + ": " + detail::residual_text(image.cols, image.rows, profile));
+}
+
+bool is_gray(const cv::Mat3b& image, int tolerance) {
+  for (int v = 0; v < image.rows; ++v) {
+    const cv::Vec3b* row = image[v];
+    for (int u = 0; u < image.cols; ++u) {
+      const auto [low, high] = std::minmax({row[u][0], row[u][1], row[u][2]});
+      if (high - low > tolerance) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <string>
+
+namespace gelslam::detail {
+
+struct JpegInfo {
+  int width_px = 0, height_px = 0;  ///< 0 x 0 when the header cannot be read
+  bool color = true;
+};
+
+/// libjpeg-turbo, with what it says about broken pictures put into words.
+class JpegDecoder {
+ public:
+  JpegDecoder();
+  ~JpegDecoder();
+
+  JpegInfo read_header(std::span<const std::uint8_t> bytes);
+  /// The whole picture at 1/denominator of its size (1, 2 or 4; rounded up). False when the bytes are torn or
+  /// corrupt; damage() says how. `picture`'s memory is used again where its size allows.
+  bool decode(std::span<const std::uint8_t> bytes, const JpegInfo& info, int denominator, cv::Mat3b& picture);
+  const std::string& damage() const { return damage_; }
+
+ private:
+  void start_afresh();
+  bool decompress(std::span<const std::uint8_t> bytes, cv::Mat3b& picture, int flags);
+
+  void* handle_;
+  std::string damage_;
+};
+
+}  // namespace gelslam::detail

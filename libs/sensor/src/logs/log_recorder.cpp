@@ -1,0 +1,152 @@
+#include "gelslam/sensor/log_recorder.hpp"
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
+#include "images/raw_picture.hpp"
+
+namespace gelslam {
+namespace {
+
+std::string megabytes(std::size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
+
+}  // namespace
+
+struct LogRecorder::Impl {
+  Impl(std::unique_ptr<LogWriter> log_writer, const LogRecorderOptions& recorder_options)
+      : writer(std::move(log_writer)), options(recorder_options) {
+    if (options.resize_to) decoder.emplace(*options.resize_to);
+    thread = std::thread([this] { run(); });
+  }
+
+  /// One frame may always wait, however large.
+  bool has_room(const RawFrame& frame) const {
+    return queue.empty() || status.waiting_bytes + frame.bytes.size() <= options.max_waiting_bytes;
+  }
+
+  void push(RawFrame frame, bool may_wait) {
+    {
+      std::unique_lock lock(mutex);
+      if (may_wait) room.wait(lock, [&] { return ending || status.stopped || has_room(frame); });
+      if (ending || status.stopped) return;
+      if (!has_room(frame)) {
+        ++status.left_out;
+        return;
+      }
+      status.waiting_bytes += frame.bytes.size();
+      queue.push_back(std::move(frame));
+    }
+    work.notify_one();
+  }
+
+  void finish() {
+    {
+      const std::lock_guard lock(mutex);
+      if (ending) return;
+      ending = true;
+    }
+    work.notify_one();
+    room.notify_all();
+    thread.join();
+  }
+
+  void run() {
+    while (std::optional<RawFrame> frame = take()) {
+      const std::size_t size = frame->bytes.size();
+      const std::string failure = write(*frame);
+      {
+        const std::lock_guard lock(mutex);
+        status.waiting_bytes -= size;
+        status.written = writer->frames();
+        status.bytes = writer->bytes();
+        if (!failure.empty()) give_up(failure);
+      }
+      room.notify_all();
+    }
+    writer->close();
+    const std::lock_guard lock(mutex);
+    status.bytes = writer->bytes();
+    if (!writer->failure().empty()) give_up(writer->failure());
+  }
+
+  std::optional<RawFrame> take() {
+    std::unique_lock lock(mutex);
+    work.wait(lock, [this] { return ending || !queue.empty(); });
+    if (queue.empty()) return std::nullopt;
+    RawFrame frame = std::move(queue.front());
+    queue.pop_front();
+    return frame;
+  }
+
+  /// "" or why nothing more can be recorded.
+  std::string write(const RawFrame& frame) {
+    try {
+      if (!decoder) return writer->write(frame) ? "" : writer->failure();
+      const std::optional<RawFrame> small = resized(frame);
+      return !small || writer->write(*small) ? "" : writer->failure();
+    } catch (
+        const std::exception& error) {  // a picture that can never fit, or no memory: the scan must go on
+      return writer->path().string() + ": recording stopped: " + error.what();
+    }
+  }
+
+  std::optional<RawFrame> resized(const RawFrame& frame) {
+    const std::optional<TactileImage> image = decoder->decode(frame);
+    if (!image) {
+      const std::lock_guard lock(mutex);
+      ++status.damaged;
+      return std::nullopt;
+    }
+    RawFrame small;
+    small.time_s = frame.time_s;
+    small.index = frame.index;
+    small.sequence = frame.sequence;
+    detail::put_picture(image->bgr, small);
+    return small;
+  }
+
+  void give_up(const std::string& failure) {
+    status.stopped = true;
+    status.warning = failure;
+    status.waiting_bytes = 0;
+    queue.clear();
+  }
+
+  LogRecorderStatus current() const {
+    const std::lock_guard lock(mutex);
+    LogRecorderStatus now = status;
+    if (now.stopped) return now;
+    if (now.left_out > 0) {
+      now.warning = "the disk is too slow: " + counted(now.left_out, "frame") + " could not be recorded";
+    } else if (now.waiting_bytes > options.max_waiting_bytes / 4) {
+      now.warning = "the disk is slow: " + megabytes(now.waiting_bytes) + " wait to be written";
+    }
+    return now;
+  }
+
+  std::unique_ptr<LogWriter> writer;
+  LogRecorderOptions options;
+  std::optional<FrameDecoder> decoder;
+  mutable std::mutex mutex;
+  std::condition_variable work, room;
+  std::deque<RawFrame> queue;
+  LogRecorderStatus status;
+  bool ending = false;
+  std::thread thread;
+};
+
+LogRecorder::LogRecorder(std::unique_ptr<LogWriter> writer, const LogRecorderOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(writer), options)) {}
+LogRecorder::~LogRecorder() { finish(); }
+
+void LogRecorder::push(RawFrame frame) { impl_->push(std::move(frame), false); }
+void LogRecorder::push_waiting(RawFrame frame) { impl_->push(std::move(frame), true); }
+void LogRecorder::finish() { impl_->finish(); }
+LogRecorderStatus LogRecorder::status() const { return impl_->current(); }
+
+}  // namespace gelslam

@@ -1,0 +1,62 @@
+#include "logs/raw_log_source.hpp"
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/image_input.hpp"
+#include "images/joined_warnings.hpp"
+#include "images/left_out.hpp"
+
+namespace gelslam::detail {
+namespace {
+
+class DecodingSource final : public FrameSource {
+ public:
+  DecodingSource(std::unique_ptr<RawFrameSource> raw, const std::filesystem::path& log,
+                 const SensorProfile& profile)
+      : raw_(std::move(raw)), name_(log.string()), decoder_(profile) {}
+
+  std::optional<TactileImage> next() override {
+    while (const std::optional<RawFrame> frame = raw_->next()) {
+      std::optional<TactileImage> image = decode(*frame);
+      if (image && !is_gray(image->bgr)) {
+        pictures_.use();
+        return image;
+      }
+      pictures_.leave_out(name_ + ", frame " + std::to_string(frame->index) + ": " +
+                          (image ? gray_picture : decoder_.damage()));
+    }
+    pictures_.require_some(name_ + ": the log");
+    return std::nullopt;
+  }
+
+  std::optional<std::int64_t> frame_count() const override { return raw_->frame_count(); }
+  double rate_hz() const override { return raw_->rate_hz(); }
+  std::string description() const override { return raw_->description(); }
+
+  std::string warning() const override { return joined({raw_->warning(), pictures_.warning()}); }
+
+ private:
+  std::optional<TactileImage> decode(const RawFrame& frame) {
+    try {
+      return decoder_.decode(frame);
+    } catch (const Error& error) {
+      throw Error(name_ + ", " + error.what());
+    }
+  }
+
+  std::unique_ptr<RawFrameSource> raw_;
+  std::string name_;
+  FrameDecoder decoder_;
+  LeftOut pictures_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> open_matroska_frames(const std::filesystem::path& log,
+                                                  const SensorProfile& profile) {
+  std::unique_ptr<RawFrameSource> raw = open_matroska_log(log, profile);
+  if (raw == nullptr) return nullptr;
+  return std::make_unique<DecodingSource>(std::move(raw), log, profile);
+}
+
+}  // namespace gelslam::detail

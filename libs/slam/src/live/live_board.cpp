@@ -1,0 +1,226 @@
+#include "live/live_board.hpp"
+
+#include <algorithm>
+
+#include "gelslam/core/median.hpp"
+#include "gelslam/core/process.hpp"
+
+namespace gelslam::slam::detail {
+namespace {
+
+constexpr std::chrono::seconds kMeterWindow{3};
+
+double seconds(LiveClock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+/// Trials with a keyframe in the shown component.
+std::set<int> shown_trials(const MapSnapshot& map) {
+  std::set<int> trials;
+  for (const MapSnapshot::Node& node : map.nodes)
+    if (node.component == map.shown_component) trials.insert(node.trial);
+  return trials;
+}
+
+int count_different(const MapSnapshot& map, int MapSnapshot::Node::*member) {
+  std::set<int> values;
+  for (const MapSnapshot::Node& node : map.nodes) values.insert(node.*member);
+  return static_cast<int>(values.size());
+}
+
+}  // namespace
+
+void LiveMeter::arrived(LiveClock::time_point when) {
+  arrivals_.push_back(when);
+  while (when - arrivals_.front() > kMeterWindow) arrivals_.pop_front();
+}
+
+void LiveMeter::posed(LiveClock::time_point when, double latency_ms) {
+  latencies_ms_.emplace_back(when, latency_ms);
+  while (when - latencies_ms_.front().first > kMeterWindow) latencies_ms_.pop_front();
+}
+
+double LiveMeter::rate_hz(LiveClock::time_point now) const {
+  if (arrivals_.size() < 2) return 0.0;
+  const double intervals = static_cast<double>(arrivals_.size() - 1);
+  const double span_s = seconds(arrivals_.back() - arrivals_.front()),
+               since_last_s = seconds(now - arrivals_.back());
+  // A frame that is a little late is on its way; one that is later than two intervals counts as missing.
+  const bool stalled = since_last_s > 2.0 * span_s / intervals;
+  return intervals / std::max(1e-6, stalled ? span_s + since_last_s : span_s);
+}
+
+double LiveMeter::median_latency_ms() const {
+  std::vector<double> values;
+  for (const auto& [when, latency_ms] : latencies_ms_) values.push_back(latency_ms);
+  return median(std::move(values));
+}
+
+LiveBoard::LiveBoard(std::string source_description) { status_.source = std::move(source_description); }
+
+void LiveBoard::set_phase(LivePhase phase) {
+  const std::lock_guard lock(mutex_);
+  status_.phase = phase;
+  if (phase == LivePhase::finished) end_ = LiveClock::now();
+}
+
+LivePhase LiveBoard::phase() const {
+  const std::lock_guard lock(mutex_);
+  return status_.phase;
+}
+
+void LiveBoard::set_words(std::string words, TrackStatus track) {
+  const std::lock_guard lock(mutex_);
+  status_.words = std::move(words);
+  status_.track = track;
+}
+
+void LiveBoard::warn(const std::string& sentence) {
+  const std::lock_guard lock(mutex_);
+  if (sentence.empty() || all_warnings().find(sentence) != std::string::npos) return;
+  warnings_.push_back({"", sentence});
+}
+
+void LiveBoard::warn_about(const std::string& what, const std::string& sentence) {
+  if (sentence.empty()) return;
+  const std::lock_guard lock(mutex_);
+  const auto last = std::find_if(warnings_.begin(), warnings_.end(),
+                                 [&](const Warning& warning) { return warning.about == what; });
+  if (last == warnings_.end())
+    warnings_.push_back({what, sentence});
+  else
+    last->sentence = sentence;
+}
+
+std::string LiveBoard::all_warnings() const {
+  std::string text;
+  for (const Warning& warning : warnings_) text += (text.empty() ? "" : "; ") + warning.sentence;
+  return text;
+}
+
+void LiveBoard::frame_arrived(LiveClock::time_point when, std::int64_t lost_by_camera) {
+  const std::lock_guard lock(mutex_);
+  ++status_.frames;
+  status_.lost_by_camera = lost_by_camera;
+  meter_.arrived(when);
+}
+
+void LiveBoard::frames_dropped(std::int64_t count) {
+  const std::lock_guard lock(mutex_);
+  status_.dropped += count;
+}
+
+void LiveBoard::source_ended() {
+  const std::lock_guard lock(mutex_);
+  source_end_ = LiveClock::now();
+}
+
+void LiveBoard::frame_damaged() {
+  const std::lock_guard lock(mutex_);
+  ++status_.damaged;
+}
+
+void LiveBoard::set_log_bytes(std::int64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  status_.log_bytes = bytes;
+}
+
+void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_lost,
+                          LiveClock::time_point arrived) {
+  auto newest = std::make_shared<const LiveTouch>(std::move(touch));
+  const LiveClock::time_point now = LiveClock::now();
+  const std::lock_guard lock(mutex_);
+  touch_ = std::move(newest);
+  if (trial_ != trial) why_lost_ = why_lost;
+  trial_ = trial;
+  meter_.posed(now, 1000.0 * seconds(now - arrived));
+}
+
+void LiveBoard::set_map(std::shared_ptr<const MapSnapshot> newest) {
+  std::set<int> trials = shown_trials(*newest);
+  const std::lock_guard lock(mutex_);
+  if (newest->scan != scan_) return;
+  map_ = std::move(newest);
+  shown_trials_ = std::move(trials);
+  status_.keyframes = static_cast<int>(map_->nodes.size());
+  status_.loops = static_cast<int>(std::count_if(
+      map_->edges.begin(), map_->edges.end(), [](const auto& edge) { return edge.kind == EdgeKind::loop; }));
+  status_.trials = count_different(*map_, &MapSnapshot::Node::trial);
+  status_.components = count_different(*map_, &MapSnapshot::Node::component);
+  status_.gradient_scale = map_->gradient_scale;
+}
+
+void LiveBoard::add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks) {
+  const std::lock_guard lock(mutex_);
+  if (scan != scan_) return;
+  if (cleared) {
+    changed_blocks_.clear();
+    mesh_cleared_ = true;
+  }
+  for (MeshBlock& block : blocks) {
+    const std::int64_t key = block.key;
+    changed_blocks_[key] = std::move(block);
+  }
+}
+
+void LiveBoard::start_scan(int scan) {
+  auto empty = std::make_shared<MapSnapshot>();
+  empty->scan = scan;
+  const std::lock_guard lock(mutex_);
+  scan_ = scan;
+  map_ = std::move(empty);
+  shown_trials_.clear();
+  why_lost_.clear();
+  changed_blocks_.clear();
+  mesh_cleared_ = true;
+  status_.keyframes = status_.loops = status_.trials = status_.components = 0;
+}
+
+/// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
+/// long as there is nothing it could be joined to.
+bool LiveBoard::joined() const {
+  return trial_ >= 0 && (shown_trials_.empty() || shown_trials_.contains(trial_));
+}
+
+std::string LiveBoard::words() const {
+  if (!touch_ || touch_->status == TrackStatus::no_contact) return "no contact";
+  if (joined()) return "tracking" + (touch_->hidden.empty() ? "" : "; " + touch_->hidden);
+  return (why_lost_.empty() ? "not joined to the map" : "lost: " + why_lost_) +
+         "; touch a place you have seen";
+}
+
+LiveStatus LiveBoard::status() const {
+  const double memory_mb = resident_memory_mb();
+  const std::lock_guard lock(mutex_);
+  LiveStatus status = status_;
+  status.warning = all_warnings();
+  if (status.phase == LivePhase::scanning) {
+    status.words = words();
+    const bool contact = touch_ && touch_->status != TrackStatus::no_contact;
+    status.track = !contact ? TrackStatus::no_contact : joined() ? TrackStatus::tracked : TrackStatus::lost;
+  }
+  status.rate_hz = meter_.rate_hz(source_end_.value_or(LiveClock::now()));
+  status.latency_ms = meter_.median_latency_ms();
+  status.age_s = seconds(end_.value_or(LiveClock::now()) - start_);
+  status.memory_mb = memory_mb;
+  return status;
+}
+
+std::shared_ptr<const LiveTouch> LiveBoard::touch() const {
+  const std::lock_guard lock(mutex_);
+  return touch_;
+}
+
+std::shared_ptr<const MapSnapshot> LiveBoard::map() const {
+  const std::lock_guard lock(mutex_);
+  return map_;
+}
+
+MeshChanges LiveBoard::take_mesh_changes() {
+  const std::lock_guard lock(mutex_);
+  MeshChanges changes;
+  changes.cleared = std::exchange(mesh_cleared_, false);
+  for (auto& [key, block] : changed_blocks_) changes.blocks.push_back(std::move(block));
+  changed_blocks_.clear();
+  return changes;
+}
+
+}  // namespace gelslam::slam::detail

@@ -1,0 +1,65 @@
+#include "live/live_fusion.hpp"
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam::slam::detail {
+
+void FusionStage::set_map(std::shared_ptr<const MapSnapshot> map) {
+  const std::lock_guard lock(mutex_);
+  newest_ = std::move(map);
+  changed_.notify_one();
+}
+
+void FusionStage::stop() {
+  const std::lock_guard lock(mutex_);
+  stopped_ = true;
+  changed_.notify_one();
+}
+
+/// The newest map if there is one that was not seen yet; waits for it when there is nothing else to do.
+std::shared_ptr<const MapSnapshot> FusionStage::wait_for_map(bool work_left) {
+  std::unique_lock lock(mutex_);
+  if (!work_left) changed_.wait(lock, [this] { return stopped_ || newest_; });
+  return std::exchange(newest_, nullptr);
+}
+
+void FusionStage::run() {
+  bool work_left = false;
+  while (true) {
+    if (const auto map = wait_for_map(work_left)) follow(*map);
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopped_) return;
+    }
+    if (fusion_) work_left = work();
+  }
+}
+
+/// A patch that cannot be drawn is no reason to draw no more.
+bool FusionStage::work() {
+  const auto scope = timer_.measure("fusion");
+  try {
+    const bool work_left = fusion_->work();
+    board_.add_blocks(scan_, std::exchange(cleared_, false), fusion_->take_changed_blocks());
+    return work_left;
+  } catch (const Error& error) {
+    board_.warn(error.what());
+    return false;
+  }
+}
+
+void FusionStage::follow(const MapSnapshot& map) {
+  if (!fusion_ || map.scan != scan_ || map.shown_component != component_) {
+    fusion_ = std::make_unique<IncrementalFusion>(options_, IncrementalOptions{});
+    scan_ = map.scan;
+    component_ = map.shown_component;
+    cleared_ = true;
+  }
+  std::vector<PosedSurface> patches;
+  for (const MapSnapshot::Node& node : map.nodes)
+    if (node.component == map.shown_component)
+      patches.push_back({node.keyframe, node.component_T_keyframe, node.surface});
+  fusion_->set_patches(patches, map.gradient_scale.mean());
+}
+
+}  // namespace gelslam::slam::detail

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+
+#include "gelslam/core/stage_timer.hpp"
+#include "gelslam/slam/mapper.hpp"
+#include "live/live_messages.hpp"
+
+namespace gelslam::slam::detail {
+
+/// Keyframes to a map: loops are searched for every one of them, the newest are put in place at once, and
+/// when there is nothing else to do all poses are solved for.
+class MappingStage {
+ public:
+  MappingStage(const SlamOptions& options, StageTimer& timer)
+      : options_(options), mapper_(std::in_place, options), timer_(timer) {}
+
+  /// `publish` is called with every new map, `save` when a person asked for it; both from this thread.
+  void run(MapperQueue& in, const std::atomic<bool>& hurry,
+           const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
+           const std::function<void(const std::vector<FrameRecord>&)>& save);
+
+  /// The map as well as it can be had; `stop_requested` leaves out what takes time. From the thread of run()
+  /// or after it.
+  SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested) const;
+
+ private:
+  void settle_if_worth_it();
+
+  const SlamOptions options_;
+  std::optional<Mapper> mapper_;
+  StageTimer& timer_;
+  int scan_ = 0;
+  LiveClock::time_point next_settle_ = LiveClock::now();
+};
+
+}  // namespace gelslam::slam::detail

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "gelslam/core/bounded_queue.hpp"
+#include "gelslam/frontend/tracker.hpp"
+#include "gelslam/sensor/raw_frame.hpp"
+#include "gelslam/sensor/tactile_image.hpp"
+#include "gelslam/slam/slam_map.hpp"
+#include "gelslam/surface/surface.hpp"
+#include "live/live_board.hpp"
+
+namespace gelslam::slam::detail {
+
+using RawFramePtr = std::shared_ptr<const RawFrame>;
+
+/// From the surface stage to the tracker. Without a surface it is a background frame.
+struct SurfacedFrame {
+  TactileImage image;
+  SurfacePtr surface;
+  LiveClock::time_point arrived;
+};
+
+// What a person asks for travels with the frames, so that it happens between two of them.
+struct BreakTrial {};
+struct UndoTrial {};
+struct NewScan {};
+struct SaveNow {};
+
+using TrackerMessage = std::variant<SurfacedFrame, BreakTrial, UndoTrial, NewScan, SaveNow>;
+
+struct ForgetFromTrial {
+  int trial = 0;
+};
+struct StartScan {
+  int scan = 0;
+};
+/// With what had become of the frames when it was asked for: by the time the mapper hears of it, the tracker
+/// may have gone on to another scan, whose frames do not belong to this map.
+struct SaveSoFar {
+  std::vector<FrameRecord> records;
+};
+
+using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, StartScan, SaveSoFar>;
+
+using RawQueue = BoundedQueue<RawFramePtr>;
+using TrackerQueue = BoundedQueue<TrackerMessage>;
+using MapperQueue = BoundedQueue<MapperMessage>;
+
+}  // namespace gelslam::slam::detail

@@ -1,0 +1,81 @@
+#include "live/live_run.hpp"
+
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
+
+namespace gelslam::slam::detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+RunFolderOptions options_for(bool overwrite, const fs::path& input) {
+  return {.overwrite = overwrite, .known_entries = run_entries(), .input = input};
+}
+
+/// Makes the folder with what is known at the start. Its report says that nothing was saved yet.
+fs::path begin(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config) {
+  RunFolder run(folder, options_for(overwrite, input));
+  write_file_atomically(run.path() / "config.yaml", write_config(config));
+  write_file_atomically(run.path() / "report.json", "{\"partial\": true, \"saved\": false}\n");
+  run.commit();
+  return run.final_path();
+}
+
+/// Removed at the end of its scope, with whatever is in it.
+struct TemporaryFolder {
+  explicit TemporaryFolder(fs::path folder) : path(std::move(folder)) {
+    fs::remove_all(path);
+    fs::create_directory(path);
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path path;
+};
+
+constexpr std::string_view kSavingFolder = "saving.tmp";
+
+/// Of a message that names a file on its way: with the name that the file was to have.
+std::string in_run(std::string message) {
+  const std::string on_the_way = std::string(kSavingFolder) + "/";
+  const std::size_t at = message.find(on_the_way);
+  return at == std::string::npos ? message : message.erase(at, on_the_way.size());
+}
+
+}  // namespace
+
+void LiveRun::check(const fs::path& folder, bool overwrite, const fs::path& input) {
+  gelslam::check_run_folder(folder, options_for(overwrite, input));
+}
+
+LiveRun::LiveRun(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config)
+    : folder_(begin(folder, overwrite, input, config)), config_(config) {}
+
+void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
+  try {
+    replace_entries(map, mesh, account);
+  } catch (const fs::filesystem_error& error) {
+    throw Error(error.path1().string() + ": cannot be written: " + error.code().message());
+  } catch (const Error& error) {
+    throw Error(in_run(error.what()));
+  }
+}
+
+void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
+  fs::create_directories(
+      folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
+  const TemporaryFolder whole(folder_ / kSavingFolder);
+  write_run(whole.path, config_, map, mesh, account);
+  for (const std::string& entry : run_entries()) {
+    if (!fs::exists(whole.path / entry)) continue;
+    // A folder cannot be replaced in one step: the old one goes out of the way, and away with `whole`.
+    if (fs::is_directory(folder_ / entry)) fs::rename(folder_ / entry, whole.path / ("old_" + entry));
+    fs::rename(whole.path / entry, folder_ / entry);
+  }
+}
+
+}  // namespace gelslam::slam::detail

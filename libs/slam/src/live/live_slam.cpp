@@ -1,0 +1,326 @@
+#include "gelslam/slam/live_slam.hpp"
+
+#include <atomic>
+#include <exception>
+#include <latch>
+#include <thread>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/process.hpp"
+#include "gelslam/sensor/log_recorder.hpp"
+#include "live/live_fusion.hpp"
+#include "live/live_mapping.hpp"
+#include "live/live_run.hpp"
+#include "live/live_surface.hpp"
+#include "live/live_tracking.hpp"
+
+namespace gelslam {
+
+using namespace slam::detail;
+
+namespace {
+
+// What is older than this is not worth its latency.
+constexpr std::size_t kRawFrames = 2;
+constexpr std::size_t kSurfacedFrames = 2;
+
+std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& log,
+                                           const LogAttachments& attachments, const RawFrameSource& source,
+                                           const LiveOptions& options) {
+  LogRecorderOptions recorder;
+  if (options.record_resized) recorder.resize_to = options.config.sensor;
+  return std::make_unique<LogRecorder>(std::make_unique<LogWriter>(log, attachments, source.rate_hz()),
+                                       recorder);
+}
+
+}  // namespace
+
+struct LiveSlam::Impl {
+  Impl(std::unique_ptr<RawFrameSource> frames, const LiveOptions& live_options)
+      : options(live_options),
+        source(std::move(frames)),
+        board(source->description()),
+        surface(options.config, options.background, options.force, board, timer),
+        tracking(options.config.slam.tracker, board, timer),
+        mapping(options.config.slam, timer),
+        fusion(options.config.slam.fusion, board, timer) {
+    if (options.run_folder.empty()) return;
+    run.emplace(options.run_folder, options.overwrite, options.log, options.config);
+    if (options.record) recorder = make_recorder(run->log(), *options.record, *source, options);
+  }
+
+  void start();
+  void capture();
+  void take_frames();
+  void record(const RawFrame& frame);
+  void report_recording();
+  void map_keyframes();
+  void save_for_now(const std::vector<FrameRecord>& records);
+  void finish();
+  void save(const SlamMap& map, const Mesh& mesh, bool partial);
+  void show(const SlamMap& map, const Mesh& mesh);
+  bool failed();
+  void join();
+  template <typename Work>
+  void guarded(const Work& work);
+
+  const LiveOptions options;
+  const LiveClock::time_point begin = LiveClock::now();
+  std::unique_ptr<RawFrameSource> source;
+  StageTimer timer;
+  LiveBoard board;
+  SurfaceStage surface;
+  TrackingStage tracking;
+  MappingStage mapping;
+  FusionStage fusion;
+  std::optional<LiveRun> run;
+  std::unique_ptr<LogRecorder> recorder;
+
+  RawQueue raw{kRawFrames};
+  TrackerQueue surfaced{kSurfacedFrames};
+  MapperQueue keyframes{1};  // its limit is never asked for: the tracker goes beyond it
+  std::atomic<bool> paused{false}, hurried{false}, stopped{false}, lost{false};
+
+  std::mutex mutex;  // for what follows
+  ReconstructSummary summary;
+  std::exception_ptr failure;
+  std::string failure_in_words;
+
+  std::latch captured{1};  // nothing more comes, and the log is whole
+  std::latch mapped{1};    // the mapper has seen every keyframe
+  std::jthread fusion_thread;
+  std::vector<std::jthread> threads;
+};
+
+/// A full disk ends the log, not the scan.
+void LiveSlam::Impl::record(const RawFrame& frame) {
+  recorder->push(frame);
+  report_recording();
+}
+
+void LiveSlam::Impl::report_recording() {
+  const LogRecorderStatus status = recorder->status();
+  board.set_log_bytes(status.bytes);
+  board.warn_about("the log", status.warning);
+}
+
+/// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
+template <typename Work>
+void LiveSlam::Impl::guarded(const Work& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    board.warn(error.what());
+    const std::lock_guard lock(mutex);
+    if (failure) return;
+    failure = std::current_exception();
+    failure_in_words = error.what();
+  }
+}
+
+void LiveSlam::Impl::start() {
+  threads.emplace_back([this] {
+    guarded([this] { capture(); });
+    board.source_ended();
+    raw.close();
+    if (recorder) {
+      recorder->finish();
+      report_recording();  // what went wrong with the last frames, too
+    }
+    captured.count_down();
+  });
+  threads.emplace_back([this] {
+    guarded([this] { surface.run(raw, surfaced); });
+    source->stop();
+    raw.close();
+    surfaced.close();
+  });
+  threads.emplace_back([this] {
+    guarded([this] { tracking.run(surfaced, keyframes); });
+    surfaced.close();
+    keyframes.close();
+    mapped.wait();
+    // Here and not in the mapper's thread, whose priority is low: now a person waits.
+    guarded([this] { finish(); });
+    fusion.stop();
+    board.set_phase(LivePhase::finished);
+  });
+  fusion_thread = std::jthread([this] {
+    lower_thread_priority();
+    guarded([this] { fusion.run(); });
+  });
+  threads.emplace_back([this] {
+    lower_thread_priority();
+    guarded([this] { map_keyframes(); });
+    source->stop();  // if that failed early: nothing would be made of further frames
+    mapped.count_down();
+  });
+}
+
+/// A source that is lost ends the scan like a person would: with all that was seen.
+void LiveSlam::Impl::capture() {
+  try {
+    take_frames();
+  } catch (const Error& error) {
+    board.warn(error.what());
+    lost = true;
+  }
+}
+
+void LiveSlam::Impl::take_frames() {
+  while (std::optional<RawFrame> frame = source->next()) {
+    board.frame_arrived(frame->arrived, source->lost_frames());
+    board.warn_about("the source", source->warning());
+    if (recorder) record(*frame);
+    if (paused) continue;
+    auto shared = std::make_shared<const RawFrame>(std::move(*frame));
+    // What the background needs is waited for, however fast frames come.
+    if (options.drop_when_behind && board.phase() != LivePhase::background)
+      board.frames_dropped(static_cast<std::int64_t>(raw.push_newest(std::move(shared))));
+    else
+      raw.push(std::move(shared));
+  }
+  board.warn_about("the source", source->warning());
+}
+
+void LiveSlam::Impl::map_keyframes() {
+  mapping.run(
+      keyframes, hurried,
+      [this](std::shared_ptr<const MapSnapshot> map) {
+        fusion.set_map(map);
+        board.set_map(std::move(map));
+      },
+      [this](const std::vector<FrameRecord>& records) { save_for_now(records); });
+}
+
+/// Not being able to save is no reason to end a scan.
+void LiveSlam::Impl::save_for_now(const std::vector<FrameRecord>& records) {
+  try {
+    const SlamMap map = mapping.finish(records, [this] { return stopped.load(); });
+    save(map, fuse_map(map, options.config.slam.fusion), true);
+  } catch (const std::exception& error) {
+    board.warn(error.what());
+  }
+}
+
+void LiveSlam::Impl::finish() {
+  board.set_phase(LivePhase::finishing);
+  board.set_words("closing loops", TrackStatus::background);
+  SlamMap map;
+  {
+    const auto scope = timer.measure("finish/poses");
+    map = mapping.finish(tracking.records(), [this] { return hurried.load(); });
+  }
+  board.set_words("making the mesh", TrackStatus::background);
+  fusion.stop();
+  fusion_thread.join();  // what it drew must not come after what is saved
+  Mesh mesh;
+  {
+    const auto scope = timer.measure("finish/fusion");
+    mesh = fuse_map(map, options.config.slam.fusion);
+  }
+  board.set_words("saving", TrackStatus::background);
+  captured.wait();
+  save(map, mesh, hurried || lost || failed());
+  show(map, mesh);
+  board.set_words(run ? "done: everything is in " + run->folder().string() : "done", TrackStatus::background);
+}
+
+void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
+  const LiveStatus status = board.status();
+  ReconstructSummary counts = summarise(map, mesh);
+  counts.partial = partial;
+  counts.warning = status.warning;
+  counts.seconds = std::chrono::duration<double>(LiveClock::now() - begin).count();
+  {
+    const std::lock_guard lock(mutex);
+    summary = counts;
+  }
+  if (!run) return;
+  const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped,
+                         status.damaged};
+  run->save(map, mesh,
+            {options.program_version, recorder ? run->log() : options.log, status.source, timer.statistics(),
+             counts, live});
+}
+
+/// The window goes on with what was saved, instead of what was good enough while it grew.
+void LiveSlam::Impl::show(const SlamMap& map, const Mesh& mesh) {
+  const int scan = board.map()->scan;
+  auto snapshot = std::make_shared<MapSnapshot>(snapshot_of(map));
+  snapshot->scan = scan;
+  snapshot->version = board.map()->version + 1;
+  board.set_map(std::move(snapshot));
+  MeshBlock whole;
+  whole.mesh = mesh;
+  board.add_blocks(scan, true, {std::move(whole)});
+}
+
+bool LiveSlam::Impl::failed() {
+  const std::lock_guard lock(mutex);
+  return failure != nullptr;
+}
+
+void LiveSlam::Impl::join() {
+  for (std::jthread& thread : threads)
+    if (thread.joinable()) thread.join();
+}
+
+void check_run_folder(const LiveOptions& options) {
+  if (!options.run_folder.empty()) LiveRun::check(options.run_folder, options.overwrite, options.log);
+}
+
+LiveSlam::LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(source), options)) {
+  impl_->start();
+}
+
+LiveSlam::~LiveSlam() {
+  hurry();
+  impl_->join();
+}
+
+LiveStatus LiveSlam::status() const {
+  LiveStatus status = impl_->board.status();
+  if ((status.phase == LivePhase::background || status.phase == LivePhase::scanning) && impl_->paused) {
+    status.phase = LivePhase::paused;
+    status.words = "paused";
+  }
+  const std::lock_guard lock(impl_->mutex);
+  status.failure = impl_->failure_in_words;
+  return status;
+}
+
+std::shared_ptr<const LiveTouch> LiveSlam::touch() const { return impl_->board.touch(); }
+std::shared_ptr<const MapSnapshot> LiveSlam::map() const { return impl_->board.map(); }
+MeshChanges LiveSlam::take_mesh_changes() { return impl_->board.take_mesh_changes(); }
+std::vector<StageStatistics> LiveSlam::stage_times() const { return impl_->timer.statistics(); }
+
+void LiveSlam::set_paused(bool paused) {
+  // The object may be elsewhere when the scan goes on. What was on its way to the tracker when it was paused
+  // still belongs to the trial.
+  if (impl_->paused && !paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
+  impl_->paused = paused;
+}
+void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}); }
+void LiveSlam::start_new_scan() { impl_->surfaced.push_beyond_limit(NewScan{}); }
+void LiveSlam::save_now() { impl_->surfaced.push_beyond_limit(SaveNow{}); }
+
+void LiveSlam::stop() {
+  impl_->stopped = true;
+  impl_->source->stop();
+}
+
+void LiveSlam::hurry() {
+  impl_->hurried = true;
+  stop();
+}
+
+ReconstructSummary LiveSlam::wait() {
+  impl_->join();
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->failure) std::rethrow_exception(impl_->failure);
+  return impl_->summary;
+}
+
+}  // namespace gelslam

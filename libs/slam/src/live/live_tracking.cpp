@@ -1,0 +1,79 @@
+#include "live/live_tracking.hpp"
+
+#include <algorithm>
+
+namespace gelslam::slam::detail {
+
+void TrackingStage::run(TrackerQueue& in, MapperQueue& out) {
+  while (const std::optional<TrackerMessage> message = in.pop())
+    std::visit([&](const auto& content) { handle(content, out); }, *message);
+}
+
+void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
+  if (!frame.surface) {
+    record(background_record(frame.image.index, frame.image.time_s));
+    return;
+  }
+  TrackedFrame tracked;
+  {
+    const auto scope = timer_.measure("tracking");
+    tracked = tracker_.track(frame.image.index, frame.image.time_s, frame.surface);
+  }
+  timer_.add("arrival to pose",
+             std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
+  record(record_of(tracked));
+  if (tracked.status == TrackStatus::tracked)
+    hidden_.pass(tracked.trial, tracked.time_s, tracked.registration.observable);
+  LiveTouch touch{tracked.frame,
+                  tracked.time_s,
+                  frame.image.bgr,
+                  frame.surface,
+                  tracked.status,
+                  tracked.keyframe ? tracked.keyframe->id : -1,
+                  tracked.keyframe_T_frame,
+                  hidden_.words()};
+  const std::string why_lost = tracked.status == TrackStatus::lost
+                                   ? std::string(describe(tracked.registration.status))
+                                   : std::string();
+  board_.set_touch(std::move(touch), tracked.trial, why_lost, frame.arrived);
+  for (const NewKeyframe& added : tracked.new_keyframes) out.push_beyond_limit(added);
+}
+
+void TrackingStage::handle(UndoTrial, MapperQueue& out) {
+  int trial = -1;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const FrameRecord& record : records_)
+      if (record.keyframe >= 0) trial = std::max(trial, record.trial);
+    for (FrameRecord& record : records_) {
+      if (record.keyframe < 0 || record.trial != trial) continue;
+      record.status = TrackStatus::undone;
+      record.keyframe = -1;
+    }
+  }
+  tracker_.break_trial();
+  if (trial >= 0) out.push_beyond_limit(ForgetFromTrial{trial});
+}
+
+void TrackingStage::handle(NewScan, MapperQueue& out) {
+  tracker_ = Tracker(options_);
+  hidden_ = {};
+  {
+    const std::lock_guard lock(mutex_);
+    records_.clear();
+  }
+  board_.start_scan(++scan_);
+  out.push_beyond_limit(StartScan{scan_});
+}
+
+void TrackingStage::record(const FrameRecord& record) {
+  const std::lock_guard lock(mutex_);
+  records_.push_back(record);
+}
+
+std::vector<FrameRecord> TrackingStage::records() const {
+  const std::lock_guard lock(mutex_);
+  return records_;
+}
+
+}  // namespace gelslam::slam::detail

@@ -1,0 +1,194 @@
+#include "gelslam/slam/mapper.hpp"
+
+#include <algorithm>
+
+#include "pipeline/frame_correction.hpp"
+#include "pipeline/odometry_edge.hpp"
+#include "pipeline/rejoin.hpp"
+#include "pipeline/slope_calibration.hpp"
+
+namespace gelslam {
+namespace {
+
+/// Largest by frames; the older of equals.
+int largest_component(const std::map<int, int>& frames_per_component) {
+  const auto largest = std::max_element(frames_per_component.begin(), frames_per_component.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+  return largest->first;
+}
+
+std::map<int, int> tracked_frames_per_component(const std::vector<FrameRecord>& frames,
+                                                const PoseGraphSolution& solution) {
+  std::map<int, int> count;
+  for (const FrameRecord& frame : frames)
+    if (frame.keyframe >= 0) ++count[solution.component_of_node.at(frame.keyframe)];
+  return count;
+}
+
+/// Not simply the component's first keyframe: a first touch is faint, and whatever its registration gets
+/// wrong would shift and tilt the whole map. The first keyframe that shows at least three quarters of what is
+/// usual in this component.
+int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                  const std::vector<bool>& in_map) {
+  std::vector<int> contact_pixels;
+  for (std::size_t id = 0; id < keyframes.size(); ++id)
+    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface->contact_pixels);
+  const auto middle = contact_pixels.begin() + static_cast<std::ptrdiff_t>(contact_pixels.size() / 2);
+  std::nth_element(contact_pixels.begin(), middle, contact_pixels.end());
+  std::size_t id = 0;
+  while (!in_map[id] || 4 * keyframes[id]->surface->contact_pixels < 3 * *middle) ++id;
+  return static_cast<int>(id);
+}
+
+PoseGraphEdge edge_of(const LoopConstraint& loop) {
+  return {loop.from,     loop.to, loop.from_T_to, loop.information, EdgeKind::loop, loop.shared_center_mm,
+          loop.tentative};
+}
+
+/// Those that may shape the map, in the same order.
+std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges,
+                                      const LoopConsistencyOptions& options) {
+  const std::vector<bool> keep = consistent_edges(edges, options);
+  std::vector<PoseGraphEdge> kept;
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (keep[i]) kept.push_back(edges[i]);
+  return kept;
+}
+
+void add_overlapping_pairs(SlamMap& map, const SlamOptions& options,
+                           const std::function<bool()>& stop_requested) {
+  for (int round = 0; round < options.refinement.rounds; ++round) {
+    const std::vector<PoseGraphEdge> found =
+        densify(map.keyframes, map.solution, map.edges, options.refinement, stop_requested);
+    if (found.empty() || stop_requested()) return;
+    map.edges.insert(map.edges.end(), found.begin(), found.end());
+    map.edges = consistent(map.edges, options.loop_consistency);
+    map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, options.pose_graph);
+  }
+}
+
+/// `tracked`: links as the tracker measured them.
+void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const SlamOptions& options,
+               const std::function<bool()>& stop_requested) {
+  slam::detail::CalibratedMap calibrated = slam::detail::calibrate_slopes(
+      map.keyframes, map.edges, map.solution, options.pose_graph, options.slope_calibration, stop_requested);
+  map.keyframes = std::move(calibrated.keyframes);
+  map.edges = std::move(calibrated.edges);
+  map.solution = std::move(calibrated.solution);
+  map.slope_correction = calibrated.correction;
+  slam::detail::share_out_corrections(tracked, map.edges, map.frames);
+}
+
+}  // namespace
+
+Mapper::Mapper(const SlamOptions& options) : options_(options), loop_closer_(options.loop_closure) {}
+
+void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
+  const auto& [keyframe, link] = added;
+  const int id = keyframe->id;
+  keyframes_.resize(static_cast<std::size_t>(id) + 1);
+  keyframes_.back() = keyframe;
+  trial_T_keyframe_[id] = live_.component_T_node[id] = Pose::Identity();
+  if (link.previous) {
+    edges_.push_back(slam::detail::odometry_edge(link, id));
+    trial_T_keyframe_[id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
+    live_.component_T_node[id] = live_.component_T_node.at(link.previous->id) * link.previous_T_this;
+  }
+  if (!search_loops) return;
+  for (const LoopConstraint& loop : loop_closer_.add(*keyframe)) {
+    if (link.previous && loop.from == link.previous->id)
+      continue;  // the link already says what these pixels do
+    edges_.push_back(edge_of(loop));
+    ++loops_since_settled_;
+  }
+}
+
+void Mapper::forget_from_trial(int trial) {
+  const auto first = std::find_if(keyframes_.begin(), keyframes_.end(),
+                                  [&](const auto& keyframe) { return keyframe && keyframe->trial >= trial; });
+  if (first == keyframes_.end()) return;
+  const int id = (*first)->id;
+  keyframes_.erase(first, keyframes_.end());
+  loop_closer_.forget_from(id);
+  trial_T_keyframe_.erase(trial_T_keyframe_.lower_bound(id), trial_T_keyframe_.end());
+  live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
+  std::erase_if(edges_, [&](const PoseGraphEdge& edge) { return edge.from >= id || edge.to >= id; });
+  update();
+}
+
+void Mapper::update() {
+  PoseGraphOptions options = options_.pose_graph;
+  options.only_where_needed = true;
+  options.estimate_gradient_scale = false;
+  options.gradient_scale = live_.gradient_scale;
+  live_edges_ = consistent(edges_, options_.loop_consistency);
+  live_ = solve_pose_graph(live_.component_T_node, live_edges_, options);
+  ++version_;
+}
+
+void Mapper::settle() {
+  live_edges_ = consistent(edges_, options_.loop_consistency);
+  live_ = solve_pose_graph(live_.component_T_node, live_edges_, options_.pose_graph);
+  loops_since_settled_ = 0;
+  ++version_;
+}
+
+MapSnapshot Mapper::snapshot() const {
+  MapSnapshot snapshot;
+  snapshot.version = version_;
+  snapshot.gradient_scale = live_.gradient_scale;
+  std::map<int, int> keyframes_per_component;
+  for (const auto& [id, component] : live_.component_of_node) {
+    const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
+    snapshot.nodes.push_back(
+        {id, keyframe.frame, keyframe.trial, component, live_.component_T_node.at(id), keyframe.surface});
+    ++keyframes_per_component[component];
+  }
+  for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
+    snapshot.edges.push_back(
+        {live_edges_[i].from, live_edges_[i].to, live_edges_[i].kind, live_.edge_outlier[i]});
+  if (!keyframes_per_component.empty()) snapshot.shown_component = largest_component(keyframes_per_component);
+  return snapshot;
+}
+
+SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
+                       const std::function<bool()>& stop_requested) const {
+  SlamMap map;
+  map.frames = frames;
+  for (FrameRecord& frame : map.frames)
+    if (!trial_T_keyframe_.contains(frame.keyframe))
+      frame.keyframe = -1;  // not here yet, while a scan goes on
+  map.keyframes = keyframes_;
+  std::vector<PoseGraphEdge> edges = edges_;
+  for (const LoopConstraint& loop :
+       slam::detail::rejoin_broken_trials(keyframes_, map.frames, loop_closer_, options_.loop_closure)) {
+    const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
+      return edge.from == loop.from && edge.to == loop.to;
+    });
+    if (!known) edges.push_back(edge_of(loop));
+  }
+  map.edges = consistent(edges, options_.loop_consistency);
+  for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
+  if (keyframes_.empty()) return map;
+
+  map.solution = solve_pose_graph(trial_T_keyframe_, map.edges, options_.pose_graph);
+  if (refine && options_.refinement.enabled) add_overlapping_pairs(map, options_, stop_requested);
+  if (refine && options_.slope_calibration.enabled && !stop_requested())
+    calibrate(map, edges_, options_, stop_requested);
+  map.loops = static_cast<int>(std::count_if(
+      map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
+
+  const std::map<int, int> per_component = tracked_frames_per_component(map.frames, map.solution);
+  map.components = static_cast<int>(per_component.size());
+  const int component = largest_component(per_component);
+  map.in_map.resize(map.keyframes.size());
+  for (const auto& [id, component_of_id] : map.solution.component_of_node)
+    map.in_map[static_cast<std::size_t>(id)] = component_of_id == component;
+  const int anchor = choose_anchor(map.keyframes, map.in_map);
+  map.anchor_frame = map.keyframes[static_cast<std::size_t>(anchor)]->frame;
+  map.component_T_anchor = map.solution.component_T_node.at(anchor);
+  map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
+  return map;
+}
+
+}  // namespace gelslam

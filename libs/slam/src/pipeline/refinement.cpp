@@ -1,0 +1,139 @@
+#include "gelslam/slam/refinement.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "gelslam/backend/motion_certainty.hpp"
+#include "gelslam/loop_closure/self_similarity.hpp"
+#include "gelslam/surface/contact_points.hpp"
+
+namespace gelslam {
+namespace {
+
+/// Share of the points that land on the other patch's contact, close to its height.
+double overlap(const std::vector<Eigen::Vector3d>& points, const Surface& other, const Pose& other_T_points) {
+  const auto inside = std::count_if(points.begin(), points.end(),
+                                    [&](const auto& point) { return shows(other, other_T_points * point); });
+  return points.empty() ? 0.0 : static_cast<double>(inside) / static_cast<double>(points.size());
+}
+
+/// contact_overlap() of surfaces whose coarse points are known.
+double overlap_share(const Surface& a, const std::vector<Eigen::Vector3d>& points_a, const Surface& b,
+                     const std::vector<Eigen::Vector3d>& points_b, const Pose& a_T_b) {
+  if (a_T_b.linear()(2, 2) < 0.3) return 0.0;
+  return points_a.size() < points_b.size() ? overlap(points_a, b, a_T_b.inverse())
+                                           : overlap(points_b, a, a_T_b);
+}
+
+struct Candidate {
+  int from;
+  double overlap;
+};
+
+std::size_t index(int id) { return static_cast<std::size_t>(id); }
+
+/// Keyframes, and what the pose graph makes of them.
+struct PosedKeyframes {
+  const std::vector<std::shared_ptr<const Keyframe>>& keyframes;
+  const PoseGraphSolution& solution;
+  std::vector<std::vector<Eigen::Vector3d>> points;  // coarse_contact_points_mm() of each
+
+  bool same_component(int a, int b) const {
+    return solution.component_of_node.at(a) == solution.component_of_node.at(b);
+  }
+  Pose relative(int from, int to) const {
+    return solution.component_T_node.at(from).inverse() * solution.component_T_node.at(to);
+  }
+  double overlap_between(int from, int to) const {
+    return overlap_share(*keyframes[index(from)]->surface, points[index(from)],
+                         *keyframes[index(to)]->surface, points[index(to)], relative(from, to));
+  }
+};
+
+/// Earlier keyframes that should overlap with `to` and are not linked to it, most overlap first, as many as
+/// allowed.
+std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed,
+                                   const std::set<std::pair<int, int>>& linked,
+                                   const RefinementOptions& options) {
+  std::vector<Candidate> candidates;
+  for (int from = 0; from < to; ++from) {
+    if (!posed.keyframes[index(from)] || linked.contains({from, to}) || !posed.same_component(from, to))
+      continue;
+    const double share = posed.overlap_between(from, to);
+    if (share >= options.min_overlap) candidates.push_back({from, share});
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.overlap > b.overlap; });
+  if (candidates.size() > index(options.max_pairs_per_keyframe))
+    candidates.resize(index(options.max_pairs_per_keyframe));
+  return candidates;
+}
+
+/// A surface that repeats itself can be laid upon itself in many places: registration is believed only where
+/// the right one is known beforehand, to less than half of the shortest repetition that self_similarity()
+/// looks for (a millimetre) at two standard deviations.
+class Repetition {
+ public:
+  Repetition(const PosedKeyframes& posed, const std::vector<PoseGraphEdge>& edges,
+             const RefinementOptions& options)
+      : posed_(posed),
+        options_(options),
+        certainty_(edges, options.gradient_scale_sigma),
+        repeats_(posed.keyframes.size()) {}
+
+  bool may_mislead(int from, int to) {
+    constexpr double kCertainMm = 0.25;
+    return (repeats(from) || repeats(to)) && certainty_.sigma_mm(from, to) > kCertainMm;
+  }
+
+ private:
+  bool repeats(int id) {
+    std::optional<bool>& known = repeats_[index(id)];
+    if (!known) known = self_similarity(*posed_.keyframes[index(id)]->surface) > options_.max_self_similarity;
+    return *known;
+  }
+
+  const PosedKeyframes& posed_;
+  const RefinementOptions& options_;
+  MotionCertainty certainty_;
+  std::vector<std::optional<bool>> repeats_;
+};
+
+}  // namespace
+
+double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b) {
+  return overlap_share(a, coarse_contact_points_mm(a), b, coarse_contact_points_mm(b), a_T_b);
+}
+
+std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                                   const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
+                                   const RefinementOptions& options,
+                                   const std::function<bool()>& stop_requested) {
+  std::set<std::pair<int, int>> linked;
+  for (const PoseGraphEdge& edge : edges)
+    linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
+  PosedKeyframes posed{keyframes, solution, {}};
+  for (const auto& keyframe : keyframes)
+    posed.points.push_back(keyframe ? coarse_contact_points_mm(*keyframe->surface)
+                                    : std::vector<Eigen::Vector3d>());
+
+  Repetition repetition(posed, edges, options);
+  std::vector<PoseGraphEdge> found;
+  for (int to = 0; to < static_cast<int>(keyframes.size()) && !stop_requested(); ++to) {
+    if (!keyframes[index(to)]) continue;
+    for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
+      const int from = candidate.from;
+      if (repetition.may_mislead(from, to)) continue;
+      const RegistrationResult result =
+          register_normal_flow(*keyframes[index(to)]->reference, *keyframes[index(from)]->surface,
+                               posed.relative(from, to), options.registration);
+      if (result.ok())
+        found.push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
+                         result.shared_center_mm});
+    }
+  }
+  return found;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,63 @@
+#include "pipeline/rejoin.hpp"
+
+#include "gelslam/loop_closure/self_similarity.hpp"
+#include "gelslam/registration/relocalization.hpp"
+
+namespace gelslam::slam::detail {
+namespace {
+
+/// Lost, and not in the map.
+bool unplaced(const FrameRecord& frame) { return frame.status == TrackStatus::lost && frame.keyframe < 0; }
+
+/// The last frame of a trial and the first of the next, with contact all the time.
+struct Break {
+  const FrameRecord *before, *after;
+};
+
+std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames) {
+  std::vector<Break> breaks;
+  const FrameRecord* before = nullptr;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const FrameRecord& frame = frames[i];
+    if (i > 0 && frame.frame != frames[i - 1].frame + 1) before = nullptr;
+    if (unplaced(frame)) continue;
+    if (before && frame.keyframe >= 0 && frame.trial == before->trial + 1) breaks.push_back({before, &frame});
+    before = frame.keyframe >= 0 ? &frame : nullptr;
+  }
+  return breaks;
+}
+
+/// Track was lost, so the step was no ordinary one: older_T_newer where the surfaces show one place, the
+/// guess where they show none (a fragment), nothing where they fit at several.
+std::optional<Pose> where(const Keyframe& older, const Keyframe& newer, const Pose& older_T_newer,
+                          const NormalFlowOptions& options) {
+  const RegistrationResult here =
+      register_normal_flow(*newer.reference, *older.surface, older_T_newer, options);
+  RelocalizationOptions search;
+  search.rival_distance = 4;  // a fragment fits at many places, but it was here a moment ago
+  const RegistrationResult place =
+      relocalize(*newer.reference, *older.surface, older_T_newer, here, options, search);
+  if (place.status == RegistrationStatus::ambiguous) return std::nullopt;
+  return place.ok() ? place.target_T_reference : older_T_newer;
+}
+
+}  // namespace
+
+std::vector<LoopConstraint> rejoin_broken_trials(
+    const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<FrameRecord>& frames,
+    const LoopCloser& loop_closer, const LoopClosureOptions& options) {
+  std::vector<LoopConstraint> found;
+  for (const auto& [before, after] : lost_in_touch(frames)) {
+    const auto& older = keyframes[static_cast<std::size_t>(before->keyframe)];
+    const auto& newer = keyframes[static_cast<std::size_t>(after->keyframe)];
+    if (!older || !newer || self_similarity(*newer->surface) > options.max_self_similarity) continue;
+    const std::optional<Pose> guess = where(
+        *older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse(), options.registration);
+    const std::optional<LoopConstraint> loop =
+        guess ? loop_closer.verify(*older, *newer, *guess) : std::nullopt;
+    if (loop) found.push_back(*loop);
+  }
+  return found;
+}
+
+}  // namespace gelslam::slam::detail

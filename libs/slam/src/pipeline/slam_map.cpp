@@ -1,0 +1,56 @@
+#include "gelslam/slam/slam_map.hpp"
+
+#include <algorithm>
+
+namespace gelslam {
+
+FrameRecord record_of(const TrackedFrame& tracked) {
+  return {tracked.frame,
+          tracked.time_s,
+          tracked.status,
+          tracked.trial,
+          tracked.keyframe ? tracked.keyframe->id : -1,
+          tracked.keyframe_T_frame};
+}
+
+FrameRecord background_record(std::int64_t frame, double time_s) {
+  FrameRecord record;
+  record.frame = frame;
+  record.time_s = time_s;
+  record.status = TrackStatus::background;
+  return record;
+}
+
+const MapSnapshot::Node* MapSnapshot::find(int keyframe) const {
+  const auto node = std::lower_bound(nodes.begin(), nodes.end(), keyframe,
+                                     [](const Node& n, int id) { return n.keyframe < id; });
+  return node != nodes.end() && node->keyframe == keyframe ? &*node : nullptr;
+}
+
+MapSnapshot snapshot_of(const SlamMap& map) {
+  MapSnapshot snapshot;
+  snapshot.gradient_scale = map.solution.gradient_scale;
+  for (const auto& [id, component] : map.solution.component_of_node) {
+    const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(id)];
+    const bool shown = map.in_map[static_cast<std::size_t>(id)];
+    if (shown) snapshot.shown_component = component;
+    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component,
+                              shown ? map.anchor_T_keyframe(id) : map.solution.component_T_node.at(id),
+                              keyframe.surface});
+  }
+  for (std::size_t i = 0; i < map.edges.size(); ++i)
+    snapshot.edges.push_back(
+        {map.edges[i].from, map.edges[i].to, map.edges[i].kind, map.solution.edge_outlier[i]});
+  return snapshot;
+}
+
+std::vector<PosedSurface> posed_surfaces(const SlamMap& map) {
+  std::vector<PosedSurface> patches;
+  for (std::size_t id = 0; id < map.keyframes.size(); ++id)
+    if (map.in_map[id])
+      patches.push_back(
+          {static_cast<int>(id), map.anchor_T_keyframe(static_cast<int>(id)), map.keyframes[id]->surface});
+  return patches;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,157 @@
+#include "pipeline/slope_calibration.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "gelslam/registration/slope_sensitivity.hpp"
+
+namespace gelslam::slam::detail {
+namespace {
+
+constexpr int kTerms = SlopeSensitivity::kTerms;
+using PerTerm = SlopeSensitivity::PerTerm;
+using TermMatrix = Eigen::Matrix<double, kTerms, kTerms>;
+using Keyframes = std::vector<std::shared_ptr<const Keyframe>>;
+
+std::size_t index(int id) { return static_cast<std::size_t>(id); }
+
+Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
+                    const NormalFlowOptions& options) {
+  Keyframes result(read.size());
+  std::unique_ptr<SlopeCorrector> corrector;  // all keyframes of a log are of one size
+  for (std::size_t id = 0; id < read.size(); ++id) {
+    if (!read[id]) continue;
+    if (!corrector) corrector = std::make_unique<SlopeCorrector>(read[id]->surface->contact.size());
+    auto keyframe = std::make_shared<Keyframe>(*read[id]);
+    keyframe->surface = corrector->apply(*read[id]->surface, correction);
+    keyframe->reference = std::make_shared<const NormalFlowReference>(keyframe->surface, options);
+    result[id] = std::move(keyframe);
+  }
+  return result;
+}
+
+/// What residuals between normals say of a change of the factors, as normal equations.
+struct Residuals {
+  TermMatrix information = TermMatrix::Zero();
+  PerTerm pull = PerTerm::Zero();
+
+  void add(const SlopeSensitivity& sensitivity, const RegistrationResult& result,
+           const NormalFlowOptions& options) {
+    constexpr double kCommonError =
+        10.0;  // what residuals within a pair has few causes: its normals count as fewer
+    const double noise = std::max(options.normal_noise_rad, result.normal_rmse_rad);
+    const double variance = noise * noise * options.noise_correlation_samples * kCommonError;
+    information += sensitivity.hessian / variance;
+    pull += sensitivity.pull / variance;
+  }
+
+  /// Flatter surfaces always fit each other better, whatever the slopes' gain: noise and the gel's own
+  /// smoothing shrink what two frames share. Gains, and biases that bend a patch as a whole, are left to the
+  /// loops.
+  void leave_flattening_open() {
+    constexpr int kAxis = static_cast<int>(SlopeCorrection::kTermsPerAxis);
+    const std::array<int, 8> open = {0,     1,         kAxis - 2,     kAxis - 1,
+                                     kAxis, kAxis + 1, 2 * kAxis - 2, 2 * kAxis - 1};
+    Eigen::Matrix<double, 8, 8> among = information(open, open);
+    among.diagonal().array() += 1e-6;  // without any residual it has no inverse
+    const Eigen::Matrix<double, 8, kTerms> by_all = among.ldlt().solve(information(open, Eigen::all));
+    pull -= by_all.transpose() * pull(open);
+    information -= information(Eigen::all, open) * by_all;
+    information(open, Eigen::all).setZero();
+    information(Eigen::all, open).setZero();
+    pull(open).setZero();
+  }
+};
+
+/// Residuals and prior together, of the change from these factors.
+void set_knowledge(const Residuals& residuals, const SlopeCorrection& correction, double gain_sigma,
+                   SharedUnknowns& shared) {
+  const auto sigma = SlopeCorrection::prior_sigma(gain_sigma);
+  const PerTerm prior = Eigen::Map<const PerTerm>(sigma.data()).cwiseAbs2().cwiseInverse();
+  shared.information = residuals.information;
+  shared.information.diagonal() += prior;
+  const PerTerm factors = Eigen::Map<const PerTerm>(correction.factors.data());
+  shared.mean = shared.information.ldlt().solve(residuals.pull - prior.cwiseProduct(factors));
+}
+
+/// Registers the map's edges again and says how they depend on the factors. What cannot be registered stays
+/// as it was.
+SharedUnknowns register_again(CalibratedMap& map, double gain_sigma, const NormalFlowOptions& options) {
+  SharedUnknowns shared;
+  Residuals residuals;
+  for (std::size_t i = 0; i < map.edges.size(); ++i) {
+    PoseGraphEdge& edge = map.edges[i];
+    shared.edge_by_unknown.emplace_back(6, 0);
+    if (map.solution.edge_outlier[i]) continue;
+    const Keyframe &from = *map.keyframes[index(edge.from)], &to = *map.keyframes[index(edge.to)];
+    const Pose start =
+        map.solution.component_T_node.at(edge.from).inverse() * map.solution.component_T_node.at(edge.to);
+    const RegistrationResult result = register_normal_flow(*to.reference, *from.surface, start, options);
+    if (!result.ok()) continue;
+    edge.from_T_to = result.target_T_reference;
+    edge.information = result.information;
+    edge.shared_center_mm = result.shared_center_mm;
+    const SlopeSensitivity sensitivity =
+        slope_sensitivity(*to.reference, *from.surface, edge.from_T_to, options);
+    shared.edge_by_unknown.back() = sensitivity.pose_by_factor;
+    residuals.add(sensitivity, result, options);
+  }
+  residuals.leave_flattening_open();
+  set_knowledge(residuals, map.correction, gain_sigma, shared);
+  return shared;
+}
+
+/// How far a correction is from none, in standard deviations of the prior.
+struct Size {
+  double largest = 0;  ///< of any factor
+  double together = 0;
+};
+
+Size size_of(const SlopeCorrection& correction, double gain_sigma) {
+  const auto sigma = SlopeCorrection::prior_sigma(gain_sigma);
+  const PerTerm in_sigmas = Eigen::Map<const PerTerm>(correction.factors.data())
+                                .cwiseQuotient(Eigen::Map<const PerTerm>(sigma.data()));
+  return {in_sigmas.cwiseAbs().maxCoeff(), in_sigmas.norm()};
+}
+
+/// Far beyond what models of slopes err by, something else was fitted (which includes what is no number).
+bool plausible(const SlopeCorrection& correction, double gain_sigma) {
+  constexpr double kMostSigmas = 3.0;  // no sequence with a truth needs more than two
+  const Size size = size_of(correction, gain_sigma);
+  return std::isfinite(size.together) && size.largest < kMostSigmas;
+}
+
+/// Where all factors together stay within one sigma of none, the log tells nothing of them, and registering
+/// everything again would only draw its noise anew.
+bool told(const SlopeCorrection& correction, double gain_sigma) {
+  return size_of(correction, gain_sigma).together > 1.0;
+}
+
+}  // namespace
+
+CalibratedMap calibrate_slopes(const Keyframes& keyframes, const std::vector<PoseGraphEdge>& edges,
+                               const PoseGraphSolution& solution, const PoseGraphOptions& pose_graph,
+                               const SlopeCalibrationOptions& options,
+                               const std::function<bool()>& stop_requested) {
+  const auto as_it_was = [&] { return CalibratedMap{{}, keyframes, edges, solution}; };
+  NormalFlowOptions registration = options.registration;
+  registration.gradient_scale_error = options.remaining_gain_error;
+  CalibratedMap map{
+      SlopeCorrection::of_gain(solution.gradient_scale.x, solution.gradient_scale.y), {}, edges, solution};
+  for (int round = 0; round < options.rounds; ++round) {
+    if (stop_requested()) return as_it_was();
+    map.keyframes = corrected(keyframes, map.correction, registration);
+    const SharedUnknowns shared = register_again(map, pose_graph.gradient_scale_sigma, registration);
+    map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph, shared);
+    for (int k = 0; k < kTerms; ++k) map.correction.factors[index(k)] += map.solution.shared_unknowns[k];
+    if (!plausible(map.correction, pose_graph.gradient_scale_sigma)) return as_it_was();
+  }
+  if (!told(map.correction, pose_graph.gradient_scale_sigma)) return as_it_was();
+  map.keyframes = corrected(keyframes, map.correction, registration);
+  return map;
+}
+
+}  // namespace gelslam::slam::detail

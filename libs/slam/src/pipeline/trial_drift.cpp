@@ -1,0 +1,59 @@
+#include "gelslam/slam/trial_drift.hpp"
+
+#include <array>
+
+#include "gelslam/core/angles.hpp"
+#include "gelslam/core/text.hpp"
+#include "pipeline/odometry_edge.hpp"
+
+namespace gelslam {
+
+using namespace slam::detail;
+
+namespace {
+
+UncertainMotion onward(const UncertainMotion& trial_T_previous, const KeyframeLink& link) {
+  UncertainMotion motion = compose(trial_T_previous, uncertain_motion(odometry_edge(link, -1)));
+  motion.from_T_to = normalized(motion.from_T_to);
+  return motion;
+}
+
+}  // namespace
+
+std::optional<Vector6d> TrialDrift::add(const TrackedFrame& frame) {
+  if (frame.trial != trial_ && frame.trial >= 0) {
+    trial_ = frame.trial;
+    trial_T_keyframes_.clear();
+  }
+  for (const NewKeyframe& added : frame.new_keyframes) {
+    if (added.keyframe->trial != trial_) continue;  // left behind by the trial before
+    trial_T_keyframes_[added.keyframe->id] =
+        added.link.previous ? onward(trial_T_keyframes_.at(added.link.previous->id), added.link)
+                            : UncertainMotion();
+  }
+  if (frame.status != TrackStatus::tracked) return std::nullopt;
+  UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
+  if (frame.keyframe->frame != frame.frame)
+    motion = onward(motion, link_to(frame.keyframe, frame.registration));
+  const Vector6d sigma =
+      motion.covariance_with_gain(gradient_scale_sigma_).diagonal().cwiseMax(0.0).cwiseSqrt();
+  return (Vector6d() << sigma.tail<3>(), sigma.head<3>()).finished();
+}
+
+std::string describe_drift(const Vector6d& sigma) {
+  constexpr double kMuchMm = 1.0, kMuchDeg = 5.0, kTwoSigma = 2.0;
+  constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  std::string where;
+  const auto add = [&](const char* pattern, double two_sigma, std::size_t axis) {
+    where += (where.empty() ? "" : ", ") + format_text(pattern, two_sigma, kAxes[axis]);
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (const double mm = kTwoSigma * sigma[static_cast<int>(axis)]; mm > kMuchMm)
+      add("%.1f mm along %s", mm, axis);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (const double deg = kTwoSigma * kDegreesPerRadian * sigma[static_cast<int>(axis) + 3]; deg > kMuchDeg)
+      add("%.0f degrees about %s", deg, axis);
+  return where.empty() ? "" : "may be off by " + where + " since the trial began";
+}
+
+}  // namespace gelslam

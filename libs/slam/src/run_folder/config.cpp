@@ -1,0 +1,148 @@
+#include "gelslam/slam/config.hpp"
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/options.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/surface/model_file.hpp"
+
+namespace gelslam {
+namespace {
+
+void describe_sensor(OptionVisitor& visit, Config& config) {
+  SensorProfile& sensor = config.sensor;
+  visit.text("device_name", sensor.device_name, "for people");
+  visit.number("ppmm", sensor.pixel_pitch_mm, 0.001, 10, "millimetres per pixel after crop and resize");
+  visit.integer("imgh", sensor.height_px, 32, 4096, "height of the calibrated image, pixels");
+  visit.integer("imgw", sensor.width_px, 32, 4096, "width of the calibrated image, pixels");
+  visit.integer("raw_imgh", sensor.raw_height_px, 32, 16384, "height of the camera's image before the crop");
+  visit.integer("raw_imgw", sensor.raw_width_px, 32, 16384, "width of the camera's image before the crop");
+  visit.number("framerate", sensor.frame_rate_hz, 0.1, 1000,
+               "Hz, where the log does not say; what a camera is asked for");
+  visit.text("camera", sensor.camera, "/dev/videoN, part of the camera's name, or auto");
+  visit.text("camera_format", sensor.camera_format, "MJPG or YUYV, at raw_imgw x raw_imgh");
+  visit.text("camera_controls", sensor.camera_controls,
+             "name=number, name=number; as gelslam devices names them");
+  visit.path("calibration_model_path", sensor.calibration_model_path, "nnmodel.pth of this sensor");
+  visit.number("color_gain_blue", config.color_gain_bgr[0], 0.1, 10,
+               "on every picture, where another sensor's model is used");
+  visit.number("color_gain_green", config.color_gain_bgr[1], 0.1, 10, "the same for green");
+  visit.number("color_gain_red", config.color_gain_bgr[2], 0.1, 10, "the same for red");
+}
+
+void describe_contact(OptionVisitor& visit, Config& config) {
+  visit.number("color_dist_threshold", config.surface.color_dist_threshold, 0, 442,
+               "gray levels by which contact differs from the background");
+  visit.number("height_threshold", config.surface.height_threshold_mm, 0, 10,
+               "mm below the untouched gel, for deep contacts");
+  visit.flag("compensate_light", config.surface.compensate_light, "follow changes of the light");
+  visit.integer("background_frames", config.background_frames, 1, 10000,
+                "first frames of the log, without contact");
+}
+
+void describe_registration(OptionVisitor& visit, NormalFlowOptions& options) {
+  visit.integer("max_samples", options.max_samples, 50, 1000000, "keyframe pixels used");
+  visit.integer("max_iterations", options.max_iterations, 1, 1000, "at most, per registration");
+  visit.integer("min_iterations", options.min_iterations, 1, 1000, "at least, per registration");
+  visit.number("robust_scale_rad", options.robust_scale_rad, 0.001, 10,
+               "normals further apart than this lose weight");
+  visit.number("scr_threshold", options.scr_threshold, 0, 1, "least shared curvature ratio");
+  visit.number("ccs_threshold", options.ccs_threshold, -1, 1, "least curvature cosine similarity");
+}
+
+void describe_tracking(OptionVisitor& visit, TrackerOptions& options) {
+  visit.integer("contact_threshold", options.contact_threshold_px, 1, 100000000,
+                "fewer contact pixels are no contact");
+  visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
+               "a keyframe that shares less than this with the frame is replaced");
+  visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,
+               "a motion that turns back leaves a keyframe where that alone shows so much of its contact");
+  visit.number("patience_s", options.patience_s, 0, 10, "a trial outlasts torn pictures for so long");
+  visit.flag("search_far", options.search_far,
+             "after an unusual motion, look for the one place where the textures agree");
+  describe_registration(visit, options.registration);
+}
+
+void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
+  visit.number("coverage_graph_overlap_threshold", options.coverage.min_uncovered_weight, 0, 1e9,
+               "weighted pixels that a keyframe must show and no other does, to stay in the map");
+  LoopClosureOptions& loops = options.loop_closure;
+  visit.integer("min_sift_inliers", loops.min_sift_inliers, 3, 100000,
+                "matches that agree, to believe in a place");
+  visit.number("scr_threshold", loops.registration.scr_threshold, 0, 1,
+               "least shared curvature ratio of a loop");
+  visit.number("ccs_threshold", loops.registration.ccs_threshold, -1, 1,
+               "least curvature cosine similarity of a loop");
+  visit.number("loop_loss_scale", options.pose_graph.loop_loss_scale, 0.01, 1e6,
+               "robust kernel on loops, in sigmas");
+  visit.number("slope_gain_sigma", options.pose_graph.gradient_scale_sigma, 0.001, 10,
+               "how far the gain may be from 1, before loops");
+  visit.flag("estimate_slope_gain", options.pose_graph.estimate_gradient_scale,
+             "one shared factor by which slopes read too steep, from loops");
+  visit.flag("calibrate_slopes", options.slope_calibration.enabled,
+             "when the log has ended, correct what slopes read wrong by what keyframes say of each other");
+  visit.flag("refine", options.refinement.enabled,
+             "register all overlapping keyframes when the log has ended");
+  visit.integer("refine_pairs_per_keyframe", options.refinement.max_pairs_per_keyframe, 0, 10000, "at most");
+}
+
+void describe_fusion(OptionVisitor& visit, FusionOptions& options) {
+  visit.number("voxel_size_mm", options.voxel_size_mm, 0.01, 10, "edge of the mesh's cells");
+  visit.number("truncation_mm", options.truncation_mm, 0.01, 20,
+               "sheets of one side closer than this become one");
+}
+
+OptionList describe(Config& config) {
+  return [&config](OptionVisitor& visit) {
+    visit.section("device_config", "the sensor", [&] { describe_sensor(visit, config); });
+    visit.section("contact_mask_config", "what counts as touched", [&] { describe_contact(visit, config); });
+    visit.section("gelslam_config", "tracking and mapping", [&] {
+      visit.section("track_config", "frame to keyframe",
+                    [&] { describe_tracking(visit, config.slam.tracker); });
+      visit.section("pose_graph_config", "loops and poses", [&] { describe_pose_graph(visit, config.slam); });
+      visit.section("fusion_config", "the mesh", [&] { describe_fusion(visit, config.slam.fusion); });
+    });
+  };
+}
+
+/// What follows from the keys, and what they must be to each other.
+Config completed(Config config, const std::filesystem::path& name) {
+  const FusionOptions& fusion = config.slam.fusion;
+  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not by fuse() after the whole log
+    throw Error(name.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
+  config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
+  config.slam.refinement.registration = config.slam.loop_closure.registration;
+  config.slam.slope_calibration.registration = config.slam.loop_closure.registration;
+  config.slam.refinement.gradient_scale_sigma = config.slam.pose_graph.gradient_scale_sigma;
+  config.slam.loop_consistency.gradient_scale_sigma = config.slam.pose_graph.gradient_scale_sigma;
+  return config;
+}
+
+}  // namespace
+
+Config read_config(const std::filesystem::path& file) {
+  Config config;
+  read_options(file, describe(config));
+  return completed(config, file);
+}
+
+Config read_config_text(std::string_view yaml, const std::filesystem::path& name) {
+  Config config;
+  read_options_text(yaml, name, describe(config));
+  return completed(config, name);
+}
+
+GradientModel read_gradient_model(const std::filesystem::path& file) {
+  if (!is_matroska(file)) return read_model(file);
+  const std::string model = read_log_attachments(file).model;
+  if (model.empty())
+    throw Error(file.string() + ": this log holds no gradient model; give --model nnmodel.pth");
+  return parse_model_file({reinterpret_cast<const unsigned char*>(model.data()), model.size()}, file.string())
+      .model;
+}
+
+std::string write_config(const Config& config) {
+  Config copy = config;
+  return write_options(describe(copy));
+}
+
+}  // namespace gelslam

@@ -1,0 +1,168 @@
+#include "run_folder/run_writer.hpp"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "gelslam/backend/g2o.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/session.hpp"
+#include "gelslam/slam/tum.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+std::string trajectory(const SlamMap& map) {
+  std::string text;
+  for (const FrameRecord& frame : map.frames)
+    if (map.has_pose(frame))
+      text += tum_line(frame.time_s, map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame);
+  return text;
+}
+
+std::string keyframe_trajectory(const SlamMap& map) {
+  std::map<std::int64_t, double> time_s;
+  for (const FrameRecord& frame : map.frames) time_s[frame.frame] = frame.time_s;
+  std::string text;
+  for (std::size_t id = 0; id < map.keyframes.size(); ++id)
+    if (map.in_map[id])
+      text += tum_line(time_s.at(map.keyframes[id]->frame), map.anchor_T_keyframe(static_cast<int>(id)));
+  return text;
+}
+
+/// Frames between the first and the last that were damaged or dropped.
+std::int64_t frames_left_out(const std::vector<FrameRecord>& frames) {
+  if (frames.empty()) return 0;
+  return frames.back().frame - frames.front().frame + 1 - static_cast<std::int64_t>(frames.size());
+}
+
+ordered_json frame_counts(const SlamMap& map) {
+  std::map<TrackStatus, int> count;
+  int in_map = 0;
+  for (const FrameRecord& frame : map.frames) {
+    ++count[frame.status];
+    in_map += map.has_pose(frame) ? 1 : 0;
+  }
+  ordered_json frames;
+  frames["total"] = map.frames.size();
+  for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked,
+                                   TrackStatus::lost, TrackStatus::undone})
+    frames[std::string(name(status))] = count[status];
+  frames["in_map"] = in_map;
+  frames["left_out"] = frames_left_out(map.frames);
+  return frames;
+}
+
+ordered_json stage_times(const std::vector<StageStatistics>& times) {
+  ordered_json stages;
+  for (const StageStatistics& s : times)
+    stages[s.stage] = {{"count", s.count},
+                       {"median_ms", s.median_ms},
+                       {"p95_ms", s.p95_ms},
+                       {"max_ms", s.max_ms},
+                       {"total_ms", s.total_ms}};
+  return stages;
+}
+
+ordered_json live_account(const LiveAccount& live) {
+  return {{"rate_hz", live.rate_hz},
+          {"arrived", live.arrived},
+          {"lost_by_camera", live.lost_by_camera},
+          {"dropped", live.dropped},
+          {"damaged", live.damaged}};
+}
+
+ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {
+  const ReconstructSummary& summary = account.summary;
+  ordered_json json;
+  json["program"] = "gelslam " + account.program_version;
+  if (!account.log.empty()) json["log"] = fs::absolute(account.log).lexically_normal().string();
+  json["log_description"] = account.log_description;
+  json["model"] = config.sensor.calibration_model_path.string();
+  json["partial"] = summary.partial;
+  if (!summary.warning.empty()) json["warning"] = summary.warning;
+  json["anchor_frame"] = map.anchor_frame;
+  json["frames"] = frame_counts(map);
+  json["keyframes"] = summary.keyframes;
+  json["coverage_keyframes"] = map.coverage_keyframes.size();
+  json["trials"] = summary.trials;
+  json["groups"] = summary.components;
+  json["loops"] = summary.loops;
+  json["loop_outliers"] =
+      std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
+  const GradientScale& left = map.solution.gradient_scale;  // 1 where slopes were corrected
+  json["slope_gain"] = {{"x", left.x * map.slope_correction.gain_x()},
+                        {"y", left.y * map.slope_correction.gain_y()}};
+  json["slope_correction"] = map.slope_correction.factors;
+  json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
+  json["seconds"] = summary.seconds;
+  if (account.live) json["live"] = live_account(*account.live);
+  json["stages"] = stage_times(account.times);
+  return json;
+}
+
+std::map<int, Pose> map_poses(const SlamMap& map) {
+  std::map<int, Pose> poses;
+  for (std::size_t id = 0; id < map.keyframes.size(); ++id)
+    if (map.in_map[id]) poses[static_cast<int>(id)] = map.anchor_T_keyframe(static_cast<int>(id));
+  return poses;
+}
+
+/// Those that the rest contradicts, or all the others.
+std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
+  const auto in_map = [&](int id) { return map.in_map[static_cast<std::size_t>(id)]; };
+  std::vector<PoseGraphEdge> edges;
+  for (std::size_t i = 0; i < map.edges.size(); ++i) {
+    const PoseGraphEdge& edge = map.edges[i];
+    if (in_map(edge.from) && in_map(edge.to) && map.solution.edge_outlier[i] == outliers)
+      edges.push_back(edge);
+  }
+  return edges;
+}
+
+}  // namespace
+
+std::vector<std::string> run_entries() {
+  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "config.yaml",
+          "session",  "report.json",    "log.mkv",       "screenshot_*",   "mesh_mm_*",         "saving.tmp"};
+}
+
+ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
+  ReconstructSummary summary;
+  summary.frames = static_cast<std::int64_t>(map.frames.size());
+  summary.tracked = std::count_if(map.frames.begin(), map.frames.end(),
+                                  [](const FrameRecord& f) { return f.status == TrackStatus::tracked; });
+  summary.in_map = std::count_if(map.frames.begin(), map.frames.end(),
+                                 [&](const FrameRecord& f) { return map.has_pose(f); });
+  summary.keyframes = static_cast<int>(map.keyframes.size());
+  summary.trials = map.trials;
+  summary.components = map.components;
+  summary.loops = map.loops;
+  summary.vertices = mesh.vertices_mm.size();
+  summary.triangles = mesh.triangles.size();
+  return summary;
+}
+
+Mesh fuse_map(const SlamMap& map, const FusionOptions& options) {
+  FusionOptions fusion = options;
+  fusion.gradient_scale = map.solution.gradient_scale.mean();
+  return fuse(posed_surfaces(map), fusion);
+}
+
+void write_run(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh,
+               const RunAccount& account) {
+  write_mesh(folder / "mesh.ply", mesh);
+  write_file_atomically(folder / "trajectory.tum", trajectory(map));
+  write_file_atomically(folder / "keyframes.tum", keyframe_trajectory(map));
+  write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map, false));
+  write_g2o_edges(folder / "loop_outliers.g2o", map_edges(map, true));
+  write_file_atomically(folder / "config.yaml", write_config(config));
+  save_session(folder / "session", map);
+  write_file_atomically(folder / "report.json", report(config, map, account).dump(2) + "\n");
+}
+
+}  // namespace gelslam

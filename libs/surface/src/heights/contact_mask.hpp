@@ -1,0 +1,67 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "heights/gel_pressure.hpp"
+
+namespace gelslam::surface::detail {
+
+/// Height of the untouched gel and how much it scatters there.
+struct UntouchedGel {
+  float level = 0.0F;
+  float scatter = 0.0F;
+  bool seen = false;  ///< else the level is a guess: the object covers the whole gel
+};
+
+/// Both robust (median, scaled median deviation) over the pixels where `changed` is 0 and which are no lower
+/// than 1.5 pixels below the highest of them: a flat face that touches has the color of bare gel, but not
+/// its height. Where those are fewer than 5 % of the image: the 85th percentile over all pixels, and no
+/// scatter. Heights in pixels.
+UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed,
+                                std::vector<float>& scratch);
+
+struct ContactRule {
+  double color_dist_threshold = 15.0;  ///< gray levels
+  double height_threshold_mm = 0.2;    ///< for deep contacts
+  double rim_length_mm = 1.4;          ///< over which the gel's membrane rim decays
+};
+
+/// Contact by depth and pressure, with color as witness (own; the public rule is blind below
+/// height_threshold_mm, cuts out what lies flat, and takes the gel's membrane rim for the object). A pixel
+/// touches where it lies below a limit that follows the frame's depth (0.3 of the deepest place, at most
+/// height_threshold_mm, or 0.25 of the deepest place if that is more, at least what noise reaches) and where
+/// the gel is pressed (gel_pressure.hpp). A connected piece counts only if its color differs somewhere by
+/// color_dist_threshold (in proportion less when shallow).
+class ContactDetector {
+ public:
+  ContactDetector(cv::Size size, const ContactRule& rule);
+
+  /// `height_mm`: 0 on the untouched gel; `scatter_mm`: of the untouched gel; `block_difference`: mean color
+  /// difference of 4x4 blocks. Fills `contact` (HxW, 0 or 255).
+  void detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm,
+              const cv::Mat3f& block_difference, cv::Mat1b& contact);
+
+  /// Blocks that hold contact, of the last detect().
+  const cv::Mat1b& contact_blocks() const { return blocks_; }
+
+ private:
+  /// Flat fields between raised parts are hardly pressed, but touched: small holes that are deep enough are
+  /// filled.
+  void fill_small_holes(cv::Mat1b& contact);
+  double depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm);
+  void keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold, cv::Mat1b& contact);
+
+  ContactRule rule_;
+  PressureMap pressure_;
+  int half_gap_px_;
+  cv::Mat gap_;
+  cv::Mat1b below_, pressed_, blocks_, keep_;
+  cv::Mat1b holes_;
+  cv::Mat1i labels_, stats_;
+  cv::Mat centroids_;
+  std::vector<bool> fills_;
+  std::vector<float> scratch_;
+};
+
+}  // namespace gelslam::surface::detail

@@ -1,0 +1,190 @@
+#include "gelslam/surface/background_judgement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/imgproc.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/surface/marker_dots.hpp"
+#include "slopes/gradient_map.hpp"
+
+namespace gelslam {
+namespace {
+
+using surface::detail::GradientMap;
+
+// Real backgrounds: means of 93 to 122 gray levels, brightest percentile at most 196.
+constexpr double dark_gray_levels = 45.0;
+constexpr double white_gray_level = 250.0;
+constexpr double saturated_share = 0.02;
+constexpr double least_color = 10.0;  // mean of largest minus smallest channel; real ones 40 to 70
+// Color against its surroundings: less than 0.1 % of a clean gel, even one with a speck, differ this much;
+// eight stains of 5 to 10 pixels 1.3 % or more.
+constexpr double stain_gray_levels = 10.0;
+constexpr double stained_share = 0.004;
+// ln(red / blue) from the middle to the bottom: 0.46 to 0.60.
+constexpr double least_red_blue_slope = 0.2;
+constexpr double most_sideways_slope = 0.3;  // real ones -0.12 to 0.04
+// Mean blue over mean red: 1.33 to 1.7.
+constexpr double least_blue_over_red = 0.9;
+// Median slope that a model reads in the bare gel: its own sensor's 0.01 to 0.06, another sensor's 0.24 or
+// more.
+constexpr double foreign_slope = 0.12;
+
+bool is_gelsight_mini(const std::string& name) {
+  return lower_case(name).find("gelsight mini") != std::string::npos;
+}
+
+double share_above(const cv::Mat1f& values, double limit) {
+  return static_cast<double>(cv::countNonZero(values > limit)) / static_cast<double>(values.total());
+}
+
+struct ChannelRange {
+  cv::Mat1f least, most;  ///< of each pixel's three channels
+};
+
+ChannelRange channel_range(const cv::Mat3f& bgr) {
+  ChannelRange range{cv::Mat1f(bgr.size()), cv::Mat1f(bgr.size())};
+  std::transform(bgr.begin(), bgr.end(), range.least.begin(), [](const cv::Vec3f& c) {
+    return std::min({c[0], c[1], c[2]});
+  });
+  std::transform(bgr.begin(), bgr.end(), range.most.begin(), [](const cv::Vec3f& c) {
+    return std::max({c[0], c[1], c[2]});
+  });
+  return range;
+}
+
+double stained(const cv::Mat3f& bgr) {
+  const double pixel = bgr.cols / 320.0;  // sizes below are those of a 320 pixel wide picture
+  cv::Mat3f smooth, broad;
+  cv::GaussianBlur(bgr, smooth, cv::Size(), 1.5 * pixel, 1.5 * pixel, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(smooth, broad, cv::Size(), 12 * pixel, 12 * pixel, cv::BORDER_REPLICATE);
+  cv::Mat3f difference;
+  cv::subtract(smooth, broad, difference);
+  cv::Mat1f length(bgr.size());
+  std::transform(difference.begin(), difference.end(), length.begin(),
+                 [](const cv::Vec3f& color) { return static_cast<float>(cv::norm(color)); });
+  const int border = std::max(1, cvRound(12 * pixel));  // lamps and the gel's frame
+  const cv::Rect inside(border, border, bgr.cols - 2 * border, bgr.rows - 2 * border);
+  return share_above(length(inside), stain_gray_levels);
+}
+
+struct RedOverBlue {
+  double downward = 0, sideways = 0;  ///< change of its logarithm over half the picture
+};
+
+/// Least squares; on a grid the two directions are independent.
+RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
+  cv::Mat3f small;
+  cv::resize(bgr, small, cv::Size(40, 30), 0, 0, cv::INTER_AREA);
+  double down = 0, down_2 = 0, side = 0, side_2 = 0;
+  for (int v = 0; v < small.rows; ++v) {
+    for (int u = 0; u < small.cols; ++u) {
+      const double x = (u + 0.5) / small.cols * 2 - 1, y = (v + 0.5) / small.rows * 2 - 1;
+      const double value = std::log((small(v, u)[2] + 1.0) / (small(v, u)[0] + 1.0));
+      down += value * y;
+      down_2 += y * y;
+      side += value * x;
+      side_2 += x * x;
+    }
+  }
+  return {down / down_2, side / side_2};
+}
+
+std::string judge_mini_lamps(const cv::Mat3f& bgr) {
+  const RedOverBlue slope = red_over_blue(bgr);
+  const cv::Scalar mean = cv::mean(bgr);
+  const bool blue_leads = mean[0] > least_blue_over_red * mean[2];
+  if (std::abs(slope.downward) < least_red_blue_slope || std::abs(slope.sideways) > most_sideways_slope) {
+    return "the colors do not lie as a GelSight Mini's lamps lay them (bluish top, reddish bottom): is it "
+           "the right camera, and its "
+           "whole picture?";
+  }
+  if (slope.downward < 0 && !blue_leads)
+    return "red and blue seem to be swapped: the top is reddish and the bottom bluish";
+  if (slope.downward < 0)
+    return "the picture seems to be upside down: a GelSight Mini's top is bluish, its bottom reddish";
+  if (!blue_leads) {
+    return "red outweighs blue, which no bare GelSight Mini shows: its white balance may be off, or red and "
+           "blue are swapped in a "
+           "picture that is upside down";
+  }
+  return "";
+}
+
+double median_slope(const cv::Mat3b& mean, const GradientModel& model) {
+  const GradientMap gradient(model, mean);
+  cv::Mat1f slope;
+  cv::magnitude(gradient.background_gx(), gradient.background_gy(), slope);
+  std::vector<float> sorted(slope.begin(), slope.end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
+}
+
+/// Gray levels. Throws Error when the picture is too small.
+cv::Mat3f as_numbers(const cv::Mat3b& mean) {
+  constexpr int least_px = 32;
+  if (std::min(mean.cols, mean.rows) < least_px)
+    throw Error("the background is too small to be judged: less than 32 pixels");
+  cv::Mat3f bgr;
+  mean.convertTo(bgr, CV_32F);
+  return bgr;
+}
+
+}  // namespace
+
+std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name) {
+  const cv::Mat3f bgr = as_numbers(mean);
+  return is_gelsight_mini(device_name) ? judge_mini_lamps(bgr) : "";
+}
+
+std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
+                                          const GradientModel* model) {
+  const cv::Mat3f bgr = as_numbers(mean);
+  std::vector<std::string> doubts;
+  const cv::Scalar channels = cv::mean(bgr);
+  const double brightness = (channels[0] + channels[1] + channels[2]) / 3;
+  if (brightness < dark_gray_levels) {
+    doubts.push_back(format_text(
+        "the picture is very dark (mean %.0f of 255): are the sensor's lamps on, and is the exposure right?",
+        brightness));
+  }
+  const ChannelRange range = channel_range(bgr);
+  const double saturated = share_above(range.most, white_gray_level);
+  if (saturated > saturated_share) {
+    doubts.push_back(
+        format_text("%.0f %% of the picture is saturated: shorten the exposure; slopes cannot be read there",
+                    100 * saturated));
+  }
+  if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < least_color) {
+    // Nothing that follows means anything without color.
+    doubts.push_back("the picture has no color, from which slopes are read: is it the right camera?");
+    return doubts;
+  }
+  const auto markers = find_marker_dots(mean);
+  if (markers) doubts.push_back(markers->sentence());
+  const double stains = markers ? 0.0 : stained(bgr);
+  if (stains > stained_share) {
+    doubts.push_back(format_text(
+        "%.1f %% of the gel differ sharply from what is around them: dirt, a tear, or something touches it",
+        100 * stains));
+  }
+  const std::string lamps = judge_lamps(mean, device_name);
+  if (!lamps.empty()) doubts.push_back(lamps);
+  if (model != nullptr && lamps.empty()) {
+    const double slope = median_slope(mean, *model);
+    if (slope > foreign_slope) {
+      doubts.push_back(
+          format_text("the model reads the bare gel as sloped (%.2f in the middle of all pixels): is it this "
+                      "sensor's model, and were gel and "
+                      "exposure the same when it was calibrated?",
+                      slope));
+    }
+  }
+  return doubts;
+}
+
+}  // namespace gelslam

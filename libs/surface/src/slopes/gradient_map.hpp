@@ -1,0 +1,36 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "photometry/light.hpp"
+#include "slopes/gradient_kernel.hpp"
+
+namespace gelslam::surface::detail {
+
+/// Gradient of the gel's height over a whole image, relative to the background image.
+class GradientMap {
+ public:
+  GradientMap(const GradientModel& model, const cv::Mat3b& background);
+
+  /// Writes gx, gy (HxW, height per distance) at the pixels set in `where` (HxW), and zero elsewhere. All
+  /// images have the background's size; `colors` brings them into the background's light. The result at a
+  /// pixel does not depend on which other pixels are set.
+  void compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where, cv::Mat1f& gx,
+               cv::Mat1f& gy);
+
+  /// What the model says about the background itself: a bias that is smooth if nothing touches there.
+  const cv::Mat1f& background_gx() const { return background_gx_; }
+  const cv::Mat1f& background_gy() const { return background_gy_; }
+
+ private:
+  void run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy);
+
+  GradientWeights weights_;
+  std::vector<float> column_, row_;  // u/W, v/H
+  cv::Mat1f background_gx_, background_gy_;
+  std::vector<float> features_;  // planar [5][tile]
+  std::vector<int> pixels_;      // where the tile's pixels lie
+};
+
+}  // namespace gelslam::surface::detail

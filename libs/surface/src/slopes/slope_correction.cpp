@@ -1,0 +1,111 @@
+#include "gelslam/surface/slope_correction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "heights/poisson.hpp"
+#include "heights/surface_maps.hpp"
+
+namespace gelslam {
+
+using namespace surface::detail;
+
+namespace {
+
+constexpr int kRimPx = 21;  // over which the gel goes over from contact to bare
+
+/// Median of the change in height where bare gel lies: what an integral leaves open.
+float change_of_bare_gel(const cv::Mat1f& change, const Surface& read, std::vector<float>& scratch) {
+  constexpr float kFlatNormalZ = 0.9995F;  // tilted by less than 2 degrees
+  scratch.clear();
+  for (int v = 0; v < change.rows; ++v)
+    for (int u = 0; u < change.cols; ++u)
+      if (!read.contact(v, u) && read.normals(v, u)[2] > kFlatNormalZ) scratch.push_back(change(v, u));
+  if (scratch.empty()) scratch.assign(change.begin(), change.end());
+  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(scratch.size() / 2);
+  std::nth_element(scratch.begin(), middle, scratch.end());
+  return *middle;
+}
+
+/// `touched`: 1 in contact, 0 on bare gel, which is flat whatever the place.
+float weighted(const SlopeCorrection::AxisTerms& terms, const double* factors, float touched) {
+  constexpr std::size_t kOfSlope = SlopeCorrection::kTermsPerAxis - 2;  // the rest is of the place alone
+  double by_slope = 0.0, by_place = 0.0;
+  for (std::size_t k = 0; k < kOfSlope; ++k) by_slope += factors[k] * static_cast<double>(terms[k]);
+  for (std::size_t k = kOfSlope; k < terms.size(); ++k)
+    by_place += factors[k] * static_cast<double>(terms[k]);
+  return static_cast<float>(by_slope + static_cast<double>(touched) * by_place);
+}
+
+}  // namespace
+
+SlopeCorrection SlopeCorrection::of_gain(double gain_x, double gain_y) {
+  SlopeCorrection correction;
+  correction.factors[0] = 1.0 - 1.0 / gain_x;
+  correction.factors[kTermsPerAxis + 1] = 1.0 - 1.0 / gain_y;
+  return correction;
+}
+
+double SlopeCorrection::gain_x() const { return 1.0 / (1.0 - factors[0]); }
+double SlopeCorrection::gain_y() const { return 1.0 / (1.0 - factors[kTermsPerAxis + 1]); }
+
+cv::Point2f SlopeCorrection::place(cv::Size size, cv::Point pixel) {
+  const float half_width = 0.5F * static_cast<float>(size.width);
+  const float center_u = half_width - 0.5F, center_v = 0.5F * static_cast<float>(size.height) - 0.5F;
+  return {(static_cast<float>(pixel.x) - center_u) / half_width,
+          (static_cast<float>(pixel.y) - center_v) / half_width};
+}
+
+SlopeCorrection::AxisTerms SlopeCorrection::terms(float x, float y, float gx, float gy) {
+  const float m = 1.0F / std::sqrt(1.0F + gx * gx + gy * gy);
+  return {gx, gy, x * gx, y * gx, x * gy, y * gy, m * gx * gx, m * gx * gy, m * gy * gy, x, y};
+}
+
+std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gain_sigma) {
+  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kBias = 0.02;
+  return {gain_sigma, kCross,     kPlace, kPlace, kPlace, kPlace, kSlope, kSlope, kSlope, kBias, kBias,
+          kCross,     gain_sigma, kPlace, kPlace, kPlace, kPlace, kSlope, kSlope, kSlope, kBias, kBias};
+}
+
+struct SlopeCorrector::Impl {
+  explicit Impl(cv::Size size) : poisson(size), gx(size), gy(size), dx(size), dy(size) {}
+
+  PoissonSolver poisson;
+  cv::Mat1f gx, gy, dx, dy;  // corrected slopes, and what was taken off
+  cv::Mat1f touched;         // 1 in contact, 0 on bare gel, and a membrane rim between
+  std::vector<float> scratch;
+};
+
+SlopeCorrector::SlopeCorrector(cv::Size size) : impl_(std::make_unique<Impl>(size)) {}
+SlopeCorrector::~SlopeCorrector() = default;
+
+SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& correction) {
+  Impl& self = *impl_;
+  read.contact.convertTo(self.touched, CV_32F, 1.0 / 255.0);
+  cv::blur(self.touched, self.touched, cv::Size(kRimPx, kRimPx));
+  for (int v = 0; v < read.normals.rows; ++v)
+    for (int u = 0; u < read.normals.cols; ++u) {
+      const cv::Vec3f& n = read.normals(v, u);
+      const float gx = -n[0] / n[2], gy = -n[1] / n[2];
+      const cv::Point2f place = SlopeCorrection::place(read.normals.size(), {u, v});
+      const auto terms = SlopeCorrection::terms(place.x, place.y, gx, gy);
+      self.dx(v, u) = -weighted(terms, correction.factors.data(), self.touched(v, u));
+      self.dy(v, u) =
+          -weighted(terms, correction.factors.data() + SlopeCorrection::kTermsPerAxis, self.touched(v, u));
+      self.gx(v, u) = gx + self.dx(v, u);
+      self.gy(v, u) = gy + self.dy(v, u);
+    }
+  auto surface = std::make_shared<Surface>(read);
+  surface->normals = normals_from_gradient(self.gx, self.gy);
+  const auto pitch_mm = static_cast<float>(read.pixel_pitch_mm);
+  const cv::Mat1f change_px = self.poisson.solve(self.dx, self.dy);
+  const float level = change_of_bare_gel(change_px, read, self.scratch);
+  surface->height_mm = read.height_mm.clone();
+  for (int v = 0; v < change_px.rows; ++v)
+    for (int u = 0; u < change_px.cols; ++u) surface->height_mm(v, u) += pitch_mm * (change_px(v, u) - level);
+  return surface;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,152 @@
+#include "gelslam/viewer/view_content.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <system_error>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/evaluation/evaluation.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/session.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kGap_s = 0.25;
+
+std::string display_name(const fs::path& path) {
+  const fs::path clean = path.lexically_normal();
+  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
+}
+
+/// Which keyframes the edges of a run's pose graph join. Neighbors by id are odometry. Other lines are not
+/// ours to judge; a file that is not there has none.
+void read_edges(const fs::path& file, bool outliers, std::vector<MapSnapshot::Edge>& edges) {
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    MapSnapshot::Edge edge;
+    if (!(words >> kind >> edge.from >> edge.to) || kind != "EDGE_SE3:QUAT") continue;
+    edge.kind = edge.to - edge.from == 1 ? EdgeKind::odometry : EdgeKind::loop;
+    edge.outlier = outliers;
+    edges.push_back(edge);
+  }
+}
+
+RunHistory read_history(const fs::path& run) {
+  RunHistory history;
+  Session session = load_session(run / "session");
+  history.gradient_scale = session.gradient_scale;
+  const std::vector<StampedPose> keyframes = read_tum(run / "keyframes.tum");
+  if (keyframes.size() != session.patches.size()) {
+    throw Error(run.string() + ": keyframes.tum lists " + std::to_string(keyframes.size()) +
+                " keyframes, session/ " + std::to_string(session.patches.size()) +
+                "; the folder holds files of two runs");
+  }
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    history.keyframes.push_back({keyframes[i].time_s, std::move(session.patches[i])});
+  }
+  for (const StampedPose& pose : read_tum(run / "trajectory.tum")) {
+    history.trajectory.push_back({pose.time_s, pose.map_T_sensor});
+  }
+  read_edges(run / "pose_graph.g2o", false, history.edges);
+  read_edges(run / "loop_outliers.g2o", true, history.edges);
+  return history;
+}
+
+ViewContent load_run(const fs::path& run) {
+  const bool has_mesh = fs::exists(run / "mesh.ply"),
+             has_session = fs::exists(run / "session" / "session.json");
+  if (!has_mesh) throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
+  ViewContent content{display_name(run), read_mesh(run / "mesh.ply"), std::nullopt};
+  if (has_session) content.history = read_history(run);
+  return content;
+}
+
+void check_exists(const fs::path& path) {
+  std::error_code code;
+  if (!fs::exists(path, code)) throw Error(path.string() + ": no such file or folder");
+}
+
+}  // namespace
+
+double RunHistory::start_s() const {
+  double start_s = std::numeric_limits<double>::infinity();
+  if (!trajectory.empty()) start_s = trajectory.front().time_s;
+  if (!keyframes.empty()) start_s = std::min(start_s, keyframes.front().time_s);
+  return start_s;
+}
+
+double RunHistory::end_s() const {
+  double end_s = -std::numeric_limits<double>::infinity();
+  if (!trajectory.empty()) end_s = trajectory.back().time_s;
+  if (!keyframes.empty()) end_s = std::max(end_s, keyframes.back().time_s);
+  return end_s;
+}
+
+MapSnapshot RunHistory::map_at(double time_s) const {
+  MapSnapshot map;
+  map.shown_component = 0;
+  for (const KeyframeAt& keyframe : keyframes) {
+    if (keyframe.time_s > time_s) break;
+    MapSnapshot::Node node;
+    node.keyframe = keyframe.patch.id;
+    node.component = map.shown_component;
+    node.component_T_keyframe = keyframe.patch.map_T_keyframe;
+    node.surface = keyframe.patch.surface;
+    map.nodes.push_back(node);
+  }
+  std::set<int> ids;
+  for (const MapSnapshot::Node& node : map.nodes) ids.insert(node.keyframe);
+  std::copy_if(edges.begin(), edges.end(), std::back_inserter(map.edges),
+               [&](const MapSnapshot::Edge& e) { return ids.contains(e.from) && ids.contains(e.to); });
+  return map;
+}
+
+std::vector<PosedSurface> RunHistory::patches_at(double time_s) const {
+  std::vector<PosedSurface> patches;
+  for (const KeyframeAt& keyframe : keyframes) {
+    if (keyframe.time_s <= time_s) patches.push_back(keyframe.patch);
+  }
+  return patches;
+}
+
+std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
+  std::vector<std::vector<Pose>> pieces;
+  double last_s = 0;
+  for (const PoseAt& pose : trajectory) {
+    if (pose.time_s > time_s) break;
+    if (pieces.empty() || pose.time_s - last_s > kGap_s) pieces.emplace_back();
+    pieces.back().push_back(pose.map_T_sensor);
+    last_s = pose.time_s;
+  }
+  return pieces;
+}
+
+ViewContent load_view(const fs::path& run_or_mesh) {
+  check_exists(run_or_mesh);
+  if (fs::is_directory(run_or_mesh)) return load_run(run_or_mesh);
+  return {display_name(run_or_mesh), read_mesh(run_or_mesh), std::nullopt};
+}
+
+ViewContent load_truth(const fs::path& data_folder_or_mesh, const fs::path& run) {
+  check_exists(data_folder_or_mesh);
+  if (!fs::is_directory(data_folder_or_mesh)) return load_view(data_folder_or_mesh);
+  const Comparison comparison = compare(run, data_folder_or_mesh);
+  const GroundTruth& truth = comparison.truth;
+  if (truth.mesh_path.empty() || !truth.object_T_start) {
+    throw Error(data_folder_or_mesh.string() +
+                ": knows no true surface (gt_mesh.ply and its place in meta.json)");
+  }
+  const Pose object_T_map = *truth.object_T_start * comparison.start_T_map;
+  return {"truth", transformed(read_mesh(truth.mesh_path), object_T_map.inverse()), std::nullopt};
+}
+
+}  // namespace gelslam

@@ -1,0 +1,94 @@
+#include "gl/gl_objects.hpp"
+
+#include <array>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+GLuint compile(GLenum kind, const char* text) {
+  const GLuint shader = glCreateShader(kind);
+  glShaderSource(shader, 1, &text, nullptr);
+  glCompileShader(shader);
+  GLint done = GL_FALSE;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &done);
+  if (done == GL_TRUE) return shader;
+  std::array<char, 1024> words{};
+  glGetShaderInfoLog(shader, static_cast<GLsizei>(words.size()), nullptr, words.data());
+  glDeleteShader(shader);
+  throw std::logic_error(std::string("shader does not compile: ") + words.data());
+}
+
+}  // namespace
+
+void create_buffer(GLuint& name) { glGenBuffers(1, &name); }
+void destroy_buffer(GLuint name) { glDeleteBuffers(1, &name); }
+void create_vertex_array(GLuint& name) { glGenVertexArrays(1, &name); }
+void destroy_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
+void create_texture(GLuint& name) { glGenTextures(1, &name); }
+void destroy_texture(GLuint name) { glDeleteTextures(1, &name); }
+void create_framebuffer(GLuint& name) { glGenFramebuffers(1, &name); }
+void destroy_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
+void create_renderbuffer(GLuint& name) { glGenRenderbuffers(1, &name); }
+void destroy_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
+
+GlProgram::GlProgram(const char* vertex_shader, const char* fragment_shader) {
+  const GLuint vertex = compile(GL_VERTEX_SHADER, vertex_shader);
+  const GLuint fragment = compile(GL_FRAGMENT_SHADER, fragment_shader);
+  name_ = glCreateProgram();
+  glAttachShader(name_, vertex);
+  glAttachShader(name_, fragment);
+  glLinkProgram(name_);
+  glDeleteShader(vertex);
+  glDeleteShader(fragment);
+  GLint done = GL_FALSE;
+  glGetProgramiv(name_, GL_LINK_STATUS, &done);
+  if (done == GL_TRUE) return;
+  std::array<char, 1024> words{};
+  glGetProgramInfoLog(name_, static_cast<GLsizei>(words.size()), nullptr, words.data());
+  glDeleteProgram(name_);
+  throw std::logic_error(std::string("shaders do not link: ") + words.data());
+}
+
+GlProgram::~GlProgram() { glDeleteProgram(name_); }
+
+void GlProgram::use() const { glUseProgram(name_); }
+
+void GlProgram::set(const char* uniform, int value) const {
+  glUniform1i(glGetUniformLocation(name_, uniform), value);
+}
+void GlProgram::set(const char* uniform, float value) const {
+  glUniform1f(glGetUniformLocation(name_, uniform), value);
+}
+void GlProgram::set(const char* uniform, const Eigen::Vector2f& value) const {
+  glUniform2fv(glGetUniformLocation(name_, uniform), 1, value.data());
+}
+void GlProgram::set(const char* uniform, const Eigen::Vector3f& value) const {
+  glUniform3fv(glGetUniformLocation(name_, uniform), 1, value.data());
+}
+void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
+  glUniformMatrix4fv(glGetUniformLocation(name_, uniform), 1, GL_FALSE, value.data());
+}
+
+void fill_texture(const GlTexture& texture, int width, int height, const std::uint8_t* rgba) {
+  glBindTexture(GL_TEXTURE_2D, texture.name());
+  // Others (a toolkit's font upload) may have left these as they needed them.
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glBindTexture(GL_TEXTURE_2D, 0);
+}
+
+bool is_software_renderer() {
+  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string_view renderer = name != nullptr ? name : "";
+  return renderer.find("llvmpipe") != renderer.npos || renderer.find("softpipe") != renderer.npos;
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,349 @@
+#include "gelslam/viewer/scene.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "scene/scene_colors.hpp"
+#include "scene/scene_lines.hpp"
+#include "scene/scene_map_lines.hpp"
+#include "scene/scene_mesh.hpp"
+#include "scene/scene_shaders.hpp"
+#include "scene/scene_touch.hpp"
+#include "scene/scene_values.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace viewer::detail;
+using Eigen::Matrix4f;
+using Eigen::Vector3f;
+using Clock = std::chrono::steady_clock;
+
+/// What levels of detail and new colors may take: a part of a frame's time, within limits.
+constexpr double kBudgetShare = 0.4, kLeastBudget_ms = 3, kMostBudget_ms = 100;
+constexpr double kUnlimited_ms = std::numeric_limits<double>::infinity();
+constexpr std::size_t kTrianglesForGpu = 1'500'000, kTrianglesForProcessor = 200'000;
+constexpr std::size_t kTrianglesPerPiece = 2000;
+constexpr std::size_t kDistanceSamples = 4000;
+constexpr std::size_t kOutlinePoints = 5000;
+constexpr int kMatcapSide_px = 256;
+constexpr float kTouchLift_mm = 0.25F;  ///< the map below the touch may be so much off before it hides it
+constexpr float kHiddenLineOpacity = 0.16F;
+constexpr float kLeastCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
+const Vector3f kClay(0.58F, 0.50F, 0.43F);
+
+/// Colors that come from a number put into each vertex for them.
+bool is_by_value(SceneColor color) { return color == SceneColor::keyframe || color == SceneColor::distance; }
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+Rgba outline_color() { return {255, 150, 40, 255}; }
+Rgba grid_color(bool light) { return light ? Rgba{120, 125, 135, 90} : Rgba{150, 160, 175, 60}; }
+
+}  // namespace
+
+struct Scene::Impl {
+  GlProgram mesh_program{mesh_vertex_shader, mesh_fragment_shader};
+  GlProgram touch_program{touch_vertex_shader, touch_fragment_shader};
+  GlProgram line_program{line_vertex_shader, line_fragment_shader};
+  GlProgram background_program{background_vertex_shader, background_fragment_shader};
+  GlVertexArray no_vertices;
+  GlTexture matcap, color_map;
+  SceneColor color_map_for = SceneColor::plain;
+  SceneMesh mesh;
+  SceneTouch touch;
+  SceneLines outline, trajectory, keyframes, edges, grid;
+  std::optional<TouchPatch> touch_patch;
+  Eigen::AlignedBox3f trajectory_box_mm;
+  std::int64_t next_piece = 0;
+  DistanceQuery distance_query;
+  mutable std::optional<float> distance_limit_mm;  ///< found when it is first asked for
+  KeyframePlaces keyframe_places;
+  SceneColor values_for = SceneColor::plain;  ///< what the vertices' values mean now
+  bool values_are_old = false;
+  const std::size_t max_triangles = is_software_renderer() ? kTrianglesForProcessor : kTrianglesForGpu;
+  bool details_are_due = false;
+  Clock::time_point last_draw = Clock::now();
+  SceneStatistics statistics;
+
+  Impl() {
+    const std::vector<std::uint8_t> picture = make_matcap(kMatcapSide_px);
+    fill_texture(matcap, kMatcapSide_px, kMatcapSide_px, picture.data());
+  }
+
+  double budget_ms() const {
+    return std::clamp(kBudgetShare * ms_since(last_draw), kLeastBudget_ms, kMostBudget_ms);
+  }
+
+  Eigen::AlignedBox3f drawn_box() const {
+    Eigen::AlignedBox3f box = mesh.box_mm();
+    box.extend(trajectory_box_mm);
+    if (touch_patch && touch_patch->surface && touch_patch->map_T_sensor.matrix().allFinite()) {
+      const double reach = 0.5 * touch_patch->surface->pixel_pitch_mm *
+                           std::hypot(touch_patch->surface->contact.cols, touch_patch->surface->contact.rows);
+      const Vector3f center = touch_patch->map_T_sensor.translation().cast<float>();
+      box.extend(Vector3f(center.array() + static_cast<float>(reach)));
+      box.extend(Vector3f(center.array() - static_cast<float>(reach)));
+    }
+    if (!box.isEmpty()) {  // room for the grid, lifted lines and axes
+      const Vector3f margin = Vector3f::Constant(2.0F + 0.7F * box.diagonal().norm());
+      box = Eigen::AlignedBox3f(box.min() - margin, box.max() + margin);
+    }
+    return box;
+  }
+
+  std::array<float, 2> range(const SceneStyle& style) const {
+    if (style.range) return *style.range;
+    switch (style.color) {
+      case SceneColor::confidence:
+        return {0, std::max(mesh.confidence_p95(), 1e-3F)};
+      case SceneColor::height: {
+        const Eigen::AlignedBox3f box = mesh.box_mm();
+        if (box.isEmpty()) return {0, 1};
+        const float middle = style.height_axis.dot(box.center());
+        const float reach = 0.5F * style.height_axis.cwiseAbs().dot(box.sizes());
+        return {middle - reach, middle + reach};
+      }
+      case SceneColor::keyframe:
+        return keyframe_places.range();
+      case SceneColor::distance:
+        return {0, distance_limit()};
+      case SceneColor::plain:
+        break;
+    }
+    return {0, 1};
+  }
+
+  float distance_limit() const {
+    if (!distance_limit_mm && distance_query) {
+      distance_limit_mm = round_limit_mm(distance_query(mesh.sample_vertices(kDistanceSamples)));
+    }
+    return distance_limit_mm.value_or(1.0F);
+  }
+
+  /// Puts the values in order that `color` shows.
+  void choose_values(SceneColor color) {
+    if (!is_by_value(color) || (values_for == color && !values_are_old)) return;
+    const bool same_meaning = values_for == color && color == SceneColor::keyframe;
+    values_for = color;
+    values_are_old = false;
+    if (color == SceneColor::keyframe) {
+      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.best(m); }, same_meaning);
+      return;
+    }
+    mesh.set_values(
+        [this](const DrawableMesh& m) {
+          return drawable_values(distance_query ? distance_query(m.vertices_mm) : std::vector<float>(),
+                                 m.vertices_mm.size());
+        },
+        same_meaning);
+  }
+
+  void draw_background(bool light) {
+    glDisable(GL_DEPTH_TEST);
+    background_program.use();
+    background_program.set("top", light ? Vector3f(0.985F, 0.985F, 0.98F) : Vector3f(0.175F, 0.195F, 0.225F));
+    background_program.set("bottom",
+                           light ? Vector3f(0.855F, 0.865F, 0.88F) : Vector3f(0.070F, 0.078F, 0.092F));
+    glBindVertexArray(no_vertices.name());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glEnable(GL_DEPTH_TEST);
+  }
+
+  void draw_mesh(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
+                 const SceneStyle& style) {
+    choose_values(style.color);
+    if (style.color != SceneColor::plain && color_map_for != style.color) {
+      std::vector<std::uint8_t> rgba;
+      for (const auto& [r, g, b] : color_map_rgb(style.color)) rgba.insert(rgba.end(), {r, g, b, 255});
+      fill_texture(color_map, 256, 1, rgba.data());
+      color_map_for = style.color;
+    }
+    const auto [low, high] = range(style);
+    mesh_program.use();
+    mesh_program.set("clip_T_map", clip_T_map);
+    mesh_program.set("camera_T_map", camera.camera_T_map());
+    mesh_program.set("height_axis_m", style.height_axis);
+    mesh_program.set("color_by", static_cast<int>(style.color));
+    mesh_program.set("shading", static_cast<int>(style.shading));
+    mesh_program.set("range_min", low);
+    mesh_program.set("range_max", high);
+    mesh_program.set("clay", kClay);
+    mesh_program.set("curvature_gain", 1.0F / std::max(mesh.typical_curvature(), kLeastCurvature));
+    mesh_program.set("color_map", 0);
+    mesh_program.set("matcap", 1);
+    glActiveTexture(GL_TEXTURE1);
+    glBindTexture(GL_TEXTURE_2D, matcap.name());
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D, color_map.name());
+    const auto detail_px = style.level_of_detail ? std::optional(style.detail_px) : std::nullopt;
+    mesh.prepare(camera, clip_T_map, viewport, detail_px,
+                 style.max_triangles > 0 ? style.max_triangles : max_triangles,
+                 details_are_due ? kUnlimited_ms : budget_ms());
+    mesh.draw(true);
+    // Their numbers are still to come: clay, so that gray means that there is none.
+    if (is_by_value(style.color)) mesh_program.set("color_by", static_cast<int>(SceneColor::plain));
+    mesh.draw(false);
+    glBindTexture(GL_TEXTURE_2D, 0);
+    glActiveTexture(GL_TEXTURE1);
+    glBindTexture(GL_TEXTURE_2D, 0);
+    glActiveTexture(GL_TEXTURE0);
+  }
+
+  void draw_touch(const OrbitCamera& camera, const Matrix4f& clip_T_camera) {
+    touch_program.use();
+    touch_program.set("clip_T_camera", clip_T_camera);
+    touch_program.set("camera_T_map", camera.camera_T_map());
+    touch_program.set("lift_mm", kTouchLift_mm);
+    touch.draw();
+  }
+
+  /// Full where it can be seen, faint through the object.
+  void draw_lines(const SceneLines& lines, bool through) {
+    if (lines.empty()) return;
+    if (through) {
+      glDepthFunc(GL_GREATER);
+      line_program.set("opacity", kHiddenLineOpacity);
+      lines.draw();
+      glDepthFunc(GL_LEQUAL);
+    }
+    line_program.set("opacity", 1.0F);
+    lines.draw();
+  }
+
+  void draw_all_lines(const Matrix4f& clip_T_map, const Viewport& viewport, const SceneStyle& style) {
+    line_program.use();
+    line_program.set("clip_T_map", clip_T_map);
+    line_program.set("viewport_px", Eigen::Vector2f(static_cast<float>(viewport.width),
+                                                    static_cast<float>(viewport.height)));
+    line_program.set("scale", std::max(1.0F, static_cast<float>(viewport.height) / 1000.0F));
+    if (style.grid) {
+      grid.set(grid_lines(mesh.box_mm(), style.height_axis, grid_color(style.light_theme)));
+      draw_lines(grid, false);
+    }
+    if (style.edges) draw_lines(edges, true);
+    if (style.trajectory) draw_lines(trajectory, true);
+    if (style.keyframes) draw_lines(keyframes, true);
+    if (style.sensor) draw_lines(outline, true);
+  }
+};
+
+Scene::Scene() : impl_(std::make_unique<Impl>()) {}
+Scene::~Scene() = default;
+
+void Scene::update(std::span<const MeshBlock> blocks) {
+  const auto start = Clock::now();
+  for (const MeshBlock& block : blocks) impl_->mesh.put(block.key, make_drawable(block));
+  impl_->statistics.upload_ms = ms_since(start);
+}
+
+void Scene::update(const MeshChanges& changes) {
+  if (changes.cleared) clear_mesh();
+  update(changes.blocks);
+}
+
+void Scene::clear_mesh() {
+  impl_->mesh.clear();
+  impl_->distance_limit_mm.reset();
+}
+
+void Scene::set_mesh(const Mesh& mesh) {
+  const auto start = Clock::now();
+  clear_mesh();
+  for (DrawableMesh& piece : split(make_drawable(mesh), kTrianglesPerPiece)) {
+    impl_->mesh.put(impl_->next_piece++, std::move(piece));
+  }
+  impl_->statistics.upload_ms = ms_since(start);
+}
+
+void Scene::set_distance_query(DistanceQuery query) {
+  impl_->distance_query = std::move(query);
+  impl_->distance_limit_mm.reset();
+  if (impl_->values_for == SceneColor::distance) impl_->values_are_old = true;
+}
+
+void Scene::set_touch(std::optional<TouchPatch> touch) {
+  impl_->touch.set(touch ? make_touch_mesh(*touch) : TouchMesh());
+  impl_->outline.set(touch ? sensor_outline(*touch, outline_color()) : std::vector<SceneLine>());
+  impl_->touch_patch = std::move(touch);
+}
+
+void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
+  const std::vector<SceneLine> lines = trajectory_lines(map_T_sensor);
+  impl_->trajectory.set(lines);
+  impl_->trajectory_box_mm.setEmpty();
+  for (const SceneLine& line : lines) impl_->trajectory_box_mm.extend(line.from_mm).extend(line.to_mm);
+}
+
+void Scene::set_map(const MapSnapshot& map, const std::vector<int>& coverage) {
+  impl_->keyframes.set(keyframe_lines(map, coverage));
+  impl_->edges.set(edge_lines(map));
+  impl_->keyframe_places = KeyframePlaces(map);
+  if (impl_->values_for == SceneColor::keyframe) impl_->values_are_old = true;
+}
+
+Eigen::AlignedBox3f Scene::bounds_mm() const { return impl_->mesh.box_mm(); }
+
+std::vector<Vector3f> Scene::outline_mm() const { return impl_->mesh.sample_vertices(kOutlinePoints); }
+
+std::optional<Vector3f> Scene::pick(const PickRay& ray) const { return impl_->mesh.pick(ray); }
+
+void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style) {
+  const auto start = Clock::now();
+  const Matrix4f clip_T_camera = camera.projection(viewport.aspect(), impl_->drawn_box());
+  const Matrix4f clip_T_map = clip_T_camera * camera.camera_T_map();
+  glViewport(viewport.x, viewport.y, viewport.width, viewport.height);
+  glScissor(viewport.x, viewport.y, viewport.width, viewport.height);
+  glEnable(GL_SCISSOR_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LEQUAL);
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_BLEND);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  impl_->draw_background(style.light_theme);
+  if (style.mesh) impl_->draw_mesh(camera, clip_T_map, viewport, style);
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  if (style.touch) impl_->draw_touch(camera, clip_T_camera);
+  glDepthMask(GL_FALSE);
+  impl_->draw_all_lines(clip_T_map, viewport, style);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  glBindVertexArray(0);
+  glUseProgram(0);
+  impl_->mesh.end_frame();
+  impl_->details_are_due = false;
+  impl_->last_draw = Clock::now();
+  impl_->statistics.draw_ms = ms_since(start);
+}
+
+void Scene::finish_details() { impl_->details_are_due = true; }
+
+std::optional<ColorLegend> Scene::legend(const SceneStyle& style) const {
+  static constexpr const char* titles[] = {"", "confidence", "height", "keyframe", "distance"};
+  if (style.color == SceneColor::plain) return std::nullopt;
+  const auto [low, high] = impl_->range(style);
+  const bool is_length = style.color == SceneColor::height || style.color == SceneColor::distance;
+  return ColorLegend{titles[static_cast<int>(style.color)], is_length ? "mm" : "", low, high,
+                     color_map_rgb(style.color)};
+}
+
+SceneStatistics Scene::statistics() const {
+  SceneStatistics result = impl_->statistics;
+  result.blocks = impl_->mesh.block_count();
+  result.triangles = impl_->mesh.triangle_count();
+  result.drawn_blocks = impl_->mesh.drawn_blocks();
+  result.drawn_triangles = impl_->mesh.drawn_triangles();
+  result.complete = impl_->mesh.is_complete();
+  result.detail_ms = impl_->mesh.preparing_ms();
+  return result;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "gelslam/fusion/mesh_block.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// A mesh made fit for drawing: every number finite, every index in range, normals there and of unit length.
+struct DrawableMesh {
+  std::vector<Eigen::Vector3f> vertices_mm, normals;
+  std::vector<float> confidence;      ///< 0 where the mesh has none
+  std::vector<float> curvature;       ///< mean, 1/mm, positive on ridges
+  std::vector<std::uint32_t> source;  ///< index of each vertex in the mesh it came from
+  std::vector<int> keyframe;          ///< that sees a vertex best; empty where unknown
+  std::vector<std::uint32_t> indices;
+  Eigen::AlignedBox3f box_mm;
+  float edge_mm = 0;  ///< mean length of an edge
+};
+
+/// Leaves out triangles with indices out of range or corners that are not finite or further than 1 km away,
+/// and vertices that then belong to none.
+DrawableMesh make_drawable(const Mesh& mesh);
+DrawableMesh make_drawable(const MeshBlock& block);
+
+/// The same surface in pieces of about `triangles_per_piece`, by cubes of space. Vertices on borders are in
+/// both.
+std::vector<DrawableMesh> split(const DrawableMesh& mesh, std::size_t triangles_per_piece);
+
+/// The value of a vertex that has none: drawn gray. Far below all others, so that blends with it are gray
+/// too.
+inline constexpr float no_value = -1e30F;
+
+/// As it lies in the GPU's buffer: 24 bytes.
+struct PackedVertex {
+  float position_mm[3];
+  std::uint32_t normal;                 ///< 10 bits each, signed
+  std::uint16_t curvature, confidence;  ///< half floats
+  float value;                          ///< what colors by number show; or no_value
+};
+
+/// `values` is empty (no value) or as long as the vertices.
+std::vector<PackedVertex> pack(const DrawableMesh& mesh, const std::vector<float>& values);
+
+}  // namespace gelslam::viewer::detail

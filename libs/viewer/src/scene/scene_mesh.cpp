@@ -1,0 +1,311 @@
+#include "scene/scene_mesh.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "scene/scene_detail.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+using Eigen::AlignedBox3f;
+using Eigen::Matrix4f;
+using Eigen::Vector3f;
+using Eigen::Vector4f;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kFirstVertices = 1 << 15, kFirstIndices = 1 << 18;
+/// A cell must span this many edges for a level to be worth its memory.
+constexpr float kLeastEdgesPerCell = 1.5F;
+constexpr int kMostDoublings = 6;
+
+/// Whether all of a box is outside one of the view's planes (Gribb & Hartmann: rows of the matrix).
+bool is_outside(const Matrix4f& clip_T_map, const AlignedBox3f& box) {
+  const Vector3f middle = box.center(), half = 0.5F * box.sizes();
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float sign : {1.0F, -1.0F}) {
+      const Vector4f plane = clip_T_map.row(3).transpose() + sign * clip_T_map.row(axis).transpose();
+      const float reach = plane.head<3>().cwiseAbs().dot(half);
+      if (plane.head<3>().dot(middle) + plane.w() + reach < 0) return true;
+    }
+  }
+  return false;
+}
+
+/// The coarsest level whose cells are not larger than `cell_mm`, or nothing when full detail is due.
+std::optional<int> level_for(const DrawableMesh& mesh, float cell_mm) {
+  if (!(cell_mm >= kLeastEdgesPerCell * mesh.edge_mm) || mesh.edge_mm <= 0) return std::nullopt;
+  const float coarsest = std::max(mesh.box_mm.sizes().maxCoeff(), mesh.edge_mm);
+  const int level = static_cast<int>(std::floor(std::log2(std::min(cell_mm, coarsest))));
+  if (std::ldexp(1.0F, level) < kLeastEdgesPerCell * mesh.edge_mm) return std::nullopt;
+  return level;
+}
+
+float percentile(std::vector<float> values, double share) {
+  if (values.empty()) return 0;
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+float percentile_of_size(std::vector<float> values, double share) {
+  for (float& value : values) value = std::abs(value);
+  return percentile(std::move(values), share);
+}
+
+/// Distance along the ray to the triangle, or nothing (Möller & Trumbore 1997; both sides).
+std::optional<float> hit_distance(const PickRay& ray, const Vector3f& a, const Vector3f& b,
+                                  const Vector3f& c) {
+  const Vector3f ab = b - a, ac = c - a, p = ray.direction.cross(ac), from_a = ray.origin_mm - a;
+  const float determinant = ab.dot(p);
+  if (determinant == 0) return std::nullopt;
+  const float u = from_a.dot(p) / determinant;
+  const Vector3f q = from_a.cross(ab);
+  const float v = ray.direction.dot(q) / determinant, t = ac.dot(q) / determinant;
+  if (!(u >= 0 && v >= 0 && u + v <= 1 && t > 0)) return std::nullopt;
+  return t;
+}
+
+bool may_hit(const PickRay& ray, const AlignedBox3f& box) {
+  float nearest = 0, furthest = std::numeric_limits<float>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const float speed = ray.direction[axis] != 0 ? ray.direction[axis] : 1e-30F;
+    const float t0 = (box.min()[axis] - ray.origin_mm[axis]) / speed,
+                t1 = (box.max()[axis] - ray.origin_mm[axis]) / speed;
+    nearest = std::max(nearest, std::min(t0, t1)), furthest = std::min(furthest, std::max(t0, t1));
+  }
+  return nearest <= furthest;
+}
+
+}  // namespace
+
+SceneMesh::SceneMesh()
+    : vertices_(sizeof(PackedVertex), kFirstVertices), indices_(sizeof(std::uint32_t), kFirstIndices) {}
+
+void SceneMesh::release(Block& block) {
+  vertices_.release(block.first_vertex, block.mesh.vertices_mm.size());
+  indices_.release(block.full.first, block.full.count);
+  for (const auto& [size, level] : block.coarser) indices_.release(level.first, level.count);
+  triangles_ -= block.mesh.indices.size() / 3;
+}
+
+void SceneMesh::upload_vertices(Block& block, const std::vector<float>& values) {
+  const std::vector<PackedVertex> packed = pack(block.mesh, values);
+  block.first_vertex = vertices_.take(packed.size());
+  vertices_.write(block.first_vertex, packed.size(), packed.data());
+}
+
+SceneMesh::Level SceneMesh::upload_indices(const std::vector<std::uint32_t>& indices) {
+  Level level{0, indices.size()};
+  if (indices.empty()) return level;
+  level.first = indices_.take(indices.size());
+  indices_.write(level.first, indices.size(), indices.data());
+  return level;
+}
+
+void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
+  box_is_old_ = curvature_is_old_ = true;
+  if (const auto old = blocks_.find(key); old != blocks_.end()) {
+    release(old->second);
+    blocks_.erase(old);
+  }
+  if (mesh.indices.empty()) return;
+  Block& block = blocks_[key];
+  block.mesh = std::move(mesh);
+  block.confidence_p95 = percentile(block.mesh.confidence, 0.95);
+  block.curvature_p80 = percentile_of_size(block.mesh.curvature, 0.8);
+  upload_vertices(block, {});
+  block.full = upload_indices(block.mesh.indices);
+  triangles_ += block.mesh.indices.size() / 3;
+}
+
+void SceneMesh::clear() {
+  for (auto& [key, block] : blocks_) release(block);
+  blocks_.clear();
+  box_is_old_ = curvature_is_old_ = true;
+}
+
+void SceneMesh::set_values(VertexValues values, bool same_meaning) {
+  values_ = std::move(values);
+  ++values_version_;
+  if (!same_meaning) ++values_meaning_;
+}
+
+const AlignedBox3f& SceneMesh::box_mm() const {
+  if (box_is_old_) {
+    box_mm_.setEmpty();
+    for (const auto& [key, block] : blocks_) box_mm_.extend(block.mesh.box_mm);
+    box_is_old_ = false;
+  }
+  return box_mm_;
+}
+
+float SceneMesh::confidence_p95() const {
+  std::vector<float> of_blocks;
+  for (const auto& [key, block] : blocks_) of_blocks.push_back(block.confidence_p95);
+  return percentile(std::move(of_blocks), 0.95);
+}
+
+float SceneMesh::typical_curvature() const {
+  if (curvature_is_old_) {
+    std::vector<float> of_blocks;
+    for (const auto& [key, block] : blocks_) of_blocks.push_back(block.curvature_p80);
+    typical_curvature_ = percentile(std::move(of_blocks), 0.5);
+    curvature_is_old_ = false;
+  }
+  return typical_curvature_;
+}
+
+std::vector<Vector3f> SceneMesh::sample_vertices(std::size_t count) const {
+  std::size_t total = 0;
+  for (const auto& [key, block] : blocks_) total += block.mesh.vertices_mm.size();
+  const std::size_t step = std::max<std::size_t>(1, total / std::max<std::size_t>(count, 1));
+  std::vector<Vector3f> sample;
+  std::size_t next = 0;  // counts from the block's first vertex
+  for (const auto& [key, block] : blocks_) {
+    for (; next < block.mesh.vertices_mm.size(); next += step) sample.push_back(block.mesh.vertices_mm[next]);
+    next -= block.mesh.vertices_mm.size();
+  }
+  return sample;
+}
+
+std::optional<Vector3f> SceneMesh::pick(const PickRay& ray) const {
+  std::optional<float> nearest;
+  for (const auto& [key, block] : blocks_) {
+    if (!may_hit(ray, block.mesh.box_mm)) continue;
+    const auto& [v, i] = std::tie(block.mesh.vertices_mm, block.mesh.indices);
+    for (std::size_t t = 0; t + 2 < i.size(); t += 3) {
+      const auto distance = hit_distance(ray, v[i[t]], v[i[t + 1]], v[i[t + 2]]);
+      if (distance && (!nearest || *distance < *nearest)) nearest = distance;
+    }
+  }
+  if (!nearest) return std::nullopt;
+  return ray.origin_mm + *nearest * ray.direction;
+}
+
+std::vector<SceneMesh::Wanted> SceneMesh::blocks_in_view(const OrbitCamera& camera,
+                                                         const Matrix4f& clip_T_map,
+                                                         const Viewport& viewport) {
+  std::vector<Wanted> wanted;
+  for (auto& [key, block] : blocks_) {
+    if (is_outside(clip_T_map, block.mesh.box_mm)) continue;
+    const float depth_mm = block.mesh.box_mm.exteriorDistance(camera.eye_mm());
+    wanted.push_back({&block, camera.mm_per_px(depth_mm, viewport), std::nullopt});
+  }
+  return wanted;
+}
+
+/// A level that is not made yet is taken to keep a square's border, and inside it a share by the cell's size.
+std::size_t SceneMesh::expected_triangles(const Wanted& wanted) {
+  const Block& block = *wanted.block;
+  if (!wanted.level) return block.full.count / 3;
+  const auto made = block.coarser.find(*wanted.level);
+  if (made != block.coarser.end()) return made->second.count / 3;
+  const float edges_per_cell = std::ldexp(1.0F, *wanted.level) / block.mesh.edge_mm;
+  return static_cast<std::size_t>(static_cast<float>(block.full.count / 3) /
+                                  (edges_per_cell * edges_per_cell));
+}
+
+void SceneMesh::choose_levels(std::vector<Wanted>& wanted, float detail_px, std::size_t max_triangles) {
+  for (int doubling = 0; doubling < kMostDoublings; ++doubling) {
+    std::size_t total = 0;
+    for (Wanted& w : wanted) {
+      w.level = level_for(w.block->mesh, std::ldexp(detail_px, doubling) * w.mm_per_px);
+      total += expected_triangles(w);
+    }
+    if (total <= max_triangles) return;
+  }
+}
+
+void SceneMesh::make_missing(const std::vector<Wanted>& wanted, double budget_ms) {
+  const auto start = Clock::now();
+  is_complete_ = true;
+  const auto spent_ms = [&] {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  };
+  for (const auto& [block, mm_per_px, level] : wanted) {
+    const bool lacks_level = level && !block->coarser.contains(*level);
+    const bool lacks_values = values_ && block->values_version != values_version_;
+    if (!lacks_level && !lacks_values) continue;
+    if (spent_ms() > budget_ms) {
+      is_complete_ = false;
+      break;
+    }
+    if (lacks_level)
+      block->coarser[*level] = upload_indices(cluster_vertices(block->mesh, std::ldexp(1.0F, *level)));
+    if (lacks_values) {
+      vertices_.release(block->first_vertex, block->mesh.vertices_mm.size());
+      upload_vertices(*block, values_(block->mesh));
+      block->values_version = values_version_;
+      block->values_meaning = values_meaning_;
+    }
+  }
+  preparing_ms_ = spent_ms();
+}
+
+void SceneMesh::list_calls(const std::vector<Wanted>& wanted) {
+  with_values_ = {}, without_values_ = {};
+  drawn_triangles_ = 0;
+  for (const auto& [block, mm_per_px, size] : wanted) {
+    Level level = block->full;
+    if (size) {  // the wanted one, or the coarsest that is finer
+      const auto after = block->coarser.upper_bound(*size);
+      if (after != block->coarser.begin()) level = std::prev(after)->second;
+    }
+    if (level.count == 0) continue;
+    Calls& calls = block->values_version > 0 && block->values_meaning == values_meaning_ ? with_values_
+                                                                                         : without_values_;
+    calls.counts.push_back(static_cast<GLsizei>(level.count));
+    calls.offsets.push_back(reinterpret_cast<const void*>(level.first * sizeof(std::uint32_t)));
+    calls.base_vertices.push_back(static_cast<GLint>(block->first_vertex));
+    drawn_triangles_ += level.count / 3;
+  }
+}
+
+void SceneMesh::bind_buffers() {
+  glBindVertexArray(vertex_array_.name());
+  if (bound_vertices_ == vertices_.buffer_version() && bound_indices_ == indices_.buffer_version()) return;
+  glBindBuffer(GL_ARRAY_BUFFER, vertices_.buffer());
+  const auto attribute = [](GLuint place, GLint size, GLenum type, GLboolean normalized, std::size_t offset) {
+    glEnableVertexAttribArray(place);
+    glVertexAttribPointer(place, size, type, normalized, sizeof(PackedVertex),
+                          reinterpret_cast<const void*>(offset));
+  };
+  attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, position_mm));
+  attribute(1, 4, GL_INT_2_10_10_10_REV, GL_TRUE, offsetof(PackedVertex, normal));
+  attribute(2, 2, GL_HALF_FLOAT, GL_FALSE, offsetof(PackedVertex, curvature));
+  attribute(3, 1, GL_FLOAT, GL_FALSE, offsetof(PackedVertex, value));
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.buffer());
+  bound_vertices_ = vertices_.buffer_version(), bound_indices_ = indices_.buffer_version();
+}
+
+void SceneMesh::prepare(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
+                        std::optional<float> detail_px, std::size_t max_triangles, double budget_ms) {
+  std::vector<Wanted> wanted = blocks_in_view(camera, clip_T_map, viewport);
+  if (detail_px) choose_levels(wanted, *detail_px, max_triangles);
+  make_missing(wanted, budget_ms);
+  list_calls(wanted);
+}
+
+void SceneMesh::draw(bool with_values) {
+  const Calls& calls = with_values ? with_values_ : without_values_;
+  if (calls.counts.empty()) return;
+  bind_buffers();
+  glMultiDrawElementsBaseVertex(GL_TRIANGLES, calls.counts.data(), GL_UNSIGNED_INT, calls.offsets.data(),
+                                static_cast<GLsizei>(calls.counts.size()), calls.base_vertices.data());
+  glBindVertexArray(0);
+}
+
+void SceneMesh::end_frame() {
+  vertices_.end_frame();
+  indices_.end_frame();
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "gelslam/viewer/orbit_camera.hpp"
+#include "gl/gl_pool.hpp"
+#include "scene/scene_geometry.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// The numbers that a block's vertices are colored by.
+using VertexValues = std::function<std::vector<float>(const DrawableMesh&)>;
+
+/// Blocks of surface on the GPU: two shared buffers, one call to draw what is in view. Coarser levels are
+/// made when they are first wanted, some per frame; until then the next finer one is drawn.
+class SceneMesh {
+ public:
+  SceneMesh();
+
+  void put(std::int64_t key, DrawableMesh mesh);  ///< without triangles: removes
+  void clear();
+  /// Blocks get their new values bit by bit, as they are drawn. Until then they keep the old ones, or, when
+  /// those mean something else, count as blocks without.
+  void set_values(VertexValues values, bool same_meaning);
+
+  /// Chooses what of which block is drawn: full detail, or so that cells of `detail_px`, or those with which
+  /// about `max_triangles` are drawn, become one vertex. Spends about `budget_ms` on levels and values that
+  /// are missing.
+  void prepare(const OrbitCamera& camera, const Eigen::Matrix4f& clip_T_map, const Viewport& viewport,
+               std::optional<float> detail_px, std::size_t max_triangles, double budget_ms);
+  /// Draws the blocks that were chosen, those with values or those without, with the program of the mesh in
+  /// use.
+  void draw(bool with_values);
+
+  const Eigen::AlignedBox3f& box_mm() const;
+  std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
+  float confidence_p95() const;
+  float typical_curvature() const;  ///< what four of five vertices stay below, 1/mm
+  /// About `count` vertices, evenly from all blocks.
+  std::vector<Eigen::Vector3f> sample_vertices(std::size_t count) const;
+  std::size_t block_count() const { return blocks_.size(); }
+  std::size_t triangle_count() const { return triangles_; }
+  std::size_t drawn_blocks() const { return with_values_.counts.size() + without_values_.counts.size(); }
+  std::size_t drawn_triangles() const { return drawn_triangles_; }
+  bool is_complete() const { return is_complete_; }
+  double preparing_ms() const { return preparing_ms_; }
+  void end_frame();
+
+ private:
+  struct Level {
+    std::size_t first = 0, count = 0;  ///< in the index buffer
+  };
+  struct Block {
+    DrawableMesh mesh;
+    std::size_t first_vertex = 0;
+    Level full;
+    std::map<int, Level> coarser;  ///< by the cell's size, 2^n mm
+    std::uint64_t values_version = 0, values_meaning = 0;
+    float confidence_p95 = 0, curvature_p80 = 0;
+  };
+  struct Wanted {
+    Block* block;
+    float mm_per_px;  ///< at its nearest point
+    std::optional<int> level;
+  };
+
+  /// One glMultiDrawElementsBaseVertex.
+  struct Calls {
+    std::vector<GLsizei> counts;
+    std::vector<const void*> offsets;
+    std::vector<GLint> base_vertices;
+  };
+
+  void release(Block& block);
+  void upload_vertices(Block& block, const std::vector<float>& values);
+  Level upload_indices(const std::vector<std::uint32_t>& indices);
+  std::vector<Wanted> blocks_in_view(const OrbitCamera& camera, const Eigen::Matrix4f& clip_T_map,
+                                     const Viewport& viewport);
+  static std::size_t expected_triangles(const Wanted& wanted);
+  static void choose_levels(std::vector<Wanted>& wanted, float detail_px, std::size_t max_triangles);
+  void make_missing(const std::vector<Wanted>& wanted, double budget_ms);
+  void list_calls(const std::vector<Wanted>& wanted);
+  void bind_buffers();
+
+  GlVertexArray vertex_array_;
+  GlPool vertices_, indices_;
+  int bound_vertices_ = -1, bound_indices_ = -1;  // versions of the buffers that the vertex array knows
+  std::unordered_map<std::int64_t, Block> blocks_;
+  std::size_t triangles_ = 0, drawn_triangles_ = 0;
+  VertexValues values_;
+  std::uint64_t values_version_ = 0, values_meaning_ = 0;
+  double preparing_ms_ = 0;
+  bool is_complete_ = true;
+  mutable Eigen::AlignedBox3f box_mm_;
+  mutable bool box_is_old_ = false, curvature_is_old_ = false;
+  mutable float typical_curvature_ = 0;
+  Calls with_values_, without_values_;
+};
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,111 @@
+#include "scene/scene_touch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <opencv2/imgproc.hpp>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kFewPixels = 3000;
+constexpr float kBorder_px = 7;
+
+bool is_usable(const Surface& surface) {
+  const cv::Size size = surface.contact.size();
+  return !surface.contact.empty() && surface.height_mm.size() == size && surface.normals.size() == size;
+}
+
+}  // namespace
+
+TouchMesh make_touch_mesh(const TouchPatch& touch) {
+  TouchMesh mesh;
+  if (touch.surface == nullptr || !is_usable(*touch.surface) || !touch.map_T_sensor.matrix().allFinite())
+    return mesh;
+  const Surface& s = *touch.surface;
+  const int step = s.contact_pixels > kFewPixels ? 2 : 1, width = s.contact.cols, height = s.contact.rows;
+  const double gain = touch.gradient_scale > 0 ? touch.gradient_scale : 1.0;
+  cv::Mat1f to_border;
+  cv::distanceTransform(s.contact, to_border, cv::DIST_L2, 3);
+  cv::Mat1i index((height + step - 1) / step, (width + step - 1) / step, -1);
+  for (int v = 0; v < height; v += step) {
+    for (int u = 0; u < width; u += step) {
+      const cv::Vec3f& n = s.normals(v, u);
+      const float z = s.height_mm(v, u);
+      if (s.contact(v, u) == 0 || !std::isfinite(z) || !std::isfinite(n[0] + n[1] + n[2])) continue;
+      const Vector3d p((u - 0.5 * width + 0.5) * s.pixel_pitch_mm,
+                       (v - 0.5 * height + 0.5) * s.pixel_pitch_mm, z / gain);
+      index(v / step, u / step) = static_cast<int>(mesh.vertices.size());
+      mesh.vertices.push_back(
+          {(touch.map_T_sensor * p).cast<float>(),
+           (touch.map_T_sensor.linear() * -Vector3d(n[0], n[1], n[2] * gain)).cast<float>(),
+           std::min(1.0F, to_border(v, u) / kBorder_px)});
+    }
+  }
+  const auto add = [&](int a, int b, int c) {
+    if (a < 0 || b < 0 || c < 0) return;
+    for (const int corner : {a, b, c}) mesh.indices.push_back(static_cast<std::uint32_t>(corner));
+  };
+  // From outside, against the sensor's z, its y goes down: the order of the image's corners is
+  // counter-clockwise there.
+  for (int v = 0; v + 1 < index.rows; ++v) {
+    for (int u = 0; u + 1 < index.cols; ++u) {
+      const int a = index(v, u), b = index(v, u + 1), c = index(v + 1, u), d = index(v + 1, u + 1);
+      add(a, c, d);
+      add(a, d, b);
+    }
+  }
+  return mesh;
+}
+
+std::vector<SceneLine> sensor_outline(const TouchPatch& touch, const Rgba& color) {
+  if (touch.surface == nullptr || !touch.map_T_sensor.matrix().allFinite()) return {};
+  const double x = 0.5 * touch.surface->contact.cols * touch.surface->pixel_pitch_mm;
+  const double y = 0.5 * touch.surface->contact.rows * touch.surface->pixel_pitch_mm;
+  const Vector3d corners[] = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+  std::vector<SceneLine> lines;
+  for (std::size_t i = 0; i < 4; ++i) {
+    lines.push_back({(touch.map_T_sensor * corners[i]).cast<float>(),
+                     (touch.map_T_sensor * corners[(i + 1) % 4]).cast<float>(), color, 2.0F});
+  }
+  return lines;
+}
+
+SceneTouch::SceneTouch() {
+  using Vertex = TouchMesh::Vertex;
+  glBindVertexArray(vertex_array_.name());
+  glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());
+  const auto attribute = [](GLuint place, GLint size, std::size_t offset) {
+    glEnableVertexAttribArray(place);
+    glVertexAttribPointer(place, size, GL_FLOAT, GL_FALSE, sizeof(Vertex),
+                          reinterpret_cast<const void*>(offset));
+  };
+  attribute(0, 3, offsetof(Vertex, position_mm));
+  attribute(1, 3, offsetof(Vertex, normal));
+  attribute(2, 1, offsetof(Vertex, inside));
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.name());
+  glBindVertexArray(0);
+}
+
+void SceneTouch::set(const TouchMesh& mesh) {
+  count_ = static_cast<GLsizei>(mesh.indices.size());
+  const auto bytes = [](const auto& elements) {
+    return static_cast<GLsizeiptr>(elements.size() * sizeof(elements[0]));
+  };
+  glBindBuffer(GL_COPY_WRITE_BUFFER, vertices_.name());
+  glBufferData(GL_COPY_WRITE_BUFFER, bytes(mesh.vertices), mesh.vertices.data(), GL_STREAM_DRAW);
+  glBindBuffer(GL_COPY_WRITE_BUFFER, indices_.name());
+  glBufferData(GL_COPY_WRITE_BUFFER, bytes(mesh.indices), mesh.indices.data(), GL_STREAM_DRAW);
+}
+
+void SceneTouch::draw() const {
+  if (count_ == 0) return;
+  glBindVertexArray(vertex_array_.name());
+  glDrawElements(GL_TRIANGLES, count_, GL_UNSIGNED_INT, nullptr);
+  glBindVertexArray(0);
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,77 @@
+#include "scene/scene_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+using Eigen::Vector3f;
+
+/// The middle of the contact in the sensor's frame.
+Eigen::Vector3d contact_center(const Surface& surface) {
+  const cv::Moments m = cv::moments(surface.contact, true);
+  if (!(m.m00 > 0)) return Eigen::Vector3d::Zero();
+  return {(m.m10 / m.m00 - 0.5 * surface.contact.cols + 0.5) * surface.pixel_pitch_mm,
+          (m.m01 / m.m00 - 0.5 * surface.contact.rows + 0.5) * surface.pixel_pitch_mm, 0};
+}
+
+}  // namespace
+
+float round_limit_mm(std::vector<float> distance_mm) {
+  std::erase_if(distance_mm, [](float d) { return !std::isfinite(d) || d < 0; });
+  if (distance_mm.empty()) return 1;
+  const auto place =
+      distance_mm.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(distance_mm.size() - 1));
+  std::nth_element(distance_mm.begin(), place, distance_mm.end());
+  const float wanted = std::max(*place, 1e-4F);
+  const float power = std::pow(10.0F, std::floor(std::log10(wanted)));
+  for (const float step : {1.0F, 2.0F, 5.0F}) {
+    if (step * power >= wanted) return step * power;
+  }
+  return 10 * power;
+}
+
+std::vector<float> drawable_values(std::vector<float> distance_mm, std::size_t vertices) {
+  distance_mm.resize(vertices, no_value);
+  for (float& d : distance_mm) {
+    if (!std::isfinite(d)) d = no_value;
+  }
+  return distance_mm;
+}
+
+KeyframePlaces::KeyframePlaces(const MapSnapshot& map) {
+  for (const MapSnapshot::Node& node : map.nodes) {
+    if (node.component != map.shown_component || !node.component_T_keyframe.matrix().allFinite()) continue;
+    const Eigen::Vector3d center = node.surface ? contact_center(*node.surface) : Eigen::Vector3d::Zero();
+    places_.push_back({static_cast<float>(node.keyframe), (node.component_T_keyframe * center).cast<float>(),
+                       -node.component_T_keyframe.linear().col(2).cast<float>()});
+  }
+}
+
+std::array<float, 2> KeyframePlaces::range() const {
+  if (places_.empty()) return {0, 1};
+  const auto [low, high] = std::minmax_element(places_.begin(), places_.end(),
+                                               [](const Place& a, const Place& b) { return a.id < b.id; });
+  return {low->id, std::max(high->id, low->id + 1)};
+}
+
+std::vector<float> KeyframePlaces::best(const DrawableMesh& piece) const {
+  if (piece.keyframe.size() == piece.vertices_mm.size())
+    return {piece.keyframe.begin(), piece.keyframe.end()};
+  std::vector<float> values(piece.vertices_mm.size(), no_value);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    float best = std::numeric_limits<float>::infinity();
+    for (const Place& place : places_) {
+      const float distance2 = (piece.vertices_mm[i] - place.center_mm).squaredNorm();
+      if (distance2 >= best || place.outward.dot(piece.normals[i]) < 0.2F) continue;
+      best = distance2;
+      values[i] = place.id;
+    }
+  }
+  return values;
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,198 @@
+#define GLFW_INCLUDE_NONE  // epoxy brings OpenGL
+#include "ui/window_host.hpp"
+
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <epoxy/gl.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <thread>
+
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "ui/window_theme.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+WindowHost& host_of(GLFWwindow* window) {
+  return *static_cast<WindowHost*>(glfwGetWindowUserPointer(window));
+}
+
+GlWindowOptions window_options(const WindowHostOptions& options) {
+  GlWindowOptions result;
+  result.title = options.title;
+  result.width_px = options.width_px;
+  result.height_px = options.height_px;
+  return result;
+}
+
+}  // namespace
+
+WindowHost::WindowHost(const WindowHostOptions& options)
+    : gl_(options.visible ? GlContext::window(window_options(options)) : GlContext::offscreen()),
+      width_px_(options.width_px),
+      height_px_(options.height_px) {
+  if (!options.visible) target_ = std::make_unique<RenderTarget>(width_px_, height_px_);
+  imgui_ = ImGui::CreateContext();
+  ImGui::SetCurrentContext(imgui_);
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;  // leaves no file behind
+  io.LogFilename = nullptr;
+  io.MousePos = ImVec2(-1, -1);
+  apply_theme(ImGui::GetStyle());
+  update_size();
+  load_fonts(ui_scale());
+  if (!ImGui_ImplOpenGL3_Init("#version 330 core"))
+    throw Error("cannot draw text with this OpenGL driver: " + gl_->renderer());
+  if (options.visible) install_callbacks();
+}
+
+WindowHost::~WindowHost() {
+  make_current();
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui::DestroyContext(imgui_);
+}
+
+void WindowHost::make_current() {
+  gl_->make_current();
+  ImGui::SetCurrentContext(imgui_);
+}
+
+void WindowHost::install_callbacks() {
+  GLFWwindow* window = glfw_window();
+  glfwSetWindowUserPointer(window, this);
+  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int) {
+    if (action != GLFW_REPEAT) host_of(w).push({InputEvent::Kind::key, key, action == GLFW_PRESS});
+  });
+  glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
+    const double ratio = host_of(w).pixels_per_unit_;
+    host_of(w).push({InputEvent::Kind::pointer, 0, false, x * ratio, y * ratio});
+  });
+  glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int) {
+    host_of(w).push({InputEvent::Kind::button, button, action == GLFW_PRESS});
+  });
+  glfwSetScrollCallback(window, [](GLFWwindow* w, double x, double y) {
+    host_of(w).push({InputEvent::Kind::scroll, 0, false, x, y});
+  });
+  glfwSetWindowCloseCallback(window, [](GLFWwindow* w) {
+    glfwSetWindowShouldClose(w, GLFW_FALSE);  // whether it closes is for the person to answer
+    host_of(w).push({InputEvent::Kind::close});
+  });
+}
+
+void WindowHost::wait(double timeout_s) {
+  if (target_ == nullptr) return timeout_s > 0 ? glfwWaitEventsTimeout(timeout_s) : glfwPollEvents();
+  if (timeout_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(timeout_s));
+}
+
+std::vector<InputEvent> WindowHost::take_input() {
+  make_current();
+  ImGuiIO& io = ImGui::GetIO();
+  std::vector<InputEvent> taken;
+  std::array<bool, GLFW_MOUSE_BUTTON_LAST + 1> changed{};
+  while (!events_.empty()) {
+    const InputEvent event = events_.front();
+    if (event.kind == InputEvent::Kind::button && event.code >= 0 && event.code <= GLFW_MOUSE_BUTTON_LAST) {
+      if (std::exchange(changed[static_cast<std::size_t>(event.code)], true)) break;
+      if (event.code < IM_ARRAYSIZE(io.MouseDown)) io.MouseDown[event.code] = event.pressed;
+    } else if (event.kind == InputEvent::Kind::pointer) {
+      io.MousePos = ImVec2(static_cast<float>(event.x), static_cast<float>(event.y));
+    } else if (event.kind == InputEvent::Kind::scroll) {
+      io.MouseWheel += static_cast<float>(event.y);
+    }
+    taken.push_back(event);
+    events_.pop_front();
+  }
+  return taken;
+}
+
+void WindowHost::resize(int width_px, int height_px) {
+  if (GLFWwindow* window = glfw_window()) {
+    const double ratio = pixels_per_unit_;
+    glfwSetWindowSize(window, cvRound(width_px / ratio), cvRound(height_px / ratio));
+    return;
+  }
+  target_ = std::make_unique<RenderTarget>(width_px, height_px);
+  width_px_ = width_px;
+  height_px_ = height_px;
+}
+
+void WindowHost::update_size() {
+  if (target_) return;
+  int unit_width = 1, unit_height = 1;
+  glfwGetFramebufferSize(gl_->glfw_window(), &width_px_, &height_px_);
+  glfwGetWindowSize(gl_->glfw_window(), &unit_width, &unit_height);
+  pixels_per_unit_ = unit_width > 0 ? static_cast<float>(width_px_) / static_cast<float>(unit_width) : 1.0F;
+  width_px_ = std::max(1, width_px_);  // minimised
+  height_px_ = std::max(1, height_px_);
+}
+
+float WindowHost::ui_scale() const {
+  float content = 1, ignored = 1;
+  if (!target_) glfwGetWindowContentScale(gl_->glfw_window(), &content, &ignored);
+  const float size =
+      std::min(static_cast<float>(width_px_) / 1280.0F, static_cast<float>(height_px_) / 800.0F);
+  // Larger windows get larger letters: they stand further away. Small ones keep them legible. In steps, so
+  // that a window being resized does not load fonts for every pixel.
+  const float scale = std::clamp(size, 0.75F * content, 2.5F * content);
+  return std::round(scale * 8) / 8;
+}
+
+void WindowHost::begin_frame(double dt_s) {
+  make_current();
+  update_size();
+  if (load_fonts(ui_scale())) {
+    ImGui_ImplOpenGL3_DestroyFontsTexture();
+    ImGui_ImplOpenGL3_CreateFontsTexture();
+  }
+  if (target_) {
+    target_->bind();
+  } else {
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, width_px_, height_px_);
+  }
+  ImGuiIO& io = ImGui::GetIO();
+  io.DisplaySize = ImVec2(static_cast<float>(width_px_), static_cast<float>(height_px_));
+  io.DeltaTime = static_cast<float>(std::max(dt_s, 1e-4));
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui::NewFrame();
+}
+
+void WindowHost::end_frame() {
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+cv::Mat3b WindowHost::read() {
+  if (target_) return target_->read();
+  cv::Mat3b picture(height_px_, width_px_);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadBuffer(GL_BACK);
+  glReadPixels(0, 0, width_px_, height_px_, GL_BGR, GL_UNSIGNED_BYTE, picture.data);
+  cv::flip(picture, picture, 0);
+  return picture;
+}
+
+void WindowHost::present() {
+  if (std::exchange(wants_picture_, false)) picture_ = read();
+  if (!target_) glfwSwapBuffers(gl_->glfw_window());
+}
+
+GLFWwindow* WindowHost::glfw_window() const { return target_ ? nullptr : gl_->glfw_window(); }
+
+void write_png(const std::string& path, const cv::Mat3b& picture) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::error_code code;
+  if (!folder.empty()) std::filesystem::create_directories(folder, code);
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", picture, bytes)) throw Error(path + ": the picture could not be encoded");
+  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,123 @@
+#include "gelslam/registration/relocalization.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/analytic_surface.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+
+const Pose at_rest = motion(0, 0, 0, 0, 0, 0.4);
+constexpr double kPeriodMm = 1.6;
+
+struct Search {
+  RegistrationResult alone, place;
+  PoseGap alone_off, place_off;
+};
+
+/// `moved`: where the sensor is then. Expected at rest, as when nothing is known.
+Search search(const Field& field, const Pose& moved, const View& view = everywhere(),
+              const RelocalizationOptions& search_options = {}) {
+  const NormalFlowOptions options;
+  const NormalFlowReference reference(touch(field, at_rest, view), options);
+  const SurfacePtr target = touch(field, moved, view);
+  const Pose truth = moved.inverse() * at_rest;
+  Search s;
+  s.alone = register_normal_flow(reference, *target, Pose::Identity(), options);
+  s.place = relocalize(reference, *target, Pose::Identity(), s.alone, options, search_options);
+  s.alone_off = gap(s.alone.target_T_reference, truth);
+  s.place_off = gap(s.place.target_T_reference, truth);
+  return s;
+}
+
+TEST(Relocalization, FindsMotionsThatNormalFlowAloneDoesNot) {
+  for (const Pose& moved : {motion(0, 0, 0, 4, 0, 0.4), motion(4, -3, -18, 2, 2, 0.45)}) {
+    const Search s = search(textured_plane(7), moved);
+    EXPECT_FALSE(s.alone.ok()) << "no need to look";
+    EXPECT_TRUE(s.place.ok());
+    EXPECT_LT(s.place_off.mm, 0.02);
+    EXPECT_LT(s.place_off.deg, 0.1);
+  }
+}
+
+TEST(Relocalization, PutsAStepRightThatSettledABumpFurther) {
+  const Search s = search(uneven_waffle(kPeriodMm), motion(0, 0, 0, 1.2, 0, 0.4));
+  ASSERT_TRUE(s.alone.ok()) << "the gates see it";
+  ASSERT_GT(s.alone_off.mm, 1.0);
+  EXPECT_TRUE(s.place.ok());
+  EXPECT_LT(s.place_off.mm, 0.02);
+  EXPECT_LT(s.place_off.deg, 0.1);
+}
+
+TEST(Relocalization, SaysSoWhenSeveralPlacesAgreeAsWell) {
+  for (const double slide_mm : {0.3, 1.2, 2.0}) {
+    const Search s = search(waffle(kPeriodMm), motion(0, 0, 0, slide_mm, 0.1, 0.4));
+    ASSERT_TRUE(s.alone.ok());
+    EXPECT_EQ(s.place.status, RegistrationStatus::ambiguous) << slide_mm;
+  }
+}
+
+TEST(Relocalization, MayCountOnSmallStepsToBeLikelier) {
+  RelocalizationOptions options;
+  options.rival_distance = 2.5;
+  const Field waffle_of_unlike_bumps = together(waffle(kPeriodMm), textured_plane(5, 0.01));
+  for (const double slide_mm : {0.3, 0.6}) {  // the next bump is 1.3 or 1.0 mm off
+    const Search s = search(waffle_of_unlike_bumps, motion(0, 0, 0, slide_mm, 0, 0.4), everywhere(), options);
+    const bool likelier = (kPeriodMm - slide_mm) / slide_mm > options.rival_distance;
+    EXPECT_EQ(s.place.status, likelier ? RegistrationStatus::converged : RegistrationStatus::ambiguous)
+        << slide_mm;
+  }
+}
+
+TEST(Relocalization, WhatSlidesAlongARidgeIsAtNoOtherPlace) {
+  // Waves across, of no common period, and the same all along y.
+  const Field ridges = [](const Eigen::Vector3d& p) {
+    double height = 0, slope = 0, phase = 0;
+    for (const double k : {2.1, 2.9, 3.7, 4.6}) {
+      height += 0.02 * std::cos(k * p.x() + phase);
+      slope -= 0.02 * k * std::sin(k * p.x() + phase);
+      phase += 1.3;
+    }
+    return std::pair{p.z() - height, Eigen::Vector3d(-slope, 0, 1)};
+  };
+  const Search s = search(ridges, motion(0, 0, 0, 0.3, 0, 0.4));
+  EXPECT_TRUE(s.place.ok());
+  EXPECT_NEAR(s.place.target_T_reference.translation().x(), -0.3, 0.02);
+}
+
+TEST(Relocalization, WithoutTextureWhatWasFoundStays) {
+  const Field ball = sphere(12);
+  const NormalFlowOptions options;
+  const NormalFlowReference reference(touch(ball, pressed(12, 0.4)), options);
+  const SurfacePtr target = touch(ball, pressed(12, 0.45));
+  const RegistrationResult alone = register_normal_flow(reference, *target, Pose::Identity(), options);
+  const RegistrationResult place = relocalize(reference, *target, Pose::Identity(), alone, options);
+  EXPECT_TRUE(place.ok());
+  EXPECT_NEAR(place.target_T_reference.translation().z(), alone.target_T_reference.translation().z(), 0.01);
+}
+
+TEST(Relocalization, WhereTheObjectWouldHaveBeenFeltItIsNot) {
+  // The same texture, cut off by the contact's border: further on, either would lie in gel that the other saw
+  // bare.
+  const Search s = search(textured_plane(7), motion(0, 0, 0, 4, 0, 0.4), View{});
+  EXPECT_FALSE(s.place.ok());
+}
+
+TEST(Relocalization, NothingToSeeIsNoPlace) {
+  const Search s = search(textured_plane(7), motion(0, 0, 0, 0, 0, -3));
+  EXPECT_FALSE(s.place.ok());
+}
+
+TEST(Relocalization, AnotherObjectIsNoPlace) {
+  const NormalFlowOptions options;
+  for (std::uint64_t seed = 20; seed < 26; ++seed) {
+    const NormalFlowReference reference(touch(textured_plane(seed), at_rest), options);
+    const SurfacePtr target = touch(textured_plane(seed + 100), at_rest);
+    EXPECT_FALSE(relocalize(reference, *target, Pose::Identity(), {}, options).ok()) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "scene/scene_colors.hpp"
+#include "scene_fixture.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+class SceneColors : public SceneDrawing {
+ protected:
+  /// Where on a color map a lit pixel comes from, by its hue alone: 0 to 1. Light is nearly white.
+  static double place_on_map(const cv::Vec3b& pixel, SceneColor color) {
+    const auto chromaticity = [](double r, double g, double b) {
+      const Vector3d linear(std::pow(r / 255, 2.2), std::pow(g / 255, 2.2), std::pow(b / 255, 2.2));
+      return Vector3d(linear / std::max(linear.sum(), 1e-6));
+    };
+    const Vector3d seen = chromaticity(pixel[2], pixel[1], pixel[0]);
+    const auto map = viewer::detail::color_map_rgb(color);
+    double best = 0, nearest = 1e9;
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      const double distance = (chromaticity(map[i][0], map[i][1], map[i][2]) - seen).norm();
+      if (distance < nearest) nearest = distance, best = static_cast<double>(i) / 255;
+    }
+    return best;
+  }
+
+  /// The point of a ball about the origin under a pixel.
+  std::optional<Vector3f> on_ball(float radius, int x, int y) const {
+    const PickRay ray = camera.pick_ray({static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F}, kWhole);
+    const float along = -ray.origin_mm.dot(ray.direction);
+    const float inside = radius * radius - (ray.origin_mm + along * ray.direction).squaredNorm();
+    if (inside < 0) return std::nullopt;
+    return ray.origin_mm + (along - std::sqrt(inside)) * ray.direction;
+  }
+};
+
+TEST_F(SceneColors, DistanceToAShiftedBallIsReadOffTheColors) {
+  const Vector3f shift(0.5F, 0.2F, 0);
+  const auto distance = [&](const Vector3f& p) { return std::abs((p - shift).norm() - 5); };
+  Scene scene;
+  scene.set_mesh(sphere(5, 200));
+  scene.set_distance_query([&](std::span<const Vector3f> points) {
+    std::vector<float> result;
+    for (const Vector3f& p : points) result.push_back(distance(p));
+    return result;
+  });
+  style.color = SceneColor::distance;
+  style.range = {0.0F, 0.6F};
+  RenderTarget target(kWidth, kHeight);
+  target.bind();
+  scene.finish_details();
+  scene.draw(camera, kWhole, style);
+  const cv::Mat3b picture = target.read();
+  std::vector<double> errors;
+  for (int y = 0; y < kHeight; y += 7) {
+    for (int x = 0; x < kWidth; x += 7) {
+      const auto p = on_ball(5, x, y);
+      if (!p || p->z() > -2.5F) continue;  // not at the rim, where the light is poor
+      const double expected = distance(*p) / 0.6;
+      errors.push_back(std::abs(place_on_map(picture(y, x), style.color) - expected));
+    }
+  }
+  ASSERT_GT(errors.size(), 80U);
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 0.05);
+  EXPECT_LT(errors[errors.size() * 9 / 10], 0.12);
+}
+
+TEST_F(SceneColors, DistanceRangeIsARoundNumberAboveNearlyAll) {
+  Scene scene;
+  scene.set_mesh(plane(0, 40));
+  scene.set_distance_query(
+      [](std::span<const Vector3f> points) { return std::vector<float>(points.size(), 0.013F); });
+  style.color = SceneColor::distance;
+  const auto legend = scene.legend(style);
+  ASSERT_TRUE(legend);
+  EXPECT_EQ(legend->min, 0);
+  EXPECT_FLOAT_EQ(legend->max, 0.02F);
+  EXPECT_EQ(legend->unit, "mm");
+  EXPECT_EQ(legend->colors_rgb.size(), 256U);
+  style.color = SceneColor::plain;
+  EXPECT_FALSE(scene.legend(style));
+}
+
+TEST_F(SceneColors, WhatHasNoDistanceIsGray) {
+  Scene scene;
+  scene.set_mesh(sphere(5, 64));
+  style.color = SceneColor::distance;
+  const auto is_gray = [&] {
+    const cv::Vec3b c = draw(scene)(kHeight / 2, kWidth / 2);
+    return *std::max_element(c.val, c.val + 3) - *std::min_element(c.val, c.val + 3) < 20;
+  };
+  EXPECT_TRUE(is_gray()) << "nothing to compare with";
+  scene.set_distance_query([](std::span<const Vector3f> points) {
+    return std::vector<float>(points.size(), std::numeric_limits<float>::quiet_NaN());
+  });
+  EXPECT_TRUE(is_gray()) << "NaN";
+  scene.set_distance_query([](std::span<const Vector3f>) { return std::vector<float>(); });
+  EXPECT_TRUE(is_gray()) << "too few";
+  scene.set_distance_query(
+      [](std::span<const Vector3f> points) { return std::vector<float>(points.size(), 0.5F); });
+  style.range = {0.0F, 1.0F};
+  EXPECT_FALSE(is_gray());
+}
+
+TEST_F(SceneColors, HeightRunsAlongItsAxisNotTheView) {
+  Scene scene;
+  scene.set_mesh(sphere(5, 128));
+  style.color = SceneColor::height;
+  style.height_axis = Vector3f::UnitX();
+  const auto legend = scene.legend(style);
+  EXPECT_NEAR(legend->min, -5, 0.01);
+  EXPECT_NEAR(legend->max, 5, 0.01);
+  const cv::Mat3b picture = draw(scene);
+  for (const int x : {180, 240, 300}) {
+    const float expected = (on_ball(5, x, 180)->x() + 5) / 10;
+    EXPECT_NEAR(place_on_map(picture(180, x), style.color), expected, 0.08) << x;
+  }
+}
+
+TEST_F(SceneColors, ConfidenceAndGivenRange) {
+  Mesh mesh = sphere(5, 64);
+  for (const Vector3f& p : mesh.vertices_mm) mesh.confidence.push_back(p.x() < 0 ? 2.0F : 18.0F);
+  Scene scene;
+  scene.set_mesh(mesh);
+  style.color = SceneColor::confidence;
+  EXPECT_NEAR(scene.legend(style)->max, 18, 0.1);
+  style.range = {0.0F, 20.0F};
+  const cv::Mat3b picture = draw(scene);
+  EXPECT_NEAR(place_on_map(picture(180, 200), style.color), 0.1, 0.06);
+  EXPECT_NEAR(place_on_map(picture(180, 280), style.color), 0.9, 0.06);
+}
+
+TEST_F(SceneColors, KeyframesColorTheSideTheyTouch) {
+  MapSnapshot map;
+  map.shown_component = 0;
+  for (const int id : {0, 10}) {
+    MapSnapshot::Node node;
+    node.keyframe = id;
+    node.component = 0;
+    node.component_T_keyframe.translation() = Eigen::Vector3d(id == 0 ? -2 : 2, 0, -4.5);
+    map.nodes.push_back(node);
+  }
+  Scene scene;
+  scene.set_mesh(sphere(5, 96));
+  scene.set_map(map);
+  style.color = SceneColor::keyframe;
+  EXPECT_EQ(scene.legend(style)->max, 10);
+  const cv::Mat3b picture = draw(scene);
+  const cv::Vec3b left = picture(180, 215), right = picture(180, 265);
+  EXPECT_GT(left[0], left[2] + 40) << "the first is blue";
+  EXPECT_GT(right[2], right[0] + 40) << "the last is red";
+  // What blocks say themselves comes first.
+  MeshBlock says = block(1, sphere(5, 96));
+  says.keyframe.assign(says.mesh.vertices_mm.size(), 10);
+  scene.clear_mesh();
+  scene.update(std::vector{says});
+  const cv::Vec3b now = draw(scene)(180, 215);
+  EXPECT_GT(now[2], now[0] + 40);
+}
+
+TEST_F(SceneColors, TextureShowsTextureThatPlainLightHardlyDoes) {
+  // 0.01 mm of waves 0.8 mm long
+  const Mesh waves = height_field(-5, 5, -5, 5, 200, [](double x, double y) {
+    const double k = 2 * std::numbers::pi / 0.8;
+    return 0.01 * std::sin(k * x) * std::sin(k * y);
+  });
+  Scene scene;
+  scene.set_mesh(flipped(waves));  // seen from below, where the camera is
+  const auto contrast = [&] {
+    cv::Scalar mean, deviation;
+    cv::meanStdDev(draw(scene)(cv::Rect(200, 140, 80, 80)), mean, deviation);
+    return deviation[1] / mean[1];
+  };
+  const double lit = contrast();
+  style.shading = SceneShading::curvature;
+  EXPECT_GT(contrast(), 2 * lit);
+}
+
+}  // namespace
+}  // namespace gelslam::test
