@@ -12,6 +12,7 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)    # SE(3) maths
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d)  # images, video, DCT, SIFT
 find_package(JPEG REQUIRED)                     # simulated videos with full color resolution, which OpenCV 4.6 cannot write
 find_package(yaml-cpp REQUIRED)                # configuration
+pkg_check_modules(FMT REQUIRED IMPORTED_TARGET fmt>=9)  # text for people; its CMake target adds a definition for Windows only
 find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
 find_package(CLI11 REQUIRED)                   # command line
 find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)

@@ -3,10 +3,10 @@
 #include <iostream>
 
 #include "calibrate_commands.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/slam/config.hpp"
-#include "option_checks.hpp"
 #include "readable_background.hpp"
 
 namespace gelslam {

@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "calibrate_commands.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/model_file.hpp"
-#include "option_checks.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {

@@ -7,13 +7,13 @@
 #include "calibrate_commands.hpp"
 #include "camera_input.hpp"
 #include "collect_session.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "interrupt_stopper.hpp"
-#include "option_checks.hpp"
 
 namespace gelslam {
 namespace {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calibrate_commands.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/label_session.hpp"
@@ -17,8 +18,6 @@
 #include "gelslam/viewer/display.hpp"
 #include "gelslam/viewer/label_window.hpp"
 #include "gelslam/viewer/window.hpp"
-#include "option_checks.hpp"
-#include "script_file.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {

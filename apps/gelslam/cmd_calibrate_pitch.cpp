@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "calibrate_commands.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/calibration/pixel_pitch.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"
-#include "option_checks.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {

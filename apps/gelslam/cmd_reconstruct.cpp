@@ -2,10 +2,10 @@
 #include <memory>
 #include <sstream>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/slam/reconstruct.hpp"
-#include "log_options.hpp"
 #include "summary_words.hpp"
 #include "terminal_progress.hpp"
 

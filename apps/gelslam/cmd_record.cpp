@@ -3,13 +3,13 @@
 #include <memory>
 
 #include "camera_input.hpp"
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "interrupt_stopper.hpp"
-#include "option_checks.hpp"
 #include "record_report.hpp"
 #include "start_check.hpp"
 

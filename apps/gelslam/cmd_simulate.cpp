@@ -116,7 +116,7 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   SimulateArguments& a = *arguments;
   scan->add_option("--object", a.scan.object.name, "see gelslam simulate --list")->capture_default_str();
   scan->add_option("--size", a.scan.object.size, "factor on the object's size")->capture_default_str();
-  scan->add_option("--texture,--relief", a.scan.object.texture, "factor on its texture's height; 0: polished")
+  scan->add_option("--texture", a.scan.object.texture, "factor on its texture's height; 0: polished")
       ->capture_default_str();
   scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "millimetres per unit of a mesh file")
       ->capture_default_str();

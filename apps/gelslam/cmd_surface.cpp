@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
@@ -16,7 +17,6 @@
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
-#include "option_checks.hpp"
 
 namespace gelslam {
 namespace {

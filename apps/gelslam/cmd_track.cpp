@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/angles.hpp"
 #include "gelslam/core/interrupt.hpp"
@@ -11,7 +12,6 @@
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/slam/trial_places.hpp"
 #include "gelslam/slam/tum.hpp"
-#include "log_options.hpp"
 
 namespace gelslam {
 namespace {

@@ -10,14 +10,13 @@
 #include <string>
 #include <utility>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/mesh_picture.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/view_stage.hpp"
 #include "gelslam/viewer/view_window.hpp"
-#include "option_checks.hpp"
-#include "script_file.hpp"
 
 namespace gelslam {
 namespace {

@@ -9,14 +9,13 @@
 #include <stop_token>
 #include <thread>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "option_checks.hpp"
-#include "script_file.hpp"
 #include "summary_words.hpp"
 
 namespace gelslam {

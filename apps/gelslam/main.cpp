@@ -1,16 +1,26 @@
+#include <algorithm>
 #include <csignal>
 #include <exception>
 #include <filesystem>
 #include <iostream>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
+
+/// Names of the release before this one. To be emptied with the next release.
+const std::vector<RenamedOption> kRenamedOptions = {
+    {"view", "--colour", "--color"},
+    {"view", "--shading", "--shading", "relief", "curvature"},
+    {"simulate scan", "--relief", "--texture"},
+};
 
 void add_commands(CLI::App& app, int& exit_code) {
   add_benchmark_command(app, exit_code);
@@ -87,8 +97,13 @@ int run(int argc, char** argv) {
       "Example: gelslam reconstruct LOG -o RUN\nEach command has its own help: gelslam COMMAND --help");
   int exit_code = exit_done;
   add_commands(app, exit_code);
+  std::vector<std::string> notices;
+  std::vector<std::string> words =
+      replace_renamed_options({argv + std::min(argc, 1), argv + argc}, kRenamedOptions, notices);
+  for (const std::string& notice : notices) std::cerr << "gelslam: " << notice << "\n";
   try {
-    app.parse(argc, argv);
+    std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
+    app.parse(std::move(words));
     if (app.get_subcommands().empty()) std::cout << app.help();
   } catch (const CLI::ParseError& error) {
     exit_code = report_parse_error(app, error);

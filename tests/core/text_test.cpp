@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace gelslam {
 namespace {
@@ -38,6 +39,34 @@ TEST(Counted, TheNounFollowsTheNumber) {
   EXPECT_EQ(counted(21, "frame"), "21 frames");
   EXPECT_EQ(counted(1, "press"), "1 press");
   EXPECT_EQ(counted(2, "press"), "2 presses");
+}
+
+TEST(NumberText, KeepsTheDigitsThatMatter) {
+  EXPECT_EQ(number_text(12.3456), "12.35");
+  EXPECT_EQ(number_text(0.5), "0.5");
+  EXPECT_EQ(number_text(12345.6), "12346");
+  EXPECT_EQ(number_text(9999.7), "10000");
+  EXPECT_EQ(number_text(-12345.6), "-12346");
+  EXPECT_EQ(number_text(0.00002), "2e-05");
+  EXPECT_EQ(number_text(0), "0");
+  EXPECT_EQ(number_text(1.0 / 3, 2), "0.33");
+  EXPECT_EQ(number_text(std::nan("")), "nan");
+  EXPECT_EQ(number_text(-HUGE_VAL), "-inf");
+}
+
+TEST(DurationText, NamesItsUnit) {
+  EXPECT_EQ(duration_text(0.4), "0 s");
+  EXPECT_EQ(duration_text(59.4), "59 s");
+  EXPECT_EQ(duration_text(59.6), "1:00 min");
+  EXPECT_EQ(duration_text(125), "2:05 min");
+  EXPECT_EQ(duration_text(3725), "1:02:05 h");
+  EXPECT_EQ(duration_text(-1), "0 s");
+  EXPECT_EQ(duration_text(HUGE_VAL), "277777:46:40 h");
+}
+
+TEST(BytesText, NamesItsUnit) {
+  EXPECT_EQ(bytes_text(12'345'678), "12.3 MB");
+  EXPECT_EQ(bytes_text(1'204'000'000), "1.20 GB");
 }
 
 TEST(NaturalLess, NumbersCompareAsNumbers) {

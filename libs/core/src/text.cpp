@@ -1,7 +1,10 @@
 #include "gelslam/core/text.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <numeric>
@@ -108,11 +111,30 @@ std::string lower_case(std::string text) {
 std::string counted(std::int64_t number, std::string_view noun) {
   const bool hisses =
       noun.ends_with("s") || noun.ends_with("sh") || noun.ends_with("ch") || noun.ends_with("x");
-  return std::to_string(number) + " " + std::string(noun) + (number == 1 ? "" : hisses ? "es" : "s");
+  return fmt::format("{} {}{}", number, noun, number == 1 ? "" : hisses ? "es" : "s");
 }
 
 std::string size_text(std::int64_t width, std::int64_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
+  return fmt::format("{}x{}", width, height);
+}
+
+std::string number_text(double value, int digits) {
+  const bool only_whole_digits = std::isfinite(value) && std::abs(value) >= std::pow(10.0, digits) - 0.5;
+  return only_whole_digits && std::abs(value) < 1e15 ? fmt::format("{:.0f}", value)
+                                                     : fmt::format("{:.{}g}", value, digits);
+}
+
+std::string duration_text(double seconds) {
+  const auto whole = static_cast<std::int64_t>(std::clamp(seconds + 0.5, 0.0, 1e9));
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{}:{:02} min", whole / 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string bytes_text(std::int64_t bytes) {
+  const double megabytes = static_cast<double>(bytes) / 1e6;
+  return megabytes < 1000 ? fmt::format("{:.1f} MB", megabytes)
+                          : fmt::format("{:.2f} GB", megabytes / 1000);
 }
 
 }  // namespace gelslam

@@ -30,7 +30,8 @@ std::string quoted(const std::filesystem::path& path);
 /// ASCII letters only.
 std::string lower_case(std::string text);
 
-/// printf into a string, of 511 bytes at most: tables are easier to read in this form than in any other.
+/// printf into a string, of 511 bytes at most. New code calls fmt::format (<fmt/core.h>), which every library
+/// that links core can use.
 [[gnu::format(printf, 1, 2)]] std::string format_text(const char* pattern, ...);
 
 /// "1 loop", "0 loops", "2 presses": with the noun's regular plural.
@@ -38,5 +39,15 @@ std::string counted(std::int64_t number, std::string_view noun);
 
 /// "320x240".
 std::string size_text(std::int64_t width, std::int64_t height);
+
+/// A number for people with this many significant digits, without trailing zeros, and without an exponent
+/// where it is not needed: "12.35", "0.5", "12346" (whole digits are never dropped).
+std::string number_text(double value, int digits = 4);
+
+/// "4 s", "2:05 min", "1:02:05 h"; rounded to whole seconds.
+std::string duration_text(double seconds);
+
+/// "12.3 MB", "1.20 GB" (powers of ten).
+std::string bytes_text(std::int64_t bytes);
 
 }  // namespace gelslam

@@ -1,0 +1,98 @@
+#include "command_line.hpp"
+
+#include <charconv>
+#include <fstream>
+#include <iterator>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+
+namespace gelslam {
+namespace {
+
+std::string refuse_other_ending(const std::string& path, const std::string& ending, const std::string& what) {
+  if (lower_case(std::filesystem::path(path).extension().string()) == ending) return "";
+  return path + ": " + what + "; give a name that ends in " + ending;
+}
+
+bool is_for(const RenamedOption& renamed, const std::vector<std::string>& words) {
+  const std::size_t space = renamed.command.find(' ');
+  if (words.empty() || words[0] != renamed.command.substr(0, space)) return false;
+  return space == std::string::npos || (words.size() > 1 && words[1] == renamed.command.substr(space + 1));
+}
+
+void replace_renamed_option(std::vector<std::string>& words, const RenamedOption& renamed,
+                            std::vector<std::string>& notices) {
+  for (std::size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
+    const std::size_t end = words[i].find('=');
+    if (words[i].substr(0, end) != renamed.option) continue;
+    if (renamed.value.empty()) {
+      words[i].replace(0, renamed.option.size(), renamed.new_option);
+      notices.push_back(renamed.option + " is now " + renamed.new_option);
+      continue;
+    }
+    const bool joined = end != std::string::npos;  // --option=value
+    if (!joined && i + 1 == words.size()) return;
+    std::string& word = joined ? words[i] : words[i + 1];
+    if (word.substr(joined ? end + 1 : 0) != renamed.value) continue;
+    word = (joined ? renamed.option + "=" : "") + renamed.new_value;
+    notices.push_back(renamed.option + " " + renamed.value + " is now " + renamed.new_option + " " +
+                      renamed.new_value);
+  }
+}
+
+}  // namespace
+
+void LogOptions::add_to(CLI::App& command) {
+  command
+      .add_option("LOG", log,
+                  "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi)")
+      ->required();
+  command.add_option("--config", config,
+                     "Configuration (default: the log's own, else config.yaml in or beside it)");
+  command.add_option(
+      "--model", model,
+      "Gradient model nnmodel.pth (default: the log's own, or the one the configuration names)");
+  command.add_option("--background", background,
+                     "Image of the bare gel (default: the mean of the log's first frames)");
+  command.add_flag("--force", force, "Continue although the log's first frames seem to show contact");
+}
+
+std::string refuse_unless_png(const std::string& path) {
+  return refuse_other_ending(path, ".png", "pictures are written as PNG");
+}
+
+std::string refuse_unless_html(const std::string& path) {
+  return refuse_other_ending(path, ".html", "the page is written as HTML");
+}
+
+CLI::Validator number_between(double least, double most) {
+  const std::string range = format_text("%.10g to %.10g", least, most);
+  const auto check = [least, most, range](const std::string& text) -> std::string {
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const auto [rest, code] = std::from_chars(text.data(), end, value);
+    if (code == std::errc() && rest == end && value >= least && value <= most) return "";
+    return text + " is no number from " + range +
+           (rest != end && *rest == ',' ? " (write a point, not a comma)" : "");
+  };
+  return CLI::Validator(check, range);
+}
+
+std::string read_script_file(const std::filesystem::path& file) {
+  if (file.empty()) return "";
+  std::ifstream stream(file);
+  if (!stream || std::filesystem::is_directory(file))
+    throw Error(file.string() + ": cannot read the script: no file, or it cannot be read");
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::vector<std::string> replace_renamed_options(std::vector<std::string> words,
+                                                 const std::vector<RenamedOption>& renamed,
+                                                 std::vector<std::string>& notices) {
+  for (const RenamedOption& one : renamed)
+    if (is_for(one, words)) replace_renamed_option(words, one, notices);
+  return words;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gelslam/slam/surface_stream.hpp"
+
+namespace gelslam {
+
+/// What the commands' lines have in common.
+
+/// The options by which every command that reads a log finds its configuration, model and background.
+struct LogOptions {
+  std::string log, config, model, background;
+  bool force = false;
+
+  void add_to(CLI::App& command);
+  LogInput input() const { return {log, config, model, background, force}; }
+};
+
+/// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
+/// A file of another type than the ending promises is refused.
+std::string refuse_unless_png(const std::string& path);
+std::string refuse_unless_html(const std::string& path);
+/// A number, all of it and nothing else: no comma, no unit.
+CLI::Validator number_between(double least, double most);
+
+/// The text of a window script; "" for an empty name. Throws Error when the file cannot be read.
+std::string read_script_file(const std::filesystem::path& file);
+
+/// An option or a value of an option that has a new name. The old one is accepted for one release.
+struct RenamedOption {
+  std::string command;                     ///< "view", "simulate scan"
+  std::string option, new_option;          ///< "--colour", "--color"; the same where only a value changed
+  std::string value = "", new_value = "";  ///< only this value of the option; "": any
+};
+
+/// `words` (the command line without the program's name) with old names replaced by the new ones. Adds one
+/// sentence for each to `notices`: "--colour is now --color". What follows a lone "--" is left as it is.
+std::vector<std::string> replace_renamed_options(std::vector<std::string> words,
+                                                 const std::vector<RenamedOption>& renamed,
+                                                 std::vector<std::string>& notices);
+
+}  // namespace gelslam
