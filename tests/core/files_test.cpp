@@ -1,6 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
@@ -163,10 +167,9 @@ TEST(RunFolder, NeverReplacesWhatAPersonHasPutThere) {
 
 TEST(RunFolder, NeitherReplacesWhatAppearedMeanwhileNorLosesWhatWasToBeThere) {
   TemporaryFolder folder;
-  fs::path kept;
+  const fs::path kept = folder / ("RUN.kept-" + std::to_string(::getpid()));
   {
     RunFolder run(folder / "RUN", {});
-    kept = run.path();
     write_bytes(run.path() / "mesh.ply", "long work");
     fs::create_directory(folder / "RUN");
     write_bytes(folder / "RUN/other", "x");
@@ -175,6 +178,67 @@ TEST(RunFolder, NeitherReplacesWhatAppearedMeanwhileNorLosesWhatWasToBeThere) {
   }
   EXPECT_EQ(read_bytes(folder / "RUN/other"), "x");
   EXPECT_EQ(read_bytes(kept / "mesh.ply"), "long work");
+}
+
+/// The number of a process that has ended.
+pid_t ended_process() {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(0);
+  ::waitpid(child, nullptr, 0);
+  return child;
+}
+
+TEST(RunFolder, RemovesWhatKilledRunsLeft) {
+  const TemporaryFolder folder;
+  int ready[2];
+  ASSERT_EQ(::pipe(ready), 0);
+  const pid_t killed = ::fork();
+  if (killed == 0) {
+    const RunFolder run(folder / "RUN", {});
+    write_bytes(run.path() / "mesh.ply", "half of it");
+    if (::write(ready[1], "x", 1) == 1) ::pause();
+    ::_exit(1);
+  }
+  char byte = 0;
+  ASSERT_EQ(::read(ready[0], &byte, 1), 1);
+  const std::string left = "RUN.tmp-" + std::to_string(killed);
+  { const RunFolder run(folder / "RUN", {}); }
+  EXPECT_THAT(folder.names(), ElementsAre(left)) << "its process is at work";
+  ::kill(killed, SIGKILL);
+  ::waitpid(killed, nullptr, 0);
+  { const RunFolder run(folder / "RUN2", {}); }
+  EXPECT_THAT(folder.names(), ElementsAre(left)) << "another run's folder";
+  { const RunFolder run(folder / "RUN", {}); }
+  EXPECT_THAT(folder.names(), IsEmpty());
+  ::close(ready[0]);
+  ::close(ready[1]);
+}
+
+TEST(RunFolder, KeepsWhatMayStillBeInUse) {
+  const TemporaryFolder folder;
+  const std::string number = std::to_string(ended_process());
+  const std::vector<std::string> kept{"RUN.kept-" + number, "RUN.tmp-" + number + "x", "RUN.tmp-",
+                                      "RUN.tmp-1", "RUN.tmp-" + number};
+  for (const std::string& name : kept) fs::create_directory(folder / name);
+  {
+    const FolderLock lock(folder / ("RUN.tmp-" + number));  // its number ended in another container, say
+    const RunFolder run(folder / "RUN", {});
+    for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder / name)) << name;
+  }
+  fs::remove(folder / ("RUN.tmp-" + number));
+  write_bytes(folder / ("RUN.tmp-" + number), "a file");
+  { const RunFolder run(folder / "RUN", {}); }
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder / name)) << name;
+}
+
+TEST(RunFolder, TakesItsOwnNumberFromAKilledRun) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / ("RUN.tmp-" + std::to_string(::getpid())));  // numbers are used again
+  RunFolder run(folder / "RUN", {});
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("cannot be created"))
+      << "a second run of this process";
+  run.commit();
+  EXPECT_THAT(folder.names(), ElementsAre("RUN"));
 }
 
 TEST(RunFolder, CanBeAskedForWithoutMakingAnything) {

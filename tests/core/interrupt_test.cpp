@@ -1,6 +1,11 @@
 #include "gelslam/core/interrupt.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <thread>
+
+#include "gelslam/core/process.hpp"
 
 namespace gelslam {
 namespace {
@@ -63,6 +68,24 @@ TEST(InterruptWatch, GivesBackWhatWasThere) {
   { const InterruptWatch watch; }
   std::raise(SIGINT);  // ignored again, else the test ends here
   EXPECT_EQ(std::signal(SIGINT, previous), SIG_IGN);
+}
+
+TEST(LowerThreadPriority, IsRelativeToWhatTheThreadHas) {
+  const auto lowered_from = [](int nice_value) {
+    int lowered = 0;
+    std::thread([&] {
+      ::setpriority(PRIO_PROCESS, 0, nice_value);
+      lower_thread_priority();
+      lowered = ::getpriority(PRIO_PROCESS, 0);
+    }).join();
+    return lowered;
+  };
+  const int now = ::getpriority(PRIO_PROCESS, 0);
+  if (now > 5) GTEST_SKIP() << "this test runs at nice " << now << " already";
+  EXPECT_EQ(lowered_from(now), now + 10);
+  EXPECT_EQ(lowered_from(7), 17);
+  EXPECT_EQ(lowered_from(15), 19);
+  EXPECT_EQ(::getpriority(PRIO_PROCESS, 0), now) << "only the thread that asks";
 }
 
 }  // namespace

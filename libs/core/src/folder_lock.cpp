@@ -26,4 +26,11 @@ FolderLock::FolderLock(const std::filesystem::path& folder)
   throw Error("another program is writing to " + quoted(folder) + ": end it first, or name another folder");
 }
 
+FolderLock::State FolderLock::state(const std::filesystem::path& folder) {
+  const detail::FileDescriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!directory.ok()) return State::unknown;
+  if (::flock(directory.get(), LOCK_EX | LOCK_NB) == 0) return State::free;
+  return errno == EWOULDBLOCK ? State::taken : State::unknown;
+}
+
 }  // namespace gelslam

@@ -1,8 +1,13 @@
 #include "gelslam/core/run_folder.hpp"
 
+#include <signal.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <utility>
 
@@ -82,6 +87,45 @@ fs::path sibling(const fs::path& folder, const std::string& kind) {
   return folder.parent_path() / (folder.filename().string() + "." + kind + "-" + std::to_string(::getpid()));
 }
 
+/// Whether every process that may be at work in the folder is seen from here. Not on a file system that other
+/// hosts may share (numbers of linux/magic.h; FUSE may be sshfs).
+bool is_on_this_host(const fs::path& folder) {
+  static constexpr std::array<unsigned, 8> kShared = {
+      0x6969 /* NFS */,      0x65735546 /* FUSE */, 0x01021997 /* 9p */,   0x517B /* SMB */,
+      0xFE534D42 /* SMB2 */, 0xFF534D42 /* CIFS */, 0x00C36400 /* Ceph */, 0x5346414F /* AFS */};
+  struct statfs system {};
+  if (::statfs(folder.c_str(), &system) != 0) return false;
+  return std::find(kShared.begin(), kShared.end(), static_cast<unsigned>(system.f_type)) == kShared.end();
+}
+
+/// The process that made the folder is gone: nobody holds its lock, and no process has its number (the lock
+/// alone would do for our own folders; those of earlier releases have none).
+bool is_left_behind(const fs::path& folder, const std::string& pid_text) {
+  int pid = 0;
+  const char* end = pid_text.data() + pid_text.size();
+  const auto [rest, code] = std::from_chars(pid_text.data(), end, pid);
+  if (code != std::errc() || rest != end || pid <= 0) return false;
+  const bool other_process_lives = pid != ::getpid() && (::kill(pid, 0) == 0 || errno != ESRCH);
+  return !other_process_lives && is_on_this_host(folder) &&
+         FolderLock::state(folder) == FolderLock::State::free;
+}
+
+/// Removes the temporary folders of killed runs to `folder`: RUN.tmp-<pid>.
+void remove_left_behind(const fs::path& folder) {
+  const std::string beginning = folder.filename().string() + ".tmp-";
+  std::error_code code;
+  std::vector<fs::path> left;
+  for (fs::directory_iterator entry(folder.parent_path(), code), end; !code && entry != end;
+       entry.increment(code)) {
+    const std::string name = entry->path().filename().string();
+    std::error_code ignored;
+    if (name.starts_with(beginning) && fs::is_directory(entry->symlink_status(ignored)) &&
+        is_left_behind(entry->path(), name.substr(beginning.size())))
+      left.push_back(entry->path());
+  }
+  for (const fs::path& one : left) fs::remove_all(one, code);
+}
+
 void rename_or_throw(const fs::path& from, const fs::path& to) {
   if (std::rename(from.c_str(), to.c_str()) != 0) {
     throw Error(to.string() + ": cannot be written: " + detail::errno_text());
@@ -102,10 +146,12 @@ RunFolder::RunFolder(const fs::path& folder, const RunFolderOptions& options)
   fs::create_directories(final_.parent_path(), code);
   if (code) throw Error(folder.string() + ": cannot be created: " + code.message());
   first_created_parent_ = missing;
+  remove_left_behind(final_);
   if (!fs::create_directory(temporary_, code)) {
     throw Error(folder.string() +
                 ": cannot be created: " + (code ? code.message() : temporary_.string() + " exists"));
   }
+  lock_ = FolderLock(temporary_);
 }
 
 RunFolder::~RunFolder() {
@@ -124,7 +170,9 @@ void RunFolder::commit() {
     put_in_place();
   } catch (const Error& error) {
     if (temporary_.empty()) throw;
-    const fs::path kept = std::exchange(temporary_, {});
+    fs::path kept = sibling(final_, "kept");  // no longer a name that the next run removes
+    if (std::rename(temporary_.c_str(), kept.c_str()) != 0) kept = temporary_;
+    temporary_.clear();
     throw Error(std::string(error.what()) + "; what was to be there is in " + kept.string());
   }
 }
@@ -142,6 +190,7 @@ void RunFolder::put_in_place() {
     throw;
   }
   temporary_.clear();
+  lock_ = FolderLock();
   if (replaces) fs::remove_all(old, code);
   detail::sync_folder(final_.parent_path());
 }

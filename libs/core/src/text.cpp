@@ -114,9 +114,7 @@ std::string counted(std::int64_t number, std::string_view noun) {
   return fmt::format("{} {}{}", number, noun, number == 1 ? "" : hisses ? "es" : "s");
 }
 
-std::string size_text(std::int64_t width, std::int64_t height) {
-  return fmt::format("{}x{}", width, height);
-}
+std::string size_text(std::int64_t width, std::int64_t height) { return fmt::format("{}x{}", width, height); }
 
 std::string number_text(double value, int digits) {
   const bool only_whole_digits = std::isfinite(value) && std::abs(value) >= std::pow(10.0, digits) - 0.5;
@@ -133,8 +131,7 @@ std::string duration_text(double seconds) {
 
 std::string bytes_text(std::int64_t bytes) {
   const double megabytes = static_cast<double>(bytes) / 1e6;
-  return megabytes < 1000 ? fmt::format("{:.1f} MB", megabytes)
-                          : fmt::format("{:.2f} GB", megabytes / 1000);
+  return megabytes < 1000 ? fmt::format("{:.1f} MB", megabytes) : fmt::format("{:.2f} GB", megabytes / 1000);
 }
 
 }  // namespace gelslam

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/core/folder_lock.hpp"
+
 namespace gelslam {
 
 struct RunFolderOptions {
@@ -21,9 +23,9 @@ struct RunFolderOptions {
 void check_run_folder(const std::filesystem::path& folder, const RunFolderOptions& options);
 
 /// An output folder that appears whole or not at all: everything is written to path() (RUN.tmp-<pid> beside
-/// RUN), and commit() renames it to RUN. Destroyed without commit() it leaves nothing behind; after kill -9
-/// the temporary folder stays, and says by its name what it is. A run stopped by Ctrl-C commits what it has,
-/// marked partial in report.json.
+/// RUN, locked), and commit() renames it to RUN. Destroyed without commit() it leaves nothing behind. After
+/// kill -9 the temporary folder stays until the next run to RUN removes it. A run stopped by Ctrl-C commits
+/// what it has, marked partial in report.json.
 class RunFolder {
  public:
   /// Fails at once, before any work: throws Error when the folder exists, is not empty and may not be
@@ -36,7 +38,7 @@ class RunFolder {
   const std::filesystem::path& path() const { return temporary_; }  ///< where to write, until commit()
   const std::filesystem::path& final_path() const { return final_; }
   /// Throws Error when something that may not be replaced has appeared meanwhile (another run into the same
-  /// folder) or the disk refuses; what was written then stays in path(), which the error names.
+  /// folder) or the disk refuses; what was written is then kept in RUN.kept-<pid>, which the error names.
   void commit();
 
  private:
@@ -44,6 +46,7 @@ class RunFolder {
 
   std::filesystem::path final_, temporary_, first_created_parent_;
   RunFolderOptions options_;
+  FolderLock lock_;  ///< of the temporary folder: tells other runs that this one is alive
 };
 
 }  // namespace gelslam
