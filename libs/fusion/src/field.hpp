@@ -24,7 +24,7 @@ struct DistanceSum {
 constexpr std::size_t max_summed_patches = 30000;  ///< of weight 1: what 32 bits hold
 
 /// The signed distance field that all patches together say: a weighted mean over those that see the same side
-/// of the object, and the intersection of the half-spaces of different sides (own; docs/fusion.md).
+/// of the object, and the intersection of the half-spaces of different sides (own; docs/algorithms.md).
 class Field {
  public:
   Field(float truncation_mm, float min_weight)

@@ -13,7 +13,7 @@ namespace {
 /// sqrt(W), W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies
 /// the gel's membrane rim and not the object (Huang et al., T-RO 2026). The root, because our mask ends
 /// before most of the membrane rim begins: W itself throws away good views, and the mean gets noisier
-/// (docs/fusion.md).
+/// (docs/algorithms.md).
 cv::Mat1f rim_weight(const cv::Mat1b& contact) {
   cv::Mat1f distance;
   cv::distanceTransform(contact, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);

@@ -28,7 +28,7 @@ struct FusionOptions {
 /// One surface from many overlapping patches: no stacked sheets, no seams, closed where touched, open
 /// elsewhere. Vertices in the map frame, millimetres; normals out of the object (the sensor looks at the
 /// object from its outside: against the sensor's +z). The zero set of a weighted mean of projective signed
-/// distances, opposite sides of thin objects kept apart by their touch directions (own; docs/fusion.md).
+/// distances, opposite sides of thin objects kept apart by their touch directions (own; docs/algorithms.md).
 /// Independent of the patches' order up to rounding; deterministic for a given order. Returns an empty mesh
 /// when no patch has contact; throws Error for options that make no sense and for poses that are not finite.
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options);

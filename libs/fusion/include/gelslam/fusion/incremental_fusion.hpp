@@ -22,7 +22,7 @@ struct IncrementalOptions {
 /// together are the mesh of fuse() for the poses in use, with the same vertices and triangles, whatever
 /// happened before; only pieces below `min_piece_mm2` are still there. Not thread-safe; everything happens in
 /// the calling thread
-/// (`FusionOptions::threads` and `gradient_scale` are not used). docs/fusion.md.
+/// (`FusionOptions::threads` and `gradient_scale` are not used). docs/algorithms.md.
 class IncrementalFusion {
  public:
   /// Throws Error for options that make no sense.

@@ -17,10 +17,11 @@ struct LogAttachments {
   std::string model;            ///< the bytes of nnmodel.pth
 };
 
-/// A growing Matroska file with the sensor's own bytes (docs/logs.md): jpeg, png and yuyv are kept as they
-/// came, bgr becomes PNG without loss. Times are kept to the microsecond, sequence numbers beside each frame.
-/// Every frame is given to the system when write() returns, so that kill -9 of this program loses nothing; a
-/// power cut may lose the last half minute, for nothing is forced to the disk before close(). One thread.
+/// A growing Matroska file with the sensor's own bytes (docs/cameras-and-logs.md): jpeg, png and yuyv are
+/// kept as they came, bgr becomes PNG without loss. Times are kept to the microsecond, sequence numbers
+/// beside each frame. Every frame is given to the system when write() returns, so that kill -9 of this
+/// program loses nothing; a power cut may lose the last half minute, for nothing is forced to the disk before
+/// close(). One thread.
 class LogWriter {
  public:
   /// Creates the file; its header is written with the first frame. Throws Error when the file exists or

@@ -52,7 +52,7 @@ std::shared_ptr<const Registrar> make_icp(const IcpOptions& options);
 std::shared_ptr<const Registrar> make_fpfh(const FpfhOptions& options);
 std::shared_ptr<const Registrar> make_filter_reg(const FilterRegOptions& options);
 
-/// The best settings we found for each (docs/benchmarks/README.md).
+/// The best settings we found for each (docs/results.md).
 IcpOptions tuned_icp();
 FpfhOptions tuned_fpfh();
 FilterRegOptions tuned_filter_reg();
