@@ -1,0 +1,60 @@
+#!/usr/bin/python3
+"""Draws the errors that `scripts/check_sequences.py --json RESULTS.json` found beside those of the public system.
+
+Example: scripts/check_sequences.py --json results.json; scripts/plot_accuracy.py results.json -o docs/benchmarks/accuracy.png
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import sys
+
+from check_sequences import ROOT, geometric_mean
+from plotting import COLORS, plt, save
+
+ORDER = ("track_", "scan_", "hard_")
+OURS, PUBLIC = COLORS["normalflow"], COLORS["icp"]
+
+
+def read_json(path):
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        sys.exit("plot_accuracy: %s: %s" % (path, error))
+
+
+def draw(axis, names, ours, public, label):
+    rows = range(len(names))
+    axis.hlines(rows, ours, public, color="lightgray", zorder=1)
+    axis.scatter(public, rows, color=PUBLIC, marker="s", label="public system", zorder=2)
+    axis.scatter(ours, rows, color=OURS, label="this program", zorder=3)
+    axis.set_yticks(rows, names)
+    axis.set_ylim(len(names) - 0.5, -0.5)
+    axis.set_xscale("log")
+    axis.set_xlabel(label)
+    axis.grid(axis="x", which="both", alpha=0.25)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("results", type=pathlib.Path, help="file that check_sequences.py --json wrote")
+    parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path("accuracy.png"))
+    arguments = parser.parse_args()
+    data = pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data"))
+    reference = read_json(data / "sequences/reference.json")
+    results = {n: r for n, r in read_json(arguments.results).items() if isinstance(r, dict)}
+    names = [n for start in ORDER for n in sorted(results) if n.startswith(start)]
+    meshes = [n for n in names if results[n]["mesh"] and reference[n]["mesh"]]
+    heights = [len(names), max(1, len(meshes))]
+    figure, axes = plt.subplots(2, 1, figsize=(8, 1.6 + 0.25 * sum(heights)), height_ratios=heights)
+    draw(axes[0], names, [geometric_mean(results[n]["trajectory"]["mae"]) for n in names],
+         [geometric_mean(reference[n]["mae"]) for n in names], "trajectory: geometric mean of the six axis errors (mm)")
+    draw(axes[1], meshes, [results[n]["mesh"]["known_pose"]["accuracy"]["mean_mm"] for n in meshes],
+         [reference[n]["mesh"]["acc_mean_mm"] for n in meshes], "mesh: mean distance to the true surface (mm)")
+    axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncol=2, frameon=False)
+    save(figure, arguments.output)
+
+
+if __name__ == "__main__":
+    main()
