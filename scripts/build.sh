@@ -1,25 +1,52 @@
 #!/usr/bin/env bash
-# Builds everything, or only one target. Usage: scripts/build.sh [DIR [TARGET]]; the program is then DIR/bin/gelslam
-# (default DIR: build in the repository; a relative DIR counts from where you are). GELSLAM_WERROR=ON makes warnings errors.
+# Builds the program: see usage below.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-if [[ ${1:-} == -* || $# -gt 2 ]]; then
-  echo "usage: scripts/build.sh [DIR [TARGET]]" >&2
+
+usage() {
+  cat <<END
+usage: scripts/build.sh [--no-install] [--lab] [--tests] [DIR [TARGET]]
+
+Installs what is missing (scripts/setup.sh) and builds into DIR, default: build in the repository; a relative DIR counts
+from the current folder. The program is then DIR/bin/gelslam.
+  --no-install   do not install packages; stop if some are missing
+  --lab          build gelslam-lab, too
+  --tests        build the tests, too
+GELSLAM_WERROR=ON makes warnings errors.
+END
+}
+
+setup=()
+lab=OFF tests=OFF
+while [[ ${1:-} == -* ]]; do
+  case $1 in
+    --no-install) setup+=(--no-install) ;;
+    --lab) lab=ON ;;
+    --tests) tests=ON ;;
+    -h | --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+  esac
+  shift
+done
+if (($# > 2)); then
+  usage >&2
   exit 2
 fi
 dir=${1:-$root/build}
 [[ $dir == /* ]] || dir=$PWD/$dir
+[[ $lab$tests == OFFOFF ]] || setup+=(--tests)
 
-"$root/scripts/setup.sh"
+"$root/scripts/setup.sh" "${setup[@]}"
 
 generator=()
 if [[ ! -f $dir/CMakeCache.txt ]] && command -v ninja >/dev/null; then generator=(-G Ninja); fi
 
 echo "build: configuring $dir"
-cmake -S "$root" -B "$dir" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DGELSLAM_WERROR="${GELSLAM_WERROR:-OFF}"
+cmake -S "$root" -B "$dir" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DGELSLAM_WERROR="${GELSLAM_WERROR:-OFF}" \
+  -DGELSLAM_BUILD_LAB=$lab -DGELSLAM_BUILD_TESTS=$tests
 
-# Some files need more than 1 GB to compile: more jobs than memory would be slower than fewer.
+# A compiler takes up to 1.5 GB. More jobs than memory would be slower than fewer.
 jobs=$(nproc)
 memory_jobs=$(awk '/MemAvailable/ { print int($2 / 1500000) }' /proc/meminfo 2>/dev/null || echo "$jobs")
 if ((memory_jobs < jobs)); then jobs=$((memory_jobs > 0 ? memory_jobs : 1)); fi

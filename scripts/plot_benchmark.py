@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Draws what `gelslam benchmark -o BENCH` wrote, into the same folder:
+"""Draws what `gelslam-lab benchmark -o BENCH` wrote, into the same folder:
 accuracy.png (errors per object and axis), runtime.png (histogram), error_over_time.png (mean error with one standard deviation
 shaded, over trials), trajectory.png (estimates against the truth, of one trial).
 
-Example: gelslam benchmark data/TactileTracking -o BENCH && scripts/plot_benchmark.py BENCH
+Example: gelslam-lab benchmark data/TactileTracking -o BENCH && scripts/plot_benchmark.py BENCH
 """
 
 import argparse
@@ -19,7 +19,7 @@ TITLES = ("x (mm)", "y (mm)", "z (mm)", "rotation about x (°)", "rotation about
 
 
 def read(folder, name):
-    return read_table(folder / name, "gelslam benchmark -o")
+    return read_table(folder / name, "gelslam-lab benchmark -o")
 
 
 def grid(title, height=6.0, width=12.0):
@@ -125,7 +125,7 @@ def draw_trajectory(folder, which):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("bench", type=pathlib.Path, help="folder that gelslam benchmark wrote")
+    parser.add_argument("bench", type=pathlib.Path, help="folder that gelslam-lab benchmark wrote")
     parser.add_argument("--object", help="whose error over time is drawn (default: all)")
     parser.add_argument("--trial", help="whose trajectory is drawn (default: the first)")
     arguments = parser.parse_args()

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Draws what build/bin/honesty wrote: what is wrong among the tracked against what is right among the lost, over the gates.
+"""Draws what gelslam-lab honesty wrote: what is wrong among the tracked against what is right among the lost, over the gates.
 
 Each curve is one method with the gate of CCS or of SCR turned from end to end, the other where it is by default; the
 circle is our gate, the star what the method's status said, by whatever rules. Further down: fewer wrong poses are called tracked.
 Further right: fewer right ones are called lost. With keyframes the gates decide what comes next, so there are only stars.
 
-Example: build/bin/honesty -o STUDY && scripts/plot_honesty.py STUDY -o docs/benchmarks/honesty.png
+Example: gelslam-lab honesty -o STUDY && scripts/plot_honesty.py STUDY -o docs/benchmarks/honesty.png
 """
 
 import numpy as np
@@ -82,8 +82,8 @@ def draw(rows, gates, path):
 
 def main():
     arguments = study_arguments(__doc__, "honesty")
-    rows = read_table(arguments.study / "honesty_answers.csv", "build/bin/honesty -o")
-    gates = {k: float(v) for k, v in read_table(arguments.study / "gates.csv", "build/bin/honesty -o")[0].items()}
+    rows = read_table(arguments.study / "honesty_answers.csv", "gelslam-lab honesty -o")
+    gates = {k: float(v) for k, v in read_table(arguments.study / "gates.csv", "gelslam-lab honesty -o")[0].items()}
     draw(rows, gates, arguments.output)
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Draws what build/bin/parsimony wrote: errors of trajectory and mesh against what is spent.
+"""Draws what gelslam-lab parsimony wrote: errors of trajectory and mesh against what is spent.
 
-Example: build/bin/parsimony -o STUDY && scripts/plot_parsimony.py STUDY -o docs/benchmarks/parsimony.png
+Example: gelslam-lab parsimony -o STUDY && scripts/plot_parsimony.py STUDY -o docs/benchmarks/parsimony.png
 """
 
 from matplotlib.ticker import LogLocator, NullFormatter
@@ -58,7 +58,7 @@ def draw(rows, path):
 
 def main():
     arguments = study_arguments(__doc__, "parsimony")
-    rows = read_table(arguments.study / "parsimony.csv", "build/bin/parsimony -o")
+    rows = read_table(arguments.study / "parsimony.csv", "gelslam-lab parsimony -o")
     draw(rows, arguments.output)
 
 

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Draws what build/bin/speed_accuracy wrote: processor time against error of every method and setting.
+"""Draws what gelslam-lab speed-accuracy wrote: processor time against error of every method and setting.
 
 Of several studies, a method is taken from the last that has it.
 
-Example: build/bin/speed_accuracy -o STUDY && scripts/plot_speed_accuracy.py STUDY -o docs/benchmarks/speed_accuracy.png
+Example: gelslam-lab speed-accuracy -o STUDY && scripts/plot_speed_accuracy.py STUDY -o docs/benchmarks/speed_accuracy.png
 """
 
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter
@@ -17,7 +17,7 @@ LABELLED = ("samples", "points", "resolution")
 
 
 def read_rows(folders):
-    rows = read_studies(folders, "speed_accuracy.csv", "build/bin/speed_accuracy -o")
+    rows = read_studies(folders, "speed_accuracy.csv", "gelslam-lab speed-accuracy -o")
     for row in rows:
         row["ms"] = float(row["median_ms"])
         row["error"], row["low"], row["high"] = (float(row[k]) for k in ("relative", "relative_low", "relative_high"))

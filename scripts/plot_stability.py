@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Draws what build/bin/stability wrote: the share of cases in which each method finds the truth, against what makes it hard.
+"""Draws what gelslam-lab stability wrote: the share of cases in which each method finds the truth, against what makes it hard.
 
 Of several studies, a method is taken from the last that has it: after a change to one method, only that one need be measured again.
 
-Example: build/bin/stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
+Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY -o docs/benchmarks/stability.png
 """
 
 from plotting import NAMES, color, in_order, plt, read_studies, save, study_arguments
@@ -69,7 +69,7 @@ def draw(rows, path):
 
 def main():
     arguments = study_arguments(__doc__, "stability", several=True)
-    draw(read_studies(arguments.study, "stability.csv", "build/bin/stability -o"), arguments.output)
+    draw(read_studies(arguments.study, "stability.csv", "gelslam-lab stability -o"), arguments.output)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Draws what build/bin/tracking wrote: how far the program's tracker follows, against what makes it hard.
+"""Draws what gelslam-lab tracking wrote: how far the program's tracker follows, against what makes it hard.
 
-Example: build/bin/tracking -o STUDY && scripts/plot_tracking.py STUDY -o docs/benchmarks/tracking.png
+Example: gelslam-lab tracking -o STUDY && scripts/plot_tracking.py STUDY -o docs/benchmarks/tracking.png
 """
 
 from plotting import COLORS, in_order, plt, read_table, save, study_arguments
@@ -58,7 +58,7 @@ def draw(rows, path):
 
 def main():
     arguments = study_arguments(__doc__, "tracking")
-    draw(read_table(arguments.study / "tracking.csv", "build/bin/tracking -o"), arguments.output)
+    draw(read_table(arguments.study / "tracking.csv", "gelslam-lab tracking -o"), arguments.output)
 
 
 if __name__ == "__main__":

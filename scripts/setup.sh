@@ -1,24 +1,51 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that building, testing and plotting need: only those that are missing, without questions.
+# Installs the Debian packages that are missing: see usage below.
 set -euo pipefail
 
+usage() {
+  cat <<END
+usage: scripts/setup.sh [--tests] [--checks] [--no-install]
+
+Installs what building and running the program needs, where it is missing, without questions.
+  --tests        also what the tests, the laboratory and the charts need
+  --checks       also clang-format and clang-tidy
+  --no-install   only say what is missing; exit code 1 if something is
+END
+}
+
 packages=(
-  g++ cmake ninja-build ccache pkg-config    # build
+  g++ cmake ninja-build ccache pkg-config # build
   libeigen3-dev libopencv-dev libceres-dev libopen3d-dev libembree-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev
   libturbojpeg0-dev zlib1g-dev libavformat-dev libavcodec-dev libavutil-dev # camera pictures, logs
-  libglfw3-dev libepoxy-dev libimgui-dev         # window
-  fonts-dejavu-core                              # its letters
-  xvfb xauth libgl1-mesa-dri                     # its tests, without a display
-  libgtest-dev libgmock-dev libbenchmark-dev # tests and benchmarks
-  python3-numpy python3-matplotlib           # figures
+  libglfw3-dev libepoxy-dev libimgui-dev fonts-dejavu-core                  # window
+  libgl1-mesa-dri libegl1                                                   # pictures without a display
+  python3                                                                   # the demo's summary
 )
+test_packages=(
+  libgtest-dev libgmock-dev libbenchmark-dev
+  xvfb xauth                       # windows without a display
+  python3-numpy python3-matplotlib # charts
+)
+check_packages=(clang-format clang-tidy)
+
+install=true
+for argument in "$@"; do
+  case $argument in
+    --tests) packages+=("${test_packages[@]}") ;;
+    --checks) packages+=("${check_packages[@]}") ;;
+    --no-install) install=false ;;
+    -h | --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+  esac
+done
 
 say() { echo "setup: $*"; }
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
-  say "this is no Debian-like system; install what these packages hold yourself: ${packages[*]}" >&2
-  exit 1
+  say "this is no Debian-like system; install the equivalents of: ${packages[*]}" >&2
+  # The compiler finds out what is missing.
+  if $install; then exit 1; else exit 0; fi
 fi
 
 missing=()
@@ -30,6 +57,10 @@ if ((${#missing[@]} == 0)); then
   say "all ${#packages[@]} packages are installed"
   exit 0
 fi
+if ! $install; then
+  say "missing: ${missing[*]}" >&2
+  exit 1
+fi
 
 as_root=()
 if ((EUID != 0)); then
@@ -38,13 +69,16 @@ if ((EUID != 0)); then
     exit 1
   fi
   as_root=(sudo)
+  say "calling sudo apt-get to install: ${missing[*]} (--no-install refuses)"
+else
+  say "installing: ${missing[*]}"
 fi
 
 update() {
   say "refreshing the package lists"
   "${as_root[@]}" apt-get update -qq
 }
-install() {
+install_missing() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}"
 }
 
@@ -56,11 +90,10 @@ for package in "${missing[@]}"; do
     break
   fi
 done
-say "installing ${missing[*]}"
-if ! install; then
+if ! install_missing; then
   # Old lists name files that the mirrors have replaced.
   if $updated; then exit 1; fi
   update
-  install
+  install_missing
 fi
 say "done"

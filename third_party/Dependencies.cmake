@@ -16,8 +16,7 @@ pkg_check_modules(FMT REQUIRED IMPORTED_TARGET fmt>=9)  # text for people; its C
 find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
 find_package(CLI11 REQUIRED)                   # command line
 find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
-find_package(Open3D REQUIRED)                  # mesh files, baselines (never in public headers)
-find_package(OpenMP REQUIRED COMPONENTS CXX)   # to keep Open3D to one thread (only the baselines)
+find_package(Open3D REQUIRED)                  # mesh files; apps/lab: ICP and FPFH (never in public headers)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # camera JPEGs at reduced scale (only libs/sensor)
 find_package(ZLIB REQUIRED)                     # checksums of PNG frames in logs (only libs/sensor)
@@ -30,6 +29,7 @@ find_package(embree 3 REQUIRED)                # ray casting and point-to-triang
 if(GELSLAM_BUILD_TESTS)
   find_package(GTest REQUIRED)
 endif()
-if(GELSLAM_BUILD_BENCH)
-  find_package(benchmark REQUIRED)
+if(GELSLAM_BUILD_LAB)
+  find_package(benchmark REQUIRED)              # micro-benchmarks
+  find_package(OpenMP REQUIRED COMPONENTS CXX)  # keeps Open3D to one thread
 endif()

@@ -1,115 +1,44 @@
-#include <algorithm>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
-#include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
-#include "gelslam/baselines/baselines.hpp"
-#include "gelslam/benchmark/report.hpp"
-#include "gelslam/core/interrupt.hpp"
-#include "gelslam/core/run_folder.hpp"
-#include "terminal_progress.hpp"
+#include "gelslam/core/error.hpp"
 
 namespace gelslam {
 namespace {
 
-struct BenchmarkArguments {
-  std::vector<std::filesystem::path> data;
-  std::vector<std::string> methods = {"normalflow", "icp", "fpfh", "filterreg"};
-  std::string protocol = "frame0";
-  int every = 1;
-  TrialSources sources;
-  std::filesystem::path out;
-  bool overwrite = false, json = false, quiet = false;
-};
-
-BenchmarkRequest request_of(const BenchmarkArguments& arguments) {
-  BenchmarkRequest request;
-  for (const std::string& method : arguments.methods)
-    make_registrar(method, {});  // a misspelling is told at once
-  for (const std::string& method : arguments.methods)
-    if (std::find(request.methods.begin(), request.methods.end(), method) == request.methods.end())
-      request.methods.push_back(method);
-  request.make = [](const std::string& method, const NormalFlowOptions& limits) {
-    return make_registrar(method, limits);
-  };
-  request.protocol = arguments.protocol == "frame0" ? Protocol::frame0 : Protocol::keyframes;
-  request.every = arguments.every;
-  request.sources = arguments.sources;
-  request.trials = find_trials(arguments.data);
-  return request;
-}
-
-/// Pictures of an older result would not belong to the new one: they go with it.
-std::vector<std::string> known_entries() {
-  std::vector<std::string> names = benchmark_files();
-  for (const char* picture : {"accuracy.png", "runtime.png", "error_over_time.png", "trajectory.png"})
-    names.push_back(picture);
-  return names;
-}
-
-int run(const BenchmarkArguments& arguments) {
-  const BenchmarkRequest request = request_of(arguments);
-  std::optional<RunFolder> folder;
-  if (!arguments.out.empty())
-    folder.emplace(arguments.out,
-                   RunFolderOptions{arguments.overwrite, "benchmark.json", known_entries(), {}});
-  const InterruptWatch interrupt;
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const BenchmarkResult result = run_benchmark(request, *progress, [&] { return interrupt.requested(); });
-  if (folder) {
-    write_benchmark(folder->path(), result);
-    folder->commit();
-  }
-  std::cout << (arguments.json ? to_json(result) : to_table(result));
-  if (result.partial) std::cerr << "stopped early: this is what was done so far\n";
-  if (result.records.empty()) {
-    std::cerr << "nothing ever touched the sensor: there is nothing to compare\n";
-    return exit_not_good;
-  }
-  return exit_done;
+/// Replaces this process by gelslam-lab, which lies beside the program.
+[[noreturn]] void run_lab(const std::vector<std::string>& arguments) {
+  std::error_code failure;
+  const std::filesystem::path lab =
+      std::filesystem::read_symlink("/proc/self/exe", failure).parent_path() / "gelslam-lab";
+  if (failure || !std::filesystem::exists(lab))
+    throw Error(
+        "'gelslam benchmark' is now 'gelslam-lab benchmark', which is not built; build it with "
+        "scripts/build.sh --lab");
+  std::cerr << "gelslam: note: 'gelslam benchmark' is now 'gelslam-lab benchmark'" << std::endl;
+  std::vector<std::string> words = {lab.string(), "benchmark"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  execv(pointers[0], pointers.data());
+  throw Error("cannot run " + lab.string() + ": " + std::strerror(errno));
 }
 
 }  // namespace
 
-void add_benchmark_command(CLI::App& app, int& exit_code) {
-  const auto arguments = std::make_shared<BenchmarkArguments>();
-  CLI::App* command =
-      app.add_subcommand("benchmark", "Compare registration methods over data with ground truth");
-  command
-      ->add_option("DATA", arguments->data,
-                   "Data folders with true_start_T_currs.npy, or folders of such (TactileTracking as it is)")
-      ->required();
-  std::string known;
-  for (const std::string& name : registrar_names()) known += (known.empty() ? "" : ", ") + name;
-  command->add_option("--methods", arguments->methods, "Of: " + known)
-      ->delimiter(',')
-      ->allow_extra_args(false)  // what follows may be DATA
-      ->capture_default_str();
-  command
-      ->add_option("--protocol", arguments->protocol,
-                   "frame0: every frame against the first in contact, as published; keyframes: the tracker")
-      ->check(CLI::IsMember({"frame0", "keyframes"}))
-      ->capture_default_str();
-  command->add_option("--every", arguments->every, "Only every so-manieth frame, where a method is slow")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command->add_option("--config", arguments->sources.config,
-                      "Configuration (default: config.yaml of each trial)");
-  command->add_option("--model", arguments->sources.model,
-                      "Gradient model nnmodel.pth (default: the configuration's)");
-  command->add_flag("--force", arguments->sources.force, "Go on although first frames seem to show contact");
-  command->add_option("-o,--output", arguments->out, "Folder for benchmark.json and CSV tables");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace the folder if it is there");
-  command->add_flag("--json", arguments->json, "Print JSON instead of a table");
-  command->add_flag("-q,--quiet", arguments->quiet, "No progress");
-  command->footer(
-      "Example: gelslam benchmark data/TactileTracking --methods normalflow,icp -o BENCH\n"
-      "Pictures: scripts/plot_benchmark.py BENCH");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+void add_benchmark_command(CLI::App& app, int&) {
+  CLI::App* command = app.add_subcommand("benchmark", "Moved: see gelslam-lab benchmark");
+  command->prefix_command();
+  command->set_help_flag();  // --help is passed on, too
+  command->callback([command] { run_lab(command->remaining()); });
 }
 
 }  // namespace gelslam

@@ -1,0 +1,118 @@
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "baselines/baselines.hpp"
+#include "contact_points.hpp"
+#include "gaussian_grid.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace baselines::detail;
+
+constexpr double kMinVariance_mm2 =
+    0.0025;  // a finer grid over a whole sensor would not fit in a cache or a budget
+
+/// One expectation and what the maximisation needs of it.
+struct PlaneEquations {
+  Matrix6d hessian = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  double weight = 0, squared_mm2 = 0;
+  std::size_t partners = 0;
+
+  double mean_squared_mm2() const { return weight > 0 ? squared_mm2 / weight : 0; }
+};
+
+/// Sum over the reference's points of w (n . (x - y))^2 about the present pose, where y and n are the
+/// target's Gaussian means at x, and w the chance that x has a partner at all (Gao & Tedrake 2019, §4: E step
+/// and twist).
+PlaneEquations expect(const ContactPoints& reference, const GaussianGrid& target,
+                      const Pose& target_T_reference, double outlier_weight) {
+  PlaneEquations equations;
+  for (const Eigen::Vector3d& point : reference.position_mm) {
+    const Eigen::Vector3d x = target_T_reference * point;
+    const GaussianGrid::Sums near = target.at(x);
+    if (near.weight <= 0) continue;
+    const Eigen::Vector3d n = near.normal.normalized();
+    const double w = near.weight / (near.weight + outlier_weight), distance = n.dot(x - near.position_mm);
+    Vector6d row;  // of a motion in the target's frame: rotation, then translation
+    row << x.cross(n), n;
+    equations.hessian += w * row * row.transpose();
+    equations.gradient += w * distance * row;
+    equations.weight += w;
+    equations.squared_mm2 += w * distance * distance;
+    ++equations.partners;
+  }
+  return equations;
+}
+
+/// The step that the equations ask for; directions that no plane shows are hardly moved along.
+Vector6d maximise(const PlaneEquations& equations) {
+  Matrix6d damped = equations.hessian;
+  damped.diagonal().array() += 1e-6 * equations.weight;
+  return -damped.ldlt().solve(equations.gradient);
+}
+
+class PreparedFilterReg final : public PreparedReference {
+ public:
+  PreparedFilterReg(std::shared_ptr<const NormalFlowReference> samples, const FilterRegOptions& options)
+      : PreparedReference(std::move(samples)),
+        options_(options),
+        points_(contact_points(this->samples()->surface(), options.max_points)) {}
+
+  RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
+    const ContactPoints target_points = contact_points(target, options_.max_points);
+    Pose found = initial;
+    int iterations = 0;
+    if (points_.size() >= kMinPoints && target_points.size() >= kMinPoints) {
+      const GaussianGrid grid(target_points, std::sqrt(std::max(options_.variance_mm2, kMinVariance_mm2)));
+      const double ratio = static_cast<double>(target_points.size()) / static_cast<double>(points_.size());
+      iterations = converge(grid, ratio * options_.outlier_share / (1.0 - options_.outlier_share), found);
+    }
+    RegistrationResult result = judge_pose(*samples(), target, found, options_.judged_by);
+    result.iterations = iterations;
+    return result;
+  }
+
+ private:
+  int converge(const GaussianGrid& target, double outlier_weight, Pose& target_T_reference) const {
+    double before_mm2 = -1;
+    int iterations = 0;
+    while (iterations < options_.max_iterations) {
+      const PlaneEquations equations = expect(points_, target, target_T_reference, outlier_weight);
+      if (equations.partners < kMinPoints) break;
+      const double now_mm2 = equations.mean_squared_mm2();
+      if (before_mm2 >= 0 && std::abs(before_mm2 - now_mm2) < options_.tolerance_mm2) break;
+      before_mm2 = now_mm2;
+      target_T_reference = normalized(se3_exp(maximise(equations)) * target_T_reference);
+      ++iterations;
+    }
+    return iterations;
+  }
+
+  FilterRegOptions options_;
+  ContactPoints points_;
+};
+
+class FilterRegRegistrar final : public Registrar {
+ public:
+  explicit FilterRegRegistrar(const FilterRegOptions& options) : options_(options) {}
+  std::string_view name() const override { return "filterreg"; }
+  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
+    auto samples = std::make_shared<const NormalFlowReference>(std::move(reference), options_.judged_by);
+    return std::make_shared<const PreparedFilterReg>(std::move(samples), options_);
+  }
+
+ private:
+  FilterRegOptions options_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Registrar> make_filter_reg(const FilterRegOptions& options) {
+  return std::make_shared<const FilterRegRegistrar>(options);
+}
+
+}  // namespace gelslam

@@ -1,0 +1,63 @@
+#include "baselines/baselines.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+
+namespace gelslam {
+namespace {
+
+template <class Options>
+Options judged_by(Options options, const NormalFlowOptions& limits) {
+  options.judged_by = limits;
+  return options;
+}
+
+FpfhOptions judged_by(FpfhOptions options, const NormalFlowOptions& limits) {
+  options.refinement.judged_by = limits;
+  return options;
+}
+
+}  // namespace
+
+const std::vector<std::string>& registrar_names() {
+  static const std::vector<std::string> names = {"normalflow", "icp",       "icp-tuned",      "fpfh",
+                                                 "fpfh-tuned", "filterreg", "filterreg-tuned"};
+  return names;
+}
+
+std::shared_ptr<const Registrar> make_registrar(std::string_view name, const NormalFlowOptions& options) {
+  if (name == "normalflow") return make_normal_flow(options);
+  if (name == "icp") return make_icp(judged_by(IcpOptions{}, options));
+  if (name == "icp-tuned") return make_icp(judged_by(tuned_icp(), options));
+  if (name == "fpfh") return make_fpfh(judged_by(FpfhOptions{}, options));
+  if (name == "fpfh-tuned") return make_fpfh(judged_by(tuned_fpfh(), options));
+  if (name == "filterreg") return make_filter_reg(judged_by(FilterRegOptions{}, options));
+  if (name == "filterreg-tuned") return make_filter_reg(judged_by(tuned_filter_reg(), options));
+  const std::string near = nearest_name(std::string(name), registrar_names());
+  std::string known;
+  for (const std::string& one : registrar_names()) known += (known.empty() ? "" : ", ") + one;
+  throw Error("there is no method '" + std::string(name) + "'" +
+              (near.empty() ? " (there are " + known + ")" : ", did you mean " + near + "?"));
+}
+
+IcpOptions tuned_icp() {
+  IcpOptions options;
+  options.max_distance_mm = 0.2;
+  return options;
+}
+
+FpfhOptions tuned_fpfh() {
+  FpfhOptions options;
+  options.max_distance_mm = 0.2;
+  options.refinement = tuned_icp();
+  return options;
+}
+
+FilterRegOptions tuned_filter_reg() {
+  FilterRegOptions options;
+  options.variance_mm2 = 0.005;
+  options.outlier_share = 0.3;
+  options.tolerance_mm2 = 1e-4;
+  return options;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <open3d/geometry/PointCloud.h>
+
+#include "baselines/baselines.hpp"
+#include "contact_points.hpp"
+#include "single_thread.hpp"
+
+namespace gelslam::baselines::detail {
+
+/// While it lives, Open3D runs on one thread and says nothing.
+class QuietSingleThread {
+ public:
+  QuietSingleThread();
+  ~QuietSingleThread();
+  QuietSingleThread(const QuietSingleThread&) = delete;
+  QuietSingleThread& operator=(const QuietSingleThread&) = delete;
+
+ private:
+  SingleThread single_thread_;
+  int verbosity_before_;
+};
+
+open3d::geometry::PointCloud to_cloud(ContactPoints points);
+
+/// Both clouds have at least kMinPoints points; `initial` and the answer are target_T_reference.
+Pose align_by_icp(const open3d::geometry::PointCloud& reference, const open3d::geometry::PointCloud& target,
+                  const Pose& initial, const IcpOptions& options);
+
+/// A rigid 4x4 matrix as a pose, or `fallback` where it is none.
+Pose to_pose(const Eigen::Matrix4d& matrix, const Pose& fallback);
+
+}  // namespace gelslam::baselines::detail

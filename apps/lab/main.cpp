@@ -1,0 +1,52 @@
+#include <exception>
+#include <iostream>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "studies/study.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+int run(int argc, char** argv) {
+  CLI::App lab{"Studies and benchmarks of GelSLAM: every chart and table of docs/ comes from here."};
+  lab.name("gelslam-lab");
+  lab.set_version_flag("--version", "gelslam-lab " GELSLAM_VERSION);
+  lab.require_subcommand(1);
+  lab.footer(
+      "Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY\nAll charts: "
+      "scripts/charts.sh DATA");
+  add_benchmark(lab);
+  add_speed_accuracy(lab);
+  add_stability(lab);
+  add_tracking(lab);
+  add_honesty(lab);
+  add_parsimony(lab);
+  add_information(lab);
+  add_loops(lab);
+  add_calibration(lab);
+  add_fusion(lab);
+  add_soak(lab);
+  add_micro_benchmarks(lab);
+  try {
+    lab.parse(argc, argv);
+  } catch (const CLI::RuntimeError& error) {  // a study that is done, but has nothing good to show
+    return error.get_exit_code();
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return lab.exit(error);
+    throw Error(one_line(error.what()) + " (see gelslam-lab --help)");
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace gelslam::lab
+
+int main(int argc, char** argv) {
+  try {
+    return gelslam::lab::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "gelslam-lab: error: " << gelslam::one_line(error.what()) << std::endl;
+    return 2;
+  }
+}

@@ -1,0 +1,67 @@
+// Cost of one frame of a scan, stage by stage: what has to fit into 40 ms. One thread.
+
+#include <benchmark/benchmark.h>
+
+#include "gelslam/frontend/tracker.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+#include "studies/simulated_frames.hpp"
+
+namespace gelslam {
+namespace {
+
+/// Goes to and fro through the frames, so that any number of steps is one unbroken scan.
+class ToAndFro {
+ public:
+  explicit ToAndFro(std::size_t count) : count_(count) {}
+  std::size_t next() {
+    const std::size_t phase = step_++ % (2 * count_ - 2);
+    return phase < count_ ? phase : 2 * count_ - 2 - phase;
+  }
+
+ private:
+  std::size_t count_, step_ = 0;
+};
+
+void surface_estimate(benchmark::State& state) {
+  const lab::SimulatedFrames& frames = lab::simulated_frames();
+  SurfaceEstimator estimator(frames.model, frames.background, SurfaceOptions{});
+  ToAndFro order(frames.pictures.size());
+  for (auto _ : state) benchmark::DoNotOptimize(estimator.estimate(frames.pictures[order.next()]).get());
+}
+
+void tracker_step(benchmark::State& state) {
+  const lab::SimulatedFrames& frames = lab::simulated_frames();
+  Tracker tracker(TrackerOptions{});
+  ToAndFro order(frames.surfaces.size());
+  std::int64_t frame = 0, lost = 0;
+  for (auto _ : state) {
+    const TrackedFrame tracked =
+        tracker.track(frame, 0.04 * static_cast<double>(frame), frames.surfaces[order.next()]);
+    lost += tracked.status == TrackStatus::tracked ? 0 : 1;
+    ++frame;
+  }
+  if (lost > 0) state.SkipWithError("tracking was lost");
+}
+
+void frame_from_picture_to_pose(benchmark::State& state) {
+  const lab::SimulatedFrames& frames = lab::simulated_frames();
+  SurfaceEstimator estimator(frames.model, frames.background, SurfaceOptions{});
+  Tracker tracker(TrackerOptions{});
+  ToAndFro order(frames.pictures.size());
+  std::int64_t frame = 0;
+  for (auto _ : state) {
+    const TrackedFrame tracked = tracker.track(frame, 0.04 * static_cast<double>(frame),
+                                               estimator.estimate(frames.pictures[order.next()]));
+    benchmark::DoNotOptimize(&tracked);
+    ++frame;
+  }
+}
+
+BENCHMARK(surface_estimate)->Name("chain/surface_estimate")->Unit(benchmark::kMillisecond);
+BENCHMARK(tracker_step)->Name("chain/tracker_step")->Unit(benchmark::kMillisecond);
+BENCHMARK(frame_from_picture_to_pose)
+    ->Name("chain/frame_from_picture_to_pose")
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,180 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "gelslam/core/angles.hpp"
+#include "gelslam/core/median.hpp"
+#include "gelslam/evaluation/trajectory_metrics.hpp"
+#include "protocols/report.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr int kBinsPerDecade = 8;
+
+/// In the order in which they came, each once.
+void add_once(std::vector<std::string>& names, const std::string& name) {
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+std::vector<std::string> methods_of(const BenchmarkResult& result) {
+  std::vector<std::string> names;
+  for (const BenchmarkRecord& record : result.records) add_once(names, record.method);
+  return names;
+}
+
+std::vector<std::string> objects_of(const BenchmarkResult& result) {
+  std::vector<std::string> names;
+  for (const BenchmarkRecord& record : result.records) add_once(names, record.object);
+  return names;
+}
+
+using Records = std::vector<const BenchmarkRecord*>;
+
+/// `object` empty: of every object.
+Records select_records(const BenchmarkResult& result, const std::string& method, const std::string& object) {
+  Records records;
+  for (const BenchmarkRecord& record : result.records)
+    if (record.method == method && (object.empty() || record.object == object)) records.push_back(&record);
+  return records;
+}
+
+/// Times of frames that were registered at all: the first of a trial was not.
+std::vector<double> times_of(const Records& records) {
+  std::vector<double> times;
+  for (const BenchmarkRecord* record : records)
+    for (std::size_t i = 1; i < record->frames.size(); ++i) times.push_back(record->frames[i].cpu_ms);
+  return times;
+}
+
+double geometric_mean_mm(const SixAxes& mae) {
+  double product = 1;
+  for (std::size_t axis = 0; axis < 6; ++axis)
+    product *= mae[axis] * (axis < 3 ? 1.0 : kMillimetresPerDegree);
+  return std::pow(product, 1.0 / 6.0);
+}
+
+AccuracyRow accuracy(const Records& records) {
+  AccuracyRow row;
+  row.method = records.front()->method;
+  row.trials = static_cast<int>(records.size());
+  for (const BenchmarkRecord* record : records) {
+    for (const FrameEstimate& frame : record->frames) {
+      const SixAxes error = axis_error(frame);
+      for (std::size_t axis = 0; axis < 6; ++axis) row.mae[axis] += std::abs(error[axis]);
+      row.tracked += frame.tracked ? 1 : 0;
+      ++row.frames;
+    }
+    const FrameEstimate& last = record->frames.back();
+    row.final_mm +=
+        (last.first_T_frame.translation() - last.true_first_T_frame.translation()).norm() / row.trials;
+    row.final_deg += rotation_angle_rad(last.true_first_T_frame.inverse() * last.first_T_frame) *
+                     kDegreesPerRadian / row.trials;
+  }
+  for (double& error : row.mae) error /= row.frames;
+  row.geometric_mean_mm = geometric_mean_mm(row.mae);
+  std::vector<double> times = times_of(records);
+  row.median_ms = quantile(times, 0.5);
+  row.p95_ms = quantile(times, 0.95);
+  return row;
+}
+
+/// Absolute errors of one frame after the first contact, over trials.
+struct BandSums {
+  int trials = 0;
+  SixAxes sum{}, squares{};
+};
+
+void add_bands(const Records& records, const std::string& object, std::vector<ErrorBand>& bands) {
+  std::map<int, BandSums> by_frame;
+  for (const BenchmarkRecord* record : records) {
+    for (const FrameEstimate& frame : record->frames) {
+      BandSums& sums = by_frame[static_cast<int>(frame.frame - record->frames.front().frame)];
+      const SixAxes error = axis_error(frame);
+      ++sums.trials;
+      for (std::size_t axis = 0; axis < 6; ++axis) {
+        sums.sum[axis] += std::abs(error[axis]);
+        sums.squares[axis] += error[axis] * error[axis];
+      }
+    }
+  }
+  for (const auto& [frame, sums] : by_frame) {
+    ErrorBand band{records.front()->method, object, frame, sums.trials, {}, {}};
+    for (std::size_t axis = 0; axis < 6; ++axis) {
+      band.mean[axis] = sums.sum[axis] / sums.trials;
+      band.deviation[axis] =
+          std::sqrt(std::max(0.0, sums.squares[axis] / sums.trials - band.mean[axis] * band.mean[axis]));
+    }
+    bands.push_back(band);
+  }
+}
+
+}  // namespace
+
+SixAxes six_axes(const Pose& pose) {
+  const Eigen::Vector3d t = pose.translation(), r = euler_zxy_deg(pose.linear());
+  return {t.x(), t.y(), t.z(), r.x(), r.y(), r.z()};
+}
+
+SixAxes axis_error(const FrameEstimate& estimate) {
+  SixAxes error = six_axes(estimate.first_T_frame);
+  const SixAxes truth = six_axes(estimate.true_first_T_frame);
+  for (std::size_t axis = 0; axis < 6; ++axis) {
+    error[axis] -= truth[axis];
+    if (axis >= 3) error[axis] = std::remainder(error[axis], 360.0);
+  }
+  return error;
+}
+
+std::vector<AccuracyRow> accuracy_by_object(const BenchmarkResult& result) {
+  std::vector<AccuracyRow> rows;
+  std::vector<std::string> objects = objects_of(result);
+  if (objects.size() > 1) objects.push_back("");
+  for (const std::string& object : objects) {
+    for (const std::string& method : methods_of(result)) {
+      const Records records = select_records(result, method, object);
+      if (records.empty()) continue;
+      rows.push_back(accuracy(records));
+      rows.back().object = object.empty() ? "all" : object;
+      rows.back().trial = records.size() == 1 ? records.front()->trial : "all";
+    }
+  }
+  return rows;
+}
+
+std::vector<AccuracyRow> accuracy_by_trial(const BenchmarkResult& result) {
+  std::vector<AccuracyRow> rows;
+  for (const BenchmarkRecord& record : result.records) {
+    rows.push_back(accuracy({&record}));
+    rows.back().object = record.object;
+    rows.back().trial = record.trial;
+  }
+  return rows;
+}
+
+std::vector<RuntimeBin> runtime_histogram(const BenchmarkResult& result) {
+  std::vector<RuntimeBin> bins;
+  for (const std::string& method : methods_of(result)) {
+    std::map<int, int> counts;
+    for (const double ms : times_of(select_records(result, method, "")))
+      ++counts[static_cast<int>(std::floor(kBinsPerDecade * std::log10(std::max(ms, 1e-6))))];
+    if (counts.empty()) continue;
+    const auto edge = [](int bin) { return std::pow(10.0, static_cast<double>(bin) / kBinsPerDecade); };
+    for (int bin = counts.begin()->first; bin <= counts.rbegin()->first; ++bin)
+      bins.push_back({method, edge(bin), edge(bin + 1), counts[bin]});
+  }
+  return bins;
+}
+
+std::vector<ErrorBand> error_bands(const BenchmarkResult& result) {
+  std::vector<ErrorBand> bands;
+  std::vector<std::string> objects = objects_of(result);
+  if (objects.size() > 1) objects.push_back("");
+  for (const std::string& object : objects)
+    for (const std::string& method : methods_of(result))
+      if (const Records records = select_records(result, method, object); !records.empty())
+        add_bands(records, object.empty() ? "all" : object, bands);
+  return bands;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,67 @@
+#include "protocols/protocol.hpp"
+
+#include <ctime>
+#include <utility>
+
+namespace gelslam {
+namespace {
+
+double thread_cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace
+
+std::string_view name(Protocol protocol) { return protocol == Protocol::frame0 ? "frame0" : "keyframes"; }
+
+MethodRun::MethodRun(std::shared_ptr<const Registrar> registrar, Protocol protocol,
+                     const TrackerOptions& options)
+    : registrar_(std::move(registrar)),
+      protocol_(protocol),
+      options_(options),
+      tracker_(options, registrar_) {}
+
+void MethodRun::add(const TrialFrame& frame) {
+  const bool contact = frame.surface->contact_pixels >= options_.contact_threshold_px;
+  if (!first_T_start_) {
+    if (!contact || !frame.start_T_frame) return;
+    first_T_start_ = frame.start_T_frame->inverse();
+  }
+  const Answer answer = protocol_ == Protocol::frame0 ? against_first(frame) : with_tracker(frame);
+  if (!frame.start_T_frame) return;
+  estimates_.push_back({frame.frame, frame.time_s, answer.tracked, first_T_last_,
+                        *first_T_start_ * *frame.start_T_frame, answer.cpu_ms});
+}
+
+MethodRun::Answer MethodRun::against_first(const TrialFrame& frame) {
+  if (!reference_) {
+    reference_ = registrar_->prepare(frame.surface);
+    return {true, 0};
+  }
+  const double start_ms = thread_cpu_ms();
+  const RegistrationResult result = reference_->register_to(*frame.surface, first_T_last_.inverse());
+  const double spent_ms = thread_cpu_ms() - start_ms;
+  // The published protocol has no gates: only what has no overlap at all is a failure.
+  if (result.shared_pixels >= options_.registration.min_shared_pixels)
+    first_T_last_ = result.target_T_reference.inverse();
+  return {result.ok(), spent_ms};
+}
+
+MethodRun::Answer MethodRun::with_tracker(const TrialFrame& frame) {
+  const double start_ms = thread_cpu_ms();
+  const TrackedFrame tracked = tracker_.track(frame.frame, frame.time_s, frame.surface);
+  const double spent_ms = thread_cpu_ms() - start_ms;
+  if (tracked.trial < 0) return {false, spent_ms};
+  const bool first_ever = trial_ < 0, same_trial = tracked.trial == trial_;
+  if (!same_trial) first_T_trial_ = first_T_last_;  // nothing says where the new trial lies
+  trial_ = tracked.trial;
+  first_T_last_ = first_T_trial_ * tracked.trial_T_frame;
+  // A trial may begin with the frame before, which was lost, where that and this one fit each other.
+  const bool fits_the_one_before =
+      tracked.status == TrackStatus::tracked && tracked.keyframe->frame != tracked.frame;
+  return {same_trial || first_ever || fits_the_one_before, spent_ms};
+}
+
+}  // namespace gelslam

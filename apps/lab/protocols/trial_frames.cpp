@@ -1,0 +1,121 @@
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <utility>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/npy.hpp"
+#include "gelslam/core/stage_timer.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
+#include "gelslam/slam/surface_stream.hpp"
+#include "gelslam/surface/gradient_surface.hpp"
+#include "protocols/trials.hpp"
+
+namespace gelslam {
+
+namespace fs = std::filesystem;
+
+struct TrialFrames::Source {
+  explicit Source(const fs::path& folder) : truth(read_ground_truth(folder)) {}
+  virtual ~Source() = default;
+  virtual std::optional<TrialFrame> next() = 0;
+
+  GroundTruth truth;
+  Config config;
+};
+
+namespace {
+
+constexpr std::size_t kMinSide = 16, kMaxSide = 4096;
+
+/// The public data's own gradients and masks.
+class ArraySource final : public TrialFrames::Source {
+ public:
+  ArraySource(const fs::path& folder, const TrialSources& sources)
+      : Source(folder), gradients_(folder / "gradient_maps.npy"), masks_(folder / "contact_masks.npy") {
+    const fs::path file = sources.config.empty() ? folder / "config.yaml" : sources.config;
+    if (!sources.config.empty() || fs::is_regular_file(file)) config = read_config(file);
+    check_shapes(folder);
+    const cv::Size size(static_cast<int>(gradients_.shape()[2]), static_cast<int>(gradients_.shape()[1]));
+    surfaces_.emplace(size, config.sensor.pixel_pitch_mm);
+    size_ = size;
+  }
+
+  std::optional<TrialFrame> next() override {
+    if (index_ == truth.start_T_currs.size()) return std::nullopt;
+    const std::vector<double> slopes = gradients_.read(index_).to_doubles(),
+                              mask = masks_.read(index_).to_doubles();
+    cv::Mat1f gx(size_), gy(size_);
+    cv::Mat1b touched(size_);
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+      const int pixel = static_cast<int>(i);
+      const float x = static_cast<float>(slopes[2 * i]), y = static_cast<float>(slopes[2 * i + 1]);
+      const bool finite = std::isfinite(x) && std::isfinite(y);
+      gx(pixel) = finite ? x : 0.0F;
+      gy(pixel) = finite ? y : 0.0F;
+      touched(pixel) = finite && mask[i] != 0 ? 255 : 0;
+    }
+    const auto frame = static_cast<std::int64_t>(index_);
+    return TrialFrame{frame, static_cast<double>(frame) / truth.fps, surfaces_->make(gx, gy, touched),
+                      truth.start_T_currs[index_++]};
+  }
+
+ private:
+  void check_shapes(const fs::path& folder) const {
+    const auto& g = gradients_.shape();
+    const auto& m = masks_.shape();
+    const bool maps = g.size() == 4 && g[3] == 2 && g[1] >= kMinSide && g[2] >= kMinSide &&
+                      g[1] <= kMaxSide && g[2] <= kMaxSide;
+    if (!maps || m != std::vector<std::size_t>(g.begin(), g.begin() + 3))
+      throw Error(folder.string() +
+                  ": gradient_maps.npy should be N x H x W x 2, and contact_masks.npy N x H x W");
+    if (g[0] != truth.start_T_currs.size())
+      throw Error(folder.string() + ": gradient_maps.npy has " + std::to_string(g[0]) +
+                  " frames, but the truth has " + std::to_string(truth.start_T_currs.size()) +
+                  " poses: they do not belong together");
+  }
+
+  NpySlices gradients_, masks_;
+  std::optional<GradientSurfaces> surfaces_;
+  cv::Size size_;
+  std::size_t index_ = 0;
+};
+
+class VideoSource final : public TrialFrames::Source {
+ public:
+  VideoSource(const fs::path& folder, const TrialSources& sources) : Source(folder) {
+    const LogInput input{folder, sources.config, sources.model, {}, sources.force};
+    config = resolve_config(input);
+    stream_.emplace(input, config, timer_);
+  }
+
+  std::optional<TrialFrame> next() override {
+    while (std::optional<SurfaceStream::Item> item = stream_->next()) {
+      const std::int64_t index = item->frame - truth.background_frames;
+      if (index < 0 || !item->surface) continue;
+      if (index >= static_cast<std::int64_t>(truth.start_T_currs.size())) return std::nullopt;
+      return TrialFrame{item->frame, item->time_s, std::move(item->surface),
+                        truth.start_T_currs[static_cast<std::size_t>(index)]};
+    }
+    return std::nullopt;
+  }
+
+ private:
+  StageTimer timer_;
+  std::optional<SurfaceStream> stream_;
+};
+
+std::unique_ptr<TrialFrames::Source> open_source(const fs::path& folder, const TrialSources& sources) {
+  const bool arrays = fs::exists(folder / "gradient_maps.npy") && fs::exists(folder / "contact_masks.npy");
+  if (arrays) return std::make_unique<ArraySource>(folder, sources);
+  return std::make_unique<VideoSource>(folder, sources);
+}
+
+}  // namespace
+
+TrialFrames::TrialFrames(const BenchmarkTrial& trial, const TrialSources& sources)
+    : source_(open_source(trial.folder, sources)) {}
+TrialFrames::~TrialFrames() = default;
+std::optional<TrialFrame> TrialFrames::next() { return source_->next(); }
+const Config& TrialFrames::config() const { return source_->config; }
+
+}  // namespace gelslam

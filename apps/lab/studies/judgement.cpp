@@ -1,0 +1,48 @@
+#include "judgement.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gelslam/core/angles.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+constexpr double kRightMm = 0.3, kRightDeg = 2.0;
+constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
+
+double largest(const Eigen::Vector3d& error, const bool* observable) {
+  double most = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    if (observable[axis]) most = std::max(most, std::abs(error[axis]));
+  return most;
+}
+
+}  // namespace
+
+Judgement judge_pose_error(const Pose& estimate, const Pose& truth, const std::array<bool, 6>& observable,
+                           bool tracked) {
+  // Both are target_T_reference: what is left between them is along the target's axes.
+  const Pose gap = estimate * truth.inverse();
+  Judgement judgement;
+  judgement.tracked = tracked;
+  judgement.error_mm = gap.translation().norm();
+  judgement.error_deg = rotation_angle_rad(gap) * kDegreesPerRadian;
+  judgement.shown_error_mm = largest(gap.translation(), observable.data());
+  judgement.shown_error_deg = largest(so3_log(gap.linear()) * kDegreesPerRadian, observable.data() + 3);
+  judgement.right = judgement.error_mm < kRightMm && judgement.error_deg < kRightDeg;
+  judgement.shown_right = judgement.shown_error_mm < kRightMm && judgement.shown_error_deg < kRightDeg;
+  judgement.wrong = judgement.shown_error_mm > kWrongMm || judgement.shown_error_deg > kWrongDeg;
+  return judgement;
+}
+
+Judgement judge_result(const RegistrationProblem& problem, const RegistrationResult& result) {
+  Judgement judgement =
+      judge_pose_error(result.target_T_reference, problem.truth, result.observable, result.ok());
+  if (problem.same_surface) return judgement;
+  judgement.right = judgement.shown_right = false;
+  judgement.wrong = true;
+  return judgement;
+}
+
+}  // namespace gelslam::lab

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "protocols/report.hpp"
+
+namespace gelslam::lab {
+
+/// Absolute errors of one setting on problems that every setting is given, grouped: [sequence][reference]
+/// holds those of the problems of one reference. Empty where a slow setting was spared that reference.
+using GroupedErrors = std::vector<std::vector<std::vector<SixAxes>>>;
+
+struct ParetoCandidate {
+  double time_ms = 0;
+  GroupedErrors errors;
+};
+
+/// Where a setting stands among all.
+struct ParetoStanding {
+  /// geometric mean, over sequences, of the six mean absolute errors (1 degree = 0.087 mm)
+  double error_mm = 0;
+  double relative = 1;  ///< to the base's error on the same problems; this is what is compared
+  double relative_low = 1, relative_high = 1;  ///< 5 % and 95 % of bootstrap draws over references
+  /// no other is at least as good in both and better in one (by 2 % of time, 0.2 % of error)
+  bool on_front = false;
+  int beaten_by = -1;  ///< a faster one that is better in 95 % of the draws, the best such; -1: none
+};
+
+/// Compares by time and error. The same references are drawn for all, so that what is hard for all does not
+/// count as doubt; a reference's problems are drawn together, as they share its noise. `base` must have
+/// errors for every reference. Deterministic.
+std::vector<ParetoStanding> pareto_standings(const std::vector<ParetoCandidate>& candidates,
+                                             std::size_t base);
+
+}  // namespace gelslam::lab

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/types.hpp>
+#include <string>
+#include <vector>
+
+#include "gelslam/core/se3.hpp"
+#include "gelslam/surface/surface.hpp"
+
+namespace gelslam::lab {
+
+/// Which frames of a sequence become registration problems: from every `stride`-th frame on, the frames that
+/// lie `gaps` later, as long as both touch.
+struct ProblemChoice {
+  int stride = 60;
+  std::vector<int> gaps = {1, 5, 12};
+  /// The frames between went missing: tracking starts from where it last saw the object, the reference's
+  /// pose.
+  bool frames_missing = false;
+  int most_references = 1 << 20;  ///< of a long sequence only so many, evenly
+};
+
+struct RegistrationProblem {
+  std::size_t reference = 0;  ///< index into ProblemSet::references
+  SurfacePtr target;
+  /// true target_T_reference of the frame before: what tracking would start from
+  Pose start = Pose::Identity();
+  Pose truth = Pose::Identity();  ///< target_T_reference
+  std::string name;               ///< for people: "pebble, place 2"
+  int gap = 0;                    ///< frames from reference to target, of a sequence
+  int start_number = 0;           ///< counts the starts that one pair of surfaces is tried from
+  bool same_surface = true;       ///< false: of two objects; there is no truth, and any pose is wrong
+};
+
+/// The problems of one data folder at one resolution.
+struct ProblemSet {
+  std::vector<SurfacePtr> references;
+  std::vector<RegistrationProblem> problems;
+  std::vector<double> surface_ms;  ///< processor time of picture to surface, per frame used
+};
+
+/// Pictures are resized to `size` before anything looks at them, background included. Throws Error.
+ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, const ProblemChoice& choice);
+
+/// The folders under GELSLAM_DATA/sequences whose names start with one of `prefixes`, sorted. Throws Error.
+std::vector<std::filesystem::path> sequence_folders(const std::vector<std::string>& prefixes);
+
+/// Processor time of this thread: other programs on the machine hardly show in it.
+double thread_cpu_ms();
+
+}  // namespace gelslam::lab

@@ -1,0 +1,53 @@
+#include "simulated_frames.hpp"
+
+#include "gelslam/core/progress.hpp"
+#include "gelslam/simulation/calibration_set.hpp"
+#include "gelslam/simulation/simulator.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+constexpr int kFrames = 12;
+
+}  // namespace
+
+GradientModel quickly_trained_model() {
+  CalibrationSpec spec;
+  spec.presses = 60;
+  spec.training.epochs = 20;
+  NoProgress progress;
+  const SimulatedNetwork network = train_on_presses(spec, progress);
+  GradientModel model;
+  for (std::size_t i = 0; i < network.weight.size(); ++i)
+    model.layers.push_back(
+        {SimulatedNetwork::sizes[i], SimulatedNetwork::sizes[i + 1], network.weight[i], network.bias[i]});
+  return model;
+}
+
+namespace {
+
+SimulatedFrames make() {
+  ScanSpec spec;
+  spec.object.name = "peanut";
+  spec.motion.frames = 120;  // 0.1 mm per frame: to and fro, no step is an unusual one
+  const Simulator simulator(spec);
+  SimulatedFrames frames;
+  frames.model = quickly_trained_model();
+  frames.background = simulator.frame(0).bgr;
+  SurfaceEstimator estimator(frames.model, frames.background, SurfaceOptions{});
+  for (int i = 0; i < kFrames; ++i) {
+    frames.pictures.push_back(simulator.frame(simulator.frame_count() - kFrames + i).bgr);
+    frames.surfaces.push_back(estimator.estimate(frames.pictures.back()));
+  }
+  return frames;
+}
+
+}  // namespace
+
+const SimulatedFrames& simulated_frames() {
+  static const SimulatedFrames frames = make();
+  return frames;
+}
+
+}  // namespace gelslam::lab

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/surface/surface.hpp"
+
+namespace gelslam::lab {
+
+/// The model of the simulated sensor, trained on a few ball presses in some seconds; always the same.
+GradientModel quickly_trained_model();
+
+/// Some frames from the middle of a simulated scan (a peanut wobbled at 25 Hz), with the model of the sensor.
+struct SimulatedFrames {
+  GradientModel model;
+  cv::Mat3b background;
+  std::vector<cv::Mat3b> pictures;
+  std::vector<SurfacePtr> surfaces;
+};
+
+/// Made once per program, in a few seconds, always the same.
+const SimulatedFrames& simulated_frames();
+
+}  // namespace gelslam::lab

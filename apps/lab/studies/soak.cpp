@@ -1,0 +1,244 @@
+// The live chain on full-size camera pictures for as long as one likes: does it keep the camera's rate, and
+// do latency and memory stay where they are? The frames of a log, enlarged to the camera's size and
+// compressed as a camera does it, go to and fro, so that they are one unbroken scan of any length.
+
+#include <turbojpeg.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+#include <thread>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/live_slam.hpp"
+#include "gelslam/slam/log_input.hpp"
+#include "study.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Jpeg = std::vector<std::uint8_t>;
+
+struct Arguments {
+  std::string log, model, run_folder;
+  double minutes = 10, rate_hz = 25;
+  int frames = 120;
+  double noise_levels = 2.0;
+  bool json = false;
+};
+
+/// The inverse of the crop that a camera picture goes through: its middle 5/7, with a border that nobody
+/// looks at.
+cv::Mat3b enlarged(const cv::Mat3b& picture, const SensorProfile& profile) {
+  const int border_x = profile.raw_width_px / 7, border_y = profile.raw_height_px / 7;
+  const cv::Size middle(profile.raw_width_px - 2 * border_x, profile.raw_height_px - 2 * border_y);
+  cv::Mat3b large;
+  cv::resize(picture, large, middle, 0, 0, cv::INTER_CUBIC);
+  cv::copyMakeBorder(large, large, border_y, border_y, border_x, border_x, cv::BORDER_REPLICATE);
+  return large;
+}
+
+/// A camera's picture is noisy, and noise is what a JPEG's decoding time depends on.
+Jpeg compressed(cv::Mat3b picture, double noise_levels, cv::RNG& random) {
+  cv::Mat noise(picture.size(), CV_16SC3);
+  random.fill(noise, cv::RNG::NORMAL, 0, noise_levels);
+  cv::Mat sum;
+  cv::add(picture, noise, sum, cv::noArray(), CV_8UC3);
+  const std::unique_ptr<void, int (*)(tjhandle)> compressor(tjInitCompress(), tjDestroy);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  if (tjCompress2(compressor.get(), sum.data, sum.cols, 0, sum.rows, TJPF_BGR, &bytes, &size, TJSAMP_422, 85,
+                  0) != 0)
+    throw Error("a picture could not be compressed");
+  Jpeg jpeg(bytes, bytes + size);
+  tjFree(bytes);
+  return jpeg;
+}
+
+std::vector<Jpeg> camera_pictures(const Arguments& arguments, const Config& config) {
+  const std::unique_ptr<RawFrameSource> log = open_raw_log(arguments.log, config.sensor);
+  FrameDecoder decoder(config.sensor);
+  cv::RNG random(7);
+  std::vector<Jpeg> pictures;
+  while (static_cast<int>(pictures.size()) < arguments.frames + config.background_frames) {
+    const std::optional<RawFrame> frame = log->next();
+    if (!frame) break;
+    if (const std::optional<TactileImage> image = decoder.decode(*frame))
+      pictures.push_back(compressed(enlarged(image->bgr, config.sensor), arguments.noise_levels, random));
+  }
+  if (static_cast<int>(pictures.size()) < config.background_frames + 2)
+    throw Error(arguments.log + ": too few frames");
+  return pictures;
+}
+
+/// A camera that never comes late.
+class EndlessCamera : public RawFrameSource {
+ public:
+  EndlessCamera(std::vector<Jpeg> pictures, int background_frames, const SensorProfile& profile,
+                double rate_hz)
+      : pictures_(std::move(pictures)),
+        background_(static_cast<std::size_t>(background_frames)),
+        profile_(profile),
+        rate_hz_(rate_hz) {}
+
+  std::optional<RawFrame> next() override {
+    std::unique_lock lock(mutex_);
+    const Clock::time_point due =
+        start_ + std::chrono::duration_cast<Clock::duration>(
+                     std::chrono::duration<double>(static_cast<double>(index_) / rate_hz_));
+    if (wake_.wait_until(lock, due, [this] { return stopped_; })) return std::nullopt;
+    RawFrame frame;
+    frame.bytes = pictures_[picture_of(static_cast<std::size_t>(index_))];
+    frame.width_px = profile_.raw_width_px;
+    frame.height_px = profile_.raw_height_px;
+    frame.time_s = static_cast<double>(index_) / rate_hz_;
+    frame.index = frame.sequence = index_++;
+    frame.arrived = Clock::now();
+    return frame;
+  }
+  void stop() override {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+    wake_.notify_all();
+  }
+  double rate_hz() const override { return rate_hz_; }
+  std::string description() const override { return "a log played to and fro as full-size JPEG"; }
+
+ private:
+  std::size_t picture_of(std::size_t index) const {
+    if (index < background_) return index;
+    const std::size_t count = pictures_.size() - background_;
+    const std::size_t phase = (index - background_) % (2 * count - 2);
+    return background_ + (phase < count ? phase : 2 * count - 2 - phase);
+  }
+
+  const std::vector<Jpeg> pictures_;
+  const std::size_t background_;
+  const SensorProfile profile_;
+  const double rate_hz_;
+  const Clock::time_point start_ = Clock::now();
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::int64_t index_ = 0;
+  bool stopped_ = false;
+};
+
+struct Sample {
+  double minute = 0;
+  LiveStatus status;
+};
+
+void print_header() {
+  std::cout << "minute   rate Hz   latency ms   dropped   keyframes   loops   components   memory MB\n";
+}
+
+void print(const Sample& sample) {
+  const LiveStatus& s = sample.status;
+  std::cout << std::fixed << std::setprecision(1) << std::setw(6) << sample.minute << std::setw(10)
+            << s.rate_hz << std::setw(13) << s.latency_ms << std::setw(10) << s.dropped << std::setw(12)
+            << s.keyframes << std::setw(8) << s.loops << std::setw(9) << s.components << std::setw(12)
+            << s.memory_mb << std::endl;
+}
+
+/// Samples while the scan runs, six a minute.
+std::vector<Sample> watch(LiveSlam& session, const Arguments& arguments) {
+  const Clock::time_point start = Clock::now();
+  const auto minutes = [&] { return std::chrono::duration<double>(Clock::now() - start).count() / 60; };
+  std::vector<Sample> samples;
+  if (!arguments.json) print_header();
+  for (double next = 1.0 / 6; minutes() < arguments.minutes; next += 1.0 / 6) {
+    std::this_thread::sleep_until(
+        start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(60 * next)));
+    session.take_mesh_changes();  // as a window does
+    samples.push_back({minutes(), session.status()});
+    if (!arguments.json) print(samples.back());
+  }
+  return samples;
+}
+
+Json account(const std::vector<Sample>& samples, const std::vector<StageStatistics>& stages) {
+  Json json;
+  const std::size_t third = std::max<std::size_t>(1, samples.size() / 3);
+  const auto mean = [&](std::size_t from, std::size_t to, const auto& value) {
+    double sum = 0;
+    for (std::size_t i = from; i < to; ++i) sum += value(samples[i].status);
+    return sum / static_cast<double>(to - from);
+  };
+  const auto latency = [](const LiveStatus& s) { return s.latency_ms; };
+  const auto memory = [](const LiveStatus& s) { return s.memory_mb; };
+  const LiveStatus& last = samples.back().status;
+  json["minutes"] = samples.back().minute;
+  json["rate_hz"] = last.rate_hz;
+  json["dropped_share"] =
+      static_cast<double>(last.dropped) / static_cast<double>(std::max<std::int64_t>(1, last.frames));
+  json["latency_ms"] = {{"first_third", mean(0, third, latency)},
+                        {"last_third", mean(samples.size() - third, samples.size(), latency)}};
+  json["memory_mb"] = {{"first_third", mean(0, third, memory)},
+                       {"last_third", mean(samples.size() - third, samples.size(), memory)}};
+  json["keyframes"] = {{"at_first", samples.front().status.keyframes}, {"at_last", last.keyframes}};
+  const int more = last.keyframes - samples[third - 1].status.keyframes;
+  if (more > 0)
+    json["memory_mb"]["per_new_keyframe"] = (last.memory_mb - samples[third - 1].status.memory_mb) / more;
+  for (const StageStatistics& stage : stages)
+    json["stages"][stage.stage] = {
+        {"median_ms", stage.median_ms}, {"p95_ms", stage.p95_ms}, {"max_ms", stage.max_ms}};
+  return json;
+}
+
+void run(const Arguments& arguments) {
+  LiveOptions options;
+  options.config = resolve_config({arguments.log, {}, arguments.model, {}, false});
+  options.run_folder = arguments.run_folder;
+  options.overwrite = true;
+  if (!arguments.run_folder.empty()) options.record = attachments_of(options.config);
+  const SensorProfile& profile = options.config.sensor;
+  std::cerr << "compressing pictures of " << profile.raw_width_px << "x" << profile.raw_height_px << "\n";
+  std::vector<Jpeg> pictures = camera_pictures(arguments, options.config);
+  LiveSlam session(std::make_unique<EndlessCamera>(std::move(pictures), options.config.background_frames,
+                                                   profile, arguments.rate_hz),
+                   options);
+  const std::vector<Sample> samples = watch(session, arguments);
+  const Clock::time_point stop = Clock::now();
+  session.stop();
+  session.wait();
+  Json json = account(samples, session.stage_times());
+  json["seconds_to_stop_and_save"] = std::chrono::duration<double>(Clock::now() - stop).count();
+  std::cout << json.dump(2) << "\n";
+}
+
+}  // namespace
+
+void add_soak(CLI::App& lab) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = add_study(
+      lab, "soak", "Run the live chain on full-size camera pictures: rate, latency and memory over time",
+      arguments, run);
+  command->add_option("LOG", arguments->log, "Log or data folder whose frames are played to and fro")
+      ->required();
+  command->add_option("--model", arguments->model, "Gradient model (default: the one the log names)");
+  command->add_option("--minutes", arguments->minutes, "Duration")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--rate", arguments->rate_hz, "Frames per second")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--frames", arguments->frames, "Frames of the log to use, after the background")
+      ->check(CLI::Range(2, 2000))
+      ->capture_default_str();
+  command->add_option("--noise", arguments->noise_levels, "Camera noise, gray levels")
+      ->check(CLI::Range(0.0, 50.0))
+      ->capture_default_str();
+  command->add_option("-o,--output", arguments->run_folder,
+                      "Also record and save into this run folder (replaced)");
+  command->add_flag("--json", arguments->json, "Print only the summary at the end");
+  command->footer("Example: gelslam-lab soak DATA/sequences/track_coin --minutes 10");
+}
+
+}  // namespace gelslam::lab

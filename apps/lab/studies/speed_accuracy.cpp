@@ -1,0 +1,219 @@
+// Study: speed against accuracy. Every method, and every setting that trades one for the other, registers the
+// same pairs of frames of sequences with truth. Written: processor time (median), error, how sure it is that
+// this error differs from our default's, and whether no other setting is both faster and better.
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
+#include "judgement.hpp"
+#include "pareto.hpp"
+#include "registration_problems.hpp"
+#include "speed_settings.hpp"
+#include "study.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kSlowMs = 5;  // what takes longer is timed once: caches hardly matter to it
+
+struct Arguments {
+  std::vector<fs::path> data;
+  std::vector<std::string> methods = {"normalflow", "icp", "filterreg", "fpfh"};
+  ProblemChoice choice{.stride = 24, .gaps = {1, 5, 12}, .most_references = 24};
+  std::vector<std::string> knobs;  // empty: all
+  int slow_every = 4;              // reference that is shown to other methods than ours
+  fs::path out;
+};
+
+/// What was measured of one setting.
+struct Measured {
+  SpeedSetting setting;
+  int every = 1;  ///< reference that it sees
+  std::vector<double> register_ms, prepare_ms, surface_ms;
+  GroupedErrors errors;
+  SixAxes error_sum{};
+  int problems = 0, tracked = 0, right = 0;
+
+  double share(int count) const { return problems == 0 ? 0 : static_cast<double>(count) / problems; }
+};
+
+void judge(const RegistrationProblem& problem, const RegistrationResult& result, Measured& measured) {
+  FrameEstimate estimate;
+  estimate.first_T_frame = result.target_T_reference.inverse();
+  estimate.true_first_T_frame = problem.truth.inverse();
+  SixAxes error = axis_error(estimate);
+  for (std::size_t axis = 0; axis < 6; ++axis) {
+    error[axis] = std::abs(error[axis]);
+    measured.error_sum[axis] += error[axis];
+  }
+  measured.errors.back()[problem.reference].push_back(error);
+  ++measured.problems;
+  measured.tracked += result.ok() ? 1 : 0;
+  measured.right += judge_result(problem, result).right ? 1 : 0;
+}
+
+/// Twice: in a stream the keyframe and the new surface have just been used, so the second time counts.
+RegistrationResult register_timed(const PreparedReference& reference, const RegistrationProblem& problem,
+                                  std::vector<double>& times_ms) {
+  const auto once = [&](double& ms) {
+    const double start_ms = thread_cpu_ms();
+    RegistrationResult result = reference.register_to(*problem.target, problem.start);
+    ms = thread_cpu_ms() - start_ms;
+    return result;
+  };
+  double ms = 0;
+  RegistrationResult result = once(ms);
+  if (ms < kSlowMs) once(ms);
+  times_ms.push_back(ms);
+  return result;
+}
+
+/// One setting on one reference.
+void measure(const ProblemSet& set, std::size_t reference, Measured& one) {
+  const double start_ms = thread_cpu_ms();
+  const auto prepared = one.setting.registrar->prepare(set.references[reference]);
+  one.prepare_ms.push_back(thread_cpu_ms() - start_ms);
+  for (const RegistrationProblem& problem : set.problems)
+    if (problem.reference == reference)
+      judge(problem, register_timed(*prepared, problem, one.register_ms), one);
+}
+
+/// All settings take turns at each reference, so that whatever else the machine does falls on all alike.
+void measure(const ProblemSet& set, std::vector<Measured>& all) {
+  for (Measured& one : all) {
+    one.errors.emplace_back(set.references.size());
+    one.surface_ms.insert(one.surface_ms.end(), set.surface_ms.begin(), set.surface_ms.end());
+  }
+  for (std::size_t k = 0; k < set.references.size(); ++k) {
+    Measured warm_up = all.front();  // who comes first would pay for cold pages and caches
+    measure(set, k, warm_up);
+    for (Measured& one : all)
+      if (k % static_cast<std::size_t>(one.every) == 0) measure(set, k, one);
+  }
+}
+
+bool wanted(const SpeedSetting& setting, const std::vector<std::string>& knobs) {
+  return knobs.empty() || setting.knob == "default" ||
+         std::find(knobs.begin(), knobs.end(), setting.knob) != knobs.end();
+}
+
+/// By resolution and folder, so that only one set of surfaces is held at once; the sensor's own resolution
+/// first. `done` is told after each resolution what is known by then.
+template <class Done>
+std::vector<Measured> measure_all(const Arguments& arguments, const Done& done) {
+  std::map<std::pair<int, int>, std::vector<Measured>> by_size;
+  std::vector<std::pair<int, int>> sizes;
+  for (SpeedSetting& setting : speed_settings(arguments.methods)) {
+    if (!wanted(setting, arguments.knobs)) continue;
+    const std::pair<int, int> size{setting.size.width, setting.size.height};
+    if (!by_size.contains(size)) sizes.push_back(size);
+    const int every = setting.method == "normalflow" ? 1 : arguments.slow_every;
+    by_size[size].push_back({std::move(setting), every, {}, {}, {}, {}});
+  }
+  std::vector<Measured> all;
+  for (const auto& [width, height] : sizes) {
+    std::vector<Measured>& settings = by_size[{width, height}];
+    for (const fs::path& folder : arguments.data) {
+      std::cerr << width << "x" << height << " " << folder.filename().string() << "\n";
+      measure(load_problems(folder, {width, height}, arguments.choice), settings);
+    }
+    std::move(settings.begin(), settings.end(), std::back_inserter(all));
+    done(all);
+  }
+  return all;
+}
+
+std::vector<ParetoStanding> standings_of(const std::vector<Measured>& all) {
+  std::vector<ParetoCandidate> candidates;
+  for (const Measured& one : all) candidates.push_back({median(one.register_ms), one.errors});
+  return pareto_standings(candidates, 0);  // the first is the first method's default
+}
+
+std::string label(const SpeedSetting& setting) {
+  return setting.method + " " + setting.knob + (setting.value.empty() ? "" : " " + setting.value);
+}
+
+Json to_json(const std::vector<Measured>& all) {
+  Json rows = Json::array();
+  const std::vector<ParetoStanding> standings = standings_of(all);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const Measured& one = all[k];
+    const ParetoStanding& standing = standings[k];
+    Json row = {{"method", one.setting.method},
+                {"knob", one.setting.knob},
+                {"value", one.setting.value},
+                {"width_px", one.setting.size.width},
+                {"height_px", one.setting.size.height},
+                {"problems", one.problems},
+                {"median_ms", median(one.register_ms)},
+                {"prepare_ms", median(one.prepare_ms)},
+                {"surface_ms", median(one.surface_ms)},
+                {"error_mm", standing.error_mm},
+                {"relative", standing.relative},
+                {"relative_low", standing.relative_low},
+                {"relative_high", standing.relative_high}};
+    constexpr std::array<const char*, 6> axes = {"x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg"};
+    for (std::size_t axis = 0; axis < 6; ++axis)
+      row[axes[axis]] = one.error_sum[axis] / std::max(1, one.problems);
+    row["right_share"] = one.share(one.right);
+    row["tracked_share"] = one.share(one.tracked);
+    row["on_front"] = standing.on_front;
+    row["beaten_by"] =
+        standing.beaten_by < 0 ? "" : label(all[static_cast<std::size_t>(standing.beaten_by)].setting);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+void run(const Arguments& chosen) {
+  Arguments arguments = chosen;
+  if (arguments.data.empty()) arguments.data = sequence_folders({"track_", "hard_", "scan_"});
+  const std::vector<Measured> all = measure_all(arguments, [&](const std::vector<Measured>& so_far) {
+    write_study(arguments.out, "speed_accuracy", to_json(so_far));
+  });
+  if (all.empty()) throw Error("none of the methods is known: normalflow, icp, filterreg, fpfh");
+  if (all.front().problems == 0) throw Error("no two frames of the data touch and lie so far apart");
+  print_table(to_json(all));
+}
+
+}  // namespace
+
+void add_speed_accuracy(CLI::App& lab) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      add_study(lab, "speed-accuracy", "Measure time against error of every registration method and setting",
+                arguments, run);
+  command->add_option("DATA", arguments->data,
+                      "Data folders with truth (default: all of GELSLAM_DATA/sequences)");
+  add_list(*command, "--methods", arguments->methods, "normalflow, icp, filterreg, fpfh");
+  add_list(*command, "--knobs", arguments->knobs, "Only these settings, and the defaults (default: all)");
+  command->add_option("--stride", arguments->choice.stride, "Frames between references")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--most-references", arguments->choice.most_references,
+                   "Limit per sequence, spread evenly")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--slow-every", arguments->slow_every,
+                   "Methods other than normalflow see every Nth reference")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add_list(*command, "--gaps", arguments->choice.gaps, "Frames from a reference to its targets")
+      ->check(CLI::PositiveNumber);
+  command->add_option("-o,--output", arguments->out, "Folder for speed_accuracy.csv and .json");
+}
+
+}  // namespace gelslam::lab

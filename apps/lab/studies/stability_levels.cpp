@@ -1,0 +1,247 @@
+#include "stability_levels.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <random>
+
+namespace gelslam::lab {
+namespace {
+
+using Names = std::vector<std::string>;
+
+const Names kObjects = {"pebble", "peanut", "coin", "plank", "golf", "knurl"};
+const Names kRoundObjects = {"pebble", "peanut", "golf", "knurl"};
+const Names kHidingObjects = {"sphere", "cylinder", "ellipsoid", "screw", "weave"};
+constexpr std::array<const char*, 6> kAxes = {"x", "y", "z", "rx", "ry", "rz"};
+constexpr double kOrdinaryMm = 0.5, kOrdinaryDeg = 4.0;
+constexpr double kFarMm = 2.0, kFarDeg = 15.0;
+constexpr double kDegreesPerMm = 10;  // in "start": both grow together
+constexpr double kRadiansPerDegree = M_PI / 180;
+
+/// The same numbers on every machine (the library's distributions are not).
+class Directions {
+ public:
+  explicit Directions(std::uint64_t seed) : random_(seed) {}
+  Eigen::Vector3d unit() {
+    for (;;) {  // from a ball, so that no direction is more likely
+      const Eigen::Vector3d v(uniform(), uniform(), uniform());
+      if (v.norm() < 1 && v.norm() > 0.1) return v.normalized();
+    }
+  }
+
+ private:
+  double uniform() { return 2 * static_cast<double>(random_() >> 11) * 0x1p-53 - 1; }
+  std::mt19937_64 random_;
+};
+
+Pose displaced(const Pose& truth, const Eigen::Vector3d& by_mm, const Eigen::Vector3d& by_deg) {
+  Pose gap = Pose::Identity();
+  gap.linear() = so3_exp(by_deg * kRadiansPerDegree);
+  gap.translation() = by_mm;
+  return gap * truth;
+}
+
+/// What the start is moved by, from the pair's number and the start's.
+using Displacement = std::function<Pose(const Pose& truth, std::size_t pair, int start)>;
+
+Displacement somewhere(double mm, double deg) {
+  return [=](const Pose& truth, std::size_t pair, int start) {
+    Directions random(1000 * pair + static_cast<std::uint64_t>(start));
+    const Eigen::Vector3d along = random.unit(), about = random.unit();
+    return displaced(truth, mm * along, deg * about);
+  };
+}
+
+Displacement along_axis(std::size_t axis, double size) {
+  return [=](const Pose& truth, std::size_t pair, int start) {
+    const double sign = (pair + static_cast<std::size_t>(start)) % 2 == 0 ? 1 : -1;
+    Eigen::Vector3d mm(0, 0, 0), deg(0, 0, 0);
+    (axis < 3 ? mm : deg)[static_cast<int>(axis % 3)] = sign * size;
+    return displaced(truth, mm, deg);
+  };
+}
+
+struct NamedPair {
+  std::string name;
+  TouchPair pair;
+};
+
+class LevelMaker {
+ public:
+  LevelMaker(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink)
+      : studio_(studio), choice_(choice), sink_(sink) {}
+
+  template <class Set>
+  std::vector<NamedPair> pairs(const Names& objects, const Set& set) {
+    std::vector<NamedPair> made;
+    for (const std::string& object : objects)
+      for (int place = 0; place < choice_.places; ++place) {
+        TouchSpec spec;
+        spec.object = object;
+        spec.place = place;
+        set(spec);
+        made.push_back({object + ", place " + std::to_string(place), studio_.make(spec)});
+      }
+    return made;
+  }
+
+  void deliver(const std::string& chart, double level, const std::vector<NamedPair>& pairs,
+               const Displacement& displacement, bool same_surface = true) const {
+    StabilityLevel out{chart, level, {}};
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      out.set.references.push_back(pairs[k].pair.reference);
+      for (int start = 0; start < choice_.starts; ++start) {
+        RegistrationProblem problem;
+        problem.reference = k;
+        problem.target = pairs[k].pair.target;
+        problem.truth = pairs[k].pair.target_T_reference();
+        problem.start = displacement(problem.truth, k, start);
+        problem.name = pairs[k].name;
+        problem.start_number = start;
+        problem.same_surface = same_surface;
+        out.set.problems.push_back(problem);
+      }
+    }
+    sink_(out);
+  }
+
+  /// One level per value; `set` writes the value into what is touched.
+  template <class Set>
+  void chart(const std::string& name, const std::vector<double>& values, const Names& objects,
+             const Set& set) {
+    if (!choice_.wants(name)) return;
+    for (const double value : chosen(values))
+      deliver(name, value, pairs(objects, [&](TouchSpec& spec) { set(spec, value); }),
+              somewhere(kOrdinaryMm, kOrdinaryDeg));
+  }
+
+  void basins() {
+    const std::vector<double> mm = {0.25, 0.5, 1, 1.5, 2, 3, 4, 5}, deg = {2.5, 5, 10, 15, 20, 30, 45, 60};
+    std::vector<NamedPair> ordinary;  // the same for all
+    const auto basin = [&](const std::string& name, const std::vector<double>& sizes,
+                           const auto& displacement) {
+      if (!choice_.wants(name)) return;
+      if (ordinary.empty()) ordinary = pairs(kObjects, [](TouchSpec&) {});
+      for (const double size : chosen(sizes)) deliver(name, size, ordinary, displacement(size));
+    };
+    for (std::size_t axis = 0; axis < kAxes.size(); ++axis)
+      basin(std::string("start ") + kAxes[axis], axis < 3 ? mm : deg,
+            [&](double size) { return along_axis(axis, size); });
+    basin("start", mm, [](double size) { return somewhere(size, kDegreesPerMm * size); });
+  }
+
+ private:
+  std::vector<double> chosen(const std::vector<double>& values) const {
+    if (choice_.every_level) return values;
+    std::vector<double> half;
+    for (std::size_t k = 0; k < values.size(); k += 2) half.push_back(values[k]);
+    return half;
+  }
+
+  TouchStudio& studio_;
+  const StabilityChoice& choice_;
+  const LevelSink& sink_;
+};
+
+/// Each reference with the target of another pair, tried from where the sensor was: as when an object is
+/// lifted and something else is touched.
+template <class Other>
+void deliver_crossed(const LevelMaker& maker, const std::string& chart, const std::vector<NamedPair>& pairs,
+                     bool same_surface, const Other& other) {
+  std::vector<NamedPair> mixed = pairs;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const NamedPair& second = pairs[other(k)];
+    mixed[k].name += " on " + second.name;
+    mixed[k].pair.target = second.pair.target;
+    mixed[k].pair.target_T_object = second.pair.target_T_object;
+  }
+  const Displacement ordinary = somewhere(kOrdinaryMm, kOrdinaryDeg);
+  maker.deliver(
+      chart, 1, mixed,
+      [&](const Pose&, std::size_t pair, int start) { return ordinary(Pose::Identity(), pair, start); },
+      same_surface);
+}
+
+}  // namespace
+
+bool StabilityChoice::wants(const std::string& chart) const {
+  return charts.empty() || std::find(charts.begin(), charts.end(), chart) != charts.end();
+}
+
+const std::vector<std::string>& stability_charts() {
+  static const Names names = {"start x",   "start y",      "start z",      "start rx", "start ry",
+                              "start rz",  "start",        "overlap",      "noise",    "texture",
+                              "depth",     "light drift",  "light jump",   "dirt",     "missing frames",
+                              "elsewhere", "other object", "hidden motion"};
+  return names;
+}
+
+bool is_basin(const std::string& chart) { return chart.starts_with("start"); }
+
+void simulated_levels(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink) {
+  LevelMaker maker(studio, choice, sink);
+  maker.basins();
+  maker.chart("overlap", {1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1}, kObjects,
+              [](TouchSpec& spec, double value) { spec.overlap = value; });
+  maker.chart("noise", {0.5, 1, 2, 4, 8}, kObjects,
+              [](TouchSpec& spec, double value) { spec.noise_gain = value; });
+  maker.chart("texture", {1.5, 1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.0}, kRoundObjects,
+              [](TouchSpec& spec, double value) { spec.texture = value; });
+  maker.chart("depth", {0.15, 0.25, 0.4, 0.7, 1.0, 1.5}, kObjects,
+              [](TouchSpec& spec, double value) { spec.depth = value; });
+  maker.chart("light drift", {0.0, 0.1, 0.2, 0.3, 0.4, 0.5}, kObjects,
+              [](TouchSpec& spec, double value) { spec.light_change = value; });
+  maker.chart("light jump", {0.0, 0.05, 0.1, 0.15, 0.2, 0.3}, kObjects, [](TouchSpec& spec, double value) {
+    spec.light_change = value;
+    spec.light_jumps = true;
+  });
+  maker.chart("dirt", {0, 30, 60, 120, 250, 500}, kObjects,
+              [](TouchSpec& spec, double value) { spec.grains = static_cast<int>(value); });
+}
+
+void missing_frame_levels(const std::vector<std::filesystem::path>& folders, const StabilityChoice& choice,
+                          const LevelSink& sink) {
+  if (!choice.wants("missing frames")) return;
+  ProblemChoice frames;
+  frames.stride = choice.every_level ? 40 : 120;
+  frames.gaps = choice.every_level ? std::vector<int>{1, 2, 3, 4, 6, 8, 10, 12} : std::vector<int>{1, 4, 12};
+  frames.frames_missing = true;
+  for (const std::filesystem::path& folder : folders) {
+    const ProblemSet all = load_problems(folder, {320, 240}, frames);
+    std::map<int, StabilityLevel> by_gap;
+    for (const RegistrationProblem& problem : all.problems) {
+      StabilityLevel& level =
+          by_gap
+              .try_emplace(problem.gap,
+                           StabilityLevel{"missing frames", static_cast<double>(problem.gap), {}})
+              .first->second;
+      level.set.references = all.references;
+      level.set.problems.push_back(problem);
+    }
+    for (const auto& [gap, level] : by_gap) sink(level);
+  }
+}
+
+void trap_levels(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink) {
+  LevelMaker maker(studio, choice, sink);
+  const auto ordinary = [](TouchSpec&) {};
+  const auto places = static_cast<std::size_t>(choice.places);
+  const bool elsewhere = choice.wants("elsewhere") && places > 1, other_object = choice.wants("other object");
+  if (elsewhere || other_object) {
+    const std::vector<NamedPair> pairs = maker.pairs(kObjects, ordinary);
+    if (elsewhere)
+      deliver_crossed(maker, "elsewhere", pairs, true,
+                      [=](std::size_t k) { return k - k % places + (k + 1) % places; });
+    if (other_object)
+      deliver_crossed(maker, "other object", pairs, false,
+                      [&](std::size_t k) { return (k + places) % pairs.size(); });
+  }
+  if (!choice.wants("hidden motion")) return;
+  const std::vector<NamedPair> hiding = maker.pairs(kHidingObjects, ordinary);
+  maker.deliver("hidden motion", 1, hiding, somewhere(kOrdinaryMm, kOrdinaryDeg));
+  maker.deliver("hidden motion", 2, hiding, somewhere(kFarMm, kFarDeg));
+}
+
+}  // namespace gelslam::lab

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "registration_problems.hpp"
+#include "touch_studio.hpp"
+
+namespace gelslam::lab {
+
+/// Problems alike in what a chart shows along its x axis.
+struct StabilityLevel {
+  std::string chart;  ///< "overlap"
+  double level = 0;   ///< 0.3
+  ProblemSet set;
+};
+
+using LevelSink = std::function<void(const StabilityLevel&)>;
+
+struct StabilityChoice {
+  int places = TouchSpec::kPlaces;  ///< of each object
+  int starts = 2;                   ///< that each pair of surfaces is tried from
+  bool every_level = true;          ///< false: every second one
+  std::vector<std::string> charts;  ///< empty: all
+
+  bool wants(const std::string& chart) const;
+};
+
+/// Every chart's name, in the order in which they come.
+const std::vector<std::string>& stability_charts();
+
+/// Charts in which the start is moved away from the truth and the surfaces stay the same.
+bool is_basin(const std::string& chart);
+
+/// Everything on simulated touches. Elsewhere than in its own chart everything is ordinary: overlap 0.8, full
+/// texture, the camera's own noise, clean gel, steady light, and a start 0.5 mm and 4 degrees off. The chart
+/// of texture is of round objects only: a flat one without texture leaves no gel untouched.
+void simulated_levels(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink);
+
+/// "missing frames": pairs of frames of the sequences in `folders`, started from the reference's pose.
+void missing_frame_levels(const std::vector<std::filesystem::path>& folders, const StabilityChoice& choice,
+                          const LevelSink& sink);
+
+/// What must not be called tracked, or not in every direction: "elsewhere" (another place of the same
+/// object), "other object", and "hidden motion" (ball, rod, thread and weave, smooth or alike all over) from
+/// an ordinary start and from one 2 mm and 15 degrees off (level 1 and 2).
+void trap_levels(TouchStudio& studio, const StabilityChoice& choice, const LevelSink& sink);
+
+}  // namespace gelslam::lab

@@ -1,0 +1,90 @@
+#include "study.hpp"
+
+#include <algorithm>
+#include <iostream>
+
+#include "baselines/baselines.hpp"
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "stability_levels.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+std::string csv_cell(const Json& value) {
+  return value.is_string() ? '"' + value.get<std::string>() + '"' : value.dump();
+}
+
+std::string to_csv(const Json& rows) {
+  std::string text;
+  if (rows.empty()) return text;
+  for (const auto& [key, value] : rows.front().items()) text += (text.empty() ? "" : ",") + key;
+  for (const Json& row : rows) {
+    text += "\n";
+    bool first = true;
+    for (const auto& [key, value] : row.items()) {
+      text += (first ? "" : ",") + csv_cell(value);
+      first = false;
+    }
+  }
+  return text + "\n";
+}
+
+std::string table_cell(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number_float()) return format_text("%.4g", value.get<double>());
+  return value.is_null() ? "-" : value.dump();
+}
+
+}  // namespace
+
+void TouchStudyArguments::add_to(CLI::App& app, const std::string& data_help, const std::string& charts_help,
+                                 const std::string& quick_help, const std::string& out_help) {
+  app.add_option("DATA", data, data_help);
+  add_list(app, "--methods", methods, "normalflow, icp, fpfh, filterreg; -tuned for their best settings");
+  add_list(app, "--charts", charts, charts_help)->check(CLI::IsMember(stability_charts()));
+  app.add_flag("--quick", quick, quick_help);
+  app.add_flag("--simulated-only", simulated_only, "Without the sequences");
+  app.add_option("-o,--output", out, out_help);
+}
+
+void check_methods(const std::vector<std::string>& methods) {
+  for (const std::string& method : methods) make_registrar(method, {});
+}
+
+void write_study(const std::filesystem::path& folder, const std::string& name, const Json& rows) {
+  if (folder.empty()) return;
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure) throw Error("cannot make folder " + folder.string() + ": " + failure.message());
+  write_file_atomically(folder / (name + ".json"), rows.dump(1) + "\n");
+  write_file_atomically(folder / (name + ".csv"), to_csv(rows));
+}
+
+void print_table(const Json& rows) {
+  if (rows.empty()) return;
+  std::vector<std::vector<std::string>> lines(1);
+  std::vector<bool> is_text;
+  for (const auto& [key, value] : rows.front().items()) {
+    lines[0].push_back(key);
+    is_text.push_back(value.is_string());
+  }
+  for (const Json& row : rows) {
+    lines.emplace_back();
+    for (const auto& [key, value] : row.items()) lines.back().push_back(table_cell(value));
+  }
+  std::vector<std::size_t> widths(is_text.size(), 0);
+  for (const auto& line : lines)
+    for (std::size_t k = 0; k < line.size(); ++k) widths[k] = std::max(widths[k], line[k].size());
+  for (const auto& line : lines) {
+    for (std::size_t k = 0; k < line.size(); ++k) {
+      const std::string padding(widths[k] - line[k].size(), ' ');
+      std::cout << (k == 0 ? "" : "  ") << (is_text[k] ? line[k] + padding : padding + line[k]);
+    }
+    std::cout << "\n";
+  }
+  std::cout << std::flush;
+}
+
+}  // namespace gelslam::lab

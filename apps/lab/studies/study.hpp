@@ -1,0 +1,67 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace gelslam::lab {
+
+using Json = nlohmann::ordered_json;
+
+/// Each study lives in its own file: it adds a subcommand with its options and a callback that does the work.
+/// The arguments belong to the callback. Mistakes are thrown as Error; main prints them.
+void add_benchmark(CLI::App& lab);
+void add_calibration(CLI::App& lab);
+void add_fusion(CLI::App& lab);
+void add_honesty(CLI::App& lab);
+void add_information(CLI::App& lab);
+void add_loops(CLI::App& lab);
+void add_micro_benchmarks(CLI::App& lab);
+void add_parsimony(CLI::App& lab);
+void add_soak(CLI::App& lab);
+void add_speed_accuracy(CLI::App& lab);
+void add_stability(CLI::App& lab);
+void add_tracking(CLI::App& lab);
+
+/// Adds subcommand `name`, which calls `run(arguments)`; the caller adds the options.
+template <class Arguments>
+CLI::App* add_study(CLI::App& lab, const char* name, const char* description,
+                    const std::shared_ptr<Arguments>& arguments, void (*run)(const Arguments&)) {
+  CLI::App* command = lab.add_subcommand(name, description);
+  command->callback([arguments, run] { run(*arguments); });
+  return command;
+}
+
+/// An option that takes several values, separated by commas.
+template <class Values>
+CLI::Option* add_list(CLI::App& app, const char* name, Values& values, const std::string& help) {
+  return app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
+}
+
+/// The arguments of studies that compare methods on simulated and recorded touches.
+struct TouchStudyArguments {
+  std::vector<std::filesystem::path> data;
+  std::vector<std::string> methods = {"normalflow",      "icp", "icp-tuned", "filterreg",
+                                      "filterreg-tuned", "fpfh"};
+  std::vector<std::string> charts;  ///< empty: all
+  bool quick = false, simulated_only = false;
+  std::filesystem::path out;
+
+  void add_to(CLI::App& app, const std::string& data_help, const std::string& charts_help,
+              const std::string& quick_help, const std::string& out_help);
+};
+
+/// Throws Error if one of the methods is unknown.
+void check_methods(const std::vector<std::string>& methods);
+
+/// Writes a table (an array of objects with the same keys) as folder/name.json and folder/name.csv and makes
+/// the folder; does nothing if `folder` is empty. Long studies call it after each step. Throws Error.
+void write_study(const std::filesystem::path& folder, const std::string& name, const Json& rows);
+
+/// Prints the same table with aligned columns, numbers with four significant digits.
+void print_table(const Json& rows);
+
+}  // namespace gelslam::lab

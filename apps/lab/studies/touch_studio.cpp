@@ -1,0 +1,260 @@
+#include "touch_studio.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <random>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/simulation/calibration_set.hpp"
+#include "gelslam/simulation/motion.hpp"
+#include "gelslam/simulation/optics.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+constexpr int kFrames = 1000;           // of the motion that places and their neighbors are taken from
+constexpr float kMeshSpacingMm = 0.5F;  // enough to know how an object rests
+constexpr int kCoarser = 2;             // pixels of the gel on which overlaps are searched
+constexpr int kSettlePx = 4;            // and of the grid that looks for the deepest point
+constexpr double kFlatTiltRad = 0.03;
+constexpr double kDriftPerFrame = 0.02;
+constexpr double kLiftMm = 0.5;
+
+SensorGeometry coarser(const SensorGeometry& geometry, int factor) {
+  return {geometry.width_px / factor, geometry.height_px / factor, geometry.pixel_pitch_mm * factor};
+}
+
+MotionSpec motion_all_over() {
+  MotionSpec motion;
+  motion.name = "allover";
+  motion.frames = kFrames;
+  return motion;
+}
+
+/// Factors on blue, green and red: each lamp by itself, one of them by all of `most`.
+cv::Scalar light_factors(double most, int place) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(place));
+  cv::Scalar factors;
+  for (int c = 0; c < 3; ++c) factors[c] = 1 + most * (2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1);
+  factors[place % 3] = place % 2 == 0 ? 1 + most : 1 - most;
+  return factors;
+}
+
+cv::Mat3b relit(const cv::Mat3b& picture, const cv::Scalar& factors) {
+  cv::Mat3b result;
+  cv::multiply(picture, factors, result);
+  return result;
+}
+
+/// The target's picture under changed light, and before it, where light drifts, the object at rest under what
+/// comes between.
+SurfacePtr estimate_relit(SurfaceEstimator& estimator, const TouchSpec& spec, const cv::Mat3b& reference,
+                          const cv::Mat3b& target) {
+  if (spec.light_change == 0) return estimator.estimate(target);
+  const int steps = spec.light_jumps ? 1 : static_cast<int>(std::ceil(spec.light_change / kDriftPerFrame));
+  for (int step = 1; step < steps; ++step)
+    estimator.estimate(relit(reference, light_factors(spec.light_change * step / steps, spec.place)));
+  return estimator.estimate(relit(target, light_factors(spec.light_change, spec.place)));
+}
+
+/// Places in the motion's first half leave the other for what follows them; odd ones avoid its symmetries.
+int first_frame(const TouchSpec& spec) {
+  if (spec.place < 0 || spec.place >= TouchSpec::kPlaces) throw Error("there is no such place");
+  return 30 + spec.place * 117;
+}
+
+/// How the whole motion is tilted: flat objects to another side at each place.
+Pose held(int place, ShapeKind kind) {
+  Pose tilt = Pose::Identity();
+  if (kind != ShapeKind::flat) return tilt;
+  const double side = 0.5 + 2 * M_PI * place / TouchSpec::kPlaces;
+  tilt.rotate(Eigen::AngleAxisd(kFlatTiltRad, Eigen::Vector3d(std::cos(side), std::sin(side), 0)));
+  return tilt;
+}
+
+/// Moves the object up or down until its deepest point is as deep as asked for. `view`: where it is looked
+/// for.
+Pose settled(const Shape& shape, Pose sensor_T_object, double indentation_mm, const SensorGeometry& view) {
+  const GelOptions gel;
+  for (int attempt = 0; attempt < 40; ++attempt) {
+    double lowest = 0;
+    cv::minMaxLoc(object_underside(shape, sensor_T_object, view, gel), &lowest);
+    const bool clamped = lowest <= -gel.max_indentation_mm, nothing = !std::isfinite(lowest);
+    const double step = clamped ? kLiftMm : nothing ? -kLiftMm : -indentation_mm - lowest;
+    sensor_T_object.translation().z() += step;
+    if (!clamped && !nothing && std::abs(step) < 1e-3) return sensor_T_object;
+  }
+  throw Error("the object cannot be laid on the gel");
+}
+
+}  // namespace
+
+double ordinary_indentation_mm(ShapeKind kind) { return kind == ShapeKind::flat ? 0.35 : 0.7; }
+
+double contact_overlap(const GelShape& reference, const GelShape& target, const Pose& target_T_reference,
+                       const SensorGeometry& geometry) {
+  int all = 0, shared = 0;
+  for (int v = 0; v < geometry.height_px; ++v)
+    for (int u = 0; u < geometry.width_px; ++u) {
+      if (reference.contact(v, u) == 0) continue;
+      ++all;
+      const Eigen::Vector3d p =
+          target_T_reference * Eigen::Vector3d(geometry.x_mm(u), geometry.y_mm(v), reference.height_mm(v, u));
+      const auto tu =
+          static_cast<int>(std::lround(p.x() / geometry.pixel_pitch_mm + 0.5 * geometry.width_px - 0.5));
+      const auto tv =
+          static_cast<int>(std::lround(p.y() / geometry.pixel_pitch_mm + 0.5 * geometry.height_px - 0.5));
+      if (tu < 0 || tv < 0 || tu >= geometry.width_px || tv >= geometry.height_px) continue;
+      shared += target.contact(tv, tu) != 0 ? 1 : 0;
+    }
+  return all == 0 ? 0.0 : static_cast<double>(shared) / all;
+}
+
+struct TouchStudio::Object {
+  ShapePtr shape;
+  std::vector<Pose> sensor_T_object;  ///< of the whole motion
+};
+
+struct TouchStudio::Press {
+  Pose sensor_T_object = Pose::Identity();
+  GelShape gel;
+};
+
+/// The camera under given conditions, and what it saw before anything touched.
+struct TouchStudio::Camera {
+  Optics optics;
+  cv::Mat3b background;
+};
+
+TouchStudio::TouchStudio(GradientModel model)
+    : model_(std::move(model)), coarse_(coarser(geometry_, kCoarser)) {}
+TouchStudio::~TouchStudio() = default;
+
+const TouchStudio::Object& TouchStudio::object(const std::string& name, double texture) {
+  std::unique_ptr<Object>& kept = objects_[{name, texture}];
+  if (!kept) {
+    auto object = std::make_unique<Object>();
+    ShapeSpec spec;
+    spec.name = name;
+    spec.texture = texture;
+    object->shape = make_shape(spec);
+    // Places are the same whatever the texture, so that only the texture differs.
+    if (texture == 1.0)
+      object->sensor_T_object =
+          make_motion(motion_all_over(), *object->shape, object->shape->mesh(kMeshSpacingMm), geometry_);
+    else
+      object->sensor_T_object = this->object(name, 1.0).sensor_T_object;
+    kept = std::move(object);
+  }
+  return *kept;
+}
+
+TouchStudio::Press TouchStudio::press(const TouchSpec& spec, int frame, const Pose& moved,
+                                      const SensorGeometry& geometry) {
+  const Object& touched = object(spec.object, spec.texture);
+  const double indentation_mm = spec.depth * ordinary_indentation_mm(touched.shape->kind());
+  const Pose there = moved * held(spec.place, touched.shape->kind()) *
+                     touched.sensor_T_object.at(static_cast<std::size_t>(frame));
+  const Pose pose = settled(*touched.shape, there, indentation_mm, coarser(geometry_, kSettlePx));
+  return {pose, press_object(*touched.shape, pose, geometry, GelOptions{})};
+}
+
+/// The overlap falls with time, until the object comes back: searched from the first frame on.
+int TouchStudio::frame_with_overlap(const TouchSpec& spec, int first) {
+  if (spec.overlap >= 1) return first;
+  const auto [known, is_new] =
+      second_frames_.try_emplace({spec.object, spec.place, spec.overlap, spec.depth, spec.texture}, first);
+  if (!is_new) return known->second;
+  const Press reference = press(spec, first, Pose::Identity(), coarse_);
+  const auto excess = [&](int second) {
+    const Press target = press(spec, second, Pose::Identity(), coarse_);
+    return contact_overlap(reference.gel, target.gel,
+                           target.sensor_T_object * reference.sensor_T_object.inverse(), coarse_) -
+           spec.overlap;
+  };
+  int near = first, far = first + 1;
+  double near_excess = 1 - spec.overlap, far_excess = excess(far);
+  while (far_excess > 0) {
+    if (far == kFrames - 1)
+      throw Error("object '" + spec.object + "' never overlaps as little as " + std::to_string(spec.overlap));
+    near = far;
+    near_excess = far_excess;
+    far = std::min(first + 2 * (far - first), kFrames - 1);
+    far_excess = excess(far);
+  }
+  while (far - near > 1) {
+    const int middle = (near + far) / 2;
+    const double middle_excess = excess(middle);
+    (middle_excess > 0 ? near : far) = middle;
+    (middle_excess > 0 ? near_excess : far_excess) = middle_excess;
+  }
+  return known->second = near_excess < -far_excess ? near : far;
+}
+
+const TouchStudio::Camera& TouchStudio::camera(const TouchSpec& spec) {
+  std::unique_ptr<Camera>& kept = cameras_[{spec.noise_gain, spec.grains}];
+  if (!kept) {
+    CalibrationSpec before_use;
+    before_use.optics.noise_gain = spec.noise_gain;
+    before_use.optics.dirt = spec.grains > 0;
+    before_use.optics.late_grains = spec.grains;
+    kept = std::make_unique<Camera>(
+        Camera{Optics(geometry_, before_use.optics), simulate_background(before_use)});
+  }
+  return *kept;
+}
+
+TouchPair TouchStudio::make(const TouchSpec& spec) {
+  const int first = first_frame(spec);
+  const int second = frame_with_overlap(spec, first);
+  const Press reference = press(spec, first, Pose::Identity(), geometry_),
+              target = press(spec, second, spec.moved, geometry_);
+  const Camera& seen_by = camera(spec);
+  TouchPair pair;
+  pair.reference_T_object = reference.sensor_T_object;
+  pair.target_T_object = target.sensor_T_object;
+  pair.overlap = contact_overlap(reference.gel, target.gel, pair.target_T_reference(), geometry_);
+  SurfaceEstimator estimator(model_, seen_by.background, SurfaceOptions{});
+  // Two pictures do not share their noise, and places neither their noise nor their light.
+  const std::int64_t picture = 2 * spec.place;
+  const cv::Mat3b first_picture = seen_by.optics.render(reference.gel, picture, 0, true);
+  pair.reference = estimator.estimate(first_picture);
+  pair.target =
+      estimate_relit(estimator, spec, first_picture, seen_by.optics.render(target.gel, picture + 1, 0, true));
+  return pair;
+}
+
+const std::vector<TouchStudio::Press>& TouchStudio::presses_of(const TouchSpec& spec, int pictures,
+                                                               int stride) {
+  const RollKey key{spec.object, spec.place, spec.depth, spec.texture, pictures, stride};
+  if (const auto kept = last_roll_.find(key); kept != last_roll_.end()) return kept->second;
+  const int first = first_frame(spec);
+  if (first + (pictures - 1) * stride >= kFrames) throw Error("the motion is shorter than that");
+  std::vector<Press> presses;
+  for (int k = 0; k < pictures; ++k)
+    presses.push_back(press(spec, first + k * stride, Pose::Identity(), geometry_));
+  last_roll_.clear();
+  return last_roll_.emplace(key, std::move(presses)).first->second;
+}
+
+TouchStream TouchStudio::roll(const TouchSpec& spec, int pictures, int stride) {
+  const std::vector<Press>& presses = presses_of(spec, pictures, stride);
+  const Camera& seen_by = camera(spec);
+  SurfaceEstimator estimator(model_, seen_by.background, SurfaceOptions{});
+  TouchStream stream;
+  stream.step_s *= stride;
+  for (std::size_t k = 0; k < presses.size(); ++k) {
+    const double passed = static_cast<double>(k) / std::max<double>(1, pictures - 1);
+    const double change = spec.light_change * (spec.light_jumps ? (passed < 0.5 ? 0.0 : 1.0) : passed);
+    const auto picture = static_cast<std::int64_t>(1000 * spec.place) + static_cast<std::int64_t>(k);
+    stream.surfaces.push_back(estimator.estimate(
+        relit(seen_by.optics.render(presses[k].gel, picture, 0, true), light_factors(change, spec.place))));
+    stream.sensor_T_object.push_back(presses[k].sensor_T_object);
+  }
+  return stream;
+}
+
+}  // namespace gelslam::lab

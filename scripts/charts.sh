@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# Makes every chart and table of docs/benchmarks: see usage below.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+
+usage() {
+  cat <<END
+usage: scripts/charts.sh [--quick] DATA [OUT]
+
+Builds gelslam-lab, runs its studies on the sequences in DATA/sequences and draws them. Takes hours; --quick takes fewer cases
+and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the charts are:
+  speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png
+  frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables; information.txt
+END
+}
+
+quick=()
+if [[ ${1:-} == --quick ]]; then
+  quick=(--quick)
+  shift
+fi
+case ${1:-} in
+  -h | --help) usage; exit 0 ;;
+  "" | -*) usage >&2; exit 2 ;;
+esac
+data=$(cd "$1" && pwd -P)
+out=$(realpath -m "${2:-$root/charts}")
+export GELSLAM_DATA=$data
+lab=$root/build/bin/gelslam-lab
+
+"$root/scripts/build.sh" --lab "$root/build" gelslam_lab_app
+mkdir -p "$out"
+sequences=("$data"/sequences/track_*)
+every=() few=()
+if ((${#quick[@]} > 0)); then
+  sequences=("${sequences[@]:0:2}")
+  every=(--every 10)
+  few=("${sequences[@]}" --most-references 4)
+fi
+
+say() { echo "charts: $*"; }
+draw() { "$root/scripts/plot_$1.py" "${@:3}" -o "$out/$2"; }
+
+say "speed against accuracy: all methods, then NormalFlow again for steadier times"
+"$lab" speed-accuracy "${few[@]}" --slow-every 12 -o "$out/speed_accuracy"
+"$lab" speed-accuracy "${few[@]}" --methods normalflow -o "$out/speed_accuracy_again"
+draw speed_accuracy speed_accuracy.png "$out/speed_accuracy" "$out/speed_accuracy_again"
+
+say "stability"
+"$lab" stability "${quick[@]}" -o "$out/stability"
+draw stability stability.png "$out/stability"
+
+say "tracking"
+"$lab" tracking "${quick[@]}" --places 1 -o "$out/tracking"
+draw tracking tracking.png "$out/tracking"
+
+say "honesty: three methods on everything, six on a subset"
+"$lab" honesty "${quick[@]}" --methods normalflow,icp,filterreg -o "$out/honesty"
+draw honesty honesty.png "$out/honesty"
+"$lab" honesty --quick -o "$out/honesty_six"
+draw honesty honesty_six.png "$out/honesty_six"
+
+say "parsimony"
+"$lab" parsimony "${quick[@]}" -o "$out/parsimony"
+draw parsimony parsimony.png "$out/parsimony"
+
+say "information"
+"$lab" information "$data"/sequences/track_* "$data"/sequences/hard_* | tee "$out/information.txt"
+
+say "protocols"
+: >"$out/protocols.txt"
+for protocol in frame0 keyframes; do
+  methods=normalflow,icp,icp-tuned,filterreg,filterreg-tuned
+  "$lab" benchmark "${sequences[@]}" "${every[@]}" --protocol "$protocol" --methods "$methods" -o "$out/$protocol" --overwrite |
+    tee -a "$out/protocols.txt"
+  "$root/scripts/plot_benchmark.py" "$out/$protocol"
+done
+"$lab" benchmark "${sequences[@]}" --methods fpfh,fpfh-tuned --every "${every[1]:-4}" -o "$out/fpfh" --overwrite |
+  tee -a "$out/protocols.txt"
+say "done: $out"

@@ -1,0 +1,79 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "../support/expect_mistake.hpp"
+#include "public_trial.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+ProgramResult benchmark(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "benchmark");
+  return run_program(GELSLAM_LAB, arguments);
+}
+
+void expect_mistake(const ProgramResult& result, const std::string& words) {
+  test::expect_mistake(result, words, "gelslam-lab");
+}
+
+TEST(BenchmarkCommand, ComparesMethodsOnThePublicLayout) {
+  const TemporaryFolder data;
+  write_public_trial(data / "set/bead1", 6);
+  write_public_trial(data / "set/bead2", 5, {2});
+  const std::string set = (data / "set").string(), out = (data / "out").string();
+  const ProgramResult result = benchmark({set, "--methods", "normalflow,icp,filterreg", "-o", out, "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json, nlohmann::json::parse(read_bytes(data / "out/benchmark.json")));
+  ASSERT_EQ(json["accuracy"].size(), 3U);
+  for (const auto& row : json["accuracy"]) {
+    EXPECT_EQ(row["object"], "bead");
+    EXPECT_EQ(row["frames"], 10);
+    EXPECT_LT(row["mae"]["x_mm"].get<double>(), row["method"] == "normalflow" ? 0.02 : 0.15);
+  }
+  expect_mistake(benchmark({set, "--methods", "icp", "-o", out}), "out");
+  EXPECT_EQ(
+      benchmark({set, "--methods", "icp", "--protocol", "keyframes", "-o", out, "--overwrite"}).exit_code, 0);
+}
+
+TEST(BenchmarkCommand, TheOldNameStillWorksAndSaysSo) {
+  const TemporaryFolder data;
+  const std::vector<std::string> wrong = {"benchmark", data.path().string(), "--methods", "icq"};
+  const ProgramResult result = run_program(GELSLAM_PROGRAM, wrong);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err,
+              testing::StartsWith("gelslam: note: 'gelslam benchmark' is now 'gelslam-lab benchmark'\n"));
+  EXPECT_THAT(result.err, HasSubstr("did you mean icp?"));
+  EXPECT_THAT(run_program(GELSLAM_PROGRAM, {"benchmark", "--help"}).out, HasSubstr("--protocol"));
+}
+
+TEST(BenchmarkCommand, MistakesAreOneLine) {
+  const TemporaryFolder data;
+  write_public_trial(data / "bead1", 1);
+  const std::string folder = data.path().string();
+  expect_mistake(benchmark({}), "DATA is required");
+  expect_mistake(benchmark({folder, "--methods", "icq"}), "did you mean icp?");
+  expect_mistake(benchmark({folder, "--protocol", "frame1"}), "protocol");
+  expect_mistake(benchmark({(data / "none").string()}), "there is no such folder");
+  write_bytes(data / "bead1/contact_masks.npy", "torn");
+  expect_mistake(benchmark({folder}), "contact_masks.npy: not a usable .npy");
+}
+
+TEST(BenchmarkCommand, WithoutAnyContactItSaysSo) {
+  const TemporaryFolder data;
+  write_public_trial(data / "bead1", 2, {1});
+  write_npy_boolean(data / "bead1/contact_masks.npy", {2, 120, 160},
+                    std::vector<std::uint8_t>(2 * 120 * 160));
+  const ProgramResult result = benchmark({"--methods", "icp,icp", data.path().string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("nothing ever touched"));
+}
+
+}  // namespace
+}  // namespace gelslam

@@ -1,0 +1,170 @@
+#include "protocols/protocol.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/temporary_folder.hpp"
+#include "protocols/benchmark.hpp"
+#include "public_trial.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+
+bool holds(const std::vector<int>& list, int value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
+}
+
+/// Half a millimetre more at each call; no overlap at the calls in `lost`, no match at those in `doubted`.
+struct Script {
+  std::vector<int> lost, doubted;
+  std::vector<Pose> starts;  ///< that the method was given
+  int prepared = 0;
+};
+
+class Scripted final : public Registrar {
+ public:
+  explicit Scripted(std::shared_ptr<Script> script) : script_(std::move(script)) {}
+  std::string_view name() const override { return "scripted"; }
+  std::shared_ptr<const PreparedReference> prepare(SurfacePtr surface) const override {
+    ++script_->prepared;
+    auto samples = std::make_shared<const NormalFlowReference>(std::move(surface), NormalFlowOptions{});
+    return std::make_shared<const Prepared>(std::move(samples), script_);
+  }
+
+ private:
+  struct Prepared final : PreparedReference {
+    Prepared(std::shared_ptr<const NormalFlowReference> samples, std::shared_ptr<Script> lines)
+        : PreparedReference(std::move(samples)), script(std::move(lines)) {}
+    RegistrationResult register_to(const Surface&, const Pose& initial) const override {
+      script->starts.push_back(initial);
+      const int call = static_cast<int>(script->starts.size());
+      const bool lost = holds(script->lost, call);
+      RegistrationResult result;
+      result.status = lost || holds(script->doubted, call) ? RegistrationStatus::too_little_overlap
+                                                           : RegistrationStatus::converged;
+      result.shared_pixels = lost ? 3 : 1000;
+      result.target_T_reference = motion(0, 0, 0, -0.5 * call, 0);
+      return result;
+    }
+    std::shared_ptr<Script> script;
+  };
+  std::shared_ptr<Script> script_;
+};
+
+TrialFrame frame_of(int i, bool touches = true) {
+  static const SurfacePtr surface = surface_of_frame(0);
+  static const auto nothing = std::make_shared<const Surface>();
+  return {i, 0.04 * i, touches ? surface : nothing,
+          touches ? std::optional(motion(0, 0, 0, 0.5 * i, 0)) : std::nullopt};
+}
+
+TEST(FrameZero, RegistersToTheFirstContactFromTheLastEstimate) {
+  const auto script = std::make_shared<Script>();
+  script->doubted = {2};
+  MethodRun run(std::make_shared<const Scripted>(script), Protocol::frame0, {});
+  run.add(frame_of(0, false));
+  for (int i = 1; i < 5; ++i) run.add(frame_of(i));
+  EXPECT_EQ(script->prepared, 1);
+  ASSERT_EQ(run.estimates().size(), 4U) << "nothing before the first contact";
+  EXPECT_EQ(run.estimates()[0].frame, 1);
+  EXPECT_TRUE(run.estimates()[0].first_T_frame.isApprox(Pose::Identity()));
+  for (int i = 0; i < 4; ++i) {
+    const FrameEstimate& estimate = run.estimates()[static_cast<std::size_t>(i)];
+    EXPECT_TRUE(estimate.true_first_T_frame.isApprox(motion(0, 0, 0, 0.5 * i, 0)))
+        << "relative to the first contact";
+    EXPECT_TRUE(estimate.first_T_frame.isApprox(estimate.true_first_T_frame))
+        << "a doubted pose is judged all the same";
+    EXPECT_EQ(estimate.tracked, i != 2);
+  }
+  ASSERT_EQ(script->starts.size(), 3U);
+  EXPECT_TRUE(script->starts[2].isApprox(motion(0, 0, 0, -1.0, 0))) << "the start is the last estimate";
+}
+
+TEST(FrameZero, WithoutOverlapTheLastEstimateStays) {
+  const auto script = std::make_shared<Script>();
+  script->lost = {2};
+  MethodRun run(std::make_shared<const Scripted>(script), Protocol::frame0, {});
+  for (int i = 0; i < 4; ++i) run.add(frame_of(i));
+  const auto& estimates = run.estimates();
+  EXPECT_FALSE(estimates[2].tracked);
+  EXPECT_TRUE(estimates[2].first_T_frame.isApprox(estimates[1].first_T_frame));
+  EXPECT_TRUE(estimates[3].tracked);
+  EXPECT_TRUE(estimates[3].first_T_frame.isApprox(motion(0, 0, 0, 1.5, 0)));
+}
+
+TEST(Keyframes, FollowTheTracker) {
+  MethodRun run(make_normal_flow({}), Protocol::keyframes, {});
+  for (int i = 0; i < 12; ++i)
+    run.add({i, 0.04 * i, surface_of_frame(i), place_of_frame(3).inverse() * place_of_frame(i)});
+  ASSERT_EQ(run.estimates().size(), 12U);
+  for (const FrameEstimate& estimate : run.estimates()) {
+    EXPECT_TRUE(estimate.tracked);
+    EXPECT_LT(gap(estimate.first_T_frame, estimate.true_first_T_frame).mm, 0.03);
+    EXPECT_LT(gap(estimate.first_T_frame, estimate.true_first_T_frame).deg, 0.1);
+  }
+}
+
+TEST(Keyframes, AfterALossTrackingGoesOnFromTheLastEstimate) {
+  MethodRun run(make_normal_flow({}), Protocol::keyframes, {});
+  const auto place = [](int i) {  // a jump that nothing bridges after frame 3
+    return (i < 4 ? Pose::Identity() : motion(0, 0, 0, 40, 30)) * place_of_frame(i);
+  };
+  for (int i = 0; i < 6; ++i) run.add({i, 0.04 * i, surface_at(place(i)), place(0).inverse() * place(i)});
+  const auto& estimates = run.estimates();
+  ASSERT_EQ(estimates.size(), 6U);
+  EXPECT_TRUE(estimates[3].tracked);
+  EXPECT_FALSE(estimates[4].tracked);
+  EXPECT_TRUE(estimates[4].first_T_frame.isApprox(estimates[3].first_T_frame));
+  EXPECT_TRUE(estimates[5].tracked);
+  const Pose step = estimates[4].first_T_frame.inverse() * estimates[5].first_T_frame;
+  EXPECT_LT(gap(step, place(4).inverse() * place(5)).mm, 0.02);
+}
+
+TEST(RunBenchmark, RunsEveryMethodOverEveryTrialAndStopsWhenAsked) {
+  const TemporaryFolder data;
+  write_public_trial(data / "bead1", 4);
+  write_public_trial(data / "bead2", 4);
+  BenchmarkRequest request;
+  request.trials = find_trials({data.path()});
+  request.methods = {"a", "b"};
+  request.make = [](const std::string&, const NormalFlowOptions&) {
+    return std::make_shared<const Scripted>(std::make_shared<Script>());
+  };
+  NoProgress progress;
+  const BenchmarkResult whole = run_benchmark(request, progress, [] { return false; });
+  EXPECT_FALSE(whole.partial);
+  ASSERT_EQ(whole.records.size(), 4U);
+  EXPECT_EQ(whole.records[1].method, "b");
+  EXPECT_EQ(whole.records[1].trial, "bead1");
+  EXPECT_EQ(whole.records[3].frames.size(), 4U);
+
+  int asked = 0;
+  const BenchmarkResult part = run_benchmark(request, progress, [&] { return ++asked > 6; });
+  EXPECT_TRUE(part.partial);
+  ASSERT_EQ(part.records.size(), 4U);
+  EXPECT_EQ(part.records[0].frames.size(), 4U);
+  EXPECT_EQ(part.records[2].frames.size(), 2U) << "what was done of the second trial is kept";
+}
+
+TEST(RunBenchmark, LeavesFramesOutWhereAsked) {
+  const TemporaryFolder data;
+  write_public_trial(data / "bead1", 6);
+  BenchmarkRequest request;
+  request.trials = find_trials({data.path()});
+  request.methods = {"a"};
+  const auto script = std::make_shared<Script>();
+  request.make = [&](const std::string&, const NormalFlowOptions&) {
+    return std::make_shared<const Scripted>(script);
+  };
+  request.every = 3;
+  NoProgress progress;
+  const BenchmarkResult result = run_benchmark(request, progress, [] { return false; });
+  ASSERT_EQ(result.records.size(), 1U);
+  ASSERT_EQ(result.records[0].frames.size(), 2U);
+  EXPECT_EQ(result.records[0].frames[1].frame - result.records[0].frames[0].frame, 3);
+  EXPECT_EQ(script->starts.size(), 1U) << "what is left out costs nothing";
+}
+
+}  // namespace
+}  // namespace gelslam

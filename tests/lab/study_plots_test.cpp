@@ -1,0 +1,143 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "../support/data_folder.hpp"
+#include "../support/run_program.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+const std::string kPython = "/usr/bin/python3";
+
+bool can_draw() { return run_program(kPython, {"-c", "import matplotlib"}).exit_code == 0; }
+
+ProgramResult draw(const std::string& script, const std::vector<std::string>& arguments) {
+  std::vector<std::string> all = {std::string(GELSLAM_SCRIPTS) + "/" + script};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  return run_program(kPython, all);
+}
+
+/// The study is made by gelslam-lab, so that both agree on the columns.
+void expect_picture(const std::string& name, const std::string& charts) {
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  const TemporaryFolder folder;
+  const std::string study = (folder / "study").string(), picture = (folder / "picture.png").string();
+  const ProgramResult measured =
+      run_program(GELSLAM_LAB, {name, "--quick", "--simulated-only", "--charts", charts, "--methods",
+                                "normalflow,filterreg", "-o", study});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  EXPECT_THAT(measured.out, HasSubstr("filterreg"));
+  const ProgramResult drawn = draw("plot_" + name + ".py", {study, "-o", picture});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(drawn.err, Not(HasSubstr("plot_")));  // matplotlib may have its own things to say
+  EXPECT_THAT(read_bytes(picture), StartsWith("\x89PNG"));
+}
+
+/// A folder for a study, that study, and what becomes of it.
+struct Study {
+  explicit Study(std::string study_name) : name(std::move(study_name)) {}
+
+  nlohmann::json rows_of(const std::string& subcommand, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), subcommand);
+    arguments.insert(arguments.end(), {"-o", path});
+    const ProgramResult measured = run_program(GELSLAM_LAB, arguments);
+    EXPECT_EQ(measured.exit_code, 0) << measured.err;
+    return measured.exit_code == 0 ? nlohmann::json::parse(read_bytes(path + "/" + name + ".json"))
+                                   : nlohmann::json::array();
+  }
+  void expect_picture() const {
+    const ProgramResult drawn = draw("plot_" + name + ".py", {path});
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+    EXPECT_THAT(read_bytes(path + "/" + name + ".png"), StartsWith("\x89PNG"));
+  }
+
+  std::string name;
+  TemporaryFolder folder;
+  std::string path = (folder / "study").string();
+};
+
+const std::filesystem::path& coin() {
+  static const std::filesystem::path folder = data_folder() / "sequences/track_coin";
+  return folder;
+}
+
+TEST(StudyPlots, Stability) { expect_picture("stability", "start x"); }
+
+TEST(StudyPlots, Honesty) { expect_picture("honesty", "hidden motion"); }
+
+TEST(StudyPlots, Tracking) {
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  Study study("tracking");
+  const auto rows = study.rows_of("tracking", {"--quick", "--simulated-only", "--charts", "slid at once"});
+  ASSERT_FALSE(rows.empty());
+  for (const auto& row : rows) {
+    EXPECT_EQ(row["steps"], 6);  // objects
+    if (row["level"] == 0.25) {
+      EXPECT_EQ(row["followed"], 1.0) << row;  // a quarter of a millimetre is what a hand does
+    }
+  }
+  study.expect_picture();
+}
+
+TEST(StudyPlots, SpeedAgainstAccuracy) {
+  if (!std::filesystem::is_directory(coin())) GTEST_SKIP() << "no data";
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  Study study("speed_accuracy");
+  const auto rows = study.rows_of("speed-accuracy", {coin().string(), "--methods", "normalflow,filterreg",
+                                                     "--knobs", "samples", "--stride", "60", "--gaps", "1"});
+  ASSERT_GT(rows.size(), 5U);
+  EXPECT_EQ(rows[0]["knob"], "default");
+  EXPECT_EQ(rows[0]["relative"], 1.0);
+  EXPECT_EQ(rows[0]["problems"], 4);
+  EXPECT_EQ(rows[1]["value"], "50");
+  EXPECT_GT(rows[1]["relative"], 1.0) << "50 samples are less accurate than 3000";
+  study.expect_picture();
+}
+
+TEST(StudyPlots, Parsimony) {
+  if (!std::filesystem::is_directory(coin())) GTEST_SKIP() << "no data";
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  Study study("parsimony");
+  const auto rows = study.rows_of("parsimony", {coin().string(), "--knobs", "voxel_size_mm", "--quick"});
+  ASSERT_EQ(rows.size(), 3U);
+  // Cells of 0.05 mm instead of 0.08 and 0.12 mm: triangles go with the square, and poses do not care.
+  const auto triangles = [&](int row) { return rows[row]["triangles"].get<double>(); };
+  EXPECT_NEAR(triangles(1) / triangles(0), std::pow(0.08 / 0.05, 2), 0.4);
+  EXPECT_NEAR(triangles(2) / triangles(0), std::pow(0.08 / 0.12, 2), 0.15);
+  EXPECT_EQ(rows[1]["error_mm"], rows[0]["error_mm"]);
+  EXPECT_GT(rows[1]["bytes"], rows[0]["bytes"]);
+  study.expect_picture();
+  EXPECT_THAT(study.folder.names(), testing::ElementsAre("study"));
+}
+
+TEST(StudyPlots, WithoutAStudyTheySayWhatWritesIt) {
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  const TemporaryFolder folder;
+  for (const std::string name :
+       {"stability", "honesty", "parsimony", "speed_accuracy", "tracking", "benchmark"}) {
+    const ProgramResult result = draw("plot_" + name + ".py", {folder.path().string()});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.err, testing::ContainsRegex("plot_" + name + ": [^\n]*write it with"));
+    EXPECT_THAT(result.err, Not(HasSubstr("Traceback")));
+  }
+}
+
+TEST(StudyPrograms, MistakesAreOneLine) {
+  for (const std::string study : {"stability", "honesty"}) {
+    const ProgramResult result = run_program(
+        GELSLAM_LAB, {study, "--simulated-only", "--charts", "dirt", "--quick", "--methods", "icq"});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("did you mean icp?"));
+  }
+}
+
+}  // namespace
+}  // namespace gelslam
