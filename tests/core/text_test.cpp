@@ -41,17 +41,17 @@ TEST(Counted, TheNounFollowsTheNumber) {
   EXPECT_EQ(counted(2, "press"), "2 presses");
 }
 
-TEST(NumberText, KeepsTheDigitsThatMatter) {
-  EXPECT_EQ(number_text(12.3456), "12.35");
-  EXPECT_EQ(number_text(0.5), "0.5");
-  EXPECT_EQ(number_text(12345.6), "12346");
-  EXPECT_EQ(number_text(9999.7), "10000");
-  EXPECT_EQ(number_text(-12345.6), "-12346");
-  EXPECT_EQ(number_text(0.00002), "2e-05");
-  EXPECT_EQ(number_text(0), "0");
-  EXPECT_EQ(number_text(1.0 / 3, 2), "0.33");
-  EXPECT_EQ(number_text(std::nan("")), "nan");
-  EXPECT_EQ(number_text(-HUGE_VAL), "-inf");
+TEST(ShortNumber, KeepsTheDigitsThatMatter) {
+  EXPECT_EQ(short_number(12.3456), "12.35");
+  EXPECT_EQ(short_number(0.5), "0.5");
+  EXPECT_EQ(short_number(12345.6), "12346");
+  EXPECT_EQ(short_number(9999.7), "10000");
+  EXPECT_EQ(short_number(-12345.6), "-12346");
+  EXPECT_EQ(short_number(0.00002), "2e-05");
+  EXPECT_EQ(short_number(0), "0");
+  EXPECT_EQ(short_number(1.0 / 3, 2), "0.33");
+  EXPECT_EQ(short_number(std::nan("")), "nan");
+  EXPECT_EQ(short_number(-HUGE_VAL), "-inf");
 }
 
 TEST(DurationText, NamesItsUnit) {

@@ -116,7 +116,7 @@ std::string counted(std::int64_t number, std::string_view noun) {
 
 std::string size_text(std::int64_t width, std::int64_t height) { return fmt::format("{}x{}", width, height); }
 
-std::string number_text(double value, int digits) {
+std::string short_number(double value, int digits) {
   const bool only_whole_digits = std::isfinite(value) && std::abs(value) >= std::pow(10.0, digits) - 0.5;
   return only_whole_digits && std::abs(value) < 1e15 ? fmt::format("{:.0f}", value)
                                                      : fmt::format("{:.{}g}", value, digits);

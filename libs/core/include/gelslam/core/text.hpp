@@ -42,7 +42,7 @@ std::string size_text(std::int64_t width, std::int64_t height);
 
 /// A number for people with this many significant digits, without trailing zeros, and without an exponent
 /// where it is not needed: "12.35", "0.5", "12346" (whole digits are never dropped).
-std::string number_text(double value, int digits = 4);
+std::string short_number(double value, int digits = 4);
 
 /// "4 s", "2:05 min", "1:02:05 h"; rounded to whole seconds.
 std::string duration_text(double seconds);
