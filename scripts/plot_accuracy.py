@@ -10,6 +10,8 @@ import os
 import pathlib
 import sys
 
+from matplotlib.ticker import LogLocator, NullFormatter
+
 from check_sequences import ROOT, geometric_mean
 from plotting import COLORS, plt, save
 
@@ -32,6 +34,9 @@ def draw(axis, names, ours, public, label):
     axis.set_yticks(rows, names)
     axis.set_ylim(len(names) - 0.5, -0.5)
     axis.set_xscale("log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.xaxis.set_major_formatter(lambda value, _: "%g" % value)
+    axis.xaxis.set_minor_formatter(NullFormatter())
     axis.set_xlabel(label)
     axis.grid(axis="x", which="both", alpha=0.25)
 
