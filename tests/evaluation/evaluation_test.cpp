@@ -94,7 +94,7 @@ struct Scene {
     write_report({{"anchor_frame", anchor + kBackground},
                   {"frames", {{"total", kFrames + kBackground}}},
                   {"trials", 2},
-                  {"groups", 1}});
+                  {"components", 1}});
   }
 
   void write_report(const json& report) const { write_bytes(run / "report.json", report.dump()); }
@@ -325,13 +325,13 @@ TEST(Report, JsonAndTableHoldTheFigures) {
   const json parsed = json::parse(to_json(evaluation));
   EXPECT_EQ(parsed["trajectory"]["mae"]["ry_deg"], 1.25);
   EXPECT_EQ(parsed["trajectory"]["tracked_share"], 1.0);
-  EXPECT_EQ(parsed["groups"], 1);
+  EXPECT_EQ(parsed["components"], 1);
   EXPECT_EQ(parsed["mesh"]["known_pose"]["within"].size(), 3U);
   EXPECT_EQ(parsed["mesh"]["completeness_over"], "touched points");
   EXPECT_THAT(to_table(evaluation), HasSubstr("ry 1.250"));
   EXPECT_THAT(to_table(evaluation), HasSubstr("touched points"));
   const json bare = json::parse(to_json(Evaluation{}));
-  EXPECT_TRUE(bare["trajectory"].is_null() && bare["mesh"].is_null() && bare["groups"].is_null());
+  EXPECT_TRUE(bare["trajectory"].is_null() && bare["mesh"].is_null() && bare["components"].is_null());
 }
 
 TEST(RealData, TheSequencesTruthsAreReadable) {

@@ -57,5 +57,53 @@ TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
   EXPECT_THAT(run_entries(), testing::Contains("loop_outliers.g2o")) << "else the run cannot be replaced";
 }
 
+/// The last keyframe is a trial of its own that nothing joins; two tracked frames belong to it.
+SlamMap map_of_two_pieces() {
+  SlamMap map = map_with_a_false_loop();
+  map.components = 2;
+  map.in_map[3] = false;
+  for (FrameRecord& frame : map.frames) frame.status = TrackStatus::tracked;
+  map.frames.push_back({.frame = 4, .time_s = 0.16, .status = TrackStatus::tracked, .keyframe = 3});
+  map.frames.push_back({.frame = 5, .time_s = 0.2, .status = TrackStatus::lost});
+  return map;
+}
+
+TEST(MapCompleteness, IsSaidInTheSummaryAndInTheReport) {
+  const SlamMap map = map_of_two_pieces();
+  RunAccount account;
+  account.summary = summarise(map, Mesh{});
+  EXPECT_EQ(account.summary.completeness.pieces_not_joined, 1);
+  EXPECT_EQ(account.summary.completeness.frames_not_in_mesh, 2);
+  EXPECT_EQ(describe(account.summary.completeness),
+            "1 piece not joined; 2 frames not in the mesh; touch a place between them");
+
+  const TemporaryFolder folder;
+  write_run(folder.path(), Config{}, map, Mesh{}, account);
+  const auto read = read_completeness(folder.path());
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->pieces_not_joined, 1);
+  EXPECT_EQ(read->frames_not_in_mesh, 2);
+}
+
+TEST(MapCompleteness, AWholeMapNeedsNoWords) {
+  const MapCompleteness whole = summarise(map_with_a_false_loop(), Mesh{}).completeness;
+  EXPECT_TRUE(whole.complete());
+  EXPECT_EQ(describe(whole), "");
+  EXPECT_EQ(describe({0, 3}), "3 frames not in the mesh");
+}
+
+TEST(MapCompleteness, ReportsOfOlderVersionsAreReadAndDamagedOnesAreNot) {
+  const TemporaryFolder folder;
+  EXPECT_FALSE(read_completeness(folder.path()));
+  write_bytes(folder / "report.json", R"({"frames": {"tracked": 20, "in_map": 4}, "groups": 3})");
+  ASSERT_TRUE(read_completeness(folder.path()));
+  EXPECT_EQ(read_completeness(folder.path())->pieces_not_joined, 2);
+  EXPECT_EQ(read_completeness(folder.path())->frames_not_in_mesh, 16);
+  for (const char* damaged : {"{", "[]", "{}", R"({"partial": true, "saved": false})", R"({"frames": 3})"}) {
+    write_bytes(folder / "report.json", damaged);
+    EXPECT_FALSE(read_completeness(folder.path())) << damaged;
+  }
+}
+
 }  // namespace
 }  // namespace gelslam

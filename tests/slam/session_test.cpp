@@ -116,6 +116,14 @@ TEST_F(DamagedSession, MissingOrTruncatedJson) {
   EXPECT_THAT(error(), HasSubstr("session.json"));
 }
 
+TEST_F(DamagedSession, TheOldNameOfTheGradientScaleIsStillRead) {
+  json old = json::parse(good);
+  old["slope_gain"] = 1.25;
+  old.erase("gradient_scale");
+  write_bytes(folder / "session.json", old.dump());
+  EXPECT_DOUBLE_EQ(load_session(folder.path()).gradient_scale, 1.25);
+}
+
 TEST_F(DamagedSession, NumbersThatContradictThemselves) {
   EXPECT_THAT(error_with([](json& j) { j["version"] = 99; }), HasSubstr("version"));
   error_with([](json& j) { j["width_px"] = 0; });
@@ -123,8 +131,8 @@ TEST_F(DamagedSession, NumbersThatContradictThemselves) {
   error_with([](json& j) { j["height_px"] = "240"; });
   error_with([](json& j) { j["pixel_pitch_mm"] = 0; });
   error_with([](json& j) { j["pixel_pitch_mm"] = -0.06; });
-  error_with([](json& j) { j["slope_gain"] = 0; });
-  error_with([](json& j) { j["slope_gain"] = nullptr; });
+  error_with([](json& j) { j["gradient_scale"] = 0; });
+  error_with([](json& j) { j["gradient_scale"] = nullptr; });
   error_with([](json& j) { j["keyframes"] = 7; });
   error_with([](json& j) { j["keyframes"][0].erase("id"); });
   error_with([](json& j) { j["keyframes"][0]["id"] = "../../etc/passwd"; });

@@ -23,7 +23,7 @@ inline void write_run(const std::filesystem::path& folder, int keyframes) {
   write_mesh(folder / "mesh.ply", mesh);
   nlohmann::json session = {{"version", 1},
                             {"anchor_frame", 10},
-                            {"slope_gain", 1.0},
+                            {"gradient_scale", 1.0},
                             {"width_px", 32},
                             {"height_px", 24},
                             {"pixel_pitch_mm", 0.1},

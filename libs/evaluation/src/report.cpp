@@ -129,7 +129,7 @@ std::string to_json(const Evaluation& evaluation) {
   json["reference_frame"] = or_null(evaluation.reference_frame);
   json["anchor_frame"] = or_null(evaluation.anchor_frame);
   json["trials"] = or_null(evaluation.trials);
-  json["groups"] = or_null(evaluation.components);
+  json["components"] = or_null(evaluation.components);
   json["mesh"] = evaluation.mesh ? to_json(*evaluation.mesh) : Json(nullptr);
   return json.dump(2) + "\n";
 }

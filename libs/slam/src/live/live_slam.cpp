@@ -223,7 +223,7 @@ void LiveSlam::Impl::finish() {
   captured.wait();
   save(map, mesh, hurried || lost || failed());
   show(map, mesh);
-  board.set_words(run ? "done: everything is in " + run->folder().string() : "done", TrackStatus::background);
+  board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
 
 void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
@@ -288,6 +288,7 @@ LiveStatus LiveSlam::status() const {
   }
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
+  status.completeness = impl_->summary.completeness;
   return status;
 }
 

@@ -40,19 +40,16 @@ std::int64_t frames_left_out(const std::vector<FrameRecord>& frames) {
   return frames.back().frame - frames.front().frame + 1 - static_cast<std::int64_t>(frames.size());
 }
 
-ordered_json frame_counts(const SlamMap& map) {
+ordered_json frame_counts(const SlamMap& map, const ReconstructSummary& summary) {
   std::map<TrackStatus, int> count;
-  int in_map = 0;
-  for (const FrameRecord& frame : map.frames) {
-    ++count[frame.status];
-    in_map += map.has_pose(frame) ? 1 : 0;
-  }
+  for (const FrameRecord& frame : map.frames) ++count[frame.status];
   ordered_json frames;
   frames["total"] = map.frames.size();
   for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked,
                                    TrackStatus::lost, TrackStatus::undone})
     frames[std::string(name(status))] = count[status];
-  frames["in_map"] = in_map;
+  frames["in_map"] = summary.in_map;
+  frames["not_in_mesh"] = summary.completeness.frames_not_in_mesh;
   frames["left_out"] = frames_left_out(map.frames);
   return frames;
 }
@@ -86,17 +83,17 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["partial"] = summary.partial;
   if (!summary.warning.empty()) json["warning"] = summary.warning;
   json["anchor_frame"] = map.anchor_frame;
-  json["frames"] = frame_counts(map);
+  json["frames"] = frame_counts(map, summary);
   json["keyframes"] = summary.keyframes;
   json["coverage_keyframes"] = map.coverage_keyframes.size();
   json["trials"] = summary.trials;
-  json["groups"] = summary.components;
+  json["components"] = summary.components;
   json["loops"] = summary.loops;
   json["loop_outliers"] =
       std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
   const GradientScale& left = map.solution.gradient_scale;  // 1 where slopes were corrected
-  json["slope_gain"] = {{"x", left.x * map.slope_correction.gain_x()},
-                        {"y", left.y * map.slope_correction.gain_y()}};
+  json["gradient_scale"] = {{"x", left.x * map.slope_correction.gain_x()},
+                            {"y", left.y * map.slope_correction.gain_y()}};
   json["slope_correction"] = map.slope_correction.factors;
   json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
   json["seconds"] = summary.seconds;
@@ -138,6 +135,10 @@ ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
                                   [](const FrameRecord& f) { return f.status == TrackStatus::tracked; });
   summary.in_map = std::count_if(map.frames.begin(), map.frames.end(),
                                  [&](const FrameRecord& f) { return map.has_pose(f); });
+  summary.completeness.pieces_not_joined = std::max(map.components - 1, 0);
+  summary.completeness.frames_not_in_mesh = std::count_if(
+      map.frames.begin(), map.frames.end(),
+      [&](const FrameRecord& f) { return f.status == TrackStatus::tracked && !map.has_pose(f); });
   summary.keyframes = static_cast<int>(map.keyframes.size());
   summary.trials = map.trials;
   summary.components = map.components;

@@ -136,7 +136,7 @@ void save_session(const fs::path& folder, const SlamMap& map) {
   ordered_json json;
   json["version"] = kVersion;
   json["anchor_frame"] = map.anchor_frame;
-  json["slope_gain"] = map.solution.gradient_scale.mean();
+  json["gradient_scale"] = map.solution.gradient_scale.mean();
   json["keyframes"] = ordered_json::array();
   for (const PosedSurface& patch : posed_surfaces(map)) {
     const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(patch.id)];
@@ -162,7 +162,9 @@ Session load_session(const fs::path& folder) {
     const ordered_json json = ordered_json::parse(stream);
     if (json.at("version").get<int>() != kVersion) throw Error("written by another version of the program");
     Session session;
-    session.gradient_scale = json.at("slope_gain").get<double>();
+    // Older versions wrote "slope_gain".
+    const char* scale_key = json.contains("gradient_scale") ? "gradient_scale" : "slope_gain";
+    session.gradient_scale = json.at(scale_key).get<double>();
     if (!(session.gradient_scale > 0.1 && session.gradient_scale < 10))
       throw Error("impossible gradient scale");
     if (json.at("keyframes").empty()) return session;

@@ -9,6 +9,7 @@
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/mesh_block.hpp"
+#include "gelslam/slam/map_completeness.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
 
 namespace gelslam {
@@ -39,6 +40,7 @@ struct LiveStatus {
   double memory_mb = 0;        ///< resident, of the whole program
   std::int64_t log_bytes = 0;  ///< recorded so far; 0 without a log
   GradientScale gradient_scale;
+  MapCompleteness completeness;  ///< of what was saved last; say it when finished
 };
 
 /// The newest frame that went through the tracker.

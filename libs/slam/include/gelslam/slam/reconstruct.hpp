@@ -5,6 +5,7 @@
 #include <string>
 
 #include "gelslam/core/progress.hpp"
+#include "gelslam/slam/map_completeness.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 
 namespace gelslam {
@@ -17,10 +18,11 @@ struct ReconstructRequest {
   std::string program_version;
 };
 
-/// What a person wants to hear at the end; all of it is in report.json too.
+/// The figures of a finished run; report.json holds them too.
 struct ReconstructSummary {
   std::int64_t frames = 0, tracked = 0, in_map = 0;
   int keyframes = 0, trials = 0, components = 0, loops = 0;
+  MapCompleteness completeness;  ///< what was tracked but is not in the mesh
   std::size_t vertices = 0, triangles = 0;
   double seconds = 0;
   bool partial = false;  ///< stopped before the log's end
