@@ -7,8 +7,8 @@
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
-#include "gelslam/evaluation/mesh_picture.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/viewer/mesh_picture.hpp"
 
 namespace gelslam {
 namespace {
@@ -41,7 +41,7 @@ void draw(const EvaluateArguments& arguments, const std::optional<PlacedMeshes>&
   if (!meshes)
     throw Error(
         "--picture needs a mesh.ply in RUN, and gt_mesh.ply and start_T_object (meta.json) in the data");
-  write_picture(arguments.picture, render_comparison(meshes->estimate, meshes->truth));
+  write_picture(arguments.picture, draw_comparison(meshes->estimate, meshes->truth));
 }
 
 void run_evaluate(const EvaluateArguments& arguments) {

@@ -6,8 +6,8 @@
 
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/evaluation/mesh_picture.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/viewer/mesh_picture.hpp"
 
 namespace gelslam {
 namespace {
@@ -36,7 +36,7 @@ void run_export(const ExportArguments& arguments) {
   }
   const Mesh mesh = read_mesh(mesh_file(arguments.source));
   if (arguments.output.extension() == ".png") {
-    write_picture(arguments.output, render_mesh_picture(mesh));
+    write_picture(arguments.output, draw_mesh(mesh));
     std::cerr << "wrote " << arguments.output.string() << "\n";
     return;
   }

@@ -13,8 +13,8 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/evaluation/mesh_picture.hpp"
 #include "gelslam/viewer/gl_context.hpp"
+#include "gelslam/viewer/mesh_picture.hpp"
 #include "gelslam/viewer/view_stage.hpp"
 #include "gelslam/viewer/view_window.hpp"
 

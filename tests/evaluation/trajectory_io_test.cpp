@@ -1,4 +1,4 @@
-#include "gelslam/evaluation/trajectory_io.hpp"
+#include "gelslam/evaluation/run_result.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

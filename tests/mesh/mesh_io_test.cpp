@@ -71,7 +71,7 @@ TEST_P(MeshIoFormats, RoundTripKeepsEveryTriangle) {
   const auto [extension, unit] = GetParam();
   const Mesh mesh = tetrahedron();
   write_mesh(file(std::string("m") + extension), mesh, unit);
-  const Mesh back = read_mesh(file(std::string("m") + extension), unit);
+  const Mesh back = read_mesh(file(std::string("m") + extension));  // the unit is noted in the file
   // Two conversions of a float of 10 mm: a few units in the last place (1e-6 mm each).
   expect_same_triangles(mesh, back, 5e-6f);
 }
@@ -113,6 +113,20 @@ TEST_F(MeshIo, FilesAreInMetresByDefault) {
   write_mesh(file("m.ply"), mesh);
   const Mesh as_numbers = read_mesh(file("m.ply"), LengthUnit::millimetre);
   EXPECT_NEAR(as_numbers.vertices_mm[1].x(), 0.0101, 1e-7);
+}
+
+TEST_F(MeshIo, FilesWithoutANoteAreInMetres) {
+  write_mesh(file("m.stl"), tetrahedron(), LengthUnit::millimetre);
+  std::string bytes = bytes_of(file("m.stl"));
+  bytes.replace(0, 80, std::string(80, ' '));
+  EXPECT_NEAR(read_mesh(file_with("theirs.stl", bytes)).vertices_mm[1].x(),
+              1000 * tetrahedron().vertices_mm[1].x(), 0.01);
+}
+
+TEST_F(MeshIo, ProgramsThatReadStlAndObjExpectMillimetres) {
+  for (const char* name : {"a.stl", "a.OBJ"}) EXPECT_EQ(usual_unit(name), LengthUnit::millimetre) << name;
+  EXPECT_EQ(usual_unit("a.PLY"), LengthUnit::metre);
+  EXPECT_STREQ(short_name(usual_unit("a.stl")), "mm");
 }
 
 TEST_F(MeshIo, SameMeshGivesSameBytesAndLeavesNoOtherFile) {

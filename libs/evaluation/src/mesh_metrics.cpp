@@ -11,7 +11,7 @@ namespace gelslam {
 namespace {
 
 constexpr int kAccuracySamples = 200'000;
-constexpr std::uint64_t kSeed = 1;
+constexpr std::uint64_t kAccuracySeed = 1;
 constexpr double kLevels_mm[] = {0.05, 0.1, 0.25};
 
 /// Uniform in [0, 1), the same on every platform (std::uniform_real_distribution is not).
@@ -47,18 +47,17 @@ std::vector<double> distances_of(const std::vector<ClosestPoint>& closest) {
   return distances;
 }
 
-double quantile(const std::vector<double>& sorted, double share) {
-  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1) + 0.5)];
-}
-
-DistanceSummary summarise(std::vector<double> distances) {
+DistanceSummary summarize(std::vector<double> distances) {
   DistanceSummary summary;
   if (distances.empty()) return summary;
-  std::sort(distances.begin(), distances.end());
+  std::sort(distances.begin(), distances.end());  // the mean is summed in ascending order
+  const auto ranked = [&](double share) {
+    return distances[static_cast<std::size_t>(share * static_cast<double>(distances.size() - 1) + 0.5)];
+  };
   for (const double distance : distances) summary.mean_mm += distance;
   summary.mean_mm /= static_cast<double>(distances.size());
-  summary.median_mm = quantile(distances, 0.5);
-  summary.p90_mm = quantile(distances, 0.9);
+  summary.median_mm = ranked(0.5);
+  summary.p90_mm = ranked(0.9);
   return summary;
 }
 
@@ -100,14 +99,14 @@ Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh) {
 MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& truth,
                           const std::vector<Eigen::Vector3d>& truth_points_mm) {
   std::vector<Eigen::Vector3d> points;
-  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kAccuracySamples, kSeed)) {
+  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kAccuracySamples, kAccuracySeed)) {
     points.push_back(sample.point_mm);
   }
   const std::vector<double> to_truth = distances_of(truth.closest(points));
   const std::vector<double> to_estimate = distances_of(estimate.closest(truth_points_mm));
   MeshMetrics metrics;
-  metrics.accuracy = summarise(to_truth);
-  metrics.completeness = summarise(to_estimate);
+  metrics.accuracy = summarize(to_truth);
+  metrics.completeness = summarize(to_estimate);
   for (const double level : kLevels_mm) {
     const double precision = share_within(to_truth, level);
     const double completeness = share_within(to_estimate, level);

@@ -1,15 +1,17 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <utility>
 
+#include "gelslam/core/angles.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr int kSamples = 15'000;
-constexpr std::uint64_t kSeed = 2;
+constexpr int kMatchSamples = 15'000;
+constexpr std::uint64_t kMatchSeed = 2;
 constexpr int kMaxIterations = 60;
 constexpr double kSmallestStep_mm = 1e-5;
 // Directions whose information is below this share of the strongest are not determined by the surface.
@@ -32,7 +34,7 @@ Matches match(const std::vector<Eigen::Vector3d>& samples, const Pose& pose, con
   return matches;
 }
 
-Eigen::Vector3d mean(const std::vector<Eigen::Vector3d>& points) {
+Eigen::Vector3d centroid(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& point : points) sum += point;
   return sum / static_cast<double>(points.size());
@@ -47,15 +49,14 @@ double spread(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d&
 double huber_threshold(const std::vector<double>& residuals) {
   std::vector<double> magnitudes;
   for (const double residual : residuals) magnitudes.push_back(std::abs(residual));
-  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return std::max(1e-6, 1.345 * 1.4826 * *middle);  // 95 % efficiency; median to standard deviation
+  return std::max(
+      1e-6, 1.345 * 1.4826 * median(std::move(magnitudes)));  // 95 % efficiency; median to standard deviation
 }
 
 /// One Gauss-Newton step about `center`: rotation times `radius` first (so that all six are lengths), then
 /// translation.
-Vector6d step(const Matches& matches, const TriangleScene& truth, const Eigen::Vector3d& center,
-              double radius) {
+Vector6d gauss_newton_step(const Matches& matches, const TriangleScene& truth, const Eigen::Vector3d& center,
+                           double radius) {
   std::vector<Vector6d> jacobians;
   std::vector<double> residuals;
   for (std::size_t i = 0; i < matches.points.size(); ++i) {
@@ -95,10 +96,10 @@ Pose moved(const Pose& pose, const Vector6d& step, const Eigen::Vector3d& center
 
 Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& truth) {
   std::vector<Eigen::Vector3d> samples;
-  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kSamples, kSeed)) {
+  for (const SurfaceSample& sample : sample_surface(estimate.mesh(), kMatchSamples, kMatchSeed)) {
     samples.push_back(sample.point_mm);
   }
-  const Eigen::Vector3d first_center = mean(samples);
+  const Eigen::Vector3d first_center = centroid(samples);
   const double radius = std::max(1e-6, spread(samples, first_center));
   Pose pose = Pose::Identity();
   Refinement best;
@@ -106,7 +107,7 @@ Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& tr
   double best_distance = matches.mean_distance;
   for (int i = 0; i < kMaxIterations; ++i) {
     const Eigen::Vector3d center = pose * first_center;
-    const Vector6d change = step(matches, truth, center, radius);
+    const Vector6d change = gauss_newton_step(matches, truth, center, radius);
     pose = moved(pose, change, center, radius);
     matches = match(samples, pose, truth);
     if (matches.mean_distance < best_distance) {
@@ -116,7 +117,7 @@ Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& tr
     if (change.norm() < kSmallestStep_mm) break;
   }
   best.shift_mm = (best.truth_T_estimate * first_center - first_center).norm();
-  best.rotation_deg = rotation_angle_rad(best.truth_T_estimate) * 180.0 / std::numbers::pi;
+  best.rotation_deg = rotation_angle_rad(best.truth_T_estimate) * kDegreesPerRadian;
   return best;
 }
 

@@ -1,6 +1,7 @@
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 
-#include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 
 namespace gelslam {
@@ -11,39 +12,38 @@ using Json = nlohmann::ordered_json;
 std::string trajectory_table(const Evaluation& evaluation) {
   const TrajectoryMetrics& t = *evaluation.trajectory;
   std::string text = "Trajectory, relative to frame " + std::to_string(*evaluation.reference_frame) + "\n";
-  text += format_text("  mean absolute error     x %.4f  y %.4f  z %.4f mm\n", t.mae_mm.x(), t.mae_mm.y(),
-                      t.mae_mm.z());
-  text += format_text("                          rx %.3f  ry %.3f  rz %.3f deg\n", t.mae_deg.x(),
+  text += fmt::format("  mean absolute error     x {:.4f}  y {:.4f}  z {:.4f} mm\n", t.mae_mm.x(),
+                      t.mae_mm.y(), t.mae_mm.z());
+  text += fmt::format("                          rx {:.3f}  ry {:.3f}  rz {:.3f} deg\n", t.mae_deg.x(),
                       t.mae_deg.y(), t.mae_deg.z());
-  text += format_text("  geometric mean of six   %.4f mm (1 deg = %.3f mm)\n", t.geometric_mean_mm,
+  text += fmt::format("  geometric mean of six   {:.4f} mm (1 deg = {:.3f} mm)\n", t.geometric_mean_mm,
                       kMillimetresPerDegree);
-  text +=
-      format_text("  ATE                     %.4f mm, %.4f mm after alignment\n", t.ate_mm, t.ate_aligned_mm);
-  text += format_text("  RPE over 1 frame        %.4f mm  %.4f deg (%d pairs)\n",
+  text += fmt::format("  ATE                     {:.4f} mm, {:.4f} mm after alignment\n", t.ate_mm,
+                      t.ate_aligned_mm);
+  text += fmt::format("  RPE over 1 frame        {:.4f} mm  {:.4f} deg ({} pairs)\n",
                       t.over_one_frame.translation_mm, t.over_one_frame.rotation_deg, t.over_one_frame.pairs);
   text +=
-      format_text("  RPE over 1 s            %.4f mm  %.4f deg (%d pairs)\n",
+      fmt::format("  RPE over 1 s            {:.4f} mm  {:.4f} deg ({} pairs)\n",
                   t.over_one_second.translation_mm, t.over_one_second.rotation_deg, t.over_one_second.pairs);
-  text += format_text("  at the last frame       %.4f mm  %.3f deg\n", t.final_mm, t.final_deg);
-  text += format_text("  touched frames tracked  %d of %d (%.1f %%)\n", t.compared_frames, t.touched_frames,
+  text += fmt::format("  at the last frame       {:.4f} mm  {:.3f} deg\n", t.final_mm, t.final_deg);
+  text += fmt::format("  touched frames tracked  {} of {} ({:.1f} %)\n", t.compared_frames, t.touched_frames,
                       100.0 * t.tracked_share());
   if (t.estimated_without_touch > 0) {
-    text += format_text("  tracked without touch   %d frames (not judged)\n", t.estimated_without_touch);
+    text += fmt::format("  tracked without touch   {} frames (not judged)\n", t.estimated_without_touch);
   }
-  if (evaluation.trials) text += format_text("  trials                  %d\n", *evaluation.trials);
-  if (evaluation.components)
-    text += format_text("  components                  %d\n", *evaluation.components);
+  if (evaluation.trials) text += fmt::format("  trials                  {}\n", *evaluation.trials);
+  if (evaluation.components) text += fmt::format("  pieces                  {}\n", *evaluation.components);
   return text;
 }
 
 std::string mesh_rows(const std::string& title, const MeshMetrics& m) {
   std::string text = "  " + title + "\n";
-  text += format_text("    accuracy              mean %.4f  median %.4f  p90 %.4f mm\n", m.accuracy.mean_mm,
-                      m.accuracy.median_mm, m.accuracy.p90_mm);
-  text += format_text("    completeness          mean %.4f  median %.4f  p90 %.4f mm\n",
+  text += fmt::format("    accuracy              mean {:.4f}  median {:.4f}  p90 {:.4f} mm\n",
+                      m.accuracy.mean_mm, m.accuracy.median_mm, m.accuracy.p90_mm);
+  text += fmt::format("    completeness          mean {:.4f}  median {:.4f}  p90 {:.4f} mm\n",
                       m.completeness.mean_mm, m.completeness.median_mm, m.completeness.p90_mm);
   for (const ShareWithin& w : m.within) {
-    text += format_text("    within %.2f mm        precision %.3f  completeness %.3f  F %.3f\n",
+    text += fmt::format("    within {:.2f} mm        precision {:.3f}  completeness {:.3f}  F {:.3f}\n",
                         w.distance_mm, w.precision, w.completeness, w.f_score);
   }
   return text;
@@ -53,10 +53,10 @@ std::string mesh_table(const MeshEvaluation& mesh) {
   std::string text = "Mesh against the true surface, completeness over ";
   text += mesh.touched_only ? "the touched points\n" : "the whole surface\n";
   text += mesh_rows("at the known pose", mesh.at_known_pose);
-  text += mesh_rows(format_text("after rigid ICP (moved %.4f mm, %.3f deg)", mesh.refinement.shift_mm,
+  text += mesh_rows(fmt::format("after rigid ICP (moved {:.4f} mm, {:.3f} deg)", mesh.refinement.shift_mm,
                                 mesh.refinement.rotation_deg),
                     mesh.refined);
-  text += format_text("  stacked sheets          %.2f %% of the area\n", 100.0 * mesh.stacked_share);
+  text += fmt::format("  stacked sheets          {:.2f} % of the area\n", 100.0 * mesh.stacked_share);
   return text;
 }
 

@@ -1,16 +1,20 @@
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 #include <span>
 
+#include "gelslam/core/parallel.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
-#include "parallel.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr int kSamples = 50'000;
-constexpr std::uint64_t kSeed = 4;
+constexpr int kSheetSamples = 50'000;
+constexpr std::uint64_t kSheetSeed = 4;
+constexpr std::size_t kSamplesAtOnce = 4096;
+/// Triangles a sample may look at on average; a ball of 0.5 mm holds some hundred of a usual mesh.
+constexpr std::size_t kMostTriangles = 10'000;
 constexpr double kSameOrientationCosine = 0.5;
 
 /// Which triangles meet at a vertex; vertices at the same place count as one, so that files without shared
@@ -68,6 +72,7 @@ class SheetSearch {
   bool finds_another(const SurfaceSample& sample) {
     const Eigen::Vector3d normal = scene_.triangle_normal(sample.triangle);
     auto hits = scene_.cast_all(sample.point_mm - reach_mm_ * normal, normal, 2.0 * reach_mm_);
+    visits_ += hits.size();
     std::erase_if(hits, [&](const RayHit& hit) {
       return hit.triangle == sample.triangle ||
              scene_.triangle_normal(hit.triangle).dot(normal) < kSameOrientationCosine;
@@ -77,10 +82,13 @@ class SheetSearch {
     return std::any_of(hits.begin(), hits.end(), [&](const RayHit& hit) { return !is_marked(hit.triangle); });
   }
 
+  std::size_t visits() const { return visits_; }  ///< triangles it has looked at
+
  private:
   bool is_marked(int triangle) const { return mark_[static_cast<std::size_t>(triangle)] == stamp_; }
 
   void mark(int triangle) {
+    ++visits_;
     mark_[static_cast<std::size_t>(triangle)] = stamp_;
     open_.push_back(triangle);
   }
@@ -109,17 +117,22 @@ class SheetSearch {
   std::vector<int> mark_;
   std::vector<int> open_;
   int stamp_ = 0;
+  std::size_t visits_ = 0;
 };
 
 }  // namespace
 
 double stacked_share(const TriangleScene& mesh, double reach_mm) {
-  const auto samples = sample_surface(mesh.mesh(), kSamples, kSeed);
+  const auto samples = sample_surface(mesh.mesh(), kSheetSamples, kSheetSeed);
   const Neighborhood neighborhood(mesh.mesh());
   std::vector<char> stacked(samples.size());
-  evaluation::detail::parallel_ranges(samples.size(), [&](std::size_t begin, std::size_t end) {
+  std::atomic<std::size_t> all_visits{0};
+  const std::size_t most = kMostTriangles * samples.size();
+  parallel_for_ranges(samples.size(), kSamplesAtOnce, 0, [&](std::size_t begin, std::size_t end) {
     SheetSearch search(mesh, neighborhood, reach_mm);
-    for (std::size_t i = begin; i < end; ++i) stacked[i] = search.finds_another(samples[i]) ? 1 : 0;
+    for (std::size_t i = begin; i < end && search.visits() < most; ++i)
+      stacked[i] = search.finds_another(samples[i]) ? 1 : 0;
+    if (all_visits.fetch_add(search.visits()) + search.visits() > most) throw_too_tangled();
   });
   return static_cast<double>(std::count(stacked.begin(), stacked.end(), 1)) /
          static_cast<double>(samples.size());

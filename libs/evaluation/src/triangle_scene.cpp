@@ -3,13 +3,15 @@
 #include <embree3/rtcore.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
-#include "parallel.hpp"
-#include "triangle_distance.hpp"
+#include "gelslam/core/parallel.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
@@ -23,11 +25,22 @@ struct SceneRelease {
 using DevicePointer = std::unique_ptr<RTCDeviceTy, DeviceRelease>;
 using ScenePointer = std::unique_ptr<RTCSceneTy, SceneRelease>;
 
-void check(const Mesh& mesh) {
+/// A search may look at this many triangles on average: usual meshes need some dozens. Beyond it the mesh
+/// covers itself so often that measuring would not end.
+constexpr std::size_t kMostVisits = 2000;
+constexpr std::size_t kSearchesAtOnce = 1024;
+
+void check_geometry(const Mesh& mesh) {
   if (mesh.triangles.empty()) throw Error("the mesh has no triangles: nothing to measure");
+  float furthest_mm = 0;
   for (const Eigen::Vector3f& vertex : mesh.vertices_mm) {
     if (!vertex.allFinite()) throw Error("the mesh has a vertex that is not finite");
+    furthest_mm = std::max(furthest_mm, vertex.cwiseAbs().maxCoeff());
   }
+  if (furthest_mm > kFurthestVertex_mm)
+    throw Error("the mesh reaches " + number_text(1e-3 * static_cast<double>(furthest_mm), 3) +
+                " m from its origin, more than can be measured (" + number_text(1e-3 * kFurthestVertex_mm) +
+                " m); is its unit right?");
   const auto count = static_cast<std::int64_t>(mesh.vertices_mm.size());
   for (const Eigen::Vector3i& triangle : mesh.triangles) {
     if (triangle.minCoeff() < 0 || triangle.maxCoeff() >= count) {
@@ -56,21 +69,48 @@ ScenePointer build_scene(RTCDevice device, const Mesh& mesh) {
   return scene;
 }
 
+Eigen::Vector3d closest_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                   const Eigen::Vector3d& b) {
+  const Eigen::Vector3d ab = b - a;
+  const double length2 = ab.squaredNorm();
+  if (length2 == 0.0) return a;
+  return a + std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) * ab;
+}
+
+/// The point of triangle abc nearest to p; triangles without area are treated as their edges.
+Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                    const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  const double normal2 = normal.squaredNorm();
+  if (normal2 > 0.0) {
+    // Inside the prism above the triangle the foot of the perpendicular is nearest.
+    const bool inside = normal.cross(b - a).dot(p - a) >= 0.0 && normal.cross(c - b).dot(p - b) >= 0.0 &&
+                        normal.cross(a - c).dot(p - c) >= 0.0;
+    if (inside) return p - (p - a).dot(normal) / normal2 * normal;
+  }
+  Eigen::Vector3d best = closest_on_segment(p, a, b);
+  for (const Eigen::Vector3d& candidate : {closest_on_segment(p, b, c), closest_on_segment(p, c, a)}) {
+    if ((candidate - p).squaredNorm() < (best - p).squaredNorm()) best = candidate;
+  }
+  return best;
+}
+
 struct ClosestSearch {
   const Mesh& mesh;
   Eigen::Vector3d point;
   ClosestPoint best;
+  std::size_t visits = 0;  ///< of triangles
 };
 
 bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   auto& search = *static_cast<ClosestSearch*>(arguments->userPtr);
+  ++search.visits;
   const int index = static_cast<int>(arguments->primID);
   const Eigen::Vector3i& corners = search.mesh.triangles[arguments->primID];
   const auto corner = [&](int k) -> Eigen::Vector3d {
     return search.mesh.vertices_mm[static_cast<std::size_t>(corners[k])].cast<double>();
   };
-  const Eigen::Vector3d candidate =
-      evaluation::detail::closest_on_triangle(search.point, corner(0), corner(1), corner(2));
+  const Eigen::Vector3d candidate = closest_on_triangle(search.point, corner(0), corner(1), corner(2));
   const double distance = (candidate - search.point).norm();
   const bool nearer = distance < search.best.distance_mm ||
                       (distance == search.best.distance_mm && index < search.best.triangle);
@@ -110,7 +150,7 @@ struct CollectingContext {
   std::vector<RayHit>* hits;
 };
 
-void collect_and_go_on(const RTCFilterFunctionNArguments* arguments) {
+void collect_hit(const RTCFilterFunctionNArguments* arguments) {
   auto* collecting = reinterpret_cast<CollectingContext*>(arguments->context);
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] != -1) continue;
@@ -123,14 +163,34 @@ void collect_and_go_on(const RTCFilterFunctionNArguments* arguments) {
 
 }  // namespace
 
+void throw_too_tangled() {
+  throw Error("the mesh cannot be measured: thousands of its triangles lie at the same place");
+}
+
 struct TriangleScene::Impl {
   Mesh mesh;
   DevicePointer device;
   ScenePointer scene;
+
+  /// The triangle nearest to a point; adds the triangles it looked at to `visits`.
+  ClosestPoint closest(const Eigen::Vector3d& point_mm, std::size_t& visits) const {
+    ClosestSearch search{mesh, point_mm, {}};
+    search.best.distance_mm = std::numeric_limits<double>::infinity();
+    RTCPointQuery query{};
+    query.x = static_cast<float>(point_mm.x());
+    query.y = static_cast<float>(point_mm.y());
+    query.z = static_cast<float>(point_mm.z());
+    query.radius = std::numeric_limits<float>::infinity();
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(scene.get(), &query, &context, &visit_triangle, &search);
+    visits += search.visits;
+    return search.best;
+  }
 };
 
 TriangleScene::TriangleScene(Mesh mesh) : impl_(std::make_unique<Impl>()) {
-  check(mesh);
+  check_geometry(mesh);
   impl_->mesh = std::move(mesh);
   impl_->device.reset(rtcNewDevice(nullptr));
   if (!impl_->device) throw std::runtime_error("Embree cannot be started on this machine");
@@ -145,35 +205,20 @@ TriangleScene::TriangleScene(TriangleScene&&) noexcept = default;
 TriangleScene& TriangleScene::operator=(TriangleScene&&) noexcept = default;
 
 ClosestPoint TriangleScene::closest(const Eigen::Vector3d& point_mm) const {
-  ClosestSearch search{impl_->mesh, point_mm, {}};
-  search.best.distance_mm = std::numeric_limits<double>::infinity();
-  RTCPointQuery query{};
-  query.x = static_cast<float>(point_mm.x());
-  query.y = static_cast<float>(point_mm.y());
-  query.z = static_cast<float>(point_mm.z());
-  query.radius = std::numeric_limits<float>::infinity();
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(impl_->scene.get(), &query, &context, &visit_triangle, &search);
-  return search.best;
+  std::size_t visits = 0;
+  return impl_->closest(point_mm, visits);
 }
 
 std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector3d>& points_mm) const {
   std::vector<ClosestPoint> result(points_mm.size());
-  evaluation::detail::parallel_ranges(points_mm.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) result[i] = closest(points_mm[i]);
+  std::atomic<std::size_t> all_visits{0};
+  const std::size_t most = kMostVisits * std::max(points_mm.size(), kSearchesAtOnce);
+  parallel_for_ranges(points_mm.size(), kSearchesAtOnce, 0, [&](std::size_t begin, std::size_t end) {
+    std::size_t visits = 0;
+    for (std::size_t i = begin; i < end; ++i) result[i] = impl_->closest(points_mm[i], visits);
+    if (all_visits.fetch_add(visits) + visits > most) throw_too_tangled();
   });
   return result;
-}
-
-std::optional<RayHit> TriangleScene::cast(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                                          double length_mm) const {
-  RTCRayHit ray = make_ray(origin_mm, direction, length_mm);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(impl_->scene.get(), &context, &ray);
-  if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return to_hit(ray.ray.tfar, ray.hit.primID, ray.hit.u, ray.hit.v);
 }
 
 std::vector<RayHit> TriangleScene::cast_all(const Eigen::Vector3d& origin_mm,
@@ -182,19 +227,10 @@ std::vector<RayHit> TriangleScene::cast_all(const Eigen::Vector3d& origin_mm,
   RTCRayHit ray = make_ray(origin_mm, direction, length_mm);
   CollectingContext collecting{};
   rtcInitIntersectContext(&collecting.context);
-  collecting.context.filter = &collect_and_go_on;
+  collecting.context.filter = &collect_hit;
   collecting.hits = &hits;
   rtcIntersect1(impl_->scene.get(), &collecting.context, &ray);
   return hits;
-}
-
-bool TriangleScene::is_occluded(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                                double length_mm) const {
-  RTCRay ray = make_ray(origin_mm, direction, length_mm).ray;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(impl_->scene.get(), &context, &ray);
-  return ray.tfar < 0.0F;
 }
 
 const Mesh& TriangleScene::mesh() const { return impl_->mesh; }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <fstream>
 #include <string>
 
 #include "gelslam/core/error.hpp"
@@ -72,21 +73,36 @@ void check_readable(const Mesh& mesh) {
   }
 }
 
+/// The unit that write_mesh() notes near the beginning of every file.
+LengthUnit noted_unit(const std::filesystem::path& path) {
+  constexpr std::size_t kBeginning_bytes = 512;
+  std::string beginning(kBeginning_bytes, '\0');
+  std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginning_bytes);
+  return beginning.find("unit millimetre") != std::string::npos ? LengthUnit::millimetre : LengthUnit::metre;
+}
+
 std::string lower_extension(const std::filesystem::path& path) {
   return lower_case(path.extension().string());
 }
 
 }  // namespace
 
-Mesh read_mesh(const std::filesystem::path& path, LengthUnit file_unit) {
+const char* short_name(LengthUnit unit) { return unit == LengthUnit::metre ? "m" : "mm"; }
+
+LengthUnit usual_unit(const std::filesystem::path& path) {
+  return lower_extension(path) == ".ply" ? LengthUnit::metre : LengthUnit::millimetre;
+}
+
+Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file_unit) {
   const std::string extension = lower_extension(path);
   if (extension != ".ply" && extension != ".obj" && extension != ".stl") {
     throw Error("cannot read mesh '" + path.string() + "': the name has to end in .ply, .obj or .stl");
   }
-  const double mm_per_unit = file_unit == LengthUnit::metre ? 1000.0 : 1.0;
   try {
     if (!std::filesystem::exists(path)) throw Error("there is no such file");
     if (!std::filesystem::is_regular_file(path)) throw Error("it is not a regular file");
+    const LengthUnit unit = file_unit ? *file_unit : noted_unit(path);
+    const double mm_per_unit = unit == LengthUnit::metre ? 1000.0 : 1.0;
     Mesh mesh =
         extension == ".ply" ? mesh::detail::read_ply(path, mm_per_unit) : read_with_open3d(path, mm_per_unit);
     check_readable(mesh);

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "gelslam/mesh/mesh.hpp"
 
 namespace gelslam {
+
+/// Vertices further from the origin are refused: beyond it single precision no longer tells near triangles
+/// apart, and a wrong unit is the likely reason.
+inline constexpr double kFurthestVertex_mm = 10e3;
 
 struct ClosestPoint {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
@@ -25,23 +28,20 @@ struct RayHit {
 class TriangleScene {
  public:
   /// Keeps a copy. Throws Error when the mesh has no triangle, an index out of range, or a vertex that is not
-  /// finite.
+  /// finite or too far away.
   explicit TriangleScene(Mesh mesh);
   ~TriangleScene();
   TriangleScene(TriangleScene&&) noexcept;
   TriangleScene& operator=(TriangleScene&&) noexcept;
 
   ClosestPoint closest(const Eigen::Vector3d& point_mm) const;
-  /// The same for many points, on all cores.
+  /// The same for many points, on all cores. Throws Error for a mesh that covers itself thousands of times:
+  /// every search would look at all of it.
   std::vector<ClosestPoint> closest(const std::vector<Eigen::Vector3d>& points_mm) const;
 
-  /// Nearest hit within `length_mm` along the unit `direction`, or all of them in no particular order.
-  std::optional<RayHit> cast(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                             double length_mm) const;
+  /// All hits within `length_mm` along the unit `direction`, in no particular order.
   std::vector<RayHit> cast_all(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
                                double length_mm) const;
-  bool is_occluded(const Eigen::Vector3d& origin_mm, const Eigen::Vector3d& direction,
-                   double length_mm) const;
 
   const Mesh& mesh() const;
   /// Unit normal by the corners' order, or zero for a triangle without area.
@@ -51,5 +51,8 @@ class TriangleScene {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// What closest() throws for such a mesh.
+[[noreturn]] void throw_too_tangled();
 
 }  // namespace gelslam
