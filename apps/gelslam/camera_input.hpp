@@ -1,8 +1,13 @@
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
+#include <thread>
+#include <utility>
 
+#include "gelslam/core/interrupt.hpp"
 #include "gelslam/sensor/camera.hpp"
 #include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/slam/config.hpp"
@@ -21,5 +26,23 @@ CameraInput open_camera_input(const Config& config, const std::string& device);
 
 /// For what a person did not name: "gelslam-20261120-083000", local time.
 std::string name_by_time();
+
+/// Does once what Ctrl-C asks for, whatever the other threads wait for: a camera may keep next() waiting for
+/// seconds.
+class InterruptStopper {
+ public:
+  explicit InterruptStopper(std::function<void()> stop)
+      : thread_([this, stop = std::move(stop)](const std::stop_token& done) {
+          while (!done.stop_requested()) {
+            if (interrupt_.requested()) return stop();
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+          }
+        }) {}
+  bool requested() const { return interrupt_.requested(); }
+
+ private:
+  InterruptWatch interrupt_;
+  std::jthread thread_;
+};
 
 }  // namespace gelslam

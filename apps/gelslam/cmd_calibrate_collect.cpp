@@ -13,7 +13,6 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "interrupt_stopper.hpp"
 
 namespace gelslam {
 namespace {

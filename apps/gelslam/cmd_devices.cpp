@@ -116,8 +116,7 @@ std::string camera_text(const CameraInfo& camera) {
 std::string cameras_text(const std::vector<CameraInfo>& cameras) {
   if (cameras.empty()) {
     return "no camera is connected: there is no /dev/video node (plug the sensor in; a container or virtual "
-           "machine "
-           "must be given the device)\n";
+           "machine must be given the device)\n";
   }
   std::string text;
   for (const CameraInfo& camera : cameras) text += camera_text(camera);
@@ -146,7 +145,7 @@ void add_devices_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "devices", "List the cameras with their formats, rates and controls; mark the touch sensors");
   const auto as_json = std::make_shared<bool>(false);
-  command->add_flag("--json", *as_json, "one JSON object for another program");
+  command->add_flag("--json", *as_json, "Print one JSON object for another program");
   command->footer("Example: gelslam devices\nExit code 1: there is no camera that can be opened.");
   command->callback([as_json, &exit_code] { exit_code = run_devices(*as_json); });
 }

@@ -9,6 +9,7 @@
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
@@ -17,7 +18,7 @@ struct EvaluateArguments {
   std::filesystem::path run, data_folder;
   std::filesystem::path mesh, truth_mesh;
   std::filesystem::path results, picture;
-  bool json = false;
+  bool json = false, quiet = false;
 };
 
 struct Judged {
@@ -25,16 +26,16 @@ struct Judged {
   std::optional<PlacedMeshes> meshes;
 };
 
-Judged judge(const EvaluateArguments& arguments) {
+Judged judge(const EvaluateArguments& arguments, ProgressSink& progress) {
   if (!arguments.mesh.empty()) {
     const PlacedMeshes meshes{read_mesh(arguments.mesh), read_mesh(arguments.truth_mesh)};
-    return {evaluate(meshes), meshes};
+    return {evaluate(meshes, &progress), meshes};
   }
   if (arguments.run.empty())
     throw Error("nothing to evaluate: give RUN and --truth DATA, or --mesh and --truth-mesh");
   const Comparison comparison = compare(arguments.run, arguments.data_folder);
   const std::optional<PlacedMeshes> meshes = place_meshes(comparison);
-  return {evaluate(comparison, meshes), meshes};
+  return {evaluate(comparison, meshes, &progress), meshes};
 }
 
 void draw(const EvaluateArguments& arguments, const std::optional<PlacedMeshes>& meshes) {
@@ -45,9 +46,14 @@ void draw(const EvaluateArguments& arguments, const std::optional<PlacedMeshes>&
 }
 
 void run_evaluate(const EvaluateArguments& arguments) {
-  const Judged judged = judge(arguments);
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const Judged judged = judge(arguments, *progress);
   if (!arguments.results.empty()) write_file_atomically(arguments.results, to_json(judged.evaluation));
-  if (!arguments.picture.empty()) draw(arguments, judged.meshes);
+  if (!arguments.picture.empty()) {
+    progress->begin("drawing", std::nullopt);
+    draw(arguments, judged.meshes);
+    progress->end();
+  }
   std::cout << (arguments.json ? to_json(judged.evaluation) : to_table(judged.evaluation));
 }
 
@@ -58,22 +64,24 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
       app.add_subcommand("evaluate", "Measure a run's trajectory and mesh against ground truth");
   const auto arguments = std::make_shared<EvaluateArguments>();
   CLI::Option* run = command->add_option("RUN", arguments->run,
-                                         "run folder (trajectory.tum, report.json, mesh.ply) or a .tum file");
+                                         "Run folder (trajectory.tum, report.json, mesh.ply) or a .tum file");
   CLI::Option* truth =
       command->add_option("--truth", arguments->data_folder,
-                          "data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy)");
+                          "Data folder with true_start_T_currs.npy (and gt_mesh.ply, touched.npy)");
   run->needs(truth);
   truth->needs(run);
-  CLI::Option* mesh = command->add_option("--mesh", arguments->mesh, "only a mesh (PLY, OBJ or STL, metres)");
+  CLI::Option* mesh = command->add_option("--mesh", arguments->mesh, "Only a mesh (PLY, OBJ or STL)");
   CLI::Option* truth_mesh =
-      command->add_option("--truth-mesh", arguments->truth_mesh, "its true shape, same frame");
+      command->add_option("--truth-mesh", arguments->truth_mesh, "Its true shape, in the same frame");
   mesh->needs(truth_mesh)->excludes(run);
   truth_mesh->needs(mesh);
-  command->add_flag("--json", arguments->json, "print JSON instead of a table");
-  command->add_option("-o,--output", arguments->results, "also write the results to this JSON file");
+  command->add_flag("--json", arguments->json, "Print JSON instead of a table");
+  command->add_option("-o,--output", arguments->results, "Also write the results to this JSON file");
   command
-      ->add_option("--picture", arguments->picture, "PNG: reconstruction, true shape, distance between them")
+      ->add_option("--picture", arguments->picture,
+                   "Draw reconstruction, true shape and the distance between them (PNG)")
       ->check(refuse_unless_png);
+  add_quiet_flag(*command, arguments->quiet);
   command->footer("Example: gelslam evaluate RUN --truth DATA --picture comparison.png");
   command->callback([arguments, &exit_code] {
     run_evaluate(*arguments);

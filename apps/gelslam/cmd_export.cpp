@@ -1,21 +1,32 @@
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <system_error>
+#include <vector>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/map_completeness.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
 
 struct ExportArguments {
   std::filesystem::path source, output;
-  std::string units = "m";
-  bool overwrite = false;
+  std::string units;
+  bool overwrite = false, quiet = false;
 };
 
 std::filesystem::path mesh_file(const std::filesystem::path& source) {
@@ -30,19 +41,66 @@ std::filesystem::path mesh_file(const std::filesystem::path& source) {
   return mesh;
 }
 
+/// "3 loose pieces: the largest has 97.2 % of the area"; "" for a mesh in one piece.
+std::string loose_pieces(const Mesh& mesh) {
+  std::vector<std::size_t> parent(mesh.vertices_mm.size());
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  const auto root = [&](int vertex) {
+    auto v = static_cast<std::size_t>(vertex);
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    for (const int corner : {t[1], t[2]}) parent[root(corner)] = root(t[0]);
+  std::map<std::size_t, double> area;
+  double total = 0, largest = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto& v = mesh.vertices_mm;
+    const auto corner = [&](int k) { return v[static_cast<std::size_t>(t[k])]; };
+    const double twice = static_cast<double>((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm());
+    total += twice;
+    largest = std::max(largest, area[root(t[0])] += twice);
+  }
+  if (area.size() < 2) return "";
+  return fmt::format("{} loose pieces: the largest has {:.1f} % of the area", area.size(),
+                     total > 0 ? 100 * largest / total : 0.0);
+}
+
+LengthUnit unit_of(const ExportArguments& arguments) {
+  if (arguments.units.empty()) return usual_unit(arguments.output);
+  return arguments.units == "mm" ? LengthUnit::millimetre : LengthUnit::metre;
+}
+
+void say_what_is_missing(const ExportArguments& arguments, const Mesh& mesh) {
+  const std::string pieces = loose_pieces(mesh);
+  if (!pieces.empty()) std::cerr << pieces << "\n";
+  if (!std::filesystem::is_directory(arguments.source)) return;
+  const auto completeness = read_completeness(arguments.source);
+  if (completeness && !completeness->complete()) std::cerr << describe(*completeness) << "\n";
+}
+
 void run_export(const ExportArguments& arguments) {
   if (std::filesystem::exists(arguments.output) && !arguments.overwrite) {
     throw Error("'" + arguments.output.string() + "' exists already; use --overwrite to replace it");
   }
+  const auto progress = make_progress(arguments.quiet);
+  progress->begin("reading the mesh", std::nullopt);
   const Mesh mesh = read_mesh(mesh_file(arguments.source));
-  if (arguments.output.extension() == ".png") {
+  const bool picture = lower_case(arguments.output.extension().string()) == ".png";
+  progress->begin(picture ? "drawing" : "writing", std::nullopt);
+  if (picture) {
     write_picture(arguments.output, draw_mesh(mesh));
-    std::cerr << "wrote " << arguments.output.string() << "\n";
-    return;
+  } else {
+    write_mesh(arguments.output, mesh, unit_of(arguments));
   }
-  write_mesh(arguments.output, mesh, arguments.units == "mm" ? LengthUnit::millimetre : LengthUnit::metre);
-  std::cerr << "wrote " << arguments.output.string() << ": " << mesh.vertices_mm.size() << " vertices, "
-            << mesh.triangles.size() << " triangles, in " << arguments.units << "\n";
+  progress->end();
+  if (arguments.quiet) return;
+  std::cerr << "wrote " << arguments.output.string();
+  if (!picture)
+    std::cerr << fmt::format(": {} vertices, {} triangles, in {}", mesh.vertices_mm.size(),
+                             mesh.triangles.size(), short_name(unit_of(arguments)));
+  std::cerr << "\n";
+  say_what_is_missing(arguments, mesh);
 }
 
 }  // namespace
@@ -51,17 +109,19 @@ void add_export_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("export", "Write a run's surface as PLY, OBJ or STL, or a picture of it");
   const auto arguments = std::make_shared<ExportArguments>();
-  command->add_option("SOURCE", arguments->source, "run folder, or a mesh file (PLY, OBJ, STL) in metres")
+  command->add_option("SOURCE", arguments->source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
+  command
+      ->add_option(
+          "-o,--output", arguments->output,
+          "File to write; its ending is its format: ply, obj, stl, or png (a picture from three sides)")
       ->required();
   command
-      ->add_option("-o,--output", arguments->output,
-                   "file to write; its ending (ply, obj, stl; png: a picture from three sides) is its format")
-      ->required();
-  command->add_option("--units", arguments->units, "unit of the file's numbers")
-      ->check(CLI::IsMember({"m", "mm"}))
-      ->capture_default_str();
-  command->add_flag("--overwrite", arguments->overwrite, "replace the file if it exists");
-  command->footer("Example: gelslam export RUN -o object.stl --units mm");
+      ->add_option("--units", arguments->units,
+                   "Unit of the file's numbers (default: mm for OBJ and STL, m for PLY)")
+      ->check(CLI::IsMember({"m", "mm"}));
+  command->add_flag("--overwrite", arguments->overwrite, "Replace the file if it exists");
+  add_quiet_flag(*command, arguments->quiet);
+  command->footer("Example: gelslam export RUN -o object.stl");
   command->callback([arguments, &exit_code] {
     run_export(*arguments);
     exit_code = exit_done;

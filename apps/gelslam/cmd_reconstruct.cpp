@@ -1,12 +1,14 @@
+#include <fmt/core.h>
+
 #include <iostream>
 #include <memory>
-#include <sstream>
 
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/slam/reconstruct.hpp"
-#include "summary_words.hpp"
+#include "reports.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -19,13 +21,13 @@ struct ReconstructArguments {
 };
 
 std::string in_words(const ReconstructSummary& s, const std::string& run_folder) {
-  std::ostringstream text;
-  text.precision(3);
-  if (s.partial) text << "stopped early: this is what was seen so far\n";
-  if (!s.warning.empty()) text << "warning: " << s.warning << "\n";
-  text << s.tracked << " of " << s.frames << " frames tracked, " << map_words(s) << "\n"
-       << mesh_words(s) << ", in " << s.seconds << " s: " << run_folder << "\n";
-  return text.str();
+  std::string text;
+  if (s.partial) text += "stopped early: this is what was seen so far\n";
+  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
+                      mesh_words(s), short_number(s.seconds, 3), run_folder);
+  if (!s.completeness.complete()) text += describe(s.completeness) + "\n";
+  return text;
 }
 
 int run(const ReconstructArguments& arguments) {
@@ -54,7 +56,7 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
   arguments->log.add_to(*command);
   command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
   command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
-  command->add_flag("-q,--quiet", arguments->quiet, "No progress, no summary");
+  add_quiet_flag(*command, arguments->quiet);
   command->footer("Example: gelslam reconstruct data/pebble -o runs/pebble");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

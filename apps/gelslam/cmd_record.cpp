@@ -9,9 +9,7 @@
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
-#include "interrupt_stopper.hpp"
-#include "record_report.hpp"
-#include "start_check.hpp"
+#include "reports.hpp"
 
 namespace gelslam {
 namespace {
@@ -113,14 +111,14 @@ void add_record_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--from", arguments->from, "Another log instead of a camera: converts videos and folders")
       ->excludes(device);
-  command->add_option("--seconds", arguments->seconds, "Stop after so long (default: at Ctrl-C)")
+  command->add_option("--seconds", arguments->seconds, "Stop after this many seconds (default: at Ctrl-C)")
       ->check(number_between(0.01, 1e6));
   command->add_flag(
       "--resized", arguments->resized,
-      "Store the small pictures that are worked with, without loss (PNG), instead of the camera's own");
+      "Store the resized pictures that tracking uses, without loss (PNG), instead of the camera's own");
   command->add_option("--config", arguments->config, "Configuration to use and to store in the log");
   command->add_option("--model", arguments->model, "Gradient model nnmodel.pth to store in the log");
-  command->add_flag("-q,--quiet", arguments->quiet, "No progress, no summary; doubts and warnings only");
+  add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam record --model nnmodel.pth --seconds 60 -o scan.mkv\n"
       "Exit code 1: nothing was recorded, or not all (disk full or too slow).");

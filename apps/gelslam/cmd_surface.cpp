@@ -1,5 +1,6 @@
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -23,8 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* height_file = "height_mm.tiff";  // also tells our folders from others when overwriting
-constexpr float shown_curvature = 0.2F;                // 1/pixel, black or white in the picture
+constexpr const char* kHeightFile = "height_mm.tiff";  // also tells our folders from others when overwriting
+constexpr float kShownCurvature = 0.2F;                // 1/pixel, black or white in the picture
 
 struct SurfaceArguments {
   fs::path image, background, model, output;
@@ -56,7 +57,7 @@ cv::Mat3b normals_picture(const cv::Mat3f& normals) {  // R, G, B = x, y, z from
 
 cv::Mat1b curvature_picture(const cv::Mat1f& curvature) {  // 0 is mid-gray
   cv::Mat1b picture;
-  curvature.convertTo(picture, CV_8U, 127.0 / shown_curvature, 128.0);
+  curvature.convertTo(picture, CV_8U, 127.0 / kShownCurvature, 128.0);
   return picture;
 }
 
@@ -91,7 +92,7 @@ void write_picture_file(const fs::path& path, const cv::Mat& picture) {
 }
 
 void write_surface(const fs::path& folder, const Surface& surface) {
-  write_picture_file(folder / height_file, surface.height_mm);
+  write_picture_file(folder / kHeightFile, surface.height_mm);
   write_picture_file(folder / "height.png", height_picture(surface.height_mm));
   write_picture_file(folder / "normals.png", normals_picture(surface.normals));
   write_picture_file(folder / "contact.png", surface.contact);
@@ -109,8 +110,8 @@ SurfacePtr estimate(const SurfaceArguments& arguments) {
 
 int run_surface(const SurfaceArguments& arguments) {
   RunFolder folder(arguments.output, {.overwrite = arguments.overwrite,
-                                      .marker_file = height_file,
-                                      .known_entries = {height_file, "height.png", "normals.png",
+                                      .marker_file = kHeightFile,
+                                      .known_entries = {kHeightFile, "height.png", "normals.png",
                                                         "contact.png", "curvature.png", "surface.ply"},
                                       .input = arguments.image});
   const SurfacePtr surface = estimate(arguments);
@@ -118,10 +119,7 @@ int run_surface(const SurfaceArguments& arguments) {
   folder.commit();
   double deepest_mm = 0.0;
   cv::minMaxLoc(surface->height_mm, &deepest_mm, nullptr);
-  char line[120];
-  std::snprintf(line, sizeof line, "contact %d pixels, deepest %.3f mm", surface->contact_pixels,
-                -deepest_mm);
-  std::cout << line << "\n";
+  std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm\n", surface->contact_pixels, -deepest_mm);
   return surface->contact_pixels > 0 ? exit_done : exit_not_good;
 }
 
@@ -131,15 +129,17 @@ void add_surface_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "surface", "Height, normals, contact and curvature of one image, as pictures and a mesh");
   const auto arguments = std::make_shared<SurfaceArguments>();
-  command->add_option("IMAGE", arguments->image, "the touched gel (calibrated size, or raw from the camera)")
+  command
+      ->add_option("IMAGE", arguments->image,
+                   "Picture of the touched gel (calibrated size, or raw from the camera)")
       ->required();
-  command->add_option("--background", arguments->background, "the same gel untouched")->required();
-  command->add_option("--model", arguments->model, "the sensor's nnmodel.pth")->required();
-  command->add_option("-o,--output", arguments->output, "folder to write")->required();
-  command->add_option("--pitch", arguments->pitch_mm, "millimetres per pixel")
+  command->add_option("--background", arguments->background, "Picture of the same gel untouched")->required();
+  command->add_option("--model", arguments->model, "The sensor's gradient model nnmodel.pth")->required();
+  command->add_option("-o,--output", arguments->output, "Folder to write")->required();
+  command->add_option("--pitch", arguments->pitch_mm, "Millimetres per pixel")
       ->check(number_between(1e-4, 10.0))
       ->capture_default_str();
-  command->add_flag("--overwrite", arguments->overwrite, "replace a folder this command wrote earlier");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace a folder this command wrote earlier");
   command->footer(
       "Writes height_mm.tiff (32-bit float), height.png, normals.png, contact.png, curvature.png, "
       "surface.ply.\n"

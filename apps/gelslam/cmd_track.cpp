@@ -29,7 +29,7 @@ std::array<double, 16> row_major_metres(const Pose& pose_mm) {
   return numbers;
 }
 
-/// What a tracked frame does not know: along what the surface does not show, and how far the trial may have
+/// What is uncertain about a tracked frame: the degenerate directions, and how far the trial may have
 /// drifted.
 std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
   const std::array<bool, 6>& observable = frame.registration.observable;
@@ -43,7 +43,7 @@ std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
 std::string reason(const TrackedFrame& frame, const std::optional<Vector6d>& sigma) {
   switch (frame.status) {
     case TrackStatus::background:
-      return "the bare gel, by which contact is told";
+      return "the bare gel; contact is detected by comparing with it";
     case TrackStatus::no_contact:
       return "nothing touches the sensor";
     case TrackStatus::undone:
@@ -139,7 +139,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--format", arguments->format,
-          "tum: time and pose in the frame of the first contact, metres, of every frame that has one "
+          "Output: tum: time and pose in the frame of the first contact, metres, of every frame that has one "
           "(after a loss: once a place is recognised); "
           "ndjson: every frame as an object")
       ->check(CLI::IsMember({"tum", "ndjson"}))

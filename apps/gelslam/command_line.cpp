@@ -1,5 +1,7 @@
 #include "command_line.hpp"
 
+#include <fmt/core.h>
+
 #include <charconv>
 #include <fstream>
 #include <iterator>
@@ -58,6 +60,10 @@ void LogOptions::add_to(CLI::App& command) {
   command.add_flag("--force", force, "Continue although the log's first frames seem to show contact");
 }
 
+void add_quiet_flag(CLI::App& command, bool& quiet) {
+  command.add_flag("-q,--quiet", quiet, "Print no progress and no summary, only warnings and errors");
+}
+
 std::string refuse_unless_png(const std::string& path) {
   return refuse_other_ending(path, ".png", "pictures are written as PNG");
 }
@@ -67,7 +73,7 @@ std::string refuse_unless_html(const std::string& path) {
 }
 
 CLI::Validator number_between(double least, double most) {
-  const std::string range = format_text("%.10g to %.10g", least, most);
+  const std::string range = fmt::format("{:.10g} to {:.10g}", least, most);
   const auto check = [least, most, range](const std::string& text) -> std::string {
     double value = 0;
     const char* end = text.data() + text.size();

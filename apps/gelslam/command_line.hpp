@@ -20,6 +20,9 @@ struct LogOptions {
   LogInput input() const { return {log, config, model, background, force}; }
 };
 
+/// The one meaning of -q: no progress and no summary. Warnings and errors are still printed.
+void add_quiet_flag(CLI::App& command, bool& quiet);
+
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
 /// A file of another type than the ending promises is refused.
 std::string refuse_unless_png(const std::string& path);

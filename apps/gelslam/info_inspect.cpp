@@ -1,15 +1,19 @@
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <optional>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/evaluation/run_result.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/map_completeness.hpp"
 #include "gelslam/surface/gradient_model.hpp"
 #include "info_report.hpp"
 
@@ -19,13 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::uintmax_t largest_report_bytes = 16u << 20;
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+constexpr std::uintmax_t kLargestJson_bytes = 64u << 20;
 
 /// Runs one part of a folder's inspection; what is wrong with it becomes a problem and the rest goes on.
 void attempt(InfoReport& report, const std::function<void()>& part) {
@@ -44,7 +42,7 @@ void add_log(InfoReport& report, const fs::path& log, const SensorProfile& profi
     const double duration_s = static_cast<double>(*frames) / source->rate_hz();
     value["frames"] = *frames;
     value["duration_s"] = duration_s;
-    words += ", " + std::to_string(*frames) + " frames, " + number(duration_s) + " s";
+    words += fmt::format(", {} frames, {} s", *frames, short_number(duration_s));
   }
   report.add("log", value, words);
   attempt(report, [&] { source->next(); });
@@ -59,8 +57,8 @@ Config add_config(InfoReport& report, const fs::path& file, const Config& config
                   {"height_px", sensor.height_px},
                   {"pixel_pitch_mm", sensor.pixel_pitch_mm},
                   {"model", sensor.calibration_model_path.string()}},
-             "valid; " + sensor.device_name + ", " + std::to_string(sensor.width_px) + "x" +
-                 std::to_string(sensor.height_px) + " pixels of " + number(sensor.pixel_pitch_mm) + " mm");
+             fmt::format("valid; {}, {} pixels of {} mm", sensor.device_name,
+                         size_text(sensor.width_px, sensor.height_px), short_number(sensor.pixel_pitch_mm)));
   return config;
 }
 
@@ -103,10 +101,9 @@ void add_truth(InfoReport& report, const fs::path& file) {
   const std::vector<double> values = array.to_doubles();
   std::size_t touching = 0;
   for (std::size_t i = 0; i < values.size(); i += 16) touching += std::isfinite(values[i]) ? 1u : 0u;
-  report.add("truth",
-             Json{{"file", file.filename().string()}, {"poses", array.shape[0]}, {"in_contact", touching}},
-             std::to_string(array.shape[0]) + " poses, " + std::to_string(touching) +
-                 " of them in contact, " + file.filename().string());
+  report.add(
+      "truth", Json{{"file", file.filename().string()}, {"poses", array.shape[0]}, {"in_contact", touching}},
+      fmt::format("{} poses, {} of them in contact, {}", array.shape[0], touching, file.filename().string()));
 }
 
 void add_mesh(InfoReport& report, const fs::path& file) {
@@ -119,24 +116,23 @@ void add_mesh(InfoReport& report, const fs::path& file) {
                   {"vertices", mesh.vertices_mm.size()},
                   {"triangles", mesh.triangles.size()},
                   {"size_mm", {size.x(), size.y(), size.z()}}},
-             std::to_string(mesh.vertices_mm.size()) + " vertices, " + std::to_string(mesh.triangles.size()) +
-                 " triangles, " + number(size.x()) + " x " + number(size.y()) + " x " + number(size.z()) +
-                 " mm");
+             fmt::format("{} vertices, {} triangles, {} x {} x {} mm", mesh.vertices_mm.size(),
+                         mesh.triangles.size(), short_number(size.x()), short_number(size.y()),
+                         short_number(size.z())));
 }
 
-Json read_report(const fs::path& file) {
+Json read_json_object(const fs::path& file) {
   std::error_code code;
-  if (fs::file_size(file, code) > largest_report_bytes || code)
-    throw Error(file.string() + ": cannot be read");
+  if (fs::file_size(file, code) > kLargestJson_bytes || code) throw Error(file.string() + ": cannot be read");
   std::ifstream stream(file);
-  Json report = Json::parse(stream, nullptr, /*allow_exceptions=*/false);
-  if (!report.is_object()) throw Error(file.string() + ": not a JSON object, or truncated");
-  return report;
+  Json object = Json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  if (!object.is_object()) throw Error(file.string() + ": not a JSON object, or truncated");
+  return object;
 }
 
 /// The report's plain entries; tables and lists (times per stage) are left to those who open the file.
-void add_run(InfoReport& report, const fs::path& file) {
-  const Json run = read_report(file);
+void add_report(InfoReport& report, const fs::path& file) {
+  const Json run = read_json_object(file);
   Json value = Json::object();
   std::string words;
   for (const auto& [key, entry] : run.items()) {
@@ -146,12 +142,65 @@ void add_run(InfoReport& report, const fs::path& file) {
              (entry.is_string() ? entry.get<std::string>() : entry.dump());
   }
   report.add("report", value, words);
+  if (const auto completeness = read_completeness(file.parent_path());
+      completeness && !completeness->complete())
+    report.add("missing",
+               Json{{"pieces_not_joined", completeness->pieces_not_joined},
+                    {"frames_not_in_mesh", completeness->frames_not_in_mesh}},
+               describe(*completeness));
+}
+
+void add_session(InfoReport& report, const fs::path& folder) {
+  const Json session = read_json_object(folder / "session.json");
+  const auto keyframes = session.find("keyframes");
+  if (keyframes == session.end() || !keyframes->is_array())
+    throw Error((folder / "session.json").string() + ": lists no keyframes");
+  std::size_t missing = 0;
+  std::error_code code;
+  for (const Json& keyframe : *keyframes) {
+    const auto id = keyframe.is_object() ? keyframe.find("id") : keyframe.end();
+    if (id == keyframe.end() || !fs::exists(folder / (id->dump() + ".tiff"), code)) ++missing;
+  }
+  report.add("keyframes", Json{{"listed", keyframes->size()}, {"missing", missing}},
+             counted(static_cast<std::int64_t>(keyframes->size()), "keyframe"));
+  if (missing > 0)
+    report.add_problem(counted(static_cast<std::int64_t>(missing), "keyframe") +
+                       " without its surface (ID.tiff)");
+}
+
+void add_trajectory(InfoReport& report, const fs::path& file) {
+  const std::vector<StampedPose> poses = read_tum(file);
+  double length_mm = 0;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    length_mm += (poses[i].map_T_sensor.translation() - poses[i - 1].map_T_sensor.translation()).norm();
+  const double duration_s = poses.empty() ? 0.0 : poses.back().time_s - poses.front().time_s;
+  report.add("trajectory",
+             Json{{"poses", poses.size()}, {"duration_s", duration_s}, {"length_mm", length_mm}},
+             fmt::format("{} poses over {} s, {} mm long", poses.size(), short_number(duration_s),
+                         short_number(length_mm)));
+}
+
+InfoReport inspect_surface(const fs::path& folder) {
+  InfoReport report(folder, "the surface of one touch (gelslam surface)");
+  attempt(report, [&] { add_mesh(report, folder / "surface.ply"); });
+  std::error_code code;
+  for (const char* name : {"height.png", "normals.png", "contact.png", "curvature.png"})
+    if (!fs::exists(folder / name, code)) report.add_problem(std::string("holds no ") + name);
+  return report;
+}
+
+InfoReport inspect_session(const fs::path& folder) {
+  InfoReport report(folder, "the session of a run: its keyframes' surfaces");
+  add_session(report, folder);
+  return report;
 }
 
 InfoReport inspect_run(const fs::path& folder) {
   InfoReport report(folder, "a run folder");
-  attempt(report, [&] { add_run(report, folder / "report.json"); });
+  attempt(report, [&] { add_report(report, folder / "report.json"); });
   std::error_code code;
+  if (fs::exists(folder / "trajectory.tum", code))
+    attempt(report, [&] { add_trajectory(report, folder / "trajectory.tum"); });
   for (const char* name : {"mesh.ply", "config.yaml"}) {
     if (!fs::exists(folder / name, code)) report.add_problem(std::string("holds no ") + name);
   }
@@ -229,9 +278,8 @@ void add_readable(InfoReport& report, const fs::path& file, const SensorProfile&
                   {"lost_by_camera", log->lost_frames()},
                   {"bytes", bytes},
                   {"state", state}},
-             std::to_string(frames) + " frames over " + number(duration_s) + " s, " +
-                 std::to_string(log->lost_frames()) + " lost by the camera, " +
-                 number(static_cast<double>(bytes) / 1e6) + " MB; " + state);
+             fmt::format("{} frames over {} s, {} lost by the camera, {}; {}", frames,
+                         short_number(duration_s), log->lost_frames(), bytes_text(bytes), state));
 }
 
 InfoReport inspect_recorded_log(const fs::path& file) {
@@ -256,6 +304,10 @@ InfoReport inspect_file(const fs::path& file) {
     add(report);
     return report;
   };
+  if (ending == ".json" && file.filename() == "session.json") return inspect_session(file.parent_path());
+  if (ending == ".json" && file.filename() == "report.json")
+    return single("the report of a run", [&](InfoReport& r) { add_report(r, file); });
+  if (ending == ".tum") return single("a trajectory", [&](InfoReport& r) { add_trajectory(r, file); });
   if (ending == ".pth" || ending == ".json")
     return single("a gradient model", [&](InfoReport& r) { add_model(r, file); });
   if (ending == ".yaml" || ending == ".yml") {
@@ -278,6 +330,8 @@ InfoReport inspect(const fs::path& path) {
   if (!fs::exists(path, code)) throw Error(path.string() + ": no such file or folder");
   if (!fs::is_directory(path, code)) return inspect_file(path);
   if (fs::exists(path / "report.json", code)) return inspect_run(path);
+  if (fs::exists(path / "session.json", code)) return inspect_session(path);
+  if (fs::exists(path / "height_mm.tiff", code)) return inspect_surface(path);
   if (fs::exists(path / "catalog.csv", code)) return inspect_presses(path);
   return inspect_data(path);
 }

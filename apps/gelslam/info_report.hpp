@@ -31,9 +31,9 @@ class InfoReport {
   std::vector<std::string> problems_;
 };
 
-/// Finds out what `path` is (a log, a data folder, a run folder, calibration presses, a model, a
-/// configuration, a mesh, an array) and what is in it. Throws Error when it is nothing of the kind or, for a
-/// single file, damaged; a damaged part of a folder is a problem in the report.
+/// Finds out what `path` is (a log, a data folder, a run or a file of it, a surface, calibration presses, a
+/// model, a configuration, a mesh, an array) and what is in it. Throws Error when it is nothing of the kind or,
+/// for a single file, damaged; a damaged part of a folder is a problem in the report.
 InfoReport inspect(const std::filesystem::path& path);
 
 }  // namespace gelslam

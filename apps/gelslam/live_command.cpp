@@ -16,7 +16,7 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "summary_words.hpp"
+#include "reports.hpp"
 
 namespace gelslam {
 namespace {

@@ -39,8 +39,8 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_view_command(app, exit_code);
 }
 
-/// The subcommand (or its subcommand) the person asked for, else the program itself; `name` is all that leads
-/// there.
+/// The subcommand (or its subcommand) that was asked for, else the program itself. Its full name is appended
+/// to `name`.
 const CLI::App& chosen_command(const CLI::App& app, std::string& name) {
   name += app.get_name();
   const auto chosen = app.get_subcommands();

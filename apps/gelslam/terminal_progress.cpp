@@ -1,40 +1,29 @@
 #include "terminal_progress.hpp"
 
+#include <fmt/core.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <iostream>
+
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr int bar_cells = 24;
-constexpr double redraw_period_s = 0.1;
+constexpr int kBarCells = 24;
+constexpr double kRedrawPeriod_s = 0.1;
 
 std::string rate_text(double rate_hz) {
-  char text[32];
-  std::snprintf(text, sizeof text, rate_hz < 10.0 ? "%.1f/s" : "%.0f/s", rate_hz);
-  return text;
-}
-
-std::string duration_text(double seconds) {
-  const auto whole = static_cast<long>(std::min(seconds + 0.5, 1e9));
-  char text[32];
-  if (whole < 60) {
-    std::snprintf(text, sizeof text, "%ld s", whole);
-  } else {
-    std::snprintf(text, sizeof text, "%ld:%02ld min", whole / 60, whole % 60);
-  }
-  return text;
+  return fmt::format("{:.{}f}/s", rate_hz, rate_hz < 10.0 ? 1 : 0);
 }
 
 std::string bar(double share) {
-  const int full = static_cast<int>(share * bar_cells);
+  const int full = static_cast<int>(share * kBarCells);
   return "[" + std::string(static_cast<std::size_t>(full), '#') +
-         std::string(static_cast<std::size_t>(bar_cells - full), '.') + "]";
+         std::string(static_cast<std::size_t>(kBarCells - full), '.') + "]";
 }
 
 int terminal_columns() {
@@ -54,8 +43,10 @@ std::string progress_line(std::string_view task, std::int64_t done, std::optiona
     const double share = std::clamp(static_cast<double>(done) / static_cast<double>(*total), 0.0, 1.0);
     line += bar(share) + "  " + std::to_string(static_cast<int>(100.0 * share)) + "%  ";
     line += std::to_string(done) + "/" + std::to_string(*total);
-  } else {
+  } else if (done > 0 || total) {
     line += std::to_string(done);
+  } else {
+    line += duration_text(elapsed_s);
   }
   if (rate_hz > 0.0) {
     line += "  " + rate_text(rate_hz);
@@ -65,13 +56,23 @@ std::string progress_line(std::string_view task, std::int64_t done, std::optiona
   return line.substr(0, static_cast<std::size_t>(std::max(columns, 1)));
 }
 
-TerminalProgress::TerminalProgress(std::ostream& out, int columns, std::function<double()> now_s)
-    : out_(out), columns_(columns), now_s_(std::move(now_s)) {}
+TerminalProgress::TerminalProgress(std::ostream& out, int columns, std::function<double()> now_s, bool ticks)
+    : out_(out), columns_(columns), now_s_(std::move(now_s)) {
+  if (!ticks) return;
+  ticker_ = std::jthread([this](const std::stop_token& done) {
+    while (!done.stop_requested()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      const std::lock_guard lock(mutex_);
+      if (running_ && now_s_() - drawn_s_ >= 1.0) draw();
+    }
+  });
+}
 
 TerminalProgress::~TerminalProgress() { end(); }
 
 void TerminalProgress::begin(std::string_view task, std::optional<std::int64_t> total) {
   end();
+  const std::lock_guard lock(mutex_);
   task_ = task;
   total_ = total;
   done_ = 0;
@@ -81,11 +82,13 @@ void TerminalProgress::begin(std::string_view task, std::optional<std::int64_t> 
 }
 
 void TerminalProgress::update(std::int64_t done) {
+  const std::lock_guard lock(mutex_);
   done_ = done;
-  if (running_ && now_s_() - drawn_s_ >= redraw_period_s) draw();
+  if (running_ && now_s_() - drawn_s_ >= kRedrawPeriod_s) draw();
 }
 
 void TerminalProgress::end() {
+  const std::lock_guard lock(mutex_);
   if (!running_) return;
   draw();
   running_ = false;
@@ -101,9 +104,10 @@ void TerminalProgress::draw() {
 
 std::unique_ptr<ProgressSink> make_progress(bool quiet) {
   if (quiet || ::isatty(STDERR_FILENO) == 0) return std::make_unique<NoProgress>();
-  return std::make_unique<TerminalProgress>(std::cerr, terminal_columns(), [] {
+  const auto now_s = [] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  });
+  };
+  return std::make_unique<TerminalProgress>(std::cerr, terminal_columns(), now_s, /*ticks=*/true);
 }
 
 }  // namespace gelslam

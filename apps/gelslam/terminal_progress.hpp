@@ -2,23 +2,26 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <ostream>
 #include <string>
+#include <thread>
 
 #include "gelslam/core/progress.hpp"
 
 namespace gelslam {
 
-/// "tracking  [#####.....]  50%  120/240  31.2/s  4 s left", or without a known total "tracking 120  31.2/s".
-/// Cut to `columns` characters.
+/// "tracking  [#####.....]  50%  120/240  31.2/s  4 s left"; without a known total "tracking  120  31.2/s",
+/// and before anything is counted the time: "closing loops  12 s". Cut to `columns` characters.
 std::string progress_line(std::string_view task, std::int64_t done, std::optional<std::int64_t> total,
                           double elapsed_s, int columns);
 
 /// A line on the terminal that is drawn over ten times a second, and stays when its task ends.
 class TerminalProgress final : public ProgressSink {
  public:
-  /// `now_s` is a monotonic clock. `out` must outlive this.
-  TerminalProgress(std::ostream& out, int columns, std::function<double()> now_s);
+  /// `now_s` is a monotonic clock. `out` must outlive this. With `ticks` the line is also drawn once a second
+  /// while the work says nothing, so that the elapsed time goes on.
+  TerminalProgress(std::ostream& out, int columns, std::function<double()> now_s, bool ticks = false);
   ~TerminalProgress() override;
   void begin(std::string_view task, std::optional<std::int64_t> total) override;
   void update(std::int64_t done) override;
@@ -36,6 +39,8 @@ class TerminalProgress final : public ProgressSink {
   std::int64_t done_ = 0;
   double start_s_ = 0.0, drawn_s_ = 0.0;
   bool running_ = false;
+  std::mutex mutex_;
+  std::jthread ticker_;  ///< the last member: it ends before the others go
 };
 
 /// Progress on stderr; nothing when it is no terminal or the person asked for quiet.

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <sstream>
+#include <thread>
 
 namespace gelslam {
 namespace {
@@ -20,6 +23,7 @@ TEST(ProgressLine, SaysHowFarHowFastAndHowLong) {
   EXPECT_EQ(progress_line("tracking", 240, 240, 8.0, 80),
             "tracking  [########################]  100%  240/240  30/s");
   EXPECT_EQ(progress_line("reading", 50, std::nullopt, 2.0, 80), "reading  50  25/s");
+  EXPECT_EQ(progress_line("closing loops", 0, std::nullopt, 75.0, 80), "closing loops  1:15 min");
 }
 
 TEST(ProgressLine, StrangeNumbersStayInBounds) {
@@ -49,6 +53,20 @@ TEST(TerminalProgress, DrawsAtMostTenTimesASecondAndEndsTheLine) {
   EXPECT_GE(std::count(text.begin(), text.end(), '\r'), 9);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
   EXPECT_THAT(text, EndsWith("100%  1000/1000  1000/s\x1b[K\n"));
+}
+
+TEST(TerminalProgress, TimeGoesOnWhileTheWorkSaysNothing) {
+  std::ostringstream out;
+  std::atomic<double> now_s = 0;
+  {
+    TerminalProgress progress(out, 80, [&] { return now_s.load(); }, /*ticks=*/true);
+    progress.begin("closing loops", std::nullopt);
+    now_s = 7;
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    now_s = 9;
+  }
+  EXPECT_THAT(out.str(), HasSubstr("closing loops  7 s"));
+  EXPECT_THAT(out.str(), EndsWith("closing loops  9 s\x1b[K\n"));
 }
 
 TEST(TerminalProgress, AnAbandonedTaskEndsItsLine) {

@@ -163,6 +163,11 @@ TEST(StackedShare, CountsSecondSheetsOfTheSameOrientation) {
   EXPECT_NEAR(share(joined(plane(0.0), plane(0.3, 10, 5.0))), 50.0 / 125.0, 0.005);
 }
 
+TEST(StackedShare, RefusesAMeshThatIsAllInOnePlace) {
+  const Mesh crowd = test::plane(0.0, 100, 0.2);  // 20 000 triangles within the reach, twice
+  EXPECT_THROW(stacked_share(TriangleScene(test::joined(crowd, test::plane(0.01, 100, 0.2)))), Error);
+}
+
 TEST(StackedShare, RoughnessAndUnsharedVerticesAreNoSecondSheet) {
   // Zigzag with slopes of 63 degrees: normals hit neighboring flanks, which are connected and do not count.
   const Mesh rough = height_field(-3, 3, -3, 3, 60, [](double x, double y) {

@@ -1,10 +1,9 @@
-#include "gelslam/evaluation/run_result.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/evaluation/run_result.hpp"
 
 namespace gelslam {
 namespace {

@@ -50,7 +50,11 @@ std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunResult&
   return estimate;
 }
 
-MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eigen::Vector3d>& touched_mm) {
+MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eigen::Vector3d>& touched_mm,
+                               ProgressSink* progress) {
+  NoProgress silent;
+  ProgressSink& steps = progress != nullptr ? *progress : silent;
+  steps.begin("measuring the mesh", 4);  // steps of about the same length
   const TriangleScene estimate(meshes.estimate);
   const TriangleScene truth(meshes.truth);
   std::vector<Eigen::Vector3d> truth_points = touched_mm;
@@ -62,10 +66,15 @@ MeshEvaluation evaluate_meshes(const PlacedMeshes& meshes, const std::vector<Eig
   MeshEvaluation result;
   result.touched_only = !touched_mm.empty();
   result.at_known_pose = evaluate_mesh(estimate, truth, truth_points);
+  steps.update(1);
   result.stacked_share = stacked_share(estimate);
+  steps.update(2);
   result.refinement = refine_rigidly(estimate, truth);
+  steps.update(3);
   const TriangleScene refined(transformed(meshes.estimate, result.refinement.truth_T_estimate));
   result.refined = evaluate_mesh(refined, truth, truth_points);
+  steps.update(4);
+  steps.end();
   return result;
 }
 
@@ -98,7 +107,8 @@ std::optional<PlacedMeshes> place_meshes(const Comparison& comparison) {
       read_mesh(truth.mesh_path)};
 }
 
-Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMeshes>& meshes) {
+Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMeshes>& meshes,
+                    ProgressSink* progress) {
   const GroundTruth& truth = comparison.truth;
   Evaluation evaluation;
   evaluation.trajectory =
@@ -107,13 +117,13 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
   evaluation.anchor_frame = comparison.run.anchor_frame;
   evaluation.trials = comparison.run.trials;
   evaluation.components = comparison.run.components;
-  if (meshes) evaluation.mesh = evaluate_meshes(*meshes, truth.touched_mm);
+  if (meshes) evaluation.mesh = evaluate_meshes(*meshes, truth.touched_mm, progress);
   return evaluation;
 }
 
-Evaluation evaluate(const PlacedMeshes& meshes) {
+Evaluation evaluate(const PlacedMeshes& meshes, ProgressSink* progress) {
   Evaluation evaluation;
-  evaluation.mesh = evaluate_meshes(meshes, {});
+  evaluation.mesh = evaluate_meshes(meshes, {}, progress);
   return evaluation;
 }
 

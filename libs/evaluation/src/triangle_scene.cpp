@@ -38,8 +38,8 @@ void check_geometry(const Mesh& mesh) {
     furthest_mm = std::max(furthest_mm, vertex.cwiseAbs().maxCoeff());
   }
   if (furthest_mm > kFurthestVertex_mm)
-    throw Error("the mesh reaches " + number_text(1e-3 * static_cast<double>(furthest_mm), 3) +
-                " m from its origin, more than can be measured (" + number_text(1e-3 * kFurthestVertex_mm) +
+    throw Error("the mesh reaches " + short_number(1e-3 * static_cast<double>(furthest_mm), 3) +
+                " m from its origin, more than can be measured (" + short_number(1e-3 * kFurthestVertex_mm) +
                 " m); is its unit right?");
   const auto count = static_cast<std::int64_t>(mesh.vertices_mm.size());
   for (const Eigen::Vector3i& triangle : mesh.triangles) {
@@ -139,11 +139,6 @@ RTCRayHit make_ray(const Eigen::Vector3d& origin, const Eigen::Vector3d& directi
   return ray;
 }
 
-RayHit to_hit(float distance, unsigned triangle, float u, float v) {
-  return {static_cast<double>(distance), static_cast<int>(triangle), static_cast<double>(u),
-          static_cast<double>(v)};
-}
-
 /// Embree's filter gets the context by pointer: the hits are kept right behind it.
 struct CollectingContext {
   RTCIntersectContext context;
@@ -154,9 +149,8 @@ void collect_hit(const RTCFilterFunctionNArguments* arguments) {
   auto* collecting = reinterpret_cast<CollectingContext*>(arguments->context);
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] != -1) continue;
-    collecting->hits->push_back(
-        to_hit(RTCRayN_tfar(arguments->ray, arguments->N, i), RTCHitN_primID(arguments->hit, arguments->N, i),
-               RTCHitN_u(arguments->hit, arguments->N, i), RTCHitN_v(arguments->hit, arguments->N, i)));
+    collecting->hits->push_back({static_cast<double>(RTCRayN_tfar(arguments->ray, arguments->N, i)),
+                                 static_cast<int>(RTCHitN_primID(arguments->hit, arguments->N, i))});
     arguments->valid[i] = 0;
   }
 }

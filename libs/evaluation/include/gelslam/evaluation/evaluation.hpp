@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "gelslam/core/progress.hpp"
 #include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/evaluation/run_result.hpp"
@@ -51,10 +52,12 @@ Comparison compare(const std::filesystem::path& run, const std::filesystem::path
 std::optional<PlacedMeshes> place_meshes(const Comparison& comparison);
 
 /// The trajectory, and the meshes where given (then completeness is over comparison.truth.touched_mm if any).
-Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMeshes>& meshes);
+/// `progress` hears of the steps, if given.
+Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMeshes>& meshes,
+                    ProgressSink* progress = nullptr);
 
 /// Two bare meshes in one frame; completeness over the whole true surface.
-Evaluation evaluate(const PlacedMeshes& meshes);
+Evaluation evaluate(const PlacedMeshes& meshes, ProgressSink* progress = nullptr);
 
 /// For people, and for programs (one JSON object, pretty-printed, newline at the end).
 std::string to_table(const Evaluation& evaluation);

@@ -20,7 +20,6 @@ struct ClosestPoint {
 struct RayHit {
   double distance_mm = 0.0;
   int triangle = -1;
-  double u = 0.0, v = 0.0;  ///< the hit is (1-u-v) a + u b + v c of the triangle's corners
 };
 
 /// A triangle mesh made ready for distance and ray queries (Embree). Coordinates in millimetres, in the

@@ -2,12 +2,24 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
+#include "gelslam/slam/color_gain.hpp"
+#include "gelslam/slam/config.hpp"
+#include "gelslam/slam/reconstruct.hpp"
 
 namespace gelslam {
+
+/// "120 frames in the map; 1 trial in 1 piece, 6 keyframes, 1 loop".
+std::string map_words(const ReconstructSummary& summary);
+/// "mesh of 12146 vertices and 23394 triangles".
+std::string mesh_words(const ReconstructSummary& summary);
 
 /// What a recording says to the person at the terminal, on stderr.
 class RecordReport {
@@ -32,6 +44,24 @@ class RecordReport {
   std::int64_t frames_ = 0;
   double first_s_ = 0, last_s_ = 0;
   std::chrono::steady_clock::time_point drawn_at_;
+};
+
+/// Looks at a recording's first frames, which should show the bare gel, and says what makes it doubt them:
+/// while the person can still begin again.
+class StartCheck {
+ public:
+  StartCheck(const Config& config, std::function<void(const std::string&)> say_doubt);
+  /// Every frame in order; does nothing after the first few.
+  void look_at(const RawFrame& frame);
+
+ private:
+  void judge();
+
+  Config config_;
+  ColorGain color_gain_;
+  std::function<void(const std::string&)> say_doubt_;
+  std::optional<FrameDecoder> decoder_;  ///< gone once all is said
+  std::vector<cv::Mat3b> pictures_;
 };
 
 }  // namespace gelslam
