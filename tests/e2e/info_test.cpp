@@ -76,6 +76,93 @@ TEST(Info, ARunFolder) {
   EXPECT_THAT(info(folder.path()).out, HasSubstr("not a JSON object, or truncated"));
 }
 
+TEST(Info, ARunSaysWhatItsMeshLeavesOut) {
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "report.json", R"({"frames": {"tracked": 120, "in_map": 104}, "groups": 2})");
+  test::write_bytes(folder / "trajectory.tum", "0.4 0 0 0 0 0 0 1\n0.8 0.003 0.004 0 0 0 0 1\n");
+  const ProgramResult run = info(folder.path());
+  EXPECT_THAT(run.out,
+              HasSubstr("1 piece not joined; 16 frames not in the mesh; touch a place between them"));
+  EXPECT_THAT(run.out, HasSubstr("2 poses over 0.4 s, 5 mm long"));
+  const ProgramResult report = info(folder / "report.json");
+  EXPECT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_THAT(report.out, HasSubstr("the report of a run"));
+  EXPECT_THAT(report.out, HasSubstr("16 frames not in the mesh"));
+  EXPECT_THAT(info(folder / "trajectory.tum").out, HasSubstr("a trajectory"));
+}
+
+TEST(Info, ASessionAndASurfaceAreNamed) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "session");
+  test::write_bytes(folder / "session/session.json",
+                    R"({"version": 1, "keyframes": [{"id": 3}, {"id": 7}]})");
+  test::write_bytes(folder / "session/3.tiff", "x");
+  for (const fs::path& path : {folder / "session", folder / "session/session.json"}) {
+    const ProgramResult session = info(path);
+    EXPECT_THAT(session.out, HasSubstr("the session of a run"));
+    EXPECT_THAT(session.out, HasSubstr("2 keyframes"));
+    EXPECT_THAT(session.out, HasSubstr("1 keyframe without its surface"));
+    EXPECT_EQ(session.exit_code, 1);
+  }
+  fs::create_directory(folder / "touch");
+  test::write_bytes(folder / "touch/height_mm.tiff", "x");
+  const ProgramResult surface = info(folder / "touch");
+  EXPECT_THAT(surface.out, HasSubstr("the surface of one touch"));
+  EXPECT_EQ(surface.exit_code, 1) << "without its mesh";
+}
+
+/// Triangles of 3 mm; `corners` are nine numbers each, metres.
+std::string ascii_stl(const std::vector<std::string>& corners) {
+  std::string text = "solid s\n";
+  for (const std::string& corner : corners)
+    text += "facet normal 0 0 1\nouter loop\n" + corner + "endloop\nendfacet\n";
+  return text + "endsolid s\n";
+}
+
+constexpr const char* kTriangle = "vertex 0 0 0\nvertex 0.003 0 0\nvertex 0 0.003 0\n";
+constexpr const char* kOtherTriangle = "vertex 0.01 0 0\nvertex 0.011 0 0\nvertex 0.01 0.003 0\n";
+
+TEST(Export, SaysUnitAndLoosePieces) {
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "two.stl", ascii_stl({kTriangle, kOtherTriangle}));
+  const auto exported = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"export", (folder / "two.stl").string(), "--overwrite"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult result = test::run_program(GELSLAM_PROGRAM, arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  const std::string stl = exported({"-o", (folder / "a.stl").string()});
+  EXPECT_THAT(stl, HasSubstr("2 triangles, in mm\n"));
+  EXPECT_THAT(stl, HasSubstr("2 loose pieces: the largest has 75.0 % of the area"));
+  EXPECT_THAT(exported({"-o", (folder / "a.ply").string()}), HasSubstr("2 triangles, in m\n"));
+  EXPECT_THAT(exported({"-o", (folder / "a.obj").string(), "--units", "m"}), HasSubstr("in m\n"));
+  EXPECT_EQ(exported({"-q", "-o", (folder / "b.ply").string()}), "");
+  EXPECT_THAT(info(folder / "a.stl").out, HasSubstr("11 x 3 x 0 mm")) << "the unit is noted in the file";
+}
+
+TEST(Evaluate, HostileGeometryIsOneLineAndNoLongWait) {
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "truth.stl", ascii_stl({kTriangle}));
+  test::write_bytes(folder / "far.stl",
+                    ascii_stl({kTriangle, "vertex 0 0 0\nvertex 1e30 0 0\nvertex 0 3e35 0\n"}));
+  std::string crowd =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 30000\nproperty list uchar int vertex_indices\nend_header\n"
+      "0 0 0\n0.003 0 0\n0 0.003 0\n";
+  for (int i = 0; i < 30000; ++i) crowd += "3 0 1 2\n";
+  test::write_bytes(folder / "crowd.ply", crowd);
+  const auto evaluate = [&](const char* mesh, const char* truth) {
+    return test::run_program(GELSLAM_PROGRAM, {"evaluate", "--mesh", (folder / mesh).string(), "--truth-mesh",
+                                               (folder / truth).string()});
+  };
+  EXPECT_EQ(evaluate("truth.stl", "truth.stl").exit_code, 0);
+  test::expect_mistake(evaluate("far.stl", "truth.stl"), "is its unit right?");
+  test::expect_mistake(evaluate("truth.stl", "far.stl"), "is its unit right?");
+  test::expect_mistake(evaluate("crowd.ply", "truth.stl"), "thousands of its triangles");
+  test::expect_mistake(evaluate("truth.stl", "crowd.ply"), "thousands of its triangles");
+}
+
 TEST(Info, DamagedSingleFilesAreMistakes) {
   const TemporaryFolder folder;
   for (const char* name : {"a.pth", "a.yaml", "a.npy", "a.ply", "a.obj", "a.stl", "a.mkv"}) {

@@ -1,4 +1,4 @@
-#include "cameras/camera_list.hpp"
+#include "cameras/v4l2_camera.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,6 @@
 #include <cerrno>
 
 #include "../support/temporary_folder.hpp"
-#include "cameras/camera.hpp"
 #include "fake_camera.hpp"
 #include "gelslam/core/error.hpp"
 

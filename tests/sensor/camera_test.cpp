@@ -1,4 +1,4 @@
-#include "cameras/camera.hpp"
+#include "cameras/v4l2_camera.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

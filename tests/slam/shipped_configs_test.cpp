@@ -6,7 +6,7 @@
 
 #include "../sensor/fake_camera.hpp"
 #include "../support/temporary_folder.hpp"
-#include "cameras/camera.hpp"
+#include "cameras/v4l2_camera.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/slam/config.hpp"

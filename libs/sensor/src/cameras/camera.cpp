@@ -1,17 +1,13 @@
-#include "cameras/camera.hpp"
-
 #include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <sstream>
 #include <thread>
 
-#include "cameras/camera_controls.hpp"
-#include "cameras/camera_list.hpp"
-#include "cameras/capture_format.hpp"
 #include "cameras/capture_stream.hpp"
+#include "cameras/v4l2_camera.hpp"
 #include "gelslam/core/text.hpp"
-#include "images/joined_warnings.hpp"
+#include "images/left_out.hpp"
 
 namespace gelslam {
 namespace detail {

@@ -1,5 +1,3 @@
-#include "cameras/camera_controls.hpp"
-
 #include <linux/videodev2.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <cerrno>
 #include <optional>
 
+#include "cameras/v4l2_camera.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam::detail {

@@ -1,10 +1,7 @@
-#include "cameras/camera_list.hpp"
-
 #include <algorithm>
 #include <array>
 
-#include "cameras/camera_controls.hpp"
-#include "cameras/camera_modes.hpp"
+#include "cameras/v4l2_camera.hpp"
 #include "cameras/video_node.hpp"
 
 namespace gelslam {

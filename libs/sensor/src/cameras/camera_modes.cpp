@@ -1,10 +1,10 @@
-#include "cameras/camera_modes.hpp"
-
 #include <linux/videodev2.h>
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+
+#include "cameras/v4l2_camera.hpp"
 
 namespace gelslam {
 namespace detail {

@@ -1,12 +1,10 @@
-#include "cameras/capture_format.hpp"
-
 #include <linux/videodev2.h>
 
 #include <cerrno>
 #include <cmath>
 #include <sstream>
 
-#include "cameras/camera_modes.hpp"
+#include "cameras/v4l2_camera.hpp"
 
 namespace gelslam::detail {
 namespace {

@@ -5,10 +5,8 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "images/area_resample.hpp"
-#include "images/crop_window.hpp"
-#include "images/jpeg_decoder.hpp"
-#include "images/png_decoder.hpp"
+#include "images/crop.hpp"
+#include "images/decoders.hpp"
 
 namespace gelslam {
 namespace {
@@ -25,7 +23,7 @@ struct FrameDecoder::Impl {
   cv::Mat3b decode_png(const RawFrame& frame);
   cv::Mat3b decode_plain(const RawFrame& frame, int bytes_per_pixel);
   bool size_is_plausible(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px);
-  void refuse_residual(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) const;
+  void refuse_wrong_size(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) const;
   cv::Rect window_of(cv::Size raw) const;
   cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const;
 
@@ -53,11 +51,11 @@ bool FrameDecoder::Impl::size_is_plausible(const RawFrame& frame, std::int64_t w
   return true;
 }
 
-void FrameDecoder::Impl::refuse_residual(const RawFrame& frame, std::int64_t width_px,
+void FrameDecoder::Impl::refuse_wrong_size(const RawFrame& frame, std::int64_t width_px,
                                          std::int64_t height_px) const {
   if (detail::picture_fit(width_px, height_px, profile) == detail::PictureFit::never) {
     throw Error("frame " + std::to_string(frame.index) + " " +
-                detail::residual_text(width_px, height_px, profile));
+                detail::wrong_size_text(width_px, height_px, profile));
   }
 }
 
@@ -87,7 +85,7 @@ cv::Mat3b FrameDecoder::Impl::decode_jpeg(const RawFrame& frame) {
     damage = "a gray picture; slopes are read from the sensor's colors";
     return {};
   }
-  refuse_residual(frame, info.width_px, info.height_px);
+  refuse_wrong_size(frame, info.width_px, info.height_px);
   const cv::Size raw(info.width_px, info.height_px);
   const cv::Rect window = window_of(raw);
   int denominator = 1;
@@ -106,7 +104,7 @@ cv::Mat3b FrameDecoder::Impl::decode_png(const RawFrame& frame) {
   const detail::PngInfo info = detail::check_png(frame.bytes);
   damage = info.damage;
   if (!damage.empty() || !size_is_plausible(frame, info.width_px, info.height_px)) return {};
-  refuse_residual(frame, info.width_px, info.height_px);
+  refuse_wrong_size(frame, info.width_px, info.height_px);
   const cv::Mat3b picture = detail::decode_png(frame.bytes);
   if (picture.empty()) {
     damage = "PNG is corrupt, or no color picture with 8 bits per channel";
@@ -117,7 +115,7 @@ cv::Mat3b FrameDecoder::Impl::decode_png(const RawFrame& frame) {
 
 cv::Mat3b FrameDecoder::Impl::decode_plain(const RawFrame& frame, int bytes_per_pixel) {
   if (!size_is_plausible(frame, frame.width_px, frame.height_px)) return {};
-  refuse_residual(frame, frame.width_px, frame.height_px);
+  refuse_wrong_size(frame, frame.width_px, frame.height_px);
   const std::size_t needed =
       static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px * bytes_per_pixel);
   if (frame.bytes.size() < needed) {

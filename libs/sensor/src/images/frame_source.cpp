@@ -1,10 +1,30 @@
 #include "gelslam/sensor/frame_source.hpp"
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "images/image_folder_source.hpp"
-#include "images/video_source.hpp"
-#include "logs/raw_log_source.hpp"
+#include "images/left_out.hpp"
+#include "images/sources.hpp"
+
+namespace gelslam::detail {
+
+void LeftOut::leave_out(const std::string& damage) {
+  constexpr int patience = 10;
+  if (left_out_++ == 0) first_ = damage;
+  if (used_ == 0 && left_out_ == patience) throw Error(first_);
+}
+
+void LeftOut::require_some(const std::string& what) const {
+  if (used_ > 0) return;
+  throw Error(left_out_ > 0 ? first_ : what + " holds no readable frame");
+}
+
+std::string LeftOut::warning() const {
+  if (left_out_ == 0) return "";
+  return "left out " + counted(left_out_, "damaged picture") + " (the first: " + first_ + ")";
+}
+
+}  // namespace gelslam::detail
 
 namespace gelslam {
 

@@ -1,5 +1,3 @@
-#include "images/image_folder_source.hpp"
-
 #include <algorithm>
 #include <array>
 #include <sstream>
@@ -8,6 +6,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "images/left_out.hpp"
+#include "images/sources.hpp"
 
 namespace gelslam::detail {
 namespace {

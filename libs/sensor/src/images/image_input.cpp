@@ -1,6 +1,8 @@
 #include "gelslam/sensor/image_input.hpp"
 
 #include <algorithm>
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -9,21 +11,21 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "images/crop_window.hpp"
-#include "images/image_header.hpp"
+#include "images/crop.hpp"
+#include "images/decoders.hpp"
 #include "images/quiet.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr std::uintmax_t largest_image_file_bytes = 256u << 20;
+constexpr std::uintmax_t kLargestImageFile_bytes = 256u << 20;
 
 std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   std::error_code code;
   const std::uintmax_t size = std::filesystem::file_size(path, code);
   if (code) throw Error(path.string() + ": cannot be read: " + code.message());
   if (size == 0) throw Error(path.string() + ": the file is empty");
-  if (size > largest_image_file_bytes)
+  if (size > kLargestImageFile_bytes)
     throw Error(path.string() + ": larger than any image of a touch sensor");
   std::ifstream file(path, std::ios::binary);
   std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
@@ -32,22 +34,44 @@ std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-/// Refuses what the decoder would take a long time or a lot of memory for, or would quietly complete with
-/// gray.
-void check_header(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
-  const auto header = detail::peek_image_header(bytes);
-  if (!header) return;
-  if (!header->complete) throw Error(path.string() + ": the image is truncated");
-  // Each side first: their product could overflow.
-  if (header->width_px > detail::most_picture_pixels || header->height_px > detail::most_picture_pixels ||
-      header->width_px * header->height_px > detail::most_picture_pixels) {
-    throw Error(path.string() + ": " + size_text(header->width_px, header->height_px) +
-                " pixels are more than any touch sensor has");
-  }
+/// Refuses what the decoder would take a long time or a lot of memory for. Each side first: their product
+/// could overflow.
+void check_size(std::int64_t width_px, std::int64_t height_px, const std::filesystem::path& path) {
+  if (width_px <= detail::most_picture_pixels && height_px <= detail::most_picture_pixels &&
+      width_px * height_px <= detail::most_picture_pixels)
+    return;
+  throw Error(path.string() + ": " + size_text(width_px, height_px) +
+              " pixels are more than any touch sensor has");
 }
 
-cv::Mat decode(const std::vector<unsigned char>& bytes) {
-  const detail::QuietStderr quiet;  // libpng, libjpeg and libtiff write to stderr themselves
+[[noreturn]] void throw_gray(const std::filesystem::path& path) {
+  throw Error(path.string() +
+              ": a gray image; slopes are read from the sensor's colors, give the color image");
+}
+
+cv::Mat read_jpeg(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  detail::JpegDecoder decoder;
+  const detail::JpegInfo info = decoder.read_header(bytes);
+  if (info.width_px == 0) throw Error(path.string() + ": not a readable image: " + decoder.damage());
+  check_size(info.width_px, info.height_px, path);
+  if (!info.color) throw_gray(path);
+  cv::Mat3b picture;
+  if (!decoder.decode(bytes, info, 1, picture))
+    throw Error(path.string() + ": the image is truncated or damaged: " + decoder.damage());
+  return picture;
+}
+
+/// BMP says its size in its header (the height is negative where rows run downward); TIFF is left to OpenCV's
+/// own bounds.
+void check_bmp(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  std::int32_t size[2];
+  if (bytes.size() < 26 || bytes[0] != 'B' || bytes[1] != 'M') return;
+  std::memcpy(size, bytes.data() + 18, sizeof size);
+  check_size(size[0], std::abs(std::int64_t{size[1]}), path);
+}
+
+cv::Mat read_with_opencv(const std::vector<unsigned char>& bytes) {
+  const detail::QuietStderr quiet;  // libpng and libtiff write to stderr themselves
   try {
     return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
@@ -55,12 +79,23 @@ cv::Mat decode(const std::vector<unsigned char>& bytes) {
   }
 }
 
+cv::Mat read_any(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  if (bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8) return read_jpeg(bytes, path);
+  if (bytes.size() > 8 && std::memcmp(bytes.data(), "\x89PNG", 4) == 0) {
+    const detail::PngInfo info = detail::check_png(bytes);
+    check_size(info.width_px, info.height_px, path);
+    if (!info.damage.empty())
+      throw Error(path.string() + ": the image is truncated or damaged: " + info.damage);
+  }
+  check_bmp(bytes, path);
+  return read_with_opencv(bytes);
+}
+
 }  // namespace
 
 cv::Mat3b read_image(const std::filesystem::path& path) {
   const std::vector<unsigned char> bytes = read_bytes(path);
-  check_header(bytes, path);
-  cv::Mat image = decode(bytes);
+  const cv::Mat image = read_any(bytes, path);
   if (image.empty())
     throw Error(path.string() + ": not a readable image (png, jpg, bmp or tiff), or damaged");
   if (image.depth() != CV_8U) throw Error(path.string() + ": needs 8 bits per channel");
@@ -71,8 +106,7 @@ cv::Mat3b read_image(const std::filesystem::path& path) {
   } else if (image.channels() == 3 && !is_gray(image)) {
     return image;
   }
-  throw Error(path.string() +
-              ": a gray image; slopes are read from the sensor's colors, give the color image");
+  throw_gray(path);
 }
 
 cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px) {
@@ -93,7 +127,7 @@ cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, c
     case detail::PictureFit::never:
       break;
   }
-  throw Error(name + ": " + detail::residual_text(image.cols, image.rows, profile));
+  throw Error(name + ": " + detail::wrong_size_text(image.cols, image.rows, profile));
 }
 
 bool is_gray(const cv::Mat3b& image, int tolerance) {

@@ -1,11 +1,10 @@
-#include "images/jpeg_decoder.hpp"
-
 #include <turbojpeg.h>
 
 #include <new>
 #include <string_view>
 
 #include "gelslam/core/text.hpp"
+#include "images/decoders.hpp"
 
 namespace gelslam::detail {
 namespace {

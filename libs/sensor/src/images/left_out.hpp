@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 
 namespace gelslam::detail {
@@ -28,5 +29,13 @@ class LeftOut {
 /// Slopes are read from colors. Says so.
 inline constexpr const char* gray_picture =
     "a gray picture; slopes are read from the sensor's colors, give the color video";
+
+/// "first; second", without those that are empty.
+inline std::string joined(std::initializer_list<std::string> warnings) {
+  std::string text;
+  for (const std::string& warning : warnings)
+    if (!warning.empty()) text += (text.empty() ? "" : "; ") + warning;
+  return text;
+}
 
 }  // namespace gelslam::detail

@@ -1,5 +1,3 @@
-#include "images/png_decoder.hpp"
-
 #include <zlib.h>
 
 #include <algorithm>
@@ -7,6 +5,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
+
+#include "images/decoders.hpp"
 
 namespace gelslam::detail {
 namespace {
@@ -35,14 +35,14 @@ PngInfo check_png(Bytes bytes) {
     }
     const std::size_t length = big_endian_32(rest);
     const Bytes named = rest.subspan(4, 4 + length);  // what the checksum is over
-    if (crc32(0, named.data(), static_cast<uInt>(named.size())) != big_endian_32(rest.subspan(8 + length))) {
-      info.damage = "PNG is corrupt (wrong checksum)";
-      return info;
-    }
     const std::string_view type(reinterpret_cast<const char*>(named.data()), 4);
     if (type == "IHDR" && length >= 8) {
       info.width_px = big_endian_32(named.subspan(4));
       info.height_px = big_endian_32(named.subspan(8));
+    }
+    if (crc32(0, named.data(), static_cast<uInt>(named.size())) != big_endian_32(rest.subspan(8 + length))) {
+      info.damage = "PNG is corrupt (wrong checksum)";
+      return info;
     }
     if (type == "IEND") break;
     rest = rest.subspan(around + length);

@@ -1,5 +1,3 @@
-#include "images/video_source.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,9 +8,9 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
-#include "images/joined_warnings.hpp"
 #include "images/left_out.hpp"
 #include "images/quiet.hpp"
+#include "images/sources.hpp"
 
 namespace gelslam::detail {
 namespace {

@@ -8,7 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
-#include "images/raw_picture.hpp"
+#include "images/sources.hpp"
 
 namespace gelslam {
 namespace {

@@ -10,7 +10,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "logs/appended_file.hpp"
-#include "logs/ebml.hpp"
 #include "logs/matroska_header.hpp"
 
 namespace gelslam {

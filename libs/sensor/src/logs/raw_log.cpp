@@ -9,9 +9,8 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_source.hpp"
-#include "images/raw_picture.hpp"
+#include "images/sources.hpp"
 #include "logs/matroska_file.hpp"
-#include "logs/raw_log_source.hpp"
 
 namespace gelslam {
 namespace {

@@ -1,10 +1,8 @@
-#include "logs/raw_log_source.hpp"
-
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/sensor/image_input.hpp"
-#include "images/joined_warnings.hpp"
 #include "images/left_out.hpp"
+#include "images/sources.hpp"
 
 namespace gelslam::detail {
 namespace {

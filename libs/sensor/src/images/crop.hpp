@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 
@@ -15,9 +16,14 @@ enum class PictureFit { as_it_is, crop, never };
 PictureFit picture_fit(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile);
 
 /// For people: "is 640x400 pixels; GelSight Mini needs 320x240, or ...".
-std::string residual_text(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile);
+std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile);
 
 /// The part of a raw picture that crop_and_resize keeps, in whole raw pixels.
 cv::Rect crop_window(cv::Size raw, int width_px, int height_px);
+
+/// Averages each output pixel over the part of `window` it covers; pixel edges of `image` lie at whole
+/// numbers, and the window's edges anywhere between them. Parts outside the image count as its border pixels.
+/// The window must be at least as large as the output and overlap the image.
+cv::Mat3b area_resample(const cv::Mat3b& image, const cv::Rect2d& window, cv::Size size);
 
 }  // namespace gelslam::detail
