@@ -18,8 +18,8 @@ extern "C" {
 namespace gelslam::detail {
 namespace {
 
-constexpr std::int64_t most_pixels = 64'000'000;
-constexpr double most_frames = 1e9;
+constexpr std::int64_t kMostPixels = 64'000'000;
+constexpr double kMostFrames = 1e9;
 
 /// What is wrong with a file is said by our errors, unless the person asked for FFmpeg's own.
 void silence_libavformat() {
@@ -102,13 +102,13 @@ void MatroskaFile::find_video() {
     if (std::isfinite(rate_hz) && rate_hz >= 0.01 && rate_hz <= 10000.0) video_.rate_hz = rate_hz;
   }
   if (av_->stream < 0) throw Error(path_.string() + ": holds no video");
-  if (std::int64_t{video_.width_px} * video_.height_px > most_pixels)
+  if (std::int64_t{video_.width_px} * video_.height_px > kMostPixels)
     throw Error(path_.string() + ": frames of " + std::to_string(video_.width_px) + "x" +
                 std::to_string(video_.height_px) + " pixels are larger than any touch sensor's");
   video_.ours = tag_of(av_->file->metadata, "encoder") == log_application;
   if (av_->file->duration > 0) video_.duration_s = static_cast<double>(av_->file->duration) / AV_TIME_BASE;
   const double frames = noted_frames(*av_->file, video_);
-  if (frames >= 1 && frames < most_frames) video_.frames = static_cast<std::int64_t>(frames);
+  if (frames >= 1 && frames < kMostFrames) video_.frames = static_cast<std::int64_t>(frames);
 }
 
 std::optional<MatroskaFile::Packet> MatroskaFile::next() {
