@@ -111,7 +111,7 @@ int run(const TrackArguments& arguments) {
   SurfaceStream stream(input, config, timer);
   Tracker tracker(config.slam.tracker);
   TumStream tum(config.slam.loop_closure);
-  TrialDrift drift(config.slam.pose_graph.gradient_scale_sigma);
+  TrialDrift drift(config.slam.slope_calibration.gradient_scale_sigma);
   const InterruptWatch interrupt;
   bool ever_tracked = false;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {

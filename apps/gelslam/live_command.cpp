@@ -35,7 +35,7 @@ class StopWatch {
                 seconds > 0 && std::chrono::duration<double>(Clock::now() - start).count() > seconds;
             if (!std::exchange(stopped, stopped || interrupt.requested() || time_is_up) && stopped)
               session.stop();
-            if (interrupt.requests() > 1) return session.hurry();
+            if (interrupt.requests() > 1) return session.abort();
             std::this_thread::sleep_for(std::chrono::milliseconds(30));
           }
         }) {}

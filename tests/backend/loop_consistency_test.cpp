@@ -12,6 +12,7 @@
 namespace gelslam {
 namespace {
 
+constexpr double kScaleSigma = 0.1;
 constexpr double kSigmaRad = 0.002, kSigmaMm = 0.02;  // what Graph::join() promises
 
 Vector6d away(double rx, double ry, double rz, double x, double y, double z) {
@@ -29,7 +30,7 @@ Graph trials(int count, int each, double step_deg, Noise& noise) {
 
 /// The flags of the edges from `first` on.
 std::vector<bool> flags(const Graph& graph, std::size_t first) {
-  const std::vector<bool> all = consistent_edges(graph.edges, {});
+  const std::vector<bool> all = consistent_edges(graph.edges, kScaleSigma);
   EXPECT_EQ(all.size(), graph.edges.size());
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
     EXPECT_TRUE(all[i] || graph.edges[i].kind == EdgeKind::loop) << i;
@@ -57,9 +58,7 @@ TEST(LoopConsistency, AGradientScaleIsNoContradiction) {
   const Graph graph = roll_of_400_degrees({1.08, 1.08}, true);
   const std::vector<bool> keep = flags(graph, 0);
   EXPECT_TRUE(keep.back());
-  LoopConsistencyOptions exact;
-  exact.gradient_scale_sigma = 0.0;
-  EXPECT_FALSE(consistent_edges(graph.edges, exact).back());
+  EXPECT_FALSE(consistent_edges(graph.edges, 0.0).back());
 }
 
 TEST(LoopConsistency, WhatOdometryContradictsIsLeftOut) {
@@ -158,16 +157,14 @@ TEST(LoopConsistency, TrialsJoinInAChainAndThenJudgeTheRest) {
 }
 
 TEST(LoopConsistency, NothingAtAllAndNonsense) {
-  EXPECT_TRUE(consistent_edges({}, {}).empty());
+  EXPECT_TRUE(consistent_edges({}, kScaleSigma).empty());
   PoseGraphEdge loop{4, 4, Pose::Identity(), Matrix6d::Identity(), EdgeKind::loop};
-  EXPECT_EQ(consistent_edges({loop}, {}).size(), 1u);
+  EXPECT_EQ(consistent_edges({loop}, kScaleSigma).size(), 1u);
   loop.to = 5;
   loop.from_T_to.translation().x() = std::numeric_limits<double>::quiet_NaN();
   PoseGraphEdge odometry{4, 5, Pose::Identity(), Matrix6d::Zero(), EdgeKind::odometry};
-  EXPECT_EQ(consistent_edges({odometry, loop}, {}), (std::vector<bool>{true, false}));
-  LoopConsistencyOptions options;
-  options.max_mismatch = 0;
-  EXPECT_THROW(consistent_edges({odometry}, options), Error);
+  EXPECT_EQ(consistent_edges({odometry, loop}, kScaleSigma), (std::vector<bool>{true, false}));
+  EXPECT_THROW(consistent_edges({odometry}, -0.1), Error);
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ TEST(MotionForest, KnowsWhatAGradientScaleDoes) {
                         read_path = MotionForest(101, edges_b).path(10, 60);
   const Vector6d change = se3_log(true_path.from_T_to.inverse() * read_path.from_T_to);
   EXPECT_GT(change.norm(), 1e-3);  // 200 degrees by a thousandth: 0.0035 rad
-  EXPECT_LT((change - kGain * true_path.by_gain.col(0)).norm(), 0.02 * change.norm());
+  EXPECT_LT((change + kGain * true_path.by_scale.col(0)).norm(), 0.02 * change.norm());
 }
 
 // By the formulas for a straight chain: noise adds up by its squares, what a gain does simply adds up.

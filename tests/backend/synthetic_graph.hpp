@@ -84,10 +84,16 @@ inline WorstError worst_error(const std::map<int, Pose>& poses, const std::map<i
   return worst;
 }
 
+/// Read slope over true slope.
+struct ReadOverTrue {
+  double x = 1.0, y = 1.0;
+  double mean() const { return 0.5 * (x + y); }
+};
+
 // What a sensor with gains measures of a motion, written independently of the library: the tilt's axis and
 // angle after a twist about z are found by where the z axis goes; slopes along x tell the tilt about y, and
 // those along y that about x.
-inline Pose with_gain(const Pose& motion, const GradientScale& gain) {
+inline Pose with_gain(const Pose& motion, const ReadOverTrue& gain) {
   const Eigen::Vector3d z = motion.linear().col(2);
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(z);
   const double angle = std::atan2(axis.norm(), z.z());
@@ -102,7 +108,7 @@ inline Pose with_gain(const Pose& motion, const GradientScale& gain) {
   return measured;
 }
 
-inline Graph roll_of_400_degrees(const GradientScale& gain, bool with_loop) {
+inline Graph roll_of_400_degrees(const ReadOverTrue& gain, bool with_loop) {
   Graph graph;
   constexpr double kStepDeg = 4;
   for (int i = 0; i <= 100; ++i) graph.truth[i] = rolled(i, kStepDeg);

@@ -295,7 +295,7 @@ TEST_F(Live, AWarningThatCountsIsSaidOnceWithItsNewestCount) {
 TEST_F(Live, StoppedInAHurryItSavesWhatThereIs) {
   source->before(40, [&] {
     wait_for_touch(39);
-    session->hurry();
+    session->abort();
   });
   const ReconstructSummary summary = start().wait();
   EXPECT_TRUE(summary.partial);

@@ -42,8 +42,16 @@ class CalibrateSlopes : public testing::Test {
     solution = solve_pose_graph(truth, edges, options);
   }
 
-  CalibratedMap calibrate() const {
-    return calibrate_slopes(keyframes, edges, solution, options, {}, [] { return false; });
+  SlamMap read() const {
+    SlamMap map;
+    map.keyframes = keyframes;
+    map.edges = edges;
+    map.solution = solution;
+    return map;
+  }
+
+  std::optional<CalibratedMap> calibrate() const {
+    return calibrate_slopes(read(), options, {}, [] { return false; });
   }
 
   /// Root mean square turn between what is said and what was, from the first keyframe.
@@ -89,7 +97,9 @@ SlopeCorrection uneven() {
 
 TEST_F(CalibrateSlopes, FindsAPlantedUnevennessAndPutsPosesRight) {
   look(many_looks(), uneven());
-  const CalibratedMap map = calibrate();
+  const std::optional<CalibratedMap> calibrated = calibrate();
+  ASSERT_TRUE(calibrated);
+  const CalibratedMap& map = *calibrated;
   EXPECT_NEAR(map.correction.factors[2], -0.15, 0.06);
   EXPECT_NEAR(map.correction.factors[SlopeCorrection::kTermsPerAxis + 7], 0.3, 0.12);
   EXPECT_LT(error_deg(map.solution), 0.5 * error_deg(solution));
@@ -100,35 +110,27 @@ TEST_F(CalibrateSlopes, FindsAPlantedUnevennessAndPutsPosesRight) {
 
 TEST_F(CalibrateSlopes, LeavesAGoodModelAlone) {
   look(many_looks(), {});
-  const CalibratedMap map = calibrate();
-  const auto sigma = SlopeCorrection::prior_sigma(options.gradient_scale_sigma);
-  for (std::size_t k = 0; k < SlopeCorrection::kTerms; ++k)
-    EXPECT_LT(std::abs(map.correction.factors[k]), 0.3 * sigma[k]) << k;
-  EXPECT_LT(error_deg(map.solution), 0.1);
+  const std::optional<CalibratedMap> map = calibrate();
+  const auto sigma = SlopeCorrection::prior_sigma(SlopeCalibrationOptions{}.gradient_scale_sigma);
+  for (std::size_t k = 0; map && k < SlopeCorrection::kTerms; ++k)
+    EXPECT_LT(std::abs(map->correction.factors[k]), 0.3 * sigma[k]) << k;
+  EXPECT_LT(error_deg(map ? map->solution : solution), 0.1);
 }
 
 TEST_F(CalibrateSlopes, WhatNothingTellsStaysAtThePrior) {
   look({pressed(6, 0.9), pressed(6, 0.9), pressed(6, 0.9)}, uneven());  // three looks from one place
-  const CalibratedMap map = calibrate();
-  EXPECT_EQ(map.correction.factors, SlopeCorrection{}.factors);
-  EXPECT_EQ(map.keyframes, keyframes) << "nothing is registered again for nothing";
+  EXPECT_FALSE(calibrate()) << "nothing is registered again for nothing";
 }
 
 TEST_F(CalibrateSlopes, ASingleKeyframeAndATakenBackOneAreNoSpecialCase) {
   look({pressed(6, 0.9)}, {});
   keyframes.push_back(nullptr);
-  const CalibratedMap map = calibrate();
-  ASSERT_EQ(map.keyframes.size(), 2u);
-  EXPECT_FALSE(map.keyframes[1]);
-  EXPECT_TRUE(map.edges.empty());
-  EXPECT_EQ(map.solution.component_T_node.size(), 1u);
+  EXPECT_FALSE(calibrate());
 }
 
 TEST_F(CalibrateSlopes, StoppedItLeavesEverythingAsItWas) {
   look({pressed(6, 0.9), pressed(6, 0.9) * motion(3, 0, 0, 0.5, 0)}, {});
-  const CalibratedMap map = calibrate_slopes(keyframes, edges, solution, options, {}, [] { return true; });
-  EXPECT_EQ(map.keyframes, keyframes);
-  EXPECT_EQ(map.correction.factors, SlopeCorrection{}.factors);
+  EXPECT_FALSE(calibrate_slopes(read(), options, {}, [] { return true; }));
 }
 
 PoseGraphEdge link(int from, int to, const Pose& from_T_to) {

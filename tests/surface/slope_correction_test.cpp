@@ -43,7 +43,7 @@ TEST(SlopeCorrection, NoneLeavesTheSurfaceAsItIs) {
 TEST(SlopeCorrection, TakesAGainFromSlopesAndHeights) {
   const Surface truth = dent(1.0, 1.0);
   const SurfacePtr corrected =
-      SlopeCorrector(truth.contact.size()).apply(dent(1.2, 1.2), SlopeCorrection::of_gain(1.2, 1.2));
+      SlopeCorrector(truth.contact.size()).apply(dent(1.2, 1.2), SlopeCorrection::of_scale({1.2, 1.2}));
   EXPECT_LT(cv::norm(corrected->normals, truth.normals, cv::NORM_INF), 1e-5);
   // The dent's rim is 6 sigma wide and the pixels are 0.1 mm: what the integral of sampled slopes leaves.
   EXPECT_LT(cv::norm(corrected->height_mm, truth.height_mm, cv::NORM_INF), 0.002);
@@ -52,7 +52,7 @@ TEST(SlopeCorrection, TakesAGainFromSlopesAndHeights) {
 TEST(SlopeCorrection, GainsAlongTheAxesDoNotMix) {
   const Surface truth = dent(1.0, 1.0);
   const SurfacePtr corrected =
-      SlopeCorrector(truth.contact.size()).apply(dent(1.1, 0.9), SlopeCorrection::of_gain(1.1, 0.9));
+      SlopeCorrector(truth.contact.size()).apply(dent(1.1, 0.9), SlopeCorrection::of_scale({1.1, 0.9}));
   EXPECT_LT(cv::norm(corrected->normals, truth.normals, cv::NORM_INF), 1e-5);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "gelslam/backend/gradient_scale.hpp"
 #include "gelslam/backend/pose_graph.hpp"
 
 namespace {
@@ -66,9 +67,12 @@ Scan make_scan(int nodes, int loops, std::uint64_t seed) {
 void solve_from_scratch(benchmark::State& state) {
   const Scan scan = make_scan(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), 1);
   PoseGraphOptions options;
-  options.estimate_gradient_scale = state.range(2) != 0;
+  SharedUnknowns shared;
   int iterations = 0;
-  for (auto _ : state) iterations = solve_pose_graph(scan.poses, scan.edges, options).iterations;
+  for (auto _ : state) {
+    if (state.range(2) != 0) shared = gradient_scale_unknowns(scan.edges, 0.1);
+    iterations = solve_pose_graph(scan.poses, scan.edges, options, shared).iterations;
+  }
   state.counters["iterations"] = iterations;
 }
 

@@ -162,7 +162,7 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   print("refined", count(scan, loops_of(map.edges, {})), returning);
   print("refined, without outliers", count(scan, loops_of(map.edges, inlier)), returning);
   std::printf("  components %d of %d trials, gradient scale %.3f %.3f\n", map.components, map.trials,
-              map.solution.gradient_scale.x, map.solution.gradient_scale.y);
+              map.slope_correction.scale().x, map.slope_correction.scale().y);
   std::fflush(stdout);
 }
 

@@ -2,12 +2,12 @@
 
 #include <Eigen/Cholesky>
 
+#include "gelslam/core/index.hpp"
+
 namespace gelslam::backend::detail {
 namespace {
 
-constexpr double kSettledSigmas = 0.05;
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
+constexpr double kPulledSigmas = 0.05;
 
 struct Pull {
   Matrix6d hessian = Matrix6d::Zero();
@@ -17,11 +17,11 @@ struct Pull {
 // Gauss-Newton blocks per node, with the derivative of the error taken at zero error: good to the size of the
 // error in radians, and only used to decide where to look.
 std::vector<Pull> pulls(const std::vector<WhitenedEdge>& edges, const std::vector<NodeState>& nodes,
-                        const GainState& gain, double loop_loss_scale) {
+                        double loop_loss_scale) {
   std::vector<Pull> result(nodes.size());
   for (const WhitenedEdge& edge : edges) {
     const NodeState &from = nodes[index(edge.from)], &to = nodes[index(edge.to)];
-    const Vector6d residual = whitened_error(edge, from.data(), to.data(), gain.data());
+    const Vector6d residual = whitened_error(edge, from.data(), to.data());
     const double relative = residual.squaredNorm() / (loop_loss_scale * loop_loss_scale);
     const double weight = edge.kind == EdgeKind::loop ? 1.0 / (1.0 + relative) : 1.0;
     const Matrix6d by_to = edge.whitening;
@@ -47,14 +47,14 @@ void grow(const std::vector<WhitenedEdge>& edges, int rings, std::vector<bool>& 
 }  // namespace
 
 bool grow_active_region(const std::vector<WhitenedEdge>& edges, const std::vector<NodeState>& nodes,
-                        const GainState& gain, double loop_loss_scale, int rings, std::vector<bool>& region) {
-  const std::vector<Pull> of_node = pulls(edges, nodes, gain, loop_loss_scale);
+                        double loop_loss_scale, int rings, std::vector<bool>& region) {
+  const std::vector<Pull> of_node = pulls(edges, nodes, loop_loss_scale);
   std::vector<bool> seeds(nodes.size(), false);
   bool found = false;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (region[i] || of_node[i].gradient.isZero(0)) continue;
     const double decrement = of_node[i].gradient.dot(of_node[i].hessian.ldlt().solve(of_node[i].gradient));
-    seeds[i] = decrement > kSettledSigmas * kSettledSigmas;
+    seeds[i] = decrement > kPulledSigmas * kPulledSigmas;
     found = found || seeds[i];
   }
   grow(edges, rings, seeds);

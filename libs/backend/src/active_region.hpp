@@ -11,6 +11,6 @@ namespace gelslam::backend::detail {
 /// it. Loops count with their robust weight (Cauchy, `loop_loss_scale`). Returns false when nothing new was
 /// found.
 bool grow_active_region(const std::vector<WhitenedEdge>& edges, const std::vector<NodeState>& nodes,
-                        const GainState& gain, double loop_loss_scale, int rings, std::vector<bool>& region);
+                        double loop_loss_scale, int rings, std::vector<bool>& region);
 
 }  // namespace gelslam::backend::detail

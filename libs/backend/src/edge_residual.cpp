@@ -1,7 +1,6 @@
 #include "edge_residual.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <array>
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
@@ -10,7 +9,7 @@ namespace gelslam::backend::detail {
 namespace {
 
 constexpr double kWeakestSigmaMm =
-    20.0;  // frames that overlap are never further apart than the sensor is wide
+    20.0;  // overlapping frames are never further apart than the sensor is wide
 
 // Of the largest entry: what rounding leaves in a matrix that was built as J'J or transported by an adjoint.
 constexpr double kRoundingTolerance = 1e-6;
@@ -42,22 +41,17 @@ NodeState to_state(const Pose& pose) {
 }
 
 Pose to_pose(const NodeState& state) {
-  const Motion<double> motion = motion_of(state.data());
   Pose pose = Pose::Identity();
-  pose.linear() = motion.rotation.normalized().toRotationMatrix();
-  pose.translation() = motion.translation_mm;
+  pose.linear() = Eigen::Quaterniond(state.data()).normalized().toRotationMatrix();
+  pose.translation() = Eigen::Map<const Eigen::Vector3d>(state.data() + 4);
   return pose;
 }
 
 double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
-                     const GainState& gain) {
-  return whitened_error(edge, from.data(), to.data(), gain.data()).norm();
-}
-
-double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
-                     const GainState& gain, const Eigen::VectorXd& unknowns) {
-  const Vector6d error = whitened_error(edge, from.data(), to.data(), gain.data());
-  return (error - edge.by_unknown * unknowns.head(edge.by_unknown.cols())).norm();
+                     const Eigen::VectorXd& unknowns) {
+  const Vector6d error = whitened_error(edge, from.data(), to.data());
+  if (unknowns.size() == 0 || edge.by_unknown.cols() == 0) return error.norm();
+  return (error - edge.by_unknown * unknowns).norm();
 }
 
 }  // namespace gelslam::backend::detail

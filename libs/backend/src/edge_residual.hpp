@@ -1,8 +1,9 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 
-#include "edge_model.hpp"
 #include "gelslam/backend/pose_graph.hpp"
 
 namespace gelslam::backend::detail {
@@ -20,73 +21,44 @@ struct WhitenedEdge {
   Eigen::Vector3d translation_mm;
   Matrix6d whitening;
   EdgeKind kind = EdgeKind::odometry;
-  Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  /// whitened
+  /// What the shared unknowns do to the measurement, whitened; 6x0 where they do nothing.
   Eigen::Matrix<double, 6, Eigen::Dynamic> by_unknown = Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0);
 };
 
 /// A node's state as Ceres sees it: quaternion (x y z w), then translation in mm.
 using NodeState = std::array<double, 7>;
 
-/// gradient scales along x and y as Ceres sees them.
-using GainState = std::array<double, 2>;
-
 NodeState to_state(const Pose& pose);
 Pose to_pose(const NodeState& state);
 
+/// (rx ry rz tx ty tz) between what an edge measures and the motion between two nodes, in the measured `to`
+/// frame, whitened; the shared unknowns are 0. Equal to the SE(3) logarithm to first order, and cheaper.
+/// Written over a scalar type, so that Ceres can differentiate it.
 template <typename T>
-Motion<T> motion_of(const T* state) {
-  return {Eigen::Quaternion<T>(state[3], state[0], state[1], state[2]),
-          Eigen::Matrix<T, 3, 1>(state[4], state[5], state[6])};
+Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, const T* to) {
+  using std::atan2, std::sqrt;
+  const Eigen::Map<const Eigen::Quaternion<T>> map_R_from(from), map_R_to(to);
+  const Eigen::Map<const Eigen::Matrix<T, 3, 1>> from_mm(from + 4), to_mm(to + 4);
+  const Eigen::Quaternion<T> from_R_map = map_R_from.conjugate();
+  const Eigen::Quaternion<T> measured_inverse = edge.rotation.conjugate().cast<T>();
+  const Eigen::Quaternion<T> error = measured_inverse * (from_R_map * map_R_to);
+  const T sign = error.w() < T(0) ? T(-1) : T(1);  // q and -q are the same rotation: take the short way round
+  const T sin_half_squared = error.vec().squaredNorm();
+  T scale = T(2);
+  if (sin_half_squared > T(1e-16)) {
+    const T sin_half = sqrt(sin_half_squared);
+    scale = T(2) * atan2(sin_half, sign * error.w()) / sin_half;
+  }
+  const Eigen::Matrix<T, 3, 1> motion_mm = from_R_map * (to_mm - from_mm);
+  Eigen::Matrix<T, 6, 1> result;
+  result.template head<3>() = sign * scale * error.vec();
+  result.template tail<3>() = measured_inverse * (motion_mm - edge.translation_mm.cast<T>());
+  return edge.whitening.cast<T>() * result;
 }
 
-template <typename T>
-Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, const T* to, const T* gain) {
-  const Motion<T> predicted =
-      as_measured(relative_motion(motion_of(from), motion_of(to)), edge.shared_center_mm, gain);
-  return edge.whitening.cast<T>() * motion_error(edge.rotation, edge.translation_mm, predicted);
-}
-
-/// Whitened residual norm of an edge between two nodes, as if shared unknowns were 0.
+/// Whitened residual norm of an edge between two nodes. `unknowns`: none (all are 0), or as many as the edge
+/// has columns for.
 double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
-                     const GainState& gain);
-/// The same with `unknowns`, as many as the edge has columns for, or more.
-double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
-                     const GainState& gain, const Eigen::VectorXd& unknowns);
-
-/// Ceres functors. Most solves do not estimate the gain, and then its derivative is not computed.
-struct EdgeResidual {
-  WhitenedEdge edge;
-
-  template <typename T>
-  bool operator()(const T* from, const T* to, T* residual) const {
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residual);
-    r = edge.whitening.cast<T>() *
-        motion_error(edge.rotation, edge.translation_mm, relative_motion(motion_of(from), motion_of(to)));
-    return true;
-  }
-};
-
-struct EdgeWithGainResidual {
-  WhitenedEdge edge;
-
-  template <typename T>
-  bool operator()(const T* from, const T* to, const T* gain, T* residual) const {
-    Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residual);
-    r = whitened_error(edge, from, to, gain);
-    return true;
-  }
-};
-
-struct GainPriorResidual {
-  double sigma;
-
-  template <typename T>
-  bool operator()(const T* gain, T* residual) const {
-    residual[0] = (gain[0] - 1.0) / sigma;
-    residual[1] = (gain[1] - 1.0) / sigma;
-    return true;
-  }
-};
+                     const Eigen::VectorXd& unknowns = {});
 
 }  // namespace gelslam::backend::detail

@@ -4,8 +4,8 @@
 #include <map>
 #include <tuple>
 
-#include "edge_residual.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/index.hpp"
 #include "motion_forest.hpp"
 #include "union_find.hpp"
 
@@ -14,11 +14,12 @@ namespace {
 
 using namespace backend::detail;
 
-constexpr int kMostCompared =
-    24;                    // of the loops between two pieces: enough to see which place most of them mean
-constexpr int kPeers = 8;  // a loop's neighbors, in the order in which loops were found
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
+// Two ways to measure one motion contradict each other when they differ by more than this, in standard
+// deviations of what their edges promise together. Wide: registrations share errors that their information
+// does not contain.
+constexpr double kMaxMismatch = 9.0;
+constexpr int kMostCompared = 24;  // of the loops between two pieces: enough to see which place most agree on
+constexpr int kPeers = 8;  // neighbors a loop is compared with, in the order in which loops were found
 
 struct Link {
   std::size_t edge = 0;  // in the caller's order
@@ -36,8 +37,8 @@ struct Agreement {
 
 class Consistency {
  public:
-  Consistency(const std::vector<PoseGraphEdge>& edges, const LoopConsistencyOptions& options)
-      : options_(options), accepted_(edges.size(), true) {
+  Consistency(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma)
+      : scale_sigma_(gradient_scale_sigma), accepted_(edges.size(), true) {
     std::map<int, int> node_of;
     for (const PoseGraphEdge& edge : edges) {
       node_of.try_emplace(edge.from, 0);
@@ -61,8 +62,7 @@ class Consistency {
       const Link& l = link(i);
       if (!l.loop) continue;
       accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) &&
-                          mismatch(forest.path(l.from, l.to), l.motion, options_.gradient_scale_sigma) <=
-                              options_.max_mismatch;
+                          mismatch(forest.path(l.from, l.to), l.motion, scale_sigma_) <= kMaxMismatch;
       if (accepted_[l.edge]) loops.push_back(i);
     }
     leave_out_contradicted(forest, loops);
@@ -85,10 +85,9 @@ class Consistency {
     const int from = same_way ? second.from : second.to, to = same_way ? second.to : second.from;
     UncertainMotion predicted =
         compose(compose(forest.path(from, first.from), first.motion), forest.path(first.to, to));
-    if (same_way)
-      return mismatch(predicted, second.motion, options_.gradient_scale_sigma) <= options_.max_mismatch;
+    if (same_way) return mismatch(predicted, second.motion, scale_sigma_) <= kMaxMismatch;
     const UncertainMotion nothing = compose(predicted, second.motion);  // there and back
-    return mismatch({}, nothing, options_.gradient_scale_sigma) <= options_.max_mismatch;
+    return mismatch({}, nothing, scale_sigma_) <= kMaxMismatch;
   }
 
   /// Adds the best link between pieces that have evidence enough; false when there are none.
@@ -184,7 +183,7 @@ class Consistency {
     }
   }
 
-  const LoopConsistencyOptions& options_;
+  const double scale_sigma_;
   std::vector<bool> accepted_;
   int nodes_ = 0;
   std::vector<Link> links_;
@@ -193,11 +192,10 @@ class Consistency {
 
 }  // namespace
 
-std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges,
-                                   const LoopConsistencyOptions& options) {
-  if (!(options.max_mismatch > 0) || !(options.gradient_scale_sigma >= 0))
-    throw Error("loop consistency: max_mismatch must be positive and gradient_scale_sigma not negative");
-  return Consistency(edges, options).run();
+std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma) {
+  if (!(gradient_scale_sigma >= 0))
+    throw Error("loop consistency: gradient_scale_sigma must not be negative");
+  return Consistency(edges, gradient_scale_sigma).run();
 }
 
 }  // namespace gelslam

@@ -40,7 +40,7 @@ double MotionCertainty::sigma_mm(int from, int to) const {
     return std::numeric_limits<double>::infinity();
   const UncertainMotion path = impl_->forest.path(a->second, b->second);
   const Eigen::Matrix3d covariance =
-      path.covariance_with_gain(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>();
+      path.covariance_with_scale(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>();
   return std::sqrt(
       std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
 }

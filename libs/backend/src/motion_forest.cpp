@@ -9,8 +9,8 @@ namespace gelslam::backend::detail {
 
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma) {
   const Vector6d error = se3_log(a.from_T_to.inverse() * b.from_T_to);
-  const Eigen::Matrix<double, 6, 2> by_gain = gradient_scale_sigma * (b.by_gain - a.by_gain);
-  const Matrix6d covariance = a.covariance + b.covariance + by_gain * by_gain.transpose();
+  const Eigen::Matrix<double, 6, 2> by_scale = gradient_scale_sigma * (b.by_scale - a.by_scale);
+  const Matrix6d covariance = a.covariance + b.covariance + by_scale * by_scale.transpose();
   return std::sqrt(
       std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // what is not a number stays so
 }
@@ -55,7 +55,7 @@ void MotionForest::hang(int child, int parent, const Edge& edge) {
   node.root_T_node = normalized(above.root_T_node * (forward ? measured : Pose(measured.inverse())));
   const Matrix6d to_root = adjoint(forward ? node.root_T_node : above.root_T_node);
   node.covariance = above.covariance + to_root * edge.motion->covariance * to_root.transpose();
-  node.by_gain = above.by_gain + (forward ? 1.0 : -1.0) * to_root * edge.motion->by_gain;
+  node.by_scale = above.by_scale + (forward ? 1.0 : -1.0) * to_root * edge.motion->by_scale;
 }
 
 int MotionForest::common_ancestor(int a, int b) const {
@@ -74,7 +74,7 @@ UncertainMotion MotionForest::path(int from, int to) const {
   const Matrix6d to_end = adjoint(b.root_T_node.inverse());
   return {a.root_T_node.inverse() * b.root_T_node,
           to_end * (a.covariance + b.covariance - 2 * top.covariance) * to_end.transpose(),
-          to_end * (b.by_gain - a.by_gain)};
+          to_end * (b.by_scale - a.by_scale)};
 }
 
 }  // namespace gelslam::backend::detail

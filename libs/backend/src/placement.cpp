@@ -6,19 +6,16 @@
 #include <set>
 #include <tuple>
 
+#include "gelslam/core/index.hpp"
 #include "union_find.hpp"
 
 namespace gelslam::backend::detail {
 namespace {
 
-constexpr GainState kTrueSlopes = {1.0, 1.0};
-
 // Above this many standard deviations initial poses contradict an edge. Wide on purpose: drift that a solve
 // can repair by itself is no contradiction.
 constexpr double kContradiction = 50.0;
 constexpr std::size_t kMaxProposals = 16;  // per piece; more links only vote
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 class Placement {
  public:
@@ -56,7 +53,7 @@ class Placement {
 
  private:
   double residual(const WhitenedEdge& edge) const {
-    return residual_norm(edge, nodes_[index(edge.from)], nodes_[index(edge.to)], kTrueSlopes);
+    return residual_norm(edge, nodes_[index(edge.from)], nodes_[index(edge.to)]);
   }
 
   // Sorted so that the piece with most odometry links, then most loops, then the smallest id is first.
@@ -92,7 +89,7 @@ class Placement {
     NodeState from = nodes_[index(link.from)], to = nodes_[index(link.to)];
     NodeState& moved = placed_[index(pieces_.root(link.from))] ? to : from;
     moved = to_state(motion * to_pose(moved));
-    return residual_norm(link, from, to, kTrueSlopes);
+    return residual_norm(link, from, to);
   }
 
   // Saturating: a false link costs the same however wrong it is.

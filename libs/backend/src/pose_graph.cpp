@@ -10,6 +10,7 @@
 #include "active_region.hpp"
 #include "edge_residual.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/index.hpp"
 #include "placement.hpp"
 #include "union_find.hpp"
 
@@ -18,14 +19,11 @@ namespace {
 
 using namespace backend::detail;
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
-void require_usable(const PoseGraphOptions& options) {
-  if (!(options.loop_loss_scale > 0) || !(options.gradient_scale_sigma > 0) ||
-      !(options.gradient_scale.x > 0) || !(options.gradient_scale.y > 0) || options.max_iterations < 1)
-    throw Error(
-        "pose graph: loop_loss_scale, gradient_scale, gradient_scale_sigma and max_iterations must be "
-        "positive");
+void require_usable(const PoseGraphOptions& options, const SharedUnknowns& shared) {
+  if (!(options.loop_loss_scale > 0) || options.max_iterations < 1)
+    throw Error("pose graph: loop_loss_scale and max_iterations must be positive");
+  if (options.only_where_needed && shared.mean.size() > 0)
+    throw Error("pose graph: shared unknowns are estimated with all nodes, not only where needed");
 }
 
 bool is_pose(const Pose& pose) {
@@ -64,10 +62,9 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
     if (!is_pose(edge.from_T_to))
       throw Error("pose graph: the edge " + std::to_string(edge.from) + " -> " + std::to_string(edge.to) +
                   " does not carry a pose");
-    const NodeState measured = to_state(edge.from_T_to);
-    const Motion<double> motion = motion_of(measured.data());
-    graph.edges.push_back({index_of(edge.from), index_of(edge.to), motion.rotation, motion.translation_mm,
-                           whitening_matrix(edge.information), edge.kind, edge.shared_center_mm});
+    graph.edges.push_back({index_of(edge.from), index_of(edge.to),
+                           Eigen::Quaterniond(edge.from_T_to.linear()).normalized(),
+                           edge.from_T_to.translation(), whitening_matrix(edge.information), edge.kind});
     components.join(graph.edges.back().from, graph.edges.back().to);
   }
   for (int i = 0; i < static_cast<int>(graph.ids.size()); ++i) graph.component.push_back(components.root(i));
@@ -77,6 +74,7 @@ Graph make_graph(const std::map<int, Pose>& initial_map_T_node, const std::vecto
 /// Edges whose measurement depends on the unknowns get their derivatives, whitened.
 void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   const Eigen::Index count = shared.mean.size();
+  if (count == 0 && shared.edge_by_unknown.empty()) return;
   const Eigen::LLT<Eigen::MatrixXd> factor(shared.information);
   if (shared.edge_by_unknown.size() != graph.edges.size() || shared.information.rows() != count ||
       shared.information.cols() != count || !shared.information.allFinite() ||
@@ -94,34 +92,47 @@ void add_shared_unknowns(const SharedUnknowns& shared, Graph& graph) {
   }
 }
 
-/// An edge with shared unknowns: they shift its residual, linearly.
-class EdgeWithUnknowns : public ceres::CostFunction {
+/// An edge's residual: of its nodes, and shifted by the shared unknowns where it depends on them.
+class EdgeCost : public ceres::CostFunction {
  public:
-  explicit EdgeWithUnknowns(const WhitenedEdge& edge)
-      : by_unknown_(edge.by_unknown), of_nodes_(new EdgeResidual{edge}) {
+  explicit EdgeCost(const WhitenedEdge& edge) : edge_(edge), of_nodes_(new OfNodes{&edge_}) {
     set_num_residuals(6);
-    *mutable_parameter_block_sizes() = {7, 7, static_cast<int>(by_unknown_.cols())};
+    *mutable_parameter_block_sizes() = {7, 7};
+    if (unknowns() > 0) mutable_parameter_block_sizes()->push_back(unknowns());
   }
 
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     if (!of_nodes_.Evaluate(parameters, residuals, jacobians)) return false;
-    const Eigen::Map<const Eigen::VectorXd> unknowns(parameters[2], by_unknown_.cols());
-    Eigen::Map<Vector6d>(residuals).noalias() -= by_unknown_ * unknowns;
+    if (unknowns() == 0) return true;
+    const Eigen::Map<const Eigen::VectorXd> values(parameters[2], unknowns());
+    Eigen::Map<Vector6d>(residuals).noalias() -= edge_.by_unknown * values;
     if (jacobians && jacobians[2])
-      Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>(
-          jacobians[2], 6, by_unknown_.cols()) = -by_unknown_;
+      Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>(jacobians[2], 6, unknowns()) =
+          -edge_.by_unknown;
     return true;
   }
 
  private:
-  Eigen::Matrix<double, 6, Eigen::Dynamic> by_unknown_;
-  ceres::AutoDiffCostFunction<EdgeResidual, 6, 7, 7> of_nodes_;
+  struct OfNodes {
+    const WhitenedEdge* edge;
+
+    template <typename T>
+    bool operator()(const T* from, const T* to, T* residual) const {
+      Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residual);
+      r = whitened_error(*edge, from, to);
+      return true;
+    }
+  };
+
+  int unknowns() const { return static_cast<int>(edge_.by_unknown.cols()); }
+
+  const WhitenedEdge& edge_;  // of the graph, which outlives the problem
+  ceres::AutoDiffCostFunction<OfNodes, 6, 7, 7> of_nodes_;
 };
 
 /// A state of the graph with its residuals.
 struct Estimate {
   std::vector<NodeState> nodes;
-  GainState gain = {1.0, 1.0};
   Eigen::VectorXd unknowns;
   std::vector<double> residuals;
   double worst_loop = 0;
@@ -143,7 +154,6 @@ class Solver {
   ceres::Solver::Summary solve(Estimate& estimate, double scale) {
     if (nodes_.empty()) build(estimate);
     nodes_ = estimate.nodes;
-    gain_ = estimate.gain;
     unknowns_ = estimate.unknowns;
     loop_loss_.Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
 
@@ -163,7 +173,6 @@ class Solver {
     ceres::Solve(solver, &problem_, &summary);
     if (summary.IsSolutionUsable()) {
       estimate.nodes = nodes_;
-      estimate.gain = gain_;
       estimate.unknowns = unknowns_;
     }
     return summary;
@@ -180,20 +189,12 @@ class Solver {
   }
 
   bool may_move(int node) const { return free_.empty() || free_[index(node)]; }
-  bool estimates_gain() const { return options_.estimate_gradient_scale && free_.empty(); }
 
   void build(const Estimate& estimate) {
     nodes_ = estimate.nodes;
-    gain_ = estimate.gain;
     unknowns_ = estimate.unknowns;
     for (const WhitenedEdge& edge : graph_.edges)
       if (may_move(edge.from) || may_move(edge.to)) add(edge);
-    if (estimates_gain())
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<GainPriorResidual, 2, 2>(
-                                    new GainPriorResidual{options_.gradient_scale_sigma}),
-                                nullptr, gain_.data());
-    else if (problem_.HasParameterBlock(gain_.data()))
-      problem_.SetParameterBlockConstant(gain_.data());
     if (unknowns_.size() > 0)
       problem_.AddResidualBlock(new ceres::NormalPrior(graph_.prior_whitening, graph_.prior_mean), nullptr,
                                 unknowns_.data());
@@ -207,24 +208,15 @@ class Solver {
 
   void add(const WhitenedEdge& edge) {
     ceres::LossFunction* loss = edge.kind == EdgeKind::loop ? &loop_loss_ : nullptr;
-    double* from = nodes_[index(edge.from)].data();
-    double* to = nodes_[index(edge.to)].data();
-    if (edge.by_unknown.cols() > 0)
-      problem_.AddResidualBlock(new EdgeWithUnknowns(edge), loss, from, to, unknowns_.data());
-    else if (estimates_gain() || gain_ != GainState{1.0, 1.0})
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<EdgeWithGainResidual, 6, 7, 7, 2>(new EdgeWithGainResidual{edge}),
-          loss, from, to, gain_.data());
-    else
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<EdgeResidual, 6, 7, 7>(new EdgeResidual{edge}), loss, from, to);
+    std::vector<double*> blocks = {nodes_[index(edge.from)].data(), nodes_[index(edge.to)].data()};
+    if (edge.by_unknown.cols() > 0) blocks.push_back(unknowns_.data());
+    problem_.AddResidualBlock(new EdgeCost(edge), loss, blocks);
   }
 
   const Graph& graph_;
   const PoseGraphOptions& options_;
   std::vector<bool> free_;
   std::vector<NodeState> nodes_;
-  GainState gain_ = {1.0, 1.0};
   Eigen::VectorXd unknowns_;
   ceres::LossFunctionWrapper loop_loss_;
   ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>> manifold_;
@@ -236,13 +228,11 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   estimate.worst_loop = 0;
   const double scale2 = options.loop_loss_scale * options.loop_loss_scale;
   double twice_cost = 0;
-  for (const double gain : estimate.gain)
-    twice_cost += std::pow((gain - 1.0) / options.gradient_scale_sigma, 2);
   if (estimate.unknowns.size() > 0)
     twice_cost += (graph.prior_whitening * (estimate.unknowns - graph.prior_mean)).squaredNorm();
   for (const WhitenedEdge& edge : graph.edges) {
     const double r = residual_norm(edge, estimate.nodes[index(edge.from)], estimate.nodes[index(edge.to)],
-                                   estimate.gain, estimate.unknowns);
+                                   estimate.unknowns);
     estimate.residuals.push_back(r);
     if (edge.kind == EdgeKind::loop) estimate.worst_loop = std::max(estimate.worst_loop, r);
     twice_cost += edge.kind == EdgeKind::loop ? scale2 * std::log1p(r * r / scale2) : r * r;
@@ -295,8 +285,7 @@ Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options,
   Progress progress;
   std::vector<bool> region(graph.nodes.size(), false);
   for (int round = 0; round < kMostRounds; ++round) {
-    if (!grow_active_region(graph.edges, estimate.nodes, estimate.gain, options.loop_loss_scale, kRings,
-                            region)) {
+    if (!grow_active_region(graph.edges, estimate.nodes, options.loop_loss_scale, kRings, region)) {
       evaluate(graph, options, estimate);
       return progress;
     }
@@ -304,9 +293,7 @@ Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options,
       break;
     progress.add(Solver(graph, options, region).solve(estimate, options.loop_loss_scale));
   }
-  PoseGraphOptions everywhere = options;
-  everywhere.estimate_gradient_scale = false;
-  const Progress rest = solve_everywhere(graph, everywhere, estimate);
+  const Progress rest = solve_everywhere(graph, options, estimate);
   return {progress.iterations + rest.iterations, rest.converged};
 }
 
@@ -316,7 +303,6 @@ PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, 
     solution.component_T_node.emplace(graph.ids[i], to_pose(estimate.nodes[i]));
     solution.component_of_node.emplace(graph.ids[i], graph.ids[index(graph.component[i])]);
   }
-  solution.gradient_scale = {estimate.gain[0], estimate.gain[1]};
   solution.shared_unknowns = estimate.unknowns;
   solution.edge_residual = estimate.residuals;
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
@@ -329,7 +315,6 @@ PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, 
 PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
   Estimate estimate;
   estimate.nodes = graph.nodes;
-  estimate.gain = {options.gradient_scale.x, options.gradient_scale.y};
   estimate.unknowns = graph.prior_mean;
   place_pieces(graph.edges, estimate.nodes);
   evaluate(graph, options, estimate);
@@ -351,22 +336,22 @@ PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
 
 }  // namespace
 
-PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
-                                   const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options) {
-  require_usable(options);
-  return solve(make_graph(initial_map_T_node, edges), options);
+std::vector<PoseGraphEdge> corrected(std::vector<PoseGraphEdge> edges, const SharedUnknowns& shared,
+                                     const Eigen::VectorXd& values) {
+  if (values.size() == 0) return edges;
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (shared.edge_by_unknown[i].cols() > 0)
+      edges[i].from_T_to = edges[i].from_T_to * se3_exp(shared.edge_by_unknown[i] * values);
+  return edges;
 }
 
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
                                    const SharedUnknowns& shared) {
-  require_usable(options);
+  require_usable(options, shared);
   Graph graph = make_graph(initial_map_T_node, edges);
   add_shared_unknowns(shared, graph);
-  PoseGraphOptions everywhere = options;
-  everywhere.only_where_needed = everywhere.estimate_gradient_scale = false;
-  everywhere.gradient_scale = {};
-  return solve(graph, everywhere);
+  return solve(graph, options);
 }
 
 }  // namespace gelslam

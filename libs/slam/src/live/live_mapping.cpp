@@ -6,17 +6,17 @@
 namespace gelslam::slam::detail {
 namespace {
 
-constexpr std::chrono::milliseconds kLongestSilence{200};
+constexpr std::chrono::milliseconds kMaxUpdateInterval{200};
 
 }  // namespace
 
-void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
+void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted,
                        const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
                        const std::function<void(const std::vector<FrameRecord>&)>& save) {
   const auto handle = [&](const MapperMessage& message) {
     if (const auto* added = std::get_if<NewKeyframe>(&message)) {
       const auto scope = timer_.measure("loop closure");
-      mapper_->add_keyframe(*added, !hurry);
+      mapper_->add_keyframe(*added, !aborted);
     } else if (const auto* forget = std::get_if<ForgetFromTrial>(&message)) {
       mapper_->forget_from_trial(forget->trial);
     } else if (const auto* start = std::get_if<StartScan>(&message)) {
@@ -28,10 +28,10 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
   };
   while (const std::optional<MapperMessage> message = in.pop()) {
     handle(*message);
-    // What has come meanwhile, before the graph is solved once for all of it; but whoever looks should not
-    // wait long.
+    // Handle what has arrived meanwhile before the graph is solved once for all of it. A time limit keeps the
+    // displayed map current.
     const LiveClock::time_point start = LiveClock::now();
-    while (LiveClock::now() - start < kLongestSilence) {
+    while (LiveClock::now() - start < kMaxUpdateInterval) {
       const std::optional<MapperMessage> more = in.try_pop();
       if (!more) break;
       handle(*more);
@@ -40,24 +40,24 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& hurry,
       const auto scope = timer_.measure("pose graph");
       mapper_->update();
     }
-    if (in.size() == 0) settle_if_worth_it();
+    if (in.size() == 0) optimize_if_needed();
     MapSnapshot map = mapper_->snapshot();
     map.scan = scan_;
     publish(std::make_shared<const MapSnapshot>(std::move(map)));
   }
 }
 
-/// A full solve moves the whole map, and the mesh after it: only for new loops, and for a tenth of the time
-/// at most.
-void MappingStage::settle_if_worth_it() {
+/// A full solve moves the whole map, and the mesh has to follow: only after new loops, and for at most a
+/// tenth of the time.
+void MappingStage::optimize_if_needed() {
   const LiveClock::time_point start = LiveClock::now();
-  if (!mapper_->unsettled() || start < next_settle_) return;
+  if (!mapper_->has_new_loops() || start < next_optimization_) return;
   {
     const auto scope = timer_.measure("pose graph, whole");
-    mapper_->settle();
+    mapper_->optimize();
   }
   const LiveClock::time_point end = LiveClock::now();
-  next_settle_ = end + std::max<LiveClock::duration>(std::chrono::seconds(1), 9 * (end - start));
+  next_optimization_ = end + std::max<LiveClock::duration>(std::chrono::seconds(1), 9 * (end - start));
 }
 
 SlamMap MappingStage::finish(const std::vector<FrameRecord>& records,

@@ -10,15 +10,15 @@
 
 namespace gelslam::slam::detail {
 
-/// Keyframes to a map: loops are searched for every one of them, the newest are put in place at once, and
-/// when there is nothing else to do all poses are solved for.
+/// The mapping thread: it searches loops for every keyframe, places the newest at once, and solves for all
+/// poses when the queue is empty.
 class MappingStage {
  public:
   MappingStage(const SlamOptions& options, StageTimer& timer)
       : options_(options), mapper_(std::in_place, options), timer_(timer) {}
 
   /// `publish` is called with every new map, `save` when a person asked for it; both from this thread.
-  void run(MapperQueue& in, const std::atomic<bool>& hurry,
+  void run(MapperQueue& in, const std::atomic<bool>& aborted,
            const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
            const std::function<void(const std::vector<FrameRecord>&)>& save);
 
@@ -27,13 +27,13 @@ class MappingStage {
   SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested) const;
 
  private:
-  void settle_if_worth_it();
+  void optimize_if_needed();
 
   const SlamOptions options_;
   std::optional<Mapper> mapper_;
   StageTimer& timer_;
   int scan_ = 0;
-  LiveClock::time_point next_settle_ = LiveClock::now();
+  LiveClock::time_point next_optimization_ = LiveClock::now();
 };
 
 }  // namespace gelslam::slam::detail

@@ -79,7 +79,7 @@ struct LiveSlam::Impl {
   RawQueue raw{kRawFrames};
   TrackerQueue surfaced{kSurfacedFrames};
   MapperQueue keyframes{1};  // its limit is never asked for: the tracker goes beyond it
-  std::atomic<bool> paused{false}, hurried{false}, stopped{false}, lost{false};
+  std::atomic<bool> paused{false}, aborted{false}, stopped{false}, lost{false};
 
   std::mutex mutex;  // for what follows
   ReconstructSummary summary;
@@ -185,7 +185,7 @@ void LiveSlam::Impl::take_frames() {
 
 void LiveSlam::Impl::map_keyframes() {
   mapping.run(
-      keyframes, hurried,
+      keyframes, aborted,
       [this](std::shared_ptr<const MapSnapshot> map) {
         fusion.set_map(map);
         board.set_map(std::move(map));
@@ -209,7 +209,7 @@ void LiveSlam::Impl::finish() {
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
-    map = mapping.finish(tracking.records(), [this] { return hurried.load(); });
+    map = mapping.finish(tracking.records(), [this] { return aborted.load(); });
   }
   board.set_words("making the mesh", TrackStatus::background);
   fusion.stop();
@@ -221,7 +221,7 @@ void LiveSlam::Impl::finish() {
   }
   board.set_words("saving", TrackStatus::background);
   captured.wait();
-  save(map, mesh, hurried || lost || failed());
+  save(map, mesh, aborted || lost || failed());
   show(map, mesh);
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
@@ -276,7 +276,7 @@ LiveSlam::LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& op
 }
 
 LiveSlam::~LiveSlam() {
-  hurry();
+  abort();
   impl_->join();
 }
 
@@ -312,8 +312,8 @@ void LiveSlam::stop() {
   impl_->source->stop();
 }
 
-void LiveSlam::hurry() {
-  impl_->hurried = true;
+void LiveSlam::abort() {
+  impl_->aborted = true;
   stop();
 }
 

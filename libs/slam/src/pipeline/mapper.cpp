@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "gelslam/backend/gradient_scale.hpp"
+#include "gelslam/backend/loop_consistency.hpp"
 #include "pipeline/frame_correction.hpp"
 #include "pipeline/odometry_edge.hpp"
 #include "pipeline/rejoin.hpp"
@@ -46,36 +48,58 @@ PoseGraphEdge edge_of(const LoopConstraint& loop) {
 }
 
 /// Those that may shape the map, in the same order.
-std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges,
-                                      const LoopConsistencyOptions& options) {
-  const std::vector<bool> keep = consistent_edges(edges, options);
+std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, const SlamOptions& options) {
+  const std::vector<bool> keep = consistent_edges(edges, options.slope_calibration.gradient_scale_sigma);
   std::vector<PoseGraphEdge> kept;
   for (std::size_t i = 0; i < edges.size(); ++i)
     if (keep[i]) kept.push_back(edges[i]);
   return kept;
 }
 
-void add_overlapping_pairs(SlamMap& map, const SlamOptions& options,
-                           const std::function<bool()>& stop_requested) {
+SharedUnknowns gradient_scale_of(const std::vector<PoseGraphEdge>& edges, const SlamOptions& options) {
+  const SlopeCalibrationOptions& slopes = options.slope_calibration;
+  return slopes.estimate_gradient_scale ? gradient_scale_unknowns(edges, slopes.gradient_scale_sigma)
+                                        : SharedUnknowns{};
+}
+
+/// For all poses, and for the gradient scale as far as loops determine it.
+PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
+                        const SlamOptions& options) {
+  return solve_pose_graph(initial, edges, options.pose_graph, gradient_scale_of(edges, options));
+}
+
+/// From the unknowns of solve().
+SlopeCorrection gradient_scale_in(const PoseGraphSolution& solution) {
+  SlopeCorrection correction;
+  if (solution.shared_unknowns.size() == 0) return correction;
+  correction.factors[SlopeCorrection::kScaleX] = solution.shared_unknowns[0];
+  correction.factors[SlopeCorrection::kScaleY] = solution.shared_unknowns[1];
+  return correction;
+}
+
+void add_overlap_edges(SlamMap& map, const SlamOptions& options,
+                       const std::function<bool()>& stop_requested) {
   for (int round = 0; round < options.refinement.rounds; ++round) {
     const std::vector<PoseGraphEdge> found =
         densify(map.keyframes, map.solution, map.edges, options.refinement, stop_requested);
     if (found.empty() || stop_requested()) return;
     map.edges.insert(map.edges.end(), found.begin(), found.end());
-    map.edges = consistent(map.edges, options.loop_consistency);
-    map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, options.pose_graph);
+    map.edges = consistent(map.edges, options);
+    map.solution = solve(map.solution.component_T_node, map.edges, options);
   }
 }
 
 /// `tracked`: links as the tracker measured them.
 void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const SlamOptions& options,
                const std::function<bool()>& stop_requested) {
-  slam::detail::CalibratedMap calibrated = slam::detail::calibrate_slopes(
-      map.keyframes, map.edges, map.solution, options.pose_graph, options.slope_calibration, stop_requested);
-  map.keyframes = std::move(calibrated.keyframes);
-  map.edges = std::move(calibrated.edges);
-  map.solution = std::move(calibrated.solution);
-  map.slope_correction = calibrated.correction;
+  std::optional<slam::detail::CalibratedMap> calibrated =
+      slam::detail::calibrate_slopes(map, options.pose_graph, options.slope_calibration, stop_requested);
+  if (!calibrated) return;
+  map.keyframes = std::move(calibrated->keyframes);
+  map.edges = std::move(calibrated->edges);
+  map.solution = std::move(calibrated->solution);
+  map.slope_correction = calibrated->correction;
+  map.surfaces_corrected = true;
   slam::detail::share_out_corrections(tracked, map.edges, map.frames);
 }
 
@@ -99,7 +123,7 @@ void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
     if (link.previous && loop.from == link.previous->id)
       continue;  // the link already says what these pixels do
     edges_.push_back(edge_of(loop));
-    ++loops_since_settled_;
+    ++new_loops_;
   }
 }
 
@@ -119,24 +143,25 @@ void Mapper::forget_from_trial(int trial) {
 void Mapper::update() {
   PoseGraphOptions options = options_.pose_graph;
   options.only_where_needed = true;
-  options.estimate_gradient_scale = false;
-  options.gradient_scale = live_.gradient_scale;
-  live_edges_ = consistent(edges_, options_.loop_consistency);
-  live_ = solve_pose_graph(live_.component_T_node, live_edges_, options);
+  live_edges_ = consistent(edges_, options_);
+  const Eigen::VectorXd scale = live_.shared_unknowns;  // held until optimize()
+  live_ = solve_pose_graph(live_.component_T_node,
+                           corrected(live_edges_, gradient_scale_of(live_edges_, options_), scale), options);
+  live_.shared_unknowns = scale;
   ++version_;
 }
 
-void Mapper::settle() {
-  live_edges_ = consistent(edges_, options_.loop_consistency);
-  live_ = solve_pose_graph(live_.component_T_node, live_edges_, options_.pose_graph);
-  loops_since_settled_ = 0;
+void Mapper::optimize() {
+  live_edges_ = consistent(edges_, options_);
+  live_ = solve(live_.component_T_node, live_edges_, options_);
+  new_loops_ = 0;
   ++version_;
 }
 
 MapSnapshot Mapper::snapshot() const {
   MapSnapshot snapshot;
   snapshot.version = version_;
-  snapshot.gradient_scale = live_.gradient_scale;
+  snapshot.gradient_scale = gradient_scale_in(live_).scale();
   std::map<int, int> keyframes_per_component;
   for (const auto& [id, component] : live_.component_of_node) {
     const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
@@ -167,12 +192,13 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     });
     if (!known) edges.push_back(edge_of(loop));
   }
-  map.edges = consistent(edges, options_.loop_consistency);
+  map.edges = consistent(edges, options_);
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
   if (keyframes_.empty()) return map;
 
-  map.solution = solve_pose_graph(trial_T_keyframe_, map.edges, options_.pose_graph);
-  if (refine && options_.refinement.enabled) add_overlapping_pairs(map, options_, stop_requested);
+  map.solution = solve(trial_T_keyframe_, map.edges, options_);
+  if (refine && options_.refinement.enabled) add_overlap_edges(map, options_, stop_requested);
+  map.slope_correction = gradient_scale_in(map.solution);
   if (refine && options_.slope_calibration.enabled && !stop_requested())
     calibrate(map, edges_, options_, stop_requested);
   map.loops = static_cast<int>(std::count_if(

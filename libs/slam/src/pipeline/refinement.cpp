@@ -5,6 +5,7 @@
 #include <set>
 
 #include "gelslam/backend/motion_certainty.hpp"
+#include "gelslam/core/index.hpp"
 #include "gelslam/loop_closure/self_similarity.hpp"
 #include "gelslam/surface/contact_points.hpp"
 
@@ -30,8 +31,6 @@ struct Candidate {
   int from;
   double overlap;
 };
-
-std::size_t index(int id) { return static_cast<std::size_t>(id); }
 
 /// Keyframes, and what the pose graph makes of them.
 struct PosedKeyframes {

@@ -29,7 +29,7 @@ const MapSnapshot::Node* MapSnapshot::find(int keyframe) const {
 
 MapSnapshot snapshot_of(const SlamMap& map) {
   MapSnapshot snapshot;
-  snapshot.gradient_scale = map.solution.gradient_scale;
+  snapshot.gradient_scale = map.surface_scale();
   for (const auto& [id, component] : map.solution.component_of_node) {
     const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(id)];
     const bool shown = map.in_map[static_cast<std::size_t>(id)];

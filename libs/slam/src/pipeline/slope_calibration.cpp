@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "gelslam/core/index.hpp"
 #include "gelslam/registration/slope_sensitivity.hpp"
 
 namespace gelslam::slam::detail {
@@ -15,8 +16,6 @@ constexpr int kTerms = SlopeSensitivity::kTerms;
 using PerTerm = SlopeSensitivity::PerTerm;
 using TermMatrix = Eigen::Matrix<double, kTerms, kTerms>;
 using Keyframes = std::vector<std::shared_ptr<const Keyframe>>;
-
-std::size_t index(int id) { return static_cast<std::size_t>(id); }
 
 Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
                     const NormalFlowOptions& options) {
@@ -33,30 +32,30 @@ Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
   return result;
 }
 
-/// What residuals between normals say of a change of the factors, as normal equations.
+/// What the residuals between normals tell about a change of the factors, as normal equations.
 struct Residuals {
   TermMatrix information = TermMatrix::Zero();
   PerTerm pull = PerTerm::Zero();
 
   void add(const SlopeSensitivity& sensitivity, const RegistrationResult& result,
            const NormalFlowOptions& options) {
-    constexpr double kCommonError =
-        10.0;  // what residuals within a pair has few causes: its normals count as fewer
+    // The residuals within a pair have few common causes: ten of its normals count as one.
+    constexpr double kCommonError = 10.0;
     const double noise = std::max(options.normal_noise_rad, result.normal_rmse_rad);
     const double variance = noise * noise * options.noise_correlation_samples * kCommonError;
     information += sensitivity.hessian / variance;
     pull += sensitivity.pull / variance;
   }
 
-  /// Flatter surfaces always fit each other better, whatever the slopes' gain: noise and the gel's own
-  /// smoothing shrink what two frames share. Gains, and biases that bend a patch as a whole, are left to the
-  /// loops.
-  void leave_flattening_open() {
+  /// Flatter surfaces always fit each other better, whatever the gradient scale: noise and the gel's
+  /// smoothing shrink what two frames share. Scales, and biases that bend a patch as a whole, are therefore
+  /// determined by loops alone: their information is removed here.
+  void marginalize_flattening() {
     constexpr int kAxis = static_cast<int>(SlopeCorrection::kTermsPerAxis);
     const std::array<int, 8> open = {0,     1,         kAxis - 2,     kAxis - 1,
                                      kAxis, kAxis + 1, 2 * kAxis - 2, 2 * kAxis - 1};
     Eigen::Matrix<double, 8, 8> among = information(open, open);
-    among.diagonal().array() += 1e-6;  // without any residual it has no inverse
+    among.diagonal().array() += 1e-6;  // singular without any residual
     const Eigen::Matrix<double, 8, kTerms> by_all = among.ldlt().solve(information(open, Eigen::all));
     pull -= by_all.transpose() * pull(open);
     information -= information(Eigen::all, open) * by_all;
@@ -67,9 +66,9 @@ struct Residuals {
 };
 
 /// Residuals and prior together, of the change from these factors.
-void set_knowledge(const Residuals& residuals, const SlopeCorrection& correction, double gain_sigma,
+void set_knowledge(const Residuals& residuals, const SlopeCorrection& correction, double scale_sigma,
                    SharedUnknowns& shared) {
-  const auto sigma = SlopeCorrection::prior_sigma(gain_sigma);
+  const auto sigma = SlopeCorrection::prior_sigma(scale_sigma);
   const PerTerm prior = Eigen::Map<const PerTerm>(sigma.data()).cwiseAbs2().cwiseInverse();
   shared.information = residuals.information;
   shared.information.diagonal() += prior;
@@ -77,9 +76,9 @@ void set_knowledge(const Residuals& residuals, const SlopeCorrection& correction
   shared.mean = shared.information.ldlt().solve(residuals.pull - prior.cwiseProduct(factors));
 }
 
-/// Registers the map's edges again and says how they depend on the factors. What cannot be registered stays
-/// as it was.
-SharedUnknowns register_again(CalibratedMap& map, double gain_sigma, const NormalFlowOptions& options) {
+/// Registers the map's edges again and returns how they depend on the factors. An edge that cannot be
+/// registered stays as it was.
+SharedUnknowns register_again(CalibratedMap& map, double scale_sigma, const NormalFlowOptions& options) {
   SharedUnknowns shared;
   Residuals residuals;
   for (std::size_t i = 0; i < map.edges.size(); ++i) {
@@ -99,8 +98,8 @@ SharedUnknowns register_again(CalibratedMap& map, double gain_sigma, const Norma
     shared.edge_by_unknown.back() = sensitivity.pose_by_factor;
     residuals.add(sensitivity, result, options);
   }
-  residuals.leave_flattening_open();
-  set_knowledge(residuals, map.correction, gain_sigma, shared);
+  residuals.marginalize_flattening();
+  set_knowledge(residuals, map.correction, scale_sigma, shared);
   return shared;
 }
 
@@ -110,47 +109,47 @@ struct Size {
   double together = 0;
 };
 
-Size size_of(const SlopeCorrection& correction, double gain_sigma) {
-  const auto sigma = SlopeCorrection::prior_sigma(gain_sigma);
+Size size_of(const SlopeCorrection& correction, double scale_sigma) {
+  const auto sigma = SlopeCorrection::prior_sigma(scale_sigma);
   const PerTerm in_sigmas = Eigen::Map<const PerTerm>(correction.factors.data())
                                 .cwiseQuotient(Eigen::Map<const PerTerm>(sigma.data()));
   return {in_sigmas.cwiseAbs().maxCoeff(), in_sigmas.norm()};
 }
 
-/// Far beyond what models of slopes err by, something else was fitted (which includes what is no number).
-bool plausible(const SlopeCorrection& correction, double gain_sigma) {
-  constexpr double kMostSigmas = 3.0;  // no sequence with a truth needs more than two
-  const Size size = size_of(correction, gain_sigma);
+/// Slope models err by less than this; a larger correction has fitted something else. False for NaN.
+bool plausible(const SlopeCorrection& correction, double scale_sigma) {
+  constexpr double kMostSigmas = 3.0;  // no sequence with ground truth needs more than 2
+  const Size size = size_of(correction, scale_sigma);
   return std::isfinite(size.together) && size.largest < kMostSigmas;
 }
 
-/// Where all factors together stay within one sigma of none, the log tells nothing of them, and registering
-/// everything again would only draw its noise anew.
-bool told(const SlopeCorrection& correction, double gain_sigma) {
-  return size_of(correction, gain_sigma).together > 1.0;
+/// Where all factors together stay within one sigma of none, the log does not tell them, and registering all
+/// edges again would only add noise.
+bool informative(const SlopeCorrection& correction, double scale_sigma) {
+  return size_of(correction, scale_sigma).together > 1.0;
 }
 
 }  // namespace
 
-CalibratedMap calibrate_slopes(const Keyframes& keyframes, const std::vector<PoseGraphEdge>& edges,
-                               const PoseGraphSolution& solution, const PoseGraphOptions& pose_graph,
-                               const SlopeCalibrationOptions& options,
-                               const std::function<bool()>& stop_requested) {
-  const auto as_it_was = [&] { return CalibratedMap{{}, keyframes, edges, solution}; };
+std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGraphOptions& pose_graph,
+                                              const SlopeCalibrationOptions& options,
+                                              const std::function<bool()>& stop_requested) {
+  constexpr int kRounds = 3;
+  constexpr double kRemainingScaleError = 0.02;  // of a gradient scale, once slopes were corrected
+  const double scale_sigma = options.gradient_scale_sigma;
   NormalFlowOptions registration = options.registration;
-  registration.gradient_scale_error = options.remaining_gain_error;
-  CalibratedMap map{
-      SlopeCorrection::of_gain(solution.gradient_scale.x, solution.gradient_scale.y), {}, edges, solution};
-  for (int round = 0; round < options.rounds; ++round) {
-    if (stop_requested()) return as_it_was();
-    map.keyframes = corrected(keyframes, map.correction, registration);
-    const SharedUnknowns shared = register_again(map, pose_graph.gradient_scale_sigma, registration);
+  registration.gradient_scale_error = kRemainingScaleError;
+  CalibratedMap map{read.slope_correction, {}, read.edges, read.solution};
+  for (int round = 0; round < kRounds; ++round) {
+    if (stop_requested()) return std::nullopt;
+    map.keyframes = corrected(read.keyframes, map.correction, registration);
+    const SharedUnknowns shared = register_again(map, scale_sigma, registration);
     map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph, shared);
     for (int k = 0; k < kTerms; ++k) map.correction.factors[index(k)] += map.solution.shared_unknowns[k];
-    if (!plausible(map.correction, pose_graph.gradient_scale_sigma)) return as_it_was();
+    if (!plausible(map.correction, scale_sigma)) return std::nullopt;
   }
-  if (!told(map.correction, pose_graph.gradient_scale_sigma)) return as_it_was();
-  map.keyframes = corrected(keyframes, map.correction, registration);
+  if (!informative(map.correction, scale_sigma)) return std::nullopt;
+  map.keyframes = corrected(read.keyframes, map.correction, registration);
   return map;
 }
 

@@ -2,30 +2,29 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "gelslam/backend/pose_graph.hpp"
-#include "gelslam/frontend/keyframe.hpp"
+#include "gelslam/slam/slam_map.hpp"
 #include "gelslam/slam/slope_calibration_options.hpp"
-#include "gelslam/surface/slope_correction.hpp"
 
 namespace gelslam::slam::detail {
 
-/// A map whose slopes have been corrected by what its keyframes say of each other.
+/// A map whose slopes have been corrected by what its keyframes tell about each other.
 struct CalibratedMap {
   SlopeCorrection correction;
   std::vector<std::shared_ptr<const Keyframe>> keyframes;  ///< with corrected surfaces; null where they were
-  std::vector<PoseGraphEdge> edges;                        ///< as given, registered again
+  std::vector<PoseGraphEdge> edges;                        ///< of the map, registered again
   PoseGraphSolution solution;
 };
 
-/// Estimates one SlopeCorrection for all keyframes together with their poses: pairs that see one place in
-/// different parts of the gel or at different tilts, and loops, tell what the slopes' model reads wrong;
-/// where nothing tells it, the prior (no correction) holds, and where that is all of it the map is given back
-/// as it was. Every edge is registered again on corrected surfaces, some rounds.
-CalibratedMap calibrate_slopes(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
-                               const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
-                               const PoseGraphOptions& pose_graph, const SlopeCalibrationOptions& options,
-                               const std::function<bool()>& stop_requested);
+/// Estimates all terms of one SlopeCorrection, starting from the map's, together with the poses: pairs of
+/// keyframes that see one place in different parts of the gel or at different tilts, and loops, tell what the
+/// slope model reads wrong; where nothing tells it, the prior (no correction) holds. Every edge is registered
+/// again on corrected surfaces, in several rounds. Returns nothing when stopped, when the log does not tell
+/// the correction, or when the result is not plausible.
+std::optional<CalibratedMap> calibrate_slopes(const SlamMap& map, const PoseGraphOptions& pose_graph,
+                                              const SlopeCalibrationOptions& options,
+                                              const std::function<bool()>& stop_requested);
 
 }  // namespace gelslam::slam::detail

@@ -36,7 +36,7 @@ std::optional<Vector6d> TrialDrift::add(const TrackedFrame& frame) {
   if (frame.keyframe->frame != frame.frame)
     motion = onward(motion, link_to(frame.keyframe, frame.registration));
   const Vector6d sigma =
-      motion.covariance_with_gain(gradient_scale_sigma_).diagonal().cwiseMax(0.0).cwiseSqrt();
+      motion.covariance_with_scale(gradient_scale_sigma_).diagonal().cwiseMax(0.0).cwiseSqrt();
   return (Vector6d() << sigma.tail<3>(), sigma.head<3>()).finished();
 }
 

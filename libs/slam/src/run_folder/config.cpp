@@ -74,12 +74,14 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
                "least curvature cosine similarity of a loop");
   visit.number("loop_loss_scale", options.pose_graph.loop_loss_scale, 0.01, 1e6,
                "robust kernel on loops, in sigmas");
-  visit.number("slope_gain_sigma", options.pose_graph.gradient_scale_sigma, 0.001, 10,
-               "how far the gain may be from 1, before loops");
-  visit.flag("estimate_slope_gain", options.pose_graph.estimate_gradient_scale,
-             "one shared factor by which slopes read too steep, from loops");
+  visit.renamed("slope_gain_sigma", "gradient_scale_sigma");
+  visit.number("gradient_scale_sigma", options.slope_calibration.gradient_scale_sigma, 0.001, 10,
+               "how far read over true slope may be from 1, before loops");
+  visit.renamed("estimate_slope_gain", "estimate_gradient_scale");
+  visit.flag("estimate_gradient_scale", options.slope_calibration.estimate_gradient_scale,
+             "estimate read over true slope, along x and y, from loops");
   visit.flag("calibrate_slopes", options.slope_calibration.enabled,
-             "when the log has ended, correct what slopes read wrong by what keyframes say of each other");
+             "at the end of the log, estimate what the slope model reads wrong from overlapping keyframes");
   visit.flag("refine", options.refinement.enabled,
              "register all overlapping keyframes when the log has ended");
   visit.integer("refine_pairs_per_keyframe", options.refinement.max_pairs_per_keyframe, 0, 10000, "at most");
@@ -112,8 +114,7 @@ Config completed(Config config, const std::filesystem::path& name) {
   config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   config.slam.refinement.registration = config.slam.loop_closure.registration;
   config.slam.slope_calibration.registration = config.slam.loop_closure.registration;
-  config.slam.refinement.gradient_scale_sigma = config.slam.pose_graph.gradient_scale_sigma;
-  config.slam.loop_consistency.gradient_scale_sigma = config.slam.pose_graph.gradient_scale_sigma;
+  config.slam.refinement.gradient_scale_sigma = config.slam.slope_calibration.gradient_scale_sigma;
   return config;
 }
 

@@ -91,9 +91,8 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["loops"] = summary.loops;
   json["loop_outliers"] =
       std::count(map.solution.edge_outlier.begin(), map.solution.edge_outlier.end(), true);
-  const GradientScale& left = map.solution.gradient_scale;  // 1 where slopes were corrected
-  json["gradient_scale"] = {{"x", left.x * map.slope_correction.gain_x()},
-                            {"y", left.y * map.slope_correction.gain_y()}};
+  const GradientScale scale = map.slope_correction.scale();
+  json["gradient_scale"] = {{"x", scale.x}, {"y", scale.y}};
   json["slope_correction"] = map.slope_correction.factors;
   json["mesh"] = {{"vertices", summary.vertices}, {"triangles", summary.triangles}};
   json["seconds"] = summary.seconds;
@@ -150,7 +149,7 @@ ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
 
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options) {
   FusionOptions fusion = options;
-  fusion.gradient_scale = map.solution.gradient_scale.mean();
+  fusion.gradient_scale = map.surface_scale().mean();
   return fuse(posed_surfaces(map), fusion);
 }
 

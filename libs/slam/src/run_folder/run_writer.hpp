@@ -33,7 +33,7 @@ struct RunAccount {
 /// Counts of the map and its mesh.
 ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh);
 
-/// The map's mesh: all patches of the largest component, with the slopes' gain taken out.
+/// The map's mesh: all patches of the largest component, with the gradient scale taken out.
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options);
 
 /// Writes every file of a run into the existing `folder` (docs/file-formats.md). Throws Error when the disk

@@ -136,7 +136,7 @@ void save_session(const fs::path& folder, const SlamMap& map) {
   ordered_json json;
   json["version"] = kVersion;
   json["anchor_frame"] = map.anchor_frame;
-  json["gradient_scale"] = map.solution.gradient_scale.mean();
+  json["gradient_scale"] = map.surface_scale().mean();
   json["keyframes"] = ordered_json::array();
   for (const PosedSurface& patch : posed_surfaces(map)) {
     const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(patch.id)];

@@ -41,15 +41,16 @@ float weighted(const SlopeCorrection::AxisTerms& terms, const double* factors, f
 
 }  // namespace
 
-SlopeCorrection SlopeCorrection::of_gain(double gain_x, double gain_y) {
+SlopeCorrection SlopeCorrection::of_scale(const GradientScale& read_over_true) {
   SlopeCorrection correction;
-  correction.factors[0] = 1.0 - 1.0 / gain_x;
-  correction.factors[kTermsPerAxis + 1] = 1.0 - 1.0 / gain_y;
+  correction.factors[kScaleX] = 1.0 - 1.0 / read_over_true.x;
+  correction.factors[kScaleY] = 1.0 - 1.0 / read_over_true.y;
   return correction;
 }
 
-double SlopeCorrection::gain_x() const { return 1.0 / (1.0 - factors[0]); }
-double SlopeCorrection::gain_y() const { return 1.0 / (1.0 - factors[kTermsPerAxis + 1]); }
+GradientScale SlopeCorrection::scale() const {
+  return {1.0 / (1.0 - factors[kScaleX]), 1.0 / (1.0 - factors[kScaleY])};
+}
 
 cv::Point2f SlopeCorrection::place(cv::Size size, cv::Point pixel) {
   const float half_width = 0.5F * static_cast<float>(size.width);
@@ -63,10 +64,30 @@ SlopeCorrection::AxisTerms SlopeCorrection::terms(float x, float y, float gx, fl
   return {gx, gy, x * gx, y * gx, x * gy, y * gy, m * gx * gx, m * gx * gy, m * gy * gy, x, y};
 }
 
-std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gain_sigma) {
+std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gradient_scale_sigma) {
   constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kBias = 0.02;
-  return {gain_sigma, kCross,     kPlace, kPlace, kPlace, kPlace, kSlope, kSlope, kSlope, kBias, kBias,
-          kCross,     gain_sigma, kPlace, kPlace, kPlace, kPlace, kSlope, kSlope, kSlope, kBias, kBias};
+  return {gradient_scale_sigma,
+          kCross,
+          kPlace,
+          kPlace,
+          kPlace,
+          kPlace,
+          kSlope,
+          kSlope,
+          kSlope,
+          kBias,
+          kBias,
+          kCross,
+          gradient_scale_sigma,
+          kPlace,
+          kPlace,
+          kPlace,
+          kPlace,
+          kSlope,
+          kSlope,
+          kSlope,
+          kBias,
+          kBias};
 }
 
 struct SlopeCorrector::Impl {

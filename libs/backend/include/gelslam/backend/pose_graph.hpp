@@ -19,19 +19,12 @@ struct PoseGraphEdge {
   Pose from_T_to = Pose::Identity();
   Matrix6d information = Matrix6d::Identity();
   EdgeKind kind = EdgeKind::odometry;
-  /// Center of what both frames showed, as measured, in the `to` frame. It is there that the two were laid on
-  /// each other: what a gradient scale does to the rotation, the translation makes up for at this point.
+  /// Center of what both frames showed, as measured, in the `to` frame: where the frames touch. Used by
+  /// motion_by_gradient_scale().
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   /// A loop that is too weak to join two pieces alone (loop_consistency.hpp). solve_pose_graph() does not
   /// ask.
   bool tentative = false;
-};
-
-/// Read slope over true slope, along the sensor's x and along its y: networks trained on presses of balls err
-/// by a few per cent, and not by the same along both.
-struct GradientScale {
-  double x = 1.0, y = 1.0;
-  double mean() const { return 0.5 * (x + y); }
 };
 
 struct PoseGraphOptions {
@@ -41,28 +34,28 @@ struct PoseGraphOptions {
   /// When outliers remain, solve again from a wide kernel and keep the cheaper answer.
   bool reconsider_outliers = true;
   /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if
-  /// the pull reaches them: for every keyframe of a live scan. Does not reconsider outliers and holds the
-  /// gradient scale.
+  /// the pull reaches them: for every keyframe of a live scan. Does not reconsider outliers, and takes no
+  /// shared unknowns (see corrected()).
   bool only_where_needed = false;
-  bool estimate_gradient_scale = false;  ///< see PoseGraphSolution::gradient_scale
-  GradientScale gradient_scale;          ///< where its estimate starts; kept when not estimated
-  double gradient_scale_sigma = 0.1;     ///< prior: each gain = 1 +- this
 };
 
-/// Unknowns that all edges share, K of them, such as what a sensor's color model reads wrong.
+/// Unknowns that all edges share, K of them: what a sensor's model of slopes reads wrong.
 struct SharedUnknowns {
   /// Per edge: what it measures if the unknowns are u is from_T_to * exp(edge_by_unknown * u). 6xK, or empty
   /// where an edge does not depend on them.
   std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> edge_by_unknown;
   Eigen::MatrixXd information;  ///< KxK, positive definite: what is known of them besides the edges
-  Eigen::VectorXd mean;         ///< K
+  Eigen::VectorXd mean;         ///< K; empty: there are none
 };
+
+/// The edges as they would measure if the unknowns were `values`; the same edges for no values.
+std::vector<PoseGraphEdge> corrected(std::vector<PoseGraphEdge> edges, const SharedUnknowns& shared,
+                                     const Eigen::VectorXd& values);
 
 struct PoseGraphSolution {
   std::map<int, Pose> component_T_node;  ///< every node; the frame of a component is its smallest node id,
                                          ///< held at its initial pose
   std::map<int, int> component_of_node;  ///< smallest node id of the connected component
-  GradientScale gradient_scale;          ///< shared by all edges (options.gradient_scale when not estimated)
   Eigen::VectorXd shared_unknowns;       ///< empty when none were asked for
   std::vector<double> edge_residual;     ///< whitened residual norm per edge, in the order edges were given
   std::vector<bool> edge_outlier;  ///< loops that the rest of the graph contradicts; never true for odometry
@@ -74,20 +67,12 @@ struct PoseGraphSolution {
 
 /// SE(3) pose graph on Ceres. Components not joined by edges are separate components, each with its own
 /// gauge. Initial poses need only be right within a piece of odometry: pieces that a loop joins are first put
-/// in place by the loop that most others agree with. Model of an edge with gains (gx, gy): of the true motion
-/// (R, t), with R split into a tilt (rx, ry, 0) after a twist about z, the measurement shows the tilt (gy*rx,
-/// gx*ry, 0), and moves the shared center, whose depth reads g = (gx+gy)/2 times too deep in both frames, to
-/// where it truly comes: slopes read too steep tilt and deepen everything they measure, but leave x and y of
-/// what touches alone. Deterministic. Throws Error on edges that name unknown nodes, join a node to itself or
-/// carry non-finite numbers, and on information that is not symmetric or not positive semi-definite. Source:
-/// own.
-PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
-                                   const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options);
-
-/// The same with shared unknowns, all nodes moving and gradient scales of 1. Throws Error besides
-/// when sizes do not fit or the unknowns' information is not positive definite.
+/// in place by the loop that most others agree with. Shared unknowns are estimated with the poses, starting
+/// from their mean. Deterministic. Throws Error on edges that name unknown nodes, join a node to itself or
+/// carry non-finite numbers, on information that is not symmetric or not positive semi-definite, and on
+/// shared unknowns whose sizes do not fit or whose information is not positive definite. Source: own.
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
-                                   const SharedUnknowns& shared);
+                                   const SharedUnknowns& shared = {});
 
 }  // namespace gelslam

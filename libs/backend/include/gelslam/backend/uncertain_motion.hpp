@@ -9,13 +9,13 @@ namespace gelslam {
 struct UncertainMotion {
   Pose from_T_to = Pose::Identity();
   Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm)
-  /// How the measurement changes with the gains along x and y, as a right perturbation: the same for all
-  /// measurements.
-  Eigen::Matrix<double, 6, 2> by_gain = Eigen::Matrix<double, 6, 2>::Zero();
+  /// How the measurement changes when the gradient scale is corrected (motion_by_gradient_scale()). The
+  /// correction is common to all measurements.
+  Eigen::Matrix<double, 6, 2> by_scale = Eigen::Matrix<double, 6, 2>::Zero();
 
-  /// Noise and gains together, these known to `gradient_scale_sigma`.
-  Matrix6d covariance_with_gain(double gradient_scale_sigma) const {
-    return covariance + gradient_scale_sigma * gradient_scale_sigma * by_gain * by_gain.transpose();
+  /// Noise and gradient scale together; the scale is known to `gradient_scale_sigma`.
+  Matrix6d covariance_with_scale(double gradient_scale_sigma) const {
+    return covariance + gradient_scale_sigma * gradient_scale_sigma * by_scale * by_scale.transpose();
   }
 };
 

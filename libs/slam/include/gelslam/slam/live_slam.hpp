@@ -41,7 +41,7 @@ class LiveSlam final : public LiveSession {
  public:
   /// Starts at once. Throws Error when the model cannot be read or the run folder may not be written.
   LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& options);
-  ~LiveSlam() override;  ///< stops in a hurry if nobody has waited
+  ~LiveSlam() override;  ///< aborts if nobody has waited
 
   LiveStatus status() const override;
   std::shared_ptr<const LiveTouch> touch() const override;
@@ -56,7 +56,7 @@ class LiveSlam final : public LiveSession {
   void stop() override;
 
   /// stop(), and leave out whatever takes time: loops not searched yet, refinement.
-  void hurry();
+  void abort();
 
   /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
   /// threw: an Error when the source does not fit or nothing could be saved.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/surface/slope_correction.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
@@ -30,7 +31,7 @@ struct MapSnapshot {
   std::vector<Edge> edges;
   int shown_component =
       -1;  ///< the largest component: the one that is meshed and drawn; -1 when there is none
-  GradientScale gradient_scale;
+  GradientScale gradient_scale;  ///< of the surfaces: heights and slopes are to be divided by it
 
   const Node* find(int keyframe) const;  ///< null when it is not there
 };

@@ -15,9 +15,9 @@
 
 namespace gelslam {
 
-/// The half of the chain behind the tracker: keyframes go in, loops are searched for each of them, and the
-/// pose graph says where they are: roughly and at once while a scan goes on, as well as it can at the end.
-/// What finish() says does not depend on how often update() was called. Deterministic. Not thread-safe.
+/// The part of the chain behind the tracker: it searches loops for each keyframe and solves the pose graph,
+/// fast and approximately while a scan goes on (update(), optimize()), completely at its end (finish()). The
+/// result of finish() does not depend on how often the others were called. Deterministic. Not thread-safe.
 class Mapper {
  public:
   explicit Mapper(const SlamOptions& options);
@@ -29,16 +29,16 @@ class Mapper {
   /// Takes back the keyframes of this trial and of later ones.
   void forget_from_trial(int trial);
 
-  /// True when loops were found since the last settle(): all poses may be better than they are.
-  bool unsettled() const { return loops_since_settled_ > 0; }
-  /// Puts the newest keyframes in place, and moves others only where a loop pulls: milliseconds.
+  /// True when loops were found since the last optimize(): solving for all poses may improve the map.
+  bool has_new_loops() const { return new_loops_ > 0; }
+  /// Places the newest keyframes, and moves others only where a loop pulls: milliseconds.
   void update();
-  /// Solves for all poses and for the slopes' gain: tenths of a second in a large map.
-  void settle();
-  /// What update() and settle() have found.
+  /// Solves for all poses and for the gradient scale: tenths of a second in a large map.
+  void optimize();
+  /// The map after the last update() or optimize().
   MapSnapshot snapshot() const;
 
-  /// Puts all poses right, with refinement (slow; `refine` false: with the edges that are known). May be
+  /// Solves for all poses, with refinement (slow; `refine` false: with the edges that are known). May be
   /// called at any time; keyframes may follow. `stop_requested` leaves out the rest of the refinement.
   SlamMap finish(const std::vector<FrameRecord>& frames, bool refine,
                  const std::function<bool()>& stop_requested) const;
@@ -51,7 +51,7 @@ class Mapper {
   std::vector<PoseGraphEdge> edges_;                        // all that were measured
   std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
   PoseGraphSolution live_;
-  int loops_since_settled_ = 0;
+  int new_loops_ = 0;  // since optimize()
   std::uint64_t version_ = 0;
 };
 

@@ -33,8 +33,10 @@ struct SlamMap {
   std::vector<std::shared_ptr<const Keyframe>> keyframes;  ///< by id; null where a person took them back
   std::vector<PoseGraphEdge> edges;
   PoseGraphSolution solution;
-  SlopeCorrection slope_correction;     ///< applied to the keyframes' surfaces
-  std::vector<bool> in_map;             ///< by keyframe id: belongs to the largest component
+  SlopeCorrection slope_correction;  ///< as estimated
+  bool surfaces_corrected =
+      false;                 ///< slope_correction is applied to the keyframes' surfaces and to the edges
+  std::vector<bool> in_map;  ///< by keyframe id: belongs to the largest component
   std::vector<int> coverage_keyframes;  ///< ids without which something touched would be missing, ascending
   int trials = 0;
   int components = 0;
@@ -44,6 +46,10 @@ struct SlamMap {
 
   Pose anchor_T_keyframe(int id) const {
     return component_T_anchor.inverse() * solution.component_T_node.at(id);
+  }
+  /// What the keyframes' surfaces still read too steep.
+  GradientScale surface_scale() const {
+    return surfaces_corrected ? GradientScale{} : slope_correction.scale();
   }
   bool has_pose(const FrameRecord& f) const {
     return f.keyframe >= 0 && in_map[static_cast<std::size_t>(f.keyframe)];

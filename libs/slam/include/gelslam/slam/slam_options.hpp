@@ -1,6 +1,5 @@
 #pragma once
 
-#include "gelslam/backend/loop_consistency.hpp"
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
@@ -12,11 +11,8 @@ namespace gelslam {
 
 /// One options struct per stage.
 struct SlamOptions {
-  SlamOptions() { pose_graph.estimate_gradient_scale = true; }
-
   TrackerOptions tracker;
   LoopClosureOptions loop_closure;
-  LoopConsistencyOptions loop_consistency;
   PoseGraphOptions pose_graph;
   RefinementOptions refinement;
   SlopeCalibrationOptions slope_calibration;

@@ -4,13 +4,12 @@
 
 namespace gelslam {
 
-/// How the model of slopes is corrected when a scan has ended.
+/// What is estimated of a SlopeCorrection.
 struct SlopeCalibrationOptions {
-  bool enabled = true;
-  int rounds = 3;
+  bool estimate_gradient_scale = true;  ///< from loops, while the scan goes on and at its end
+  double gradient_scale_sigma = 0.1;    ///< before any loop: a slope is read 1 +- this times too steep
+  bool enabled = true;                  ///< at the end of the scan: all terms, from all registrations
   NormalFlowOptions registration;
-  /// In place of registration's: what is left of a gradient scale once slopes were corrected.
-  double remaining_gain_error = 0.02;
 };
 
 }  // namespace gelslam

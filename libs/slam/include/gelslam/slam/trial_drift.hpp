@@ -14,7 +14,7 @@ namespace gelslam {
 /// a place seen before (a loop, in the map) takes that away. Source: own.
 class TrialDrift {
  public:
-  /// `gradient_scale_sigma`: a slope is read 1 +- this times too steep (PoseGraphOptions).
+  /// `gradient_scale_sigma`: a slope is read 1 +- this times too steep (SlopeCalibrationOptions).
   explicit TrialDrift(double gradient_scale_sigma) : gradient_scale_sigma_(gradient_scale_sigma) {}
 
   /// Every frame, in order. One standard deviation of trial_T_frame, x y z in mm, rx ry rz in rad, along the

@@ -9,10 +9,17 @@
 
 namespace gelslam {
 
+/// Read slope over true slope, along the sensor's x and along its y: networks trained on presses of balls err
+/// by a few per cent, and not by the same along both.
+struct GradientScale {
+  double x = 1.0, y = 1.0;
+  double mean() const { return 0.5 * (x + y); }
+};
+
 /// What a color model reads wrong, as a few numbers: true slope = read slope - sum of factor * term. Nothing
 /// where the gel is flat. A model trained on presses of balls errs by a few per cent of the slope, not by the
-/// same along x and y (gradient_scale), unevenly over the gel, and more on slopes toward one lamp than toward
-/// another. Source: own.
+/// same along x and y (GradientScale), unevenly over the gel, and more on slopes toward one lamp than toward
+/// another. The factors are unknowns that all edges of the pose graph share. Source: own.
 struct SlopeCorrection {
   /// Terms of one axis, of read slopes gx, gy at (x, y) in half image widths from the center, with
   /// m = 1 / sqrt(1 + gx² + gy²): gx, gy, x gx, y gx, x gy, y gy, m gx², m gx gy, m gy², and in contact x and
@@ -23,15 +30,15 @@ struct SlopeCorrection {
 
   std::array<double, kTerms> factors{};  ///< first those of the slope along x, then along y
 
-  /// Of a model that reads slopes along x and y too steep by these.
-  static SlopeCorrection of_gain(double gain_x, double gain_y);
-  double gain_x() const;  ///< read over true slopes along x, at the center: what of_gain() was given
-  double gain_y() const;
+  /// Index of the factor that scales the slope along the axis it corrects.
+  static constexpr std::size_t kScaleX = 0, kScaleY = kTermsPerAxis + 1;
+  static SlopeCorrection of_scale(const GradientScale& read_over_true);
+  GradientScale scale() const;  ///< at the center of the gel: what of_scale() was given
   /// (x, y) of a pixel, as terms() takes it.
   static cv::Point2f place(cv::Size size, cv::Point pixel);
   static AxisTerms terms(float x, float y, float gx, float gy);
   /// How far a factor may be from 0, before anything is known: one standard deviation each.
-  static std::array<double, kTerms> prior_sigma(double gain_sigma);
+  static std::array<double, kTerms> prior_sigma(double gradient_scale_sigma);
 };
 
 /// Applies corrections to surfaces of one size. Not thread-safe: it keeps work buffers.
