@@ -3,36 +3,34 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "cell_cycles.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr float unobserved = std::numeric_limits<float>::quiet_NaN();
-constexpr int padded_edge = block_edge + 1;
-using PaddedDistances = std::array<float, padded_edge * padded_edge * padded_edge>;
+constexpr int kPaddedEdge = kBlockEdge + 1;
+using PaddedDistances = std::array<float, kPaddedEdge * kPaddedEdge * kPaddedEdge>;
 
 Eigen::Vector3i lowest_voxel(int cell) {
-  return {cell % block_edge, cell / block_edge % block_edge, cell / (block_edge * block_edge)};
+  return {cell % kBlockEdge, cell / kBlockEdge % kBlockEdge, cell / (kBlockEdge * kBlockEdge)};
 }
 
 /// The block's distances and those of the first layer of its upper neighbors.
-PaddedDistances padded(const std::array<const std::vector<float>*, block_neighbors>& upper) {
+PaddedDistances padded(const std::array<const std::vector<float>*, kBlockNeighbors>& upper) {
   PaddedDistances out;
-  out.fill(unobserved);
-  for (int n = 0; n < block_neighbors; ++n) {
+  out.fill(kUnobserved);
+  for (int n = 0; n < kBlockNeighbors; ++n) {
     const std::vector<float>* from = upper[static_cast<std::size_t>(n)];
     if (!from || from->empty()) continue;
     const Eigen::Vector3i step(n & 1, (n >> 1) & 1, n >> 2);
-    const Eigen::Vector3i size = (step.array() == 1).select(Eigen::Array3i::Ones(), block_edge);
+    const Eigen::Vector3i size = (step.array() == 1).select(Eigen::Array3i::Ones(), kBlockEdge);
     for (int z = 0; z < size.z(); ++z) {
       for (int y = 0; y < size.y(); ++y) {
         const Eigen::Vector3i row(0, y, z);
         std::copy_n(
-            from->begin() + static_cast<std::ptrdiff_t>(voxel_index(row, block_edge)), size.x(),
-            out.begin() + static_cast<std::ptrdiff_t>(voxel_index(row + step * block_edge, padded_edge)));
+            from->begin() + static_cast<std::ptrdiff_t>(voxel_index(row, kBlockEdge)), size.x(),
+            out.begin() + static_cast<std::ptrdiff_t>(voxel_index(row + step * kBlockEdge, kPaddedEdge)));
       }
     }
   }
@@ -95,7 +93,7 @@ class VertexPlacer {
 
 class VertexJoiner {
  public:
-  explicit VertexJoiner(const std::array<const BlockSurface*, block_neighbors>& lower) : lower_(lower) {}
+  explicit VertexJoiner(const std::array<const BlockSurface*, kBlockNeighbors>& lower) : lower_(lower) {}
 
   std::vector<NamedTriangle> run() {
     for (const ActiveCell& cell : lower_[0]->cells) {
@@ -130,12 +128,12 @@ class VertexJoiner {
     int neighbor = 0;
     for (int axis = 0; axis < 3; ++axis) {
       if (voxel[axis] >= 0) continue;
-      voxel[axis] += block_edge;
+      voxel[axis] += kBlockEdge;
       neighbor |= 1 << axis;
     }
     const BlockSurface* block = lower_[static_cast<std::size_t>(neighbor)];
     if (!block) return nowhere;
-    const int cell = static_cast<int>(voxel_index(voxel, block_edge));
+    const int cell = static_cast<int>(voxel_index(voxel, kBlockEdge));
     const auto found = std::lower_bound(block->cells.begin(), block->cells.end(), cell,
                                         [](const ActiveCell& a, int wanted) { return a.cell < wanted; });
     if (found == block->cells.end() || found->cell != cell) return nowhere;
@@ -155,9 +153,9 @@ class VertexJoiner {
     }
     // Where one side's band ends beside another's there is a step in the field, and a wall that nobody
     // touched: its normal has nothing to do with the observed ones.
-    constexpr float least_agreement = 0.5f;
+    constexpr float kMinAgreement = 0.5f;
     const Eigen::Vector3f across = (p[2] - p[0]).cross(p[3] - p[1]);
-    if (across.dot(observed) < least_agreement * across.norm() * observed.norm()) return;
+    if (across.dot(observed) < kMinAgreement * across.norm() * observed.norm()) return;
     if ((p[2] - p[0]).squaredNorm() <= (p[3] - p[1]).squaredNorm()) {
       triangles_.push_back({quad[0], quad[1], quad[2]});
       triangles_.push_back({quad[0], quad[2], quad[3]});
@@ -167,27 +165,27 @@ class VertexJoiner {
     }
   }
 
-  const std::array<const BlockSurface*, block_neighbors>& lower_;
+  const std::array<const BlockSurface*, kBlockNeighbors>& lower_;
   std::vector<NamedTriangle> triangles_;
 };
 
 }  // namespace
 
 void place_vertices(const BlockLattice& lattice,
-                    const std::array<const std::vector<float>*, block_neighbors>& upper,
+                    const std::array<const std::vector<float>*, kBlockNeighbors>& upper,
                     const PatchList& patches, const Field& field, BlockSurface& out) {
   out = {};
   if (!upper[0] || upper[0]->empty()) return;
   const PaddedDistances distances = padded(upper);
   VertexPlacer placer(lattice, patches, field, out);
-  for (int cell = 0; cell < block_voxels; ++cell) {
+  for (int cell = 0; cell < kBlockVoxels; ++cell) {
     const Eigen::Vector3i base = lowest_voxel(cell);
     std::array<float, 8> corner;
     unsigned outside = 0;
     bool observed = true;
     for (int c = 0; c < 8; ++c) {
       const float d =
-          distances[voxel_index(base + Eigen::Vector3i(c & 1, (c >> 1) & 1, c >> 2), padded_edge)];
+          distances[voxel_index(base + Eigen::Vector3i(c & 1, (c >> 1) & 1, c >> 2), kPaddedEdge)];
       corner[static_cast<std::size_t>(c)] = d;
       observed = observed && !std::isnan(d);
       if (d > 0) outside |= 1u << c;
@@ -198,7 +196,7 @@ void place_vertices(const BlockLattice& lattice,
   }
 }
 
-std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, block_neighbors>& lower) {
+std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, kBlockNeighbors>& lower) {
   return VertexJoiner(lower).run();
 }
 

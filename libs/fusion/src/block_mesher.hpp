@@ -33,7 +33,7 @@ struct BlockSurface {
 /// set. `upper`: distances of the block (0) and of its upper neighbors; null or empty where there are none.
 /// A cell counts when all its corners were observed.
 void place_vertices(const BlockLattice& lattice,
-                    const std::array<const std::vector<float>*, block_neighbors>& upper,
+                    const std::array<const std::vector<float>*, kBlockNeighbors>& upper,
                     const PatchList& patches, const Field& field, BlockSurface& out);
 
 /// A vertex of the block (0) or of one of its lower neighbors.
@@ -45,6 +45,6 @@ using NamedTriangle = std::array<VertexName, 3>;
 
 /// The triangles that belong to a block: around every crossed lattice edge that begins at one of its voxels,
 /// counter-clockwise seen from outside. `lower`: the block (0, never null) and its lower neighbors.
-std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, block_neighbors>& lower);
+std::vector<NamedTriangle> join_vertices(const std::array<const BlockSurface*, kBlockNeighbors>& lower);
 
 }  // namespace gelslam::fusion::detail

@@ -1,22 +1,18 @@
 #include "block_sums.hpp"
 
-#include <limits>
-
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr float unobserved = std::numeric_limits<float>::quiet_NaN();
-
 /// Two directions within 44 degrees of an axis are less than 90 degrees apart, whichever leads: one side.
-constexpr float least_cosine = 0.72f;
+constexpr float kMinCosine = 0.72f;
 
 template <typename Visit>
 void for_each_voxel(const BlockLattice& lattice, int stride, Visit&& visit) {
-  for (int z = 0; z < block_edge; z += stride) {
-    for (int y = 0; y < block_edge; y += stride) {
-      for (int x = 0; x < block_edge; x += stride) {
+  for (int z = 0; z < kBlockEdge; z += stride) {
+    for (int y = 0; y < kBlockEdge; y += stride) {
+      for (int x = 0; x < kBlockEdge; x += stride) {
         const Eigen::Vector3i local(x, y, z);
-        visit(voxel_index(local, block_edge), lattice.position(lattice.first_voxel + local));
+        visit(voxel_index(local, kBlockEdge), lattice.position(lattice.first_voxel + local));
       }
     }
   }
@@ -27,7 +23,7 @@ void for_each_voxel(const BlockLattice& lattice, int stride, Visit&& visit) {
 void BlockSums::gather(const BlockLattice& lattice, const PatchList& patches, const Field& field) {
   for (auto& side : sides_) side.clear();
   choose_axis(lattice, patches, field);
-  valid_ = !axis_.isZero() && patches.size() < max_summed_patches;
+  valid_ = !axis_.isZero() && patches.size() < kMaxSummedPatches;
   for (std::size_t i = 0; valid_ && i < patches.size(); ++i) change(lattice, *patches[i], field, 1);
 }
 
@@ -53,12 +49,12 @@ void BlockSums::change(const BlockLattice& lattice, const Patch& patch, const Fi
     Patch::Reading reading;
     if (!patch.read(point, field.truncation_mm(), reading)) return;
     const float cosine = Patch::cosine(reading, axis);
-    if (std::fabs(cosine) < least_cosine) {
+    if (std::fabs(cosine) < kMinCosine) {
       valid_ = false;
       return;
     }
     std::vector<Voxel>& side = sides_[cosine > 0 ? 0 : 1];
-    if (side.empty()) side.resize(block_voxels);
+    if (side.empty()) side.resize(kBlockVoxels);
     const DistanceSum term = field.term(reading.distance_mm, reading.weight);
     Voxel& voxel = side[i];
     voxel.sum.weight += sign * term.weight;
@@ -68,7 +64,7 @@ void BlockSums::change(const BlockLattice& lattice, const Patch& patch, const Fi
 }
 
 void BlockSums::write_distances(const Field& field, std::vector<float>& distances) const {
-  distances.assign(block_voxels, unobserved);
+  distances.assign(kBlockVoxels, kUnobserved);
   for (const auto& side : sides_) {
     for (std::size_t i = 0; i < side.size(); ++i) {
       if (side[i].heavy == 0 || side[i].sum.weight == 0) continue;
@@ -82,7 +78,7 @@ void sample_block(const BlockLattice& lattice, const PatchList& patches, const F
                   std::vector<float>& distances) {
   sums.gather(lattice, patches, field);
   if (sums.valid()) return sums.write_distances(field, distances);
-  distances.assign(block_voxels, unobserved);
+  distances.assign(kBlockVoxels, kUnobserved);
   std::vector<Observation> scratch;
   for_each_voxel(lattice, 1, [&](std::size_t i, const Eigen::Vector3f& point) {
     FieldValue value;

@@ -3,12 +3,16 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "blocks.hpp"
 #include "field.hpp"
 
 namespace gelslam::fusion::detail {
+
+/// The distance of a voxel where nothing was observed.
+constexpr float kUnobserved = std::numeric_limits<float>::quiet_NaN();
 
 /// The voxels of one block: where they are.
 struct BlockLattice {

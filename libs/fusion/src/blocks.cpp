@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
-#include "parallel.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr int coordinate_bits = 20;
-constexpr std::int64_t coordinate_offset = std::int64_t{1} << (coordinate_bits - 1);
+constexpr int kCoordinateBits = 20;
+constexpr std::int64_t kCoordinateOffset = std::int64_t{1} << (kCoordinateBits - 1);
 
 /// Collects blocks; forgets most repetitions at once, because neighboring samples fall into the same few
 /// blocks.
@@ -20,7 +19,7 @@ class PassedBlocks {
 
   void add(std::int64_t key, bool near) {
     constexpr std::uint64_t multiplier = 0x9E3779B97F4A7C15u;  // golden ratio: spreads all bits upward
-    PassedBlock& slot = recent_[(static_cast<std::uint64_t>(key) * multiplier) >> (64 - slot_bits)];
+    PassedBlock& slot = recent_[(static_cast<std::uint64_t>(key) * multiplier) >> (64 - kSlotBits)];
     if (slot.key == key && (slot.near || !near)) return;
     slot = {key, near};
     all_.push_back(slot);
@@ -37,8 +36,8 @@ class PassedBlocks {
   }
 
  private:
-  static constexpr int slot_bits = 12;
-  static constexpr std::size_t slots = std::size_t{1} << slot_bits;
+  static constexpr int kSlotBits = 12;
+  static constexpr std::size_t slots = std::size_t{1} << kSlotBits;
 
   std::vector<PassedBlock> recent_, all_;
 };
@@ -47,22 +46,22 @@ class PassedBlocks {
 
 std::int64_t block_key(const Eigen::Vector3i& b) {
   std::int64_t key = 0;
-  for (int axis = 2; axis >= 0; --axis) key = (key << coordinate_bits) | (b[axis] + coordinate_offset);
+  for (int axis = 2; axis >= 0; --axis) key = (key << kCoordinateBits) | (b[axis] + kCoordinateOffset);
   return key;
 }
 
 Eigen::Vector3i block_coordinate(std::int64_t key) {
   Eigen::Vector3i b;
   for (int axis = 0; axis < 3; ++axis) {
-    b[axis] = static_cast<int>((key & ((std::int64_t{1} << coordinate_bits) - 1)) - coordinate_offset);
-    key >>= coordinate_bits;
+    b[axis] = static_cast<int>((key & ((std::int64_t{1} << kCoordinateBits) - 1)) - kCoordinateOffset);
+    key >>= kCoordinateBits;
   }
   return b;
 }
 
 std::int64_t neighbor_step(int neighbor) {
   std::int64_t step = 0;
-  for (int axis = 2; axis >= 0; --axis) step = (step << coordinate_bits) + ((neighbor >> axis) & 1);
+  for (int axis = 2; axis >= 0; --axis) step = (step << kCoordinateBits) + ((neighbor >> axis) & 1);
   return step;
 }
 
@@ -70,12 +69,12 @@ std::int64_t neighbor_step(int neighbor) {
 /// samples leaves no gap.
 std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) {
   constexpr int stride = 2;
-  const float block_mm = reach.voxel_size_mm * static_cast<float>(block_edge);
+  const float block_mm = reach.voxel_size_mm * static_cast<float>(kBlockEdge);
   const float margin = 2.0f * reach.voxel_size_mm;
   const int steps = std::max(1, static_cast<int>(std::ceil(reach.list_mm / (2.0f * margin))));
   const float spacing = reach.list_mm / static_cast<float>(steps);
   // One block is left free at either end, so that every block has neighbors.
-  const float lowest = static_cast<float>(1 - coordinate_offset), highest = -lowest - 1;
+  const float lowest = static_cast<float>(1 - kCoordinateOffset), highest = -lowest - 1;
   PassedBlocks passed;
   patch.for_each_point(stride, [&](const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float) {
     for (int step = -steps; step <= steps; ++step) {
@@ -97,38 +96,6 @@ std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach) 
     }
   });
   return std::move(passed).sorted();
-}
-
-BlockGrid::BlockGrid(const std::vector<Patch>& patches, const BlockReach& reach, int threads) {
-  std::vector<std::vector<PassedBlock>> of_patch(patches.size());
-  parallel_for(patches.size(), threads, [&](std::size_t i) { of_patch[i] = blocks_of(patches[i], reach); });
-  struct Entry {
-    PassedBlock block;
-    std::size_t patch;
-  };
-  std::vector<Entry> all;
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    for (const PassedBlock& block : of_patch[i]) all.push_back({block, i});
-  }
-  std::sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
-    return a.block.key != b.block.key ? a.block.key < b.block.key : a.patch < b.patch;
-  });
-  for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
-    const std::int64_t key = all[begin].block.key;
-    bool near = false;
-    for (end = begin; end < all.size() && all[end].block.key == key; ++end)
-      near = near || all[end].block.near;
-    if (!near) continue;
-    Block block{fusion::detail::block_coordinate(key) * block_edge, {}};
-    for (std::size_t i = begin; i < end; ++i) block.patches.push_back(&patches[all[i].patch]);
-    index_.emplace(key, static_cast<int>(blocks_.size()));
-    blocks_.push_back(std::move(block));
-  }
-}
-
-int BlockGrid::find(const Eigen::Vector3i& coordinate) const {
-  const auto found = index_.find(block_key(coordinate));
-  return found == index_.end() ? -1 : found->second;
 }
 
 }  // namespace gelslam::fusion::detail

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "patch.hpp"
@@ -10,11 +9,11 @@
 namespace gelslam::fusion::detail {
 
 /// Voxels come in blocks of 8x8x8, only where there is surface. Voxel (i,j,k) lies at voxel_size * (i,j,k).
-constexpr int block_edge = 8;
-constexpr int block_voxels = block_edge * block_edge * block_edge;
+constexpr int kBlockEdge = 8;
+constexpr int kBlockVoxels = kBlockEdge * kBlockEdge * kBlockEdge;
 
 /// Neighbors are numbered by the axes in which they are one block further (or nearer): 1 x, 2 y, 4 z.
-constexpr int block_neighbors = 8;
+constexpr int kBlockNeighbors = 8;
 
 /// A block's place in one number; order of keys is lexicographic order of (z, y, x).
 std::int64_t block_key(const Eigen::Vector3i& block_coordinate);
@@ -41,24 +40,5 @@ struct PassedBlock {
 };
 /// Ascending by key. Throws Error when the patch lies too far from the map's origin.
 std::vector<PassedBlock> blocks_of(const Patch& patch, const BlockReach& reach);
-
-struct Block {
-  Eigen::Vector3i first_voxel;  ///< index of the block's lowest corner
-  PatchList patches;            ///< which reach into it, in their given order
-};
-
-/// The blocks in which the surface of all patches can lie, by key, and how to find them.
-class BlockGrid {
- public:
-  BlockGrid(const std::vector<Patch>& patches, const BlockReach& reach, int threads);
-
-  const std::vector<Block>& blocks() const { return blocks_; }
-  /// Index of the block at this block coordinate, or -1.
-  int find(const Eigen::Vector3i& block_coordinate) const;
-
- private:
-  std::vector<Block> blocks_;
-  std::unordered_map<std::int64_t, int> index_;
-};
 
 }  // namespace gelslam::fusion::detail

@@ -11,7 +11,7 @@ namespace {
 using fusion::detail::Observation;
 using fusion::detail::Patch;
 
-constexpr int stride = 4;  ///< every 4th pixel in both directions stands for 16
+constexpr int kStride = 4;  ///< every 4th pixel in both directions stands for 16
 
 struct Point {
   Eigen::Vector3f position_mm, normal;
@@ -33,10 +33,10 @@ std::vector<Candidate> candidates(const std::vector<PosedSurface>& patches) {
     auto patch = Patch::prepare(posed, 1.0);
     if (!patch) continue;
     Candidate c{posed.id, std::move(*patch), {}, 0, {}, false};
-    c.patch.for_each_point(stride, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& normal, float w) {
+    c.patch.for_each_point(kStride, [&](const Eigen::Vector3f& p, const Eigen::Vector3f& normal, float w) {
       c.uncovered.push_back({p, normal, w});
       c.box.extend(p);
-      c.gain += stride * stride * static_cast<double>(w);
+      c.gain += kStride * kStride * static_cast<double>(w);
     });
     result.push_back(std::move(c));
   }
@@ -54,7 +54,7 @@ void cover(Candidate& candidate, const Candidate& chosen, float reach_mm) {
   });
   candidate.gain = 0;
   for (const Point& p : candidate.uncovered)
-    candidate.gain += stride * stride * static_cast<double>(p.weight);
+    candidate.gain += kStride * kStride * static_cast<double>(p.weight);
 }
 
 Eigen::AlignedBox3f grown(Eigen::AlignedBox3f box, float margin_mm) {

@@ -17,10 +17,10 @@ bool Field::evaluate(const Eigen::Vector3f& point_mm, const PatchList& listed,
   if (best < min_weight_) return false;
 
   // One side of the object after the other, each led by its heaviest observation.
-  constexpr int max_sides = 3;
+  constexpr int kMaxSides = 3;
   bool found = false;
   auto rest = scratch.begin();
-  for (int side = 0; side < max_sides && rest != scratch.end(); ++side) {
+  for (int side = 0; side < kMaxSides && rest != scratch.end(); ++side) {
     const auto heavier = [](const Observation& a, const Observation& b) { return a.weight < b.weight; };
     const Observation lead = *std::max_element(rest, scratch.end(), heavier);
     const auto end = std::stable_partition(

@@ -1,14 +1,17 @@
 #include "gelslam/fusion/incremental_fusion.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <numeric>
 
+#include "block_map.hpp"
 #include "field.hpp"
-#include "fusion_options.hpp"
 #include "gelslam/core/error.hpp"
-#include "live_blocks.hpp"
+#include "gelslam/core/index.hpp"
+#include "gelslam/core/parallel.hpp"
 #include "patch_places.hpp"
 
 namespace gelslam {
@@ -18,10 +21,20 @@ using namespace fusion::detail;
 
 /// Moved patches that are carried over before their blocks are made again: each block is then made again once
 /// for all of them, and the newest appear soon all the same.
-constexpr int moves_at_once = 48;
+constexpr int kMovesAtOnce = 48;
 /// Blocks of moved patches in a round: a new patch waits for no more than one round, a few times ten
 /// milliseconds.
-constexpr std::size_t blocks_per_round = 256;
+constexpr std::size_t kBlocksPerRound = 256;
+
+void check(const FusionOptions& o) {
+  if (!(o.voxel_size_mm >= 0.01 && o.voxel_size_mm <= 10))
+    throw Error("the voxel size has to be 0.01 to 10 mm");
+  if (!(o.truncation_mm >= 2 * o.voxel_size_mm && o.truncation_mm <= 100)) {
+    throw Error("the truncation has to be at least two voxels and at most 100 mm");
+  }
+  if (!(o.min_weight > 0) || !std::isfinite(o.min_weight))
+    throw Error("the minimal weight has to be positive");
+}
 
 void check(const IncrementalOptions& o) {
   if (!(o.budget_ms >= 0) || !std::isfinite(o.budget_ms))
@@ -29,6 +42,51 @@ void check(const IncrementalOptions& o) {
   if (!(o.max_translation_mm >= 0) || !(o.max_rotation_rad >= 0) || !(o.max_gain_change >= 0))
     throw Error("the live mesh's limits on changes must not be negative");
   if (o.warm_blocks < 1) throw Error("the live mesh needs at least one warm block");
+}
+
+int find_root(std::vector<int>& parent, int v) {
+  while (parent[index(v)] != v) {
+    parent[index(v)] = parent[index(parent[index(v)])];
+    v = parent[index(v)];
+  }
+  return v;
+}
+
+/// Drops connected pieces (by shared vertices) whose area is below `min_area_mm2`, and vertices that no
+/// triangle uses. Order is kept.
+Mesh without_small_pieces(const Mesh& mesh, double min_area_mm2) {
+  const auto& p = mesh.vertices_mm;
+  std::vector<int> parent(p.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  for (const auto& t : mesh.triangles) {
+    const int a = find_root(parent, t[0]);
+    parent[index(find_root(parent, t[1]))] = a;
+    parent[index(find_root(parent, t[2]))] = a;
+  }
+  std::vector<double> area_mm2(p.size(), 0.0);
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3f across = (p[index(t[1])] - p[index(t[0])]).cross(p[index(t[2])] - p[index(t[0])]);
+    area_mm2[index(find_root(parent, t[0]))] += 0.5 * static_cast<double>(across.norm());
+  }
+  Mesh kept;
+  std::vector<int> new_index(p.size(), -1);
+  for (const auto& t : mesh.triangles) {
+    if (area_mm2[index(find_root(parent, t[0]))] < min_area_mm2) continue;
+    for (int c = 0; c < 3; ++c) new_index[index(t[c])] = 0;
+  }
+  int next = 0;
+  for (std::size_t v = 0; v < p.size(); ++v) {
+    if (new_index[v] < 0) continue;
+    new_index[v] = next++;
+    kept.vertices_mm.push_back(p[v]);
+    kept.normals.push_back(mesh.normals[v]);
+    kept.confidence.push_back(mesh.confidence[v]);
+  }
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3i renamed(new_index[index(t[0])], new_index[index(t[1])], new_index[index(t[2])]);
+    if (renamed[0] >= 0) kept.triangles.push_back(renamed);
+  }
+  return kept;
 }
 
 }  // namespace
@@ -55,6 +113,13 @@ class IncrementalFusion::Impl {
       if (!step()) return false;
     } while (Clock::now() < end);
     return true;
+  }
+
+  Mesh finish(int threads) {
+    while (phase_ != Phase::idle) step();
+    carry_over_all(threads);
+    queue_.clear();
+    return blocks_.finish(threads);
   }
 
   std::vector<MeshBlock> take_changed_blocks() {
@@ -100,14 +165,13 @@ class IncrementalFusion::Impl {
       std::reverse(queue_.begin(), queue_.end());  // taken from its end
     }
     if (!queue_.empty()) {
-      const auto first =
-          queue_.end() - static_cast<std::ptrdiff_t>(std::min(queue_.size(), blocks_per_round));
+      const auto first = queue_.end() - static_cast<std::ptrdiff_t>(std::min(queue_.size(), kBlocksPerRound));
       std::vector<std::int64_t> keys(first, queue_.end());
       queue_.erase(first, queue_.end());
       start(std::move(keys));
       return true;
     }
-    moves_left_ = moves_at_once;
+    moves_left_ = kMovesAtOnce;
     return places_.newest_changed().has_value();
   }
 
@@ -115,12 +179,29 @@ class IncrementalFusion::Impl {
   std::vector<std::int64_t> carry_over(int id) {
     const PlacedPatch before = places_.take_out(id);
     if (before.patch) blocks_.unlist(before);
-    const PlacedPatch* now = places_.put_in(id);
+    places_.put_in(id, {});  // stays so if what follows throws
+    const PlacedPatch now = places_.make(id, before);
+    places_.put_in(id, now);
+    if (!now.patch) return {};
+    blocks_.list(now);
     std::vector<std::int64_t> keys;
-    if (!now || !now->patch) return keys;
-    blocks_.list(*now);
-    for (const PassedBlock& passed : now->blocks) keys.push_back(passed.key);
+    for (const PassedBlock& passed : now.blocks) keys.push_back(passed.key);
     return keys;
+  }
+
+  /// The same for all at once.
+  void carry_over_all(int threads) {
+    const std::vector<int> ids = places_.all_changed();
+    std::vector<PlacedPatch> before(ids.size()), now(ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      before[i] = places_.take_out(ids[i]);
+      if (before[i].patch) blocks_.unlist(before[i]);
+    }
+    parallel_for(ids.size(), threads, [&](std::size_t i) { now[i] = places_.make(ids[i], before[i]); });
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (now[i].patch) blocks_.list(now[i]);
+      places_.put_in(ids[i], std::move(now[i]));
+    }
   }
 
   void start(std::vector<std::int64_t> keys) {
@@ -150,9 +231,9 @@ class IncrementalFusion::Impl {
   double budget_;
   Field field_;
   PatchPlaces places_;
-  LiveBlocks blocks_;
+  BlockMap blocks_;
   std::vector<std::int64_t> queue_;  ///< blocks that wait for a round
-  int moves_left_ = moves_at_once;
+  int moves_left_ = kMovesAtOnce;
 
   Phase phase_ = Phase::idle;
   std::vector<std::int64_t> sampled_;           ///< the round's blocks
@@ -163,7 +244,7 @@ class IncrementalFusion::Impl {
 };
 
 IncrementalFusion::IncrementalFusion(const FusionOptions& fusion, const IncrementalOptions& options) {
-  check_options(fusion);
+  check(fusion);
   check(options);
   impl_ = std::make_unique<Impl>(fusion, options);
 }
@@ -176,5 +257,20 @@ void IncrementalFusion::set_patches(const std::vector<PosedSurface>& patches, do
 }
 bool IncrementalFusion::work() { return impl_->work(); }
 std::vector<MeshBlock> IncrementalFusion::take_changed_blocks() { return impl_->take_changed_blocks(); }
+
+Mesh IncrementalFusion::finish(int threads, double min_piece_mm2) {
+  return without_small_pieces(impl_->finish(threads), min_piece_mm2);
+}
+
+Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options) {
+  std::vector<PosedSurface> numbered = patches;  // in the given order; an id may come twice
+  for (std::size_t i = 0; i < numbered.size(); ++i) {
+    check_patch(numbered[i]);
+    numbered[i].id = static_cast<int>(i);
+  }
+  IncrementalFusion fusion(options, {});
+  fusion.set_patches(numbered, options.gradient_scale);
+  return fusion.finish(options.threads, options.min_piece_mm2);
+}
 
 }  // namespace gelslam

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
-#include "parallel.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
@@ -107,19 +106,6 @@ void Patch::set_pose(const Pose& map_T_keyframe) {
   x_axis_ = R.col(0).cast<float>();
   y_axis_ = R.col(1).cast<float>();
   z_axis_ = R.col(2).cast<float>();
-}
-
-std::vector<Patch> prepare_patches(const std::vector<PosedSurface>& patches, double gradient_scale,
-                                   int threads) {
-  check_gradient_scale(gradient_scale);
-  std::vector<std::optional<Patch>> prepared(patches.size());
-  parallel_for(patches.size(), threads,
-               [&](std::size_t i) { prepared[i] = Patch::prepare(patches[i], gradient_scale); });
-  std::vector<Patch> result;
-  for (auto& patch : prepared) {
-    if (patch) result.push_back(std::move(*patch));
-  }
-  return result;
 }
 
 }  // namespace gelslam::fusion::detail

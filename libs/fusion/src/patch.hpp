@@ -52,15 +52,15 @@ class Patch {
     const Pixel &a = row[0], &b = row[1], &c = row[width_], &d = row[width_ + 1];
     const float wa = (1 - fu) * (1 - fv), wb = fu * (1 - fv), wc = (1 - fu) * fv, wd = fu * fv;
     const float weight = wa * a.weight + wb * b.weight + wc * c.weight + wd * d.weight;
-    if (weight < min_pixel_weight) return false;
+    if (weight < kMinPixelWeight) return false;
     const float height = wa * a.height_mm + wb * b.height_mm + wc * c.height_mm + wd * d.height_mm;
     const float rise = height - p.z();
     out.nx = wa * a.nx + wb * b.nx + wc * c.nx + wd * d.nx;
     out.ny = wa * a.ny + wb * b.ny + wc * c.ny + wd * d.ny;
-    out.nz = std::sqrt(std::max(1 - out.nx * out.nx - out.ny * out.ny, min_normal_z * min_normal_z));
+    out.nz = std::sqrt(std::max(1 - out.nx * out.nx - out.ny * out.ny, kMinNormalZ * kMinNormalZ));
     out.distance_mm = rise * out.nz;
     if (std::fabs(out.distance_mm) >= reach_mm) return false;
-    out.weight = weight - min_pixel_weight;  // begins at zero: no step where a patch begins
+    out.weight = weight - kMinPixelWeight;  // begins at zero: no step where a patch begins
     return true;
   }
 
@@ -94,14 +94,14 @@ class Patch {
     for (int v = 0; v < height_; v += stride) {
       for (int u = 0; u < width_; u += stride) {
         const Pixel& pixel = (*pixels_)[static_cast<std::size_t>(v * width_ + u)];
-        if (pixel.weight <= min_pixel_weight) continue;
+        if (pixel.weight <= kMinPixelWeight) continue;
         const Eigen::Vector3f p((static_cast<float>(u) - u_origin_) / inverse_pitch_,
                                 (static_cast<float>(v) - v_origin_) / inverse_pitch_, pixel.height_mm);
         const float nz =
-            std::sqrt(std::max(1 - pixel.nx * pixel.nx - pixel.ny * pixel.ny, min_normal_z * min_normal_z));
+            std::sqrt(std::max(1 - pixel.nx * pixel.nx - pixel.ny * pixel.ny, kMinNormalZ * kMinNormalZ));
         visit(Eigen::Vector3f(origin_ + p.x() * x_axis_ + p.y() * y_axis_ + p.z() * z_axis_),
               Eigen::Vector3f(-(pixel.nx * x_axis_ + pixel.ny * y_axis_ + nz * z_axis_)),
-              pixel.weight - min_pixel_weight);
+              pixel.weight - kMinPixelWeight);
       }
     }
   }
@@ -109,8 +109,8 @@ class Patch {
  private:
   void set_pose(const Pose& map_T_keyframe);
 
-  static constexpr float min_pixel_weight = 0.05f;  ///< a pixel on the mask's very border
-  static constexpr float min_normal_z = 0.05f;
+  static constexpr float kMinPixelWeight = 0.05f;  ///< a pixel on the mask's very border
+  static constexpr float kMinNormalZ = 0.05f;
 
   struct Pixel {
     float height_mm = 0, weight = 0, nx = 0, ny = 0;
@@ -131,10 +131,5 @@ using PatchList = std::vector<const Patch*>;
 void check_patch(const PosedSurface& posed);
 /// Throws Error when it is not a positive number.
 void check_gradient_scale(double gradient_scale);
-
-/// All patches with contact, in the given order. Throws Error on maps of unlike sizes and poses that are not
-/// finite.
-std::vector<Patch> prepare_patches(const std::vector<PosedSurface>& patches, double gradient_scale,
-                                   int threads);
 
 }  // namespace gelslam::fusion::detail

@@ -1,6 +1,8 @@
 #include "patch_places.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -9,7 +11,7 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr std::size_t max_new = 3;  ///< each of them costs a round of its own
+constexpr std::size_t kMaxNew = 3;  ///< each of them costs a round of its own
 
 }  // namespace
 
@@ -35,8 +37,8 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double gradi
       changed_.insert(id);
     }
   }
-  // Whoever comes with a crowd (another component is shown) can wait and be done with it at once.
-  while (new_.size() > max_new) changed_.insert(new_.extract(new_.begin()));
+  // When many come at once (another component is shown), they are placed together like moved ones.
+  while (new_.size() > kMaxNew) changed_.insert(new_.extract(new_.begin()));
   for (const auto& [id, placed] : placed_) {
     if (!wanted_.contains(id)) changed_.insert(id);
   }
@@ -53,29 +55,40 @@ bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) c
   return chord > 2.0 * std::sqrt(2.0) * std::sin(0.5 * options_.max_rotation_rad);
 }
 
+std::vector<int> PatchPlaces::all_changed() const {
+  std::vector<int> ids;
+  std::set_union(new_.begin(), new_.end(), changed_.begin(), changed_.end(), std::back_inserter(ids));
+  return ids;
+}
+
 PlacedPatch PatchPlaces::take_out(int id) {
   new_.erase(id);
   changed_.erase(id);
   auto node = placed_.extract(id);
-  last_out_ = node ? std::move(node.mapped()) : PlacedPatch{};
-  return last_out_;
+  return node ? std::move(node.mapped()) : PlacedPatch{};
 }
 
-const PlacedPatch* PatchPlaces::put_in(int id) {
-  const PlacedPatch before = std::exchange(last_out_, {});
+PlacedPatch PatchPlaces::make(int id, const PlacedPatch& before) const {
+  PlacedPatch now;
   const auto wanted = wanted_.find(id);
-  if (wanted == wanted_.end()) return nullptr;
-  PlacedPatch& now = placed_[id];  // stays without a patch if what follows throws
+  if (wanted == wanted_.end()) return now;
   now.posed = wanted->second;
   now.gradient_scale = gradient_scale_;
   const bool same_pixels =
       before.patch && before.posed.surface == now.posed.surface && before.gradient_scale == gradient_scale_;
   std::optional<Patch> patch = same_pixels ? before.patch->moved_to(now.posed.map_T_keyframe)
                                            : Patch::prepare(now.posed, gradient_scale_);
-  if (!patch) return &now;
+  if (!patch) return now;
   now.blocks = blocks_of(*patch, reach_);
   now.patch = std::make_shared<const Patch>(std::move(*patch));
-  return &now;
+  return now;
+}
+
+void PatchPlaces::put_in(int id, PlacedPatch now) {
+  const auto wanted = wanted_.find(id);
+  if (wanted == wanted_.end()) return;
+  if (!now.patch) now = {wanted->second, gradient_scale_, nullptr, {}};
+  placed_[id] = std::move(now);
 }
 
 }  // namespace gelslam::fusion::detail

@@ -36,10 +36,16 @@ class PatchPlaces {
   std::optional<int> newest_new() const { return newest(new_); }
   std::optional<int> newest_changed() const { return newest(changed_); }
 
-  /// Brings one of them up to date: `take_out` forgets where it was (nothing when it was not there),
-  /// `put_in` puts it where it should be (null when it should not). Both have to be called, in this order.
+  /// Those and all others that have changed.
+  std::vector<int> all_changed() const;
+
+  /// Brings one of them up to date: `take_out` returns and forgets what was placed (without a patch when
+  /// nothing was); `make` prepares it at its new place, reusing the pixels of `before` if it only moves
+  /// (without a patch when it should not be there; may be called from several threads); `put_in` notes it as
+  /// placed. A patch that make() refuses is put in without one.
   PlacedPatch take_out(int id);
-  const PlacedPatch* put_in(int id);
+  PlacedPatch make(int id, const PlacedPatch& before) const;
+  void put_in(int id, PlacedPatch now);
 
  private:
   static std::optional<int> newest(const std::set<int>& ids) {
@@ -53,7 +59,6 @@ class PatchPlaces {
   double gradient_scale_ = 1.0;
   std::map<int, PlacedPatch> placed_;
   std::set<int> new_, changed_;
-  PlacedPatch last_out_;  ///< its pixels serve again when it only moves
 };
 
 }  // namespace gelslam::fusion::detail

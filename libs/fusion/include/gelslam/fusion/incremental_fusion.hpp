@@ -41,6 +41,11 @@ class IncrementalFusion {
   /// then left out.
   bool work();
 
+  /// Does all work that is left, on `threads` threads (0: all cores), and returns the whole surface as one
+  /// mesh with shared vertices, without pieces smaller than `min_piece_mm2`. The same bytes for any number of
+  /// threads and whatever happened before. Throws Error like work().
+  Mesh finish(int threads, double min_piece_mm2);
+
   /// Blocks whose surface has changed since the last call, by key. Together with all taken before they meet
   /// without gaps, also while there is work left (where a large correction has come half way there is a step,
   /// and walls are left out as in fuse()).

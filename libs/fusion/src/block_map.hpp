@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -15,12 +17,12 @@
 
 namespace gelslam::fusion::detail {
 
-/// The blocks of a growing mesh: which patches each should ask and which it holds. A change goes through
-/// three passes, each over the blocks that the one before has named: sample, place, mesh. What is in between
-/// is not seen from outside.
-class LiveBlocks {
+/// The blocks of a mesh: which patches each should ask and which it holds. A change goes through three
+/// passes, each over the blocks that the one before has named: sample, place, mesh. finish() runs them over
+/// all blocks at once.
+class BlockMap {
  public:
-  LiveBlocks(const Field& field, float voxel_size_mm, int warm_blocks)
+  BlockMap(const Field& field, float voxel_size_mm, int warm_blocks)
       : field_(field), voxel_(voxel_size_mm), warm_blocks_(static_cast<std::size_t>(warm_blocks)) {}
 
   void list(const PlacedPatch& placed);
@@ -35,6 +37,10 @@ class LiveBlocks {
   void place(std::int64_t key, std::vector<std::int64_t>& to_mesh);
   /// Its mesh; nothing when it is empty and was so.
   std::optional<MeshBlock> mesh(std::int64_t key);
+
+  /// All passes over every block, on `threads` threads (0: all cores), and the result as one mesh whose
+  /// vertices the blocks share. The same for any number of threads.
+  Mesh finish(int threads);
 
   /// Forgets a block in which no patch is left.
   void drop_if_empty(std::int64_t key);
@@ -52,14 +58,25 @@ class LiveBlocks {
     std::vector<float> distances;     ///< empty when nothing was observed
     BlockSurface surface;
     bool dirty = false, has_mesh = false;
+
+    /// The patches it should hold: all listed ones where one of them is near.
+    std::vector<PatchPtr> wanted() const {
+      std::vector<PatchPtr> patches;
+      if (std::any_of(listed.begin(), listed.end(), [](const Listing& l) { return l.near; }))
+        for (const Listing& listing : listed) patches.push_back(listing.patch);
+      return patches;
+    }
   };
 
   Block* find(std::int64_t key) {
     const auto found = blocks_.find(key);
     return found == blocks_.end() ? nullptr : &found->second;
   }
-  BlockLattice lattice(std::int64_t key) const { return {block_coordinate(key) * block_edge, voxel_}; }
+  const Block* find(std::int64_t key) const { return const_cast<BlockMap*>(this)->find(key); }
+  BlockLattice lattice(std::int64_t key) const { return {block_coordinate(key) * kBlockEdge, voxel_}; }
   void mark_dirty(std::int64_t key, Block& block);
+  std::array<const BlockSurface*, kBlockNeighbors> lower_surfaces(std::int64_t key) const;
+  BlockSurface vertices_of(std::int64_t key, const Block& block) const;
   void update_distances(std::int64_t key, Block& block, std::vector<PatchPtr> wanted);
   void keep_warm(std::int64_t key, Block& block);
 

@@ -1,9 +1,12 @@
-#include "live_blocks.hpp"
+#include "block_map.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
+
+#include "gelslam/core/index.hpp"
+#include "gelslam/core/parallel.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
@@ -30,23 +33,28 @@ bool differs(float a, float b) { return !(a == b || (std::isnan(a) && std::isnan
 unsigned neighbors_that_see(const std::vector<float>& before, const std::vector<float>& after) {
   unsigned seen = 0;
   const auto at = [](const std::vector<float>& d, std::size_t i) { return d.empty() ? std::nanf("") : d[i]; };
-  for (int i = 0; i < block_voxels; ++i) {
-    const int lowest = (i % block_edge == 0 ? 1 : 0) | (i / block_edge % block_edge == 0 ? 2 : 0) |
-                       (i < block_edge * block_edge ? 4 : 0);
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    const int lowest = (i % kBlockEdge == 0 ? 1 : 0) | (i / kBlockEdge % kBlockEdge == 0 ? 2 : 0) |
+                       (i < kBlockEdge * kBlockEdge ? 4 : 0);
     const std::size_t voxel = static_cast<std::size_t>(i);
     if (lowest == 0 || !differs(at(before, voxel), at(after, voxel))) continue;
-    for (int n = 1; n < block_neighbors; ++n) {
+    for (int n = 1; n < kBlockNeighbors; ++n) {
       if ((n & lowest) == n) seen |= 1u << n;
     }
   }
   return seen;
 }
 
+void drop_if_unobserved(std::vector<float>& distances) {
+  if (std::all_of(distances.begin(), distances.end(), [](float d) { return std::isnan(d); }))
+    std::vector<float>().swap(distances);
+}
+
 /// The vertices that the triangles use, and only those.
 MeshBlock compact(std::int64_t key, const std::vector<NamedTriangle>& triangles,
-                  const std::array<const BlockSurface*, block_neighbors>& lower) {
+                  const std::array<const BlockSurface*, kBlockNeighbors>& lower) {
   MeshBlock block{key, {}, {}};
-  std::array<std::vector<int>, block_neighbors> new_index;
+  std::array<std::vector<int>, kBlockNeighbors> new_index;
   const auto rename = [&](const VertexName& name) {
     const BlockSurface& from = *lower[static_cast<std::size_t>(name.neighbor)];
     std::vector<int>& indices = new_index[static_cast<std::size_t>(name.neighbor)];
@@ -71,12 +79,12 @@ MeshBlock compact(std::int64_t key, const std::vector<NamedTriangle>& triangles,
 
 }  // namespace
 
-void LiveBlocks::mark_dirty(std::int64_t key, Block& block) {
+void BlockMap::mark_dirty(std::int64_t key, Block& block) {
   if (!block.dirty) dirty_.push_back(key);
   block.dirty = true;
 }
 
-void LiveBlocks::list(const PlacedPatch& placed) {
+void BlockMap::list(const PlacedPatch& placed) {
   for (const PassedBlock& passed : placed.blocks) {
     Block& block = blocks_[passed.key];
     const auto after = std::upper_bound(
@@ -87,7 +95,7 @@ void LiveBlocks::list(const PlacedPatch& placed) {
   }
 }
 
-void LiveBlocks::unlist(const PlacedPatch& placed) {
+void BlockMap::unlist(const PlacedPatch& placed) {
   for (const PassedBlock& passed : placed.blocks) {
     Block& block = blocks_.at(passed.key);
     std::erase_if(block.listed, [&](const Listing& listing) { return listing.patch == placed.patch; });
@@ -95,7 +103,7 @@ void LiveBlocks::unlist(const PlacedPatch& placed) {
   }
 }
 
-std::vector<std::int64_t> LiveBlocks::take_dirty() {
+std::vector<std::int64_t> BlockMap::take_dirty() {
   struct Entry {
     int newest;
     std::int64_t key;
@@ -117,25 +125,22 @@ std::vector<std::int64_t> LiveBlocks::take_dirty() {
   return keys;
 }
 
-void LiveBlocks::sample(std::int64_t key, std::vector<std::int64_t>& to_place) {
+void BlockMap::sample(std::int64_t key, std::vector<std::int64_t>& to_place) {
   Block* block = find(key);
   if (!block || !block->dirty) return;
   block->dirty = false;
-  std::vector<PatchPtr> wanted;
-  if (std::any_of(block->listed.begin(), block->listed.end(), [](const Listing& l) { return l.near; })) {
-    for (const Listing& listing : block->listed) wanted.push_back(listing.patch);
-  }
+  std::vector<PatchPtr> wanted = block->wanted();
   if (wanted == block->held) return;
   const std::vector<float> before = block->distances;
   update_distances(key, *block, std::move(wanted));
   to_place.push_back(key);
   const unsigned seen = neighbors_that_see(before, block->distances);
-  for (int n = 1; n < block_neighbors; ++n) {
+  for (int n = 1; n < kBlockNeighbors; ++n) {
     if ((seen >> n) & 1) to_place.push_back(key - neighbor_step(n));
   }
 }
 
-void LiveBlocks::update_distances(std::int64_t key, Block& block, std::vector<PatchPtr> wanted) {
+void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<PatchPtr> wanted) {
   const std::vector<PatchPtr> gone = difference(block.held, wanted), come = difference(wanted, block.held);
   block.held = std::move(wanted);
   const BlockLattice at = lattice(key);
@@ -154,14 +159,12 @@ void LiveBlocks::update_distances(std::int64_t key, Block& block, std::vector<Pa
     }
     sample_block(at, plain(block.held), field_, *block.sums, block.distances);
   }
-  if (std::all_of(block.distances.begin(), block.distances.end(), [](float d) { return std::isnan(d); })) {
-    std::vector<float>().swap(block.distances);
-  }
+  drop_if_unobserved(block.distances);
   keep_warm(key, block);
 }
 
 /// Drops sums that are of no use, and those not used for longest while there are too many.
-void LiveBlocks::keep_warm(std::int64_t key, Block& block) {
+void BlockMap::keep_warm(std::int64_t key, Block& block) {
   if (!block.sums->valid()) {
     block.sums.reset();
     --warm_;
@@ -177,36 +180,91 @@ void LiveBlocks::keep_warm(std::int64_t key, Block& block) {
   }
 }
 
-void LiveBlocks::place(std::int64_t key, std::vector<std::int64_t>& to_mesh) {
-  Block* block = find(key);
-  if (!block) return;
-  std::array<const std::vector<float>*, block_neighbors> upper{};
-  for (int n = 0; n < block_neighbors; ++n) {
+BlockSurface BlockMap::vertices_of(std::int64_t key, const Block& block) const {
+  std::array<const std::vector<float>*, kBlockNeighbors> upper{};
+  for (int n = 0; n < kBlockNeighbors; ++n) {
     const Block* neighbor = find(key + neighbor_step(n));
-    if (neighbor) upper[static_cast<std::size_t>(n)] = &neighbor->distances;
+    if (neighbor) upper[index(n)] = &neighbor->distances;
   }
   BlockSurface surface;
-  place_vertices(lattice(key), upper, plain(block->held), field_, surface);
-  if (surface == block->surface) return;
-  block->surface = BlockSurface(surface);  // a copy has no spare room
-  for (int n = 0; n < block_neighbors; ++n) to_mesh.push_back(key + neighbor_step(n));
+  place_vertices(lattice(key), upper, plain(block.held), field_, surface);
+  return surface;
 }
 
-std::optional<MeshBlock> LiveBlocks::mesh(std::int64_t key) {
+void BlockMap::place(std::int64_t key, std::vector<std::int64_t>& to_mesh) {
+  Block* block = find(key);
+  if (!block) return;
+  const BlockSurface surface = vertices_of(key, *block);
+  if (surface == block->surface) return;
+  block->surface = BlockSurface(surface);  // a copy has no spare room
+  for (int n = 0; n < kBlockNeighbors; ++n) to_mesh.push_back(key + neighbor_step(n));
+}
+
+std::optional<MeshBlock> BlockMap::mesh(std::int64_t key) {
   Block* block = find(key);
   if (!block) return std::nullopt;
-  std::array<const BlockSurface*, block_neighbors> lower{};
-  for (int n = 0; n < block_neighbors; ++n) {
-    const Block* neighbor = find(key - neighbor_step(n));
-    if (neighbor) lower[static_cast<std::size_t>(n)] = &neighbor->surface;
-  }
+  const auto lower = lower_surfaces(key);
   MeshBlock result = compact(key, join_vertices(lower), lower);
   const bool had_mesh = std::exchange(block->has_mesh, !result.mesh.triangles.empty());
   if (!had_mesh && !block->has_mesh) return std::nullopt;
   return result;
 }
 
-void LiveBlocks::drop_if_empty(std::int64_t key) {
+std::array<const BlockSurface*, kBlockNeighbors> BlockMap::lower_surfaces(std::int64_t key) const {
+  std::array<const BlockSurface*, kBlockNeighbors> lower{};
+  for (int n = 0; n < kBlockNeighbors; ++n)
+    if (const Block* neighbor = find(key - neighbor_step(n))) lower[index(n)] = &neighbor->surface;
+  return lower;
+}
+
+Mesh BlockMap::finish(int threads) {
+  std::vector<std::int64_t> keys;
+  for (auto& [key, block] : blocks_) {
+    block.sums.reset();
+    keys.push_back(key);
+  }
+  std::sort(keys.begin(), keys.end());
+  dirty_.clear();
+  uses_.clear();
+  warm_ = 0;
+  const auto for_each_block = [&](const auto& work) {
+    parallel_for(keys.size(), threads, [&](std::size_t i) { work(i, *find(keys[i])); });
+  };
+
+  for_each_block([&](std::size_t i, Block& block) {
+    block.dirty = false;
+    block.held = block.wanted();
+    thread_local BlockSums sums;
+    sample_block(lattice(keys[i]), plain(block.held), field_, sums, block.distances);
+    drop_if_unobserved(block.distances);
+  });
+  for_each_block([&](std::size_t i, Block& block) { block.surface = vertices_of(keys[i], block); });
+
+  std::unordered_map<const BlockSurface*, int> first_vertex;
+  Mesh mesh;
+  for (const std::int64_t key : keys) {
+    const BlockSurface& surface = find(key)->surface;
+    first_vertex.emplace(&surface, static_cast<int>(mesh.vertices_mm.size()));
+    mesh.vertices_mm.insert(mesh.vertices_mm.end(), surface.positions.begin(), surface.positions.end());
+    mesh.normals.insert(mesh.normals.end(), surface.normals.begin(), surface.normals.end());
+    mesh.confidence.insert(mesh.confidence.end(), surface.weights.begin(), surface.weights.end());
+  }
+  std::vector<std::vector<Eigen::Vector3i>> triangles(keys.size());
+  for_each_block([&](std::size_t i, Block& block) {
+    if (block.surface.cells.empty()) return;
+    const auto lower = lower_surfaces(keys[i]);
+    const auto in_mesh = [&](const VertexName& name) {
+      return first_vertex.at(lower[index(name.neighbor)]) + name.vertex;
+    };
+    for (const NamedTriangle& t : join_vertices(lower))
+      triangles[i].emplace_back(in_mesh(t[0]), in_mesh(t[1]), in_mesh(t[2]));
+  });
+  for (const auto& of_block : triangles)
+    mesh.triangles.insert(mesh.triangles.end(), of_block.begin(), of_block.end());
+  return mesh;
+}
+
+void BlockMap::drop_if_empty(std::int64_t key) {
   const auto found = blocks_.find(key);
   if (found == blocks_.end() || !found->second.listed.empty() || !found->second.held.empty()) return;
   if (found->second.sums) --warm_;
