@@ -1,7 +1,6 @@
-#include "gelslam/backend/gradient_scale.hpp"
-
 #include <gtest/gtest.h>
 
+#include "gelslam/backend/uncertain_motion.hpp"
 #include "synthetic_graph.hpp"
 
 namespace gelslam {

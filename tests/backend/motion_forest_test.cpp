@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "gelslam/backend/motion_certainty.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
 #include "synthetic_graph.hpp"
 
 namespace gelslam {

@@ -1,9 +1,9 @@
-#include "cell_cycles.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <vector>
+
+#include "block_mesher.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {

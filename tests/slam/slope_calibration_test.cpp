@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
-#include "pipeline/frame_correction.hpp"
 
 namespace gelslam {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "gelslam/backend/gradient_scale.hpp"
 #include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
 
 namespace {
 

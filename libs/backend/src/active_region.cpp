@@ -1,8 +1,7 @@
-#include "active_region.hpp"
-
 #include <Eigen/Cholesky>
 
 #include "gelslam/core/index.hpp"
+#include "whitened_graph.hpp"
 
 namespace gelslam::backend::detail {
 namespace {

@@ -1,5 +1,3 @@
-#include "placement.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,6 +6,7 @@
 
 #include "gelslam/core/index.hpp"
 #include "union_find.hpp"
+#include "whitened_graph.hpp"
 
 namespace gelslam::backend::detail {
 namespace {

@@ -7,12 +7,10 @@
 #include <cmath>
 #include <string>
 
-#include "active_region.hpp"
-#include "edge_residual.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
-#include "placement.hpp"
 #include "union_find.hpp"
+#include "whitened_graph.hpp"
 
 namespace gelslam {
 namespace {

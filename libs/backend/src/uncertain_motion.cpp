@@ -1,12 +1,37 @@
 #include "gelslam/backend/uncertain_motion.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
 
-#include "gelslam/backend/gradient_scale.hpp"
+#include "motion_forest.hpp"
 
 namespace gelslam {
 
+using namespace backend::detail;
+
 namespace {
+
+/// What the edge would measure with slopes corrected by these factors.
+Pose corrected_motion(const PoseGraphEdge& edge, const Eigen::Vector2d& factor) {
+  constexpr double kUpsideDown = 1e-6;  // there the split into tilt and twist is not defined
+  const Eigen::Quaterniond q(edge.from_T_to.linear());
+  Eigen::Quaterniond twist(q.w(), 0, 0, q.z());
+  twist = twist.norm() > kUpsideDown ? twist.normalized() : Eigen::Quaterniond::Identity();
+  const Eigen::Vector3d tilt = so3_log((q * twist.conjugate()).toRotationMatrix());
+  const Eigen::Vector3d tilt_scale(1.0 - factor.y(), 1.0 - factor.x(), 1.0);
+  const Eigen::Vector3d depth_scale(1.0, 1.0, 1.0 - factor.mean());
+
+  const Eigen::Vector3d center_in_from = edge.from_T_to * edge.shared_center_mm;
+  Pose corrected = Pose::Identity();
+  corrected.linear() = so3_exp(tilt.cwiseProduct(tilt_scale)) * twist.toRotationMatrix();
+  corrected.translation() = center_in_from.cwiseProduct(depth_scale) -
+                            corrected.linear() * edge.shared_center_mm.cwiseProduct(depth_scale);
+  return corrected;
+}
 
 /// Inverse information; what an edge says nothing about is known to a radian and to the sensor's width, as in
 /// whitening_matrix().
@@ -19,6 +44,26 @@ Matrix6d covariance_of(const Matrix6d& information) {
 
 }  // namespace
 
+Eigen::Matrix<double, 6, 2> motion_by_gradient_scale(const PoseGraphEdge& edge) {
+  constexpr double kStep = 1e-3;
+  Eigen::Matrix<double, 6, 2> result;
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(axis);
+    const Pose before = corrected_motion(edge, -step), after = corrected_motion(edge, step);
+    result.col(axis) = se3_log(before.inverse() * after) / (2 * kStep);
+  }
+  return result;
+}
+
+SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma) {
+  SharedUnknowns shared;
+  shared.edge_by_unknown.reserve(edges.size());
+  for (const PoseGraphEdge& edge : edges) shared.edge_by_unknown.push_back(motion_by_gradient_scale(edge));
+  shared.information = Eigen::Matrix2d::Identity() / (sigma * sigma);
+  shared.mean = Eigen::Vector2d::Zero();
+  return shared;
+}
+
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
   return {edge.from_T_to, covariance_of(edge.information), motion_by_gradient_scale(edge)};
 }
@@ -27,6 +72,41 @@ UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
   const Matrix6d to_end = adjoint(b.from_T_to.inverse());
   return {a.from_T_to * b.from_T_to, to_end * a.covariance * to_end.transpose() + b.covariance,
           to_end * a.by_scale + b.by_scale};
+}
+
+struct MotionCertainty::Impl {
+  std::map<int, int> node_of;
+  MotionForest forest;
+  double gradient_scale_sigma;
+};
+
+MotionCertainty::MotionCertainty(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma) {
+  std::map<int, int> node_of;
+  std::vector<UncertainMotion> motions;
+  std::vector<MotionForest::Edge> links;
+  motions.reserve(edges.size());
+  const auto number = [&](int id) {
+    return node_of.try_emplace(id, static_cast<int>(node_of.size())).first->second;
+  };
+  for (const PoseGraphEdge& edge : edges) {
+    motions.push_back(uncertain_motion(edge));
+    links.push_back({number(edge.from), number(edge.to), &motions.back()});
+  }
+  const int nodes = static_cast<int>(node_of.size());
+  impl_.reset(new Impl{std::move(node_of), MotionForest(nodes, links), gradient_scale_sigma});
+}
+
+MotionCertainty::~MotionCertainty() = default;
+
+double MotionCertainty::sigma_mm(int from, int to) const {
+  const auto a = impl_->node_of.find(from), b = impl_->node_of.find(to), none = impl_->node_of.end();
+  if (a == none || b == none || impl_->forest.tree(a->second) != impl_->forest.tree(b->second))
+    return std::numeric_limits<double>::infinity();
+  const UncertainMotion path = impl_->forest.path(a->second, b->second);
+  const Eigen::Matrix3d covariance =
+      path.covariance_with_scale(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>();
+  return std::sqrt(
+      std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
 }
 
 }  // namespace gelslam

@@ -12,7 +12,7 @@
 
 #include "block_mesher.hpp"
 #include "block_sums.hpp"
-#include "gelslam/fusion/mesh_block.hpp"
+#include "gelslam/mesh/mesh.hpp"
 #include "patch_places.hpp"
 
 namespace gelslam::fusion::detail {

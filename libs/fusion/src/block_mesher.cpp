@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cell_cycles.hpp"
-
 namespace gelslam::fusion::detail {
 namespace {
 

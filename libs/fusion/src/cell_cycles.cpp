@@ -1,6 +1,6 @@
-#include "cell_cycles.hpp"
-
 #include <numeric>
+
+#include "block_mesher.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {

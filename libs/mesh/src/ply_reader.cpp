@@ -7,22 +7,36 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
-#include "file_bytes.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam::mesh::detail {
 namespace {
 
-constexpr std::size_t max_header_bytes = 64 * 1024;
-constexpr std::size_t max_elements = 16;
-constexpr std::size_t max_properties = 64;
-constexpr std::size_t max_polygon_corners = 1024;
+/// The whole file. Throws Error when it cannot be opened or read, or is larger than 8 GB.
+std::string read_file_bytes(const std::filesystem::path& path) {
+  constexpr std::uintmax_t kMaxBytes = 8ull << 30;
+  std::error_code ec;
+  const std::uintmax_t size = std::filesystem::file_size(path, ec);
+  if (ec) throw Error("it cannot be opened: " + ec.message());
+  if (size > kMaxBytes) throw Error("it is larger than 8 GB");
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) throw Error("it cannot be read");
+  return bytes;
+}
+
+constexpr std::size_t kMaxHeaderBytes = 64 * 1024;
+constexpr std::size_t kMaxElements = 16;
+constexpr std::size_t kMaxProperties = 64;
+constexpr std::size_t kMaxPolygonCorners = 1024;
 
 enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
 enum class Format { ascii, little_endian, big_endian };
@@ -69,7 +83,7 @@ Type parse_type(const std::string& name) {
 }
 
 void parse_property(std::istringstream& words, Element& element) {
-  if (element.properties.size() >= max_properties) throw Error("the PLY header has too many properties");
+  if (element.properties.size() >= kMaxProperties) throw Error("the PLY header has too many properties");
   Property property;
   std::string type;
   words >> type;
@@ -99,7 +113,7 @@ void parse_format(std::istringstream& words, Header& header) {
 }
 
 Header parse_header(std::string_view bytes) {
-  const std::string_view head = bytes.substr(0, max_header_bytes);
+  const std::string_view head = bytes.substr(0, kMaxHeaderBytes);
   Header header;
   bool format_seen = false;
   std::size_t at = 0;
@@ -121,7 +135,7 @@ Header parse_header(std::string_view bytes) {
       Element element;
       if (!(words >> element.name >> element.count))
         throw Error("the PLY header has an element without a count");
-      if (header.elements.size() >= max_elements) throw Error("the PLY header has too many elements");
+      if (header.elements.size() >= kMaxElements) throw Error("the PLY header has too many elements");
       header.elements.push_back(std::move(element));
     } else if (keyword == "property") {
       if (header.elements.empty()) throw Error("the PLY header has a property before any element");
@@ -283,7 +297,7 @@ int to_index(double value) {
 
 void read_polygon(const Property& property, Cursor& cursor, Mesh& mesh) {
   const std::size_t corners = cursor.count(property.count_type);
-  if (corners < 3 || corners > max_polygon_corners) throw Error("a face of it is no polygon");
+  if (corners < 3 || corners > kMaxPolygonCorners) throw Error("a face of it is no polygon");
   const int first = to_index(cursor.scalar(property.type));
   int previous = to_index(cursor.scalar(property.type));
   for (std::size_t c = 2; c < corners; ++c) {

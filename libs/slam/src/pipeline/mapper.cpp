@@ -2,10 +2,8 @@
 
 #include <algorithm>
 
-#include "gelslam/backend/gradient_scale.hpp"
 #include "gelslam/backend/loop_consistency.hpp"
-#include "pipeline/frame_correction.hpp"
-#include "pipeline/odometry_edge.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
 #include "pipeline/rejoin.hpp"
 #include "pipeline/slope_calibration.hpp"
 
@@ -114,7 +112,7 @@ void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   keyframes_.back() = keyframe;
   trial_T_keyframe_[id] = live_.component_T_node[id] = Pose::Identity();
   if (link.previous) {
-    edges_.push_back(slam::detail::odometry_edge(link, id));
+    edges_.push_back(odometry_edge(link, id));
     trial_T_keyframe_[id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
     live_.component_T_node[id] = live_.component_T_node.at(link.previous->id) * link.previous_T_this;
   }

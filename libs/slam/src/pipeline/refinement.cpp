@@ -4,7 +4,7 @@
 #include <optional>
 #include <set>
 
-#include "gelslam/backend/motion_certainty.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/loop_closure/self_similarity.hpp"
 #include "gelslam/surface/contact_points.hpp"

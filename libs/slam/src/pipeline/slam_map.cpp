@@ -4,6 +4,11 @@
 
 namespace gelslam {
 
+PoseGraphEdge odometry_edge(const KeyframeLink& link, int to) {
+  return {link.previous->id,    to, link.previous_T_this, link.information, EdgeKind::odometry,
+          link.shared_center_mm};
+}
+
 FrameRecord record_of(const TrackedFrame& tracked) {
   return {tracked.frame,
           tracked.time_s,

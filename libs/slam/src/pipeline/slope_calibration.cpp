@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/registration/slope_sensitivity.hpp"
@@ -129,6 +131,32 @@ bool informative(const SlopeCorrection& correction, double scale_sigma) {
   return size_of(correction, scale_sigma).together > 1.0;
 }
 
+/// From a keyframe to the next one.
+struct Link {
+  Vector6d motion = Vector6d::Zero();      ///< as measured
+  Vector6d correction = Vector6d::Zero();  ///< measured * exp(correction) is what corrected surfaces say
+};
+
+Link link_of(const Pose& measured, const Pose& corrected) {
+  return {se3_log(measured), se3_log(measured.inverse() * corrected)};
+}
+
+/// Of motions, so that a radian counts as much as what it moves at half a contact's size from its middle.
+double dot(const Vector6d& a, const Vector6d& b) {
+  constexpr double kMmPerRad = 5.0;
+  return kMmPerRad * kMmPerRad * a.head<3>().dot(b.head<3>()) + a.tail<3>().dot(b.tail<3>());
+}
+
+/// How much of the link's motion this one is; less where it leads elsewhere.
+double share_of(const Vector6d& motion, const Link& link) {
+  constexpr double kLeastMotion2 = 0.1 * 0.1;  // below 0.1 mm there is no direction to speak of
+  const double along = dot(motion, link.motion), link2 = dot(link.motion, link.motion),
+               motion2 = dot(motion, motion);
+  if (link2 < kLeastMotion2 || motion2 < kLeastMotion2) return 0.0;
+  const double alike = along * along / (link2 * motion2);
+  return std::clamp(alike * along / link2, 0.0, 1.0);
+}
+
 }  // namespace
 
 std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGraphOptions& pose_graph,
@@ -151,6 +179,32 @@ std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGra
   if (!informative(map.correction, scale_sigma)) return std::nullopt;
   map.keyframes = corrected(read.keyframes, map.correction, registration);
   return map;
+}
+
+void share_out_corrections(const std::vector<PoseGraphEdge>& measured,
+                           const std::vector<PoseGraphEdge>& corrected, std::vector<FrameRecord>& frames) {
+  std::map<std::pair<int, int>, const PoseGraphEdge*> links;
+  for (const PoseGraphEdge& edge : corrected)
+    if (edge.kind == EdgeKind::odometry) links[{edge.from, edge.to}] = &edge;
+  std::map<int, std::vector<Link>> onward;  // to the next keyframe, and to turning points
+  for (const PoseGraphEdge& edge : measured) {
+    const auto link = links.find({edge.from, edge.to});
+    if (edge.kind == EdgeKind::odometry && link != links.end())
+      onward[edge.from].push_back(link_of(edge.from_T_to, link->second->from_T_to));
+  }
+  for (FrameRecord& frame : frames) {
+    const auto links = onward.find(frame.keyframe);
+    if (links == onward.end()) continue;
+    const Vector6d motion = se3_log(frame.keyframe_T_frame);
+    double share = 0;
+    Vector6d correction = Vector6d::Zero();
+    for (const Link& link : links->second)
+      if (const double of_this = share_of(motion, link); of_this > share) {
+        share = of_this;
+        correction = link.correction;
+      }
+    frame.keyframe_T_frame = frame.keyframe_T_frame * se3_exp(share * correction);
+  }
 }
 
 }  // namespace gelslam::slam::detail

@@ -4,11 +4,9 @@
 
 #include "gelslam/core/angles.hpp"
 #include "gelslam/core/text.hpp"
-#include "pipeline/odometry_edge.hpp"
+#include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {
-
-using namespace slam::detail;
 
 namespace {
 

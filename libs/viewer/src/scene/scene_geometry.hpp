@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "gelslam/fusion/mesh_block.hpp"
+#include "gelslam/mesh/mesh.hpp"
 
 namespace gelslam::viewer::detail {
 

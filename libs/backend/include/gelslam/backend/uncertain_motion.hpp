@@ -1,8 +1,22 @@
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "gelslam/backend/pose_graph.hpp"
 
 namespace gelslam {
+
+/// How the motion that an edge measures changes, as a right perturbation, when the slopes it was measured
+/// from are corrected: true slope = (1 - factor) * read slope, one factor along the sensor's x and one along
+/// its y (0: no correction). Of the measured motion, with its rotation split into a tilt (rx, ry, 0) after a
+/// twist about z, the correction leaves the tilt ((1 - fy) rx, (1 - fx) ry, 0) and the twist. The shared
+/// center, whose depth is scaled by the mean of both in either frame, stays where the frames touch: slopes
+/// read too steep tilt and deepen everything they measure, but leave x and y alone. Source: own.
+Eigen::Matrix<double, 6, 2> motion_by_gradient_scale(const PoseGraphEdge& edge);
+
+/// The two factors as unknowns that all edges share, each 0 +- sigma before the loops tell more.
+SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma);
 
 /// A measured motion, with what is not known of it: noise, and what a gradient scale common to all
 /// measurements does.
@@ -25,5 +39,21 @@ UncertainMotion uncertain_motion(const PoseGraphEdge& edge);
 
 /// a_T_b and b_T_c to a_T_c, measured independently.
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
+
+/// How well a graph's edges know the motion between two of its nodes: by the edges on one way from one to the
+/// other with few steps, without a solve. A gradient scale common to all edges counts (see pose_graph.hpp).
+class MotionCertainty {
+ public:
+  MotionCertainty(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
+  ~MotionCertainty();
+
+  /// Standard deviation of the translation of from_T_to in its worst direction, mm; infinite where no edges
+  /// lead.
+  double sigma_mm(int from, int to) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<const Impl> impl_;
+};
 
 }  // namespace gelslam

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "gelslam/fusion/fusion.hpp"
-#include "gelslam/fusion/mesh_block.hpp"
 
 namespace gelslam {
 

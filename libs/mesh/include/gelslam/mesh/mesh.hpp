@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 namespace gelslam {
@@ -13,6 +14,14 @@ struct Mesh {
   std::vector<Eigen::Vector3f> normals;
   std::vector<float> confidence;
   std::vector<Eigen::Vector3i> triangles;
+};
+
+/// A cube of space and the surface in it, so that a growing mesh can be drawn by sending only what changed.
+/// Neighboring blocks meet without gaps; vertices on a border may belong to both.
+struct MeshBlock {
+  std::int64_t key = 0;       ///< the same cube has the same key as long as the map lives
+  Mesh mesh;                  ///< map frame, mm; without triangles when the surface has left the cube
+  std::vector<int> keyframe;  ///< per vertex: id of the keyframe that sees it best
 };
 
 }  // namespace gelslam

@@ -8,7 +8,7 @@
 
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
-#include "gelslam/fusion/mesh_block.hpp"
+#include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/map_completeness.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
 

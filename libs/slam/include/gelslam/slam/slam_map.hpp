@@ -22,6 +22,9 @@ struct FrameRecord {
   Pose keyframe_T_frame = Pose::Identity();
 };
 
+/// The edge that a link to an earlier keyframe gives the node `to`.
+PoseGraphEdge odometry_edge(const KeyframeLink& link, int to);
+
 FrameRecord record_of(const TrackedFrame& tracked);
 FrameRecord background_record(std::int64_t frame, double time_s);
 

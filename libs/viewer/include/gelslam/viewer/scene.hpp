@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "gelslam/fusion/mesh_block.hpp"
+#include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/live_session.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/scene_style.hpp"

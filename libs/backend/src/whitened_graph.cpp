@@ -1,4 +1,4 @@
-#include "edge_residual.hpp"
+#include "whitened_graph.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
