@@ -78,7 +78,7 @@ class Consistency {
     return MotionForest(nodes_, edges);
   }
 
-  /// Whether two loops between the same two trees (or within one) mean the same.
+  /// Whether two loops between the same two trees (or within one) are consistent.
   bool agree(const MotionForest& forest, int a, int b) const {
     const Link &first = link(a), &second = link(b);
     const bool same_way = forest.tree(first.from) == forest.tree(second.from);
@@ -86,11 +86,11 @@ class Consistency {
     UncertainMotion predicted =
         compose(compose(forest.path(from, first.from), first.motion), forest.path(first.to, to));
     if (same_way) return mismatch(predicted, second.motion, scale_sigma_) <= kMaxMismatch;
-    const UncertainMotion nothing = compose(predicted, second.motion);  // there and back
+    const UncertainMotion nothing = compose(predicted, second.motion);  // a closed cycle
     return mismatch({}, nothing, scale_sigma_) <= kMaxMismatch;
   }
 
-  /// Adds the best link between pieces that have evidence enough; false when there are none.
+  /// Adds the best link between each two pieces with enough evidence; false when there are none.
   bool join_pieces(const MotionForest& forest) {
     std::map<std::pair<int, int>, std::vector<int>> between;
     for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
@@ -155,8 +155,7 @@ class Consistency {
     return false;
   }
 
-  /// Greedily: the loop that is contradicted by more of its neighbors than agree with it, and most so, goes
-  /// first.
+  /// Greedy: removes the loop with the largest majority of contradicting neighbors, until none has one.
   void leave_out_contradicted(const MotionForest& forest, const std::vector<int>& loops) {
     struct Peer {
       std::size_t loop;
@@ -178,7 +177,7 @@ class Consistency {
       if (worst == against.end() || *worst <= 0) return;
       const auto loop = static_cast<std::size_t>(worst - against.begin());
       accepted_[link(loops[loop]).edge] = false;
-      against[loop] = -2 * kPeers - 1;  // out of the game
+      against[loop] = -2 * kPeers - 1;  // removed
       for (const Peer& peer : peers[loop]) against[peer.loop] -= peer.vote;
     }
   }

@@ -11,8 +11,7 @@ double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradi
   const Vector6d error = se3_log(a.from_T_to.inverse() * b.from_T_to);
   const Eigen::Matrix<double, 6, 2> by_scale = gradient_scale_sigma * (b.by_scale - a.by_scale);
   const Matrix6d covariance = a.covariance + b.covariance + by_scale * by_scale.transpose();
-  return std::sqrt(
-      std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // what is not a number stays so
+  return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // NaN stays NaN
 }
 
 MotionForest::MotionForest(int nodes, const std::vector<Edge>& edges)
@@ -38,8 +37,8 @@ MotionForest::MotionForest(int nodes, const std::vector<Edge>& edges)
   }
 }
 
-// An edge's noise is one of its `to` end; carried to the root it is the same whichever way the edge is
-// walked, but for the sign.
+// An edge's noise is a perturbation at its `to` end. Transported to the root it is the same for both
+// directions of the edge, except for the sign.
 void MotionForest::hang(int child, int parent, const Edge& edge) {
   const Node& above = at(parent);
   const bool forward = edge.to == child;
@@ -48,8 +47,7 @@ void MotionForest::hang(int child, int parent, const Edge& edge) {
   node.tree = above.tree;
   node.parent = parent;
   node.depth = above.depth + 1;
-  // To the grandparent's jump where two jumps below it are as long as each other: ancestors in logarithmic
-  // time.
+  // Skew-binary jump pointers: any ancestor is found in logarithmic time.
   const Node& jump = at(above.jump);
   node.jump = above.depth - jump.depth == jump.depth - at(jump.jump).depth ? jump.jump : parent;
   node.root_T_node = normalized(above.root_T_node * (forward ? measured : Pose(measured.inverse())));

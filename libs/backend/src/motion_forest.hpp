@@ -9,7 +9,7 @@ namespace gelslam::backend::detail {
 /// Difference of two independent measurements of one motion, in standard deviations (6 degrees of freedom).
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma);
 
-/// Trees of edges, so that the motion between any two nodes of one tree is known in logarithmic time. Nodes
+/// Spanning trees of the edges. The motion between two nodes of one tree is found in logarithmic time. Nodes
 /// are numbered from 0; an edge that would close a cycle is left out.
 class MotionForest {
  public:
@@ -21,7 +21,7 @@ class MotionForest {
   MotionForest(int nodes, const std::vector<Edge>& edges);
 
   int tree(int node) const { return at(node).tree; }
-  /// Both of one tree.
+  /// Both nodes must be of one tree.
   UncertainMotion path(int from, int to) const;
 
  private:

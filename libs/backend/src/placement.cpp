@@ -11,10 +11,10 @@
 namespace gelslam::backend::detail {
 namespace {
 
-// Above this many standard deviations initial poses contradict an edge. Wide on purpose: drift that a solve
-// can repair by itself is no contradiction.
+// Initial poses contradict an edge above this many standard deviations. Drift that a solve can correct is
+// below it.
 constexpr double kContradiction = 50.0;
-constexpr std::size_t kMaxProposals = 16;  // per piece; more links only vote
+constexpr std::size_t kMaxProposals = 16;  // per piece; the other links only vote
 
 class Placement {
  public:

@@ -148,7 +148,7 @@ class Solver {
         loop_loss_(nullptr, ceres::TAKE_OWNERSHIP),
         problem_(problem_options()) {}
 
-  /// Minimises from the estimate's state with the loops' kernel `scale` wide; the state is updated in place.
+  /// Minimizes from the estimate's state with the loops' kernel `scale` wide; the state is updated in place.
   ceres::Solver::Summary solve(Estimate& estimate, double scale) {
     if (nodes_.empty()) build(estimate);
     nodes_ = estimate.nodes;
@@ -238,9 +238,9 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
   estimate.cost = twice_cost / 2;
 }
 
-/// Graduated non-convexity: a robust kernel leaves a loop alone that drift has pulled far open, true or
-/// false. From a kernel as wide as the worst loop, narrowed step by step, the true ones close and the false
-/// ones let go. (Blake & Zisserman 1987; schedule: own.)
+/// Graduated non-convexity: a robust kernel gives little weight to any loop that drift has opened wide, true
+/// or false. Starting from a kernel as wide as the worst loop and narrowing it, true loops close and false
+/// ones lose their weight. (Blake & Zisserman 1987; schedule: own.)
 Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGraphOptions& options,
                                 Estimate estimate, int& iterations) {
   constexpr double kNarrowing = 4.0;
@@ -251,7 +251,7 @@ Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGr
   return estimate;
 }
 
-/// How a minimisation went, over all its Ceres solves.
+/// Statistics of a minimization over all its Ceres solves.
 struct Progress {
   int iterations = 0;
   bool converged = true;
@@ -275,8 +275,8 @@ Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, E
   return progress;
 }
 
-/// Solves the region that is pulled at, enlarges it while nodes outside are pulled at by the result, and
-/// leaves the rest alone; everything when that comes to nearly the same work. (Own.)
+/// Solves the active region and enlarges it while its result pulls at nodes outside. Solves everything when
+/// the region is more than half of the graph. (Own.)
 Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
   constexpr int kRings = 4;
   constexpr int kMostRounds = 8;

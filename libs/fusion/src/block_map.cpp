@@ -144,7 +144,7 @@ void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<Patc
   const std::vector<PatchPtr> gone = difference(block.held, wanted), come = difference(wanted, block.held);
   block.held = std::move(wanted);
   const BlockLattice at = lattice(key);
-  // Beyond that, starting again is no more work.
+  // With more changes than that, starting again is cheaper.
   const bool in_steps = block.sums && gone.size() + come.size() < block.held.size();
   if (in_steps) {
     for (const PatchPtr& patch : gone) block.sums->take(at, *patch, field_);
@@ -163,7 +163,7 @@ void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<Patc
   keep_warm(key, block);
 }
 
-/// Drops sums that are of no use, and those not used for longest while there are too many.
+/// Drops sums that are not valid, and the least recently used ones while there are too many.
 void BlockMap::keep_warm(std::int64_t key, Block& block) {
   if (!block.sums->valid()) {
     block.sums.reset();
@@ -196,7 +196,7 @@ void BlockMap::place(std::int64_t key, std::vector<std::int64_t>& to_mesh) {
   if (!block) return;
   const BlockSurface surface = vertices_of(key, *block);
   if (surface == block->surface) return;
-  block->surface = BlockSurface(surface);  // a copy has no spare room
+  block->surface = BlockSurface(surface);  // the copy has no spare capacity
   for (int n = 0; n < kBlockNeighbors; ++n) to_mesh.push_back(key + neighbor_step(n));
 }
 

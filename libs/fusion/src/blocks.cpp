@@ -11,8 +11,8 @@ namespace {
 constexpr int kCoordinateBits = 20;
 constexpr std::int64_t kCoordinateOffset = std::int64_t{1} << (kCoordinateBits - 1);
 
-/// Collects blocks; forgets most repetitions at once, because neighboring samples fall into the same few
-/// blocks.
+/// Collects blocks. A small cache removes most repetitions, because neighboring samples fall into the same
+/// few blocks.
 class PassedBlocks {
  public:
   PassedBlocks() : recent_(slots, {-1, false}) {}

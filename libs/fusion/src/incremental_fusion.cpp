@@ -19,11 +19,10 @@ namespace {
 
 using namespace fusion::detail;
 
-/// Moved patches that are carried over before their blocks are made again: each block is then made again once
-/// for all of them, and the newest appear soon all the same.
+/// Moved patches that are placed before their blocks are updated: each block is then updated once for all of
+/// them, and new patches still appear soon.
 constexpr int kMovesAtOnce = 48;
-/// Blocks of moved patches in a round: a new patch waits for no more than one round, a few times ten
-/// milliseconds.
+/// Blocks of moved patches in a round: a new patch waits for at most one round, some tens of milliseconds.
 constexpr std::size_t kBlocksPerRound = 256;
 
 void check(const FusionOptions& o) {
@@ -91,8 +90,7 @@ Mesh without_small_pieces(const Mesh& mesh, double min_area_mm2) {
 
 }  // namespace
 
-/// A change of patches becomes a change of the mesh in rounds. Only a finished round can be seen from
-/// outside.
+/// Changes of patches reach the mesh in rounds. Only finished rounds are visible from outside.
 class IncrementalFusion::Impl {
  public:
   Impl(const FusionOptions& fusion, const IncrementalOptions& options)
@@ -117,7 +115,7 @@ class IncrementalFusion::Impl {
 
   Mesh finish(int threads) {
     while (phase_ != Phase::idle) step();
-    carry_over_all(threads);
+    place_all(threads);
     queue_.clear();
     return blocks_.finish(threads);
   }
@@ -152,11 +150,11 @@ class IncrementalFusion::Impl {
 
   bool begin_round() {
     if (const auto id = places_.newest_new()) {
-      start(carry_over(*id));
+      start(place_patch(*id));
       return true;
     }
     if (const auto id = moves_left_ > 0 ? places_.newest_changed() : std::nullopt) {
-      carry_over(*id);
+      place_patch(*id);
       --moves_left_;
       return true;
     }
@@ -176,7 +174,7 @@ class IncrementalFusion::Impl {
   }
 
   /// Puts a patch where it should be; returns the blocks it passes through there.
-  std::vector<std::int64_t> carry_over(int id) {
+  std::vector<std::int64_t> place_patch(int id) {
     const PlacedPatch before = places_.take_out(id);
     if (before.patch) blocks_.unlist(before);
     places_.put_in(id, {});  // stays so if what follows throws
@@ -189,8 +187,8 @@ class IncrementalFusion::Impl {
     return keys;
   }
 
-  /// The same for all at once.
-  void carry_over_all(int threads) {
+  /// The same for all patches.
+  void place_all(int threads) {
     const std::vector<int> ids = places_.all_changed();
     std::vector<PlacedPatch> before(ids.size()), now(ids.size());
     for (std::size_t i = 0; i < ids.size(); ++i) {

@@ -22,7 +22,7 @@ struct PlacedPatch {
   std::vector<PassedBlock> blocks;  ///< that it passes through
 };
 
-/// Which patches there should be, and which are in the mesh and where.
+/// Bookkeeping: the patches that should be in the mesh, and those that are, with their places.
 class PatchPlaces {
  public:
   PatchPlaces(const BlockReach& reach, const IncrementalOptions& options)
@@ -31,8 +31,7 @@ class PatchPlaces {
   /// IncrementalFusion::set_patches.
   void declare(const std::vector<PosedSurface>& patches, double gradient_scale);
 
-  /// The newest patch that has just come and is not yet in the mesh; that has moved too far, is gone, or came
-  /// with many others.
+  /// The newest patch that is new; the newest that has moved too far, is gone, or arrived with many others.
   std::optional<int> newest_new() const { return newest(new_); }
   std::optional<int> newest_changed() const { return newest(changed_); }
 

@@ -13,7 +13,7 @@ namespace {
 using namespace registration::detail;
 
 constexpr double kLeastTurnCosine = 0.1;  // beyond, two frames share nothing
-constexpr std::size_t kStride = 4;        // of the samples: what they say varies slowly over the contact
+constexpr std::size_t kStride = 4;        // of the samples: the sensitivity varies slowly over the contact
 constexpr int kTerms = SlopeSensitivity::kTerms;
 constexpr int kAxisTerms = static_cast<int>(SlopeCorrection::kTermsPerAxis);
 using NormalByFactor = Eigen::Matrix<double, 3, kTerms>;
@@ -68,8 +68,8 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
     if (w <= 0) continue;
     const cv::Point at_target = in_target.pixel(in_target.warped_mm(k));
     const cv::Point at_reference = in_reference.pixel({samples.x[k], samples.y[k], samples.z[k]});
-    // At the mean of both normals: where each came from its own, their noise, which is in the residual too,
-    // would say that flatter slopes fit better.
+    // Taken at the mean of both normals. Taken at each normal, its noise, which is in the residual too, would
+    // favor flatter slopes.
     const Eigen::Vector3d r(residuals.rx[k], residuals.ry[k], residuals.rz[k]);
     const Eigen::Vector3d n =
         (Eigen::Vector3d(samples.nx[k], samples.ny[k], samples.nz[k]) + 0.5 * r).normalized();
@@ -89,8 +89,8 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
   sums.pose.diagonal() += prior_information(options) * effective_variance(0.0, options);
   const auto factor = sums.pose.ldlt();
   const Eigen::Matrix<double, kParameters, kTerms> step_by_factor = factor.solve(sums.mixed);
-  // z stays: heights are integrated from the slopes, with the bare gel around as zero, so that they turn with
-  // the patch.
+  // z does not depend on the factors: heights are integrated from the slopes, with the bare gel around as
+  // zero, and turn with the patch.
   result.pose_by_factor.topRows<kParameters>() = -step_by_factor;
   result.hessian = sums.factors - sums.mixed.transpose() * step_by_factor;
   result.pull = sums.factor_pull + sums.mixed.transpose() * factor.solve(sums.pose_pull);

@@ -16,7 +16,7 @@ void FusionStage::stop() {
   changed_.notify_one();
 }
 
-/// The newest map if there is one that was not seen yet; waits for it when there is nothing else to do.
+/// The newest map, if it was not taken yet; waits for one when there is no other work.
 std::shared_ptr<const MapSnapshot> FusionStage::wait_for_map(bool work_left) {
   std::unique_lock lock(mutex_);
   if (!work_left) changed_.wait(lock, [this] { return stopped_ || newest_; });
@@ -35,7 +35,7 @@ void FusionStage::run() {
   }
 }
 
-/// A patch that cannot be drawn is no reason to draw no more.
+/// A patch that cannot be fused is reported; fusion goes on without it.
 bool FusionStage::work() {
   const auto scope = timer_.measure("fusion");
   try {

@@ -11,8 +11,8 @@
 
 namespace gelslam::slam::detail {
 
-/// Keeps the drawn mesh up with the newest map, a bounded piece of work at a time; maps that come faster are
-/// skipped.
+/// The fusion thread: it updates the displayed mesh to the newest map in short steps and skips maps that
+/// arrive faster.
 class FusionStage {
  public:
   FusionStage(const FusionOptions& options, LiveBoard& board, StageTimer& timer)

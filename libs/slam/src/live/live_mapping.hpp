@@ -22,7 +22,7 @@ class MappingStage {
            const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
            const std::function<void(const std::vector<FrameRecord>&)>& save);
 
-  /// The map as well as it can be had; `stop_requested` leaves out what takes time. From the thread of run()
+  /// The final map; `stop_requested` leaves out the rest of the refinement. From the thread of run()
   /// or after it.
   SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested) const;
 

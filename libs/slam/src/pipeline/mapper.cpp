@@ -10,7 +10,7 @@
 namespace gelslam {
 namespace {
 
-/// Largest by frames; the older of equals.
+/// The component with most frames; the oldest of equals.
 int largest_component(const std::map<int, int>& frames_per_component) {
   const auto largest = std::max_element(frames_per_component.begin(), frames_per_component.end(),
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -25,9 +25,9 @@ std::map<int, int> tracked_frames_per_component(const std::vector<FrameRecord>& 
   return count;
 }
 
-/// Not simply the component's first keyframe: a first touch is faint, and whatever its registration gets
-/// wrong would shift and tilt the whole map. The first keyframe that shows at least three quarters of what is
-/// usual in this component.
+/// The first keyframe that shows at least three quarters of the component's median contact. The first
+/// keyframe of all is often a faint touch, and the error of its registration would shift and tilt the whole
+/// map.
 int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                   const std::vector<bool>& in_map) {
   std::vector<int> contact_pixels;
@@ -45,7 +45,7 @@ PoseGraphEdge edge_of(const LoopConstraint& loop) {
           loop.tentative};
 }
 
-/// Those that may shape the map, in the same order.
+/// The consistent edges, in the same order.
 std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, const SlamOptions& options) {
   const std::vector<bool> keep = consistent_edges(edges, options.slope_calibration.gradient_scale_sigma);
   std::vector<PoseGraphEdge> kept;
@@ -60,7 +60,7 @@ SharedUnknowns gradient_scale_of(const std::vector<PoseGraphEdge>& edges, const 
                                         : SharedUnknowns{};
 }
 
-/// For all poses, and for the gradient scale as far as loops determine it.
+/// Solves for all poses, and for the gradient scale as far as loops determine it.
 PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
                         const SlamOptions& options) {
   return solve_pose_graph(initial, edges, options.pose_graph, gradient_scale_of(edges, options));
@@ -119,7 +119,7 @@ void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   if (!search_loops) return;
   for (const LoopConstraint& loop : loop_closer_.add(*keyframe)) {
     if (link.previous && loop.from == link.previous->id)
-      continue;  // the link already says what these pixels do
+      continue;  // the link already holds this registration
     edges_.push_back(edge_of(loop));
     ++new_loops_;
   }
@@ -180,7 +180,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   map.frames = frames;
   for (FrameRecord& frame : map.frames)
     if (!trial_T_keyframe_.contains(frame.keyframe))
-      frame.keyframe = -1;  // not here yet, while a scan goes on
+      frame.keyframe = -1;  // its keyframe has not reached the mapper yet
   map.keyframes = keyframes_;
   std::vector<PoseGraphEdge> edges = edges_;
   for (const LoopConstraint& loop :

@@ -141,15 +141,15 @@ Link link_of(const Pose& measured, const Pose& corrected) {
   return {se3_log(measured), se3_log(measured.inverse() * corrected)};
 }
 
-/// Of motions, so that a radian counts as much as what it moves at half a contact's size from its middle.
+/// Inner product of motions; a radian counts as the motion it causes 5 mm from the axis (half a contact).
 double dot(const Vector6d& a, const Vector6d& b) {
   constexpr double kMmPerRad = 5.0;
   return kMmPerRad * kMmPerRad * a.head<3>().dot(b.head<3>()) + a.tail<3>().dot(b.tail<3>());
 }
 
-/// How much of the link's motion this one is; less where it leads elsewhere.
+/// The share of the link's motion that `motion` has made; smaller where it leads elsewhere.
 double share_of(const Vector6d& motion, const Link& link) {
-  constexpr double kLeastMotion2 = 0.1 * 0.1;  // below 0.1 mm there is no direction to speak of
+  constexpr double kLeastMotion2 = 0.1 * 0.1;  // below 0.1 mm the direction is noise
   const double along = dot(motion, link.motion), link2 = dot(link.motion, link.motion),
                motion2 = dot(motion, motion);
   if (link2 < kLeastMotion2 || motion2 < kLeastMotion2) return 0.0;

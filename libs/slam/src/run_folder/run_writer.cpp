@@ -108,7 +108,7 @@ std::map<int, Pose> map_poses(const SlamMap& map) {
   return poses;
 }
 
-/// Those that the rest contradicts, or all the others.
+/// The outliers (loops that the rest contradicts), or all other edges.
 std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
   const auto in_map = [&](int id) { return map.in_map[static_cast<std::size_t>(id)]; };
   std::vector<PoseGraphEdge> edges;

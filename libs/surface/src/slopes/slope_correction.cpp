@@ -14,11 +14,11 @@ using namespace surface::detail;
 
 namespace {
 
-constexpr int kRimPx = 21;  // over which the gel goes over from contact to bare
+constexpr int kRimPx = 21;  // width of the transition from contact to bare gel
 
-/// Median of the change in height where bare gel lies: what an integral leaves open.
+/// Median change in height on bare gel: the constant of integration.
 float change_of_bare_gel(const cv::Mat1f& change, const Surface& read, std::vector<float>& scratch) {
-  constexpr float kFlatNormalZ = 0.9995F;  // tilted by less than 2 degrees
+  constexpr float kFlatNormalZ = 0.9995F;  // tilt below 2 degrees
   scratch.clear();
   for (int v = 0; v < change.rows; ++v)
     for (int u = 0; u < change.cols; ++u)

@@ -8,8 +8,7 @@
 
 namespace gelslam {
 
-/// What is needed to fuse a map again, or to find one's place in it: every keyframe's surface, and the map's
-/// poses.
+/// What is needed to fuse a map again or to relocalize in it: every keyframe's surface and pose.
 struct Session {
   double gradient_scale = 1.0;
   std::vector<PosedSurface> patches;  ///< keyframes of the map, in the anchor's frame, by id

@@ -12,7 +12,7 @@
 
 namespace gelslam {
 
-/// What the log's frames became: light enough to keep one per frame of a long log.
+/// The result of tracking one frame: small enough to keep one per frame of a long log.
 struct FrameRecord {
   std::int64_t frame = 0;
   double time_s = 0;
@@ -40,7 +40,8 @@ struct SlamMap {
   bool surfaces_corrected =
       false;                 ///< slope_correction is applied to the keyframes' surfaces and to the edges
   std::vector<bool> in_map;  ///< by keyframe id: belongs to the largest component
-  std::vector<int> coverage_keyframes;  ///< ids without which something touched would be missing, ascending
+  std::vector<int>
+      coverage_keyframes;  ///< ids of keyframes that together cover all that was touched, ascending
   int trials = 0;
   int components = 0;
   int loops = 0;  ///< edges between keyframes found by loop closure and refinement
