@@ -108,6 +108,32 @@ TEST_P(AnyHistory, EndsWhereFuseDoes) {
   EXPECT_TRUE(shown.blocks().empty());
 }
 
+TEST(IncrementalFusion, FinishIsFuseToTheLastBitWhateverHappenedBefore) {
+  const auto& patches = peanut_patches();
+  FusionOptions options;
+  options.gradient_scale = 1.02;
+  const Mesh wanted = fuse(patches, options);
+  ASSERT_GT(wanted.triangles.size(), 1000u);
+  std::mt19937 random(7);
+  std::vector<PosedSurface> before;
+  for (std::size_t i = 0; i < patches.size(); i += 2)
+    before.push_back(disturbed(patches[i], random, 0.02, 0.2));
+  before.push_back(patches.front());
+  before.back().id = 1000;  // taken away again
+  IncrementalOptions one_step = exact();
+  one_step.budget_ms = 0;
+  for (const int steps : {0, 1, 700, 100000}) {
+    IncrementalFusion fusion({}, one_step);
+    fusion.set_patches(before, 1.0);
+    for (int step = 0; step < steps && fusion.work(); ++step) continue;
+    fusion.set_patches(patches, options.gradient_scale);
+    const Mesh mesh = fusion.finish(2, options.min_piece_mm2);
+    EXPECT_EQ(mesh.vertices_mm, wanted.vertices_mm) << steps;
+    EXPECT_EQ(mesh.confidence, wanted.confidence) << steps;
+    EXPECT_EQ(mesh.triangles, wanted.triangles) << steps;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, AnyHistory, ::testing::Values(1, 2, 3, 4));
 
 TEST(IncrementalFusion, ThinPlatesKeepBothSidesAsInFuse) {

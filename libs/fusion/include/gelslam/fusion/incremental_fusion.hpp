@@ -19,9 +19,8 @@ struct IncrementalOptions {
 /// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are
 /// made again, from the same field by the same mesher. When work() has nothing left to do, the blocks
 /// together are the mesh of fuse() for the poses in use, with the same vertices and triangles, whatever
-/// happened before; only pieces below `min_piece_mm2` are still there. Not thread-safe; everything happens in
-/// the calling thread
-/// (`FusionOptions::threads` and `gradient_scale` are not used). docs/algorithms.md.
+/// happened before; only pieces below `min_piece_mm2` are still there. Not thread-safe; all but finish() runs
+/// in the calling thread (`FusionOptions::threads` and `gradient_scale` are not used). docs/algorithms.md.
 class IncrementalFusion {
  public:
   /// Throws Error for options that make no sense.
@@ -41,8 +40,8 @@ class IncrementalFusion {
   bool work();
 
   /// Does all work that is left, on `threads` threads (0: all cores), and returns the whole surface as one
-  /// mesh with shared vertices, without pieces smaller than `min_piece_mm2`. The same bytes for any number of
-  /// threads and whatever happened before. Throws Error like work().
+  /// mesh with shared vertices, without pieces smaller than `min_piece_mm2`: the end of fuse(). The same
+  /// bytes for any number of threads and any history. Nothing may follow. Throws Error like work().
   Mesh finish(int threads, double min_piece_mm2);
 
   /// Blocks whose surface has changed since the last call, by key. Together with all taken before they meet
