@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/run_result.hpp"
@@ -14,7 +15,6 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/slam/map_completeness.hpp"
-#include "gelslam/surface/gradient_model.hpp"
 #include "info_report.hpp"
 
 namespace gelslam {
@@ -65,13 +65,13 @@ Config add_config(InfoReport& report, const fs::path& file, const Config& config
 void add_model(InfoReport& report, const fs::path& file) {
   const GradientModel model = read_gradient_model(file);
   Json layers = Json::array();
-  std::string words = model.layers.empty() ? "" : std::to_string(model.layers.front().inputs);
-  std::size_t weights = 0;
-  for (const GradientModel::Layer& layer : model.layers) {
-    layers.push_back({{"inputs", layer.inputs}, {"outputs", layer.outputs}});
-    words += "-" + std::to_string(layer.outputs);
-    weights += layer.weight.size() + layer.bias.size();
+  std::string words = std::to_string(GradientModel::kSizes.front());
+  for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
+    const int inputs = GradientModel::kSizes[l], outputs = GradientModel::kSizes[l + 1];
+    layers.push_back({{"inputs", inputs}, {"outputs", outputs}});
+    words += "-" + std::to_string(outputs);
   }
+  const std::size_t weights = model.numbers.size();
   report.add("model", Json{{"file", file.string()}, {"layers", layers}, {"weights", weights}},
              "network " + words + ", " + std::to_string(weights) + " weights, " + file.string());
 }

@@ -15,7 +15,6 @@
 #include "gelslam/surface/slope_map.hpp"
 #include "simulated_presses.hpp"
 #include "training/gain_field.hpp"
-#include "training/network_kernels.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -25,48 +24,6 @@ using namespace calibration::detail;
 using ::testing::HasSubstr;
 
 constexpr double pitch_mm = 0.0634;
-
-NetworkNumbers random_network(std::mt19937& random) {
-  NetworkNumbers network;
-  std::uniform_real_distribution<float> number(-0.4F, 0.4F);
-  for (float& value : network.values) value = number(random);
-  return network;
-}
-
-/// Sum of squares of the outputs: its derivative by the outputs is twice the outputs.
-double loss(const NetworkNumbers& network, const TileActivations& inputs) {
-  TileActivations tile = inputs;
-  network_forward(network, tile);
-  double sum = 0.0;
-  for (const float value : tile.output) sum += static_cast<double>(value) * static_cast<double>(value);
-  return sum;
-}
-
-TEST(NetworkKernels, DerivativesAreThoseOfFiniteDifferences) {
-  std::mt19937 random(5);
-  const NetworkNumbers network = random_network(random);
-  TileActivations tile;
-  std::uniform_real_distribution<float> number(-1.0F, 1.0F);
-  for (float& value : tile.input) value = number(random);
-  network_forward(network, tile);
-  std::array<float, 2 * tile_samples> derivative{};
-  for (std::size_t k = 0; k < derivative.size(); ++k) derivative[k] = 2.0F * tile.output[k];
-  NetworkNumbers gradient;
-  network_backward(network, tile, derivative, gradient);
-  double difference = 0.0, size = 0.0;
-  for (std::size_t k = 0; k < network.values.size(); k += 7) {
-    NetworkNumbers more = network, less = network;
-    constexpr float step = 2e-3F;
-    more.values[k] += step;
-    less.values[k] -= step;
-    const double numerical = (loss(more, tile) - loss(less, tile)) / (2.0 * static_cast<double>(step));
-    const auto analytical = static_cast<double>(gradient.values[k]);
-    difference += (numerical - analytical) * (numerical - analytical);
-    size += numerical * numerical;
-  }
-  EXPECT_GT(size, 1.0);
-  EXPECT_LT(std::sqrt(difference / size), 0.01);  // kinks of the ReLU
-}
 
 // A reader that shrinks everything by a tenth, and the right side by two: asked for what the field says, it
 // is right.
@@ -108,11 +65,8 @@ TEST(TrainModel, IsTheSameForTheSameSeed) {
   const GradientModel a = trained(set, zones, short_recipe(60), 7),
                       b = trained(set, zones, short_recipe(60), 7),
                       c = trained(set, zones, short_recipe(60), 8);
-  for (std::size_t l = 0; l < 4; ++l) {
-    EXPECT_EQ(a.layers[l].weight, b.layers[l].weight);
-    EXPECT_EQ(a.layers[l].bias, b.layers[l].bias);
-  }
-  EXPECT_NE(a.layers[0].weight, c.layers[0].weight);
+  EXPECT_EQ(a, b);
+  EXPECT_NE(a, c);
 }
 
 TEST(TrainModel, StopsWhenAskedAndRefusesTooLittle) {
@@ -169,8 +123,8 @@ TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
   const BallZones zones = find_ball_zones(set, pitch_mm, false);
   const GradientModel model = trained(set, zones, short_recipe(500), 1);
   GradientModel steep = model;
-  for (float& weight : steep.layers[3].weight) weight *= 1.2F;
-  for (float& bias : steep.layers[3].bias) bias *= 1.2F;
+  for (float& weight : steep.weight(3)) weight *= 1.2F;
+  for (float& bias : steep.bias(3)) bias *= 1.2F;
   const ModelCheck good = check_model(model, set, zones.zones, pitch_mm),
                    bad = check_model(steep, set, zones.zones, pitch_mm);
   EXPECT_NEAR(bad.gains.all.gain() / good.gains.all.gain(), 1.2, 0.03);

@@ -12,7 +12,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/simulation/simulator.hpp"
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "temporary_folder.hpp"
 
 namespace gelslam {
@@ -29,9 +29,9 @@ CalibrationSpec small() {
   return spec;
 }
 
-const SimulatedNetwork& trained() {
+const GradientModel& trained() {
   NoProgress progress;
-  static const SimulatedNetwork network = train_on_presses(small(), progress);
+  static const GradientModel network = train_on_presses(small(), progress);
   return network;
 }
 
@@ -108,10 +108,10 @@ TEST(Training, IsDeterministic) {
   spec.presses = 10;
   spec.training.epochs = 2;
   NoProgress progress;
-  const SimulatedNetwork a = train_on_presses(spec, progress), b = train_on_presses(spec, progress);
-  EXPECT_EQ(a.weight, b.weight);
+  const GradientModel a = train_on_presses(spec, progress), b = train_on_presses(spec, progress);
+  EXPECT_EQ(a, b);
   spec.training.seed = 2;
-  EXPECT_NE(a.weight, train_on_presses(spec, progress).weight);
+  EXPECT_NE(a, train_on_presses(spec, progress));
 }
 
 TEST(Training, LearnsAKnownFunctionOfColor) {
@@ -140,24 +140,16 @@ TEST(Training, LearnsAKnownFunctionOfColor) {
 
 TEST(PthFile, IsReadBackExactlyByTheEstimatorsReader) {
   const TemporaryFolder folder;
-  const SimulatedNetwork& network = trained();
-  write_pth(folder / "nnmodel.pth", network);
-  const GradientModel model = read_pth_model(folder / "nnmodel.pth");
-  ASSERT_EQ(model.layers.size(), 4u);
-  for (std::size_t l = 0; l < 4; ++l) {
-    EXPECT_EQ(model.layers[l].inputs, SimulatedNetwork::sizes[l]);
-    EXPECT_EQ(model.layers[l].outputs, SimulatedNetwork::sizes[l + 1]);
-    EXPECT_EQ(model.layers[l].weight, network.weight[l]);
-    EXPECT_EQ(model.layers[l].bias, network.bias[l]);
-  }
+  write_pth_model(folder / "nnmodel.pth", trained());
+  EXPECT_EQ(read_pth_model(folder / "nnmodel.pth"), trained());
 }
 
 TEST(PthFile, SameNetworkSameBytesAndNothingHalfWritten) {
   const TemporaryFolder folder;
-  write_pth(folder / "a.pth", trained());
-  write_pth(folder / "b.pth", trained());
+  write_pth_model(folder / "a.pth", trained());
+  write_pth_model(folder / "b.pth", trained());
   EXPECT_EQ(read_bytes(folder / "a.pth"), read_bytes(folder / "b.pth"));
-  EXPECT_THROW(write_pth(folder / "missing" / "c.pth", trained()), Error);
+  EXPECT_THROW(write_pth_model(folder / "missing" / "c.pth", trained()), Error);
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"a.pth", "b.pth"}));
 }
 

@@ -35,9 +35,9 @@ double contact_radius(double radius, double depth, double length) {
   for (int k = 0; k < 100; ++k) {
     const double a = 0.5 * (low + high);
     const double w = depth - radius + std::sqrt(radius * radius - a * a);
-    const double membrane rim =
+    const double membrane_rim =
         w / length * std::cyl_bessel_k(1.0, a / length) / std::cyl_bessel_k(0.0, a / length);
-    (membrane rim > a / std::sqrt(radius * radius - a * a) ? low : high) = a;
+    (membrane_rim > a / std::sqrt(radius * radius - a * a) ? low : high) = a;
   }
   return low;
 }
@@ -57,9 +57,9 @@ TEST_P(PressedBall, HasTheContactRadiusAndRimOfTheClosedForm) {
   for (int u = 160; u < sensor.width_px; ++u) {
     const double r = std::hypot(sensor.x_mm(u), sensor.y_mm(120));
     if (r < expected + 0.1) continue;
-    const double membrane rim =
+    const double membrane_rim =
         -edge * std::cyl_bessel_k(0.0, r / length) / std::cyl_bessel_k(0.0, expected / length);
-    EXPECT_NEAR(gel.height_mm(120, u), membrane rim, 0.01 * depth) << "at radius " << r;
+    EXPECT_NEAR(gel.height_mm(120, u), membrane_rim, 0.01 * depth) << "at radius " << r;
   }
 }
 

@@ -95,7 +95,7 @@ class Live : public testing::Test {
  protected:
   Live() {
     PthFile pth;
-    pth.layers = linear_gel_model().layers;
+    pth.layers = layers_of(linear_gel_model());
     write_bytes(folder / "model.pth", zip_archive(pth.entries()));
     options.config.sensor.calibration_model_path = folder / "model.pth";
     options.drop_when_behind = false;

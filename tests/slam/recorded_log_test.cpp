@@ -22,7 +22,7 @@ class RecordedLog : public testing::Test {
  protected:
   RecordedLog() {
     PthFile pth;
-    pth.layers = linear_gel_model().layers;
+    pth.layers = layers_of(linear_gel_model());
     model_bytes = zip_archive(pth.entries());
     write_bytes(folder / "model.pth", model_bytes);
     input.log = folder / "a.mkv";
@@ -61,7 +61,7 @@ TEST_F(RecordedLog, StandsOnItsOwn) {
   const Config config = resolve_config(input);
   EXPECT_EQ(config.surface.color_dist_threshold, 12) << "the recorded configuration";
   EXPECT_EQ(config.sensor.calibration_model_path, std::filesystem::absolute(input.log));
-  EXPECT_EQ(read_gradient_model(input.log).layers[2].weight, linear_gel_model().layers[2].weight);
+  EXPECT_EQ(read_gradient_model(input.log), linear_gel_model());
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
   for (int i = 0; i < 12; ++i) {

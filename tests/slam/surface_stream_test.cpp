@@ -26,7 +26,7 @@ class StreamOfALog : public testing::Test {
   StreamOfALog() {
     std::filesystem::create_directory(folder / "log");
     PthFile pth;
-    pth.layers = linear_gel_model().layers;
+    pth.layers = layers_of(linear_gel_model());
     write_bytes(folder / "model.pth", zip_archive(pth.entries()));
     input.log = folder / "log";
     input.model = folder / "model.pth";

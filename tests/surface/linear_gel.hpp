@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <random>
 
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/core/gradient_model.hpp"
 
 namespace gelslam::test {
 
@@ -19,23 +19,15 @@ inline constexpr double bare_level = 110.0;
 /// layers.
 inline GradientModel linear_gel_model() {
   GradientModel model;
-  const int sizes[] = {5, 32, 32, 32, 2};
-  for (int i = 0; i < 4; ++i) {
-    GradientModel::Layer layer{sizes[i], sizes[i + 1], {}, {}};
-    layer.weight.assign(static_cast<std::size_t>(layer.inputs * layer.outputs), 0.0F);
-    layer.bias.assign(static_cast<std::size_t>(layer.outputs), 0.0F);
-    model.layers.push_back(layer);
-  }
   const auto weight = [&](std::size_t layer, int out, int in) -> float& {
-    return model.layers[layer].weight[static_cast<std::size_t>(out * model.layers[layer].inputs + in)];
+    return model.weight(layer)[static_cast<std::size_t>(out * GradientModel::kSizes[layer] + in)];
   };
   for (int axis = 0; axis < 2; ++axis) {
     for (int part = 0; part < 2; ++part) {
       const int unit = 2 * axis + part;
       const double sign = part == 0 ? 1.0 : -1.0;
       weight(0, unit, axis == 0 ? 2 : 1) = static_cast<float>(sign * rad_per_level * 255.0);
-      model.layers[0].bias[static_cast<std::size_t>(unit)] =
-          static_cast<float>(-sign * rad_per_level * bare_level);
+      model.bias(0)[static_cast<std::size_t>(unit)] = static_cast<float>(-sign * rad_per_level * bare_level);
       weight(1, unit, unit) = 1.0F;
       weight(2, unit, unit) = 1.0F;
       weight(3, axis, unit) = static_cast<float>(sign);

@@ -2,6 +2,7 @@
 
 #include <zip.h>
 
+#include <algorithm>
 #include <cstring>
 #include <random>
 #include <stdexcept>
@@ -81,7 +82,7 @@ std::map<std::string, std::string> PthFile::entries() const {
   std::map<std::string, std::string> result;
   result[join({root, "/data.pkl"})] = pickle();
   int key = 0;
-  for (const GradientModel::Layer& layer : layers) {
+  for (const PthLayer& layer : layers) {
     result[join({root, "/data/", std::to_string(key++)})] = float_bytes(layer.weight);
     result[join({root, "/data/", std::to_string(key++)})] = float_bytes(layer.bias);
   }
@@ -113,17 +114,39 @@ std::string zip_archive(const std::map<std::string, std::string>& entries) {
   return bytes;
 }
 
-std::vector<GradientModel::Layer> random_layers(std::uint64_t seed, const std::vector<int>& sizes) {
+std::vector<PthLayer> random_layers(std::uint64_t seed, const std::vector<int>& sizes) {
   std::mt19937_64 random(seed);
   const auto uniform = [&] {
     return static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-53 * 0.6 - 0.3);
   };
-  std::vector<GradientModel::Layer> layers;
+  std::vector<PthLayer> layers;
   for (std::size_t i = 0; i + 1 < sizes.size(); ++i) {
-    GradientModel::Layer layer{sizes[i], sizes[i + 1], {}, {}};
+    PthLayer layer{sizes[i], sizes[i + 1], {}, {}};
     for (int k = 0; k < layer.inputs * layer.outputs; ++k) layer.weight.push_back(uniform());
     for (int k = 0; k < layer.outputs; ++k) layer.bias.push_back(uniform());
     layers.push_back(layer);
+  }
+  return layers;
+}
+
+GradientModel random_model(std::uint64_t seed) {
+  GradientModel model;
+  const std::vector<PthLayer> layers = random_layers(seed);
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    std::ranges::copy(layers[l].weight, model.weight(l).begin());
+    std::ranges::copy(layers[l].bias, model.bias(l).begin());
+  }
+  return model;
+}
+
+std::vector<PthLayer> layers_of(const GradientModel& model) {
+  std::vector<PthLayer> layers;
+  for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
+    const auto weight = model.weight(l), bias = model.bias(l);
+    layers.push_back({GradientModel::kSizes[l],
+                      GradientModel::kSizes[l + 1],
+                      {weight.begin(), weight.end()},
+                      {bias.begin(), bias.end()}});
   }
   return layers;
 }

@@ -5,13 +5,19 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/core/gradient_model.hpp"
 
 namespace gelslam::test {
 
+/// One layer of any size; weights are row-major [out][in].
+struct PthLayer {
+  int inputs = 0, outputs = 0;
+  std::vector<float> weight, bias;
+};
+
 /// What an `nnmodel.pth` is made of, written independently of the reader, with places to make it wrong.
 struct PthFile {
-  std::vector<GradientModel::Layer> layers;
+  std::vector<PthLayer> layers;
   std::string storage_class = "torch FloatStorage";
   std::string rebuild_function = "torch._utils _rebuild_tensor_v2";
   std::map<std::string, std::string> more_entries = {{"byteorder", "little"}, {"version", "3\n"}};
@@ -27,7 +33,8 @@ struct PthFile {
 std::string zip_archive(const std::map<std::string, std::string>& entries);
 
 /// A 5-32-32-32-2 network (or other sizes) with numbers from a seed, uniform in +-0.3.
-std::vector<GradientModel::Layer> random_layers(std::uint64_t seed,
-                                                const std::vector<int>& sizes = {5, 32, 32, 32, 2});
+std::vector<PthLayer> random_layers(std::uint64_t seed, const std::vector<int>& sizes = {5, 32, 32, 32, 2});
+GradientModel random_model(std::uint64_t seed);
+std::vector<PthLayer> layers_of(const GradientModel& model);
 
 }  // namespace gelslam::test

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "slopes/pickle_reader.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

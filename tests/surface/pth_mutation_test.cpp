@@ -7,7 +7,7 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "pth_file.hpp"
 #include "slopes/pickle_reader.hpp"
 

@@ -55,7 +55,7 @@ class RealData : public ::testing::Test {
 TEST_F(RealData, EveryModelIsRead) {
   for (const char* path : {"frames/nnmodel.pth", "calibration/model/nnmodel.pth",
                            "calibration_b/model/nnmodel.pth", "calibration_sim/model/nnmodel.pth"}) {
-    EXPECT_EQ(read_pth_model(data_folder() / path).layers.size(), 4U) << path;
+    EXPECT_NO_THROW(read_pth_model(data_folder() / path)) << path;
   }
 }
 

@@ -22,7 +22,7 @@ class SurfaceCommand : public ::testing::Test {
  protected:
   void SetUp() override {
     PthFile file;
-    file.layers = linear_gel_model().layers;
+    file.layers = layers_of(linear_gel_model());
     write_bytes(folder_ / "nnmodel.pth", zip_archive(file.entries()));
     write_picture("background.png", render(cv::Mat1f(sensor, 0.0F), pitch_mm, 0.0, 1));
     truth_ = ball_press(sensor, pitch_mm, 150, 110, 4.0, 0.5);

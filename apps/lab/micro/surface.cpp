@@ -26,16 +26,8 @@ constexpr int width_px = 320, height_px = 240;
 GradientModel random_model() {
   GradientModel model;
   std::mt19937_64 random(1);
-  const auto uniform = [&] {
-    return static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-53 * 0.4 - 0.2);
-  };
-  const int sizes[] = {5, 32, 32, 32, 2};
-  for (int i = 0; i < 4; ++i) {
-    GradientModel::Layer layer{sizes[i], sizes[i + 1], {}, {}};
-    for (int k = 0; k < layer.inputs * layer.outputs; ++k) layer.weight.push_back(uniform());
-    for (int k = 0; k < layer.outputs; ++k) layer.bias.push_back(uniform());
-    model.layers.push_back(layer);
-  }
+  for (float& number : model.numbers)
+    number = static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-53 * 0.4 - 0.2);
   return model;
 }
 

@@ -3,7 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam::lab {

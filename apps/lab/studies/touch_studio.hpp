@@ -8,11 +8,11 @@
 #include <tuple>
 #include <vector>
 
+#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/simulation/gel.hpp"
 #include "gelslam/simulation/sensor_geometry.hpp"
 #include "gelslam/simulation/shape.hpp"
-#include "gelslam/surface/gradient_model.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam::lab {

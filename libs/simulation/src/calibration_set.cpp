@@ -73,7 +73,7 @@ void add_background_samples(const CalibrationSpec& spec, std::size_t count, Rand
 }
 
 /// Read on true slope inside the contact circles. See measure_gradient_scale.
-HeldOutGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec,
+HeldOutGain gain_on(const GradientModel& network, const CalibrationSpec& spec,
                     const std::vector<BallPress>& presses) {
   const cv::Mat2f zero = read_slopes(network, simulate_background(spec));
   cv::Vec2d read_true(0, 0), true_true(0, 0);
@@ -100,13 +100,14 @@ HeldOutGain gain_on(const SimulatedNetwork& network, const CalibrationSpec& spec
 
 /// Noise in the colors makes every regression read slopes too flat. Dividing its output by the gain on
 /// presses that it was not trained on takes that out.
-void remove_gain(SimulatedNetwork& network, const HeldOutGain& gain) {
+void remove_gain(GradientModel& network, const HeldOutGain& gain) {
   const std::array<double, 2> factors = {1 / gain.x, 1 / gain.y};
-  const std::size_t inputs = network.weight.back().size() / factors.size();
+  constexpr std::size_t last = GradientModel::kLayers - 1;
+  const std::size_t inputs = network.weight(last).size() / factors.size();
   for (std::size_t axis = 0; axis < factors.size(); ++axis) {
     const auto factor = static_cast<float>(factors[axis]);
-    network.bias.back()[axis] *= factor;
-    for (std::size_t i = 0; i < inputs; ++i) network.weight.back()[axis * inputs + i] *= factor;
+    network.bias(last)[axis] *= factor;
+    for (float& weight : network.weight(last).subspan(axis * inputs, inputs)) weight *= factor;
   }
 }
 
@@ -151,14 +152,13 @@ cv::Mat3b simulate_background(const CalibrationSpec& spec) {
   return mean;
 }
 
-HeldOutGain measure_gradient_scale(const SimulatedNetwork& network, const CalibrationSpec& spec,
-                                   int presses) {
+HeldOutGain measure_gradient_scale(const GradientModel& network, const CalibrationSpec& spec, int presses) {
   std::vector<BallPress> unseen;
   for (int k = 0; k < presses; ++k) unseen.push_back(simulate_press(spec, held_out_first + k));
   return gain_on(network, spec, unseen);
 }
 
-SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& progress) {
+GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progress) {
   check(spec);
   TrainingSamples samples;
   std::vector<BallPress> validation;
@@ -176,7 +176,7 @@ SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& pro
   const auto background = static_cast<double>(samples.size()) * background_share / (1 - background_share);
   add_background_samples(spec, static_cast<std::size_t>(background), random, samples);
   progress.begin("training the gradient network", std::nullopt);
-  SimulatedNetwork network = train_network(samples, spec.training);
+  GradientModel network = train_network(samples, spec.training);
   remove_gain(network, gain_on(network, spec, validation));
   progress.end();
   return network;
@@ -200,8 +200,8 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
     circles << name << "," << press.center_px.x << "," << press.center_px.y << "," << press.radius_px << "\n";
   }
   write_png(folder / "background.png", simulate_background(spec));
-  const SimulatedNetwork network = train_on_presses(spec, progress);
-  write_pth(folder / "model" / "nnmodel.pth", network);
+  const GradientModel network = train_on_presses(spec, progress);
+  write_pth_model(folder / "model" / "nnmodel.pth", network);
   write_file_atomically(folder / "circles.csv", circles.str());
   write_file_atomically(folder / "catalog.csv", catalogue.str());
   return measure_gradient_scale(network, spec, 12);

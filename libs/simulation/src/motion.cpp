@@ -144,12 +144,12 @@ Grip breaks(const Clock& clock, int k) {
   return grip;
 }
 
-struct Entry {
+struct MotionEntry {
   const char* name;
   const char* description;
   Grip (*grip)(const Clock&, int);
 };
-constexpr std::array<Entry, 6> catalogue = {{
+constexpr std::array<MotionEntry, 6> kMotions = {{
     {"wobble", "smooth random slide, roll and twist about one place", wobble},
     {"slide", "the contact moves over the gel in a figure of eight", slide},
     {"roll", "rolled 35 degrees to and fro", roll},
@@ -229,7 +229,7 @@ std::vector<Value> smoothed(const std::vector<Value>& values, double sigma) {
   return result;
 }
 
-const Entry& find_motion(const MotionSpec& spec) {
+const MotionEntry& find_motion(const MotionSpec& spec) {
   if (spec.frames < 1 || spec.frames > 200'000) throw Error("number of frames must be between 1 and 200000");
   if (!(spec.speed >= 0 && spec.speed <= 5)) throw Error("motion speed factor must be between 0 and 5");
   if (!(spec.indentation_mm >= 0.05 && spec.indentation_mm <= 1.5))
@@ -237,7 +237,7 @@ const Entry& find_motion(const MotionSpec& spec) {
   if (!(spec.frame_rate_hz >= 1 && spec.frame_rate_hz <= 1000))
     throw Error("frame rate must be between 1 and 1000 Hz");
   std::string names;
-  for (const Entry& entry : catalogue) {
+  for (const MotionEntry& entry : kMotions) {
     if (spec.name == entry.name) return entry;
     names += std::string(names.empty() ? "" : ", ") + entry.name;
   }
@@ -248,13 +248,13 @@ const Entry& find_motion(const MotionSpec& spec) {
 
 std::vector<CatalogueEntry> motion_catalogue() {
   std::vector<CatalogueEntry> entries;
-  for (const Entry& entry : catalogue) entries.push_back({entry.name, entry.description});
+  for (const MotionEntry& entry : kMotions) entries.push_back({entry.name, entry.description});
   return entries;
 }
 
 std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const Mesh& surface,
                               const SensorGeometry& geometry) {
-  const Entry& entry = find_motion(spec);
+  const MotionEntry& entry = find_motion(spec);
   if (surface.vertices_mm.empty()) throw Error("the object has no surface");
   const auto curve = [&spec](std::uint64_t k) { return SmoothRandom(hash(spec.seed, 0x6a0 + k)); };
   const Clock clock{spec,

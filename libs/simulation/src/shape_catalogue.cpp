@@ -12,13 +12,13 @@ namespace {
 using simulation::detail::ShapeDials;
 namespace makers = simulation::detail;
 
-struct Entry {
+struct ShapeEntry {
   const char* name;
   const char* description;
   ShapePtr (*make)(const ShapeDials&);
 };
 
-constexpr std::array<Entry, 12> catalogue = {{
+constexpr std::array<ShapeEntry, 12> kShapes = {{
     {"pebble", "stone of 21 x 17 x 14 mm with bumps and grain", makers::make_pebble},
     {"peanut", "two lobes, 24 x 13 mm, shell ridges", makers::make_peanut},
     {"coin", "disc of 24 mm: rim, beads, letters, modelled center", makers::make_coin},
@@ -50,7 +50,7 @@ ShapePtr make_from_file(const ShapeSpec& spec) {
 
 std::vector<CatalogueEntry> shape_catalogue() {
   std::vector<CatalogueEntry> entries;
-  for (const Entry& entry : catalogue) entries.push_back({entry.name, entry.description});
+  for (const ShapeEntry& entry : kShapes) entries.push_back({entry.name, entry.description});
   return entries;
 }
 
@@ -64,7 +64,7 @@ ShapePtr make_shape(const ShapeSpec& spec) {
   const ShapeDials dials{static_cast<float>(spec.size), static_cast<float>(spec.texture),
                          static_cast<std::uint32_t>(makers::hash(spec.seed))};
   std::string names;
-  for (const Entry& entry : catalogue) {
+  for (const ShapeEntry& entry : kShapes) {
     if (spec.name == entry.name) return entry.make(dials);
     names += std::string(names.empty() ? "" : ", ") + entry.name;
   }

@@ -6,9 +6,9 @@
 #include <random>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/gradient_model.hpp"
 #include "training/color_field.hpp"
 #include "training/gain_field.hpp"
-#include "training/network_kernels.hpp"
 #include "training/slope_samples.hpp"
 
 namespace gelslam {
@@ -16,7 +16,8 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr int batch = 1024;
+constexpr std::size_t batch = 1024;
+constexpr std::size_t kTile = kNetworkTile;
 constexpr int wanted_samples = 250'000;
 constexpr int steps_per_report = 20;
 constexpr float color_factor = 2.0F;  // colors vary by a tenth, places by one; larger factors learn noise
@@ -37,16 +38,6 @@ class TrainingRandom {
   std::mt19937_64 engine_;
 };
 
-NetworkNumbers first_numbers(TrainingRandom& random) {  // He's initialisation for ReLU layers
-  NetworkNumbers network;
-  for (std::size_t layer = 0; layer < 4; ++layer) {
-    const int inputs = NetworkNumbers::sizes[layer], outputs = NetworkNumbers::sizes[layer + 1];
-    for (int k = 0; k < inputs * outputs; ++k)
-      network.weight(layer)[k] = static_cast<float>(random.normal() * std::sqrt(2.0 / inputs));
-  }
-  return network;
-}
-
 /// Inputs as the network sees them while it learns: centered, colors enlarged, which learns faster. In the
 /// finished model this is part of the first layer.
 struct InputScaling {
@@ -63,29 +54,15 @@ struct InputScaling {
 
   float scaled(std::size_t input, float value) const { return (value - middle[input]) * factor[input]; }
 
-  void fold_into(NetworkNumbers& network) const {
-    for (int neuron = 0; neuron < NetworkNumbers::sizes[1]; ++neuron)
+  void fold_into(GradientModel& network) const {
+    for (std::size_t neuron = 0; neuron < GradientModel::outputs(0); ++neuron)
       for (std::size_t k = 0; k < 5; ++k) {
-        float& weight = network.weight(0)[static_cast<std::size_t>(neuron) * 5 + k];
+        float& weight = network.weight(0)[neuron * 5 + k];
         weight *= factor[k];
         network.bias(0)[neuron] -= weight * middle[k];
       }
   }
 };
-
-GradientModel to_model(NetworkNumbers network, const InputScaling& scaling) {
-  scaling.fold_into(network);
-  GradientModel model;
-  for (std::size_t layer = 0; layer < 4; ++layer) {
-    GradientModel::Layer numbers;
-    numbers.inputs = NetworkNumbers::sizes[layer];
-    numbers.outputs = NetworkNumbers::sizes[layer + 1];
-    numbers.weight.assign(network.weight(layer), network.weight(layer) + numbers.inputs * numbers.outputs);
-    numbers.bias.assign(network.bias(layer), network.bias(layer) + numbers.outputs);
-    model.layers.push_back(std::move(numbers));
-  }
-  return model;
-}
 
 class ModelTrainer {
  public:
@@ -94,12 +71,12 @@ class ModelTrainer {
         training_(training),
         recipe_(training.recipe),
         random_(training.seed),
-        network_(first_numbers(random_)),
+        network_(initial_network([this] { return random_.normal(); })),
         samples_(zone_samples(set, zones, training.pixel_pitch_mm, wanted_samples)),
         scaling_(samples_),
         field_(samples_),
         zone_shift_rad_(zones.size()) {
-    if (samples_.size() < static_cast<std::size_t>(batch))
+    if (samples_.size() < batch)
       throw Error("the presses show only " + std::to_string(samples_.size()) +
                   " pixels of ball: too few to train on; take more presses");
     const double flat =
@@ -113,21 +90,22 @@ class ModelTrainer {
     for (int step = 0; step < recipe_.steps; ++step) {
       const double rate =
           recipe_.learning_rate * 0.5 * (1.0 + std::cos(std::numbers::pi * step / recipe_.steps));
-      train_step(rate, step);
+      train_step(rate, 2 * step > recipe_.steps);
       if (step % steps_per_report != 0) continue;
       if (stop()) throw Error("stopped; no model was written");
       progress.update(step);
     }
     progress.update(recipe_.steps);
     progress.end();
-    return to_model(network_, scaling_);
+    scaling_.fold_into(network_);
+    return network_;
   }
 
  private:
-  void train_step(double rate, int step) {
-    NetworkNumbers gradient;
-    const bool correcting = recipe_.correct_gain && 2 * step > recipe_.steps;
-    for (int done = 0; done < batch; done += tile_samples) {
+  void train_step(double rate, bool second_half) {
+    GradientModel gradient;
+    const bool correcting = recipe_.correct_gain && second_half;
+    for (std::size_t done = 0; done < batch; done += kTile) {
       load_tile();
       network_forward(network_, touched_);
       if (recipe_.differences) network_forward(network_, untouched_);
@@ -136,15 +114,11 @@ class ModelTrainer {
       if (recipe_.differences) network_backward(network_, untouched_, d_untouched_, gradient);
     }
     if (correcting) gain_.settle();
-    const int t = step + 1;
-    // Kingma & Ba's bias corrections, folded into rate and epsilon.
-    const double second = std::sqrt(1.0 - std::pow(0.999, t)), first = 1.0 - std::pow(0.9, t);
-    adam_step(network_, gradient, first_moment_, second_moment_, static_cast<float>(rate * second / first),
-              static_cast<float>(1e-8 * second));
+    adam_.step(network_, gradient, rate);
   }
 
   void load_tile() {
-    for (std::size_t k = 0; k < tile_samples; ++k) {
+    for (std::size_t k = 0; k < kTile; ++k) {
       chosen_[k] = random_.below(samples_.size());
       SlopeSample& sample = tile_[k];
       sample = samples_[chosen_[k]];
@@ -153,11 +127,11 @@ class ModelTrainer {
       for (std::size_t c = 0; c < 3; ++c) {
         const auto light = static_cast<float>(
             recipe_.light_jitter > 0.0 ? 1.0 + recipe_.light_jitter * random_.normal() : 1.0);
-        touched_.input[c * tile_samples + k] = scaling_.scaled(c, light * sample.color[c]);
-        untouched_.input[c * tile_samples + k] = scaling_.scaled(c, light * sample.flat_color[c]);
+        touched_.input[c * kTile + k] = scaling_.scaled(c, light * sample.color[c]);
+        untouched_.input[c * kTile + k] = scaling_.scaled(c, light * sample.flat_color[c]);
       }
       for (std::size_t c = 0; c < 2; ++c)
-        touched_.input[(3 + c) * tile_samples + k] = untouched_.input[(3 + c) * tile_samples + k] =
+        touched_.input[(3 + c) * kTile + k] = untouched_.input[(3 + c) * kTile + k] =
             scaling_.scaled(3 + c, sample.place[c]);
     }
   }
@@ -199,11 +173,11 @@ class ModelTrainer {
 
   void set_derivatives(bool correcting) {
     const float size = 1.0F / static_cast<float>(batch);
-    for (std::size_t k = 0; k < tile_samples; ++k) {
+    for (std::size_t k = 0; k < kTile; ++k) {
       const SlopeSample& sample = tile_[k];
       std::array<float, 2> read{}, wanted = sample.angle_rad;
       for (std::size_t axis = 0; axis < 2; ++axis) {
-        const std::size_t at = axis * tile_samples + k;
+        const std::size_t at = axis * kTile + k;
         read[axis] = touched_.output[at] - (recipe_.differences ? untouched_.output[at] : 0.0F);
       }
       if (!moved_[k] && sample.zone >= 0) {
@@ -212,7 +186,7 @@ class ModelTrainer {
       }
       if (correcting) wanted = gain_.stretched(sample.place, sample.angle_rad);
       for (std::size_t axis = 0; axis < 2; ++axis) {
-        const std::size_t at = axis * tile_samples + k;
+        const std::size_t at = axis * kTile + k;
         const float error = read[axis] - wanted[axis];
         const float derivative = recipe_.absolute_loss ? (error > 0 ? size : -size) : 2.0F * size * error;
         d_touched_[at] = derivative;
@@ -226,17 +200,18 @@ class ModelTrainer {
   const ModelTraining& training_;
   const TrainingRecipe& recipe_;
   TrainingRandom random_;
-  NetworkNumbers network_, first_moment_, second_moment_;
+  GradientModel network_;
+  Adam adam_;
   std::vector<SlopeSample> samples_;
   InputScaling scaling_;
   ColorField field_;
-  std::array<SlopeSample, tile_samples> tile_;
-  std::array<bool, tile_samples> moved_{};
+  std::array<SlopeSample, kTile> tile_;
+  std::array<bool, kTile> moved_{};
   GainField gain_;
   std::vector<std::array<float, 2>> zone_shift_rad_;  ///< as the network sees it
-  TileActivations touched_, untouched_;
-  std::array<float, 2 * tile_samples> d_touched_{}, d_untouched_{};
-  std::array<std::size_t, tile_samples> chosen_{};
+  NetworkTile touched_, untouched_;
+  NetworkTile::Values<2> d_touched_{}, d_untouched_{};
+  std::array<std::size_t, kTile> chosen_{};
 };
 
 }  // namespace

@@ -1,15 +1,37 @@
 #include "slopes/gradient_map.hpp"
 
+#include <algorithm>
+
+#include "gelslam/core/target_clones.hpp"
+
 namespace gelslam::surface::detail {
 
-constexpr int tile = gradient_tile_pixels;
+namespace {
+
+constexpr int kTile = kNetworkTile;
+constexpr float kMaxAngleRad = 1.5F;  // keeps tan finite; no gel is steeper
+
+}  // namespace
+
+// By the power series of sine and cosine, without branches or calls.
+GELSLAM_TARGET_CLONES("avx512f", "fma", "default")
+void tangents(NetworkTile::Values<2>& angles_rad) {
+  for (float& value : angles_rad) {
+    const float x = std::min(std::max(value, -kMaxAngleRad), kMaxAngleRad);
+    const float s = x * x;
+    const float sine =
+        x *
+        (1.0F + s * (-1.0F / 6 + s * (1.0F / 120 + s * (-1.0F / 5040 + s * (1.0F / 362880 - s / 39916800)))));
+    const float cosine =
+        1.0F +
+        s * (-0.5F + s * (1.0F / 24 +
+                          s * (-1.0F / 720 + s * (1.0F / 40320 + s * (-1.0F / 3628800 + s / 479001600)))));
+    value = sine / cosine;
+  }
+}
 
 GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background)
-    : weights_(pack_weights(model)),
-      background_gx_(background.size(), 0.0F),
-      background_gy_(background.size(), 0.0F),
-      features_(static_cast<std::size_t>(gradient_features) * tile, 0.0F),
-      pixels_(tile, 0) {
+    : model_(model), background_gx_(background.size(), 0.0F), background_gy_(background.size(), 0.0F) {
   for (int u = 0; u < background.cols; ++u) {
     column_.push_back(static_cast<float>(u) / static_cast<float>(background.cols));
   }
@@ -35,14 +57,14 @@ void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const 
     const cv::Vec3b* color = bgr[v];
     for (int u = 0; u < bgr.cols; ++u) {
       if (wanted[u] == 0) continue;
-      float* feature = features_.data() + count;
+      float* feature = tile_.input.data() + count;
       feature[0] = colors[0][color[u][0]] * to_unit;
-      feature[tile] = colors[1][color[u][1]] * to_unit;
-      feature[2 * tile] = colors[2][color[u][2]] * to_unit;
-      feature[3 * tile] = column_[static_cast<std::size_t>(u)];
-      feature[4 * tile] = row_[static_cast<std::size_t>(v)];
+      feature[kTile] = colors[1][color[u][1]] * to_unit;
+      feature[2 * kTile] = colors[2][color[u][2]] * to_unit;
+      feature[3 * kTile] = column_[static_cast<std::size_t>(u)];
+      feature[4 * kTile] = row_[static_cast<std::size_t>(v)];
       pixels_[static_cast<std::size_t>(count)] = v * bgr.cols + u;
-      if (++count == tile) {
+      if (++count == kTile) {
         run_tile(count, gx, gy);
         count = 0;
       }
@@ -52,17 +74,18 @@ void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const 
 }
 
 void GradientMap::run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy) {
-  alignas(64) float tile_gx[tile];
-  alignas(64) float tile_gy[tile];
-  gradient_tile(weights_, features_.data(), tile_gx, tile_gy);
+  network_forward(model_, tile_);
+  tangents(tile_.output);
+  const float* const slope_x = tile_.output.data();
+  const float* const slope_y = slope_x + kTile;
   float* out_x = gx.ptr<float>();
   float* out_y = gy.ptr<float>();
   const float* background_x = background_gx_.ptr<float>();
   const float* background_y = background_gy_.ptr<float>();
   for (int i = 0; i < count; ++i) {
     const int pixel = pixels_[static_cast<std::size_t>(i)];
-    out_x[pixel] = tile_gx[i] - background_x[pixel];
-    out_y[pixel] = tile_gy[i] - background_y[pixel];
+    out_x[pixel] = slope_x[i] - background_x[pixel];
+    out_y[pixel] = slope_y[i] - background_y[pixel];
   }
 }
 

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <array>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "gelslam/core/gradient_model.hpp"
 #include "photometry/light.hpp"
-#include "slopes/gradient_kernel.hpp"
 
 namespace gelslam::surface::detail {
+
+/// Slope angles to slopes, in place: tan with a relative error below 1e-6; angles are limited to 1.5 rad.
+void tangents(NetworkTile::Values<2>& angles_rad);
 
 /// Gradient of the gel's height over a whole image, relative to the background image.
 class GradientMap {
@@ -26,11 +30,11 @@ class GradientMap {
  private:
   void run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy);
 
-  GradientWeights weights_;
+  GradientModel model_;
   std::vector<float> column_, row_;  // u/W, v/H
   cv::Mat1f background_gx_, background_gy_;
-  std::vector<float> features_;  // planar [5][tile]
-  std::vector<int> pixels_;      // where the tile's pixels lie
+  NetworkTile tile_;
+  std::array<int, kNetworkTile> pixels_{};  // where the tile's pixels lie
 };
 
 }  // namespace gelslam::surface::detail

@@ -1,5 +1,6 @@
 #include "gelslam/surface/model_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <fstream>
@@ -19,7 +20,6 @@ constexpr const char* format_name = "gelslam gradient model";
 constexpr int format_version = 1;
 constexpr std::size_t max_file_bytes = 4 * 1024 * 1024;
 constexpr std::size_t max_text_bytes = 1024 * 1024;  // real ones have 40 KiB
-constexpr int layer_sizes[] = {5, 32, 32, 32, 2};
 constexpr double max_number = 1e6;
 
 const Json& member(const Json& object, const char* name) {
@@ -51,14 +51,12 @@ std::vector<float> numbers(const Json& object, const char* name, std::size_t cou
 }
 
 GradientModel parse_layers(const Json& layers) {
-  if (!layers.is_array() || layers.size() != 4) throw Error("'layers' does not hold 4 layers");
+  if (!layers.is_array() || layers.size() != GradientModel::kLayers)
+    throw Error("'layers' does not hold 4 layers");
   GradientModel model;
-  for (std::size_t l = 0; l < 4; ++l) {
-    const int inputs = layer_sizes[l], outputs = layer_sizes[l + 1];
-    GradientModel::Layer layer{inputs, outputs, {}, {}};
-    layer.weight = numbers(layers[l], "weight", static_cast<std::size_t>(inputs * outputs));
-    layer.bias = numbers(layers[l], "bias", static_cast<std::size_t>(outputs));
-    model.layers.push_back(std::move(layer));
+  for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
+    std::ranges::copy(numbers(layers[l], "weight", model.weight(l).size()), model.weight(l).begin());
+    std::ranges::copy(numbers(layers[l], "bias", model.bias(l).size()), model.bias(l).begin());
   }
   return model;
 }
@@ -159,8 +157,8 @@ void write_model_file(const std::filesystem::path& path, const ModelFile& file) 
   Json json = {{"format", format_name}, {"version", format_version}};
   if (file.record) json["calibration"] = to_json(*file.record);
   json["layers"] = Json::array();
-  for (const GradientModel::Layer& layer : file.model.layers)
-    json["layers"].push_back({{"weight", layer.weight}, {"bias", layer.bias}});
+  for (std::size_t l = 0; l < GradientModel::kLayers; ++l)
+    json["layers"].push_back({{"weight", file.model.weight(l)}, {"bias", file.model.bias(l)}});
   write_file_atomically(path, json.dump() + "\n");
 }
 

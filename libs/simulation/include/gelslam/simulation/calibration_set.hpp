@@ -43,12 +43,12 @@ cv::Mat3b simulate_background(const CalibrationSpec& spec);
 struct HeldOutGain {
   double x = 0, y = 0, mean_error_deg = 0;
 };
-HeldOutGain measure_gradient_scale(const SimulatedNetwork& network, const CalibrationSpec& spec, int presses);
+HeldOutGain measure_gradient_scale(const GradientModel& network, const CalibrationSpec& spec, int presses);
 
 /// Trains the published network on four fifths of the spec's presses by the published recipe (L1, Adam 2e-3,
 /// batch 1024, a fifth of background pixels; fewer epochs), labels from the balls' geometry inside the
 /// contact circles. The other fifth shows its gradient scale, which is divided out.
-SimulatedNetwork train_on_presses(const CalibrationSpec& spec, ProgressSink& progress);
+GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progress);
 
 /// Writes a calibration folder: catalog.csv, <d>mm/<n>/gelsight.png, background.png, circles.csv (the truth
 /// about the contact circles), model/nnmodel.pth. Returns the gain on 12 held-out presses. The folder is made

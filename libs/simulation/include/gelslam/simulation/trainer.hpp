@@ -1,19 +1,12 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-namespace gelslam {
+#include "gelslam/core/gradient_model.hpp"
 
-/// The pixel-wise network of the public systems, 5-32-32-32-2 with ReLU: (B, G, R)/255, u/W, v/H -> slope
-/// angles (atan dh/dx, atan dh/dy) in radians. Weights row-major [out][in].
-struct SimulatedNetwork {
-  static constexpr std::array<int, 5> sizes = {5, 32, 32, 32, 2};
-  std::array<std::vector<float>, 4> weight, bias;
-};
+namespace gelslam {
 
 /// Samples one after another: 5 features and 2 angles each.
 struct TrainingSamples {
@@ -32,12 +25,9 @@ struct TrainingOptions {
 
 /// L1 loss, Adam (Kingma & Ba 2015); one thread, deterministic on one kind of processor. Throws Error for
 /// options out of range or fewer samples than one batch.
-SimulatedNetwork train_network(const TrainingSamples& samples, const TrainingOptions& options);
+GradientModel train_network(const TrainingSamples& samples, const TrainingOptions& options);
 
 /// Slopes (dh/dx, dh/dy) that the network reads in a picture; nothing is subtracted.
-cv::Mat2f read_slopes(const SimulatedNetwork& network, const cv::Mat3b& bgr);
-
-/// Writes a PyTorch state_dict (zip with pickle protocol 2) that torch.load reads. Same network, same bytes.
-void write_pth(const std::filesystem::path& path, const SimulatedNetwork& network);
+cv::Mat2f read_slopes(const GradientModel& network, const cv::Mat3b& bgr);
 
 }  // namespace gelslam

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/core/gradient_model.hpp"
 
 namespace gelslam {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/core/gradient_model.hpp"
 
 namespace gelslam {
 
@@ -39,6 +39,11 @@ GradientModel read_model(const std::filesystem::path& path);
 
 /// The same from bytes in memory; `name` stands for the file in errors.
 ModelFile parse_model_file(std::span<const unsigned char> bytes, const std::string& name);
+
+/// Reads a PyTorch state_dict (`nnmodel.pth`: zip + pickle protocol 2) without ever running code: only the
+/// opcodes and globals a state_dict of float32 tensors needs are known, all else is refused. Throws Error.
+GradientModel read_pth_model(const std::filesystem::path& path);
+GradientModel parse_pth_model(std::span<const unsigned char> file, const std::string& name);
 
 /// Writes our own format, whole or not at all; the same content gives the same bytes. Throws Error when the
 /// disk does not take it.

@@ -2,7 +2,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include "gelslam/surface/gradient_model.hpp"
+#include "gelslam/core/gradient_model.hpp"
 
 namespace gelslam {
 

@@ -1,5 +1,3 @@
-#include "gelslam/surface/gradient_model.hpp"
-
 #include <zip.h>
 
 #include <algorithm>
@@ -11,7 +9,7 @@
 #include <string_view>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/state_dict.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "slopes/pickle_reader.hpp"
 
 namespace gelslam {
@@ -22,7 +20,6 @@ static_assert(std::endian::native == std::endian::little, "the weights in the fi
 
 constexpr std::size_t max_file_bytes = 4 * 1024 * 1024;  // real ones have 13 KiB
 constexpr std::size_t max_entry_bytes = 64 * 1024;
-constexpr int layer_sizes[] = {5, 32, 32, 32, 2};
 
 using Bytes = std::vector<unsigned char>;
 
@@ -98,9 +95,8 @@ std::string shape_text(const std::vector<std::int64_t>& shape) {
   return text + "]";
 }
 
-std::vector<float> read_tensor(zip_t* archive, const std::string& root,
-                               const std::vector<TensorEntry>& entries, const std::string& name,
-                               const std::vector<std::int64_t>& shape) {
+void read_tensor(zip_t* archive, const std::string& root, const std::vector<TensorEntry>& entries,
+                 const std::string& name, const std::vector<std::int64_t>& shape, std::span<float> values) {
   const auto has_name = [&](const TensorEntry& entry) { return entry.name == name; };
   if (std::count_if(entries.begin(), entries.end(), has_name) != 1) {
     throw Error("it does not hold exactly one '" + name + "' (expected fc1..fc4 .weight and .bias)");
@@ -126,13 +122,11 @@ std::vector<float> read_tensor(zip_t* archive, const std::string& root,
       entry.storage_offset > stored - elements) {
     throw Error("'" + name + "' is truncated or damaged");
   }
-  std::vector<float> values(static_cast<std::size_t>(elements));
   std::memcpy(values.data(), bytes.data() + static_cast<std::size_t>(entry.storage_offset) * sizeof(float),
-              values.size() * sizeof(float));
+              values.size_bytes());
   if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); })) {
     throw Error("'" + name + "' holds NaN or infinity");
   }
-  return values;
 }
 
 GradientModel read_archive(std::span<const unsigned char> file) {
@@ -146,14 +140,11 @@ GradientModel read_archive(std::span<const unsigned char> file) {
                 " tensors, expected 8 (fc1..fc4 .weight and .bias)");
   }
   GradientModel model;
-  for (int i = 0; i < 4; ++i) {
-    GradientModel::Layer layer;
-    layer.inputs = layer_sizes[i];
-    layer.outputs = layer_sizes[i + 1];
-    const std::string name = "fc" + std::to_string(i + 1);
-    layer.weight = read_tensor(archive.get(), root, entries, name + ".weight", {layer.outputs, layer.inputs});
-    layer.bias = read_tensor(archive.get(), root, entries, name + ".bias", {layer.outputs});
-    model.layers.push_back(std::move(layer));
+  for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
+    const std::string name = "fc" + std::to_string(l + 1);
+    const int inputs = GradientModel::kSizes[l], outputs = GradientModel::kSizes[l + 1];
+    read_tensor(archive.get(), root, entries, name + ".weight", {outputs, inputs}, model.weight(l));
+    read_tensor(archive.get(), root, entries, name + ".bias", {outputs}, model.bias(l));
   }
   return model;
 }
@@ -167,17 +158,6 @@ GradientModel parse_pth_model(std::span<const unsigned char> file, const std::st
   } catch (const Error& error) {
     throw Error("gradient model '" + name + "': " + error.what());
   }
-}
-
-void write_pth_model(const std::filesystem::path& path, const GradientModel& model) {
-  std::vector<NamedTensor> tensors;
-  for (std::size_t l = 0; l < model.layers.size(); ++l) {
-    const GradientModel::Layer& layer = model.layers[l];
-    const std::string name = "fc" + std::to_string(l + 1);
-    tensors.push_back({name + ".weight", {layer.outputs, layer.inputs}, layer.weight});
-    tensors.push_back({name + ".bias", {layer.outputs}, layer.bias});
-  }
-  write_state_dict(path, tensors);
 }
 
 GradientModel read_pth_model(const std::filesystem::path& path) {

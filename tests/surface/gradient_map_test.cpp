@@ -1,11 +1,8 @@
-#include "slopes/gradient_kernel.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "gelslam/core/error.hpp"
 #include "linear_gel.hpp"
 #include "pth_file.hpp"
 #include "slopes/gradient_map.hpp"
@@ -15,20 +12,17 @@ namespace {
 
 using namespace surface::detail;
 
-GradientModel random_model(std::uint64_t seed) { return {random_layers(seed)}; }
-
 // The definition in double precision: network, then tangent.
 std::array<double, 2> naive_gradient(const GradientModel& model, const std::array<double, 5>& features) {
   std::vector<double> values(features.begin(), features.end());
-  for (std::size_t i = 0; i < model.layers.size(); ++i) {
-    const GradientModel::Layer& layer = model.layers[i];
+  for (std::size_t i = 0; i < GradientModel::kLayers; ++i) {
     std::vector<double> next;
-    for (std::size_t o = 0; o < layer.bias.size(); ++o) {
-      double sum = static_cast<double>(layer.bias[o]);
+    for (std::size_t o = 0; o < model.bias(i).size(); ++o) {
+      double sum = static_cast<double>(model.bias(i)[o]);
       for (std::size_t k = 0; k < values.size(); ++k) {
-        sum += static_cast<double>(layer.weight[o * values.size() + k]) * values[k];
+        sum += static_cast<double>(model.weight(i)[o * values.size() + k]) * values[k];
       }
-      next.push_back(i + 1 < model.layers.size() ? std::max(sum, 0.0) : sum);
+      next.push_back(i + 1 < GradientModel::kLayers ? std::max(sum, 0.0) : sum);
     }
     values = next;
   }
@@ -46,44 +40,17 @@ cv::Mat3b random_image(cv::Size size, std::uint64_t seed) {
 
 cv::Mat1b everywhere(cv::Size size) { return cv::Mat1b(size, static_cast<unsigned char>(255)); }
 
-TEST(GradientKernel, AgreesWithTheDefinitionInDoublePrecision) {
-  const GradientModel model = random_model(5);
-  const GradientWeights weights = pack_weights(model);
-  std::mt19937_64 random(6);
-  std::vector<float> features(gradient_features * gradient_tile_pixels), gx(gradient_tile_pixels), gy(gx);
-  for (float& feature : features) feature = static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-53);
-  gradient_tile(weights, features.data(), gx.data(), gy.data());
-  for (std::size_t p = 0; p < gradient_tile_pixels; ++p) {
-    std::array<double, 5> pixel{};
-    for (std::size_t f = 0; f < 5; ++f)
-      pixel[f] = static_cast<double>(features[f * gradient_tile_pixels + p]);
-    const auto expected = naive_gradient(model, pixel);
-    ASSERT_NEAR(gx[p], expected[0], 2e-6 * (1 + std::abs(expected[0])));  // float sums of 32 terms
-    ASSERT_NEAR(gy[p], expected[1], 2e-6 * (1 + std::abs(expected[1])));
+TEST(Tangents, AreRightOverTheirWholeRangeAndLimitedBeyond) {
+  NetworkTile::Values<2> values{};
+  const auto angle_of = [&](std::size_t k) {
+    return -1.8 + 3.6 * static_cast<double>(k) / static_cast<double>(values.size() - 1);
+  };
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] = static_cast<float>(angle_of(k));
+  tangents(values);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double expected = std::tan(std::clamp(angle_of(k), -1.5, 1.5));
+    ASSERT_NEAR(values[k], expected, 1e-6 * (1 + expected * expected) * 3) << angle_of(k);
   }
-}
-
-TEST(GradientKernel, TangentIsRightOverItsWholeRangeAndLimitedBeyond) {
-  GradientModel model = linear_gel_model();
-  const GradientWeights weights = pack_weights(model);
-  std::vector<float> features(gradient_features * gradient_tile_pixels, 0.0F), gx(gradient_tile_pixels),
-      gy(gx);
-  const auto angle_of = [](int p) { return -1.8 + 3.6 * p / (gradient_tile_pixels - 1); };
-  for (int p = 0; p < gradient_tile_pixels; ++p) {
-    features[static_cast<std::size_t>(2 * gradient_tile_pixels + p)] =
-        static_cast<float>((angle_of(p) / rad_per_level + bare_level) / 255.0);
-  }
-  gradient_tile(weights, features.data(), gx.data(), gy.data());
-  for (int p = 0; p < gradient_tile_pixels; ++p) {
-    const double expected = std::tan(std::clamp(angle_of(p), -1.5, 1.5));
-    ASSERT_NEAR(gx[static_cast<std::size_t>(p)], expected, 1e-6 * (1 + expected * expected) * 3)
-        << angle_of(p);
-  }
-}
-
-TEST(GradientKernel, RefusesOtherNetworks) {
-  EXPECT_THROW(pack_weights({random_layers(1, {5, 32, 32, 2})}), Error);
-  EXPECT_THROW(pack_weights({random_layers(1, {5, 32, 16, 32, 2})}), Error);
 }
 
 TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {

@@ -1,10 +1,11 @@
-#include "gelslam/core/state_dict.hpp"
-
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/zip_archive.hpp"
 
 namespace gelslam {
@@ -12,6 +13,13 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "tensors and pickles are written as they lie in memory");
+
+/// A float32 tensor on its way into the file; `values` are row-major, as many as `shape` says.
+struct NamedTensor {
+  std::string name;
+  std::vector<int> shape;
+  std::span<const float> values;
+};
 
 template <typename Number>
 std::string bytes_of(Number number) {
@@ -68,7 +76,14 @@ std::string pickle_of(const std::vector<NamedTensor>& tensors) {
 
 }  // namespace
 
-void write_state_dict(const std::filesystem::path& path, const std::vector<NamedTensor>& tensors) {
+void write_pth_model(const std::filesystem::path& path, const GradientModel& model) {
+  std::vector<NamedTensor> tensors;
+  for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
+    const std::string name = "fc" + std::to_string(l + 1);
+    const int inputs = GradientModel::kSizes[l], outputs = GradientModel::kSizes[l + 1];
+    tensors.push_back({name + ".weight", {outputs, inputs}, model.weight(l)});
+    tensors.push_back({name + ".bias", {outputs}, model.bias(l)});
+  }
   std::vector<ZipEntry> entries = {{"nnmodel/data.pkl", pickle_of(tensors)}, {"nnmodel/byteorder", "little"}};
   for (std::size_t k = 0; k < tensors.size(); ++k) {
     const std::span<const float> values = tensors[k].values;

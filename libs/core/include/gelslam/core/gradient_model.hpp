@@ -1,0 +1,88 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+namespace gelslam {
+
+/// The pixel-wise network of the public systems: (B,G,R)/255, u/W, v/H -> two slope angles in radians
+/// (atan dh/dx, atan dh/dy). 5-32-32-32-2 with ReLU. The same type holds derivatives by the network's
+/// numbers and Adam's moments. A new one holds zeros.
+struct GradientModel {
+  static constexpr std::size_t kLayers = 4;
+  static constexpr std::array<int, kLayers + 1> kSizes = {5, 32, 32, 32, 2};
+
+  std::array<float, 2370> numbers{};
+
+  std::span<float> weight(std::size_t layer) { return {numbers.data() + start(layer), weights(layer)}; }
+  std::span<const float> weight(std::size_t layer) const {  ///< row-major [out][in]
+    return {numbers.data() + start(layer), weights(layer)};
+  }
+  std::span<float> bias(std::size_t layer) {
+    return {numbers.data() + start(layer) + weights(layer), outputs(layer)};
+  }
+  std::span<const float> bias(std::size_t layer) const {
+    return {numbers.data() + start(layer) + weights(layer), outputs(layer)};
+  }
+  bool operator==(const GradientModel&) const = default;
+
+  static constexpr std::size_t outputs(std::size_t layer) {
+    return static_cast<std::size_t>(kSizes[layer + 1]);
+  }
+  static constexpr std::size_t weights(std::size_t layer) {
+    return static_cast<std::size_t>(kSizes[layer]) * outputs(layer);
+  }
+  /// Where a layer's weights start; its biases follow them.
+  static constexpr std::size_t start(std::size_t layer) {
+    return layer == 0 ? 0 : start(layer - 1) + weights(layer - 1) + outputs(layer - 1);
+  }
+};
+static_assert(GradientModel::start(GradientModel::kLayers) == 2370);
+
+/// Writes a PyTorch (>= 1.6) state_dict: a zip with pickle protocol 2 that torch.load reads, also with
+/// weights_only. The same model gives the same bytes. Throws Error when the disk does not take it.
+void write_pth_model(const std::filesystem::path& path, const GradientModel& model);
+
+/// Samples that the network evaluates together. Buffers are [neuron][sample].
+inline constexpr int kNetworkTile = 64;
+struct alignas(64) NetworkTile {
+  template <int Neurons>
+  using Values = std::array<float, static_cast<std::size_t>(Neurons) * kNetworkTile>;
+  Values<5> input{};
+  std::array<Values<32>, 3> hidden{};
+  Values<2> output{};
+};
+
+/// Computes `output` (and `hidden`, which network_backward needs) from `input`. Every sample takes the same
+/// operations in the same order: its result does not depend on its place in the tile.
+void network_forward(const GradientModel& network, NetworkTile& tile);
+
+/// Adds the derivatives of a loss by the network's numbers; `d_output` holds its derivatives by the outputs.
+void network_backward(const GradientModel& network, const NetworkTile& tile,
+                      const NetworkTile::Values<2>& d_output, GradientModel& gradient);
+
+/// Adam (Kingma & Ba 2015, algorithm 1), with the published decay rates.
+class Adam {
+ public:
+  void step(GradientModel& network, const GradientModel& gradient, double learning_rate);
+
+ private:
+  GradientModel first_moment_, second_moment_;
+  int steps_ = 0;
+};
+
+/// First weights for training: He's initialization for ReLU layers; biases are zero. `normal()` draws from
+/// the standard normal distribution.
+template <class Normal>
+GradientModel initial_network(Normal&& normal) {
+  GradientModel network;
+  for (std::size_t layer = 0; layer < GradientModel::kLayers; ++layer)
+    for (float& weight : network.weight(layer))
+      weight = static_cast<float>(normal() * std::sqrt(2.0 / GradientModel::kSizes[layer]));
+  return network;
+}
+
+}  // namespace gelslam

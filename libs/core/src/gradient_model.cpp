@@ -1,0 +1,131 @@
+// Plain floats: compiled for several instruction sets, chosen at run time.
+
+#include "gelslam/core/gradient_model.hpp"
+
+#include "gelslam/core/target_clones.hpp"
+
+#define GELSLAM_NETWORK_KERNEL GELSLAM_TARGET_CLONES("avx512f", "fma", "default")
+
+namespace gelslam {
+namespace {
+
+constexpr int kTile = kNetworkTile;
+
+// Eight floats at once; the compiler splits or joins them for the instruction set.
+typedef float Lanes __attribute__((vector_size(32), aligned(32), may_alias));
+constexpr int kLanes = 8;
+
+// out[o][p] = sum_i weight(o, i) in[i][p] + bias[o]; weight(o, i) = weight[o * OutStride + i * InStride].
+// Blocks of four outputs by sixteen samples keep their sums in registers.
+template <int Outputs, int Inputs, int OutStride, int InStride, bool Rectify>
+[[gnu::always_inline]] inline void multiply(const float* weight, const float* bias, const float* in,
+                                            float* out) {
+  constexpr int block = Outputs % 4 == 0 ? 4 : 1;
+  for (int o = 0; o < Outputs; o += block)
+    for (int p = 0; p < kTile; p += 2 * kLanes) {
+      Lanes sum[block][2];
+      for (int k = 0; k < block; ++k) {
+        const float start = bias != nullptr ? bias[o + k] : 0.0F;
+        sum[k][0] = sum[k][1] = Lanes{} + start;
+      }
+      for (int i = 0; i < Inputs; ++i) {
+        const Lanes a = *reinterpret_cast<const Lanes*>(in + i * kTile + p),
+                    b = *reinterpret_cast<const Lanes*>(in + i * kTile + p + kLanes);
+        for (int k = 0; k < block; ++k) {
+          const float w = weight[(o + k) * OutStride + i * InStride];
+          sum[k][0] += w * a;
+          sum[k][1] += w * b;
+        }
+      }
+      for (int k = 0; k < block; ++k)
+        for (int half = 0; half < 2; ++half) {
+          const Lanes value = sum[k][half];
+          *reinterpret_cast<Lanes*>(out + (o + k) * kTile + p + half * kLanes) =
+              Rectify ? (value > 0.0F ? value : Lanes{}) : value;
+        }
+    }
+}
+
+// gradient[o][i] += sum_p delta[o][p] in[i][p]
+template <int Outputs, int Inputs>
+[[gnu::always_inline]] inline void add_products(const float* delta, const float* in, float* gradient) {
+  constexpr int block = 2;
+  for (int o = 0; o < Outputs; o += block)
+    for (int i = 0; i < Inputs; ++i) {
+      Lanes sum[block] = {};
+      for (int p = 0; p < kTile; p += kLanes) {
+        const Lanes x = *reinterpret_cast<const Lanes*>(in + i * kTile + p);
+        for (int k = 0; k < block; ++k)
+          sum[k] += x * *reinterpret_cast<const Lanes*>(delta + (o + k) * kTile + p);
+      }
+      for (int k = 0; k < block; ++k) {
+        float total = 0.0F;
+        for (int lane = 0; lane < kLanes; ++lane) total += sum[k][lane];
+        gradient[(o + k) * Inputs + i] += total;
+      }
+    }
+}
+
+template <int Neurons>
+[[gnu::always_inline]] inline void add_sums(const float* delta, float* gradient) {
+  for (int n = 0; n < Neurons; ++n) {
+    Lanes sum{};
+    for (int p = 0; p < kTile; p += kLanes) sum += *reinterpret_cast<const Lanes*>(delta + n * kTile + p);
+    for (int lane = 0; lane < kLanes; ++lane) gradient[n] += sum[lane];
+  }
+}
+
+[[gnu::always_inline]] inline void rectify_derivative(const float* output, float* delta) {
+  for (int k = 0; k < 32 * kTile; ++k) delta[k] = output[k] > 0.0F ? delta[k] : 0.0F;
+}
+
+}  // namespace
+
+GELSLAM_NETWORK_KERNEL void network_forward(const GradientModel& n, NetworkTile& t) {
+  multiply<32, 5, 5, 1, true>(n.weight(0).data(), n.bias(0).data(), t.input.data(), t.hidden[0].data());
+  multiply<32, 32, 32, 1, true>(n.weight(1).data(), n.bias(1).data(), t.hidden[0].data(), t.hidden[1].data());
+  multiply<32, 32, 32, 1, true>(n.weight(2).data(), n.bias(2).data(), t.hidden[1].data(), t.hidden[2].data());
+  multiply<2, 32, 32, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
+}
+
+GELSLAM_NETWORK_KERNEL void network_backward(const GradientModel& n, const NetworkTile& t,
+                                             const NetworkTile::Values<2>& d_output, GradientModel& g) {
+  alignas(64) float upper[32 * kTile];
+  alignas(64) float lower[32 * kTile];
+  alignas(64) float output[2 * kTile];
+  for (int k = 0; k < 2 * kTile; ++k) output[k] = d_output[static_cast<std::size_t>(k)];
+  add_products<2, 32>(output, t.hidden[2].data(), g.weight(3).data());
+  add_sums<2>(output, g.bias(3).data());
+  multiply<32, 2, 1, 32, false>(n.weight(3).data(), nullptr, output, upper);
+  rectify_derivative(t.hidden[2].data(), upper);
+  add_products<32, 32>(upper, t.hidden[1].data(), g.weight(2).data());
+  add_sums<32>(upper, g.bias(2).data());
+  multiply<32, 32, 1, 32, false>(n.weight(2).data(), nullptr, upper, lower);
+  rectify_derivative(t.hidden[1].data(), lower);
+  add_products<32, 32>(lower, t.hidden[0].data(), g.weight(1).data());
+  add_sums<32>(lower, g.bias(1).data());
+  multiply<32, 32, 1, 32, false>(n.weight(1).data(), nullptr, lower, upper);
+  rectify_derivative(t.hidden[0].data(), upper);
+  add_products<32, 5>(upper, t.input.data(), g.weight(0).data());
+  add_sums<32>(upper, g.bias(0).data());
+}
+
+GELSLAM_NETWORK_KERNEL void Adam::step(GradientModel& network, const GradientModel& gradient,
+                                       double learning_rate) {
+  ++steps_;
+  // The published bias corrections, folded into rate and epsilon.
+  const double second = std::sqrt(1.0 - std::pow(0.999, steps_)), first = 1.0 - std::pow(0.9, steps_);
+  const auto rate = static_cast<float>(learning_rate * second / first),
+             epsilon = static_cast<float>(1e-8 * second);
+  float* const weight = network.numbers.data();
+  const float* const slope = gradient.numbers.data();
+  float* const mean = first_moment_.numbers.data();
+  float* const square = second_moment_.numbers.data();
+  for (std::size_t k = 0; k < network.numbers.size(); ++k) {
+    mean[k] = 0.9F * mean[k] + 0.1F * slope[k];
+    square[k] = 0.999F * square[k] + 0.001F * slope[k] * slope[k];
+    weight[k] -= rate * mean[k] / (std::sqrt(square[k]) + epsilon);
+  }
+}
+
+}  // namespace gelslam

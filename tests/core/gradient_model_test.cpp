@@ -1,0 +1,143 @@
+#include "gelslam/core/gradient_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <string>
+
+namespace gelslam {
+namespace {
+
+GradientModel random_network(std::mt19937& random) {
+  GradientModel network;
+  std::uniform_real_distribution<float> number(-0.4F, 0.4F);
+  for (float& value : network.numbers) value = number(random);
+  return network;
+}
+
+NetworkTile random_tile(std::mt19937& random) {
+  NetworkTile tile;
+  std::uniform_real_distribution<float> number(-1.0F, 1.0F);
+  for (float& value : tile.input) value = number(random);
+  return tile;
+}
+
+/// Sum of squares of the outputs: its derivative by the outputs is twice the outputs.
+double loss(const GradientModel& network, NetworkTile tile) {
+  network_forward(network, tile);
+  double sum = 0.0;
+  for (const float value : tile.output) sum += static_cast<double>(value) * static_cast<double>(value);
+  return sum;
+}
+
+TEST(GradientModel, HasItsLayersOneAfterTheOther) {
+  GradientModel model;
+  float number = 0.0F;
+  for (std::size_t layer = 0; layer < GradientModel::kLayers; ++layer) {
+    for (float& value : model.weight(layer)) value = number++;
+    for (float& value : model.bias(layer)) value = number++;
+  }
+  for (std::size_t k = 0; k < model.numbers.size(); ++k)
+    ASSERT_EQ(model.numbers[k], static_cast<float>(k));
+}
+
+TEST(NetworkForward, AgreesWithTheGoldenFile) {
+  GradientModel network;
+  for (std::size_t k = 0; k < network.numbers.size(); ++k) {
+    const auto hash = static_cast<std::uint32_t>(k * 2654435761ULL);
+    network.numbers[k] = static_cast<float>((hash / 4294967296.0 - 0.5) * 0.8);
+  }
+  std::ifstream file(GELSLAM_CORE_TEST_DATA "/gradient_model_golden.txt");
+  std::string line;
+  int samples = 0;
+  while (std::getline(file, line)) {
+    if (line.starts_with("#")) continue;
+    NetworkTile tile;
+    std::istringstream words(line);
+    for (std::size_t f = 0; f < 5; ++f) words >> tile.input[f * kNetworkTile + 9];
+    double angle_x = 0.0, angle_y = 0.0;
+    ASSERT_TRUE(words >> angle_x >> angle_y) << line;
+    network_forward(network, tile);
+    EXPECT_NEAR(tile.output[9], angle_x, 2e-6) << line;  // float sums of 32 terms
+    EXPECT_NEAR(tile.output[kNetworkTile + 9], angle_y, 2e-6) << line;
+    ++samples;
+  }
+  EXPECT_EQ(samples, 12);
+}
+
+TEST(NetworkForward, GivesTheSameBitsAtEveryPlaceOfATile) {
+  std::mt19937 random(3);
+  const GradientModel network = random_network(random);
+  NetworkTile tile = random_tile(random);
+  for (std::size_t f = 0; f < 5; ++f)
+    for (std::size_t k = 0; k < kNetworkTile; ++k)
+      tile.input[f * kNetworkTile + k] = tile.input[f * kNetworkTile];
+  network_forward(network, tile);
+  for (std::size_t k = 0; k < tile.output.size(); ++k)
+    ASSERT_EQ(tile.output[k], tile.output[k / kNetworkTile * kNetworkTile]) << k;
+}
+
+TEST(NetworkBackward, DerivativesAreThoseOfFiniteDifferences) {
+  std::mt19937 random(5);
+  const GradientModel network = random_network(random);
+  NetworkTile tile = random_tile(random);
+  network_forward(network, tile);
+  NetworkTile::Values<2> derivative{};
+  for (std::size_t k = 0; k < derivative.size(); ++k) derivative[k] = 2.0F * tile.output[k];
+  GradientModel gradient;
+  network_backward(network, tile, derivative, gradient);
+  double difference = 0.0, size = 0.0;
+  for (std::size_t k = 0; k < network.numbers.size(); k += 7) {
+    GradientModel more = network, less = network;
+    constexpr float step = 2e-3F;
+    more.numbers[k] += step;
+    less.numbers[k] -= step;
+    const double numerical = (loss(more, tile) - loss(less, tile)) / (2.0 * static_cast<double>(step));
+    difference += std::pow(numerical - static_cast<double>(gradient.numbers[k]), 2);
+    size += numerical * numerical;
+  }
+  EXPECT_GT(size, 1.0);
+  EXPECT_LT(std::sqrt(difference / size), 0.01);  // kinks of the ReLU
+}
+
+TEST(NetworkBackward, AddsToWhatIsThere) {
+  std::mt19937 random(6);
+  const GradientModel network = random_network(random);
+  NetworkTile tile = random_tile(random);
+  network_forward(network, tile);
+  GradientModel once, twice;
+  network_backward(network, tile, tile.output, once);
+  for (int k = 0; k < 2; ++k) network_backward(network, tile, tile.output, twice);
+  for (std::size_t k = 0; k < once.numbers.size(); ++k)
+    ASSERT_FLOAT_EQ(twice.numbers[k], 2.0F * once.numbers[k]);
+}
+
+// The first step of Adam goes by the learning rate against the sign of each derivative, whatever its size;
+// with a constant gradient every later step does the same.
+TEST(Adam, StepsByTheLearningRate) {
+  GradientModel network, gradient;
+  for (std::size_t k = 0; k < gradient.numbers.size(); ++k)
+    gradient.numbers[k] = k % 3 == 0 ? 0.0F : (k % 3 == 1 ? 250.0F : -0.004F);
+  Adam adam;
+  for (int step = 1; step <= 3; ++step) {
+    adam.step(network, gradient, 0.01);
+    const float way = 0.01F * static_cast<float>(step);
+    ASSERT_EQ(network.numbers[0], 0.0F);
+    EXPECT_NEAR(network.numbers[1], -way, 1e-5F);
+    EXPECT_NEAR(network.numbers[2], way, 1e-5F);
+  }
+}
+
+TEST(InitialNetwork, ScalesItsWeightsByTheInputs) {
+  const GradientModel network = initial_network([] { return 1.0; });
+  EXPECT_FLOAT_EQ(network.weight(0)[7], std::sqrt(2.0F / 5.0F));
+  EXPECT_FLOAT_EQ(network.weight(3)[7], 0.25F);
+  EXPECT_EQ(network.bias(1)[7], 0.0F);
+}
+
+}  // namespace
+}  // namespace gelslam
