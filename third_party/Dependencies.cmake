@@ -10,7 +10,6 @@ find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)    # SE(3) maths
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d)  # images, video, DCT, SIFT
-find_package(JPEG REQUIRED)                     # simulated videos with full color resolution, which OpenCV 4.6 cannot write
 find_package(yaml-cpp REQUIRED)                # configuration
 pkg_check_modules(FMT REQUIRED IMPORTED_TARGET fmt>=9)  # text for people; its CMake target adds a definition for Windows only
 find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
@@ -18,9 +17,9 @@ find_package(CLI11 REQUIRED)                   # command line
 find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
 find_package(Open3D REQUIRED)                  # mesh files; apps/lab: ICP and FPFH (never in public headers)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
-pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # camera JPEGs at reduced scale (only libs/sensor)
+pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # camera JPEGs at reduced scale (libs/sensor); simulated videos with full color resolution, which OpenCV 4.6 cannot write
 find_package(ZLIB REQUIRED)                     # checksums of PNG frames in logs (only libs/sensor)
-pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)  # Matroska logs (only libs/sensor)
+pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)  # Matroska logs (libs/sensor), simulated videos (libs/simulation)
 find_package(glfw3 3.3 REQUIRED)               # the window (only libs/viewer), with:
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)  # OpenGL functions
 pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)  # panels; backends included

@@ -29,10 +29,10 @@ struct PitchArguments {
 
 /// "...; square, within 2 %" or what is to be done.
 std::string square_words(bool square) {
-  if (square) return format_text("; square, within %.0f %%", 100.0 * most_unsquare);
+  if (square) return format_text("; square, within %.0f %%", 100.0 * kMostUnsquare);
   return format_text(
       ", more than %.0f %% off: pictures must be stretched to square ones before they are used",
-      100.0 * most_unsquare);
+      100.0 * kMostUnsquare);
 }
 
 /// Prints what the patterns say; true when the configuration says about the same.
@@ -49,13 +49,13 @@ bool print_pattern_pitch(const PixelPitch& pitch, double configured_mm) {
   const double uncertainty =
       std::hypot(pitch.x_uncertainty_mm / pitch.x_mm, pitch.y_uncertainty_mm / pitch.y_mm);
   const bool square = !pitch.both_axes || pixels_are_square(y_over_x, uncertainty);
-  const bool as_configured = std::abs(mean_mm / configured_mm - 1.0) <= most_pitch_error;
+  const bool as_configured = std::abs(mean_mm / configured_mm - 1.0) <= kMostPitchError;
   if (pitch.both_axes)
     std::printf("pixels are %.3f +- %.3f times as high as wide%s\n", y_over_x, uncertainty,
                 square_words(square).c_str());
   if (as_configured)
     std::printf("that is the %.5f of the configuration, within %.0f %%\n", configured_mm,
-                100.0 * most_pitch_error);
+                100.0 * kMostPitchError);
   else
     std::printf("the configuration says %.5f: write ppmm: %.5f, and calibrate again\n", configured_mm,
                 mean_mm);

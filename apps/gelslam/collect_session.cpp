@@ -108,7 +108,7 @@ void CollectSession::begin_presses() {
 void CollectSession::add(const ContactCircle& circle) {
   coverage_.add(circle);
   const double ball_px = 0.5 * options_.diameter_mm / profile_.pixel_pitch_mm;
-  rim_slopes_.push_back(rim_slope(circle.radius_px - visible_rim_px, ball_px));
+  rim_slopes_.push_back(rim_slope(circle.radius_px - kVisibleRimPx, ball_px));
 }
 
 /// What presses of one depth leave out, once there are enough of them to tell.

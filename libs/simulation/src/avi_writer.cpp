@@ -1,132 +1,73 @@
 #include "avi_writer.hpp"
 
-#include <algorithm>
+extern "C" {
+#include <libavformat/avformat.h>
+}
+
 #include <cmath>
-#include <string_view>
+#include <cstring>
 
 #include "gelslam/core/error.hpp"
 
 namespace gelslam::simulation::detail {
-namespace {
+struct AviWriter::Muxer {
+  struct PacketDeleter {
+    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+  };
+  AVFormatContext* context = nullptr;
+  std::unique_ptr<AVPacket, PacketDeleter> packet{av_packet_alloc()};
+  AVRational picture_time{};
 
-constexpr std::uint64_t largest_file = 1'000'000'000;
-constexpr std::uint32_t rate_scale = 1000;
-constexpr std::size_t header_list = 4 + 64 + 12 + 64 + 48;  // "hdrl", avih, LIST strl, strh, strf
-
-/// Little-endian numbers and four-letter codes, in order.
-class Bytes {
- public:
-  Bytes& code(std::string_view four) {
-    bytes_.insert(bytes_.end(), four.begin(), four.end());
-    return *this;
+  Muxer() = default;
+  Muxer(const Muxer&) = delete;
+  Muxer& operator=(const Muxer&) = delete;
+  ~Muxer() {
+    if (context == nullptr) return;
+    avio_closep(&context->pb);
+    avformat_free_context(context);
   }
-  Bytes& u32(std::uint64_t value) { return little(value, 4); }
-  Bytes& u16(std::uint64_t value) { return little(value, 2); }
-  Bytes& zeros(std::size_t count) {
-    bytes_.insert(bytes_.end(), count, 0);
-    return *this;
-  }
-  const std::vector<std::uint8_t>& get() const { return bytes_; }
-
- private:
-  Bytes& little(std::uint64_t value, int count) {
-    for (int k = 0; k < count; ++k) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * k)));
-    return *this;
-  }
-  std::vector<std::uint8_t> bytes_;
 };
 
-std::uint64_t padded(std::uint32_t size) { return size + (size & 1u); }
-
-}  // namespace
-
-AviWriter::AviWriter(const std::filesystem::path& path, std::array<char, 4> codec, int width, int height,
-                     double rate_hz)
-    : file_(path),
-      path_(path),
-      stream_(file_.path(), std::ios::binary),
-      codec_(codec),
-      width_(width),
-      height_(height),
-      rate_hz_(rate_hz) {
-  write_header();
+AviWriter::AviWriter(const std::filesystem::path& path, bool lossless, int width, int height, double rate_hz)
+    : file_(path), path_(path), muxer_(std::make_unique<Muxer>()) {
+  AVFormatContext*& context = muxer_->context;
+  check(avformat_alloc_output_context2(&context, nullptr, "avi", nullptr));
+  context->flags |= AVFMT_FLAG_BITEXACT;  // the same scan gives the same bytes
+  AVStream* stream = avformat_new_stream(context, nullptr);
+  if (stream == nullptr || muxer_->packet == nullptr) throw Error("out of memory");
+  stream->codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
+  stream->codecpar->codec_id = lossless ? AV_CODEC_ID_PNG : AV_CODEC_ID_MJPEG;
+  stream->codecpar->width = width;
+  stream->codecpar->height = height;
+  muxer_->picture_time = {1000, static_cast<int>(std::lround(1000.0 * rate_hz))};
+  stream->time_base = muxer_->picture_time;
+  check(avio_open(&context->pb, file_.path().c_str(), AVIO_FLAG_WRITE));
+  check(avformat_write_header(context, nullptr));
 }
 
-void AviWriter::write(std::span<const std::uint8_t> bytes) {
-  stream_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!stream_) throw Error("cannot write " + path_.string() + "; is the disk full?");
-}
+AviWriter::~AviWriter() = default;
 
-/// Called twice: to leave room, and with the final numbers.
-void AviWriter::write_header() {
-  const std::uint64_t frames = sizes_.size(), movie = 4 + picture_bytes_, index = 16 * frames;
-  const std::string_view codec(codec_.data(), codec_.size());
-  const std::uint32_t index_flag = 0x10;
-  Bytes b;
-  b.code("RIFF").u32(4 + 8 + header_list + 8 + movie + 8 + index).code("AVI ");
-  b.code("LIST").u32(header_list).code("hdrl");
-  b.code("avih")
-      .u32(56)
-      .u32(static_cast<std::uint64_t>(std::llround(1e6 / rate_hz_)))
-      .u32(0)
-      .u32(0)
-      .u32(index_flag);
-  b.u32(frames)
-      .u32(0)
-      .u32(1)
-      .u32(largest_)
-      .u32(static_cast<std::uint64_t>(width_))
-      .u32(static_cast<std::uint64_t>(height_))
-      .zeros(16);
-  b.code("LIST").u32(4 + 64 + 48).code("strl");
-  b.code("strh").u32(56).code("vids").code(codec).u32(0).u32(0).u32(0).u32(rate_scale);
-  b.u32(static_cast<std::uint64_t>(std::llround(rate_hz_ * rate_scale)))
-      .u32(0)
-      .u32(frames)
-      .u32(largest_)
-      .u32(0xffffffff)
-      .u32(0);
-  b.u16(0).u16(0).u16(static_cast<std::uint64_t>(width_)).u16(static_cast<std::uint64_t>(height_));
-  b.code("strf")
-      .u32(40)
-      .u32(40)
-      .u32(static_cast<std::uint64_t>(width_))
-      .u32(static_cast<std::uint64_t>(height_));
-  b.u16(1)
-      .u16(24)
-      .code(codec)
-      .u32(static_cast<std::uint64_t>(width_) * static_cast<std::uint64_t>(height_) * 3)
-      .zeros(16);
-  b.code("LIST").u32(movie).code("movi");
-  write(b.get());
+void AviWriter::check(int result) const {
+  if (result < 0) throw Error("cannot write " + path_.string() + "; is the disk full?");
 }
 
 void AviWriter::add(std::span<const std::uint8_t> picture) {
-  if (picture_bytes_ + picture.size() > largest_file)
-    throw Error(path_.string() + " would be larger than 1 GB; make the scan shorter");
-  const auto size = static_cast<std::uint32_t>(picture.size());
-  write(Bytes().code("00dc").u32(size).get());
-  write(picture);
-  if (size % 2 != 0) write(Bytes().zeros(1).get());
-  sizes_.push_back(size);
-  picture_bytes_ += 8 + padded(size);
-  largest_ = std::max(largest_, size);
+  AVPacket* packet = muxer_->packet.get();
+  check(av_new_packet(packet, static_cast<int>(picture.size())));
+  std::memcpy(packet->data, picture.data(), picture.size());
+  packet->flags = AV_PKT_FLAG_KEY;
+  packet->pts = packet->dts = pictures_++;
+  packet->duration = 1;
+  av_packet_rescale_ts(packet, muxer_->picture_time, muxer_->context->streams[0]->time_base);
+  const int result = av_write_frame(muxer_->context, packet);
+  av_packet_unref(packet);
+  check(result);
+  check(muxer_->context->pb->error);
 }
 
 void AviWriter::finish() {
-  Bytes index;
-  index.code("idx1").u32(16 * sizes_.size());
-  std::uint64_t offset = 4;  // from the word "movi"
-  for (const std::uint32_t size : sizes_) {
-    constexpr std::uint32_t key_frame = 0x10;
-    index.code("00dc").u32(key_frame).u32(offset).u32(size);
-    offset += 8 + padded(size);
-  }
-  write(index.get());
-  stream_.seekp(0);
-  write_header();
-  stream_.close();
-  if (!stream_) throw Error("cannot write " + path_.string() + "; is the disk full?");
+  check(av_write_trailer(muxer_->context));
+  check(avio_closep(&muxer_->context->pb));
   file_.commit();
 }
 

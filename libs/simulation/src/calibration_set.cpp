@@ -19,17 +19,17 @@ namespace {
 
 using namespace simulation::detail;
 
-constexpr std::array<double, 2> diameters_mm = {6.31, 9.5};
-constexpr int background_pictures = 10;
-constexpr int held_out_first = 1'000'000;  // numbers of presses that training never uses
-constexpr double circle_shrink_px = 2;     // the lens mixes in what lies outside
-constexpr int samples_per_press = 1500;
-constexpr int validation_every = 5;  // every fifth press shows the gain instead of training
-constexpr double background_share = 0.2;
-constexpr double degrees_per_radian = 180 / std::numbers::pi;
+constexpr std::array<double, 2> kDiametersMm = {6.31, 9.5};
+constexpr int kBackgroundPictures = 10;
+constexpr int kHeldOutFirst = 1'000'000;  // numbers of presses that training never uses
+constexpr double kCircleShrinkPx = 2;     // the lens mixes in what lies outside
+constexpr int kSamplesPerPress = 1500;
+constexpr int kValidationEvery = 5;  // every fifth press shows the gain instead of training
+constexpr double kBackgroundShare = 0.2;
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 void check(const CalibrationSpec& spec) {
-  if (spec.presses < validation_every || spec.presses > 2000)
+  if (spec.presses < kValidationEvery || spec.presses > 2000)
     throw Error("number of calibration presses must be between 5 and 2000");
 }
 
@@ -50,8 +50,8 @@ cv::Mat3b picture(const CalibrationSpec& spec, const GelShape& gel, std::int64_t
 void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Random& random,
                        TrainingSamples& samples) {
   const double ball_px = 0.5 * press.diameter_mm / spec.geometry.pixel_pitch_mm;
-  const double circle = press.radius_px - circle_shrink_px;
-  for (int k = 0; k < samples_per_press && circle > 0; ++k) {
+  const double circle = press.radius_px - kCircleShrinkPx;
+  for (int k = 0; k < kSamplesPerPress && circle > 0; ++k) {
     const double radius = circle * std::sqrt(random.uniform()),
                  angle = random.uniform(0, 2 * std::numbers::pi);
     const int u = static_cast<int>(std::lround(press.center_px.x + radius * std::cos(angle)));
@@ -66,7 +66,7 @@ void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Rand
 
 void add_background_samples(const CalibrationSpec& spec, std::size_t count, Random& random,
                             TrainingSamples& samples) {
-  const cv::Mat3b bgr = picture(spec, flat_gel(spec.geometry), 2 * held_out_first);
+  const cv::Mat3b bgr = picture(spec, flat_gel(spec.geometry), 2 * kHeldOutFirst);
   for (std::size_t k = 0; k < count; ++k)
     samples.add(bgr, static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.cols))),
                 static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.rows))), 0.0F, 0.0F);
@@ -82,7 +82,7 @@ HeldOutGain gain_on(const GradientModel& network, const CalibrationSpec& spec,
     const cv::Mat2f read = read_slopes(network, press.bgr);
     for (int v = 0; v < read.rows; ++v)
       for (int u = 0; u < read.cols; ++u) {
-        const double circle = press.radius_px - circle_shrink_px;
+        const double circle = press.radius_px - kCircleShrinkPx;
         if (std::hypot(u - press.center_px.x, v - press.center_px.y) > circle) continue;
         for (int axis = 0; axis < 2; ++axis) {
           const double slope = read(v, u)[axis] - zero(v, u)[axis], truth = press.gel.slope(v, u)[axis];
@@ -95,7 +95,7 @@ HeldOutGain gain_on(const GradientModel& network, const CalibrationSpec& spec,
   }
   if (!(true_true[0] > 0 && true_true[1] > 0))
     throw Error("the presses that should show the gradient scale have no contact");
-  return {read_true[0] / true_true[0], read_true[1] / true_true[1], error_rad / count * degrees_per_radian};
+  return {read_true[0] / true_true[0], read_true[1] / true_true[1], error_rad / count * kDegreesPerRadian};
 }
 
 /// Noise in the colors makes every regression read slopes too flat. Dividing its output by the gain on
@@ -128,7 +128,7 @@ BallPress simulate_press(const CalibrationSpec& spec, int number) {
   check(spec);
   Random random(hash(spec.seed ^ 0xca11b, static_cast<std::uint64_t>(number)));
   BallPress press;
-  press.diameter_mm = diameters_mm[static_cast<std::size_t>(number) % diameters_mm.size()];
+  press.diameter_mm = kDiametersMm[static_cast<std::size_t>(number) % kDiametersMm.size()];
   const double radius = 0.5 * press.diameter_mm;
   const double x = random.uniform(-1, 1) * (spec.geometry.half_width_mm() - 0.3);
   const double y = random.uniform(-1, 1) * (spec.geometry.half_height_mm() - 0.3);
@@ -145,16 +145,16 @@ cv::Mat3b simulate_background(const CalibrationSpec& spec) {
   const Optics optics(spec.geometry, optics_at_calibration(spec));
   const GelShape flat = flat_gel(spec.geometry);
   cv::Mat3f sum(spec.geometry.height_px, spec.geometry.width_px, cv::Vec3f(0, 0, 0));
-  for (int k = 0; k < background_pictures; ++k)
-    cv::add(sum, optics.render(flat, -3LL * held_out_first - k, 0, false), sum, cv::noArray(), CV_32F);
+  for (int k = 0; k < kBackgroundPictures; ++k)
+    cv::add(sum, optics.render(flat, -3LL * kHeldOutFirst - k, 0, false), sum, cv::noArray(), CV_32F);
   cv::Mat3b mean;
-  sum.convertTo(mean, CV_8U, 1.0 / background_pictures);
+  sum.convertTo(mean, CV_8U, 1.0 / kBackgroundPictures);
   return mean;
 }
 
 HeldOutGain measure_gradient_scale(const GradientModel& network, const CalibrationSpec& spec, int presses) {
   std::vector<BallPress> unseen;
-  for (int k = 0; k < presses; ++k) unseen.push_back(simulate_press(spec, held_out_first + k));
+  for (int k = 0; k < presses; ++k) unseen.push_back(simulate_press(spec, kHeldOutFirst + k));
   return gain_on(network, spec, unseen);
 }
 
@@ -166,14 +166,14 @@ GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progre
   progress.begin("pressing balls", spec.presses);
   for (int k = 0; k < spec.presses; ++k) {
     BallPress press = simulate_press(spec, k);
-    if (k % validation_every == validation_every - 1)
+    if (k % kValidationEvery == kValidationEvery - 1)
       validation.push_back(std::move(press));
     else
       add_press_samples(spec, press, random, samples);
     progress.update(k + 1);
   }
   progress.end();
-  const auto background = static_cast<double>(samples.size()) * background_share / (1 - background_share);
+  const auto background = static_cast<double>(samples.size()) * kBackgroundShare / (1 - kBackgroundShare);
   add_background_samples(spec, static_cast<std::size_t>(background), random, samples);
   progress.begin("training the gradient network", std::nullopt);
   GradientModel network = train_network(samples, spec.training);
@@ -189,11 +189,11 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
   std::ostringstream catalogue, circles;
   catalogue << "experiment_reldir,diameter(mm)\n";
   circles << "experiment_reldir,center_u_px,center_v_px,radius_px\n";
-  std::array<int, diameters_mm.size()> numbers{};
+  std::array<int, kDiametersMm.size()> numbers{};
   for (int k = 0; k < spec.presses; ++k) {
     const BallPress press = simulate_press(spec, k);
     const std::string name =
-        press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % diameters_mm.size()]++);
+        press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % kDiametersMm.size()]++);
     make_folder(folder / name);
     write_png(folder / name / "gelsight.png", press.bgr);
     catalogue << name << "," << press.diameter_mm << "\n";

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
@@ -16,7 +15,6 @@ void make_folder(const std::filesystem::path& folder);
 
 /// A picture as it is kept in gelsight.avi: JPEG of full color resolution, or PNG.
 std::vector<std::uint8_t> encode_frame(const cv::Mat3b& bgr, bool lossless);
-std::array<char, 4> frame_codec(bool lossless);
 
 /// config.yaml of a data folder, with the same keys as the public configurations have. `model`: empty, or the
 /// nnmodel.pth to name.

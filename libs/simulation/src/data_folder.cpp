@@ -1,7 +1,6 @@
 #include "gelslam/simulation/data_folder.hpp"
 
 #include <algorithm>
-#include <future>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -15,6 +14,7 @@
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
+#include "gelslam/core/parallel.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "npy_stream.hpp"
 #include "touched_points.hpp"
@@ -24,7 +24,7 @@ namespace {
 
 using namespace simulation::detail;
 
-constexpr double metres_per_mm = 1e-3;
+constexpr double kMetresPerMm = 1e-3;
 
 struct Encoded {
   SimulatedFrame frame;
@@ -48,7 +48,7 @@ struct Summary {
     Eigen::Matrix4d pose = Eigen::Matrix4d::Constant(std::numeric_limits<double>::quiet_NaN());
     if (frame.start_T_sensor) {
       pose = frame.start_T_sensor->matrix();
-      pose.topRightCorner<3, 1>() *= metres_per_mm;
+      pose.topRightCorner<3, 1>() *= kMetresPerMm;
       add_contact(frame);
     }
     for (int row = 0; row < 4; ++row)
@@ -75,7 +75,7 @@ nlohmann::ordered_json matrix_json(const Pose& pose) {
   for (int row = 0; row < 4; ++row) {
     nlohmann::ordered_json values = nlohmann::ordered_json::array();
     for (int column = 0; column < 4; ++column)
-      values.push_back(pose.matrix()(row, column) * (row < 3 && column == 3 ? metres_per_mm : 1.0));
+      values.push_back(pose.matrix()(row, column) * (row < 3 && column == 3 ? kMetresPerMm : 1.0));
     rows.push_back(values);
   }
   return rows;
@@ -115,7 +115,7 @@ class FrameFiles {
  public:
   FrameFiles(const std::filesystem::path& folder, const Simulator& simulator,
              const DataFolderOptions& options)
-      : video_(folder / "gelsight.avi", frame_codec(options.lossless), simulator.spec().geometry.width_px,
+      : video_(folder / "gelsight.avi", options.lossless, simulator.spec().geometry.width_px,
                simulator.spec().geometry.height_px, simulator.spec().motion.frame_rate_hz) {
     if (!options.truth_maps) return;
     const std::vector<std::size_t> shape = {
@@ -152,18 +152,19 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   make_folder(folder);
   if (options.threads < 0 || options.threads > 256)
     throw Error("number of threads must be between 0 and 256");
-  const int available = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int threads = options.threads == 0 ? available : options.threads;
+  const int threads = options.threads > 0
+                          ? options.threads
+                          : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   FrameFiles files(folder, simulator, options);
   Summary summary;
   TouchedPoints touched(simulator);
   progress.begin("simulating", simulator.frame_count());
   for (int first = 0; first < simulator.frame_count(); first += threads) {
-    std::vector<std::future<Encoded>> group;
-    for (int k = first; k < std::min(first + threads, simulator.frame_count()); ++k)
-      group.push_back(std::async(std::launch::async, encode, std::cref(simulator), k, options.lossless));
-    for (std::future<Encoded>& next : group) {
-      const Encoded encoded = next.get();
+    std::vector<Encoded> group(static_cast<std::size_t>(std::min(threads, simulator.frame_count() - first)));
+    parallel_for(group.size(), threads, [&](std::size_t k) {
+      group[k] = encode(simulator, first + static_cast<int>(k), options.lossless);
+    });
+    for (const Encoded& encoded : group) {
       const bool background = encoded.frame.index < simulator.spec().background_frames;
       files.add(encoded, background);
       if (!background) {

@@ -11,12 +11,12 @@
 namespace gelslam {
 namespace {
 
-constexpr int beyond_view_px = 16;  // a free border bends a contact that it cuts; it lies out of sight
-constexpr int block_px = 8;         // solved region's size is a multiple: it can be halved three times
-constexpr double rim_lengths =
+constexpr int kBeyondViewPx = 16;  // a free border bends a contact that it cuts; it lies out of sight
+constexpr int kBlockPx = 8;        // solved region's size is a multiple: it can be halved three times
+constexpr double kRimLengths =
     9.0;  // beyond this many relaxation lengths the membrane rim is under 1e-4 of its start
-constexpr float contact_gap_mm = 1e-4F;
-constexpr double relative_accuracy = 1e-4;
+constexpr float kContactGapMm = 1e-4F;
+constexpr double kRelativeAccuracy = 1e-4;
 
 /// Height and obstacle of one grid, split into the two colors of a checkerboard so that rows vectorise.
 /// Color c holds the pixels with (x + y) % 2 == c; ghost rows and columns make the border free (no slope
@@ -89,7 +89,7 @@ cv::Mat1f relax(const cv::Mat1f& guess, const cv::Mat1f& obstacle, double pitch_
   const double jacobi = 4.0 / (4.0 + stiffness);  // spectral radius of Jacobi's iteration
   const double omega = 2.0 / (1.0 + std::sqrt(1.0 - jacobi * jacobi));  // Young's optimum
   const int sweeps =
-      10 + static_cast<int>(std::log(relative_accuracy) / std::log(std::max(omega - 1.0, 0.05)));
+      10 + static_cast<int>(std::log(kRelativeAccuracy) / std::log(std::max(omega - 1.0, 0.05)));
   Checkerboard board(guess, obstacle);
   for (int k = 0; k < sweeps; ++k)
     board.sweep(static_cast<float>(1.0 / (4.0 + stiffness)), static_cast<float>(omega));
@@ -110,11 +110,11 @@ cv::Mat1f solve(const cv::Mat1f& obstacle, double pitch_mm, double length_mm, in
 cv::Rect affected(const cv::Mat1f& obstacle, double pitch_mm, double length_mm) {
   const cv::Rect pushed = cv::boundingRect(cv::Mat1b(obstacle < 0));
   if (pushed.empty()) return {};
-  const int margin = static_cast<int>(std::ceil(rim_lengths * length_mm / pitch_mm));
-  const int x0 = std::max(0, pushed.x - margin) / block_px * block_px;
-  const int y0 = std::max(0, pushed.y - margin) / block_px * block_px;
-  const int x1 = std::min(obstacle.cols, (pushed.br().x + margin + block_px - 1) / block_px * block_px);
-  const int y1 = std::min(obstacle.rows, (pushed.br().y + margin + block_px - 1) / block_px * block_px);
+  const int margin = static_cast<int>(std::ceil(kRimLengths * length_mm / pitch_mm));
+  const int x0 = std::max(0, pushed.x - margin) / kBlockPx * kBlockPx;
+  const int y0 = std::max(0, pushed.y - margin) / kBlockPx * kBlockPx;
+  const int x1 = std::min(obstacle.cols, (pushed.br().x + margin + kBlockPx - 1) / kBlockPx * kBlockPx);
+  const int y1 = std::min(obstacle.rows, (pushed.br().y + margin + kBlockPx - 1) / kBlockPx * kBlockPx);
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
@@ -139,8 +139,8 @@ void check(const cv::Mat1f& underside, const SensorGeometry& geometry, const Gel
   if (!(options.max_indentation_mm >= 0.1 && options.max_indentation_mm <= 10))
     throw Error("gel maximum indentation must be between 0.1 and 10 mm");
   if (underside.cols != geometry.width_px || underside.rows != geometry.height_px ||
-      underside.cols < 2 * block_px || underside.rows < 2 * block_px || underside.cols % block_px != 0 ||
-      underside.rows % block_px != 0)
+      underside.cols < 2 * kBlockPx || underside.rows < 2 * kBlockPx || underside.cols % kBlockPx != 0 ||
+      underside.rows % kBlockPx != 0)
     throw Error("gel size must be the sensor's and a multiple of 8 pixels");
 }
 
@@ -165,7 +165,7 @@ GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry
     while (levels < 3 && pitch * (2 << levels) <= 2 * length) ++levels;
     const cv::Mat1f height = solve(obstacle, pitch, length, levels);
     height.copyTo(gel.height_mm(region));
-    gel.contact(region).setTo(255, (obstacle < 0) & (obstacle - height <= contact_gap_mm));
+    gel.contact(region).setTo(255, (obstacle < 0) & (obstacle - height <= kContactGapMm));
   }
   gel.slope = slope_of(gel.height_mm, pitch);
   return gel;
@@ -174,10 +174,10 @@ GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry
 GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
                       const GelOptions& options) {
   SensorGeometry wide = geometry;
-  wide.width_px += 2 * beyond_view_px;
-  wide.height_px += 2 * beyond_view_px;
+  wide.width_px += 2 * kBeyondViewPx;
+  wide.height_px += 2 * kBeyondViewPx;
   const GelShape gel = press_gel(object_underside(shape, sensor_T_object, wide, options), wide, options);
-  const cv::Rect view(beyond_view_px, beyond_view_px, geometry.width_px, geometry.height_px);
+  const cv::Rect view(kBeyondViewPx, kBeyondViewPx, geometry.width_px, geometry.height_px);
   return {gel.height_mm(view).clone(), gel.contact(view).clone(), gel.slope(view).clone()};
 }
 

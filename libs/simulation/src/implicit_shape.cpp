@@ -7,17 +7,17 @@
 namespace gelslam::simulation::detail {
 namespace {
 
-constexpr float texture_margin_mm = 0.02F;
-constexpr float near_mm = 0.06F;  ///< below this value the step follows the value's own fall
-constexpr float smallest_step_mm = 3e-4F;
-constexpr float precision_mm = 1e-5F;
+constexpr float kTextureMarginMm = 0.02F;
+constexpr float kNearMm = 0.06F;  ///< below this value the step follows the value's own fall
+constexpr float kSmallestStepMm = 3e-4F;
+constexpr float kPrecisionMm = 1e-5F;
 
 }  // namespace
 
 float ImplicitShape::value(const Eigen::Vector3f& point) const {
   const float distance = base(point);
-  if (distance > limits_.texture_high + texture_margin_mm) return distance - limits_.texture_high;
-  if (distance < limits_.texture_low - texture_margin_mm) return distance - limits_.texture_low;
+  if (distance > limits_.texture_high + kTextureMarginMm) return distance - limits_.texture_high;
+  if (distance < limits_.texture_low - kTextureMarginMm) return distance - limits_.texture_low;
   return distance - texture(point);
 }
 
@@ -37,11 +37,11 @@ float ImplicitShape::clearance(const Eigen::Vector3f& point) const {
 
 float ImplicitShape::refine(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float outside,
                             float f_outside, float inside, float f_inside) const {
-  for (int k = 0; k < 20 && inside - outside > precision_mm; ++k) {
+  for (int k = 0; k < 20 && inside - outside > kPrecisionMm; ++k) {
     // A secant step, kept off the ends so that the bracket shrinks from both sides.
     const float share = std::clamp(f_outside / (f_outside - f_inside), 0.05F, 0.95F);
     const float middle = outside + share * (inside - outside), f_middle = value(origin + middle * direction);
-    if (std::abs(f_middle) < precision_mm) return middle;
+    if (std::abs(f_middle) < kPrecisionMm) return middle;
     (f_middle > 0 ? outside : inside) = middle;
     (f_middle > 0 ? f_outside : f_inside) = f_middle;
   }
@@ -55,7 +55,7 @@ float ImplicitShape::intersect(const Eigen::Vector3f& origin, const Eigen::Vecto
   float fall = limits_.lipschitz;  // how fast the value falls along the ray, from the last step
   while (t < t_max) {
     const float safe = f / limits_.lipschitz;
-    const float step = f < near_mm ? std::min(f / fall, 4 * safe) + smallest_step_mm : safe;
+    const float step = f < kNearMm ? std::min(f / fall, 4 * safe) + kSmallestStepMm : safe;
     const float t_next = t + step, f_next = value(origin + t_next * direction);
     if (f_next <= 0) {
       const float hit = refine(origin, direction, t, f, t_next, f_next);
@@ -75,7 +75,7 @@ float ImplicitShape::intersect_near(const Eigen::Vector3f& origin, const Eigen::
   float fall = 0.95F;  // most surfaces that touch the gel face it
   for (int k = 0; k < 3; ++k) {
     if (std::abs(f) > far_off_mm) break;
-    if (std::abs(f) < precision_mm) return t;
+    if (std::abs(f) < kPrecisionMm) return t;
     const float t_next = t + f / fall, f_next = value(origin + t_next * direction);
     const float slope = (f - f_next) / (t_next - t);
     if (!(slope > 0.3F && slope < 2 * limits_.lipschitz)) break;  // not one sheet that is entered here

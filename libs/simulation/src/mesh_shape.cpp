@@ -19,7 +19,7 @@ struct Release {
   void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
 };
 
-constexpr std::size_t max_mesh_triangles = 20'000'000;
+constexpr std::size_t kMaxMeshTriangles = 20'000'000;
 
 class MeshShape final : public Shape {
  public:
@@ -109,8 +109,7 @@ class MeshShape final : public Shape {
 
   /// Splits a triangle into n * n equal ones (vertices are not shared between input triangles).
   static void append_divided(Mesh& mesh, const Vector3f& a, const Vector3f& b, const Vector3f& c, int n) {
-    if (mesh.triangles.size() + static_cast<std::size_t>(n) * static_cast<std::size_t>(n) >
-        max_mesh_triangles)
+    if (mesh.triangles.size() + static_cast<std::size_t>(n) * static_cast<std::size_t>(n) > kMaxMeshTriangles)
       throw Error("the object's mesh is too large to be sampled finely; check its unit");
     const int first = static_cast<int>(mesh.vertices_mm.size());
     const Vector3f normal = (b - a).cross(c - a).normalized();

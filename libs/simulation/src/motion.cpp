@@ -14,15 +14,15 @@ namespace {
 using simulation::detail::hash;
 using simulation::detail::Random;
 
-constexpr double pi = std::numbers::pi;
-constexpr double lifted_mm = -1.5;  // negative indentation: clear of the gel
-constexpr double press_in_frames = 8;
-constexpr double lateral_smoothing_frames = 6, support_smoothing_frames = 2;
-constexpr double support_softness_mm =
+constexpr double kPi = std::numbers::pi;
+constexpr double kLiftedMm = -1.5;  // negative indentation: clear of the gel
+constexpr double kPressInFrames = 8;
+constexpr double kLateralSmoothingFrames = 6, kSupportSmoothingFrames = 2;
+constexpr double kSupportSoftnessMm =
     0.5;  // heights within this of the lowest count for where the object rests
-constexpr double view_margin_mm = 0.3;
+constexpr double kViewMarginMm = 0.3;
 
-double radians(double degrees) { return degrees * pi / 180; }
+double radians(double degrees) { return degrees * kPi / 180; }
 
 /// A smooth curve through 0 at time 0, amplitude about 1, made of a few slow waves.
 class SmoothRandom {
@@ -30,13 +30,13 @@ class SmoothRandom {
   explicit SmoothRandom(std::uint64_t seed) {
     Random random(seed);
     for (std::size_t k = 0; k < waves_.size(); ++k)
-      waves_[k] = {random.uniform(0.06, 0.16) * static_cast<double>(k + 1), random.uniform(0, 2 * pi),
+      waves_[k] = {random.uniform(0.06, 0.16) * static_cast<double>(k + 1), random.uniform(0, 2 * kPi),
                    0.6 / static_cast<double>(k + 1)};
   }
   double operator()(double time_s) const {
     double sum = 0;
     for (const Wave& w : waves_)
-      sum += w.amplitude * (std::sin(2 * pi * w.hz * time_s + w.phase) - std::sin(w.phase));
+      sum += w.amplitude * (std::sin(2 * kPi * w.hz * time_s + w.phase) - std::sin(w.phase));
     return sum;
   }
 
@@ -92,7 +92,7 @@ Grip wobble(const Clock& clock, int k) { return clock.hand(k, 1.0); }
 
 Grip slide(const Clock& clock, int k) {
   Grip grip = clock.hand(k, 0.1);
-  const double phase = 2 * pi * clock.progress(k);
+  const double phase = 2 * kPi * clock.progress(k);
   grip.shift_mm += clock.spec.speed * clock.freedom.shift *
                    Eigen::Vector2d(2.6 * std::sin(phase), 1.3 * std::sin(2 * phase));
   return grip;
@@ -100,14 +100,14 @@ Grip slide(const Clock& clock, int k) {
 
 Grip roll(const Clock& clock, int k) {
   Grip grip = clock.hand(k, 0.1);
-  grip.roll += clock.spec.speed * clock.freedom.roll * radians(35) * std::sin(2 * pi * clock.progress(k));
-  grip.pitch += clock.spec.speed * clock.freedom.pitch * radians(12) * std::sin(4 * pi * clock.progress(k));
+  grip.roll += clock.spec.speed * clock.freedom.roll * radians(35) * std::sin(2 * kPi * clock.progress(k));
+  grip.pitch += clock.spec.speed * clock.freedom.pitch * radians(12) * std::sin(4 * kPi * clock.progress(k));
   return grip;
 }
 
 Grip twist(const Clock& clock, int k) {
   Grip grip = clock.hand(k, 0.1);
-  grip.twist += clock.spec.speed * radians(60) * std::sin(2 * pi * clock.progress(k));
+  grip.twist += clock.spec.speed * radians(60) * std::sin(2 * kPi * clock.progress(k));
   return grip;
 }
 
@@ -116,16 +116,16 @@ Grip all_over(const Clock& clock, int k) {
   Grip grip = clock.hand(k, 0.15);
   if (clock.kind == ShapeKind::flat) {  // a closed curve over the face that crosses itself
     const Eigen::Vector2d reach = (clock.half_size_mm.array() - 4.0).max(0.0).min(14.0);
-    grip.shift_mm += Eigen::Vector2d(reach.x() * std::sin(2 * pi * 2 * progress),
-                                     reach.y() * std::sin(2 * pi * 3 * progress));
+    grip.shift_mm += Eigen::Vector2d(reach.x() * std::sin(2 * kPi * 2 * progress),
+                                     reach.y() * std::sin(2 * kPi * 3 * progress));
     return grip;
   }
   grip.roll += radians(430) * progress;  // the last 70 degrees see the first again
   if (clock.kind == ShapeKind::body) {
-    grip.pitch += radians(16) * std::sin(2 * pi * 2.3 * progress);
-    grip.twist += radians(8) * std::sin(2 * pi * 1.4 * progress);
+    grip.pitch += radians(16) * std::sin(2 * kPi * 2.3 * progress);
+    grip.twist += radians(8) * std::sin(2 * kPi * 1.4 * progress);
   } else {
-    grip.shift_mm.x() += 3.0 * std::sin(2 * pi * 2.3 * progress);
+    grip.shift_mm.x() += 3.0 * std::sin(2 * kPi * 2.3 * progress);
   }
   return grip;
 }
@@ -140,7 +140,7 @@ Grip breaks(const Clock& clock, int k) {
   grip.roll += away * there;
   grip.shift_mm += there * aside;
   const bool lifted = (progress > 0.3 && progress < 0.37) || (progress > 0.65 && progress < 0.72);
-  if (lifted) grip.indentation_mm = lifted_mm;
+  if (lifted) grip.indentation_mm = kLiftedMm;
   return grip;
 }
 
@@ -183,8 +183,8 @@ Eigen::Vector2d support_center(const Eigen::Matrix3d& sensor_R_object, const Mes
   double weights = 0;
   for (const Eigen::Vector3f& p : surface.vertices_mm) {
     const double above = turn.row(2).dot(p) - lowest;
-    if (above > 8 * support_softness_mm) continue;
-    const double weight = std::exp(-above / support_softness_mm);
+    if (above > 8 * kSupportSoftnessMm) continue;
+    const double weight = std::exp(-above / kSupportSoftnessMm);
     sum += weight * Eigen::Vector2d(turn.row(0).dot(p), turn.row(1).dot(p));
     weights += weight;
   }
@@ -196,8 +196,8 @@ Eigen::Vector2d support_center(const Eigen::Matrix3d& sensor_R_object, const Mes
 double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vector2d& shift,
                       const Mesh& surface, const SensorGeometry& geometry) {
   const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
-  const auto half_width = static_cast<float>(geometry.half_width_mm() - view_margin_mm);
-  const auto half_height = static_cast<float>(geometry.half_height_mm() - view_margin_mm);
+  const auto half_width = static_cast<float>(geometry.half_width_mm() - kViewMarginMm);
+  const auto half_height = static_cast<float>(geometry.half_height_mm() - kViewMarginMm);
   const Eigen::Vector2f move = shift.cast<float>();
   float in_view = 1e9F, anywhere = 1e9F;
   for (const Eigen::Vector3f& p : surface.vertices_mm) {
@@ -274,16 +274,16 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
     shifts[k] = Eigen::Vector2d::Zero();
     if (shape.kind() == ShapeKind::body) shifts[k] = -support_center(turns[k], surface);
   }
-  shifts = smoothed(shifts, lateral_smoothing_frames);
+  shifts = smoothed(shifts, kLateralSmoothingFrames);
   for (std::size_t k = 0; k < frames; ++k) {
     shifts[k] += grips[k].shift_mm;
     supports[k] = lowest_in_view(turns[k], shifts[k], surface, geometry);
   }
-  const std::vector<double> steady = smoothed(supports, support_smoothing_frames);
+  const std::vector<double> steady = smoothed(supports, kSupportSmoothingFrames);
   std::vector<Pose> poses(frames, Pose::Identity());
   for (std::size_t k = 0; k < frames; ++k) {
     double depth = grips[k].indentation_mm;
-    if (depth > 0) depth *= std::min(1.0, 0.3 + 0.7 * static_cast<double>(k) / press_in_frames);
+    if (depth > 0) depth *= std::min(1.0, 0.3 + 0.7 * static_cast<double>(k) / kPressInFrames);
     // Smoothing must neither lose contact nor push a ridge in much deeper than meant.
     const double slack = 0.5 * spec.indentation_mm;
     poses[k].linear() = turns[k];

@@ -35,10 +35,10 @@ const std::array<Light, 3> lights = {{
 }};
 
 const cv::Vec3f ambient_level = {42.0F, 30.0F, 23.0F};  // BGR: light that has bounced about inside
-constexpr double lens_blur_px = 0.6;
-constexpr float read_noise = 0.7F;   // gray levels
-constexpr float shot_noise = 0.01F;  // variance per gray level
-constexpr double drift_amplitude = 0.06;
+constexpr double kLensBlurPx = 0.6;
+constexpr float kReadNoise = 0.7F;   // gray levels
+constexpr float kShotNoise = 0.01F;  // variance per gray level
+constexpr double kDriftAmplitude = 0.06;
 
 float spread(const Light& light, float x, float y) {
   const float dx = (x - light.center_mm[0]) / light.width_mm[0],
@@ -55,7 +55,7 @@ float incidence(float cosine) {
 
 cv::Mat3f through_lens(const cv::Mat3f& picture) {
   cv::Mat3f soft;
-  cv::GaussianBlur(picture, soft, cv::Size(5, 5), lens_blur_px, lens_blur_px, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(picture, soft, cv::Size(5, 5), kLensBlurPx, kLensBlurPx, cv::BORDER_REPLICATE);
   return soft;
 }
 
@@ -177,7 +177,7 @@ std::array<float, 3> Optics::drift(double time_s) const {
     const double period = random.uniform(15, 40), phase = random.uniform(0, 2 * std::numbers::pi);
     // Starts at 1: the background was taken under the lights as they were then.
     const double wave = std::sin(2 * std::numbers::pi * time_s / period + phase) - std::sin(phase);
-    f = static_cast<float>(1.0 + drift_amplitude * wave);
+    f = static_cast<float>(1.0 + kDriftAmplitude * wave);
   }
   return factor;
 }
@@ -199,7 +199,7 @@ cv::Mat3b Optics::render(const GelShape& gel, std::int64_t frame, double time_s,
       for (int c = 0; c < 3; ++c) {
         const float level = picture(v, u)[c] * factor[static_cast<std::size_t>(c)];
         const auto index = static_cast<std::uint64_t>((v * picture.cols + u) * 3 + c);
-        const float sigma = gain * std::sqrt(read_noise * read_noise + shot_noise * level);
+        const float sigma = gain * std::sqrt(kReadNoise * kReadNoise + kShotNoise * level);
         const float noisy = level + sigma * cheap_normal(hash(key + index));
         result(v, u)[c] = cv::saturate_cast<std::uint8_t>(noisy);
       }

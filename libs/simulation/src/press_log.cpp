@@ -18,16 +18,16 @@ namespace {
 
 using namespace simulation::detail;
 
-constexpr int hold_frames = 10, slide_frames = 12, bare_frames = 6;
-constexpr std::array<double, 2> approach_shares = {0.3,
+constexpr int kHoldFrames = 10, kSlideFrames = 12, kBareFrames = 6;
+constexpr std::array<double, 2> kApproachShares = {0.3,
                                                    0.7};  // of the depth, frame by frame; back the same way
-constexpr double slide_mm = 0.25;                         // per frame
+constexpr double kSlideMm = 0.25;                         // per frame
 // Contact radii as the gel has them, in widths of the picture; a ball's contact radius is about sqrt(depth *
 // ball radius).
-constexpr double least_contact = 20.0 / 320, most_contact = 29.0 / 320, deep_contact = 56.0 / 320,
-                 shallow_contact = 9.0 / 320;
-constexpr double most_of_ball = 0.6, deep_most_of_ball = 0.92;
-constexpr int frames_per_touch = hold_frames + 2 * static_cast<int>(approach_shares.size()) + bare_frames;
+constexpr double kLeastContact = 20.0 / 320, kMostContact = 29.0 / 320, kDeepContact = 56.0 / 320,
+                 kShallowContact = 9.0 / 320;
+constexpr double kMostOfBall = 0.6, kDeepMostOfBall = 0.92;
+constexpr int kFramesPerTouch = kHoldFrames + 2 * static_cast<int>(kApproachShares.size()) + kBareFrames;
 
 void check(const PressLogSpec& spec) {
   if (!(spec.diameter_mm >= 3.0 && spec.diameter_mm <= 15.0))
@@ -61,7 +61,7 @@ PlannedTouch plan_good(const PressLogSpec& spec, int number, Random& random) {
   };
   touch.x_mm = place(number % 3, spec.geometry.half_width_mm());
   touch.y_mm = place(number / 3 % 3, spec.geometry.half_height_mm());
-  touch.contact_mm = std::min(random.uniform(least_contact, most_contact) * width_mm, most_of_ball * radius);
+  touch.contact_mm = std::min(random.uniform(kLeastContact, kMostContact) * width_mm, kMostOfBall * radius);
   return touch;
 }
 
@@ -70,8 +70,8 @@ PlannedTouch plan_bad(const PressLogSpec& spec, TouchKind kind, Random& random) 
   PlannedTouch touch = plan_good(spec, 4, random);  // in the middle of the gel, where nothing else is wrong
   touch.kind = kind;
   if (kind == TouchKind::too_deep)
-    touch.contact_mm = std::min(deep_contact * width_mm, deep_most_of_ball * radius);
-  if (kind == TouchKind::too_shallow) touch.contact_mm = shallow_contact * width_mm;
+    touch.contact_mm = std::min(kDeepContact * width_mm, kDeepMostOfBall * radius);
+  if (kind == TouchKind::too_shallow) touch.contact_mm = kShallowContact * width_mm;
   if (kind == TouchKind::off_the_gel) touch.x_mm = spec.geometry.half_width_mm() + 0.3 * touch.contact_mm;
   if (kind == TouchKind::two_contacts) touch.x_mm = -0.5 * spec.geometry.half_width_mm();
   return touch;
@@ -107,20 +107,20 @@ class PressFilm {
   void show_bare(int frames) { show(flat_, frames); }
 
   SimulatedTouch show_touch(const PlannedTouch& planned) {
-    for (const double share : approach_shares) show(pressed(planned, share, 0).gel, 1);
+    for (const double share : kApproachShares) show(pressed(planned, share, 0).gel, 1);
     SimulatedTouch touch{planned.kind, frame_, 0, {}, 0};
     const PressedBall ball = pressed(planned, 1.0, 0);
     touch.center_px = ball.center_px;
     touch.radius_px = ball.radius_px;
     if (planned.kind == TouchKind::sliding)
-      for (int k = 0; k < slide_frames; ++k) show(pressed(planned, 1.0, k * slide_mm).gel, 1);
+      for (int k = 0; k < kSlideFrames; ++k) show(pressed(planned, 1.0, k * kSlideMm).gel, 1);
     else
-      show(ball.gel, hold_frames);
+      show(ball.gel, kHoldFrames);
     touch.last_frame = frame_ - 1;
-    const double slid_mm = planned.kind == TouchKind::sliding ? slide_frames * slide_mm : 0.0;
-    for (auto share = approach_shares.rbegin(); share != approach_shares.rend(); ++share)
+    const double slid_mm = planned.kind == TouchKind::sliding ? kSlideFrames * kSlideMm : 0.0;
+    for (auto share = kApproachShares.rbegin(); share != kApproachShares.rend(); ++share)
       show(pressed(planned, *share, slid_mm).gel, 1);
-    show_bare(bare_frames);
+    show_bare(kBareFrames);
     return touch;
   }
 
@@ -176,10 +176,10 @@ void write_press_log(const std::filesystem::path& folder, const PressLogSpec& sp
                      ProgressSink& progress) {
   check(spec);
   make_folder(folder);
-  AviWriter video(folder / "gelsight.avi", frame_codec(lossless), spec.geometry.width_px,
-                  spec.geometry.height_px, spec.frame_rate_hz);
+  AviWriter video(folder / "gelsight.avi", lossless, spec.geometry.width_px, spec.geometry.height_px,
+                  spec.frame_rate_hz);
   const int touch_count = spec.presses + (spec.mishaps ? spec.presses / 2 : 0);
-  progress.begin("pressing a ball", spec.background_frames + touch_count * frames_per_touch);
+  progress.begin("pressing a ball", spec.background_frames + touch_count * kFramesPerTouch);
   std::int64_t frames = 0;
   const std::vector<SimulatedTouch> touches = simulate_press_log(spec, [&](const cv::Mat3b& bgr) {
     video.add(encode_frame(bgr, lossless));

@@ -9,14 +9,14 @@
 namespace gelslam {
 namespace {
 
-constexpr double surface_points =
+constexpr double kSurfacePoints =
     60'000;  // enough to know how an object rests, and for a mesh to compare with
 
-/// Edge length at which the object's surface has about `surface_points` vertices, 0.08 to 0.4 mm.
+/// Edge length at which the object's surface has about `kSurfacePoints` vertices, 0.08 to 0.4 mm.
 float surface_spacing_mm(const Shape& shape) {
   const Eigen::Vector3d size = shape.bounds_mm().sizes().cast<double>();
   const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
-  return static_cast<float>(std::clamp(std::sqrt(area / surface_points), 0.08, 0.4));
+  return static_cast<float>(std::clamp(std::sqrt(area / kSurfacePoints), 0.08, 0.4));
 }
 
 void check(const ScanSpec& spec) {

@@ -9,14 +9,14 @@
 namespace gelslam::simulation::detail {
 namespace {
 
-constexpr int block_cells = 8;
-constexpr int block_corners = block_cells + 1;
-constexpr std::int64_t max_cells_per_axis = 1 << 20;  // three of them fit one 64-bit key
+constexpr int kBlockCells = 8;
+constexpr int kBlockCorners = kBlockCells + 1;
+constexpr std::int64_t kMaxCellsPerAxis = 1 << 20;  // three of them fit one 64-bit key
 
 using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
 
 std::int64_t key(const Cell& cell) {
-  return (cell.z() * max_cells_per_axis + cell.y()) * max_cells_per_axis + cell.x();
+  return (cell.z() * kMaxCellsPerAxis + cell.y()) * kMaxCellsPerAxis + cell.x();
 }
 
 /// The grid of one shape: cells between corners that are `spacing` apart.
@@ -25,9 +25,9 @@ class Net {
   Net(const ImplicitShape& shape, float spacing) : shape_(shape), spacing_(spacing) {
     const Eigen::AlignedBox3f box = shape.bounds_mm();
     origin_ = box.min().array() - 1.5F * spacing;
-    const Eigen::Vector3f extent = (box.sizes().array() + 3.0F * spacing) / (spacing * block_cells);
+    const Eigen::Vector3f extent = (box.sizes().array() + 3.0F * spacing) / (spacing * kBlockCells);
     blocks_ = extent.array().ceil().cast<std::int64_t>();
-    if ((blocks_.array() * block_cells >= max_cells_per_axis).any())
+    if ((blocks_.array() * kBlockCells >= kMaxCellsPerAxis).any())
       throw Error("mesh spacing too fine for an object of this size");
   }
 
@@ -35,7 +35,7 @@ class Net {
     Cell block;
     for (block.z() = 0; block.z() < blocks_.z(); ++block.z())
       for (block.y() = 0; block.y() < blocks_.y(); ++block.y())
-        for (block.x() = 0; block.x() < blocks_.x(); ++block.x()) add_block(block * block_cells);
+        for (block.x() = 0; block.x() < blocks_.x(); ++block.x()) add_block(block * kBlockCells);
     connect();
     return std::move(mesh_);
   }
@@ -50,20 +50,20 @@ class Net {
   Eigen::Vector3f corner_point(const Cell& corner) const { return origin_ + spacing_ * corner.cast<float>(); }
 
   void add_block(const Cell& first) {
-    const float half = 0.5F * block_cells * spacing_;
+    const float half = 0.5F * kBlockCells * spacing_;
     const Eigen::Vector3f center = corner_point(first).array() + half;
     if (std::abs(shape_.value(center)) > shape_.lipschitz() * half * 1.7321F) return;
-    for (int z = 0, n = 0; z < block_corners; ++z)
-      for (int y = 0; y < block_corners; ++y)
-        for (int x = 0; x < block_corners; ++x, ++n)
+    for (int z = 0, n = 0; z < kBlockCorners; ++z)
+      for (int y = 0; y < kBlockCorners; ++y)
+        for (int x = 0; x < kBlockCorners; ++x, ++n)
           values_[static_cast<std::size_t>(n)] = shape_.value(corner_point(first + Cell(x, y, z)));
-    for (int z = 0; z < block_cells; ++z)
-      for (int y = 0; y < block_cells; ++y)
-        for (int x = 0; x < block_cells; ++x) add_cell(first, x, y, z);
+    for (int z = 0; z < kBlockCells; ++z)
+      for (int y = 0; y < kBlockCells; ++y)
+        for (int x = 0; x < kBlockCells; ++x) add_cell(first, x, y, z);
   }
 
   void add_cell(const Cell& first, int x, int y, int z) {
-    constexpr std::array<int, 3> stride = {1, block_corners, block_corners * block_corners};
+    constexpr std::array<int, 3> stride = {1, kBlockCorners, kBlockCorners * kBlockCorners};
     const int base = x + y * stride[1] + z * stride[2];
     std::array<float, 8> value{};
     int inside = 0;
@@ -141,7 +141,7 @@ class Net {
   float spacing_;
   Eigen::Vector3f origin_;
   Cell blocks_;
-  std::array<float, block_corners * block_corners * block_corners> values_{};
+  std::array<float, kBlockCorners * kBlockCorners * kBlockCorners> values_{};
   std::unordered_map<std::int64_t, int> vertex_of_cell_;
   std::vector<CrossedCell> crossed_;
   Mesh mesh_;

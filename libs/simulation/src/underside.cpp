@@ -7,11 +7,11 @@
 namespace gelslam {
 namespace {
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr int tile_px = 8;             // tiles that the object is far from are skipped
-constexpr int node_step = 4;           // rays are searched for on this grid; those between start from a guess
-constexpr float above_gel_mm = 0.02F;  // a little above the rest plane: the edge of a contact is seen whole
-constexpr float smooth_enough_mm = 0.15F;  // nodes of a cell that differ by less are one sheet of surface
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr int kTilePx = 8;            // tiles that the object is far from are skipped
+constexpr int kNodeStep = 4;          // rays are searched for on this grid; those between start from a guess
+constexpr float kAboveGelMm = 0.02F;  // a little above the rest plane: the edge of a contact is seen whole
+constexpr float kSmoothEnoughMm = 0.15F;  // nodes of a cell that differ by less are one sheet of surface
 
 /// Casts one picture's rays: along +z of the sensor, from the deepest indentation to just above the gel.
 class Caster {
@@ -23,15 +23,15 @@ class Caster {
         geometry_(geometry),
         direction_(object_R_sensor_.col(2)),
         depth_(depth),
-        length_(depth + above_gel_mm),
-        starts_(cells(geometry.height_px, tile_px), cells(geometry.width_px, tile_px)),
-        nodes_(cells(geometry.height_px, node_step) + 1, cells(geometry.width_px, node_step) + 1) {}
+        length_(depth + kAboveGelMm),
+        starts_(cells(geometry.height_px, kTilePx), cells(geometry.width_px, kTilePx)),
+        nodes_(cells(geometry.height_px, kNodeStep) + 1, cells(geometry.width_px, kNodeStep) + 1) {}
 
   cv::Mat1f cast() {
     for (int j = 0; j < starts_.rows; ++j)
-      for (int i = 0; i < starts_.cols; ++i) starts_(j, i) = clear_start(i * tile_px, j * tile_px);
+      for (int i = 0; i < starts_.cols; ++i) starts_(j, i) = clear_start(i * kTilePx, j * kTilePx);
     for (int j = 0; j < nodes_.rows; ++j)
-      for (int i = 0; i < nodes_.cols; ++i) nodes_(j, i) = search(i * node_step, j * node_step);
+      for (int i = 0; i < nodes_.cols; ++i) nodes_(j, i) = search(i * kNodeStep, j * kNodeStep);
     cv::Mat1f underside(geometry_.height_px, geometry_.width_px);
     for (int v = 0; v < underside.rows; ++v)
       for (int u = 0; u < underside.cols; ++u) underside(v, u) = distance(u, v) - depth_;
@@ -49,36 +49,36 @@ class Caster {
   /// How far every ray of a tile can go without meeting the object; infinity if all the way.
   float clear_start(int u, int v) const {
     const float pitch = static_cast<float>(geometry_.pixel_pitch_mm);
-    const float half = 0.5F * pitch * (tile_px + 1) * 1.4143F;
-    const float to_center = 0.5F * pitch * (tile_px - 1);
+    const float half = 0.5F * pitch * (kTilePx + 1) * 1.4143F;
+    const float to_center = 0.5F * pitch * (kTilePx - 1);
     const Eigen::Vector3f center = origin(geometry_.x_mm(u) + to_center, geometry_.y_mm(v) + to_center);
     float start = 0;
     for (float clear = shape_.clearance(center); clear > half + 0.01F;
          clear = shape_.clearance(center + start * direction_)) {
       start += clear - half;
-      if (start >= length_) return infinity;
+      if (start >= length_) return kInfinity;
     }
     return start;
   }
 
   float search(int u, int v) const {
     const float start =
-        starts_(std::min(v / tile_px, starts_.rows - 1), std::min(u / tile_px, starts_.cols - 1));
-    if (start == infinity) return infinity;
+        starts_(std::min(v / kTilePx, starts_.rows - 1), std::min(u / kTilePx, starts_.cols - 1));
+    if (start == kInfinity) return kInfinity;
     return start + shape_.intersect(origin(u, v) + start * direction_, direction_, length_ - start);
   }
 
   float distance(int u, int v) const {
-    const int i = u / node_step, j = v / node_step, du = u % node_step, dv = v % node_step;
+    const int i = u / kNodeStep, j = v / kNodeStep, du = u % kNodeStep, dv = v % kNodeStep;
     if (du == 0 && dv == 0) return nodes_(j, i);
     const float a = nodes_(j, i), b = nodes_(j, i + 1), c = nodes_(j + 1, i), d = nodes_(j + 1, i + 1);
     const float low = std::min({a, b, c, d}), high = std::max({a, b, c, d});
-    if (!(high - low < smooth_enough_mm)) return search(u, v);
-    const float fu = static_cast<float>(du) / node_step, fv = static_cast<float>(dv) / node_step;
+    if (!(high - low < kSmoothEnoughMm)) return search(u, v);
+    const float fu = static_cast<float>(du) / kNodeStep, fv = static_cast<float>(dv) / kNodeStep;
     const float guess = (1 - fv) * ((1 - fu) * a + fu * b) + fv * ((1 - fu) * c + fu * d);
     const float near = shape_.intersect_near(origin(u, v), direction_, guess);
     // Beyond the ray's end counts as a miss, as it does for a search; before its start as a hit there.
-    if (!std::isnan(near)) return near > length_ ? infinity : std::max(near, 0.0F);
+    if (!std::isnan(near)) return near > length_ ? kInfinity : std::max(near, 0.0F);
     return search(u, v);
   }
 

@@ -9,14 +9,14 @@
 namespace gelslam {
 namespace {
 
-constexpr int passes = 8;
-constexpr double robust_levels = 2.0;
+constexpr int kDriftPasses = 8;
+constexpr double kRobustDriftLevels = 2.0;
 // The surface stage follows the light within these; a model was seen to stay good there.
-constexpr double light_limit_levels = 12.0;
+constexpr double kLightLimitLevels = 12.0;
 // Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2.
-constexpr double gel_limit_levels = 4.0, cell_limit_levels = 20.0;
-constexpr double gain_prior_variance = 4.0;
-constexpr double swapped_share = 0.5;  // what is left when red and blue are swapped back: noise and wear
+constexpr double kGelLimitLevels = 4.0, kCellLimitLevels = 20.0;
+constexpr double kGainPriorVariance = 4.0;
+constexpr double kSwappedShare = 0.5;  // what is left when red and blue are swapped back: noise and wear
 
 struct ChannelFit {
   double gain = 1.0, offset = 0.0;
@@ -24,13 +24,13 @@ struct ChannelFit {
 
 ChannelFit fit_channel(const cv::Mat3f& then, const cv::Mat3f& now, int channel) {
   ChannelFit fit;
-  for (int pass = 0; pass < passes; ++pass) {
+  for (int pass = 0; pass < kDriftPasses; ++pass) {
     double weight = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
     for (int row = 0; row < then.rows; ++row)
       for (int column = 0; column < then.cols; ++column) {
         const auto a = static_cast<double>(then(row, column)[channel]),
                    b = static_cast<double>(now(row, column)[channel]);
-        const double residual = (b - fit.gain * a - fit.offset) / robust_levels;
+        const double residual = (b - fit.gain * a - fit.offset) / kRobustDriftLevels;
         const double w = pass == 0 ? 1.0 : 1.0 / (1.0 + residual * residual);
         weight += w;
         x += w * a;
@@ -40,7 +40,7 @@ ChannelFit fit_channel(const cv::Mat3f& then, const cv::Mat3f& now, int channel)
       }
     const double variance = xx / weight - x * x / (weight * weight),
                  covariance = xy / weight - x * y / (weight * weight);
-    fit.gain = (covariance + gain_prior_variance) / (variance + gain_prior_variance);
+    fit.gain = (covariance + kGainPriorVariance) / (variance + kGainPriorVariance);
     fit.offset = (y - fit.gain * x) / weight;
   }
   return fit;
@@ -113,9 +113,8 @@ BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
     }
   drift.gel_change_levels = std::sqrt(total / static_cast<double>(then.total()));
   drift.worst_cell_levels = std::sqrt(worst);
-  drift.gel_changed =
-      drift.gel_change_levels > gel_limit_levels || drift.worst_cell_levels > cell_limit_levels;
-  drift.light_changed = drift.light_change_levels > light_limit_levels;
+  drift.gel_changed = drift.gel_change_levels > kGelLimitLevels || drift.worst_cell_levels > kCellLimitLevels;
+  drift.light_changed = drift.light_change_levels > kLightLimitLevels;
   return drift;
 }
 
@@ -125,7 +124,7 @@ BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
   BackgroundDrift drift = compare(then, now);
   if (drift.gel_changed) {
     const BackgroundDrift swapped = compare(then, with_red_and_blue_swapped(now));
-    drift.red_blue_swapped = swapped.gel_change_levels < swapped_share * drift.gel_change_levels &&
+    drift.red_blue_swapped = swapped.gel_change_levels < kSwappedShare * drift.gel_change_levels &&
                              swapped.light_change_levels < drift.light_change_levels;
   }
   drift.words = words_for(drift);

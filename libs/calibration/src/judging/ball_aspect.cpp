@@ -12,11 +12,11 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr std::size_t min_presses = 5;
-constexpr double wanted_points = 900;
-constexpr double whole_radii = 1.3;  // of the zone: contact and rim lie in the picture
-constexpr double step = 0.03;        // between the aspects that are tried
-constexpr int furthest = 8;          // steps from 1: a quarter
+constexpr std::size_t kMinAspectPresses = 5;
+constexpr double kWantedAspectPoints = 900;
+constexpr double kWholeRadii = 1.3;   // of the zone: contact and rim lie in the picture
+constexpr double kAspectStep = 0.03;  // between the aspects that are tried
+constexpr int kMostAspectSteps = 8;   // steps from 1: a quarter
 
 /// A press as it would look with as many millimetres per pixel down as across.
 PressPoints stretched_down(PressPoints points, double aspect) {
@@ -43,23 +43,23 @@ class AspectCost {
 
 /// Downhill in steps from 1, then the lowest point of the parabola there. Nothing at the end of the range.
 std::optional<double> best_aspect(const AspectCost& cost) {
-  const auto aspect_of = [](int steps) { return 1.0 + step * steps; };
+  const auto aspect_of = [](int steps) { return 1.0 + kAspectStep * steps; };
   int at = 0;
   std::array<double, 3> costs = {cost(aspect_of(-1)), cost(aspect_of(0)), cost(aspect_of(1))};
   while (costs[1] > std::min(costs[0], costs[2])) {
     const int direction = costs[0] < costs[2] ? -1 : 1;
     at += direction;
-    if (std::abs(at) >= furthest) return std::nullopt;
+    if (std::abs(at) >= kMostAspectSteps) return std::nullopt;
     const double next = cost(aspect_of(at + direction));
     costs = direction < 0 ? std::array{next, costs[0], costs[1]} : std::array{costs[1], costs[2], next};
   }
   const double bend = costs[0] - 2.0 * costs[1] + costs[2];
   if (!(bend > 0.0)) return std::nullopt;
-  return aspect_of(at) + 0.5 * step * (costs[0] - costs[2]) / bend;
+  return aspect_of(at) + 0.5 * kAspectStep * (costs[0] - costs[2]) / bend;
 }
 
 bool lies_whole_in(const BallZone& zone, const cv::Size& picture) {
-  const double reach = whole_radii * zone.radius_px;
+  const double reach = kWholeRadii * zone.radius_px;
   return zone.u_px > reach && zone.v_px > reach && zone.u_px < picture.width - reach &&
          zone.v_px < picture.height - reach;
 }
@@ -73,11 +73,12 @@ std::optional<PixelAspect> aspect_from_balls(const PressSet& set, const std::vec
     const CalibrationPress& press = set.presses[zone.press];
     if (!lies_whole_in(zone, press.bgr.size())) continue;
     const cv::Mat3f relative = relative_change(press_change(press.bgr, set.background), set.background);
-    const PressPoints points = points_around({zone.u_px, zone.v_px, zone.radius_px}, relative, wanted_points);
+    const PressPoints points =
+        points_around({zone.u_px, zone.v_px, zone.radius_px}, relative, kWantedAspectPoints);
     const AspectCost cost(points, zone, 0.5 * press.diameter_mm / pixel_pitch_mm);
     if (const auto aspect = best_aspect(cost)) aspects.push_back(*aspect);
   }
-  if (aspects.size() < min_presses) return std::nullopt;
+  if (aspects.size() < kMinAspectPresses) return std::nullopt;
   PixelAspect result{median(aspects), 0.0, aspects.size()};
   std::vector<double> distances;
   for (const double aspect : aspects) distances.push_back(std::abs(aspect - result.y_over_x));

@@ -8,9 +8,9 @@
 namespace gelslam {
 namespace {
 
-constexpr int min_pixels = 100;
-constexpr double huber_mm = 0.01;
-constexpr int max_iterations = 50;
+constexpr int kMinPixels = 100;
+constexpr double kHuberMm = 0.01;
+constexpr int kMaxSphereIterations = 50;
 
 struct FittedSphere {  // lower half: z = center_z - sqrt(radius^2 - distance^2)
   double x = 0.0, y = 0.0, z = 0.0, radius = 0.0;
@@ -27,7 +27,7 @@ bool improve(const std::vector<Eigen::Vector3d>& points, FittedSphere& sphere, d
     const double root = std::sqrt(under_root);
     const double residual = sphere.z - root - point.z();
     const Eigen::Vector4d jacobian(-dx / root, -dy / root, 1.0, -sphere.radius / root);
-    const double weight = std::min(1.0, huber_mm / std::max(std::abs(residual), 1e-12));
+    const double weight = std::min(1.0, kHuberMm / std::max(std::abs(residual), 1e-12));
     information += weight * jacobian * jacobian.transpose();
     right -= weight * residual * jacobian;
   }
@@ -54,10 +54,10 @@ std::optional<double> fit_ball_radius_mm(const Surface& surface, const BallZone&
       lowest_mm = std::min(lowest_mm, points.back().z());
     }
   }
-  if (points.size() < min_pixels) return std::nullopt;
+  if (points.size() < kMinPixels) return std::nullopt;
   FittedSphere sphere{zone.u_px * surface.pixel_pitch_mm, zone.v_px * surface.pixel_pitch_mm,
                       lowest_mm + start_radius_mm, start_radius_mm};
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxSphereIterations; ++iteration) {
     double step = 0.0;
     if (!improve(points, sphere, step)) return std::nullopt;
     if (step < 1e-6) return sphere.radius;

@@ -13,18 +13,18 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr std::size_t min_zones = 5;
-constexpr int wanted_samples = 12'000;
-constexpr double most_angle_rad = 0.4;  // compared: steeper ones may not have been seen of the larger ball
-constexpr double least_factor = 0.4, most_factor = 2.5, factor_step = 1.02;
-constexpr double robust_change = 0.02;  // of full brightness
+constexpr std::size_t kMinZones = 5;
+constexpr int kWantedSizeSamples = 12'000;
+constexpr double kMostAngleRad = 0.4;  // compared: steeper ones may not have been seen of the larger ball
+constexpr double kLeastFactor = 0.4, kMostFactor = 2.5, kFactorStep = 1.02;
+constexpr double kRobustChange = 0.02;  // of full brightness
 // Or its inverse. Three sets with right diameters: 1.00 to 1.02; diameters 11 % off: 1.09 to 1.14.
-constexpr double most_steepness = 1.08;
+constexpr double kMostSteepness = 1.08;
 
 double residual(const ColorField& field, const std::vector<SlopeSample>& samples, double factor) {
   double sum = 0.0;
   for (const SlopeSample& sample : samples) {
-    if (std::hypot(sample.angle_rad[0], sample.angle_rad[1]) > static_cast<float>(most_angle_rad)) continue;
+    if (std::hypot(sample.angle_rad[0], sample.angle_rad[1]) > static_cast<float>(kMostAngleRad)) continue;
     const auto scale = static_cast<float>(factor);
     const std::array<float, 3> expected =
         field.change(sample.place, {scale * sample.angle_rad[0], scale * sample.angle_rad[1]});
@@ -34,7 +34,7 @@ double residual(const ColorField& field, const std::vector<SlopeSample>& samples
       const double residual = static_cast<double>(sample.color[c] - flat - field.unit(flat) * expected[c]);
       squared += residual * residual;
     }
-    sum += std::sqrt(1.0 + squared / (robust_change * robust_change)) - 1.0;
+    sum += std::sqrt(1.0 + squared / (kRobustChange * kRobustChange)) - 1.0;
   }
   return sum;
 }
@@ -42,7 +42,7 @@ double residual(const ColorField& field, const std::vector<SlopeSample>& samples
 /// Factor on the angles of `samples` that a field of another ball's colors explains best.
 double steepness_by(const ColorField& field, const std::vector<SlopeSample>& samples) {
   double best = 1.0, least = std::numeric_limits<double>::infinity();
-  for (double factor = least_factor; factor <= most_factor; factor *= factor_step) {
+  for (double factor = kLeastFactor; factor <= kMostFactor; factor *= kFactorStep) {
     const double cost = residual(field, samples, factor);
     if (cost >= least) continue;
     least = cost;
@@ -57,14 +57,16 @@ std::vector<BallSizeComparison> compare_ball_sizes(const PressSet& set, const st
                                                    double pixel_pitch_mm) {
   std::map<double, std::vector<BallZone>> by_size;
   for (const BallZone& zone : zones) by_size[set.presses[zone.press].diameter_mm].push_back(zone);
-  std::erase_if(by_size, [](const auto& size) { return size.second.size() < min_zones; });
+  std::erase_if(by_size, [](const auto& size) { return size.second.size() < kMinZones; });
   std::vector<BallSizeComparison> comparisons;
   if (by_size.size() < 2) return comparisons;
   const auto first = by_size.begin();
-  const std::vector<SlopeSample> samples = zone_samples(set, first->second, pixel_pitch_mm, wanted_samples);
+  const std::vector<SlopeSample> samples =
+      zone_samples(set, first->second, pixel_pitch_mm, kWantedSizeSamples);
   const ColorField field(samples);
   for (auto other = std::next(first); other != by_size.end(); ++other) {
-    const std::vector<SlopeSample> others = zone_samples(set, other->second, pixel_pitch_mm, wanted_samples);
+    const std::vector<SlopeSample> others =
+        zone_samples(set, other->second, pixel_pitch_mm, kWantedSizeSamples);
     const double forth = steepness_by(field, others), back = steepness_by(ColorField(others), samples);
     comparisons.push_back({first->first, other->first, std::sqrt(forth / back)});
   }
@@ -73,7 +75,7 @@ std::vector<BallSizeComparison> compare_ball_sizes(const PressSet& set, const st
 
 std::string contradiction_between_sizes(const std::vector<BallSizeComparison>& comparisons) {
   for (const BallSizeComparison& pair : comparisons) {
-    if (pair.steepness < most_steepness && pair.steepness > 1.0 / most_steepness) continue;
+    if (pair.steepness < kMostSteepness && pair.steepness > 1.0 / kMostSteepness) continue;
     return format_text(
         "the balls of %.2f and %.2f mm contradict each other: by its colors the second is %.0f %% %s than "
         "that; one "

@@ -13,7 +13,7 @@
 namespace gelslam {
 namespace {
 
-constexpr float map_full_scale_deg = 6.0F;
+constexpr float kMapFullScaleDeg = 6.0F;
 constexpr std::string_view style =
     "body{font:15px sans-serif;max-width:60em;margin:2em auto;color:#222}table{border-collapse:collapse}"
     "td,th{border:1px solid #ccc;padding:.2em .6em;text-align:right}th{background:#f4f4f4}"
@@ -78,7 +78,7 @@ cv::Mat3b map_picture(const cv::Mat1f& map, const cv::Size& size) {
   cv::Mat3b cells(map.size());
   std::transform(map.begin(), map.end(), cells.begin(), [](float error) {
     if (std::isnan(error)) return cv::Vec3b(200, 200, 200);
-    const float share = std::min(1.0F, error / map_full_scale_deg);
+    const float share = std::min(1.0F, error / kMapFullScaleDeg);
     return cv::Vec3b(cv::saturate_cast<unsigned char>(255.0F * (1.0F - std::min(1.0F, 2.0F * share))),
                      cv::saturate_cast<unsigned char>(255.0F * std::min(1.0F, 2.0F - 2.0F * share)), 255);
   });
@@ -158,8 +158,7 @@ void write_check_report(const std::filesystem::path& path, const ModelCheck& che
       << number(check.gains.all.gain_y(), 3) << " (read over true slope; 1 is unbiased).</p>\n";
   out << "<h2>Where</h2>\n<p>" << picture(coverage_picture(check, set)) << " "
       << picture(map_picture(check.error_map_deg, set.background.size()))
-      << "</p>\n<p>Left: the presses. Right: error from white (none) over yellow to red ("
-      << map_full_scale_deg
+      << "</p>\n<p>Left: the presses. Right: error from white (none) over yellow to red (" << kMapFullScaleDeg
       << " degrees and more); gray: no press. Gradient scale in each ninth of the gel:</p>\n";
   write_ninths(out, check);
   out << "\n<h2>How steep</h2>\n";

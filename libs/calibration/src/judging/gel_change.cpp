@@ -10,9 +10,9 @@
 namespace gelslam::calibration::detail {
 namespace {
 
-constexpr int surface_degree = 4, surface_passes = 12;
-constexpr double surface_robust_levels = 3.0, stands_out_levels = 10.0;
-constexpr int border_cells = 3;  // lamps and the gel's frame
+constexpr int kSurfaceDegree = 4, kSurfacePasses = 12;
+constexpr double kSurfaceRobustLevels = 3.0, kStandsOutLevels = 10.0;
+constexpr int kBorderCells = 3;  // lamps and the gel's frame
 
 cv::Vec3d median_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
   cv::Vec3d middle;
@@ -30,14 +30,14 @@ cv::Vec3d median_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) 
 
 /// Powers x^p y^q of every cell's place, one row per cell.
 cv::Mat1d powers_of_places(const cv::Size& size) {
-  constexpr int terms = (surface_degree + 1) * (surface_degree + 2) / 2;
+  constexpr int terms = (kSurfaceDegree + 1) * (kSurfaceDegree + 2) / 2;
   cv::Mat1d powers(size.area(), terms);
   for (int row = 0; row < size.height; ++row)
     for (int column = 0; column < size.width; ++column) {
       const double x = 2.0 * column / size.width - 1.0, y = 2.0 * row / size.height - 1.0;
       int term = 0;
-      for (int p = 0; p <= surface_degree; ++p)
-        for (int q = 0; p + q <= surface_degree; ++q)
+      for (int p = 0; p <= kSurfaceDegree; ++p)
+        for (int q = 0; p + q <= kSurfaceDegree; ++q)
           powers(row * size.width + column, term++) = std::pow(x, p) * std::pow(y, q);
     }
   return powers;
@@ -48,8 +48,8 @@ cv::Mat1d powers_of_places(const cv::Size& size) {
 cv::Mat3f shrink_to_cells(const cv::Mat3b& bgr) {
   cv::Mat3f precise, cells;
   bgr.convertTo(precise, CV_32F);
-  const int rows = std::max(4, static_cast<int>(std::lround(double{cells_across} * bgr.rows / bgr.cols)));
-  cv::resize(precise, cells, cv::Size(cells_across, rows), 0, 0, cv::INTER_AREA);
+  const int rows = std::max(4, static_cast<int>(std::lround(double{kCellsAcross} * bgr.rows / bgr.cols)));
+  cv::resize(precise, cells, cv::Size(kCellsAcross, rows), 0, 0, cv::INTER_AREA);
   return cells;
 }
 
@@ -100,21 +100,21 @@ int standing_out_cells(const cv::Mat3f& cells) {
     for (int channel = 0; channel < 3; ++channel)
       colors(k, channel) = static_cast<double>(cells(k / cells.cols, k % cells.cols)[channel]);
   cv::Mat1d weighted = powers.clone(), residual;
-  for (int pass = 0; pass < surface_passes; ++pass) {
+  for (int pass = 0; pass < kSurfacePasses; ++pass) {
     cv::Mat1d surface;
     cv::solve(weighted.t() * powers, weighted.t() * colors, surface, cv::DECOMP_CHOLESKY);
     residual = colors - powers * surface;
     for (int k = 0; k < powers.rows; ++k) {
-      const double share = cv::norm(residual.row(k)) / surface_robust_levels;
+      const double share = cv::norm(residual.row(k)) / kSurfaceRobustLevels;
       weighted.row(k) = powers.row(k) / ((1.0 + share * share) * (1.0 + share * share));
     }
   }
   cv::Mat1f length(cells.size(), 0.0F);
-  for (int row = border_cells; row < cells.rows - border_cells; ++row)
-    for (int column = border_cells; column < cells.cols - border_cells; ++column)
+  for (int row = kBorderCells; row < cells.rows - kBorderCells; ++row)
+    for (int column = kBorderCells; column < cells.cols - kBorderCells; ++column)
       length(row, column) = static_cast<float>(cv::norm(residual.row(row * cells.cols + column)));
   int most = 0;
-  for (const ChangedPiece& piece : changed_pieces(length, stands_out_levels))
+  for (const ChangedPiece& piece : changed_pieces(length, kStandsOutLevels))
     most = std::max(most, piece.cells);
   return most;
 }

@@ -8,7 +8,7 @@ namespace gelslam::calibration::detail {
 /// The picture as mean colors of cells, 80 of them across: noise is small in them, and a frame takes little
 /// time.
 cv::Mat3f shrink_to_cells(const cv::Mat3b& bgr);
-inline constexpr int cells_across = 80;
+inline constexpr int kCellsAcross = 80;
 
 /// How much each cell's color differs (norm over the channels, gray levels, smoothed over 3x3 cells),
 /// without what most of the picture has in common (exposure, light).

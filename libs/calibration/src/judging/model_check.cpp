@@ -23,9 +23,9 @@ const cv::Size error_cells{16, 12};
 struct Limits {
   double error_deg, gain, radius;
 };
-constexpr Limits good = {3.0, 0.03, 0.03}, usable = {5.0, 0.10, 0.08};
-constexpr double odd_ninth_gain = 0.15;  // of one ninth, worth a sentence
-constexpr double min_ninth_pixels = 1500;
+constexpr Limits kGoodLimits = {3.0, 0.03, 0.03}, kUsableLimits = {5.0, 0.10, 0.08};
+constexpr double kOddNinthGain = 0.15;  // of one ninth, worth a sentence
+constexpr double kMinNinthPixels = 1500;
 
 std::string formatted(const char* format, double a, double b = 0.0) {
   std::array<char, 200> text{};
@@ -79,19 +79,19 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
     if (verdict != Verdict::good) found.emplace_back(verdict, std::move(reason));
   };
   const double error = check.errors.all.mean_abs_error_deg();
-  note(judge_number(error, good.error_deg, usable.error_deg),
+  note(judge_number(error, kGoodLimits.error_deg, kUsableLimits.error_deg),
        formatted("slopes are wrong by %.1f degrees on average", error));
   const double gain = check.gains.all.gain();
-  note(judge_number(gain - 1.0, good.gain, usable.gain),
+  note(judge_number(gain - 1.0, kGoodLimits.gain, kUsableLimits.gain),
        formatted(gain > 1.0 ? "slopes read %.0f %% too steep" : "slopes read %.0f %% too flat",
                  100.0 * std::abs(gain - 1.0)));
   for (const DiameterCheck& ball : check.diameters)
-    note(judge_number(ball.radius_error(), good.radius, usable.radius),
+    note(judge_number(ball.radius_error(), kGoodLimits.radius, kUsableLimits.radius),
          formatted("balls of %.2f mm come out %+.1f %% in radius", ball.diameter_mm,
                    100.0 * ball.radius_error()));
   for (std::size_t k = 0; k < 9; ++k) {
     const SlopeSums& ninth = check.gains.ninths[k];
-    if (ninth.pixels < min_ninth_pixels || std::abs(ninth.gain() - 1.0) < odd_ninth_gain) continue;
+    if (ninth.pixels < kMinNinthPixels || std::abs(ninth.gain() - 1.0) < kOddNinthGain) continue;
     note(Verdict::usable,
          std::string("at the ") + place_name(k) + " of the gel " +
              formatted(ninth.gain() > 1.0 ? "slopes read %.0f %% too steep" : "slopes read %.0f %% too flat",

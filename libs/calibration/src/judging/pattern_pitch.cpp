@@ -15,13 +15,13 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr double period_tolerance = 1.25;  // less than a factor of two: harmonics are other waves
-constexpr double least_periods = 4.0;      // in the picture's shorter half
-constexpr double least_strength = 30.0;    // noise reaches 12 or so, a ruler's marks thousands
-constexpr int padding = 2;                 // of the transform, so that no peak falls between its bins
+constexpr double kPeriodTolerance = 1.25;  // less than a factor of two: harmonics are other waves
+constexpr double kLeastPeriods = 4.0;      // in the picture's shorter half
+constexpr double kLeastStrength = 30.0;    // noise reaches 12 or so, a ruler's marks thousands
+constexpr int kPadding = 2;                // of the transform, so that no peak falls between its bins
 // The lamps shine from other sides at the picture's other end, which shifts the wave by so many periods.
-constexpr double lamp_shift_periods = 0.05;
-constexpr double apart_deg = 30.0;  // waves that tell both axes
+constexpr double kLampShiftPeriods = 0.05;
+constexpr double kApartDeg = 30.0;  // waves that tell both axes
 
 struct Frequency {
   double fx = 0.0, fy = 0.0;
@@ -39,7 +39,7 @@ class Spectrum {
 
   /// Power at the bins of a discrete transform, frequency (i, j) / size.
   cv::Mat1f bins(cv::Size& size) const {
-    size = {cv::getOptimalDFTSize(padding * part_.cols), cv::getOptimalDFTSize(padding * part_.rows)};
+    size = {cv::getOptimalDFTSize(kPadding * part_.cols), cv::getOptimalDFTSize(kPadding * part_.rows)};
     cv::Mat1f power(size, 0.0F);
     for (int channel = 0; channel < 3; ++channel) {
       cv::Mat1f padded(size, 0.0F);
@@ -130,7 +130,7 @@ Peak strongest(const Spectrum& spectrum, double period_px) {
       const Frequency f{static_cast<double>(i) / size.width,
                         static_cast<double>(j < size.height / 2 ? j : j - size.height) / size.height};
       const double periods = length(f) * period_px;
-      if (periods < 1.0 / period_tolerance || periods > period_tolerance) continue;
+      if (periods < 1.0 / kPeriodTolerance || periods > kPeriodTolerance) continue;
       around.push_back(static_cast<double>(power(j, i)));
       if (around.back() <= most) continue;
       most = around.back();
@@ -155,23 +155,23 @@ double disagreement(const cv::Mat3f& change, const Frequency& f) {
 double PatternWave::period_px() const { return 1.0 / std::hypot(fx, fy); }
 
 std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& background, double period_px) {
-  if (!(period_px > 3.0 && least_periods * period_px <= std::min(bgr.cols, bgr.rows))) return std::nullopt;
+  if (!(period_px > 3.0 && kLeastPeriods * period_px <= std::min(bgr.cols, bgr.rows))) return std::nullopt;
   const cv::Mat3f change = without_broad_parts(bgr, background, period_px);
   const Spectrum spectrum(change, {{0, 0}, change.size()});
   const Peak peak = strongest(spectrum, period_px);
-  if (peak.strength < least_strength) return std::nullopt;
+  if (peak.strength < kLeastStrength) return std::nullopt;
   Frequency f = spectrum.top(peak.frequency);
   const double periods = length(f) * period_px;
-  if (periods < 1.0 / period_tolerance || periods > period_tolerance)
+  if (periods < 1.0 / kPeriodTolerance || periods > kPeriodTolerance)
     return std::nullopt;  // the flank of another wave
   if (f.fx < 0.0) f = {-f.fx, -f.fy};
   const double seen_periods = std::abs(f.fx) * bgr.cols + std::abs(f.fy) * bgr.rows;
-  const double uncertainty = std::max(disagreement(change, f), lamp_shift_periods / seen_periods);
+  const double uncertainty = std::max(disagreement(change, f), kLampShiftPeriods / seen_periods);
   return PatternWave{f.fx, f.fy, uncertainty, peak.strength};
 }
 
 bool pixels_are_square(double y_over_x, double uncertainty) {
-  return std::abs(y_over_x - 1.0) <= std::max(most_unsquare, 2.0 * uncertainty);
+  return std::abs(y_over_x - 1.0) <= std::max(kMostUnsquare, 2.0 * uncertainty);
 }
 
 PixelPitch pitch_from_pattern(const std::vector<PatternWave>& waves, double period_mm) {
@@ -192,7 +192,7 @@ PixelPitch pitch_from_pattern(const std::vector<PatternWave>& waves, double peri
                  first = std::atan2(std::abs(waves.front().fy), waves.front().fx);
     widest_deg = std::max(widest_deg, std::abs(angle - first) * 180.0 / std::numbers::pi);
   }
-  if (widest_deg < apart_deg) {
+  if (widest_deg < kApartDeg) {
     const double pitch_mm = shared / shared_weight,
                  uncertainty_mm = 0.5 * pitch_mm / std::sqrt(shared_weight);
     return {pitch_mm, pitch_mm, uncertainty_mm, uncertainty_mm, false};

@@ -12,15 +12,15 @@
 namespace gelslam {
 namespace {
 
-constexpr double margin_px = 3.0;  // the gel's bend at the rim, seen through the lens
-constexpr double min_zone_px = 5.0;
-constexpr std::size_t min_compared = 5;  // labels, to tell how they were drawn
-constexpr double close_centers = 0.12;   // of the radius: a label and what is found mean the same
-constexpr double beside = 0.6;           // of the radius: a label that misses its contact
-constexpr std::size_t min_presses = 10;
-constexpr double max_background_levels = 8.0;
-constexpr double most_in_another_light = 0.25;  // of the presses: more are no accident
-constexpr double untouched_radii = 2.5;
+constexpr double kZoneMarginPx = 3.0;  // the gel's bend at the rim, seen through the lens
+constexpr double kMinZonePx = 5.0;
+constexpr std::size_t kMinCompared = 5;  // labels, to tell how they were drawn
+constexpr double kCloseCenters = 0.12;   // of the radius: a label and what is found mean the same
+constexpr double kBesideRadii = 0.6;     // of the radius: a label that misses its contact
+constexpr std::size_t kMinPresses = 10;
+constexpr double kMaxBackgroundLevels = 8.0;
+constexpr double kMostInAnotherLight = 0.25;  // of the presses: more are no accident
+constexpr double kUntouchedRadii = 2.5;
 
 double spread(const std::vector<double>& values, double middle) {
   std::vector<double> distances;
@@ -30,7 +30,7 @@ double spread(const std::vector<double>& values, double middle) {
 
 /// How a set's labels were drawn: the gel leaves the ball at radius * ratio - offset.
 struct LabelStyle {
-  double ratio = 1.0, offset_px = visible_rim_px;
+  double ratio = 1.0, offset_px = kVisibleRimPx;
   double ball_radius_px(const ContactCircle& label) const { return ratio * label.radius_px - offset_px; }
 };
 
@@ -52,11 +52,11 @@ LabelStyle style_of_labels(const PressSet& set, const std::vector<FoundCircle>& 
     const auto& label = set.presses[k].label;
     if (!label || set.presses[k].left_out || !found[k].problem.empty() || is_as_found(*label, found[k]))
       continue;
-    if (distance_px(*label, found[k].circle) > close_centers * label->radius_px) continue;
+    if (distance_px(*label, found[k].circle) > kCloseCenters * label->radius_px) continue;
     ratios.push_back(found[k].ball.radius_px / label->radius_px);
     offsets.push_back(label->radius_px - found[k].ball.radius_px);
   }
-  if (ratios.size() < min_compared) return {};
+  if (ratios.size() < kMinCompared) return {};
   const double ratio = median(ratios), offset = median(offsets);
   std::vector<double> ratio_errors;
   for (std::size_t k = 0; k < ratios.size(); ++k)
@@ -77,7 +77,7 @@ std::string problem_with_label(const CalibrationPress& press, const FoundCircle&
       label.u_px > press.bgr.cols + label.radius_px || label.v_px > press.bgr.rows + label.radius_px)
     return "its label lies outside the picture";
   if (found.problem.empty() &&
-      distance_px(label, found.circle) > beside * std::max(label.radius_px, found.circle.radius_px))
+      distance_px(label, found.circle) > kBesideRadii * std::max(label.radius_px, found.circle.radius_px))
     return "its label lies beside the contact";
   if (label.radius_px > 1.45 * ball_radius_px)
     return "its label is larger than the ball: is the diameter right?";
@@ -91,7 +91,8 @@ double background_difference(const PressSet& set, const BallZone& zone) {
   constexpr int stride = 4;
   for (int v = 0; v < bgr.rows; v += stride)
     for (int u = 0; u < bgr.cols; u += stride) {
-      if (std::hypot(u - zone.u_px, v - zone.v_px) < untouched_radii * (zone.radius_px + margin_px)) continue;
+      if (std::hypot(u - zone.u_px, v - zone.v_px) < kUntouchedRadii * (zone.radius_px + kZoneMarginPx))
+        continue;
       double squared = 0.0;
       for (int c = 0; c < 3; ++c) {
         const double difference =
@@ -104,7 +105,7 @@ double background_difference(const PressSet& set, const BallZone& zone) {
 }
 
 bool is_in_another_light(const PressSet& set, const BallZone& zone) {
-  return background_difference(set, zone) > max_background_levels;
+  return background_difference(set, zone) > kMaxBackgroundLevels;
 }
 
 /// Single pictures in another light are bad pictures; many are another sensor, and then the set is wrong.
@@ -113,7 +114,7 @@ void reject_another_light(const PressSet& set, BallZones& zones) {
       std::stable_partition(zones.zones.begin(), zones.zones.end(),
                             [&](const BallZone& zone) { return !is_in_another_light(set, zone); });
   const auto count = static_cast<double>(zones.zones.end() - strange);
-  if (count <= most_in_another_light * static_cast<double>(zones.zones.size())) {
+  if (count <= kMostInAnotherLight * static_cast<double>(zones.zones.size())) {
     for (auto zone = strange; zone != zones.zones.end(); ++zone)
       zones.rejected.push_back({zone->press,
                                 "its untouched gel does not look like background.png: another light, gel or "
@@ -184,18 +185,18 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
     const CalibrationPress& press = set.presses[k];
     std::string problem;
     const ContactCircle& ball = found[k].ball;
-    BallZone zone{k, ball.u_px, ball.v_px, ball.radius_px - margin_px};
+    BallZone zone{k, ball.u_px, ball.v_px, ball.radius_px - kZoneMarginPx};
     if (press.left_out) {
       problem = "a person has left it out";
     } else if (!press.problem.empty()) {
       problem = press.problem;
     } else if (press.label && !is_as_found(*press.label, found[k])) {
-      zone = {k, press.label->u_px, press.label->v_px, style.ball_radius_px(*press.label) - margin_px};
+      zone = {k, press.label->u_px, press.label->v_px, style.ball_radius_px(*press.label) - kZoneMarginPx};
       problem = problem_with_label(press, found[k], ball_px(press, pixel_pitch_mm));
     } else {
       problem = automatic || press.label ? found[k].problem : "it has no label";
     }
-    if (problem.empty() && zone.radius_px < min_zone_px) problem = "its contact is too small";
+    if (problem.empty() && zone.radius_px < kMinZonePx) problem = "its contact is too small";
     if (problem.empty() && zone.radius_px > 0.95 * ball_px(press, pixel_pitch_mm))
       problem = "its contact is larger than the ball: is the diameter right?";
     if (problem.empty())
@@ -210,10 +211,10 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
 }
 
 void require_good_coverage(const PressSet& set, const BallZones& zones) {
-  if (zones.zones.size() < min_presses) {
+  if (zones.zones.size() < kMinPresses) {
     std::string text = "'" + set.folder.string() + "': only " + std::to_string(zones.zones.size()) + " of " +
                        std::to_string(set.presses.size()) + " presses can be used, at least " +
-                       std::to_string(min_presses) + " are needed (about 50 are good)";
+                       std::to_string(kMinPresses) + " are needed (about 50 are good)";
     if (!zones.rejected.empty())
       text += "; " + set.presses[zones.rejected.front().press].name + ": " + zones.rejected.front().reason;
     throw Error(text);

@@ -18,27 +18,27 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr float seed_share = 0.3F;  // of the strongest change: what belongs to the contact at first sight
-constexpr float wide_share =
+constexpr float kSeedShare = 0.3F;  // of the strongest change: what belongs to the contact at first sight
+constexpr float kWideShare =
     0.12F;  // and at second sight, with its membrane rim and the sides that change little
-constexpr double least_of_wide =
+constexpr double kLeastOfWide =
     0.5;  // a circle smaller than this share of the wide piece is a part of the contact
-constexpr float min_seed_levels = 6.0F;
-constexpr int min_seed_pixels = 60;
-constexpr double wanted_points = 1800, wanted_points_to_refine = 900;
+constexpr float kMinSeedLevels = 6.0F;
+constexpr int kMinSeedPixels = 60;
+constexpr double kWantedPoints = 1800, kWantedPointsToRefine = 900;
 
-constexpr double most_refined = 0.25;  // of the radius: further away, the finer fit has lost the contact
+constexpr double kMostRefined = 0.25;  // of the radius: further away, the finer fit has lost the contact
 
-constexpr double wanted_points_to_smear = 250, first_decay_px = 8.0;
+constexpr double kWantedPointsToSmear = 250, kFirstDecayPx = 8.0;
 // Over the cost of even blur. The least of 366 good presses was 0.79; of 10 balls that slid by 2 mm, 0.44 to
 // 0.72.
-constexpr double slid_cost = 0.7;
-constexpr double least_moved = 0.5;  // of the radius: less does no harm inside the zone
+constexpr double kSlidCost = 0.7;
+constexpr double kLeastMoved = 0.5;  // of the radius: less does no harm inside the zone
 
-constexpr double min_radius_px = 6.0;
-constexpr double min_confidence = 0.55;
-constexpr double max_ball_share = 0.95;     // of the ball's radius: no gel is that deep
-constexpr double min_visible_share = 0.35;  // of the circle inside the picture
+constexpr double kMinRadiusPx = 6.0;
+constexpr double kMinConfidence = 0.55;
+constexpr double kMaxBallShare = 0.95;     // of the ball's radius: no gel is that deep
+constexpr double kMinVisibleShare = 0.35;  // of the circle inside the picture
 
 struct Seed {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
@@ -57,7 +57,7 @@ std::optional<Seed> heaviest_piece(const cv::Mat1f& strength, float threshold) {
       if (labels(v, u) > 0)
         weights[static_cast<std::size_t>(labels(v, u))] += static_cast<double>(strength(v, u));
   const auto heaviest = static_cast<int>(std::max_element(weights.begin(), weights.end()) - weights.begin());
-  if (heaviest == 0 || stats(heaviest, cv::CC_STAT_AREA) < min_seed_pixels) return std::nullopt;
+  if (heaviest == 0 || stats(heaviest, cv::CC_STAT_AREA) < kMinSeedPixels) return std::nullopt;
   return Seed{centers(heaviest, 0), centers(heaviest, 1),
               std::sqrt(stats(heaviest, cv::CC_STAT_AREA) / 3.14159265)};
 }
@@ -78,17 +78,17 @@ Seeds find_seeds(const cv::Mat3f& change) {
       sorted.end() - static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, sorted.size() / 200));
   std::nth_element(sorted.begin(), strongest, sorted.end());
   const auto piece_above = [&](float share) {
-    return heaviest_piece(strength, std::max(min_seed_levels, share * *strongest));
+    return heaviest_piece(strength, std::max(kMinSeedLevels, share * *strongest));
   };
-  return {piece_above(seed_share), piece_above(wide_share)};
+  return {piece_above(kSeedShare), piece_above(kWideShare)};
 }
 
 PressFit fit_from(const Seed& seed, const cv::Mat3f& relative, double ball_px) {
-  const PressPoints points = points_around({seed.u_px, seed.v_px, seed.radius_px}, relative, wanted_points);
+  const PressPoints points = points_around({seed.u_px, seed.v_px, seed.radius_px}, relative, kWantedPoints);
   std::optional<PressFit> best;
   for (const double share : {0.75, 1.0}) {
     const PressShape start{seed.u_px, seed.v_px, std::min(share * seed.radius_px, 0.9 * ball_px),
-                           first_decay_px};
+                           kFirstDecayPx};
     const PressFit fit = fit_press(points, start, ball_px);
     if (!best || fit.cost < best->cost) best = fit;
   }
@@ -99,7 +99,7 @@ PressFit fit_from(const Seed& seed, const cv::Mat3f& relative, double ball_px) {
 /// piece alone.
 PressFit fit_contact(const Seeds& seeds, const cv::Mat3f& relative, double ball_px) {
   const PressFit fit = fit_from(*seeds.narrow, relative, ball_px);
-  if (!seeds.wide || fit.shape.radius_px > least_of_wide * seeds.wide->radius_px) return fit;
+  if (!seeds.wide || fit.shape.radius_px > kLeastOfWide * seeds.wide->radius_px) return fit;
   return fit_from(*seeds.wide, relative, ball_px);
 }
 
@@ -107,9 +107,9 @@ PressFit fit_contact(const Seeds& seeds, const cv::Mat3f& relative, double ball_
 ContactCircle refined(const PressShape& shape, const cv::Mat3f& relative, double ball_px) {
   const ContactCircle around{shape.u_px, shape.v_px, shape.radius_px};
   const PressShape ball =
-      refine_press(points_around(around, relative, wanted_points_to_refine), shape, ball_px).shape;
+      refine_press(points_around(around, relative, kWantedPointsToRefine), shape, ball_px).shape;
   const bool near =
-      std::hypot(ball.u_px - shape.u_px, ball.v_px - shape.v_px) < most_refined * shape.radius_px;
+      std::hypot(ball.u_px - shape.u_px, ball.v_px - shape.v_px) < kMostRefined * shape.radius_px;
   return near ? ContactCircle{ball.u_px, ball.v_px, ball.radius_px} : around;
 }
 
@@ -127,32 +127,32 @@ double visible_share(const ContactCircle& circle, const cv::Size& size) {
 }
 
 std::string problem_with(const FoundCircle& found, const cv::Size& size, double ball_px) {
-  if (found.confidence < min_confidence) return "the colors do not look like a ball pressed into the gel";
-  if (found.ball.radius_px < min_radius_px) return "the contact is too small";
-  if (found.ball.radius_px > max_ball_share * ball_px)
+  if (found.confidence < kMinConfidence) return "the colors do not look like a ball pressed into the gel";
+  if (found.ball.radius_px < kMinRadiusPx) return "the contact is too small";
+  if (found.ball.radius_px > kMaxBallShare * ball_px)
     return "the contact is larger than the ball: is the diameter right?";
   if (found.circle.u_px < 0.0 || found.circle.v_px < 0.0 || found.circle.u_px > size.width - 1.0 ||
       found.circle.v_px > size.height - 1.0)
     return "the ball's middle lies outside the picture";
-  if (visible_share(found.circle, size) < min_visible_share)
+  if (visible_share(found.circle, size) < kMinVisibleShare)
     return "most of the contact lies outside the picture";
   return "";
 }
 
 /// Blur in one direction tells far more of the picture than blur in all.
 bool slid(const FoundCircle& found, const cv::Mat3f& relative, double ball_px) {
-  const PressPoints points = points_around(found.circle, relative, wanted_points_to_smear);
-  const PressShape start{found.ball.u_px, found.ball.v_px, found.ball.radius_px, first_decay_px};
+  const PressPoints points = points_around(found.circle, relative, kWantedPointsToSmear);
+  const PressShape start{found.ball.u_px, found.ball.v_px, found.ball.radius_px, kFirstDecayPx};
   const SlidPress fit = fit_slid_press(points, start, ball_px);
-  return fit.moved_px > least_moved * fit.radius_px &&
-         fit.cost < slid_cost * blurred_cost(points, start, ball_px);
+  return fit.moved_px > kLeastMoved * fit.radius_px &&
+         fit.cost < kSlidCost * blurred_cost(points, start, ball_px);
 }
 
 /// Two balls, or a finger beside one: the membrane rims of both lie on each other.
 bool touches_twice(const FoundCircle& found, const cv::Mat3b& bgr, const cv::Mat3b& background) {
   const cv::Mat1f difference = cell_difference(shrink_to_cells(bgr), shrink_to_cells(background));
-  return has_second_contact(changed_pieces(difference, level_of_contact(difference, least_touch_levels)),
-                            found, static_cast<double>(bgr.cols) / cells_across);
+  return has_second_contact(changed_pieces(difference, level_of_contact(difference, kLeastTouchLevels)),
+                            found, static_cast<double>(bgr.cols) / kCellsAcross);
 }
 
 }  // namespace
@@ -170,7 +170,7 @@ FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, doubl
   found.ball = refined(fit.shape, relative, ball_px);
   const ContactCircle knee{fit.shape.u_px, fit.shape.v_px, fit.shape.radius_px};
   found.circle = find_visible_rim(relative, knee)
-                     .value_or(ContactCircle{knee.u_px, knee.v_px, knee.radius_px + visible_rim_px});
+                     .value_or(ContactCircle{knee.u_px, knee.v_px, knee.radius_px + kVisibleRimPx});
   found.confidence = fit.explained;
   found.problem = problem_with(found, bgr.size(), ball_px);
   if (found.problem.empty() && touches_twice(found, bgr, background))

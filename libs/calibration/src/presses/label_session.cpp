@@ -13,10 +13,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double doubtful_confidence = 0.8;  // clear contacts of three sensors: 0.8 and more
-constexpr double odd_distance = 0.25;        // of the radius, between a label and what was found
-constexpr double min_odd_px = 5.0;
-constexpr double min_radius_px = 2.0;
+constexpr double kDoubtfulConfidence = 0.8;  // clear contacts of three sensors: 0.8 and more
+constexpr double kOddDistance = 0.25;        // of the radius, between a label and what was found
+constexpr double kMinOddPx = 5.0;
+constexpr double kMinLabelRadiusPx = 2.0;
 
 bool contact_was_found(const FoundCircle& found) { return found.problem.empty(); }
 
@@ -26,10 +26,10 @@ std::string doubt_about(const CalibrationPress& press, const FoundCircle& found)
   if (press.label) {
     const double distance_px =
         std::hypot(press.label->u_px - found.circle.u_px, press.label->v_px - found.circle.v_px);
-    if (distance_px > std::max(min_odd_px, odd_distance * press.label->radius_px))
+    if (distance_px > std::max(kMinOddPx, kOddDistance * press.label->radius_px))
       return format_text("its label lies %.0f px beside the contact that was found", distance_px);
   }
-  if (found.confidence < doubtful_confidence) return "the circle is not sure";
+  if (found.confidence < kDoubtfulConfidence) return "the circle is not sure";
   return "";
 }
 
@@ -48,16 +48,17 @@ PressLabel first_label(std::size_t press, const PressSet& set, const FoundCircle
     label.origin = LabelOrigin::from_file;
     label.state = LabelState::accepted;
   } else {
-    label.circle =
-        found.circle.radius_px > min_radius_px ? found.circle : circle_in_the_middle(set.background.size());
+    label.circle = found.circle.radius_px > kMinLabelRadiusPx ? found.circle
+                                                              : circle_in_the_middle(set.background.size());
   }
   if (shown.left_out) label.state = LabelState::left_out;
   return label;
 }
 
 ContactCircle within_sight(ContactCircle circle, const cv::Size& picture) {
-  circle.radius_px = std::clamp(circle.radius_px, min_radius_px, std::hypot(picture.width, picture.height));
-  const double beyond = circle.radius_px - min_radius_px;
+  circle.radius_px =
+      std::clamp(circle.radius_px, kMinLabelRadiusPx, std::hypot(picture.width, picture.height));
+  const double beyond = circle.radius_px - kMinLabelRadiusPx;
   circle.u_px = std::clamp(circle.u_px, -beyond, picture.width - 1.0 + beyond);
   circle.v_px = std::clamp(circle.v_px, -beyond, picture.height - 1.0 + beyond);
   return circle;
@@ -74,8 +75,8 @@ void remove_label_file(const fs::path& file) {
 }
 
 void remove_decision(const fs::path& press_folder) {
-  remove_label_file(press_folder / label_file);
-  remove_label_file(press_folder / left_out_file);
+  remove_label_file(press_folder / kLabelFile);
+  remove_label_file(press_folder / kLeftOutFile);
 }
 
 }  // namespace
@@ -225,8 +226,8 @@ void LabelSession::save_one(std::size_t k) {
 
 void write_decision(const fs::path& press_folder, const ContactCircle& circle, bool left_out) {
   // The new file is there before the old one goes: whatever happens between, the press counts as left out.
-  const fs::path kept = press_folder / (left_out ? left_out_file : label_file),
-                 gone = press_folder / (left_out ? label_file : left_out_file);
+  const fs::path kept = press_folder / (left_out ? kLeftOutFile : kLabelFile),
+                 gone = press_folder / (left_out ? kLabelFile : kLeftOutFile);
   write_label(kept, circle);
   remove_label_file(gone);
 }

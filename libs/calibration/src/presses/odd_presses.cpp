@@ -9,12 +9,12 @@
 namespace gelslam::calibration::detail {
 namespace {
 
-constexpr int wanted_samples = 12'000;
-constexpr std::size_t least_zones = 10;  // to tell which one is odd
+constexpr int kWantedOddSamples = 12'000;
+constexpr std::size_t kLeastZones = 10;  // to tell which one is odd
 // Times the median residual. The oddest of 224 good presses of three sets: 2.4; two balls that overlap 2.7
 // to 9.6, something oval 15.
-constexpr double odd_residual = 3.0;
-constexpr double most_odd = 0.25;  // of the presses: more are no accident
+constexpr double kOddResidual = 3.0;
+constexpr double kMostOdd = 0.25;  // of the presses: more are no accident
 
 /// Per zone, root mean square distance of its colors to the field's; of full brightness.
 std::vector<double> residuals_to(const ColorField& field, const std::vector<SlopeSample>& samples,
@@ -39,16 +39,16 @@ std::vector<double> residuals_to(const ColorField& field, const std::vector<Slop
 std::vector<std::size_t> find_odd_zones(const PressSet& set, const std::vector<BallZone>& zones,
                                         double pixel_pitch_mm) {
   std::vector<std::size_t> odd;
-  if (zones.size() < least_zones) return odd;
-  std::vector<SlopeSample> samples = zone_samples(set, zones, pixel_pitch_mm, wanted_samples);
-  const auto most = static_cast<std::size_t>(most_odd * static_cast<double>(zones.size()));
+  if (zones.size() < kLeastZones) return odd;
+  std::vector<SlopeSample> samples = zone_samples(set, zones, pixel_pitch_mm, kWantedOddSamples);
+  const auto most = static_cast<std::size_t>(kMostOdd * static_cast<double>(zones.size()));
   while (odd.size() < most && !samples.empty()) {
     const std::vector<double> residuals = residuals_to(ColorField(samples), samples, zones.size());
     std::vector<double> others;
     for (const double residual : residuals)
       if (residual > 0.0) others.push_back(residual);
     const auto worst = std::max_element(residuals.begin(), residuals.end());
-    if (*worst <= odd_residual * median(others)) break;
+    if (*worst <= kOddResidual * median(others)) break;
     const auto zone = static_cast<std::size_t>(worst - residuals.begin());
     odd.push_back(zone);
     std::erase_if(samples, [&](const SlopeSample& s) { return s.zone == static_cast<int>(zone); });

@@ -20,16 +20,16 @@ namespace {
 using namespace calibration::detail;
 
 // Gray levels of cells, where noise is below one.
-constexpr double least_still_levels = 2.0;
-constexpr double noise_factor = 2.0, most_noise_levels = 5.0;
-constexpr int least_touched_cells = 6;
+constexpr double kLeastStillLevels = 2.0;
+constexpr double kNoiseFactor = 2.0, kMostNoiseLevels = 5.0;
+constexpr int kLeastTouchedCells = 6;
 // Half of the share of the picture by which the faintest press stands out; twice that of the oddest bare gel.
-constexpr double bare_share = 0.01;
+constexpr double kBareShare = 0.01;
 // Training refuses pictures whose untouched gel differs by 8 levels.
-constexpr double most_light_levels = 6.0;
-constexpr std::size_t slide_frames = 6;
-constexpr double slide_cells = 1.5, slide_growth = 1.25;
-constexpr int patience_holds = 10;
+constexpr double kMostLightLevels = 6.0;
+constexpr std::size_t kSlideFrames = 6;
+constexpr double kSlideCells = 1.5, kSlideGrowth = 1.25;
+constexpr int kPatienceHolds = 10;
 
 }  // namespace
 
@@ -49,8 +49,8 @@ struct PressCollector::Impl {
   std::optional<CollectedPress> end_touch();
   bool slides(const ChangedPiece& piece);
   void judge_hold(const cv::Mat1f& difference);
-  double touch_level() const { return std::max(least_touch_levels, noise_factor * noise_levels); }
-  double still_level() const { return std::max(least_still_levels, noise_factor * noise_levels); }
+  double touch_level() const { return std::max(kLeastTouchLevels, kNoiseFactor * noise_levels); }
+  double still_level() const { return std::max(kLeastStillLevels, kNoiseFactor * noise_levels); }
 
   CollectorOptions options;
   CollectorStatus status;
@@ -78,7 +78,7 @@ void PressCollector::Impl::begin_background(const cv::Mat3b& bgr, const cv::Mat3
 void PressCollector::Impl::look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
   if (held.empty()) return begin_background(bgr, cells, status.warning);
   const double change = largest(cell_difference(cells, anchor));
-  if (change > most_noise_levels)
+  if (change > kMostNoiseLevels)
     return begin_background(bgr, cells, "something moves on the gel: keep everything off it");
   noise_levels = std::max(noise_levels, change);
   held.push_back(bgr.clone());
@@ -90,7 +90,7 @@ void PressCollector::Impl::take_background() {
   const cv::Mat3f cells = shrink_to_cells(mean);
   held.clear();
   if (!options.any_background &&
-      standing_out_cells(cells) > bare_share * static_cast<double>(cells.total())) {
+      standing_out_cells(cells) > kBareShare * static_cast<double>(cells.total())) {
     status.warning = "something lies on the gel: lift it, so that the bare gel can be seen";
     return;
   }
@@ -102,7 +102,7 @@ void PressCollector::Impl::take_background() {
 /// Lamps that warm up, a lamp that fails, an exposure that was changed: nothing that follows would fit.
 void PressCollector::Impl::look_at_light(const cv::Mat3f& cells) {
   const double change = common_difference(cells, bare_cells);
-  const bool was_changed = std::exchange(light_changed, change > most_light_levels);
+  const bool was_changed = std::exchange(light_changed, change > kMostLightLevels);
   if (light_changed)
     status.warning = format_text(
         "the light has changed by %.0f gray levels since the bare gel was seen: nothing is taken until it is "
@@ -134,12 +134,12 @@ std::optional<CollectedPress> PressCollector::Impl::end_touch() {
 
 bool PressCollector::Impl::slides(const ChangedPiece& piece) {
   places.push_back(piece);
-  if (places.size() <= slide_frames) return false;
+  if (places.size() <= kSlideFrames) return false;
   const ChangedPiece before = places.front();
   places.pop_front();
   const double growth = static_cast<double>(piece.cells) / before.cells;
-  return std::hypot(piece.u_cells - before.u_cells, piece.v_cells - before.v_cells) > slide_cells &&
-         growth < slide_growth && growth > 1.0 / slide_growth;
+  return std::hypot(piece.u_cells - before.u_cells, piece.v_cells - before.v_cells) > kSlideCells &&
+         growth < kSlideGrowth && growth > 1.0 / kSlideGrowth;
 }
 
 /// The ball has been still for as long as is asked.
@@ -157,7 +157,7 @@ void PressCollector::Impl::judge_hold(const cv::Mat1f& difference) {
     const ContactCircle label{judged.found.ball.u_px, judged.found.ball.v_px, judged.found.circle.radius_px};
     best = CollectedPress{mean, label, judged.found.confidence};
     status.phase = CollectPhase::taken;
-  } else if (holds >= patience_holds) {
+  } else if (holds >= kPatienceHolds) {
     status.warning += "; if nothing touches the gel, it was not bare at the start: begin again";
   }
 }
@@ -166,7 +166,7 @@ std::optional<CollectedPress> PressCollector::Impl::watch(const cv::Mat3b& bgr, 
   const cv::Mat1f difference = cell_difference(cells, bare_cells);
   const std::vector<ChangedPiece> pieces = changed_pieces(difference, touch_level());
   const bool was_touched = status.phase != CollectPhase::ready;
-  if (pieces.empty() || pieces.front().cells < least_touched_cells) {
+  if (pieces.empty() || pieces.front().cells < kLeastTouchedCells) {
     if (was_touched) return end_touch();
     look_at_light(cells);
     return std::nullopt;
@@ -188,7 +188,7 @@ PressCollector::PressCollector(const CollectorOptions& options) : impl_(std::mak
 PressCollector::~PressCollector() = default;
 
 std::optional<CollectedPress> PressCollector::add(const cv::Mat3b& bgr) {
-  if (bgr.cols < cells_across || bgr.rows < 16)
+  if (bgr.cols < kCellsAcross || bgr.rows < 16)
     throw Error("pictures of " + size_text(bgr.cols, bgr.rows) +
                 " are too small to calibrate with: at least 80x16");
   const cv::Mat3f cells = shrink_to_cells(bgr);

@@ -12,8 +12,8 @@ namespace {
 
 // 17 and 31 degrees. The middle press of three real sets and of four simulated ones of all depths: 0.35 to
 // 0.55.
-constexpr double shallow_rim = 0.3, deep_rim = 0.6;
-constexpr double most = 0.9;  // of the presses
+constexpr double kShallowRim = 0.3, kDeepRim = 0.6;
+constexpr double kMostPressesShare = 0.9;  // of the presses
 
 double degrees(double slope) { return std::atan(slope) * kDegreesPerRadian; }
 
@@ -26,17 +26,17 @@ double rim_slope(double radius_px, double ball_px) {
 
 std::string missing_depths(const std::vector<double>& rim_slopes) {
   if (rim_slopes.empty()) return "";
-  if (quantile(rim_slopes, most) < shallow_rim)
+  if (quantile(rim_slopes, kMostPressesShare) < kShallowRim)
     return format_text(
         "the presses show hardly any slope above %.0f degrees, and what a model reads there is not known: "
         "press deeper",
-        degrees(shallow_rim));
-  if (quantile(rim_slopes, 1.0 - most) > deep_rim)
+        degrees(kShallowRim));
+  if (quantile(rim_slopes, 1.0 - kMostPressesShare) > kDeepRim)
     return format_text(
         "hardly any press is less deep than %.0f degrees at its rim, and what a model reads in lighter "
         "touches "
         "is not known: press some less deep",
-        degrees(deep_rim));
+        degrees(kDeepRim));
   return "";
 }
 

@@ -1,6 +1,7 @@
 #include "gelslam/calibration/press_folder.hpp"
 
-#include <charconv>
+#include <fmt/core.h>
+
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
@@ -21,16 +22,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int most_numbers = 100'000;  // of one ball: ends the search for a free one
-constexpr const char* catalogue_header = "experiment_reldir,diameter(mm)\n";
+constexpr int kMostPressesOfABall = 100'000;  // of one ball: ends the search for a free one
+constexpr const char* kCatalogueHeader = "experiment_reldir,diameter(mm)\n";
 // Training refuses pictures whose color differs by 8 levels (norm) from the background's.
-constexpr double most_light_levels = 4.0;
-
-std::string number_text(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  return {text, end};
-}
+constexpr double kMostFolderLightLevels = 4.0;
 
 void make_folders(const fs::path& path) {
   std::error_code failure;
@@ -45,12 +40,12 @@ void write_picture_file(const fs::path& path, const cv::Mat3b& bgr) {
 }
 
 std::string read_catalogue_text(const fs::path& path) {
-  if (!fs::is_regular_file(path)) return catalogue_header;
+  if (!fs::is_regular_file(path)) return kCatalogueHeader;
   std::ifstream stream(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   // Taken for empty, it would be replaced, and every earlier press lost.
   if (!stream.good() && !stream.eof()) throw Error("cannot read " + quoted(path));
-  if (text.empty()) return catalogue_header;
+  if (text.empty()) return kCatalogueHeader;
   if (text.back() != '\n') text += '\n';
   return text;
 }
@@ -59,7 +54,7 @@ std::string read_catalogue_text(const fs::path& path) {
 std::string free_name(const fs::path& folder, double diameter_mm) {
   const std::string ball = format_text("%.3fmm", diameter_mm);
   make_folders(folder / ball);
-  for (int number = 0; number < most_numbers; ++number) {
+  for (int number = 0; number < kMostPressesOfABall; ++number) {
     const std::string name = ball + "/" + std::to_string(number);
     std::error_code failure;
     if (fs::create_directory(folder / name, failure)) return name;
@@ -92,7 +87,7 @@ std::vector<ContactCircle> PressFolder::earlier_circles(double pixel_pitch_mm) c
   std::vector<ContactCircle> circles;
   for (const CalibrationPress& press : earlier_.presses) {
     if (press.left_out || !press.problem.empty() ||
-        number_text(press.diameter_mm) != number_text(diameter_mm_))
+        fmt::format("{}", press.diameter_mm) != fmt::format("{}", diameter_mm_))
       continue;
     if (press.label) {
       circles.push_back(*press.label);
@@ -124,7 +119,7 @@ void PressFolder::require_same_gel(const cv::Mat3b& now) const {
                 ", the sensor now gives " + size_text(now.cols, now.rows) +
                 ": another sensor needs a folder of its own");
   const BackgroundDrift drift = measure_drift(background_cells(background_), background_cells(now));
-  if (drift.gel_changed || drift.light_change_levels > most_light_levels)
+  if (drift.gel_changed || drift.light_change_levels > kMostFolderLightLevels)
     throw Error(
         quoted(folder_) + " holds presses under another gel or light (" +
         format_text("light %.1f, gel %.1f gray levels", drift.light_change_levels, drift.gel_change_levels) +
@@ -132,15 +127,15 @@ void PressFolder::require_same_gel(const cv::Mat3b& now) const {
 }
 
 std::string PressFolder::add(const CollectedPress& press) {
-  if (earlier_.presses.size() + added_.size() >= most_presses)
-    throw Error(quoted(folder_) + " holds " + std::to_string(most_presses) +
+  if (earlier_.presses.size() + added_.size() >= kMostPresses)
+    throw Error(quoted(folder_) + " holds " + std::to_string(kMostPresses) +
                 " presses, and more cannot be read: begin another folder");
   std::string name = free_name(folder_, diameter_mm_);
   try {
     write_picture_file(folder_ / name / "gelsight.png", press.bgr);
     if (labels_) write_label(folder_ / name / "label.npz", press.circle);
     write_file_atomically(folder_ / "catalog.csv", read_catalogue_text(folder_ / "catalog.csv") + name + "," +
-                                                       number_text(diameter_mm_) + "\n");
+                                                       fmt::format("{}", diameter_mm_) + "\n");
   } catch (const Error&) {
     std::error_code ignored;
     fs::remove_all(folder_ / name, ignored);  // made above, by us
@@ -155,10 +150,10 @@ bool PressFolder::take_back() {
   const std::string name = added_.back();
   const fs::path catalogue = folder_ / "catalog.csv";
   std::string text = read_catalogue_text(catalogue);
-  const std::string line = name + "," + number_text(diameter_mm_) + "\n";
+  const std::string line = name + "," + fmt::format("{}", diameter_mm_) + "\n";
   if (const std::size_t place = text.rfind(line); place != std::string::npos) text.erase(place, line.size());
   std::error_code ignored;  // what cannot be removed is no press any more once the catalogue does not name it
-  if (text == catalogue_header)
+  if (text == kCatalogueHeader)
     fs::remove(catalogue, ignored);  // a catalogue of nothing is a damaged one
   else
     write_file_atomically(catalogue, text);

@@ -10,11 +10,11 @@ namespace gelslam::calibration::detail {
 namespace {
 
 // The contact is to be an eighth to a quarter of the picture wide; a person may miss that by a little.
-constexpr double least_width = 1.0 / 9.0, most_width = 1.0 / 3.4;
+constexpr double kLeastWidth = 1.0 / 9.0, kMostWidth = 1.0 / 3.4;
 // Contact radius over the ball's: beyond it the gel's flanks are steeper than 53 degrees, and lamps no longer
 // reach them.
-constexpr double most_of_ball = 0.8;
-constexpr double least_inset =
+constexpr double kMostOfBall = 0.8;
+constexpr double kLeastInset =
     0.35;  // of the radius: how far inside the picture the ball's middle has to lie
 
 double inset_px(const ContactCircle& circle, const cv::Size& size) {
@@ -24,18 +24,18 @@ double inset_px(const ContactCircle& circle, const cv::Size& size) {
 
 std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiece>& pieces,
                          const cv::Size& size, double ball_px) {
-  const double cell_px = static_cast<double>(size.width) / cells_across;
+  const double cell_px = static_cast<double>(size.width) / kCellsAcross;
   constexpr const char* off_the_edge = "too near the edge of the gel: move the ball inward";
   if (pieces.empty()) return "too shallow: press a little deeper";
   if (has_second_contact(pieces, found, cell_px))
     return "two things touch the gel: press with the ball alone";
   const double width = 2.0 * found.circle.radius_px / size.width;
-  if (found.problem.empty() && inset_px(found.circle, size) < least_inset * found.circle.radius_px)
+  if (found.problem.empty() && inset_px(found.circle, size) < kLeastInset * found.circle.radius_px)
     return off_the_edge;
-  if (found.ball.radius_px > most_of_ball * ball_px)
+  if (found.ball.radius_px > kMostOfBall * ball_px)
     return "too deep, or a smaller ball than was said: press less deep, and check the diameter";
-  if (found.problem.empty() && width > most_width) return "too deep: press less deep";
-  if (found.problem.empty() && width < least_width) return "too shallow: press a little deeper";
+  if (found.problem.empty() && width > kMostWidth) return "too deep: press less deep";
+  if (found.problem.empty() && width < kLeastWidth) return "too shallow: press a little deeper";
   if (found.problem.empty()) return "";
   return pieces.front().at_border ? std::string(off_the_edge) : found.problem;
 }

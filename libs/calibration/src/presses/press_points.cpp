@@ -27,8 +27,8 @@ cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
 namespace calibration::detail {
 namespace {
 
-constexpr float dark_levels = 10.0F;  // keeps the relative change finite where there is no light
-constexpr double window_radii = 2.0, window_margin_px = 10.0;
+constexpr float kDarkLevels = 10.0F;  // keeps the relative change finite where there is no light
+constexpr double kWindowRadii = 2.0, kWindowMarginPx = 10.0;
 
 }  // namespace
 
@@ -39,14 +39,14 @@ cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) 
   cv::GaussianBlur(change, relative, cv::Size(), 1.0);
   std::transform(relative.begin(), relative.end(), soft_background.begin(), relative.begin(),
                  [](const cv::Vec3f& c, const cv::Vec3f& b) {
-                   return cv::Vec3f(c[0] / (b[0] + dark_levels), c[1] / (b[1] + dark_levels),
-                                    c[2] / (b[2] + dark_levels));
+                   return cv::Vec3f(c[0] / (b[0] + kDarkLevels), c[1] / (b[1] + kDarkLevels),
+                                    c[2] / (b[2] + kDarkLevels));
                  });
   return relative;
 }
 
 PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, double wanted) {
-  const double reach = window_radii * contact.radius_px + window_margin_px;
+  const double reach = kWindowRadii * contact.radius_px + kWindowMarginPx;
   const cv::Point first(static_cast<int>(contact.u_px - reach), static_cast<int>(contact.v_px - reach)),
       last(static_cast<int>(contact.u_px + reach) + 2, static_cast<int>(contact.v_px + reach) + 2);
   const cv::Rect window = cv::Rect(first, last) & cv::Rect(0, 0, relative.cols, relative.rows);

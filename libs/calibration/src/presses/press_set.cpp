@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double min_diameter_mm = 0.1, max_diameter_mm = 1000.0;
-constexpr std::size_t max_line = 4096;
+constexpr double kMinDiameterMm = 0.1, kMaxDiameterMm = 1000.0;
+constexpr std::size_t kMaxLine = 4096;
 
 std::string trimmed(const std::string& text) {
   const std::size_t first = text.find_first_not_of(" \t\r\"");
@@ -47,7 +47,7 @@ CalibrationPress parse_line(const std::string& line, const std::string& where) {
   const char* end = number.data() + number.size();
   if (number.empty() || std::from_chars(number.data(), end, press.diameter_mm).ptr != end)
     throw Error(where + " cannot be read: mend it (folder,diameter in mm) or take it out");
-  if (!(press.diameter_mm >= min_diameter_mm && press.diameter_mm <= max_diameter_mm))
+  if (!(press.diameter_mm >= kMinDiameterMm && press.diameter_mm <= kMaxDiameterMm))
     throw Error(where + ": the diameter must be between 0.1 and 1000 mm");
   press.name = trimmed(line.substr(0, comma));
   if (!stays_inside(press.name)) throw Error(where + ": the press must lie inside the calibration folder");
@@ -69,12 +69,12 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
   for (int number = 2; std::getline(stream, line); ++number) {
     if (trimmed(line).empty()) continue;
     const std::string where = quoted(path) + " line " + std::to_string(number);
-    if (line.size() > max_line) throw Error(where + " is too long");
+    if (line.size() > kMaxLine) throw Error(where + " is too long");
     presses.push_back(parse_line(line, where));
     if (!names.insert(presses.back().name).second)
       throw Error(where + ": press '" + presses.back().name + "' is there twice");
-    if (presses.size() > most_presses)
-      throw Error(quoted(path) + " names more than " + std::to_string(most_presses) +
+    if (presses.size() > kMostPresses)
+      throw Error(quoted(path) + " names more than " + std::to_string(kMostPresses) +
                   " presses: spread them over several folders");
   }
   if (presses.empty())
@@ -124,8 +124,8 @@ cv::Mat3b read_press_picture(const fs::path& path, const cv::Size& wanted) {
 
 void read_press(const PressSet& set, CalibrationPress& press) {
   const fs::path folder = set.folder / press.name;
-  press.left_out = fs::exists(folder / left_out_file);
-  const fs::path label = folder / (press.left_out ? left_out_file : label_file);
+  press.left_out = fs::exists(folder / kLeftOutFile);
+  const fs::path label = folder / (press.left_out ? kLeftOutFile : kLabelFile);
   press.bgr = set.background;
   try {
     press.bgr = read_press_picture(folder / "gelsight.png", set.background.size());

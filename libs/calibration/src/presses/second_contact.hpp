@@ -15,6 +15,6 @@ bool has_second_contact(const std::vector<ChangedPiece>& pieces, const FoundCirc
 /// The largest level at which a touch is seen whole: a share of the strongest difference.
 double level_of_contact(const cv::Mat1f& difference, double touch_level);
 
-inline constexpr double least_touch_levels = 5.0;  ///< of cells, where noise is below one
+inline constexpr double kLeastTouchLevels = 5.0;  ///< of cells, where noise is below one
 
 }  // namespace gelslam::calibration::detail

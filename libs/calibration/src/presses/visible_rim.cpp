@@ -8,16 +8,16 @@
 namespace gelslam::calibration::detail {
 namespace {
 
-constexpr int sectors = 36, rays_per_sector = 5;
-constexpr double step_px = 0.5;
-constexpr double inner_share = 0.75, outer_share = 1.5;  // of the knee: where the edge is looked for
-constexpr double direction_from_share = 0.8,
-                 direction_to_share = 1.0;  // where the color's direction is read
-constexpr std::size_t min_places = 14;
-constexpr double max_center_shift_px = 4.0, max_growth_px = 7.0;
-constexpr double robust_px = 1.0;
-constexpr double people_draw_wider_px = -0.4;  // than the steepest fall, in hand-made labels of real presses
-constexpr int passes = 2;
+constexpr int kSectors = 36, kRaysPerSector = 5;
+constexpr double kRayStepPx = 0.5;
+constexpr double kInnerShare = 0.75, kOuterShare = 1.5;  // of the knee: where the edge is looked for
+constexpr double kDirectionFromShare = 0.8,
+                 kDirectionToShare = 1.0;  // where the color's direction is read
+constexpr std::size_t kMinPlaces = 14;
+constexpr double kMaxCenterShiftPx = 4.0, kMaxGrowthPx = 7.0;
+constexpr double kRobustPx = 1.0;
+constexpr double kPeopleDrawWiderPx = -0.4;  // than the steepest fall, in hand-made labels of real presses
+constexpr int kRimPasses = 2;
 
 std::optional<cv::Vec3f> color_at(const cv::Mat3f& image, double u, double v) {
   const int left = static_cast<int>(std::floor(u)), top = static_cast<int>(std::floor(v));
@@ -30,15 +30,15 @@ std::optional<cv::Vec3f> color_at(const cv::Mat3f& image, double u, double v) {
 /// Mean color change of one sector at growing distances; empty when it leaves the picture.
 std::vector<cv::Vec3f> sector_profile(const cv::Mat3f& image, const ContactCircle& circle, double angle) {
   std::vector<cv::Vec3f> profile;
-  for (double r = 0.5 * circle.radius_px; r < 1.7 * circle.radius_px; r += step_px) {
+  for (double r = 0.5 * circle.radius_px; r < 1.7 * circle.radius_px; r += kRayStepPx) {
     cv::Vec3f sum(0, 0, 0);
-    for (int ray = 0; ray < rays_per_sector; ++ray) {
+    for (int ray = 0; ray < kRaysPerSector; ++ray) {
       const double offset =
-          (static_cast<double>(ray) / (rays_per_sector - 1) - 0.5) * 2.0 * std::numbers::pi / sectors;
+          (static_cast<double>(ray) / (kRaysPerSector - 1) - 0.5) * 2.0 * std::numbers::pi / kSectors;
       const auto color = color_at(image, circle.u_px + r * std::cos(angle + offset),
                                   circle.v_px + r * std::sin(angle + offset));
       if (!color) return {};
-      sum += *color * (1.0F / rays_per_sector);
+      sum += *color * (1.0F / kRaysPerSector);
     }
     profile.push_back(sum);
   }
@@ -49,21 +49,20 @@ std::vector<cv::Vec3f> sector_profile(const cv::Mat3f& image, const ContactCircl
 std::optional<double> steepest_fall(const std::vector<cv::Vec3f>& profile, double radius_px) {
   const double start = 0.5 * radius_px;
   const auto index = [&](double share) {
-    return static_cast<std::size_t>((share * radius_px - start) / step_px);
+    return static_cast<std::size_t>((share * radius_px - start) / kRayStepPx);
   };
   cv::Vec3f direction(0, 0, 0);
-  for (std::size_t k = index(direction_from_share); k < index(direction_to_share); ++k)
-    direction += profile[k];
+  for (std::size_t k = index(kDirectionFromShare); k < index(kDirectionToShare); ++k) direction += profile[k];
   const double length = cv::norm(direction);
   if (length < 1e-6) return std::nullopt;
   double steepest = 0.0;
   std::optional<double> place;
   constexpr std::size_t half = 3;  // slope over 3 pixels, so that noise does not decide
-  for (std::size_t k = index(inner_share); k + half < profile.size() && k < index(outer_share); ++k) {
+  for (std::size_t k = index(kInnerShare); k + half < profile.size() && k < index(kOuterShare); ++k) {
     const double fall = static_cast<double>((profile[k - half] - profile[k + half]).dot(direction)) / length;
     if (fall <= steepest) continue;
     steepest = fall;
-    place = start + step_px * static_cast<double>(k);
+    place = start + kRayStepPx * static_cast<double>(k);
   }
   return place;
 }
@@ -77,7 +76,7 @@ ContactCircle circle_through(const std::vector<Eigen::Vector2d>& places, Contact
       const Eigen::Vector2d arm = place - Eigen::Vector2d(circle.u_px, circle.v_px);
       const double length = std::max(1e-6, arm.norm()), residual = length - circle.radius_px;
       const Eigen::Vector3d jacobian(-arm.x() / length, -arm.y() / length, -1.0);
-      const double weight = 1.0 / std::sqrt(1.0 + residual * residual / (robust_px * robust_px));
+      const double weight = 1.0 / std::sqrt(1.0 + residual * residual / (kRobustPx * kRobustPx));
       information += weight * jacobian * jacobian.transpose();
       right -= weight * residual * jacobian;
     }
@@ -94,25 +93,24 @@ ContactCircle circle_through(const std::vector<Eigen::Vector2d>& places, Contact
 
 std::optional<ContactCircle> find_visible_rim(const cv::Mat3f& relative_change, const ContactCircle& knee) {
   ContactCircle circle = knee, rays_from = knee;
-  for (int pass = 0; pass < passes; ++pass) {
+  for (int pass = 0; pass < kRimPasses; ++pass) {
     std::vector<Eigen::Vector2d> places;
-    for (int sector = 0; sector < sectors; ++sector) {
-      const double angle = 2.0 * std::numbers::pi * sector / sectors;
+    for (int sector = 0; sector < kSectors; ++sector) {
+      const double angle = 2.0 * std::numbers::pi * sector / kSectors;
       const auto profile = sector_profile(relative_change, rays_from, angle);
       if (profile.empty()) continue;
       if (const auto distance = steepest_fall(profile, rays_from.radius_px))
         places.emplace_back(rays_from.u_px + *distance * std::cos(angle),
                             rays_from.v_px + *distance * std::sin(angle));
     }
-    if (places.size() < min_places) return std::nullopt;
+    if (places.size() < kMinPlaces) return std::nullopt;
     circle = circle_through(places, circle);
     rays_from = {circle.u_px, circle.v_px, knee.radius_px};
   }
-  circle.radius_px += people_draw_wider_px;
+  circle.radius_px += kPeopleDrawWiderPx;
   const double growth = circle.radius_px - knee.radius_px;
-  const bool near_knee =
-      std::hypot(circle.u_px - knee.u_px, circle.v_px - knee.v_px) <= max_center_shift_px && growth >= 0.0 &&
-      growth <= max_growth_px;
+  const bool near_knee = std::hypot(circle.u_px - knee.u_px, circle.v_px - knee.v_px) <= kMaxCenterShiftPx &&
+                         growth >= 0.0 && growth <= kMaxGrowthPx;
   return near_knee ? std::optional(circle) : std::nullopt;
 }
 

@@ -7,11 +7,11 @@
 namespace gelslam::calibration::detail {
 namespace {
 
-constexpr int slope_degree = 4, place_degree = 4;
-constexpr std::size_t wanted_rows = 30'000;
-constexpr double typical_angle_rad = 0.3;
-constexpr double ridge = 1e-5;  // of a term of degree 1, relative to the samples' own weight
-constexpr double per_degree = 4.0;
+constexpr int kSlopeDegree = 4, kPlaceDegree = 4;
+constexpr std::size_t kWantedRows = 30'000;
+constexpr double kTypicalAngleRad = 0.3;
+constexpr double kRidge = 1e-5;  // of a term of degree 1, relative to the samples' own weight
+constexpr double kPerDegree = 4.0;
 
 /// x^(k-j) y^j for k from `first` to `last`.
 template <int first, int last, class Number>
@@ -29,23 +29,23 @@ void monomials(Number x, Number y, Number* out) {
 /// Angles in units of the typical one, places from -1 to 1.
 void terms(const std::array<float, 2>& place, const std::array<float, 2>& angle, float* slope_out,
            float* place_out) {
-  constexpr auto unit = static_cast<float>(1.0 / typical_angle_rad);
-  monomials<0, slope_degree>(angle[0] * unit, angle[1] * unit, slope_out);
-  monomials<0, place_degree>(2.0F * place[0] - 1.0F, 2.0F * place[1] - 1.0F, place_out);
+  constexpr auto unit = static_cast<float>(1.0 / kTypicalAngleRad);
+  monomials<0, kSlopeDegree>(angle[0] * unit, angle[1] * unit, slope_out);
+  monomials<0, kPlaceDegree>(2.0F * place[0] - 1.0F, 2.0F * place[1] - 1.0F, place_out);
 }
 
-constexpr int folds = 5;
-constexpr int slope_terms = ColorField::slope_terms, place_terms = ColorField::place_terms;
-static_assert(slope_terms == (slope_degree + 1) * (slope_degree + 2) / 2);
-static_assert(place_terms == (place_degree + 1) * (place_degree + 2) / 2);
-constexpr Eigen::Index columns = slope_terms * place_terms;
-constexpr float dark = 0.04F;  // keeps shares finite where there is no light
+constexpr int kFolds = 5;
+constexpr int kSlopeTerms = ColorField::slope_terms, kPlaceTerms = ColorField::place_terms;
+static_assert(kSlopeTerms == (kSlopeDegree + 1) * (kSlopeDegree + 2) / 2);
+static_assert(kPlaceTerms == (kPlaceDegree + 1) * (kPlaceDegree + 2) / 2);
+constexpr Eigen::Index kColumns = kSlopeTerms * kPlaceTerms;
+constexpr float kDarkShare = 0.04F;  // keeps shares finite where there is no light
 
 /// Some of the presses: features of their samples, the changes in levels (columns 0..2) and as shares (3..5),
 /// and what the normal equations need of them.
 struct Fold {
   explicit Fold(const std::vector<const SlopeSample*>& samples)
-      : features(static_cast<Eigen::Index>(samples.size()), columns),
+      : features(static_cast<Eigen::Index>(samples.size()), kColumns),
         changes(features.rows(), 6),
         levels_per_share(features.rows(), 3) {
     for (Eigen::Index row = 0; row < features.rows(); ++row)
@@ -55,15 +55,15 @@ struct Fold {
   }
 
   void fill(Eigen::Index row, const SlopeSample& sample) {
-    std::array<float, slope_terms> slope{};
-    std::array<float, place_terms> place{};
+    std::array<float, kSlopeTerms> slope{};
+    std::array<float, kPlaceTerms> place{};
     terms(sample.place, sample.angle_rad, slope.data(), place.data());
     Eigen::Index column = 0;
     for (const float s : slope)
       for (const float p : place) features(row, column++) = s * p;
     for (int c = 0; c < 3; ++c) {
       const float flat = sample.flat_color[static_cast<std::size_t>(c)];
-      levels_per_share(row, c) = flat + dark;
+      levels_per_share(row, c) = flat + kDarkShare;
       changes(row, c) = sample.color[static_cast<std::size_t>(c)] - flat;
       changes(row, 3 + c) = changes(row, c) / levels_per_share(row, c);
     }
@@ -79,20 +79,20 @@ struct Fold {
 
 /// Samples dealt out by their press, so that a fold is left out with all that is peculiar to its presses.
 std::vector<Fold> deal(const std::vector<SlopeSample>& samples) {
-  const std::size_t every = std::max<std::size_t>(1, samples.size() / wanted_rows);
-  std::array<std::vector<const SlopeSample*>, folds> split;
+  const std::size_t every = std::max<std::size_t>(1, samples.size() / kWantedRows);
+  std::array<std::vector<const SlopeSample*>, kFolds> split;
   for (std::size_t k = 0; k < samples.size(); k += every)
-    split[static_cast<std::size_t>(std::max(0, samples[k].zone) % folds)].push_back(&samples[k]);
+    split[static_cast<std::size_t>(std::max(0, samples[k].zone) % kFolds)].push_back(&samples[k]);
   return {split.begin(), split.end()};
 }
 
 Eigen::VectorXd ridges() {
-  Eigen::VectorXd result(columns);
+  Eigen::VectorXd result(kColumns);
   Eigen::Index column = 0;
-  for (int a = 0; a <= slope_degree; ++a)
+  for (int a = 0; a <= kSlopeDegree; ++a)
     for (int i = 0; i <= a; ++i)
-      for (int b = 0; b <= place_degree; ++b)
-        for (int j = 0; j <= b; ++j) result[column++] = ridge * std::pow(per_degree, std::max(0, a - 1) + b);
+      for (int b = 0; b <= kPlaceDegree; ++b)
+        for (int j = 0; j <= b; ++j) result[column++] = kRidge * std::pow(kPerDegree, std::max(0, a - 1) + b);
   return result;
 }
 
@@ -113,8 +113,8 @@ Eigen::Array2d errors_on(const Fold& fold, const Eigen::MatrixXd& solution) {
 
 ColorField::ColorField(const std::vector<SlopeSample>& samples) {
   const std::vector<Fold> parts = deal(samples);
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(columns, columns),
-                  right = Eigen::MatrixXd::Zero(columns, 6);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kColumns, kColumns),
+                  right = Eigen::MatrixXd::Zero(kColumns, 6);
   double rows = 0.0;
   for (const Fold& part : parts) {
     information += part.information;
@@ -127,24 +127,24 @@ ColorField::ColorField(const std::vector<SlopeSample>& samples) {
   relative_ = errors[1] < errors[0];
   const Eigen::MatrixXd solution = solve(information, right, rows);
   for (int c = 0; c < 3; ++c)
-    for (Eigen::Index k = 0; k < columns; ++k)
+    for (Eigen::Index k = 0; k < kColumns; ++k)
       coefficients_[static_cast<std::size_t>(c)][static_cast<std::size_t>(k)] =
           static_cast<float>(solution(k, relative_ ? 3 + c : c));
 }
 
-float ColorField::unit(float flat) const { return relative_ ? flat + dark : 1.0F; }
+float ColorField::unit(float flat) const { return relative_ ? flat + kDarkShare : 1.0F; }
 
 std::array<float, 3> ColorField::change(const std::array<float, 2>& place,
                                         const std::array<float, 2>& angle_rad) const {
-  std::array<float, slope_terms> slope{};
-  std::array<float, place_terms> places{};
+  std::array<float, kSlopeTerms> slope{};
+  std::array<float, kPlaceTerms> places{};
   terms(place, angle_rad, slope.data(), places.data());
   std::array<float, 3> result{};
   for (std::size_t c = 0; c < 3; ++c) {
     const float* coefficient = coefficients_[c].data();
-    for (int s = 0; s < slope_terms; ++s, coefficient += place_terms) {
+    for (int s = 0; s < kSlopeTerms; ++s, coefficient += kPlaceTerms) {
       float sum = 0.0F;
-      for (int p = 0; p < place_terms; ++p) sum += coefficient[p] * places[static_cast<std::size_t>(p)];
+      for (int p = 0; p < kPlaceTerms; ++p) sum += coefficient[p] * places[static_cast<std::size_t>(p)];
       result[c] += sum * slope[static_cast<std::size_t>(s)];
     }
   }

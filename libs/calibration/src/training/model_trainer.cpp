@@ -16,12 +16,12 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr std::size_t batch = 1024;
+constexpr std::size_t kBatch = 1024;
 constexpr std::size_t kTile = kNetworkTile;
-constexpr int wanted_samples = 250'000;
-constexpr int steps_per_report = 20;
-constexpr float color_factor = 2.0F;  // colors vary by a tenth, places by one; larger factors learn noise
-constexpr double flat_anchor =
+constexpr int kWantedTrainingSamples = 250'000;
+constexpr int kStepsPerReport = 20;
+constexpr float kColorFactor = 2.0F;  // colors vary by a tenth, places by one; larger factors learn noise
+constexpr double kFlatAnchor =
     0.02;  // keeps the reading of the background near 0 where only differences count
 
 /// The same numbers on every platform, unlike the distributions of <random>.
@@ -42,7 +42,7 @@ class TrainingRandom {
 /// finished model this is part of the first layer.
 struct InputScaling {
   std::array<float, 5> middle = {0.0F, 0.0F, 0.0F, 0.5F, 0.5F};
-  std::array<float, 5> factor = {color_factor, color_factor, color_factor, 1.0F, 1.0F};
+  std::array<float, 5> factor = {kColorFactor, kColorFactor, kColorFactor, 1.0F, 1.0F};
 
   explicit InputScaling(const std::vector<SlopeSample>& samples) {
     std::array<double, 3> sum{};
@@ -72,11 +72,11 @@ class ModelTrainer {
         recipe_(training.recipe),
         random_(training.seed),
         network_(initial_network([this] { return random_.normal(); })),
-        samples_(zone_samples(set, zones, training.pixel_pitch_mm, wanted_samples)),
+        samples_(zone_samples(set, zones, training.pixel_pitch_mm, kWantedTrainingSamples)),
         scaling_(samples_),
         field_(samples_),
         zone_shift_rad_(zones.size()) {
-    if (samples_.size() < batch)
+    if (samples_.size() < kBatch)
       throw Error("the presses show only " + std::to_string(samples_.size()) +
                   " pixels of ball: too few to train on; take more presses");
     const double flat =
@@ -91,7 +91,7 @@ class ModelTrainer {
       const double rate =
           recipe_.learning_rate * 0.5 * (1.0 + std::cos(std::numbers::pi * step / recipe_.steps));
       train_step(rate, 2 * step > recipe_.steps);
-      if (step % steps_per_report != 0) continue;
+      if (step % kStepsPerReport != 0) continue;
       if (stop()) throw Error("stopped; no model was written");
       progress.update(step);
     }
@@ -105,7 +105,7 @@ class ModelTrainer {
   void train_step(double rate, bool second_half) {
     GradientModel gradient;
     const bool correcting = recipe_.correct_gain && second_half;
-    for (std::size_t done = 0; done < batch; done += kTile) {
+    for (std::size_t done = 0; done < kBatch; done += kTile) {
       load_tile();
       network_forward(network_, touched_);
       if (recipe_.differences) network_forward(network_, untouched_);
@@ -172,7 +172,7 @@ class ModelTrainer {
   }
 
   void set_derivatives(bool correcting) {
-    const float size = 1.0F / static_cast<float>(batch);
+    const float size = 1.0F / static_cast<float>(kBatch);
     for (std::size_t k = 0; k < kTile; ++k) {
       const SlopeSample& sample = tile_[k];
       std::array<float, 2> read{}, wanted = sample.angle_rad;
@@ -191,7 +191,7 @@ class ModelTrainer {
         const float derivative = recipe_.absolute_loss ? (error > 0 ? size : -size) : 2.0F * size * error;
         d_touched_[at] = derivative;
         d_untouched_[at] =
-            -derivative + 2.0F * size * static_cast<float>(flat_anchor) * untouched_.output[at];
+            -derivative + 2.0F * size * static_cast<float>(kFlatAnchor) * untouched_.output[at];
       }
     }
   }

@@ -9,11 +9,11 @@
 namespace gelslam::calibration::detail {
 namespace {
 
-constexpr double loss_scale = 0.05;  // relative color change; noise is a third of it
-constexpr int max_iterations = 25;
-constexpr double step_px = 0.05;  // of the numerical derivatives
-constexpr double converged_px = 0.01;
-constexpr double first_smear = 0.25;  // of the radius: where the search for blur and movement starts
+constexpr double kLossScale = 0.05;  // relative color change; noise is a third of it
+constexpr int kMaxFitIterations = 25;
+constexpr double kFitStepPx = 0.05;  // of the numerical derivatives
+constexpr double kConvergedPx = 0.01;
+constexpr double kFirstSmear = 0.25;  // of the radius: where the search for blur and movement starts
 
 using Changes = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
@@ -97,11 +97,11 @@ class Fitter {
     p = bounded(p);
     Changes residuals = residuals_at(p);
     double damping = 1e-3;
-    for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    for (int iteration = 0; iteration < kMaxFitIterations; ++iteration) {
       reweight(residuals);
       residuals = residuals_at(p);
       const Parameters step = improve(p, residuals, damping);
-      if (step.cwiseAbs().maxCoeff() < converged_px) break;
+      if (step.cwiseAbs().maxCoeff() < kConvergedPx) break;
     }
     const double total = (weights_.asDiagonal() * changes_.cwiseAbs2()).sum();
     const double left = (weights_.asDiagonal() * residuals.cwiseAbs2()).sum();
@@ -146,11 +146,11 @@ class Fitter {
   }
 
   void reweight(const Changes& residuals) {
-    weights_ = (1.0 + residuals.rowwise().squaredNorm().array() / (loss_scale * loss_scale)).rsqrt();
+    weights_ = (1.0 + residuals.rowwise().squaredNorm().array() / (kLossScale * kLossScale)).rsqrt();
   }
 
   double robust_cost(const Changes& residuals) const {
-    const auto squared = residuals.rowwise().squaredNorm().array() / (loss_scale * loss_scale);
+    const auto squared = residuals.rowwise().squaredNorm().array() / (kLossScale * kLossScale);
     return ((1.0 + squared).sqrt() - 1.0).mean();
   }
 
@@ -163,7 +163,7 @@ class Fitter {
     std::array<Changes, unknowns> derivatives;
     for (int i = 0; i < unknowns; ++i) {
       Parameters moved = p;
-      moved[i] += moved[i] + step_px > 0.98 * ball_px_ && i == 2 ? -step_px : step_px;
+      moved[i] += moved[i] + kFitStepPx > 0.98 * ball_px_ && i == 2 ? -kFitStepPx : kFitStepPx;
       derivatives[static_cast<std::size_t>(i)] = (residuals_at(moved) - residuals) / (moved[i] - p[i]);
     }
     Eigen::Matrix<double, unknowns, unknowns> information;
@@ -221,14 +221,14 @@ PressFit refine_press(const PressPoints& points, const PressShape& start, double
 
 double blurred_cost(const PressPoints& points, const PressShape& start, double ball_px) {
   Blurred::Values p;
-  p << values_of(start), first_smear * start.radius_px;
+  p << values_of(start), kFirstSmear * start.radius_px;
   return Fitter<2, Blurred>(points, ball_px).run(p).cost;
 }
 
 SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, double ball_px) {
   SlidPress best;
   for (const bool across : {false, true}) {
-    const double along = 2.0 * first_smear * start.radius_px;
+    const double along = 2.0 * kFirstSmear * start.radius_px;
     Slid::Values p;
     p << values_of(start), across ? 0.0 : along, across ? along : 0.0;
     Fitter<2, Slid> fitter(points, ball_px);

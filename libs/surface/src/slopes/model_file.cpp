@@ -16,11 +16,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* format_name = "gelslam gradient model";
-constexpr int format_version = 1;
-constexpr std::size_t max_file_bytes = 4 * 1024 * 1024;
-constexpr std::size_t max_text_bytes = 1024 * 1024;  // real ones have 40 KiB
-constexpr double max_number = 1e6;
+constexpr const char* kFormatName = "gelslam gradient model";
+constexpr int kFormatVersion = 1;
+constexpr std::size_t kMaxFileBytes = 4 * 1024 * 1024;
+constexpr std::size_t kMaxTextBytes = 1024 * 1024;  // real ones have 40 KiB
+constexpr double kMaxNumber = 1e6;
 
 const Json& member(const Json& object, const char* name) {
   const auto found = object.is_object() ? object.find(name) : object.end();
@@ -46,7 +46,7 @@ std::vector<float> numbers(const Json& object, const char* name, std::size_t cou
     throw Error(std::string("'") + name + "' does not hold " + std::to_string(count) + " numbers");
   std::vector<float> values;
   for (const Json& value : array)
-    values.push_back(static_cast<float>(number(value, name, -max_number, max_number)));
+    values.push_back(static_cast<float>(number(value, name, -kMaxNumber, kMaxNumber)));
   return values;
 }
 
@@ -85,13 +85,13 @@ CalibrationRecord parse_record(const Json& json) {
 }
 
 ModelFile parse_text(std::string_view text) {
-  if (text.size() > max_text_bytes) throw Error("it is larger than 1 MiB, this is no gradient model");
+  if (text.size() > kMaxTextBytes) throw Error("it is larger than 1 MiB, this is no gradient model");
   const Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded()) throw Error("it is damaged (no JSON)");
   const Json& format = member(json, "format");
-  if (!format.is_string() || format.get_ref<const std::string&>() != format_name)
-    throw Error(std::string("its 'format' is not \"") + format_name + "\"");
-  if (whole_number(json, "version", 1, 1'000'000) > format_version)
+  if (!format.is_string() || format.get_ref<const std::string&>() != kFormatName)
+    throw Error(std::string("its 'format' is not \"") + kFormatName + "\"");
+  if (whole_number(json, "version", 1, 1'000'000) > kFormatVersion)
     throw Error("it was written by a newer gelslam; update this one");
   ModelFile file;
   file.model = parse_layers(member(json, "layers"));
@@ -142,11 +142,11 @@ ModelFile read_model_file(const std::filesystem::path& path) {
         "gradient model '" + path.string() +
         "' does not exist or is no file (give an nnmodel.pth, or a model that gelslam calibrate wrote)");
   std::ifstream stream(path, std::ios::binary);
-  std::vector<unsigned char> bytes(max_file_bytes + 1);
+  std::vector<unsigned char> bytes(kMaxFileBytes + 1);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream.is_open() || stream.bad()) throw Error("gradient model '" + path.string() + "' cannot be read");
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > max_file_bytes)
+  if (bytes.size() > kMaxFileBytes)
     throw Error("gradient model '" + path.string() + "' is larger than 4 MiB, this is no gradient model");
   return parse_model_file(bytes, path.string());
 }
@@ -154,7 +154,7 @@ ModelFile read_model_file(const std::filesystem::path& path) {
 GradientModel read_model(const std::filesystem::path& path) { return read_model_file(path).model; }
 
 void write_model_file(const std::filesystem::path& path, const ModelFile& file) {
-  Json json = {{"format", format_name}, {"version", format_version}};
+  Json json = {{"format", kFormatName}, {"version", kFormatVersion}};
   if (file.record) json["calibration"] = to_json(*file.record);
   json["layers"] = Json::array();
   for (std::size_t l = 0; l < GradientModel::kLayers; ++l)

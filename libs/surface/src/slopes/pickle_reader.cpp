@@ -9,8 +9,8 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr std::size_t max_pickle_bytes = 64 * 1024;
-constexpr std::size_t max_tensor_dimensions = 4;
+constexpr std::size_t kMaxPickleBytes = 64 * 1024;
+constexpr std::size_t kMaxTensorDimensions = 4;
 
 // Opcodes of protocol 2 that torch.save writes for a state_dict; no others exist for this reader.
 enum Opcode : unsigned char {
@@ -71,7 +71,7 @@ class PickleMachine {
   explicit PickleMachine(std::span<const unsigned char> bytes) : bytes_(bytes) {}
 
   std::vector<TensorEntry> run() {
-    if (bytes_.size() > max_pickle_bytes)
+    if (bytes_.size() > kMaxPickleBytes)
       throw Error("data.pkl is larger than 64 KiB, this is no gradient model");
     while (step()) {
     }
@@ -327,7 +327,7 @@ class PickleMachine {
 
   std::vector<std::int64_t> integers(NodeId id) const {
     const Node& node = arena_[id];
-    if (node.kind != Kind::tuple || node.children.size() > max_tensor_dimensions) {
+    if (node.kind != Kind::tuple || node.children.size() > kMaxTensorDimensions) {
       throw Error("data.pkl is damaged (tensor size)");
     }
     std::vector<std::int64_t> values;

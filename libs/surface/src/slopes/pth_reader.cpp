@@ -18,8 +18,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the weights in the file are little-endian");
 
-constexpr std::size_t max_file_bytes = 4 * 1024 * 1024;  // real ones have 13 KiB
-constexpr std::size_t max_entry_bytes = 64 * 1024;
+constexpr std::size_t kMaxPthBytes = 4 * 1024 * 1024;  // real ones have 13 KiB
+constexpr std::size_t kMaxEntryBytes = 64 * 1024;
 
 using Bytes = std::vector<unsigned char>;
 
@@ -49,7 +49,7 @@ Bytes read_entry(zip_t* archive, const std::string& name) {
   if (zip_stat(archive, name.c_str(), 0, &info) != 0 || (info.valid & ZIP_STAT_SIZE) == 0) {
     throw Error("'" + name + "' is missing in the archive");
   }
-  if (info.size > max_entry_bytes) throw Error("'" + name + "' is too large for a gradient model");
+  if (info.size > kMaxEntryBytes) throw Error("'" + name + "' is too large for a gradient model");
   const std::unique_ptr<zip_file_t, EntryCloser> entry(zip_fopen(archive, name.c_str(), 0));
   if (entry == nullptr) throw Error("'" + name + "' cannot be read");
   Bytes bytes(info.size + 1);  // one more: the end must be reached for libzip to check the CRC
@@ -166,11 +166,11 @@ GradientModel read_pth_model(const std::filesystem::path& path) {
     throw Error("gradient model '" + path.string() + "' does not exist or is no file (give an nnmodel.pth)");
   }
   std::ifstream stream(path, std::ios::binary);
-  std::vector<unsigned char> bytes(surface::detail::max_file_bytes + 1);
+  std::vector<unsigned char> bytes(surface::detail::kMaxPthBytes + 1);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream.is_open() || stream.bad()) throw Error("gradient model '" + path.string() + "' cannot be read");
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > surface::detail::max_file_bytes) {
+  if (bytes.size() > surface::detail::kMaxPthBytes) {
     throw Error("gradient model '" + path.string() + "' is larger than 4 MiB, this is no gradient model");
   }
   return parse_pth_model(bytes, path.string());

@@ -19,7 +19,7 @@ struct FoundCircle {
 
 /// What people draw around a contact is this much wider than the part of the gel that lies on the ball
 /// (median over hand-made labels of real presses; the public recipe takes 4 pixels off again).
-inline constexpr double visible_rim_px = 3.8;
+inline constexpr double kVisibleRimPx = 3.8;
 
 /// Finds the contact circle by fitting a press to the picture (own): the relative color change is a
 /// quadratic function of the slope, common to the whole contact, and the slope is that of a ball of `ball_px`

@@ -27,8 +27,8 @@ struct CalibrationPress {
 };
 
 /// Files of a press: its label, or in its place the same of a press that a person has left out.
-inline constexpr std::size_t most_presses = 2'000;  ///< that a folder may hold
-inline constexpr const char *label_file = "label.npz", *left_out_file = "left_out.npz";
+inline constexpr std::size_t kMostPresses = 2'000;  ///< that a folder may hold
+inline constexpr const char *kLabelFile = "label.npz", *kLeftOutFile = "left_out.npz";
 
 /// A calibration folder of the public layout: catalog.csv (experiment_reldir,diameter(mm)), background.png,
 /// <experiment_reldir>/gelsight.png and, where labelled, <experiment_reldir>/label.npz (center, radius); our
