@@ -20,7 +20,8 @@ struct LogOptions {
   LogInput input() const { return {log, config, model, background, force}; }
 };
 
-/// The one meaning of -q: no progress and no summary. Warnings and errors are still printed.
+/// The one meaning of -q, in all commands.
+inline constexpr const char* kQuietHelp = "Print no progress and no summary, only warnings and errors";
 void add_quiet_flag(CLI::App& command, bool& quiet);
 
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.

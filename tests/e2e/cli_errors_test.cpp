@@ -60,6 +60,29 @@ TEST(Cli, EveryCommandHasAnExampleAndRefusesWhatItDoesNotKnow) {
   }
 }
 
+TEST(Cli, HelpReadsAlikeInAllCommands) {
+  std::vector<std::vector<std::string>> lines;
+  for (const std::string& name : commands()) lines.push_back({name});
+  for (const char* name : {"collect", "label", "train", "check", "drift", "pitch"})
+    lines.push_back({"calibrate", name});
+  for (const char* name : {"scan", "presses", "calibration"}) lines.push_back({"simulate", name});
+  for (std::vector<std::string> line : lines) {
+    line.emplace_back("--help");
+    std::istringstream help(gelslam(line).out);
+    // An option's text stands beside it, or alone in its column on the next line.
+    for (std::string text; std::getline(help, text);) {
+      if (!text.starts_with("  -")) continue;
+      const std::size_t gap = text.find("  ", 4);
+      if (gap == std::string::npos) continue;
+      const std::size_t begin = text.find_first_not_of(' ', gap);
+      if (begin == std::string::npos) continue;
+      EXPECT_FALSE(std::islower(static_cast<unsigned char>(text[begin]))) << line.front() << ": " << text;
+      if (text.find("--quiet") != std::string::npos)
+        EXPECT_THAT(text, HasSubstr("Print no progress and no summary"));
+    }
+  }
+}
+
 TEST(Cli, MisspellingsNameWhatWasMeant) {
   expect_mistake(gelslam({"inof", "x"}), "did you mean info? (see gelslam --help)");
   expect_mistake(

@@ -34,13 +34,16 @@ double one_sidedness(const Mesh& mesh) {
   return vector_area.norm() / area;
 }
 
-/// Height of a panel of this width for what the camera sees.
-int panel_height(const ViewStage& stage, const OrbitCamera& camera, int width_px) {
-  Eigen::AlignedBox3f box;
-  for (const Eigen::Vector3f& p : stage.outline_mm()) box.extend(camera.map_R_camera().transpose() * p);
-  const Eigen::Vector3f size = box.sizes();
+/// Height of panels of this width for what the cameras see.
+int panel_height(const ViewStage& stage, const std::vector<OrbitCamera>& cameras, int width_px) {
+  Eigen::Vector2f size(1e-6F, 0.0F);
+  for (const OrbitCamera& camera : cameras) {
+    Eigen::AlignedBox3f box;
+    for (const Eigen::Vector3f& p : stage.outline_mm()) box.extend(camera.map_R_camera().transpose() * p);
+    size = size.cwiseMax(box.sizes().head<2>());
+  }
   return static_cast<int>(static_cast<float>(width_px) *
-                          std::clamp(kFreeForWords * size.y() / std::max(size.x(), 1e-6F), 0.7F, 1.5F));
+                          std::clamp(kFreeForWords * size.y() / size.x(), 0.7F, 1.5F));
 }
 
 OrbitCamera fitted_view(const ViewStage& stage, OrbitCamera camera, const Viewport& panel) {
@@ -68,13 +71,16 @@ cv::Mat3b draw_comparison(const Mesh& estimate, const Mesh& truth, int panel_wid
   one_sidedness(estimate);
   one_sidedness(truth);
   const auto context = GlContext::offscreen();
-  ViewStage stage({"reconstruction", estimate, std::nullopt}, ViewContent{"true shape", truth, std::nullopt});
-  const int width = 2 * panel_width_px;
-  OrbitCamera camera = stage.first_view({0, 0, width, panel_width_px});
-  const int height = panel_height(stage, camera, panel_width_px);
-  camera = fitted_view(stage, camera, {0, 0, panel_width_px, height});
-  const cv::Mat3b plain = stage.picture(camera, style_by(SceneColor::plain), width, height);
-  const cv::Mat3b colored = stage.picture(camera, style_by(SceneColor::distance), width, height);
+  const auto panels = [&](const char* title, SceneColor color) {
+    ViewStage stage({title, estimate, std::nullopt}, ViewContent{"true shape", truth, std::nullopt});
+    const int width = 2 * panel_width_px;
+    const OrbitCamera camera = stage.first_view({0, 0, width, panel_width_px});
+    const int height = panel_height(stage, {camera}, panel_width_px);
+    return stage.picture(fitted_view(stage, camera, {0, 0, panel_width_px, height}), style_by(color), width,
+                         height);
+  };
+  const cv::Mat3b plain = panels("reconstruction", SceneColor::plain);
+  const cv::Mat3b colored = panels("distance to the true shape", SceneColor::distance);
   return side_by_side({plain, colored.colRange(0, panel_width_px)});
 }
 
@@ -89,9 +95,7 @@ cv::Mat3b draw_mesh(const Mesh& mesh, int panel_width_px) {
     camera.orbit({angle_deg / 180.0F * static_cast<float>(panel_width_px), 0.0F}, square);
     cameras.push_back(camera);
   }
-  int height = 0;
-  for (const OrbitCamera& camera : cameras)
-    height = std::max(height, panel_height(stage, camera, panel_width_px));
+  const int height = panel_height(stage, cameras, panel_width_px);
   const Viewport panel{0, 0, panel_width_px, height};
   float distance_mm = 0;  // the same scale in all panels
   for (OrbitCamera& camera : cameras) {
