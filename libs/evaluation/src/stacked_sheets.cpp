@@ -1,6 +1,5 @@
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <atomic>
 #include <numeric>
 #include <span>
 
@@ -13,8 +12,10 @@ namespace {
 constexpr int kSheetSamples = 50'000;
 constexpr std::uint64_t kSheetSeed = 4;
 constexpr std::size_t kSamplesAtOnce = 4096;
-/// Triangles a sample may look at on average; a ball of 0.5 mm holds some hundred of a usual mesh.
+/// Triangles a sample may look at on average; a ball of 0.5 mm holds some hundred of a usual mesh. Judged by
+/// a few samples, before all are searched.
 constexpr std::size_t kMostTriangles = 10'000;
+constexpr std::size_t kJudgedSamples = 64;
 constexpr double kSameOrientationCosine = 0.5;
 
 /// Which triangles meet at a vertex; vertices at the same place count as one, so that files without shared
@@ -126,13 +127,14 @@ double stacked_share(const TriangleScene& mesh, double reach_mm) {
   const auto samples = sample_surface(mesh.mesh(), kSheetSamples, kSheetSeed);
   const Neighborhood neighborhood(mesh.mesh());
   std::vector<char> stacked(samples.size());
-  std::atomic<std::size_t> all_visits{0};
-  const std::size_t most = kMostTriangles * samples.size();
+  SheetSearch trial(mesh, neighborhood, reach_mm);
+  for (std::size_t i = 0; i < samples.size(); i += 1 + samples.size() / kJudgedSamples) {
+    trial.finds_another(samples[i]);
+    if (trial.visits() > kMostTriangles * kJudgedSamples) throw_too_tangled();
+  }
   parallel_for_ranges(samples.size(), kSamplesAtOnce, 0, [&](std::size_t begin, std::size_t end) {
     SheetSearch search(mesh, neighborhood, reach_mm);
-    for (std::size_t i = begin; i < end && search.visits() < most; ++i)
-      stacked[i] = search.finds_another(samples[i]) ? 1 : 0;
-    if (all_visits.fetch_add(search.visits()) + search.visits() > most) throw_too_tangled();
+    for (std::size_t i = begin; i < end; ++i) stacked[i] = search.finds_another(samples[i]) ? 1 : 0;
   });
   return static_cast<double>(std::count(stacked.begin(), stacked.end(), 1)) /
          static_cast<double>(samples.size());

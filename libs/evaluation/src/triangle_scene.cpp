@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <atomic>
 #include <limits>
 #include <string>
 #include <utility>
@@ -26,8 +25,9 @@ using DevicePointer = std::unique_ptr<RTCDeviceTy, DeviceRelease>;
 using ScenePointer = std::unique_ptr<RTCSceneTy, SceneRelease>;
 
 /// A search may look at this many triangles on average: usual meshes need some dozens. Beyond it the mesh
-/// covers itself so often that measuring would not end.
-constexpr std::size_t kMostVisits = 2000;
+/// covers itself so often that measuring would not end. Judged by a few of the points, before all are asked.
+constexpr std::size_t kMostVisits = 1000;
+constexpr std::size_t kJudgedPoints = 512;
 constexpr std::size_t kSearchesAtOnce = 1024;
 
 void check_geometry(const Mesh& mesh) {
@@ -204,13 +204,16 @@ ClosestPoint TriangleScene::closest(const Eigen::Vector3d& point_mm) const {
 }
 
 std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector3d>& points_mm) const {
+  std::size_t visits = 0;
+  const std::size_t step = 1 + points_mm.size() / kJudgedPoints;
+  for (std::size_t i = 0; i < points_mm.size(); i += step) {
+    impl_->closest(points_mm[i], visits);
+    if (visits > kMostVisits * kJudgedPoints) throw_too_tangled();
+  }
   std::vector<ClosestPoint> result(points_mm.size());
-  std::atomic<std::size_t> all_visits{0};
-  const std::size_t most = kMostVisits * std::max(points_mm.size(), kSearchesAtOnce);
   parallel_for_ranges(points_mm.size(), kSearchesAtOnce, 0, [&](std::size_t begin, std::size_t end) {
-    std::size_t visits = 0;
-    for (std::size_t i = begin; i < end; ++i) result[i] = impl_->closest(points_mm[i], visits);
-    if (all_visits.fetch_add(visits) + visits > most) throw_too_tangled();
+    std::size_t uncounted = 0;
+    for (std::size_t i = begin; i < end; ++i) result[i] = impl_->closest(points_mm[i], uncounted);
   });
   return result;
 }
