@@ -109,6 +109,8 @@ int run(const TrackArguments& arguments) {
   const Config config = resolve_config(input);
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
+  for (const std::string& doubt : stream.background_doubts())
+    std::cerr << "gelslam: warning: " << doubt << "\n";
   Tracker tracker(config.slam.tracker);
   TumStream tum(config.slam.loop_closure);
   TrialDrift drift(config.slam.slope_calibration.gradient_scale_sigma);

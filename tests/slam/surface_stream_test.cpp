@@ -15,7 +15,10 @@ namespace gelslam {
 namespace {
 
 using namespace test;
+using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 constexpr double kPitchMm = 0.0634;
 const cv::Size kSize(320, 240);
@@ -105,6 +108,46 @@ TEST_F(StreamOfALog, ContactInTheBackgroundIsRefusedUnlessForced) {
   EXPECT_THAT(error(), HasSubstr("--force"));
   input.force = true;
   EXPECT_EQ(error(), "nothing was thrown");
+}
+
+TEST_F(StreamOfALog, DoubtsAboutTheBackgroundAreReported) {
+  record(10, false);
+  EXPECT_THAT(open().background_doubts(), ElementsAre(HasSubstr("GelSight Mini's lamps")));
+  input.config = folder / "other.yaml";
+  write_bytes(input.config, "device_config:\n  device_name: other\n");
+  EXPECT_THAT(open().background_doubts(), IsEmpty()) << "its lamps are not known";
+  input.background = folder / "dark.png";
+  cv::imwrite(input.background.string(), 0.3 * render(cv::Mat1f(kSize, 0.0F), kPitchMm, 0, 99));
+  EXPECT_THAT(open().background_doubts(), Contains(HasSubstr("very dark"))) << "of a picture, too";
+}
+
+TEST_F(StreamOfALog, ForcedContactIsADoubt) {
+  record(12, true);
+  input.force = true;
+  EXPECT_THAT(open().background_doubts(), Contains(HasSubstr("the background shows contact")));
+}
+
+// As a live scan does it.
+TEST_F(StreamOfALog, FramesWaitUntilTheGelIsBare) {
+  FrameToSurface frames(resolve_config(input), "", false, timer);
+  const auto push = [&](double depth_mm) {
+    const cv::Mat1f height = ball_press(kSize, kPitchMm, 150, 120, 5, depth_mm);
+    cv::Mat3b picture = render(height, kPitchMm, 1.0, static_cast<std::uint64_t>(recorded++));
+    return frames.push(picture);
+  };
+  for (int i = 0; i < 9; ++i) EXPECT_FALSE(push(0.8));
+  EXPECT_EQ(frames.refusal().reason, "") << "too few to judge";
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(push(0.8));
+  EXPECT_TRUE(frames.refusal().contact);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_FALSE(frames.has_background()) << i;
+    EXPECT_FALSE(push(1e-9));
+  }
+  EXPECT_TRUE(frames.has_background());
+  EXPECT_FALSE(frames.refusal().contact);
+  const SurfacePtr surface = push(0.8);
+  ASSERT_TRUE(surface);
+  EXPECT_GT(surface->contact_pixels, 500);
 }
 
 TEST_F(StreamOfALog, ABackgroundPictureMakesEveryFrameAFrame) {

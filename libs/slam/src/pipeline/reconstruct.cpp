@@ -32,6 +32,13 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, StageTimer& timer, Progress
   return stopped;
 }
 
+std::string warnings_of(const SurfaceStream& stream) {
+  std::string text;
+  for (const std::string& doubt : stream.background_doubts()) text += (text.empty() ? "" : "; ") + doubt;
+  const std::string about_log = stream.warning();
+  return text + (text.empty() || about_log.empty() ? "" : "; ") + about_log;
+}
+
 }  // namespace
 
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
@@ -62,7 +69,7 @@ ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& 
 
   ReconstructSummary summary = summarise(map, mesh);
   summary.partial = partial;
-  summary.warning = stream.warning();
+  summary.warning = warnings_of(stream);
   summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   write_run(folder.path(), request.config, map, mesh,
             {request.program_version, request.input.log, stream.description(), timer.statistics(), summary,

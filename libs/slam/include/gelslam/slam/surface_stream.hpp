@@ -1,19 +1,56 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/slam/color_gain.hpp"
 #include "gelslam/slam/log_input.hpp"
-#include "gelslam/surface/surface.hpp"
+#include "gelslam/surface/background.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {
 
-/// A log as a stream of surfaces: reads the background, then estimates frame by frame; never holds more than
-/// the background frames at once.
+/// Decoded pictures to surfaces, offline and live alike: color gain, background, estimate. The background is
+/// an image that the user names, or is taken from the first pictures in a row that show the bare gel. Not
+/// thread-safe.
+class FrameToSurface {
+ public:
+  /// `background`: an image file, or empty. `force`: take the first pictures even if they show contact.
+  /// Throws Error when the model or the image cannot be read.
+  FrameToSurface(const Config& config, const std::filesystem::path& background, bool force,
+                 StageTimer& timer);
+
+  /// Applies the color gain to `bgr` in place. Null for pictures that go into the background.
+  SurfacePtr push(cv::Mat3b& bgr);
+  bool has_background() const { return estimator_.has_value(); }
+  /// Why the newest pictures are not the background: contact or markers. No reason while there are too few.
+  const BackgroundCheck& refusal() const { return refusal_; }
+  /// What makes the background doubtful, as sentences for the user. Complete once there is a background.
+  const std::vector<std::string>& doubts() const { return doubts_; }
+
+ private:
+  void gather_background(const cv::Mat3b& bgr);
+  void set_background(const cv::Mat3b& background);
+
+  const Config config_;
+  const bool force_;
+  StageTimer& timer_;
+  ColorGain color_gain_;
+  GradientModel model_;
+  std::deque<cv::Mat3b> candidates_;
+  BackgroundCheck refusal_;
+  std::vector<std::string> doubts_;
+  std::optional<SurfaceEstimator> estimator_;
+};
+
+/// A log as a stream of surfaces. Holds no more than the background's pictures at once.
 class SurfaceStream {
  public:
   struct Item {
@@ -23,20 +60,25 @@ class SurfaceStream {
   };
 
   /// Reads the background. Throws Error when the log is no log, is shorter than its background, or shows
-  /// contact in it.
+  /// contact in it (unless input.force).
   SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer);
-  ~SurfaceStream();
 
   /// Frames in order, background frames first; nothing at the end.
   std::optional<Item> next();
-  std::optional<std::int64_t> frame_count() const;
-  std::string description() const;
-  /// What was not right with the log, for people, or "" (complete at the end).
-  std::string warning() const;
+  std::optional<std::int64_t> frame_count() const { return source_->frame_count(); }
+  std::string description() const { return source_->description(); }
+  /// FrameToSurface::doubts().
+  const std::vector<std::string>& background_doubts() const { return frames_.doubts(); }
+  /// What was wrong with the log, for the user, or "" (complete at the end).
+  std::string warning() const { return source_->warning(); }
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void read_background(int frames);
+
+  StageTimer& timer_;
+  FrameToSurface frames_;
+  std::unique_ptr<FrameSource> source_;
+  std::deque<Item> background_items_;  // not handed out yet
 };
 
 }  // namespace gelslam
