@@ -7,7 +7,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/slam/config.hpp"
-#include "readable_background.hpp"
+#include "gelslam/surface/background.hpp"
 
 namespace gelslam {
 

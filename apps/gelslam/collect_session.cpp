@@ -8,7 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
-#include "readable_background.hpp"
+#include "gelslam/surface/background.hpp"
 
 namespace gelslam {
 namespace {

@@ -9,7 +9,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
-#include "gelslam/surface/background_judgement.hpp"
 
 namespace gelslam {
 

@@ -1,4 +1,4 @@
-#include "gelslam/surface/background_judgement.hpp"
+#include "gelslam/surface/background.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,6 @@
 
 #include "../support/data_folder.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/background.hpp"
-#include "gelslam/surface/marker_dots.hpp"
 
 namespace gelslam::test {
 namespace {

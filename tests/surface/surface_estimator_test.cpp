@@ -150,6 +150,31 @@ TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
   }
 }
 
+// Compared with a wider picture of the same press, in which the border cuts nothing off: up to 1.3 % of the
+// contact differ. Continuing heights and contact straight ahead makes steps there, of 1.2 to 2.6 %.
+TEST(SurfaceEstimator, AContactThatCrossesTheBorderHasASmoothOutline) {
+  const int margin = 80;
+  const cv::Size wide(sensor.width + 2 * margin, sensor.height);
+  const cv::Rect middle(cv::Point(margin, 0), sensor);
+  struct Press {
+    double u, v, radius_mm, depth_mm;
+  };
+  for (const Press& at : {Press{310, 120, 4.75, 0.6},
+                          {300, 60, 4.75, 0.6},
+                          {5, 150, 4.75, 0.8},
+                          {330, 120, 4.75, 0.9},
+                          {312, 80, 3, 0.5},
+                          {280, 120, 10, 1.0}}) {
+    const cv::Mat3b image =
+        render(ball_press(wide, pitch_mm, at.u + margin, at.v, at.radius_mm, at.depth_mm), pitch_mm, 1.0, 7);
+    const cv::Mat1b expected = make_estimator({}, wide).estimate(image)->contact(middle).clone();
+    SurfaceEstimator estimator(linear_gel_model(), bare_gel(wide)(middle).clone(), {});
+    cv::Mat1b differs;
+    cv::compare(estimator.estimate(image(middle).clone())->contact, expected, differs, cv::CMP_NE);
+    EXPECT_LE(cv::countNonZero(differs), 0.014 * cv::countNonZero(expected)) << at.u << " " << at.v;
+  }
+}
+
 TEST(SurfaceEstimator, FollowsAChangeOfLight) {
   const cv::Mat1f truth = press(0.5, 140, 110);
   SurfaceEstimator estimator = make_estimator();
@@ -235,7 +260,6 @@ TEST(SurfaceEstimator, RefusesSizesThatDoNotFit) {
   EXPECT_THROW(estimator.estimate(cv::Mat3b(120, 160)), Error);
   EXPECT_THROW(estimator.estimate(cv::Mat3b()), Error);
   EXPECT_THROW(make_estimator({}, cv::Size(320, 8)), Error);
-  EXPECT_THROW(SurfaceEstimator({}, bare_gel(), {}), Error);
 }
 
 }  // namespace

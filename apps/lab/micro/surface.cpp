@@ -11,9 +11,8 @@
 #include "gelslam/surface/surface_estimator.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
-#include "photometry/block_image.hpp"
-#include "photometry/change_mask.hpp"
-#include "photometry/light_tracker.hpp"
+#include "photometry/blocks.hpp"
+#include "photometry/light.hpp"
 #include "slopes/gradient_map.hpp"
 
 namespace gelslam {

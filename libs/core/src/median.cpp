@@ -1,9 +1,5 @@
 #include "gelslam/core/median.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-
 namespace gelslam {
 
 double median(std::vector<double> values) {
@@ -13,11 +9,6 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto rank = values.begin() + std::lround(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), rank, values.end());
-  return *rank;
-}
+double quantile(std::vector<double> values, double share) { return quantile_in_place(values, share); }
 
 }  // namespace gelslam

@@ -10,12 +10,9 @@
 #include "gelslam/core/text.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
-#include "heights/surface_maps.hpp"
-#include "photometry/block_image.hpp"
-#include "photometry/change_mask.hpp"
-#include "photometry/impulse_remover.hpp"
-#include "photometry/light_tracker.hpp"
-#include "photometry/spot_remover.hpp"
+#include "photometry/blocks.hpp"
+#include "photometry/light.hpp"
+#include "photometry/pixel_repair.hpp"
 #include "slopes/gradient_map.hpp"
 
 namespace gelslam {
@@ -23,7 +20,7 @@ namespace {
 
 using namespace surface::detail;
 
-constexpr int min_side_px = 16;
+constexpr int kLeastSidePx = 16;
 
 // Milliseconds since the last call.
 class Stopwatch {
@@ -40,7 +37,7 @@ class Stopwatch {
 };
 
 const cv::Mat3b& checked_background(const cv::Mat3b& background) {
-  if (background.rows < min_side_px || background.cols < min_side_px) {
+  if (background.rows < kLeastSidePx || background.cols < kLeastSidePx) {
     throw Error("background image is " + size_text(background.cols, background.rows) +
                 ", need at least 16x16");
   }
@@ -53,39 +50,29 @@ const cv::Mat3b& checked_background(const cv::Mat3b& background) {
 struct SurfaceEstimator::Impl {
   Impl(const GradientModel& model, const cv::Mat3b& background_image, const SurfaceOptions& surface_options)
       : options(surface_options),
-        background(impulses.clean(checked_background(background_image)).clone()),
-        size(background.size()),
-        background_blocks(average_blocks(background)),
+        pixels(checked_background(background_image)),
+        size(background_image.size()),
+        background_blocks(average_blocks(pixels.background())),
         light_tracker(background_blocks, true),
-        spots(background),
-        gradient(model, background),
+        gradient(model, pixels.background()),
         poisson(size),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
         changed(size, static_cast<unsigned char>(0)),
         everywhere(size, static_cast<unsigned char>(255)) {}
 
-  static cv::Mat3f average_blocks(const cv::Mat3b& image) {
-    cv::Mat3f means;
-    BlockAverager().average(image, means);
-    return means;
-  }
-
-  // Fills colors (the frame's light) and changed (where the gradient is needed). Returns the picture without
-  // what light from one side adds.
+  // Fills colors (the frame's light) and changed (where the gradient is needed). Returns the picture to which
+  // colors apply: in even light, which it becomes where the light is uneven.
   const cv::Mat3b& find_changes(const cv::Mat3b& bgr) {
     averager.average(bgr, blocks);
     const Light light = options.compensate_light ? light_tracker.update(blocks, touched_blocks) : Light{};
-    const bool is_uneven = light.unevenness != Unevenness::none;
-    if (is_uneven) {
-      remove_field(light, bgr, even);
-      remove_field(light, blocks);
-    }
-    colors = color_table(light);
     to_background_light(light, blocks);
     cv::subtract(blocks, background_blocks, blocks);
     change_detector.detect(blocks, changed_blocks);
     spread_blocks(changed_blocks, changed);
-    return is_uneven ? even : bgr;
+    colors = color_table(light.is_even() ? light : Light{});
+    if (light.is_even()) return bgr;
+    to_background_light(light, bgr, even);
+    return even;
   }
 
   // Height in mm, 0 on the untouched gel.
@@ -103,12 +90,10 @@ struct SurfaceEstimator::Impl {
   void remember_contact() { cv::dilate(contact_detector.contact_blocks(), touched_blocks, contact_margin); }
 
   SurfaceOptions options;
-  ImpulseRemover impulses;
-  cv::Mat3b background;
+  PixelRepair pixels;
   cv::Size size;
   cv::Mat3f background_blocks;
   LightTracker light_tracker;
-  SpotRemover spots;
   GradientMap gradient;
   PoissonSolver poisson;
   ContactDetector contact_detector;
@@ -116,7 +101,7 @@ struct SurfaceEstimator::Impl {
   ChangeDetector change_detector;
   ColorTable colors{};
   cv::Mat3f blocks;  // block means, then their difference to the background
-  cv::Mat3b even;    // the picture without the light's field
+  cv::Mat3b even;    // the picture in the background's light, where the light is uneven
   cv::Mat1b changed_blocks, touched_blocks, changed, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
@@ -143,7 +128,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   auto surface = std::make_shared<Surface>();
   surface->pixel_pitch_mm = self.options.pixel_pitch_mm;
 
-  const cv::Mat3b& bgr = self.find_changes(self.spots.clean(self.impulses.clean(image)));
+  const cv::Mat3b& bgr = self.find_changes(self.pixels.clean(image));
   const cv::Mat1b& where = self.options.gradient_everywhere ? self.everywhere : self.changed;
   self.gradient.compute(bgr, self.colors, where, self.gx, self.gy);
   self.timings.gradient_ms = watch.lap_ms();

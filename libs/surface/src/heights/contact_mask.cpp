@@ -4,102 +4,148 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "photometry/block_image.hpp"
+#include "gelslam/core/median.hpp"
+#include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr double depth_fraction = 0.3;
-constexpr double deep_fraction =
-    0.25;  // of a contact deeper than 0.8 mm: its membrane rim alone is deeper than 0.2 mm
-constexpr double min_limit_mm = 0.015;  // what the network's own noise integrates to
-constexpr float scatters_above_gel = 4.0F;
-constexpr double min_color_dist = 4.0;       // gray levels: noise of a block mean stays below
-constexpr std::ptrdiff_t deepest_rank = 50;  // pixels; a depth that only a few pixels reach is noise
+// A touch is this share of the deepest place deep; of one deeper than 0.8 mm the membrane rim alone is deeper
+// than 0.2 mm.
+constexpr double kDepthShare = 0.3, kDeepShare = 0.25;
+constexpr double kLeastLimitMm = 0.015;  // what the network's own noise integrates to
+constexpr float kScattersAboveGel = 4.0F;
+constexpr double kLeastColorLevels = 4.0;  // noise of a block mean stays below
+constexpr int kFewPixels = 50;             // a depth that fewer pixels reach is noise
+constexpr float kMostTexturePx = 1.5F;     // 0.1 mm on a GelSight Mini
+constexpr int kRowStep = 3;                // every third row is plenty for a median
+constexpr double kRimLengthMm = 1.4;       // over which the gel's membrane rim decays
+constexpr double kBlurSigmaBlocks = 1.2;
+constexpr int kBlurRadiusBlocks = 2;
+constexpr double kPressedShare = 0.5;  // of the depth; a membrane rim has 0, a flat face 1
 
-constexpr float max_texture_px = 1.5F;  // 0.1 mm on a GelSight Mini
-constexpr int sample_step = 3;          // every third row is plenty for a median
+/// Value `beyond` blocks outside the first of `count` values: continues the parabola through three of them.
+/// (A constant continuation would bend the gel at the border, and the contact's outline with it.)
+template <typename At>
+float extrapolate(const At& at, int beyond, int count) {
+  const int near = std::min(beyond, count - 1), far = std::min(2 * beyond, count - 1);
+  return 3.0F * at(0) - 3.0F * at(near) + at(far);
+}
+
+/// `inner` with a margin on all sides, into which its values are extrapolated.
+void add_margin(const cv::Mat1f& inner, int margin, cv::Mat1f& padded) {
+  cv::copyMakeBorder(inner, padded, margin, margin, margin, margin, cv::BORDER_REPLICATE);
+  const int last_row = inner.rows - 1, last_column = inner.cols - 1;
+  for (int v = margin; v <= margin + last_row; ++v) {
+    float* row = padded[v];
+    for (int i = 1; i <= margin; ++i) {
+      row[margin - i] = extrapolate([&](int k) { return row[margin + k]; }, i, inner.cols);
+      row[margin + last_column + i] =
+          extrapolate([&](int k) { return row[margin + last_column - k]; }, i, inner.cols);
+    }
+  }
+  for (int i = 1; i <= margin; ++i) {
+    for (int u = 0; u < padded.cols; ++u) {
+      padded(margin - i, u) = extrapolate([&](int k) { return padded(margin + k, u); }, i, inner.rows);
+      padded(margin + last_row + i, u) =
+          extrapolate([&](int k) { return padded(margin + last_row - k, u); }, i, inner.rows);
+    }
+  }
+}
 
 cv::Mat square(int side_px) { return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)); }
-
-float order_statistic(std::vector<float>& values, double fraction) {
-  const auto rank = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
-}
 
 }  // namespace
 
 UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed,
                                 std::vector<float>& scratch) {
   scratch.clear();
-  for (int v = 0; v < height_px.rows; v += sample_step) {
+  for (int v = 0; v < height_px.rows; v += kRowStep) {
     for (int u = 0; u < height_px.cols; ++u) {
       if (changed(v, u) == 0) scratch.push_back(height_px(v, u));
     }
   }
   UntouchedGel gel;
-  if (scratch.size() * sample_step * 20 >= height_px.total()) {
-    const float lowest = order_statistic(scratch, 0.95) - max_texture_px;
+  if (scratch.size() * kRowStep * 20 >= height_px.total()) {
+    const float lowest = quantile_in_place(scratch, 0.95) - kMostTexturePx;
     std::erase_if(scratch, [lowest](float value) { return value < lowest; });
-    gel.level = order_statistic(scratch, 0.5);
+    gel.level = quantile_in_place(scratch, 0.5);
     for (float& value : scratch) value = std::abs(value - gel.level);
-    gel.scatter = 1.4826F * order_statistic(scratch, 0.5);
+    gel.scatter = 1.4826F * quantile_in_place(scratch, 0.5);
     gel.seen = true;
     return gel;
   }
   scratch.clear();
   for (int v = 0; v < height_px.rows; ++v)
     scratch.insert(scratch.end(), height_px[v], height_px[v] + height_px.cols);
-  gel.level = order_statistic(scratch, 0.85);
+  gel.level = quantile_in_place(scratch, 0.85);
   return gel;
 }
 
+void PressureMap::find(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& pressed) {
+  cv::resize(height_mm, depth_, block_grid(height_mm.size()), 0, 0, cv::INTER_AREA);
+  depth_ *= -1.0;
+  constexpr int margin = kBlurRadiusBlocks + 1;  // one more for the Laplacian
+  add_margin(depth_, margin, padded_);
+  constexpr int side = 2 * kBlurRadiusBlocks + 1;
+  cv::GaussianBlur(padded_, padded_, cv::Size(side, side), kBlurSigmaBlocks);
+  cv::Laplacian(padded_, laplacian_, CV_32F, 1);
+  const double rim_length_blocks = kRimLengthMm / (pixel_pitch_mm * block_px);
+  const cv::Rect inside(margin, margin, depth_.cols, depth_.rows);
+  cv::addWeighted(padded_(inside), 1.0 - kPressedShare, laplacian_(inside),
+                  -rim_length_blocks * rim_length_blocks, 0.0, excess_);
+  cv::resize(excess_, excess_px_, height_mm.size(), 0, 0, cv::INTER_LINEAR);
+  cv::compare(excess_px_, 0.0, pressed, cv::CMP_GT);
+}
+
 ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
-    : rule_(rule),
-      pressure_(rule.rim_length_mm),
-      half_gap_px_(size.height / 48),
-      gap_(square(2 * half_gap_px_ + 1)) {}
+    : rule_(rule), half_gap_px_(size.height / 48), gap_(square(2 * half_gap_px_ + 1)) {}
 
 double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
-  const double floor_mm = std::max(min_limit_mm, static_cast<double>(scatters_above_gel * scatter_mm));
+  const double floor_mm = std::max(kLeastLimitMm, static_cast<double>(kScattersAboveGel * scatter_mm));
   scratch_.clear();
   for (int v = 0; v < height_mm.rows; ++v) {
     for (const float* height = height_mm[v]; height != height_mm[v] + height_mm.cols; ++height) {
       if (*height < -floor_mm) scratch_.push_back(*height);
     }
   }
-  const auto rank = std::min(deepest_rank, static_cast<std::ptrdiff_t>(scratch_.size()) - 1);
-  if (rank < 0) return floor_mm;
-  std::nth_element(scratch_.begin(), scratch_.begin() + rank, scratch_.end());
-  const double depth_mm = -static_cast<double>(scratch_[static_cast<std::size_t>(rank)]);
-  const double cap_mm = std::max(rule_.height_threshold_mm, deep_fraction * depth_mm);
-  return std::min(cap_mm, std::max(floor_mm, depth_fraction * depth_mm));
+  if (scratch_.empty()) return floor_mm;
+  const std::size_t rank = std::min<std::size_t>(kFewPixels, scratch_.size() - 1);
+  std::nth_element(scratch_.begin(), scratch_.begin() + static_cast<std::ptrdiff_t>(rank), scratch_.end());
+  const double depth_mm = -static_cast<double>(scratch_[rank]);
+  const double cap_mm = std::max(rule_.height_threshold_mm, kDeepShare * depth_mm);
+  return std::min(cap_mm, std::max(floor_mm, kDepthShare * depth_mm));
 }
 
-void ContactDetector::keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold,
-                                            cv::Mat1b& contact) {
+void ContactDetector::keep_colored_pieces(const cv::Mat3f& block_difference, double color_threshold,
+                                          cv::Mat1b& contact) {
   gather_blocks(contact, blocks_);
   const int pieces = cv::connectedComponents(blocks_, labels_, 8, CV_32S);
-  std::vector<bool> witnessed(static_cast<std::size_t>(pieces), false);
+  std::vector<bool> colored(static_cast<std::size_t>(pieces), false);
   for (int row = 0; row < blocks_.rows; ++row) {
     for (int column = 0; column < blocks_.cols; ++column) {
       const cv::Vec3f& difference = block_difference(row, column);
       if (static_cast<double>(difference.dot(difference)) > color_threshold * color_threshold) {
-        witnessed[static_cast<std::size_t>(labels_(row, column))] = true;
+        colored[static_cast<std::size_t>(labels_(row, column))] = true;
       }
     }
   }
-  witnessed[0] = false;  // label 0 is no piece
-  if (std::all_of(witnessed.begin() + 1, witnessed.end(), [](bool seen) { return seen; })) return;
+  colored[0] = false;  // label 0 is no piece
+  if (std::all_of(colored.begin() + 1, colored.end(), [](bool seen) { return seen; })) return;
   for (int row = 0; row < blocks_.rows; ++row) {
     for (int column = 0; column < blocks_.cols; ++column) {
-      if (!witnessed[static_cast<std::size_t>(labels_(row, column))]) blocks_(row, column) = 0;
+      if (!colored[static_cast<std::size_t>(labels_(row, column))]) blocks_(row, column) = 0;
     }
   }
   keep_.create(contact.size());
   spread_blocks(blocks_, keep_);
   cv::bitwise_and(contact, keep_, contact);
+}
+
+void ContactDetector::close_gaps(cv::Mat1b& contact) {
+  cv::dilate(contact, closed_, gap_);
+  cv::erode(closed_, closed_, gap_, cv::Point(-1, -1), 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::bitwise_or(contact, closed_, contact);
 }
 
 void ContactDetector::fill_small_holes(cv::Mat1b& whole_contact) {
@@ -130,7 +176,7 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, 
   cv::compare(height_mm, -limit_mm, below_, cv::CMP_LT);
   pressure_.find(height_mm, pixel_pitch_mm, pressed_);
   cv::bitwise_and(below_, pressed_, contact);
-  cv::morphologyEx(contact, contact, cv::MORPH_CLOSE, gap_);
+  close_gaps(contact);
   fill_small_holes(contact);
   // Slivers and the border's blur grow with depth; a faint touch is small and thin itself.
   const auto scaled = [deep](int half_px) {
@@ -138,8 +184,8 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, 
   };
   cv::morphologyEx(contact, contact, cv::MORPH_OPEN, scaled(half_gap_px_));
   cv::erode(contact, contact, scaled(half_gap_px_ / 2));
-  keep_witnessed_pieces(block_difference, std::max(min_color_dist, rule_.color_dist_threshold * deep),
-                        contact);
+  keep_colored_pieces(block_difference, std::max(kLeastColorLevels, rule_.color_dist_threshold * deep),
+                      contact);
 }
 
 }  // namespace gelslam::surface::detail

@@ -3,8 +3,6 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "heights/gel_pressure.hpp"
-
 namespace gelslam::surface::detail {
 
 /// Height of the untouched gel and how much it scatters there.
@@ -14,24 +12,38 @@ struct UntouchedGel {
   bool seen = false;  ///< else the level is a guess: the object covers the whole gel
 };
 
-/// Both robust (median, scaled median deviation) over the pixels where `changed` is 0 and which are no lower
-/// than 1.5 pixels below the highest of them: a flat face that touches has the color of bare gel, but not
-/// its height. Where those are fewer than 5 % of the image: the 85th percentile over all pixels, and no
-/// scatter. Heights in pixels.
+/// Median and scaled median deviation over the pixels where `changed` is 0 and which are no lower than 1.5
+/// pixels below the highest of them: a flat face that touches has the color of bare gel, but not its height.
+/// Where those are fewer than 5 % of the image: the 85th percentile over all pixels, and no scatter. Heights
+/// in pixels.
 UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed,
                                 std::vector<float>& scratch);
+
+/// Where something presses on the gel, as opposed to the membrane rim, where the gel only hangs between what
+/// presses and the rest (own). The gel is modeled as a stretched membrane on an elastic foundation: pressure
+/// is proportional to d - λ² Δd for a depth d. It vanishes on a membrane rim (which decays with the length
+/// λ), equals d under a flat face, and exceeds d under a convex one. A place is pressed where the pressure is
+/// more than half of d, on a scale of about half a millimetre: finer texture belongs to the object and must
+/// not tear holes into its mask.
+class PressureMap {
+ public:
+  /// Fills `pressed` (HxW, 0 or 255) from heights (0 on the untouched gel, negative in contact).
+  void find(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& pressed);
+
+ private:
+  cv::Mat1f depth_, padded_, laplacian_, excess_, excess_px_;
+};
 
 struct ContactRule {
   double color_dist_threshold = 15.0;  ///< gray levels
   double height_threshold_mm = 0.2;    ///< for deep contacts
-  double rim_length_mm = 1.4;          ///< over which the gel's membrane rim decays
 };
 
-/// Contact by depth and pressure, with color as witness (own; the public rule is blind below
+/// Contact by depth and pressure, confirmed by color (own; the public rule does not see contact above
 /// height_threshold_mm, cuts out what lies flat, and takes the gel's membrane rim for the object). A pixel
 /// touches where it lies below a limit that follows the frame's depth (0.3 of the deepest place, at most
 /// height_threshold_mm, or 0.25 of the deepest place if that is more, at least what noise reaches) and where
-/// the gel is pressed (gel_pressure.hpp). A connected piece counts only if its color differs somewhere by
+/// the gel is pressed (PressureMap). A connected piece counts only if its color differs somewhere by
 /// color_dist_threshold (in proportion less when shallow).
 class ContactDetector {
  public:
@@ -46,17 +58,20 @@ class ContactDetector {
   const cv::Mat1b& contact_blocks() const { return blocks_; }
 
  private:
+  /// Only gaps with contact on both sides within the picture: at its border a plain closing would continue
+  /// the outline straight ahead, in steps that no object has.
+  void close_gaps(cv::Mat1b& contact);
   /// Flat fields between raised parts are hardly pressed, but touched: small holes that are deep enough are
   /// filled.
   void fill_small_holes(cv::Mat1b& contact);
   double depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm);
-  void keep_witnessed_pieces(const cv::Mat3f& block_difference, double color_threshold, cv::Mat1b& contact);
+  void keep_colored_pieces(const cv::Mat3f& block_difference, double color_threshold, cv::Mat1b& contact);
 
   ContactRule rule_;
   PressureMap pressure_;
   int half_gap_px_;
   cv::Mat gap_;
-  cv::Mat1b below_, pressed_, blocks_, keep_;
+  cv::Mat1b below_, pressed_, closed_, blocks_, keep_;
   cv::Mat1b holes_;
   cv::Mat1i labels_, stats_;
   cv::Mat centroids_;

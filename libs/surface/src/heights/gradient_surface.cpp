@@ -5,7 +5,6 @@
 
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
-#include "heights/surface_maps.hpp"
 
 namespace gelslam {
 

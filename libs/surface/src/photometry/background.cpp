@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/marker_dots.hpp"
+#include "gelslam/core/median.hpp"
+#include "gelslam/core/text.hpp"
 #include "heights/poisson.hpp"
-#include "photometry/block_image.hpp"
-#include "photometry/light_tracker.hpp"
+#include "photometry/blocks.hpp"
+#include "photometry/light.hpp"
 #include "slopes/gradient_map.hpp"
 
 namespace gelslam {
@@ -17,36 +17,31 @@ namespace {
 
 using namespace surface::detail;
 
-// Motion: color of 12x12 pixels against another mean. In clean logs 3 gray levels (1.5 for means of half the
-// frames) and 7 of the noise's lower quartiles are reached by single blocks only; a contact of 500 pixels
-// covers 30.
-constexpr float moving_gray_levels = 3.0F;
-constexpr float drifting_gray_levels = 1.5F;
-constexpr float noise_quartiles = 7.0F;
-constexpr int min_moving_blocks = 25;
-constexpr std::size_t min_frames_for_halves = 4;
+// Motion: the color of 12x12 pixels against their mean over the frames. In clean logs only single blocks
+// differ by 3 gray levels (1.5 between means of half of the frames) and by 7 times the lower quartile; a
+// contact of 500 pixels covers 30.
+constexpr float kMovingLevels = 3.0F, kDriftingLevels = 1.5F;
+constexpr float kMotionQuartiles = 7.0F;
+constexpr int kLeastMovingBlocks = 25;
+constexpr std::size_t kLeastFramesForHalves = 4;
 
-constexpr double settled_gain_error = 0.01;  // lamps flicker by less
+constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 
 // Imprint: halfway between what clean backgrounds of four sensors show (slope 0.08, curvature 0.015 per
 // pixel) and what the shallowest of their ball presses do (0.14, 0.024).
-constexpr double imprint_slope = 0.105;
-constexpr double imprint_curvature = 0.0195;
-constexpr int border_px = 12;  // the model extrapolates there
+constexpr double kImprintSlope = 0.105, kImprintCurvature = 0.0195;
+constexpr int kBorderPx = 12;  // the model extrapolates there
 
-float percentile(const cv::Mat1f& values, double fraction) {
-  std::vector<float> sorted(values.begin(), values.end());
-  const auto rank =
-      sorted.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(sorted.size() - 1));
-  std::nth_element(sorted.begin(), rank, sorted.end());
-  return *rank;
+float percentile(const cv::Mat1f& values, double share) {
+  std::vector<float> copy(values.begin(), values.end());
+  return quantile_in_place(copy, share);
 }
 
 cv::Mat1f inside_border(const cv::Mat1f& map) {
-  return map(cv::Rect(border_px, border_px, map.cols - 2 * border_px, map.rows - 2 * border_px)).clone();
+  return map(cv::Rect(kBorderPx, kBorderPx, map.cols - 2 * kBorderPx, map.rows - 2 * kBorderPx)).clone();
 }
 
-// What is left of a map when its smooth part is taken away.
+// The map without its smooth part.
 cv::Mat1f local_part(const cv::Mat1f& map, double smooth_px, double broad_px) {
   cv::Mat1f smooth, broad, local;
   cv::GaussianBlur(map, smooth, cv::Size(), smooth_px, smooth_px, cv::BORDER_REPLICATE);
@@ -55,15 +50,8 @@ cv::Mat1f local_part(const cv::Mat1f& map, double smooth_px, double broad_px) {
   return local;
 }
 
-cv::Mat3f average_blocks(const cv::Mat3b& image) {
-  cv::Mat3f means;
-  BlockAverager().average(image, means);
-  return means;
-}
-
-// Percentage of the image where two pictures differ, apart from their light; 0 when it is too little to mean
-// anything.
-int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks, float min_gray_levels) {
+// Percentage of the image where two pictures differ, apart from their light; 0 when it is insignificant.
+int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks, float least_levels) {
   LightTracker tracker(reference_blocks);
   cv::Mat3f difference = blocks.clone();
   to_background_light(tracker.update(blocks, cv::Mat1b()), difference);
@@ -75,32 +63,31 @@ int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks
       length(row, column) = static_cast<float>(cv::norm(difference(row, column)));
     }
   }
-  const float limit = std::max(min_gray_levels, noise_quartiles * percentile(length, 0.25));
+  const float limit = std::max(least_levels, kMotionQuartiles * percentile(length, 0.25));
   const int count = cv::countNonZero(length > limit);
-  return count < min_moving_blocks ? 0 : std::max(1, 100 * count / static_cast<int>(length.total()));
+  return count < kLeastMovingBlocks ? 0 : std::max(1, 100 * count / static_cast<int>(length.total()));
 }
 
 std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& mean) {
   const cv::Mat3f mean_blocks = average_blocks(mean);
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const int percent = differing_percent(average_blocks(frames[i]), mean_blocks, moving_gray_levels);
+    const int percent = differing_percent(average_blocks(frames[i]), mean_blocks, kMovingLevels);
     if (percent == 0) continue;
     return "something moves on the gel: frame " + std::to_string(i + 1) + " of " +
            std::to_string(frames.size()) + " differs from the others over " + std::to_string(percent) +
            " % of the image";
   }
-  if (frames.size() < min_frames_for_halves) return {};
+  if (frames.size() < kLeastFramesForHalves) return {};
   const auto middle = frames.begin() + static_cast<std::ptrdiff_t>(frames.size() / 2);
-  const int percent =
-      differing_percent(average_blocks(mean_image({frames.begin(), middle})),
-                        average_blocks(mean_image({middle, frames.end()})), drifting_gray_levels);
+  const int percent = differing_percent(average_blocks(mean_image({frames.begin(), middle})),
+                                        average_blocks(mean_image({middle, frames.end()})), kDriftingLevels);
   if (percent == 0) return {};
   return "something moves slowly on the gel: the first and the second half of the frames differ over " +
          std::to_string(percent) + " % of the image";
 }
 
 std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, double pixel_pitch_mm) {
-  if (std::min(mean.rows, mean.cols) <= 4 * border_px) return {};
+  if (std::min(mean.rows, mean.cols) <= 4 * kBorderPx) return {};
   const GradientMap gradient(model, mean);
   cv::Mat1f slope;
   cv::magnitude(local_part(gradient.background_gx(), 3.0, 16.0),
@@ -111,13 +98,11 @@ std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, doub
   cv::GaussianBlur(poisson.divergence().clone(), curvature, cv::Size(), 4.0, 4.0, cv::BORDER_REPLICATE);
   const double slope_99 = percentile(inside_border(slope), 0.99);
   const double curvature_99 = percentile(inside_border(curvature), 0.995);
-  if (slope_99 < imprint_slope && curvature_99 < imprint_curvature) return {};
+  if (slope_99 < kImprintSlope && curvature_99 < kImprintCurvature) return {};
   const double depth_mm =
       -pixel_pitch_mm * static_cast<double>(percentile(inside_border(local_part(height, 1.0, 32.0)), 0.005));
-  char text[120];
-  std::snprintf(text, sizeof text, "the gel already shows an imprint, about %.1f mm deep (local slope %.2f)",
-                depth_mm, slope_99);
-  return text;
+  return format_text("the gel already shows an imprint, about %.1f mm deep (local slope %.2f)", depth_mm,
+                     slope_99);
 }
 
 }  // namespace
@@ -144,7 +129,7 @@ cv::Mat3b background_image(const std::vector<cv::Mat3b>& frames) {
     bool is_settled = true;
     for (int channel = 0; channel < 3; ++channel) {
       gain[channel] = last[channel] / std::max(brightness[channel], 1.0);
-      is_settled = is_settled && std::abs(gain[channel] - 1.0) < settled_gain_error;
+      is_settled = is_settled && std::abs(gain[channel] - 1.0) < kSettledGainError;
     }
     cv::Mat3b brought;
     if (!is_settled) cv::multiply(frame, gain, brought);

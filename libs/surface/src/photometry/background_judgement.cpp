@@ -1,13 +1,11 @@
-#include "gelslam/surface/background_judgement.hpp"
-
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/surface/marker_dots.hpp"
+#include "gelslam/surface/background.hpp"
 #include "slopes/gradient_map.hpp"
 
 namespace gelslam {
@@ -16,22 +14,22 @@ namespace {
 using surface::detail::GradientMap;
 
 // Real backgrounds: means of 93 to 122 gray levels, brightest percentile at most 196.
-constexpr double dark_gray_levels = 45.0;
-constexpr double white_gray_level = 250.0;
-constexpr double saturated_share = 0.02;
-constexpr double least_color = 10.0;  // mean of largest minus smallest channel; real ones 40 to 70
+constexpr double kDarkLevel = 45.0;
+constexpr double kWhiteLevel = 250.0;
+constexpr double kSaturatedShare = 0.02;
+constexpr double kLeastColor = 10.0;  // mean of largest minus smallest channel; real ones 40 to 70
 // Color against its surroundings: less than 0.1 % of a clean gel, even one with a speck, differ this much;
 // eight stains of 5 to 10 pixels 1.3 % or more.
-constexpr double stain_gray_levels = 10.0;
-constexpr double stained_share = 0.004;
+constexpr double kStainLevels = 10.0;
+constexpr double kStainedShare = 0.004;
 // ln(red / blue) from the middle to the bottom: 0.46 to 0.60.
-constexpr double least_red_blue_slope = 0.2;
-constexpr double most_sideways_slope = 0.3;  // real ones -0.12 to 0.04
+constexpr double kLeastRedBlueSlope = 0.2;
+constexpr double kMostSidewaysSlope = 0.3;  // real ones -0.12 to 0.04
 // Mean blue over mean red: 1.33 to 1.7.
-constexpr double least_blue_over_red = 0.9;
+constexpr double kLeastBlueOverRed = 0.9;
 // Median slope that a model reads in the bare gel: its own sensor's 0.01 to 0.06, another sensor's 0.24 or
 // more.
-constexpr double foreign_slope = 0.12;
+constexpr double kForeignSlope = 0.12;
 
 bool is_gelsight_mini(const std::string& name) {
   return lower_case(name).find("gelsight mini") != std::string::npos;
@@ -68,7 +66,7 @@ double stained(const cv::Mat3f& bgr) {
                  [](const cv::Vec3f& color) { return static_cast<float>(cv::norm(color)); });
   const int border = std::max(1, cvRound(12 * pixel));  // lamps and the gel's frame
   const cv::Rect inside(border, border, bgr.cols - 2 * border, bgr.rows - 2 * border);
-  return share_above(length(inside), stain_gray_levels);
+  return share_above(length(inside), kStainLevels);
 }
 
 struct RedOverBlue {
@@ -96,8 +94,8 @@ RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
 std::string judge_mini_lamps(const cv::Mat3f& bgr) {
   const RedOverBlue slope = red_over_blue(bgr);
   const cv::Scalar mean = cv::mean(bgr);
-  const bool blue_leads = mean[0] > least_blue_over_red * mean[2];
-  if (std::abs(slope.downward) < least_red_blue_slope || std::abs(slope.sideways) > most_sideways_slope) {
+  const bool blue_leads = mean[0] > kLeastBlueOverRed * mean[2];
+  if (std::abs(slope.downward) < kLeastRedBlueSlope || std::abs(slope.sideways) > kMostSidewaysSlope) {
     return "the colors do not lie as a GelSight Mini's lamps lay them (bluish top, reddish bottom): is it "
            "the right camera, and its "
            "whole picture?";
@@ -118,10 +116,8 @@ double median_slope(const cv::Mat3b& mean, const GradientModel& model) {
   const GradientMap gradient(model, mean);
   cv::Mat1f slope;
   cv::magnitude(gradient.background_gx(), gradient.background_gy(), slope);
-  std::vector<float> sorted(slope.begin(), slope.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
+  std::vector<float> slopes(slope.begin(), slope.end());
+  return quantile_in_place(slopes, 0.5);
 }
 
 /// Gray levels. Throws Error when the picture is too small.
@@ -147,27 +143,27 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
   std::vector<std::string> doubts;
   const cv::Scalar channels = cv::mean(bgr);
   const double brightness = (channels[0] + channels[1] + channels[2]) / 3;
-  if (brightness < dark_gray_levels) {
+  if (brightness < kDarkLevel) {
     doubts.push_back(format_text(
         "the picture is very dark (mean %.0f of 255): are the sensor's lamps on, and is the exposure right?",
         brightness));
   }
   const ChannelRange range = channel_range(bgr);
-  const double saturated = share_above(range.most, white_gray_level);
-  if (saturated > saturated_share) {
+  const double saturated = share_above(range.most, kWhiteLevel);
+  if (saturated > kSaturatedShare) {
     doubts.push_back(
         format_text("%.0f %% of the picture is saturated: shorten the exposure; slopes cannot be read there",
                     100 * saturated));
   }
-  if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < least_color) {
-    // Nothing that follows means anything without color.
+  if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < kLeastColor) {
+    // The other judgements need color.
     doubts.push_back("the picture has no color, from which slopes are read: is it the right camera?");
     return doubts;
   }
   const auto markers = find_marker_dots(mean);
   if (markers) doubts.push_back(markers->sentence());
   const double stains = markers ? 0.0 : stained(bgr);
-  if (stains > stained_share) {
+  if (stains > kStainedShare) {
     doubts.push_back(format_text(
         "%.1f %% of the gel differ sharply from what is around them: dirt, a tear, or something touches it",
         100 * stains));
@@ -176,7 +172,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
   if (!lamps.empty()) doubts.push_back(lamps);
   if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);
-    if (slope > foreign_slope) {
+    if (slope > kForeignSlope) {
       doubts.push_back(
           format_text("the model reads the bare gel as sloped (%.2f in the middle of all pixels): is it this "
                       "sensor's model, and were gel and "
@@ -185,6 +181,18 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
     }
   }
   return doubts;
+}
+
+void require_readable_background(const cv::Mat3b& background, const std::string& device_name,
+                                 const std::string& name,
+                                 const std::function<void(const std::string&)>& say_doubt) {
+  if (const auto markers = find_marker_dots(background)) throw Error(name + ": " + markers->sentence());
+  const std::string lamps = judge_lamps(background, device_name);
+  if (!lamps.empty())
+    throw Error(name + ": " + lamps +
+                " (take presses and background again, the right way round; if the sensor is no " +
+                device_name + ", name it with --config)");
+  for (const std::string& doubt : judge_background(background, device_name)) say_doubt(name + ": " + doubt);
 }
 
 }  // namespace gelslam

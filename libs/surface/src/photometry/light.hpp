@@ -6,49 +6,69 @@
 
 namespace gelslam::surface::detail {
 
-/// Stray light from one side adds to the picture, a lamp that fails on one side dims it, one that flickers
-/// dims some rows.
-enum class Unevenness { none, added, multiplied, banded };
-
-using Gains = std::array<double, 3>;
-
-/// How the lamps and stray light differ from when the background was taken: per channel, seen = gain * then +
-/// offset, and + field (added) or + field * then / 128 (multiplied), or all that times row_gain (banded).
-/// Untouched gel keeps its color otherwise, so all follow from the untouched part of one frame.
+/// How the lamps and stray light differ from when the background was taken. In each channel untouched gel is
+/// seen as
+///   row_gain * (gain * background + offset + field(x, y) * (1 or background / 128)),
+/// x and y from -1 to 1 over the picture. Stray light from one side adds a field, a lamp that fails on one
+/// side multiplies by one, a lamp that flickers dims some rows of a rolling shutter.
 struct Light {
-  Gains gain{1.0, 1.0, 1.0};
-  std::array<double, 3> offset{0.0, 0.0, 0.0};  ///< gray levels
-  /// Gray levels times x, y, x², xy, y²; x and y go from -1 to 1 over the picture.
-  std::array<std::array<double, 5>, 3> field{};
-  std::vector<double> row_gain{};            ///< of each row of blocks; the same for all channels
-  Unevenness unevenness = Unevenness::none;  ///< none: no field and no rows
+  /// Gain and offset, then those of x, y, x², xy and y² of the field.
+  using Coefficients = std::array<double, 7>;
+
+  std::array<Coefficients, 3> channels{{{1.0}, {1.0}, {1.0}}};
+  std::vector<double> row_gain;  ///< of each row of blocks, the same for all channels; empty: 1
+  bool has_field = false;        ///< else only gain and offset are not 0
+  bool field_multiplies = false;
+
+  bool is_even() const { return !has_field && row_gain.empty(); }
 };
 
-/// For each channel and 8-bit value the gray level it would have had in the background's light, but for the
-/// field.
+/// For each channel and 8-bit value the gray level it would have had in the background's light.
 using ColorTable = std::array<std::array<float, 256>, 3>;
-ColorTable color_table(const Light& light);
+ColorTable color_table(const Light& even_light);
 
-/// A picture, or mean colors of its blocks, as they were without the field.
-void remove_field(const Light& light, const cv::Mat3b& bgr, cv::Mat3b& even);
-void remove_field(const Light& light, cv::Mat3f& means);
-
-/// Mean colors as they would have been in the background's light, but for the field, in place.
+/// A picture as it would have been in the background's light.
+void to_background_light(const Light& light, const cv::Mat3b& bgr, cv::Mat3b& result);
+/// Means of its blocks, in place.
 void to_background_light(const Light& light, cv::Mat3f& means);
 
-/// From -1 to 1 over the picture.
-inline double unit_place(int index, int count) { return count < 2 ? 0.0 : 2.0 * index / (count - 1) - 1.0; }
+/// Follows the light from frame to frame by a robust fit (own): block means outside the last contact that
+/// agree with the last light (or with a shift or a gain by the median, where that explains clearly more
+/// blocks) are fitted by least squares, three times over. Where even light explains little, a field and
+/// flickering rows are tried as well. Keeps the last light where fewer than a tenth of the blocks agree.
+class LightTracker {
+ public:
+  /// `uneven`: also look for a field and for rows. (A contact may look like one as long as its place is not
+  /// known.)
+  explicit LightTracker(const cv::Mat3f& background_blocks, bool uneven = false);
 
-inline double field_at(const std::array<double, 5>& field, double x, double y) {
-  return field[0] * x + field[1] * y + field[2] * x * x + field[3] * x * y + field[4] * y * y;
-}
+  /// `blocks`: block means of the frame; `touched`: 255 where the object touches (may be empty).
+  const Light& update(const cv::Mat3f& blocks, const cv::Mat1b& touched);
 
-/// What the field makes of a color, relative to the background, in each of the two ways.
-inline double field_scale(Unevenness unevenness, double then) {
-  return unevenness == Unevenness::multiplied ? then / 128.0 : 1.0;
-}
+ private:
+  struct Fit {
+    Light light;
+    int agree = 0;  // blocks
+  };
 
-// A lamp so weak tells no slopes; a gain so large is none of the lamps'.
-inline constexpr double least_gain = 0.2, largest_gain = 3.0;
+  int select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light, double gate);
+  bool fit_even(const cv::Mat3f& blocks, Light& light) const;
+  bool fit_field(const cv::Mat3f& blocks, Light& light) const;
+  Light fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded, bool as_gain) const;
+  std::vector<double> fit_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light) const;
+  Fit refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
+  Fit refine_field(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light, bool multiplies,
+                   double gate);
+  Fit refine_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
+  Fit search(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Fit& followed);
+
+  cv::Mat3f background_;
+  bool may_be_uneven_;
+  cv::Mat1b inliers_;
+  Light light_;
+  /// Noise, too, makes few blocks agree: where a search found nothing better, this share of blocks agreed,
+  /// and none is made again until clearly fewer do.
+  double share_at_vain_search_ = 1.0;
+};
 
 }  // namespace gelslam::surface::detail

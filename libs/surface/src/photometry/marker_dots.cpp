@@ -1,5 +1,3 @@
-#include "gelslam/surface/marker_dots.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,22 +6,23 @@
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/surface/background.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr int least_px = 32;
+constexpr int kLeastPicturePx = 32;
 // Ink takes a third of the light and more; clean gels of four sensors are nowhere 13 % darker than their
 // surroundings.
-constexpr double dark_log = -0.2;
-constexpr double black_levels = 8.0;  // keeps the logarithm of black finite
-constexpr std::size_t min_dots = 9;
+constexpr double kDarkLog = -0.2;
+constexpr double kBlackLevels = 8.0;  // keeps the logarithm of black finite
+constexpr std::size_t kLeastDots = 9;
 // Sizes are those of a 320 pixel wide picture.
-constexpr double surroundings_px = 12.0, min_diameter_px = 3.0, max_diameter_px = 26.0;
-constexpr double max_elongation = 1.8, min_filling = 0.5;
-// Median distance from the median, as a share of it: below 0.1 for printed grids, about 0.4 for specks that
-// lie anyhow.
-constexpr double max_spread = 0.2, max_size_spread = 0.35;
+constexpr double kSurroundingsPx = 12.0, kLeastDiameterPx = 3.0, kMostDiameterPx = 26.0;
+constexpr double kMostElongation = 1.8, kLeastFilling = 0.5;
+// Median distance from the median, as a share of it: below 0.1 for printed grids, about 0.4 for specks of
+// dirt.
+constexpr double kMostSpread = 0.2, kMostSizeSpread = 0.35;
 
 struct Dot {
   double u_px = 0.0, v_px = 0.0, diameter_px = 0.0;
@@ -33,11 +32,11 @@ struct Dot {
 cv::Mat1f darkness(const cv::Mat3b& background, double pixel) {
   cv::Mat1f brightness(background.size());
   std::transform(background.begin(), background.end(), brightness.begin(), [](const cv::Vec3b& c) {
-    return static_cast<float>(std::log(c[0] + c[1] + c[2] + 3.0 * black_levels));
+    return static_cast<float>(std::log(c[0] + c[1] + c[2] + 3.0 * kBlackLevels));
   });
   cv::Mat1f smooth, broad;
   cv::GaussianBlur(brightness, smooth, cv::Size(), pixel, pixel, cv::BORDER_REPLICATE);
-  const double reach = surroundings_px * pixel;
+  const double reach = kSurroundingsPx * pixel;
   cv::GaussianBlur(smooth, broad, cv::Size(), reach, reach, cv::BORDER_REPLICATE);
   cv::subtract(smooth, broad, smooth);
   return smooth;
@@ -46,7 +45,7 @@ cv::Mat1f darkness(const cv::Mat3b& background, double pixel) {
 std::vector<Dot> find_dots(const cv::Mat3b& background) {
   const double pixel = background.cols / 320.0;
   cv::Mat1b dark;
-  cv::compare(darkness(background, pixel), dark_log, dark, cv::CMP_LT);
+  cv::compare(darkness(background, pixel), kDarkLog, dark, cv::CMP_LT);
   cv::Mat1i labels, stats;
   cv::Mat1d centers;
   const int count = cv::connectedComponentsWithStats(dark, labels, stats, centers, 8, CV_32S);
@@ -57,9 +56,9 @@ std::vector<Dot> find_dots(const cv::Mat3b& background) {
     const bool cut = stats(k, cv::CC_STAT_LEFT) == 0 || stats(k, cv::CC_STAT_TOP) == 0 ||
                      stats(k, cv::CC_STAT_LEFT) + width >= background.cols ||
                      stats(k, cv::CC_STAT_TOP) + height >= background.rows;
-    if (cut || diameter < min_diameter_px * pixel || diameter > max_diameter_px * pixel) continue;
-    if (std::max(width, height) > max_elongation * std::min(width, height) ||
-        area < min_filling * width * height)
+    if (cut || diameter < kLeastDiameterPx * pixel || diameter > kMostDiameterPx * pixel) continue;
+    if (std::max(width, height) > kMostElongation * std::min(width, height) ||
+        area < kLeastFilling * width * height)
       continue;
     dots.push_back({centers(k, 0), centers(k, 1), diameter});
   }
@@ -91,17 +90,17 @@ std::string MarkerDots::sentence() const {
 }
 
 std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background) {
-  if (std::min(background.rows, background.cols) < least_px) return std::nullopt;
+  if (std::min(background.rows, background.cols) < kLeastPicturePx) return std::nullopt;
   const std::vector<Dot> dots = find_dots(background);
-  if (dots.size() < min_dots) return std::nullopt;
+  if (dots.size() < kLeastDots) return std::nullopt;
   std::vector<double> distances, diameters;
   for (std::size_t k = 0; k < dots.size(); ++k) {
     distances.push_back(distance_to_nearest(dots, k));
     diameters.push_back(dots[k].diameter_px);
   }
   const MarkerDots markers{static_cast<int>(dots.size()), median(distances), median(diameters)};
-  if (spread_of(distances, markers.spacing_px) > max_spread ||
-      spread_of(diameters, markers.diameter_px) > max_size_spread)
+  if (spread_of(distances, markers.spacing_px) > kMostSpread ||
+      spread_of(diameters, markers.diameter_px) > kMostSizeSpread)
     return std::nullopt;
   return markers;
 }

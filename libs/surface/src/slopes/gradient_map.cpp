@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/target_clones.hpp"
+#include "gelslam/surface/slope_map.hpp"
 
 namespace gelslam::surface::detail {
 
@@ -90,3 +92,17 @@ void GradientMap::run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy) {
 }
 
 }  // namespace gelslam::surface::detail
+
+namespace gelslam {
+
+SlopeMap read_slope_map(const GradientModel& model, const cv::Mat3b& bgr, const cv::Mat3b& background) {
+  if (bgr.size() != background.size()) throw Error("image and background differ in size");
+  SlopeMap map;
+  using namespace surface::detail;
+  GradientMap(model, background)
+      .compute(bgr, color_table(Light{}), cv::Mat1b(bgr.size(), static_cast<unsigned char>(255)), map.gx,
+               map.gy);
+  return map;
+}
+
+}  // namespace gelslam

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "heights/poisson.hpp"
-#include "heights/surface_maps.hpp"
 
 namespace gelslam {
 

@@ -12,11 +12,11 @@
 
 namespace gelslam {
 
-/// Under what a model was made: kept in model files of our own.
+/// How a model was made; kept in model files of our own.
 struct CalibrationRecord {
   int width_px = 0, height_px = 0;
   double pixel_pitch_mm = 0.0;
-  int presses = 0;                   ///< that were used
+  int presses = 0;                   ///< used for training
   std::vector<double> diameters_mm;  ///< of the balls
   std::uint64_t seed = 0;
   cv::Mat3f background_cells;  ///< mean BGR of the bare gel in background_grid cells, gray levels

@@ -1,4 +1,4 @@
-#include "photometry/spot_remover.hpp"
+#include "photometry/pixel_repair.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 
 #include "gelslam/surface/surface_estimator.hpp"
 #include "linear_gel.hpp"
-#include "photometry/impulse_remover.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -57,28 +56,28 @@ TEST(Highlights, AloneIsNoContact) {
 }
 
 TEST(Highlights, WithoutAnyThePictureIsPassedOnAsItIs) {
-  surface::detail::SpotRemover remover(bare);
+  surface::detail::PixelRepair repair(bare);
   cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, 1.0, 4);
-  EXPECT_EQ(remover.clean(image).data, image.data);
+  EXPECT_EQ(repair.clean(image).data, image.data);
   image(10, 10) = {255, 200,
                    100};  // one channel is full where a slope faces a lamp, and the others still tell it
-  EXPECT_EQ(remover.clean(image).data, image.data);
+  EXPECT_EQ(repair.clean(image).data, image.data);
 }
 
-// A lamp that dazzles the camera is in every picture, and what is there is no news.
+// A lamp that dazzles the camera is in every picture, the background included.
 TEST(Highlights, ThatTheBackgroundHasIsLeftAlone) {
   cv::Mat3b background = bare.clone();
   cv::circle(background, {300, 20}, 12, cv::Scalar::all(255), cv::FILLED);
   cv::Mat3b image = background.clone();
-  EXPECT_EQ(surface::detail::SpotRemover(background).clean(image).data, image.data);
+  EXPECT_EQ(surface::detail::PixelRepair(background).clean(image).data, image.data);
 }
 
 TEST(Highlights, OverTheWholePictureOrAtItsCornersIsSurvived) {
-  surface::detail::SpotRemover remover(bare);
-  EXPECT_EQ(cv::norm(remover.clean(cv::Mat3b(sensor, cv::Vec3b(255, 255, 255))), bare, cv::NORM_INF), 0.0);
+  surface::detail::PixelRepair repair(bare);
+  EXPECT_EQ(cv::norm(repair.clean(cv::Mat3b(sensor, cv::Vec3b(255, 255, 255))), bare, cv::NORM_INF), 0.0);
   cv::Mat3b image = bare.clone();
   shine(image, {{0, 0}, {319, 239}, {0, 239}, {319, 0}});
-  EXPECT_LE(cv::norm(remover.clean(image), bare, cv::NORM_INF), 2.0);
+  EXPECT_LE(cv::norm(repair.clean(image), bare, cv::NORM_INF), 2.0);
 }
 
 /// A hair with soft edges.
@@ -105,10 +104,10 @@ TEST(DarkSpots, AHairIsNeitherHeightNorContact) {
 
 // Then it is the light, and a touch must still be seen.
 TEST(DarkSpots, APictureThatIsDarkAllOverIsPassedOn) {
-  surface::detail::SpotRemover remover(bare);
+  surface::detail::PixelRepair repair(bare);
   cv::Mat3b image = bare.clone();
   image *= 0.4;
-  EXPECT_EQ(remover.clean(image).data, image.data);
+  EXPECT_EQ(repair.clean(image).data, image.data);
 }
 
 // One value in a hundred, of any channel, in every picture another one; or the same pixels, and in the
@@ -136,10 +135,10 @@ TEST(WrongPixels, AreNotSeen) {
 }
 
 TEST(WrongPixels, WithoutAnyThePictureIsPassedOnAsItIs) {
-  surface::detail::ImpulseRemover remover;
+  surface::detail::PixelRepair repair(bare);
   for (const double noise : {0.0, 1.0, 6.0}) {
     const cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, noise, 4);
-    EXPECT_EQ(remover.clean(image).data, image.data) << noise;
+    EXPECT_EQ(repair.clean(image).data, image.data) << noise;
   }
 }
 

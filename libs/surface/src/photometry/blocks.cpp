@@ -1,8 +1,24 @@
-#include "photometry/block_image.hpp"
+#include "photometry/blocks.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "gelslam/core/median.hpp"
 
 namespace gelslam::surface::detail {
+namespace {
+
+constexpr float kLeastChangeLevels = 0.8F;
+// The lower quartile of the averaged difference lies in the untouched gel even when most of the gel is
+// touched. For Gaussian noise in three channels it is 1.1 sigma; 4.5 of it (5 sigma) leaves one block in 10^4
+// of pure noise.
+constexpr float kQuartilesAboveNoise = 4.5F;
+// Six times a camera's noise. A quartile beyond it is no noise, but a texture that covers the whole gel.
+constexpr float kMostNoiseLevels = 2.2F;
+constexpr int kMarginBlocks = 2;
+
+}  // namespace
 
 cv::Size block_grid(cv::Size image) {
   return {(image.width + block_px - 1) / block_px, (image.height + block_px - 1) / block_px};
@@ -34,6 +50,12 @@ void BlockAverager::average(const cv::Mat3b& bgr, cv::Mat3f& means) {
   }
 }
 
+cv::Mat3f average_blocks(const cv::Mat3b& bgr) {
+  cv::Mat3f means;
+  BlockAverager().average(bgr, means);
+  return means;
+}
+
 void spread_blocks(const cv::Mat1b& blocks, cv::Mat1b& pixels) {
   for (int v = 0; v < pixels.rows; ++v) {
     unsigned char* out = pixels[v];
@@ -54,6 +76,20 @@ void gather_blocks(const cv::Mat1b& pixels, cv::Mat1b& blocks) {
     unsigned char* out = blocks[v / block_px];
     for (int u = 0; u < pixels.cols; ++u) out[u / block_px] |= in[u];
   }
+}
+
+void ChangeDetector::detect(const cv::Mat3f& difference, cv::Mat1b& changed_blocks) {
+  cv::blur(difference, mean_, cv::Size(3, 3), cv::Point(-1, -1), cv::BORDER_REPLICATE);
+  squared_.create(mean_.size());
+  std::transform(mean_.begin(), mean_.end(), squared_.begin(),
+                 [](const cv::Vec3f& color) { return color.dot(color); });
+  scratch_.assign(squared_.begin(), squared_.end());
+  const float quartile = std::sqrt(quantile_in_place(scratch_, 0.25));
+  const float threshold =
+      std::max(kLeastChangeLevels, kQuartilesAboveNoise * std::min(quartile, kMostNoiseLevels));
+  cv::compare(squared_, threshold * threshold, core_, cv::CMP_GT);
+  constexpr int side = 2 * kMarginBlocks + 1;
+  cv::dilate(core_, changed_blocks, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side, side)));
 }
 
 }  // namespace gelslam::surface::detail

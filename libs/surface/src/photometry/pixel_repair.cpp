@@ -1,0 +1,115 @@
+#include "photometry/pixel_repair.hpp"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "photometry/blocks.hpp"
+
+namespace gelslam::surface::detail {
+namespace {
+
+// Neighbors on a gel differ by less than 10 gray levels, with strong noise by 20. A dithered picture's differ
+// by 60 at times, and there the mean tells more than the median: only values further off prove that a picture
+// has wrong ones.
+constexpr int kWrongLevels = 35, kSurelyWrongLevels = 100;
+constexpr int kWrongValueIn = 500;  // fewer than one in 500 are left to the robust weights
+
+constexpr int kFullLevel = 250;     // JPEG takes a little off white
+constexpr double kDarkShare = 0.5;  // of the background's brightness
+constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
+constexpr int kSpreadPx = 4;        // of a spot, by lens and JPEG
+constexpr int kFailingLightIn = 8;  // more than one in 8 pixels dark: the light fails, and no spot is there
+
+/// Looks at one row in each row of blocks.
+bool has_wrong_values(const cv::Mat3b& bgr) {
+  int found = 0;
+  for (int v = 0; v < bgr.rows; v += block_px) {
+    const unsigned char* value = bgr.ptr<unsigned char>(v);
+    for (int i = 3; i < 3 * bgr.cols - 3; ++i) {
+      const int low = std::min(value[i - 3], value[i + 3]), high = std::max(value[i - 3], value[i + 3]);
+      found += (value[i] > high + kSurelyWrongLevels) | (value[i] < low - kSurelyWrongLevels);
+    }
+  }
+  return found * block_px * kWrongValueIn > 3 * static_cast<int>(bgr.total());
+}
+
+/// 255 where two of the three channels are full, else 0.
+void mark_full(const cv::Mat3b& bgr, cv::Mat1b& full) {
+  full.create(bgr.size());
+  std::transform(bgr.begin(), bgr.end(), full.begin(), [](const cv::Vec3b& color) {
+    return (color[0] >= kFullLevel) + (color[1] >= kFullLevel) + (color[2] >= kFullLevel) >= 2 ? 255 : 0;
+  });
+}
+
+}  // namespace
+
+PixelRepair::PixelRepair(const cv::Mat3b& background) {
+  background_ = replace_wrong_values(background).clone();
+  mark_full(background_, is_full_in_background_);
+  background_.convertTo(dark_limit_, CV_8U, kDarkShare);
+  cv::Mat1b is_lit;
+  cv::inRange(dark_limit_, cv::Scalar::all(kUnlitLevel), cv::Scalar::all(255), is_lit);
+  dark_from_ = cv::Mat3b(background.size(), cv::Vec3b::all(0));
+  dark_from_.setTo(cv::Scalar::all(255), is_lit == 0);  // a range that holds nothing
+}
+
+const cv::Mat3b& PixelRepair::clean(const cv::Mat3b& bgr) {
+  const cv::Mat3b& whole = replace_wrong_values(bgr);
+  return find_spots(whole) ? fill_spots(whole) : whole;
+}
+
+const cv::Mat3b& PixelRepair::replace_wrong_values(const cv::Mat3b& bgr) {
+  if (!has_wrong_values(bgr)) return bgr;
+  cv::medianBlur(bgr, median_, 3);
+  cv::absdiff(bgr, median_, median_difference_);
+  for (int v = 0; v < bgr.rows; ++v) {
+    const unsigned char* seen = bgr.ptr<unsigned char>(v);
+    const unsigned char* difference = median_difference_.ptr<unsigned char>(v);
+    unsigned char* value = median_.ptr<unsigned char>(v);
+    for (int i = 0; i < 3 * bgr.cols; ++i)
+      if (difference[i] <= kWrongLevels) value[i] = seen[i];
+  }
+  return median_;
+}
+
+/// Fills readable_; false where all of the picture is. Two quick looks tell for nearly every picture.
+bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
+  cv::inRange(bgr, dark_from_, dark_limit_, dark_);
+  const int dark = cv::countNonZero(dark_), full = cv::countNonZero(bgr.reshape(1) >= kFullLevel);
+  if (full < 2 && dark == 0) return false;
+  mark_full(bgr, spots_);
+  spots_.setTo(0, is_full_in_background_);
+  if (dark * kFailingLightIn < static_cast<int>(bgr.total())) spots_ |= dark_;
+  if (cv::countNonZero(spots_) == 0) return false;
+  constexpr int side = 2 * kSpreadPx + 1;
+  cv::dilate(spots_, spots_, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
+  readable_ = (spots_ == 0) & 1;
+  return true;
+}
+
+/// From up to three spreads away. The middle of a larger spot is taken for bare gel.
+const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr) {
+  cv::subtract(bgr, background_, difference_, cv::noArray(), CV_32F);
+  difference_.setTo(cv::Scalar::all(0), readable_ == 0);
+  readable_.convertTo(weight_, CV_32F);
+  // Two box filters are nearly a cone: what is near counts most.
+  for (int pass = 0; pass < 2; ++pass) {
+    constexpr int side = 3 * kSpreadPx + 1;
+    cv::boxFilter(difference_, difference_, CV_32F, {side, side});
+    cv::boxFilter(weight_, weight_, CV_32F, {side, side});
+  }
+  bgr.copyTo(filled_);
+  for (int v = 0; v < bgr.rows; ++v) {
+    for (int u = 0; u < bgr.cols; ++u) {
+      if (readable_(v, u) != 0) continue;
+      constexpr float kRounding = 1e-3F;
+      const float weight = weight_(v, u);
+      const cv::Vec3f around = weight > kRounding ? difference_(v, u) / weight : cv::Vec3f();
+      for (int c = 0; c < 3; ++c)
+        filled_(v, u)[c] = cv::saturate_cast<unsigned char>(background_(v, u)[c] + around[c]);
+    }
+  }
+  return filled_;
+}
+
+}  // namespace gelslam::surface::detail
