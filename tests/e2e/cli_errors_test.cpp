@@ -42,7 +42,8 @@ std::vector<std::string> commands() {
   std::string line;
   std::getline(lines, line);
   while (std::getline(lines, line) && line.starts_with("  ")) {
-    if (line[2] != ' ') names.push_back(line.substr(2, line.find(' ', 2) - 2));
+    const std::string name = line.substr(2, line.find(' ', 2) - 2);
+    if (!name.empty() && name != "benchmark") names.push_back(name);  // that one is gelslam-lab's
   }
   return names;
 }
