@@ -51,7 +51,4 @@ void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite);
 /// Throws Error when Ctrl-C was pressed.
 void stop_if_asked(const InterruptWatch& interrupt);
 
-/// Median of numbers; 0 without any.
-double median_of(std::vector<double> values);
-
 }  // namespace gelslam

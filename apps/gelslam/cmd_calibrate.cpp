@@ -13,13 +13,13 @@ namespace gelslam {
 
 void PressOptions::add_to(CLI::App& command) {
   command
-      .add_option("PRESSES", folder, "calibration folder: catalog.csv, background.png, a folder per press")
+      .add_option("PRESSES", folder, "Calibration folder: catalog.csv, background.png, a folder per press")
       ->required();
   command.add_option("--config", config,
-                     "the sensor's configuration: its name and pixel pitch (default: GelSight Mini)");
-  command.add_option("--pitch", given_pitch_mm, "millimetres per pixel, before what the configuration says")
+                     "The sensor's configuration: its name and pixel pitch (default: GelSight Mini)");
+  command.add_option("--pitch", given_pitch_mm, "Millimeters per pixel (default: the configuration's)")
       ->check(number_between(1e-4, 10.0));
-  command.add_flag("-q,--quiet", quiet, "no progress on stderr");
+  add_quiet_flag(command, quiet);
 }
 
 PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_mm) {
@@ -63,12 +63,6 @@ void stop_if_asked(const InterruptWatch& interrupt) {
   if (interrupt.requested()) throw Error("stopped; nothing was written");
 }
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
-}
-
 void add_calibrate_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("calibrate", "Make and judge a sensor's model from presses of a ball");
@@ -80,7 +74,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   add_calibrate_pitch_command(*command, exit_code);
   add_calibrate_train_command(*command, exit_code);
   command->footer(
-      "In order: collect presses, look at their labels, train a model on them, check it; later, drift.\n"
+      "The usual order: collect, label, train, check; later drift.\n"
       "Example: gelslam calibrate collect -o PRESSES --diameter 6.35 && gelslam calibrate train PRESSES -o "
       "model.json");
 }

@@ -133,12 +133,12 @@ int run_check(CheckArguments arguments) {
 void add_calibrate_check_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand("check", "Judge a model on presses of balls");
   const auto arguments = std::make_shared<CheckArguments>();
-  command->add_option("MODEL", arguments->model, "model to judge (ours or nnmodel.pth)")->required();
+  command->add_option("MODEL", arguments->model, "Model to judge (ours or nnmodel.pth)")->required();
   arguments->presses.add_to(*command);
-  command->add_option("-o,--output", arguments->report, "also write a page for the browser (.html)")
+  command->add_option("-o,--output", arguments->report, "Also write a page for the browser (.html)")
       ->check(refuse_unless_html);
-  command->add_flag("--json", arguments->json, "everything as JSON on standard output");
-  command->add_flag("--overwrite", arguments->overwrite, "replace a page that is there");
+  command->add_flag("--json", arguments->json, "Everything as JSON on standard output");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace a page that is there");
   command->footer(
       "Presses without a label are labelled automatically. Says good, usable or recalibrate, and why; exit "
       "code 1 for\n"

@@ -102,38 +102,38 @@ int run_collect(CollectArguments arguments) {
 }  // namespace
 
 void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
-  CLI::App* command = calibrate.add_subcommand("collect", "Take ball presses from the sensor, by themselves");
+  CLI::App* command = calibrate.add_subcommand("collect", "Collect ball presses automatically");
   const auto arguments = std::make_shared<CollectArguments>();
   CollectOptions& collect = arguments->collect;
-  CLI::Option* log = command->add_option("LOG", arguments->log, "a log of presses instead of a camera");
-  command->add_option("-o,--output", collect.folder, "calibration folder: a new one, or one to go on with")
+  CLI::Option* log = command->add_option("LOG", arguments->log, "A log of presses instead of a camera");
+  command->add_option("-o,--output", collect.folder, "Calibration folder: a new one, or one to go on with")
       ->required();
-  command->add_option("--diameter", collect.diameter_mm, "of the ball, mm")
+  command->add_option("--diameter", collect.diameter_mm, "Diameter of the ball, mm")
       ->required()
       ->check(number_between(0.5, 100.0));
   command
       ->add_option("--camera,--device", arguments->device,
-                   "camera: /dev/video2, 2, or part of its name (default: the configuration's)")
+                   "Camera: /dev/video2, 2, or part of its name (default: the configuration's)")
       ->excludes(log);
   command
-      ->add_option(
-          "--presses", collect.presses,
-          "wanted of this ball, those that are there included; at least 9, one in each ninth of the gel")
+      ->add_option("--presses", collect.presses,
+                   "Presses wanted of this ball, including those already there; at least 9, one in each "
+                   "ninth of the gel")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command->add_option("--config", arguments->config, "the sensor's configuration");
-  command->add_option("--pitch", arguments->pitch_mm, "millimetres per pixel (default: the configuration's)")
+  command->add_option("--config", arguments->config, "The sensor's configuration");
+  command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel (default: the configuration's)")
       ->check(number_between(1e-4, 10.0));
-  command->add_flag("--no-labels", arguments->no_labels, "do not write the circles as label.npz");
+  command->add_flag("--no-labels", arguments->no_labels, "Do not write the circles as label.npz");
   command->add_flag("--force", collect.any_background,
-                    "take the first still pictures as bare gel whatever they show");
+                    "Take the first still pictures as the bare gel, whatever they show");
   command->add_flag("--headless", arguments->headless,
-                    "no window: words in the terminal, and an end when it is enough");
+                    "No window: messages in the terminal; ends when there are enough presses");
   command
       ->add_option("--snapshot", arguments->snapshot,
-                   "picture of the window at the end (PNG; also with --headless)")
+                   "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
-  command->add_flag("-q,--quiet", arguments->quiet, "no words on the way");
+  add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"
       "Exit code 1 when presses are still missing.\n"

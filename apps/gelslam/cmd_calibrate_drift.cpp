@@ -83,13 +83,13 @@ void add_calibrate_drift_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command =
       calibrate.add_subcommand("drift", "Have the gel or the light changed since the calibration?");
   const auto arguments = std::make_shared<DriftArguments>();
-  command->add_option("LOG", arguments->now, "log that begins with the bare gel, or a picture of it")
+  command->add_option("LOG", arguments->now, "Log that begins with the bare gel, or a picture of it")
       ->required();
-  command->add_option("--model", arguments->model, "a model that gelslam calibrate wrote");
+  command->add_option("--model", arguments->model, "A model that gelslam calibrate wrote");
   command->add_option("--background", arguments->background,
-                      "or the background (picture or log) of the calibration");
-  command->add_option("--config", arguments->config, "the sensor's configuration");
-  command->add_flag("--json", arguments->json, "everything as JSON");
+                      "Or the background (picture or log) of the calibration");
+  command->add_option("--config", arguments->config, "The sensor's configuration");
+  command->add_flag("--json", arguments->json, "Everything as JSON");
   command->footer(
       "Exit code 1 when something has changed.\n"
       "Example: gelslam calibrate drift today.mkv --model model.json");

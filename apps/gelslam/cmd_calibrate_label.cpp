@@ -15,6 +15,7 @@
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/folder_lock.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/viewer/display.hpp"
 #include "gelslam/viewer/label_window.hpp"
 #include "gelslam/viewer/window.hpp"
@@ -81,7 +82,7 @@ void compare_with_labels(const PressSet& set, const std::vector<FoundCircle>& fo
   }
   if (!centers.empty())
     std::printf("%zu labels were there; median distance of the centers %.1f px, of the radii %.1f px\n",
-                centers.size(), median_of(centers), median_of(radii));
+                centers.size(), median(centers), median(radii));
 }
 
 const char* said_of(const CalibrationPress& press) {
@@ -177,21 +178,21 @@ void add_calibrate_label_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand("label", "Find the contact circle of every press");
   const auto arguments = std::make_shared<LabelArguments>();
   arguments->presses.add_to(*command);
-  command->add_flag("--headless", arguments->headless, "no window: circles as a table, nothing is written");
+  command->add_flag("--headless", arguments->headless, "No window: circles as a table, nothing is written");
   CLI::Option* accept =
-      command->add_flag("--accept", arguments->accept, "no window: write label.npz for every circle found");
-  command->add_flag("--overwrite", arguments->overwrite, "also where a label is there");
+      command->add_flag("--accept", arguments->accept, "No window: write label.npz for every circle found");
+  command->add_flag("--overwrite", arguments->overwrite, "Also replace labels that are there");
   CLI::Option* sheet = command
                            ->add_option("--sheet", arguments->sheet,
-                                        "no window: write a picture of all presses with their circles (.png)")
+                                        "No window: write a picture of all presses with their circles (.png)")
                            ->check(refuse_unless_png);
   CLI::Option* snapshot = command
                               ->add_option("--snapshot", arguments->snapshot,
-                                           "write a picture of the window (PNG) instead; needs no display")
+                                           "Write a picture of the window (PNG) instead; needs no display")
                               ->check(refuse_unless_png);
   CLI::Option* script =
       command->add_option("--script", arguments->script,
-                          "keys and movements for the window instead of a person's (docs/viewer.md)");
+                          "Keys and movements for the window instead of a person's (docs/viewer.md)");
   for (CLI::Option* option : {snapshot, script}) option->excludes(accept)->excludes(sheet);
   snapshot->excludes(script);
   command->footer(

@@ -135,13 +135,13 @@ void add_calibrate_pitch_command(CLI::App& calibrate, int& exit_code) {
   command->get_option("PRESSES")->required(false);
   CLI::Option* patterns =
       command->add_option("--pattern", arguments->patterns,
-                          "pictures of something with marks at even distances, pressed into the gel");
-  CLI::Option* period = command->add_option("--period", arguments->period_mm, "distance of the marks, mm")
+                          "Pictures of something with marks at even distances, pressed into the gel");
+  CLI::Option* period = command->add_option("--period", arguments->period_mm, "Distance of the marks, mm")
                             ->check(number_between(0.05, 50.0));
   patterns->needs(period);
   period->needs(patterns);
   command->add_option("--background", arguments->background,
-                      "picture of the bare gel (default: background.png of PRESSES)");
+                      "Picture of the bare gel (default: background.png of PRESSES)");
   command->footer(
       "Lay a steel ruler or a bolt on the gel (thread of M4: 0.7 mm, M5: 0.8, M6: 1.0), once along x and "
       "once along y,\n"

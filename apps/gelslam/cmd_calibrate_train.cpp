@@ -75,8 +75,13 @@ int run_train(TrainArguments arguments) {
   if (arguments.steps > 0) training.recipe.steps = arguments.steps;
   const GradientModel model =
       train_model(set, zones.zones, training, *progress, [&] { return interrupt.requested(); });
-  const ModelCheck check = check_model(model, set, zones.zones, arguments.presses.pitch_mm,
-                                       [&](std::size_t) { stop_if_asked(interrupt); });
+  progress->begin("checking", static_cast<std::int64_t>(zones.zones.size()));
+  const ModelCheck check =
+      check_model(model, set, zones.zones, arguments.presses.pitch_mm, [&](std::size_t done) {
+        stop_if_asked(interrupt);
+        progress->update(static_cast<std::int64_t>(done));
+      });
+  progress->end();
   const CalibrationRecord record = record_of(set, check, arguments);
   write_model(arguments.output, model, record);
   if (!arguments.pth.empty()) write_pth_model(arguments.pth, model);
@@ -102,18 +107,18 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
   arguments->presses.add_to(*command);
   command
       ->add_option("-o,--output", arguments->output,
-                   "model to write; .pth: as PyTorch has it, else our own format")
+                   "Model to write; .pth: as PyTorch has it, else our own format")
       ->required();
-  command->add_option("--pth", arguments->pth, "write it as an nnmodel.pth too");
-  command->add_option("--seed", arguments->seed, "of all that is random")->capture_default_str();
+  command->add_option("--pth", arguments->pth, "Write it as an nnmodel.pth too");
+  command->add_option("--seed", arguments->seed, "Seed of everything random")->capture_default_str();
   command
       ->add_option("--steps", arguments->steps,
-                   "of training (default 12000, about 15 s; fewer: quicker, worse)")
+                   "Training steps (default 12000, about 15 s; fewer: quicker, worse)")
       ->check(CLI::Range(1, 1'000'000));
   command->add_flag("--automatic", arguments->automatic,
-                    "label presses that have no label, for this run only");
-  command->add_flag("--published", arguments->published, "the published recipe instead of ours, to compare");
-  command->add_flag("--overwrite", arguments->overwrite, "replace a model that is there");
+                    "Label presses that have no label, for this run only");
+  command->add_flag("--published", arguments->published, "The published recipe instead of ours, to compare");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace a model that is there");
   command->footer(
       "The same presses and seed give the same model. Exit code 1 when the model is written but poor.\n"
       "Example: gelslam calibrate train PRESSES -o model.json --pth nnmodel.pth");

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/interrupt.hpp"
@@ -100,37 +101,37 @@ void run_scan(SimulateArguments& arguments) {
 }
 
 void add_common_options(CLI::App& command, SimulateArguments& arguments) {
-  command.add_option("-o,--output", arguments.output, "folder to write")->required();
-  command.add_option("--seed", arguments.seed, "of everything random; the same seed gives the same files")
+  command.add_option("-o,--output", arguments.output, "Folder to write")->required();
+  command.add_option("--seed", arguments.seed, "Of everything random; the same seed gives the same files")
       ->capture_default_str();
-  command.add_option("--noise", arguments.scan.optics.noise_gain, "factor on the sensor's noise")
+  command.add_option("--noise", arguments.scan.optics.noise_gain, "Factor on the sensor's noise")
       ->capture_default_str();
-  command.add_flag("--dirt", arguments.scan.optics.dirt, "specks and grains that stay on the gel");
-  command.add_flag("--overwrite", arguments.overwrite, "replace what an earlier run wrote");
-  command.add_flag("-q,--quiet", arguments.quiet, "no progress");
+  command.add_flag("--dirt", arguments.scan.optics.dirt, "Specks and grains that stay on the gel");
+  command.add_flag("--overwrite", arguments.overwrite, "Replace what an earlier run wrote");
+  add_quiet_flag(command, arguments.quiet);
 }
 
 void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& arguments, int& exit_code) {
   CLI::App* scan =
       simulate.add_subcommand("scan", "An object moved over the sensor, as a data folder with ground truth");
   SimulateArguments& a = *arguments;
-  scan->add_option("--object", a.scan.object.name, "see gelslam simulate --list")->capture_default_str();
-  scan->add_option("--size", a.scan.object.size, "factor on the object's size")->capture_default_str();
-  scan->add_option("--texture", a.scan.object.texture, "factor on its texture's height; 0: polished")
+  scan->add_option("--object", a.scan.object.name, "See gelslam simulate --list")->capture_default_str();
+  scan->add_option("--size", a.scan.object.size, "Factor on the object's size")->capture_default_str();
+  scan->add_option("--texture", a.scan.object.texture, "Factor on its texture's height; 0: polished")
       ->capture_default_str();
-  scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "millimetres per unit of a mesh file")
+  scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "Millimeters per unit of a mesh file")
       ->capture_default_str();
-  scan->add_option("--motion", a.scan.motion.name, "see gelslam simulate --list")->capture_default_str();
-  scan->add_option("--frames", a.scan.motion.frames, "pictures after the 10 of the background")
+  scan->add_option("--motion", a.scan.motion.name, "See gelslam simulate --list")->capture_default_str();
+  scan->add_option("--frames", a.scan.motion.frames, "Pictures after the 10 of the background")
       ->capture_default_str();
-  scan->add_option("--speed", a.scan.motion.speed, "factor on how far the hand moves")->capture_default_str();
-  scan->add_option("--indentation", a.scan.motion.indentation_mm, "how deep the object is pressed in, mm")
+  scan->add_option("--speed", a.scan.motion.speed, "Factor on how far the hand moves")->capture_default_str();
+  scan->add_option("--indentation", a.scan.motion.indentation_mm, "How deep the object is pressed in, mm")
       ->capture_default_str();
   scan->add_option("--calibration", a.calibration_folder,
-                   "calibration folder to use; else one is made in DIR/calibration");
-  scan->add_flag("--light-drift", a.scan.optics.light_drift, "the lights wander by some per cent");
+                   "Calibration folder to use; else one is made in DIR/calibration");
+  scan->add_flag("--light-drift", a.scan.optics.light_drift, "The lights wander by a few percent");
   scan->add_flag("--lossless", a.folder.lossless, "PNG instead of JPEG pictures in the video");
-  scan->add_flag("--truth-maps", a.folder.truth_maps, "also true heights and contacts of every frame");
+  scan->add_flag("--truth-maps", a.folder.truth_maps, "Also true heights and contacts of every frame");
   scan->add_option("--threads", a.folder.threads, "0: all; the files do not depend on it")
       ->capture_default_str();
   add_common_options(*scan, a);
@@ -145,9 +146,9 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
                      int& exit_code) {
   CLI::App* calibration = simulate.add_subcommand(
       "calibration", "Ball presses of the simulated sensor, and the network trained on them");
-  calibration->add_option("--presses", arguments->calibration.presses, "number of ball presses")
+  calibration->add_option("--presses", arguments->calibration.presses, "Number of ball presses")
       ->capture_default_str();
-  calibration->add_option("--epochs", arguments->calibration.training.epochs, "of training")
+  calibration->add_option("--epochs", arguments->calibration.training.epochs, "Training epochs")
       ->capture_default_str();
   add_common_options(*calibration, *arguments);
   calibration->footer("Example: gelslam simulate calibration -o calibration");
@@ -163,13 +164,13 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   CLI::App* presses = simulate.add_subcommand(
       "presses", "A hand that presses a ball all over the gel, as a log for gelslam calibrate collect");
   PressLogSpec& spec = arguments->press_log;
-  presses->add_option("--diameter", spec.diameter_mm, "of the ball, mm")->capture_default_str();
-  presses->add_option("--presses", spec.presses, "good ones")->capture_default_str();
+  presses->add_option("--diameter", spec.diameter_mm, "Diameter of the ball, mm")->capture_default_str();
+  presses->add_option("--presses", spec.presses, "Number of good presses")->capture_default_str();
   presses->add_flag("--mishaps", spec.mishaps,
-                    "and bad ones between them: sliding, too deep, too shallow, off the gel, two at once");
+                    "Bad presses between them: sliding, too deep, too shallow, off the gel, two at once");
   presses
       ->add_option("--background-frames", spec.background_frames,
-                   "of the bare gel at the start; with 0 the ball lies on it already")
+                   "Frames of the bare gel at the start; with 0 the ball lies on it already")
       ->capture_default_str();
   presses->add_flag("--lossless", arguments->folder.lossless, "PNG instead of JPEG pictures in the video");
   add_common_options(*presses, *arguments);
@@ -189,7 +190,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   CLI::App* simulate =
       app.add_subcommand("simulate", "Make a log with ground truth: a virtual object on a virtual sensor");
   const auto arguments = std::make_shared<SimulateArguments>();
-  simulate->add_flag("--list", arguments->list, "list objects and motions");
+  simulate->add_flag("--list", arguments->list, "List objects and motions");
   simulate->require_subcommand(0, 1);
   add_calibration(*simulate, arguments, exit_code);
   add_presses(*simulate, arguments, exit_code);

@@ -12,6 +12,7 @@
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/press_depth.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/surface/slope_map.hpp"
 #include "simulated_presses.hpp"
 #include "training/gain_field.hpp"
@@ -200,6 +201,13 @@ TEST(ModelCheck, WritesAPage) {
   EXPECT_THAT(page, ::testing::HasSubstr("&lt;model&gt;"));
   EXPECT_THAT(page, ::testing::HasSubstr("data:image/png;base64,iVBORw0KGgo"));
   EXPECT_THAT(page, ::testing::HasSubstr(verdict_name(check.verdict)));
+  EXPECT_THAT(page, ::testing::HasSubstr("<svg id=\"gain-curve\""));
+  // The map of the gradient scale has a number where presses lie, and it is about 1 there.
+  std::vector<double> scales;
+  for (const float scale : check.gain_map)
+    if (!std::isnan(scale)) scales.push_back(static_cast<double>(scale));
+  EXPECT_GT(scales.size(), 40U);
+  EXPECT_NEAR(median(scales), check.gains.all.gain(), 0.15);
   EXPECT_EQ(folder.names(), std::vector<std::string>{"check.html"});
 }
 

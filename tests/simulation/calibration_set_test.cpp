@@ -129,7 +129,8 @@ TEST(Training, LearnsAKnownFunctionOfColor) {
   options.epochs = 150;
   options.halve_every_epochs = 30;
   options.batch = 256;
-  const cv::Mat2f read = read_slopes(train_network(samples, options), bgr);
+  NoProgress progress;
+  const cv::Mat2f read = read_slopes(train_network(samples, options, progress), bgr);
   double error = 0;
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 64; ++u)
@@ -182,13 +183,13 @@ TEST(Calibration, MistakesAreErrors) {
   spec.presses = 1'000'000;
   EXPECT_THROW(train_on_presses(spec, progress), Error);
   TrainingSamples none;
-  EXPECT_THROW(train_network(none, {}), Error);
+  EXPECT_THROW(train_network(none, {}, progress), Error);
   TrainingSamples uneven;
   uneven.angles_rad.assign(4096, 0.0F);
-  EXPECT_THROW(train_network(uneven, {}), Error);
+  EXPECT_THROW(train_network(uneven, {}, progress), Error);
   TrainingOptions options;
   options.batch = 100;
-  EXPECT_THROW(train_network(none, options), Error);
+  EXPECT_THROW(train_network(none, options, progress), Error);
   EXPECT_THROW(write_calibration_folder("/proc/none", small(), progress), Error);
 }
 

@@ -1,9 +1,10 @@
 #include "gelslam/simulation/calibration_set.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <sstream>
@@ -112,9 +113,7 @@ void remove_gain(GradientModel& network, const HeldOutGain& gain) {
 }
 
 std::string press_folder(double diameter_mm, int number) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.3fmm/%d", diameter_mm, number);
-  return text.data();
+  return fmt::format("{:.3f}mm/{}", diameter_mm, number);
 }
 
 void write_png(const std::filesystem::path& path, const cv::Mat3b& bgr) {
@@ -175,10 +174,8 @@ GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progre
   progress.end();
   const auto background = static_cast<double>(samples.size()) * kBackgroundShare / (1 - kBackgroundShare);
   add_background_samples(spec, static_cast<std::size_t>(background), random, samples);
-  progress.begin("training the gradient network", std::nullopt);
-  GradientModel network = train_network(samples, spec.training);
+  GradientModel network = train_network(samples, spec.training, progress);
   remove_gain(network, gain_on(network, spec, validation));
-  progress.end();
   return network;
 }
 
@@ -190,6 +187,7 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
   catalogue << "experiment_reldir,diameter(mm)\n";
   circles << "experiment_reldir,center_u_px,center_v_px,radius_px\n";
   std::array<int, kDiametersMm.size()> numbers{};
+  progress.begin("writing presses", spec.presses);
   for (int k = 0; k < spec.presses; ++k) {
     const BallPress press = simulate_press(spec, k);
     const std::string name =
@@ -198,7 +196,9 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
     write_png(folder / name / "gelsight.png", press.bgr);
     catalogue << name << "," << press.diameter_mm << "\n";
     circles << name << "," << press.center_px.x << "," << press.center_px.y << "," << press.radius_px << "\n";
+    progress.update(k + 1);
   }
+  progress.end();
   write_png(folder / "background.png", simulate_background(spec));
   const GradientModel network = train_on_presses(spec, progress);
   write_pth_model(folder / "model" / "nnmodel.pth", network);

@@ -26,13 +26,16 @@ class Trainer {
     std::iota(order_.begin(), order_.end(), std::size_t{0});
   }
 
-  GradientModel run() {
+  GradientModel run(ProgressSink& progress) {
+    progress.begin("training the gradient network", options_.epochs);
     const auto batch = static_cast<std::size_t>(options_.batch);
     for (int epoch = 0; epoch < options_.epochs; ++epoch) {
       for (std::size_t k = order_.size() - 1; k > 0; --k) std::swap(order_[k], order_[random_.below(k + 1)]);
       const double rate = options_.learning_rate * std::pow(0.5, epoch / options_.halve_every_epochs);
       for (std::size_t first = 0; first + batch <= order_.size(); first += batch) step(first, batch, rate);
+      progress.update(epoch + 1);
     }
+    progress.end();
     return network_;
   }
 
@@ -90,7 +93,8 @@ void TrainingSamples::add(const cv::Mat3b& bgr, int u, int v, float angle_x_rad,
   angles_rad.insert(angles_rad.end(), {angle_x_rad, angle_y_rad});
 }
 
-GradientModel train_network(const TrainingSamples& samples, const TrainingOptions& options) {
+GradientModel train_network(const TrainingSamples& samples, const TrainingOptions& options,
+                            ProgressSink& progress) {
   if (options.epochs < 1 || options.epochs > 10'000)
     throw Error("number of training epochs must be between 1 and 10000");
   if (options.batch < kNetworkTile || options.batch % kNetworkTile != 0)
@@ -101,7 +105,7 @@ GradientModel train_network(const TrainingSamples& samples, const TrainingOption
     throw Error("training samples need 5 features and 2 angles each");
   if (samples.size() < static_cast<std::size_t>(options.batch))
     throw Error("fewer training samples than one batch");
-  return Trainer(samples, options).run();
+  return Trainer(samples, options).run(progress);
 }
 
 cv::Mat2f read_slopes(const GradientModel& network, const cv::Mat3b& bgr) {

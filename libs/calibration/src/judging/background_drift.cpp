@@ -1,8 +1,9 @@
 #include "gelslam/calibration/background_drift.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 #include <vector>
 
@@ -47,30 +48,23 @@ ChannelFit fit_channel(const cv::Mat3f& then, const cv::Mat3f& now, int channel)
 }
 
 std::string words_for(const BackgroundDrift& drift) {
-  char text[300];
   if (drift.red_blue_swapped)
-    return "red and blue are swapped against the calibration: whoever takes the pictures has changed their "
-           "order; take "
-           "them as they were taken for the calibration";
-  if (drift.gel_changed) {
-    std::snprintf(text, sizeof text,
-                  "the gel looks different (%.1f gray levels that no change of light explains, %.0f at the "
-                  "worst place): "
-                  "another gel or sensor, something on it, dirt or wear; clean it, and calibrate again if "
-                  "that does not help",
-                  drift.gel_change_levels, drift.worst_cell_levels);
-  } else if (drift.light_changed) {
-    std::snprintf(
-        text, sizeof text,
-        "the light has changed by %.0f gray levels (blue %+.0f %%, green %+.0f %%, red %+.0f %%): check the "
-        "exposure and lamps, or calibrate again",
+    return "red and blue are swapped since the calibration: the program that takes the pictures has changed "
+           "their order; take them as for the calibration";
+  if (drift.gel_changed)
+    return fmt::format(
+        "the gel looks different ({:.1f} gray levels that no change of light explains, {:.0f} at the worst "
+        "place): another gel or sensor, something on it, dirt or wear; clean it, and calibrate again if that "
+        "does not help",
+        drift.gel_change_levels, drift.worst_cell_levels);
+  if (drift.light_changed)
+    return fmt::format(
+        "the light has changed by {:.0f} gray levels (blue {:+.0f} %, green {:+.0f} %, red {:+.0f} %): check "
+        "the exposure and lamps, or calibrate again",
         drift.light_change_levels, 100.0 * (drift.light_gain[0] - 1.0), 100.0 * (drift.light_gain[1] - 1.0),
         100.0 * (drift.light_gain[2] - 1.0));
-  } else {
-    std::snprintf(text, sizeof text, "gel and light are as they were (light %.1f, gel %.1f gray levels)",
-                  drift.light_change_levels, drift.gel_change_levels);
-  }
-  return text;
+  return fmt::format("gel and light are as they were (light {:.1f}, gel {:.1f} gray levels)",
+                     drift.light_change_levels, drift.gel_change_levels);
 }
 
 cv::Mat3f with_red_and_blue_swapped(const cv::Mat3f& cells) {

@@ -1,9 +1,10 @@
 #include "gelslam/calibration/model_check.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 
@@ -16,7 +17,7 @@
 namespace gelslam {
 namespace {
 
-const cv::Size error_cells{16, 12};
+const cv::Size kCells{16, 12};
 
 // Read from models of four sensors: a fresh good calibration stays within the first limits, one from the
 // published recipe within the second.
@@ -27,43 +28,42 @@ constexpr Limits kGoodLimits = {3.0, 0.03, 0.03}, kUsableLimits = {5.0, 0.10, 0.
 constexpr double kOddNinthGain = 0.15;  // of one ninth, worth a sentence
 constexpr double kMinNinthPixels = 1500;
 
-std::string formatted(const char* format, double a, double b = 0.0) {
-  std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(), format, a, b);
-  return text.data();
-}
+constexpr double kMinCellPixels = 100;  // of the gradient scale's map: fewer are noise
 
-struct ErrorMap {
-  cv::Mat1d sum{error_cells, 0.0}, count{error_cells, 0.0};
-
-  void add(const cv::Point& cell, double error_deg) {
-    sum(cell) += error_deg;
-    count(cell) += 1.0;
+/// Sums of what was read, in cells of the gel.
+class CellMap {
+ public:
+  void add(const std::vector<ZoneReading>& pixels, const cv::Size& size) {
+    for (const ZoneReading& pixel : pixels)
+      cells_[static_cast<std::size_t>(pixel.v * kCells.height / size.height * kCells.width +
+                                      pixel.u * kCells.width / size.width)]
+          .add(pixel.read, pixel.truth);
   }
-  cv::Mat1f mean() const {
-    cv::Mat1f result(error_cells, std::numeric_limits<float>::quiet_NaN());
-    for (int row = 0; row < result.rows; ++row)
-      for (int column = 0; column < result.cols; ++column)
-        if (count(row, column) > 0.0)
-          result(row, column) = static_cast<float>(sum(row, column) / count(row, column));
+  /// `value` of every cell with enough pixels, else NaN.
+  template <class Value>
+  cv::Mat1f map(double least_pixels, const Value& value) const {
+    cv::Mat1f result(kCells);
+    std::transform(cells_.begin(), cells_.end(), result.begin(), [&](const SlopeSums& cell) {
+      return cell.pixels < least_pixels ? std::numeric_limits<float>::quiet_NaN()
+                                        : static_cast<float>(value(cell));
+    });
     return result;
   }
-};
 
-void add_to_map(const std::vector<ZoneReading>& pixels, const cv::Size& size, ErrorMap& map) {
-  for (const ZoneReading& pixel : pixels) {
-    const double error = 0.5 * (std::abs(std::atan(pixel.read[0]) - std::atan(pixel.truth[0])) +
-                                std::abs(std::atan(pixel.read[1]) - std::atan(pixel.truth[1])));
-    map.add({pixel.u * error_cells.width / size.width, pixel.v * error_cells.height / size.height},
-            error * 180.0 / 3.14159265358979);
-  }
-}
+ private:
+  std::vector<SlopeSums> cells_{static_cast<std::size_t>(kCells.area())};
+};
 
 const char* place_name(std::size_t ninth) {
   constexpr std::array<const char*, 9> names = {"upper left",  "upper middle", "upper right",
                                                 "middle left", "middle",       "middle right",
                                                 "lower left",  "lower middle", "lower right"};
   return names[ninth];
+}
+
+std::string scale_words(double gain) {
+  return fmt::format("slopes read {:.0f} % too {}", 100.0 * std::abs(gain - 1.0),
+                     gain > 1.0 ? "steep" : "flat");
 }
 
 Verdict worse(Verdict a, Verdict b) { return std::max(a, b); }
@@ -80,22 +80,17 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
   };
   const double error = check.errors.all.mean_abs_error_deg();
   note(judge_number(error, kGoodLimits.error_deg, kUsableLimits.error_deg),
-       formatted("slopes are wrong by %.1f degrees on average", error));
+       fmt::format("slopes are wrong by {:.1f} degrees on average", error));
   const double gain = check.gains.all.gain();
-  note(judge_number(gain - 1.0, kGoodLimits.gain, kUsableLimits.gain),
-       formatted(gain > 1.0 ? "slopes read %.0f %% too steep" : "slopes read %.0f %% too flat",
-                 100.0 * std::abs(gain - 1.0)));
+  note(judge_number(gain - 1.0, kGoodLimits.gain, kUsableLimits.gain), scale_words(gain));
   for (const DiameterCheck& ball : check.diameters)
     note(judge_number(ball.radius_error(), kGoodLimits.radius, kUsableLimits.radius),
-         formatted("balls of %.2f mm come out %+.1f %% in radius", ball.diameter_mm,
-                   100.0 * ball.radius_error()));
+         fmt::format("balls of {:.2f} mm come out {:+.1f} % in radius", ball.diameter_mm,
+                     100.0 * ball.radius_error()));
   for (std::size_t k = 0; k < 9; ++k) {
     const SlopeSums& ninth = check.gains.ninths[k];
     if (ninth.pixels < kMinNinthPixels || std::abs(ninth.gain() - 1.0) < kOddNinthGain) continue;
-    note(Verdict::usable,
-         std::string("at the ") + place_name(k) + " of the gel " +
-             formatted(ninth.gain() > 1.0 ? "slopes read %.0f %% too steep" : "slopes read %.0f %% too flat",
-                       100.0 * std::abs(ninth.gain() - 1.0)));
+    note(Verdict::usable, fmt::format("at the {} of the gel {}", place_name(k), scale_words(ninth.gain())));
   }
   if (std::string missing = missing_depths(rim_slopes); !missing.empty())
     note(Verdict::usable, std::move(missing));
@@ -124,7 +119,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   options.compensate_light = false;
   SurfaceEstimator estimator(model, set.background, options);
   ModelCheck check;
-  ErrorMap map;
+  CellMap error_cells, gain_cells;
   std::vector<double> rim_slopes;
   struct Size {
     std::vector<double> radii_mm;
@@ -137,11 +132,12 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
     rim_slopes.push_back(rim_slope(zone.radius_px, 0.5 * press.diameter_mm / pixel_pitch_mm));
     const std::vector<ZoneReading> labelled = read_zone(model, set, zone, pixel_pitch_mm, false);
     const SlopeStatistics errors = statistics_of(labelled, press.bgr.size());
-    const SlopeStatistics gains =
-        statistics_of(read_zone(model, set, zone, pixel_pitch_mm, true), press.bgr.size());
+    const std::vector<ZoneReading> recentered = read_zone(model, set, zone, pixel_pitch_mm, true);
+    const SlopeStatistics gains = statistics_of(recentered, press.bgr.size());
     check.errors.add(errors);
     check.gains.add(gains);
-    add_to_map(labelled, press.bgr.size(), map);
+    error_cells.add(labelled, press.bgr.size());
+    gain_cells.add(recentered, press.bgr.size());
     const SurfacePtr surface = estimator.estimate(press.bgr);
     const auto radius_mm = fit_ball_radius_mm(*surface, zone, 0.5 * press.diameter_mm);
     check.presses.push_back({zone, errors.all.mean_abs_error_deg(), radius_mm});
@@ -153,7 +149,8 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   }
   for (const auto& [diameter_mm, size] : sizes)
     check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm), size.slopes.gain()});
-  check.error_map_deg = map.mean();
+  check.error_map_deg = error_cells.map(1.0, [](const SlopeSums& cell) { return cell.mean_abs_error_deg(); });
+  check.gain_map = gain_cells.map(kMinCellPixels, [](const SlopeSums& cell) { return cell.gain(); });
   judge(check, rim_slopes);
   return check;
 }

@@ -6,19 +6,18 @@
 #include <vector>
 
 #include "gelslam/calibration/press_change.hpp"
+#include "gelslam/core/median.hpp"
 
 namespace gelslam {
 cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
   cv::Mat3f change;
   cv::subtract(bgr, background, change, cv::noArray(), CV_32F);
-  std::vector<float> values(change.total());
+  std::vector<double> values(change.total());
   cv::Vec3f common;
   for (int channel = 0; channel < 3; ++channel) {
     std::transform(change.begin(), change.end(), values.begin(),
-                   [&](const cv::Vec3f& c) { return c[channel]; });
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    common[channel] = *middle;
+                   [&](const cv::Vec3f& c) { return static_cast<double>(c[channel]); });
+    common[channel] = static_cast<float>(median(values));
   }
   for (cv::Vec3f& c : change) c -= common;
   return change;

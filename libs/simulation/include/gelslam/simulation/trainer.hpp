@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gelslam/core/gradient_model.hpp"
+#include "gelslam/core/progress.hpp"
 
 namespace gelslam {
 
@@ -25,7 +26,8 @@ struct TrainingOptions {
 
 /// L1 loss, Adam (Kingma & Ba 2015); one thread, deterministic on one kind of processor. Throws Error for
 /// options out of range or fewer samples than one batch.
-GradientModel train_network(const TrainingSamples& samples, const TrainingOptions& options);
+GradientModel train_network(const TrainingSamples& samples, const TrainingOptions& options,
+                            ProgressSink& progress);
 
 /// Slopes (dh/dx, dh/dy) that the network reads in a picture; nothing is subtracted.
 cv::Mat2f read_slopes(const GradientModel& network, const cv::Mat3b& bgr);
