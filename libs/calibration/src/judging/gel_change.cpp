@@ -73,6 +73,11 @@ double largest(const cv::Mat1f& map) {
   return static_cast<double>(*std::max_element(map.begin(), map.end()));
 }
 
+double level_of_contact(const cv::Mat1f& difference, double touch_level) {
+  constexpr double contact_share = 0.3;  // of the largest difference
+  return std::max(touch_level, contact_share * largest(difference));
+}
+
 std::vector<ChangedPiece> changed_pieces(const cv::Mat1f& difference, double level) {
   cv::Mat1i labels, stats;
   cv::Mat1d centers;

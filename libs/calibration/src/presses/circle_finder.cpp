@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <vector>
@@ -9,7 +10,6 @@
 #include "gelslam/calibration/press_change.hpp"
 #include "judging/gel_change.hpp"
 #include "presses/press_points.hpp"
-#include "presses/second_contact.hpp"
 #include "presses/visible_rim.hpp"
 #include "training/press_fit.hpp"
 
@@ -34,6 +34,11 @@ constexpr double kWantedPointsToSmear = 250, kFirstDecayPx = 8.0;
 // 0.72.
 constexpr double kSlidCost = 0.7;
 constexpr double kLeastMoved = 0.5;  // of the radius: less does no harm inside the zone
+
+// Another contact: this many cells, this share of the first one's weight, this far from it (in radii of the
+// circle, or of the heaviest piece where no circle is known).
+constexpr int kLeastSecondCells = 6;
+constexpr double kLeastSecondWeight = 0.15, kSecondBeyondRadii = 1.6, kSecondBeyondUnknown = 2.5;
 
 constexpr double kMinRadiusPx = 6.0;
 constexpr double kMinConfidence = 0.55;
@@ -148,11 +153,25 @@ bool slid(const FoundCircle& found, const cv::Mat3f& relative, double ball_px) {
          fit.cost < kSlidCost * blurred_cost(points, start, ball_px);
 }
 
-/// Two balls, or a finger beside one: the membrane rims of both lie on each other.
-bool touches_twice(const FoundCircle& found, const cv::Mat3b& bgr, const cv::Mat3b& background) {
+/// Two balls, or a finger beside one.
+bool has_second_contact(const FoundCircle& found, const cv::Mat3b& bgr, const cv::Mat3b& background) {
   const cv::Mat1f difference = cell_difference(shrink_to_cells(bgr), shrink_to_cells(background));
-  return has_second_contact(changed_pieces(difference, level_of_contact(difference, kLeastTouchLevels)),
-                            found, static_cast<double>(bgr.cols) / kCellsAcross);
+  const std::vector<ChangedPiece> pieces =
+      changed_pieces(difference, level_of_contact(difference, kLeastTouchLevels));
+  const double cell_px = static_cast<double>(bgr.cols) / kCellsAcross;
+  const bool known = found.problem.empty();
+  // Of two balls, the circle may have been found around the one that is not the heaviest piece.
+  for (std::size_t k = known ? 0 : 1; k < pieces.size(); ++k) {
+    const ChangedPiece& piece = pieces[k];
+    if (piece.cells < kLeastSecondCells || piece.weight < kLeastSecondWeight * pieces.front().weight)
+      continue;
+    const double u = known ? found.circle.u_px / cell_px : pieces.front().u_cells,
+                 v = known ? found.circle.v_px / cell_px : pieces.front().v_cells,
+                 reach = known ? kSecondBeyondRadii * found.circle.radius_px / cell_px
+                               : kSecondBeyondUnknown * std::sqrt(pieces.front().cells / std::numbers::pi);
+    if (std::hypot(piece.u_cells - u, piece.v_cells - v) > reach) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -173,8 +192,8 @@ FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, doubl
                      .value_or(ContactCircle{knee.u_px, knee.v_px, knee.radius_px + kVisibleRimPx});
   found.confidence = fit.explained;
   found.problem = problem_with(found, bgr.size(), ball_px);
-  if (found.problem.empty() && touches_twice(found, bgr, background))
-    found.problem = "two things touch the gel";
+  found.second_contact = has_second_contact(found, bgr, background);
+  if (found.problem.empty() && found.second_contact) found.problem = "two things touch the gel";
   if (found.problem.empty() && slid(found, relative, ball_px))
     found.problem = "the ball slid while the picture was taken";
   return found;

@@ -12,7 +12,6 @@
 #include "gelslam/surface/background.hpp"
 #include "judging/gel_change.hpp"
 #include "presses/press_judge.hpp"
-#include "presses/second_contact.hpp"
 
 namespace gelslam {
 namespace {

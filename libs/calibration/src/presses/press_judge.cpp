@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "judging/gel_change.hpp"
-#include "presses/second_contact.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {
@@ -24,11 +23,9 @@ double inset_px(const ContactCircle& circle, const cv::Size& size) {
 
 std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiece>& pieces,
                          const cv::Size& size, double ball_px) {
-  const double cell_px = static_cast<double>(size.width) / kCellsAcross;
   constexpr const char* off_the_edge = "too near the edge of the gel: move the ball inward";
   if (pieces.empty()) return "too shallow: press a little deeper";
-  if (has_second_contact(pieces, found, cell_px))
-    return "two things touch the gel: press with the ball alone";
+  if (found.second_contact) return "two things touch the gel: press with the ball alone";
   const double width = 2.0 * found.circle.radius_px / size.width;
   if (found.problem.empty() && inset_px(found.circle, size) < kLeastInset * found.circle.radius_px)
     return off_the_edge;
