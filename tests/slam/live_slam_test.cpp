@@ -157,6 +157,49 @@ TEST_F(Live, ANewScanForgetsTheMap) {
   EXPECT_GE(session->map()->nodes.front().frame, 40);
 }
 
+TEST_F(Live, ANewScanAfterASaveGetsAFolderAndALogOfItsOwn) {
+  options.record = LogAttachments{};
+  std::string saved;
+  source->before(40, [&] {
+    wait_for_touch(39);
+    EXPECT_EQ(session->status().run_folder, (folder / "run").string());
+    session->save_now();
+    EXPECT_EQ(session->status().next_run_folder, (folder / "run-2").string());
+    EXPECT_TRUE(comes_true([&] { return fs::exists(options.run_folder / "mesh.ply"); }));
+    saved = read("trajectory.tum");
+    session->start_new_scan();
+    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
+    EXPECT_EQ(session->status().run_folder, (folder / "run-2").string());
+    EXPECT_EQ(session->status().next_run_folder, "");
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 40);
+  EXPECT_EQ(read("trajectory.tum"), saved) << "what was saved stays";
+  const fs::path second = folder / "run-2";
+  const std::string trajectory = read_bytes(second / "trajectory.tum");
+  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.in_map);
+  const auto frames_in = [&](const fs::path& log) {
+    int frames = 0;
+    const auto source = open_raw_log(log, options.config.sensor);
+    while (source->next()) ++frames;
+    EXPECT_EQ(source->lost_frames(), 0) << log;
+    return frames;
+  };
+  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), 40);
+  EXPECT_GE(frames_in(second / "log.mkv"), kBackgroundFrames + kScanFrames - 40 + kBackgroundFrames);
+}
+
+TEST_F(Live, ASecondNewScanWithoutASaveKeepsTheFolder) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->start_new_scan();
+    EXPECT_EQ(session->status().run_folder, options.run_folder.string());
+  });
+  start().wait();
+  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+  EXPECT_FALSE(fs::exists(folder / "run-2"));
+}
+
 TEST_F(Live, APauseBreaksTheTrial) {
   source->before(30, [&] {
     wait_for_touch(29);

@@ -123,6 +123,16 @@ void LiveBoard::set_log_bytes(std::int64_t bytes) {
   status_.log_bytes = bytes;
 }
 
+void LiveBoard::set_background_end(std::int64_t index) {
+  const std::lock_guard lock(mutex_);
+  background_end_ = index;
+}
+
+std::int64_t LiveBoard::background_end() const {
+  const std::lock_guard lock(mutex_);
+  return background_end_;
+}
+
 void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_lost,
                           LiveClock::time_point arrived) {
   auto newest = std::make_shared<const LiveTouch>(std::move(touch));

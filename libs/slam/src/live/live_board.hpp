@@ -48,6 +48,8 @@ class LiveBoard {
   void source_ended();  ///< the rate stays what it was
   void frame_damaged();
   void set_log_bytes(std::int64_t bytes);
+  void set_background_end(std::int64_t index);  ///< last frame of the background
+  std::int64_t background_end() const;          ///< -1: there is none
   void set_touch(LiveTouch touch, int trial, const std::string& why_lost, LiveClock::time_point arrived);
   void set_map(std::shared_ptr<const MapSnapshot> map);
   void add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks);
@@ -71,6 +73,7 @@ class LiveBoard {
   mutable std::mutex mutex_;
   const LiveClock::time_point start_ = LiveClock::now();
   std::optional<LiveClock::time_point> source_end_, end_;
+  std::int64_t background_end_ = -1;
   LiveStatus status_;  // without its warning
   std::vector<Warning> warnings_;
   LiveMeter meter_;

@@ -1,6 +1,7 @@
 #include "gelslam/slam/live_slam.hpp"
 
 #include <atomic>
+#include <deque>
 #include <exception>
 #include <latch>
 #include <thread>
@@ -45,14 +46,21 @@ struct LiveSlam::Impl {
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer) {
     if (options.run_folder.empty()) return;
-    run.emplace(options.run_folder, options.overwrite, options.log, options.config);
-    if (options.record) recorder = make_recorder(run->log(), *options.record, *source, options);
+    runs.push_back(
+        std::make_shared<LiveRun>(options.run_folder, options.overwrite, options.log, options.config));
+    if (!options.record) return;
+    recorded = runs.back();
+    recorder = make_recorder(recorded->log(), *options.record, *source, options);
   }
 
   void start();
   void capture();
   void take_frames();
   void record(const RawFrame& frame);
+  void record_next_run(const RawFrame& first);
+  void ask_for_new_scan();
+  std::shared_ptr<LiveRun> newest_run();
+  std::shared_ptr<LiveRun> run_of_scan(int scan);
   void report_recording();
   void map_keyframes();
   void save_for_now(const std::vector<FrameRecord>& records);
@@ -73,8 +81,11 @@ struct LiveSlam::Impl {
   TrackingStage tracking;
   MappingStage mapping;
   FusionStage fusion;
-  std::optional<LiveRun> run;
+
+  // Of the capture thread.
   std::unique_ptr<LogRecorder> recorder;
+  std::shared_ptr<LiveRun> recorded;       // whose log it is
+  std::deque<RawFrame> background_frames;  // another log begins with them, so that it can be replayed alone
 
   RawQueue raw{kRawFrames};
   TrackerQueue surfaced{kSurfacedFrames};
@@ -85,6 +96,8 @@ struct LiveSlam::Impl {
   ReconstructSummary summary;
   std::exception_ptr failure;
   std::string failure_in_words;
+  std::vector<std::shared_ptr<LiveRun>> runs;  // by scan; a new scan shares its folder unless that was saved
+  std::filesystem::path next_run;              // of a new scan; empty: it shares the folder
 
   std::latch captured{1};  // nothing more comes, and the log is whole
   std::latch mapped{1};    // the mapper has seen every keyframe
@@ -94,8 +107,62 @@ struct LiveSlam::Impl {
 
 /// A full disk ends the log, not the scan.
 void LiveSlam::Impl::record(const RawFrame& frame) {
+  if (board.phase() == LivePhase::background) {
+    background_frames.push_back(frame);
+    // Some come before it is known that the background is complete.
+    if (background_frames.size() >
+        static_cast<std::size_t>(options.config.background_frames) + kRawFrames + 2)
+      background_frames.pop_front();
+  }
+  try {
+    if (recorded != newest_run()) record_next_run(frame);
+  } catch (const Error& error) {  // the scan goes on without a log
+    board.warn(error.what());
+    return recorder.reset();
+  }
   recorder->push(frame);
   report_recording();
+}
+
+/// Closes the log and begins that of the newest run, with the background just before the first frame.
+void LiveSlam::Impl::record_next_run(const RawFrame& first) {
+  recorder->finish();
+  report_recording();
+  recorded = newest_run();
+  recorder = make_recorder(recorded->log(), *options.record, *source, options);
+  std::erase_if(background_frames, [this](const RawFrame& f) { return f.index > board.background_end(); });
+  auto before = static_cast<std::int64_t>(background_frames.size());
+  for (RawFrame frame : background_frames) {
+    frame.sequence = first.sequence - before;
+    frame.time_s = first.time_s - static_cast<double>(before) / source->rate_hz();
+    recorder->push(frame);
+    --before;
+  }
+}
+
+std::shared_ptr<LiveRun> LiveSlam::Impl::newest_run() {
+  const std::lock_guard lock(mutex);
+  return runs.empty() ? nullptr : runs.back();
+}
+
+std::shared_ptr<LiveRun> LiveSlam::Impl::run_of_scan(int scan) {
+  const std::lock_guard lock(mutex);
+  return runs.empty() ? nullptr : runs.at(static_cast<std::size_t>(scan));
+}
+
+/// What was saved of the scan before stays as it is: the new one gets a folder of its own.
+void LiveSlam::Impl::ask_for_new_scan() {
+  try {
+    const std::lock_guard lock(mutex);
+    if (!runs.empty())
+      runs.push_back(next_run.empty()
+                         ? runs.back()
+                         : std::make_shared<LiveRun>(next_run, false, options.log, options.config));
+    next_run.clear();
+  } catch (const std::exception& error) {
+    return board.warn(error.what());
+  }
+  surfaced.push_beyond_limit(NewScan{});
 }
 
 void LiveSlam::Impl::report_recording() {
@@ -223,6 +290,7 @@ void LiveSlam::Impl::finish() {
   captured.wait();
   save(map, mesh, aborted || lost || failed());
   show(map, mesh);
+  const std::shared_ptr<LiveRun> run = run_of_scan(mapping.scan());
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
 
@@ -236,12 +304,13 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
     const std::lock_guard lock(mutex);
     summary = counts;
   }
+  const std::shared_ptr<LiveRun> run = run_of_scan(mapping.scan());
   if (!run) return;
   const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped,
                          status.damaged};
   run->save(map, mesh,
-            {options.program_version, recorder ? run->log() : options.log, status.source, timer.statistics(),
-             counts, live});
+            {options.program_version, options.record ? run->log() : options.log, status.source,
+             timer.statistics(), counts, live});
 }
 
 /// The window goes on with what was saved, instead of what was good enough while it grew.
@@ -289,6 +358,8 @@ LiveStatus LiveSlam::status() const {
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
   status.completeness = impl_->summary.completeness;
+  if (!impl_->runs.empty()) status.run_folder = impl_->runs.back()->folder().string();
+  status.next_run_folder = impl_->next_run.string();
   return status;
 }
 
@@ -304,8 +375,15 @@ void LiveSlam::set_paused(bool paused) {
   impl_->paused = paused;
 }
 void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}); }
-void LiveSlam::start_new_scan() { impl_->surfaced.push_beyond_limit(NewScan{}); }
-void LiveSlam::save_now() { impl_->surfaced.push_beyond_limit(SaveNow{}); }
+void LiveSlam::start_new_scan() { impl_->ask_for_new_scan(); }
+
+void LiveSlam::save_now() {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    if (!impl_->runs.empty()) impl_->next_run = next_run_folder(impl_->options.run_folder);
+  }
+  impl_->surfaced.push_beyond_limit(SaveNow{});
+}
 
 void LiveSlam::stop() {
   impl_->stopped = true;

@@ -14,6 +14,7 @@ void SurfaceStage::run(RawQueue& in, TrackerQueue& out) {
     if (!image) continue;
     const bool had_background = frames_.has_background();
     SurfacePtr surface = frames_.push(image->bgr);
+    if (!had_background && frames_.has_background()) board_.set_background_end(image->index);
     if (!had_background) report_background();
     if (!out.push(SurfacedFrame{std::move(*image), std::move(surface), (*frame)->arrived})) return;
   }

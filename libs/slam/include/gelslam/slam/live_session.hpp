@@ -28,6 +28,8 @@ struct LiveStatus {
                         ///< doubtful), or ""
   std::string
       failure;  ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
+  std::string run_folder;           ///< where this scan is saved; "" without one
+  std::string next_run_folder;      ///< where a new scan would go, if this one was saved before; or ""
   std::string source;               ///< RawFrameSource::description()
   double rate_hz = 0;               ///< measured over the last seconds
   std::int64_t frames = 0;          ///< that arrived since the scan began
@@ -74,8 +76,10 @@ class LiveSession {
 
   virtual void set_paused(bool paused) = 0;
   virtual void undo_last_trial() = 0;
-  virtual void start_new_scan() = 0;  ///< forgets the map; the log goes on
-  virtual void save_now() = 0;        ///< writes the run folder as it is, and goes on
+  /// Forgets the map. The log goes on; but what was saved stays, and the new scan gets RUN-2, RUN-3, ... with
+  /// a log of its own.
+  virtual void start_new_scan() = 0;
+  virtual void save_now() = 0;  ///< writes the run folder as it is, and goes on
   virtual void stop() = 0;  ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
 };
 
