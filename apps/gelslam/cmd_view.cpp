@@ -13,9 +13,6 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/mesh_picture.hpp"
-#include "gelslam/viewer/view_stage.hpp"
 #include "gelslam/viewer/view_window.hpp"
 
 namespace gelslam {
@@ -23,7 +20,7 @@ namespace {
 
 struct ViewArguments {
   std::filesystem::path source, compare, truth, snapshot, script;
-  std::string size = "1280x800", color, shading = "lit";
+  std::string size = "1280x800", color, shading = "clay";
   std::optional<double> time_s;
   double yaw_deg = 0, pitch_deg = 0;
   bool light = false, trajectory = false, graph = false;
@@ -48,7 +45,8 @@ PictureSize parse_size(const std::string& text) {
 
 SceneStyle style_of(const ViewArguments& arguments) {
   static const std::map<std::string, SceneShading> shadings = {
-      {"lit", SceneShading::lit}, {"matcap", SceneShading::matcap}, {"curvature", SceneShading::curvature}};
+      {"clay", SceneShading::lit}, {"polished", SceneShading::matcap}, {"curvature", SceneShading::curvature},
+      {"lit", SceneShading::lit},  {"matcap", SceneShading::matcap},   {"relief", SceneShading::curvature}};
   static const std::map<std::string, SceneColor> colors = {{"plain", SceneColor::plain},
                                                            {"confidence", SceneColor::confidence},
                                                            {"height", SceneColor::height},
@@ -84,24 +82,9 @@ void check(const ViewArguments& arguments, const ViewContent& content, const Sce
   if (arguments.time_s) throw Error("--time needs a run folder with its session");
 }
 
-void write_snapshot(const ViewArguments& arguments, const PictureSize& size, ViewContent content,
-                    std::optional<ViewContent> second, const SceneStyle& style) {
-  const auto context = GlContext::offscreen();
-  ViewStage stage(std::move(content), std::move(second));
-  stage.set_time(arguments.time_s);
-  const Viewport whole{0, 0, size.width_px, size.height_px};
-  OrbitCamera camera = stage.first_view(whole);
-  const Eigen::Vector2d turn_deg(arguments.yaw_deg, arguments.pitch_deg);
-  camera.orbit((turn_deg / 180.0 * size.height_px).cast<float>(), whole);
-  camera.fit(stage.outline_mm(), stage.parts(whole).front());
-  write_picture(arguments.snapshot, stage.picture(camera, style, size.width_px, size.height_px));
-  std::cerr << "wrote " << arguments.snapshot.string() << "\n";
-}
-
-void open_window(const ViewArguments& arguments, const PictureSize& size, ViewContent content,
-                 std::optional<ViewContent> second, const SceneStyle& style) {
+ViewWindowOptions window_options(const ViewArguments& arguments, const PictureSize& size,
+                                 const SceneStyle& style) {
   ViewWindowOptions options;
-  options.title = content.name + " - GelSLAM";
   options.width_px = size.width_px;
   options.height_px = size.height_px;
   options.style = style;
@@ -110,7 +93,7 @@ void open_window(const ViewArguments& arguments, const PictureSize& size, ViewCo
   options.pitch_deg = arguments.pitch_deg;
   options.script = read_script_file(arguments.script);
   options.script_name = arguments.script.string();
-  run_view_window(std::move(content), std::move(second), options);
+  return options;
 }
 
 void run_view(const ViewArguments& arguments) {
@@ -119,11 +102,13 @@ void run_view(const ViewArguments& arguments) {
   std::optional<ViewContent> second = second_surface(arguments);
   const SceneStyle style = style_of(arguments);
   check(arguments, content, style);
+  ViewWindowOptions options = window_options(arguments, size, style);
   if (arguments.snapshot.empty()) {
-    open_window(arguments, size, std::move(content), std::move(second), style);
-  } else {
-    write_snapshot(arguments, size, std::move(content), std::move(second), style);
+    options.title = content.name + " - GelSLAM";
+    return run_view_window(std::move(content), std::move(second), options);
   }
+  write_view_snapshot(std::move(content), std::move(second), options, arguments.snapshot);
+  std::cerr << "wrote " << arguments.snapshot.string() << "\n";
 }
 
 }  // namespace
@@ -144,23 +129,22 @@ void add_view_command(CLI::App& app, int& exit_code) {
                                     "write a picture (PNG) instead of opening a window; needs no display")
                        ->check(refuse_unless_png);
   command
-      ->add_option("--script", a->script,
-                   "keys and movements for the window instead of a person's (docs/viewer.md)")
+      ->add_option("--script", a->script, "file of keys and mouse movements for the window (docs/viewer.md)")
       ->excludes(snapshot);
   command->add_option("--size", a->size, "of window or picture, pixels")->capture_default_str();
-  command->add_option("--shading", a->shading, "how it is lit")
-      ->check(CLI::IsMember({"lit", "matcap", "curvature"}))
+  command->add_option("--shading", a->shading, "clay, polished or curvature (lit and matcap are old names)")
+      ->check(CLI::IsMember({"clay", "polished", "curvature", "lit", "matcap", "relief"}))
       ->capture_default_str();
-  command->add_option("--color", a->color, "what colors say; default plain, with a second surface distance")
+  command->add_option("--color", a->color, "what colors mean; default plain, with a second surface distance")
       ->check(CLI::IsMember({"plain", "confidence", "height", "keyframe", "distance"}));
   command->add_option("--time", a->time_s, "show the run as it was at this second of the log");
-  command->add_option("--yaw", a->yaw_deg, "turn the object by so many degrees about the upright axis")
+  command->add_option("--yaw", a->yaw_deg, "turn the object about the vertical axis, degrees")
       ->check(number_between(-360.0, 360.0));
-  command->add_option("--pitch", a->pitch_deg, "the same about the lying axis")
+  command->add_option("--pitch", a->pitch_deg, "turn the object about the horizontal axis, degrees")
       ->check(number_between(-360.0, 360.0));
   command->add_flag("--light", a->light, "light background");
-  command->add_flag("--trajectory", a->trajectory, "the sensor's way");
-  command->add_flag("--graph", a->graph, "keyframes and the edges between them");
+  command->add_flag("--trajectory", a->trajectory, "show the sensor's trajectory");
+  command->add_flag("--graph", a->graph, "show keyframes and the edges between them");
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {
     run_view(*a);

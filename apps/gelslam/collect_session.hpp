@@ -8,12 +8,12 @@
 #include <optional>
 #include <string>
 
+#include "gelslam/calibration/collect_window.hpp"
 #include "gelslam/calibration/press_collector.hpp"
 #include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/calibration/press_folder.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
-#include "gelslam/viewer/collect_window.hpp"
 
 namespace gelslam {
 

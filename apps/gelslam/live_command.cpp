@@ -1,11 +1,10 @@
 #include "live_command.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <chrono>
-#include <iomanip>
 #include <iostream>
-#include <sstream>
 #include <stop_token>
 #include <thread>
 
@@ -71,13 +70,12 @@ class StatusLine {
 
  private:
   static std::string figures(const LiveStatus& s) {
-    std::ostringstream text;
-    text << std::fixed << std::setprecision(1) << " | " << s.rate_hz << " Hz, " << s.latency_ms << " ms | "
-         << counted(s.keyframes, "keyframe") << ", " << counted(s.loops, "loop") << ", "
-         << counted(s.components, "piece");
+    std::string text = fmt::format(" | {:.1f} Hz, {:.1f} ms | {}, {}, {}", s.rate_hz, s.latency_ms,
+                                   counted(s.keyframes, "keyframe"), counted(s.loops, "loop"),
+                                   counted(s.components, "piece"));
     if (s.lost_by_camera + s.dropped + s.damaged > 0)
-      text << " | " << s.lost_by_camera << " lost, " << s.dropped << " dropped, " << s.damaged << " damaged";
-    return text.str();
+      text += fmt::format(" | {} lost, {} dropped, {} damaged", s.lost_by_camera, s.dropped, s.damaged);
+    return text;
   }
 
   const bool quiet_, terminal_;
@@ -93,15 +91,16 @@ void wait_in_terminal(const LiveSlam& session, bool quiet) {
   }
 }
 
-std::string in_words(const ReconstructSummary& s, const LiveStatus& status, const std::string& run_folder) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(1);
-  if (!s.warning.empty()) text << "warning: " << s.warning << "\n";
-  text << counted(status.frames, "frame") << " in " << s.seconds << " s, " << status.lost_by_camera
-       << " lost by the camera, " << status.dropped << " dropped, " << status.damaged << " damaged\n"
-       << s.tracked << " tracked, " << map_words(s) << "\n"
-       << mesh_words(s) << (run_folder.empty() ? ", not kept (no -o)" : ": " + run_folder) << "\n";
-  return text.str();
+std::string report_text(const ReconstructSummary& s, const LiveStatus& status) {
+  std::string text;
+  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  if (!s.completeness.complete()) text += "warning: " + describe(s.completeness) + "\n";
+  text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",
+                      counted(status.frames, "frame"), s.seconds, status.lost_by_camera, status.dropped,
+                      status.damaged);
+  text += fmt::format("{} tracked, {}\n{}{}\n", s.tracked, map_words(s), mesh_words(s),
+                      status.run_folder.empty() ? ", not kept (no -o)" : ": " + status.run_folder);
+  return text;
 }
 
 }  // namespace
@@ -116,13 +115,12 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_option("--background", background,
                      "Image of the bare gel (default: the mean of the first frames)");
   command.add_flag("--force", force, "Take the first frames as background whatever they show");
-  command.add_option("--seconds", seconds, "Stop after so long")->check(number_between(0.01, 1e6));
-  command.add_flag("--headless", headless, "No window: words in the terminal");
+  command.add_option("--seconds", seconds, "Stop after this many seconds")->check(number_between(0.01, 1e6));
+  command.add_flag("--headless", headless, "No window: the state is printed in the terminal");
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
-  command.add_option("--script", script,
-                     "Keys and movements from a file instead of a person's (docs/viewer.md)");
-  command.add_flag("-q,--quiet", quiet, "No words in the terminal");
+  command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
+  command.add_flag("-q,--quiet", quiet, "Print nothing");
 }
 
 LiveOptions LiveArguments::options(const Config& resolved_config) const {
@@ -165,7 +163,7 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   const ReconstructSummary summary = session.wait();
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(session, arguments.snapshot, window);
-  if (!arguments.quiet) std::cerr << in_words(summary, session.status(), arguments.run_folder);
+  if (!arguments.quiet) std::cerr << report_text(summary, session.status());
   return summary.tracked == 0 || summary.partial ? exit_not_good : exit_done;
 }
 

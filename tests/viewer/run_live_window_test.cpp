@@ -13,7 +13,7 @@
 namespace gelslam::test {
 namespace {
 
-namespace theme = viewer::detail::theme;
+namespace theme = viewer::theme;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -36,7 +36,7 @@ TEST(LiveSnapshot, IsDrawnWithoutADisplay) {
   write_live_snapshot(session, folder / "new" / "snapshot.png", options);
   const cv::Mat3b shown = cv::imread((folder / "new" / "snapshot.png").string());
   ASSERT_EQ(shown.size(), cv::Size(800, 500));
-  EXPECT_GT(share_of(shown, {0, 0, 300, 80}, theme::green), 0.02) << "it says Tracking";
+  EXPECT_GT(share_of(shown, {0, 0, 300, 80}, theme::kGreen), 0.02) << "it says Tracking";
   EXPECT_GT(glowing(shown, {0, 0, 550, 440}), 1000);
 }
 

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "scene/scene_colors.hpp"
+#include "scene/scene_shaders.hpp"
 #include "scene_fixture.hpp"
 
 namespace gelslam::test {
@@ -22,7 +22,7 @@ class SceneColors : public SceneDrawing {
       return Vector3d(linear / std::max(linear.sum(), 1e-6));
     };
     const Vector3d seen = chromaticity(pixel[2], pixel[1], pixel[0]);
-    const auto map = viewer::detail::color_map_rgb(color);
+    const auto map = color_map_rgb(color);
     double best = 0, nearest = 1e9;
     for (std::size_t i = 0; i < map.size(); ++i) {
       const double distance = (chromaticity(map[i][0], map[i][1], map[i][2]) - seen).norm();

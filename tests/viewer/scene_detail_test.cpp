@@ -1,4 +1,4 @@
-#include "scene/scene_detail.hpp"
+#include "scene/scene_geometry.hpp"
 
 #include <gtest/gtest.h>
 

@@ -18,7 +18,7 @@ LiveStatus saying(LivePhase phase, const std::string& words, TrackStatus track =
 TEST(StateWords, SplitWhatIsWrongFromWhatToDo) {
   const StateWords words = state_words(saying(
       LivePhase::scanning, "lost: too little overlap; touch a place you have seen", TrackStatus::lost));
-  EXPECT_EQ(words.state, LiveState::lost);
+  EXPECT_EQ(words.state, "lost");
   EXPECT_EQ(words.headline, "Lost");
   EXPECT_EQ(words.advice, "Too little overlap. Touch a place you have seen.");
 }
@@ -40,7 +40,7 @@ TEST(StateWords, GiveTheUsualAdviceWhereTheSessionGivesNone) {
 TEST(StateWords, LeaveTheColorToTheStatus) {
   const StateWords words = state_words(
       saying(LivePhase::scanning, "not joined to the map; touch a place you have seen", TrackStatus::lost));
-  EXPECT_EQ(words.state, LiveState::lost);
+  EXPECT_EQ(words.state, "lost");
   EXPECT_EQ(words.headline, "Not joined to the map");
   EXPECT_EQ(words.advice, "Touch a place you have seen.");
 }
@@ -49,18 +49,34 @@ TEST(StateWords, TellThePhaseUnderASteadyHeadline) {
   const StateWords words = state_words(saying(LivePhase::finishing, "closing loops"));
   EXPECT_EQ(words.headline, "Finishing");
   EXPECT_EQ(words.advice, "Closing loops.");
-  EXPECT_EQ(state_words(saying(LivePhase::finished, "lost: whatever")).state, LiveState::finished);
+  EXPECT_EQ(state_words(saying(LivePhase::finished, "lost: whatever")).state, "finished");
 }
 
 TEST(StateWords, ClaimNothingThatIsNotSaved) {
   LiveStatus status = saying(LivePhase::finished, "saving");
   EXPECT_EQ(state_words(status).advice, "Everything is saved. Look around; Q closes.");
   status.failure = "run/mesh.ply: cannot be written: No space left on device";
-  EXPECT_EQ(state_words(status).state, LiveState::lost);
+  EXPECT_EQ(state_words(status).color, theme::kRed);
   EXPECT_EQ(state_words(status).headline, "Ended with an error");
   EXPECT_EQ(state_words(status).advice, "Not all may be saved. Q closes.");
   status.log_bytes = 1000;
   EXPECT_NE(state_words(status).advice.find("gelslam reconstruct makes it from the log"), std::string::npos);
+}
+
+TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
+  EXPECT_EQ(state_words(saying(LivePhase::scanning, "tracking")).color, theme::kGreen);
+  const StateWords unsure =
+      state_words(saying(LivePhase::scanning, "tracking; sliding along x is not observable on this surface"));
+  EXPECT_EQ(unsure.color, theme::kAmber);
+  EXPECT_EQ(unsure.state, "tracking");
+  EXPECT_EQ(unsure.headline, "Position uncertain");
+  LiveStatus status = saying(LivePhase::finished, "");
+  EXPECT_EQ(state_words(status).color, theme::kGreen);
+  status.completeness = {1, 16};
+  EXPECT_EQ(state_words(status).color, theme::kAmber);
+  EXPECT_EQ(state_words(status).advice,
+            "1 piece not joined. 16 frames not in the mesh. Touch a place between them. The rest is saved. Q "
+            "closes.");
 }
 
 TEST(StateWords, TakeAnyWords) {

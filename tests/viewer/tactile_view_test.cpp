@@ -1,4 +1,4 @@
-#include "ui/tactile_view.hpp"
+#include "live/live_scene.hpp"
 
 #include <gtest/gtest.h>
 

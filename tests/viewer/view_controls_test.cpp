@@ -1,10 +1,11 @@
-#include "browse/view_controls.hpp"
-
 #include <GLFW/glfw3.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
+#include <sstream>
+
+#include "browse/view_window.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -36,7 +37,7 @@ TEST(ViewControls, ArrowsGoKeyframeByKeyframeAndTheEndIsTheSavedRun) {
   const RunHistory run = history();
   ViewControls controls(&run, false, {}, std::nullopt);
   const auto after = [&](int key) {
-    controls.press_key(key);
+    controls.press_key(key, 0);
     return controls.time_s().value_or(-1);
   };
   EXPECT_EQ(after(GLFW_KEY_LEFT), 14);
@@ -52,15 +53,15 @@ TEST(ViewControls, PlayingEndsAtTheSavedRunWithinTwentySeconds) {
   const RunHistory run = history();
   ViewControls controls(&run, false, {}, std::nullopt);
   EXPECT_FALSE(controls.advance(1));
-  controls.press_key(GLFW_KEY_SPACE);
+  controls.press_key(GLFW_KEY_SPACE, 0);
   EXPECT_DOUBLE_EQ(*controls.time_s(), 10) << "from the start";
   double played_s = 0;
   while (controls.advance(0.02) && controls.plays()) played_s += 0.02;
   EXPECT_NEAR(played_s, 20, 0.1);
   EXPECT_FALSE(controls.time_s());
-  controls.press_key(GLFW_KEY_SPACE);
+  controls.press_key(GLFW_KEY_SPACE, 0);
   controls.advance(1);
-  controls.press_key(GLFW_KEY_SPACE);
+  controls.press_key(GLFW_KEY_SPACE, 0);
   const auto rests_at = controls.time_s();
   EXPECT_FALSE(controls.advance(1));
   EXPECT_EQ(controls.time_s(), rests_at);
@@ -69,7 +70,7 @@ TEST(ViewControls, PlayingEndsAtTheSavedRunWithinTwentySeconds) {
 TEST(ViewControls, WithoutHistoryTimeDoesNothing) {
   ViewControls controls(nullptr, false, {}, 7.0);
   EXPECT_FALSE(controls.time_s());
-  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_LEFT, GLFW_KEY_RIGHT}) controls.press_key(key);
+  for (const int key : {GLFW_KEY_SPACE, GLFW_KEY_LEFT, GLFW_KEY_RIGHT}) controls.press_key(key, 0);
   controls.seek(0.5);
   EXPECT_FALSE(controls.advance(1));
   EXPECT_FALSE(controls.time_s());
@@ -77,38 +78,42 @@ TEST(ViewControls, WithoutHistoryTimeDoesNothing) {
 
 TEST(ViewControls, ColorsAreThoseThatMeanSomething) {
   const RunHistory run = history();
-  const auto seen = [](ViewControls controls) {
+  const auto seen = [](const RunHistory* history, bool has_second) {
+    ViewControls controls(history, has_second, {}, {});
     std::set<SceneColor> colors;
     for (int i = 0; i < 10; ++i) {
-      controls.press_key(GLFW_KEY_C);
+      controls.press_key(GLFW_KEY_C, 0);
       colors.insert(controls.style().color);
     }
     return colors;
   };
   using enum SceneColor;
-  EXPECT_EQ(seen(ViewControls(nullptr, false, {}, {})), (std::set{plain, confidence, height}));
-  EXPECT_EQ(seen(ViewControls(&run, false, {}, {})), (std::set{plain, confidence, height, keyframe}));
-  EXPECT_EQ(seen(ViewControls(&run, true, {}, {})),
-            (std::set{plain, confidence, height, keyframe, distance}));
+  EXPECT_EQ(seen(nullptr, false), (std::set{plain, confidence, height}));
+  EXPECT_EQ(seen(&run, false), (std::set{plain, confidence, height, keyframe}));
+  EXPECT_EQ(seen(&run, true), (std::set{plain, confidence, height, keyframe, distance}));
 }
 
 TEST(ViewControls, EscapeClosesTheHelpFirst) {
   ViewControls controls(nullptr, false, {}, {});
-  controls.press_key(GLFW_KEY_H);
+  controls.press_key(GLFW_KEY_H, 0);
   EXPECT_TRUE(controls.shows_help());
-  controls.press_key(GLFW_KEY_ESCAPE);
+  controls.press_key(GLFW_KEY_ESCAPE, 0);
   EXPECT_FALSE(controls.shows_help());
   EXPECT_FALSE(controls.wants_to_close());
-  controls.press_key(GLFW_KEY_ESCAPE);
+  controls.press_key(GLFW_KEY_ESCAPE, 0);
   EXPECT_TRUE(controls.wants_to_close());
 }
 
 TEST(ViewControls, NoKeyMeansTwoThings) {
-  std::set<int> keys;
-  for (const auto& key : view_keys()) {
-    EXPECT_TRUE(keys.insert(key.key).second) << key.what;
-    if (key.second_key == 0) continue;
-    EXPECT_TRUE(keys.insert(key.second_key).second) << key.what;
+  const RunHistory run = history();
+  const ViewControls controls(&run, true, {}, {});
+  std::set<std::string> keys;
+  for (const ActionRow& row : controls.rows()) {
+    std::istringstream names(row.keys);
+    for (std::string name; names >> name;) {
+      EXPECT_TRUE(key_of_name(name)) << name;
+      EXPECT_TRUE(keys.insert(name).second) << name;
+    }
   }
 }
 

@@ -1,4 +1,4 @@
-#include "gelslam/viewer/view_stage.hpp"
+#include "browse/view_stage.hpp"
 
 #include <opencv2/imgproc.hpp>
 
@@ -9,16 +9,25 @@
 namespace gelslam::test {
 namespace {
 
+using viewer::detail::ViewStage;
+
 class ViewStagePicture : public SceneDrawing {
  protected:
   static ViewContent ball(double radius_mm) { return {"ball", sphere(radius_mm, 96), std::nullopt}; }
+  static cv::Mat3b picture_of(ViewStage& stage, const OrbitCamera& view, const SceneStyle& style,
+                              int width_px = kWidth, int height_px = kHeight) {
+    stage.finish();
+    RenderTarget target(width_px, height_px);
+    target.bind();
+    stage.draw(view, {0, 0, width_px, height_px}, style);
+    return target.read();
+  }
   /// Columns in which a run's strip of touches shows.
   int width_at(ViewStage& stage, const OrbitCamera& view, std::optional<double> time_s) {
     stage.set_time(time_s);
     SceneStyle bare = style;
     bare.touch = bare.sensor = false;
-    return cv::boundingRect(mask_of(stage.picture(view, bare, kWidth, kHeight)).rowRange(60, kHeight - 60))
-        .width;
+    return cv::boundingRect(mask_of(picture_of(stage, view, bare)).rowRange(60, kHeight - 60)).width;
   }
 };
 
@@ -38,6 +47,27 @@ TEST_F(ViewStagePicture, TheSurfaceGrowsWithTime) {
   EXPECT_EQ(width_at(stage, view, -1), 0) << "before the first touch";
 }
 
+TEST_F(ViewStagePicture, TheSavedSurfaceStaysUntilTheOneOfATimeIsWhole) {
+  const TemporaryFolder folder;
+  write_run(folder / "RUN", 5);
+  ViewStage stage(load_view(folder / "RUN"), std::nullopt);
+  const OrbitCamera view = stage.first_view(kWhole);
+  SceneStyle bare = style;
+  bare.touch = bare.sensor = false;
+  const auto width = [&] {
+    RenderTarget target(kWidth, kHeight);
+    target.bind();
+    stage.draw(view, kWhole, bare);
+    return cv::boundingRect(mask_of(target.read())).width;
+  };
+  stage.finish();
+  const int saved = width();
+  stage.set_time(2.5);
+  EXPECT_EQ(width(), saved);
+  while (stage.work()) EXPECT_EQ(width(), saved);
+  EXPECT_LT(width(), saved);
+}
+
 TEST_F(ViewStagePicture, TheTouchOfATimeShowsUntilTheEnd) {
   const TemporaryFolder folder;
   write_run(folder / "RUN", 3);
@@ -45,7 +75,7 @@ TEST_F(ViewStagePicture, TheTouchOfATimeShowsUntilTheEnd) {
   const OrbitCamera view = stage.first_view(kWhole);
   const auto orange_at = [&](double time_s) {
     stage.set_time(time_s);
-    const cv::Mat3b picture = stage.picture(view, style, kWidth, kHeight);
+    const cv::Mat3b picture = picture_of(stage, view, style);
     return std::count_if(picture.begin(), picture.end(), [](const cv::Vec3b& c) { return c[2] > c[0] + 90; });
   };
   EXPECT_GT(orange_at(1.2), 1000);
@@ -58,8 +88,7 @@ TEST_F(ViewStagePicture, FirstViewShowsAllFromOutside) {
   ViewStage stage(load_view(folder / "RUN"), std::nullopt);
   const OrbitCamera view = stage.first_view(kWhole);
   EXPECT_GT((view.map_R_camera() * Eigen::Vector3f::UnitZ()).dot(-Eigen::Vector3f::UnitZ()), 0.8F);
-  const cv::Rect box =
-      cv::boundingRect(mask_of(stage.picture(view, style, kWidth, kHeight)).rowRange(60, kHeight - 60));
+  const cv::Rect box = cv::boundingRect(mask_of(picture_of(stage, view, style)).rowRange(60, kHeight - 60));
   EXPECT_GT(box.width, kWidth / 2) << "its long side lies";
   EXPECT_GT(box.x, 0);
   EXPECT_LT(box.br().x, kWidth);
@@ -73,31 +102,33 @@ TEST_F(ViewStagePicture, BesideEachOtherUnderOneCameraWithDistances) {
   ASSERT_TRUE(legend);
   EXPECT_FLOAT_EQ(legend->max, 0.2F) << "0.1 mm and a little, by the facets";
   const OrbitCamera view = stage.first_view(kWhole);
-  const cv::Mat3b picture = stage.picture(view, style, kWidth, kHeight);
+  const cv::Mat3b picture = picture_of(stage, view, style);
   const auto saturation = [&](int x) {
     const cv::Vec3b c = picture(kHeight / 2, x);
     return *std::max_element(c.val, c.val + 3) - *std::min_element(c.val, c.val + 3);
   };
   EXPECT_GT(saturation(kWidth / 4), 60) << "0.1 mm of 0.2 mm is orange to red";
   EXPECT_LT(saturation(3 * kWidth / 4), 40) << "the second is clay";
-  EXPECT_TRUE(stage.pick(view, {kWidth / 4.0F, kHeight / 2.0F}, kWhole));
-  EXPECT_TRUE(stage.pick(view, {3 * kWidth / 4.0F, kHeight / 2.0F}, kWhole));
-  EXPECT_FALSE(stage.pick(view, {kWidth / 2.0F, 20}, kWhole));
+  const Viewport half = stage.parts(kWhole).front();
+  const PickRay middle = view.pick_ray({kWidth / 4.0F, kHeight / 2.0F}, half);
+  EXPECT_TRUE(stage.pick(0, middle));
+  EXPECT_TRUE(stage.pick(1, middle));
+  EXPECT_FALSE(stage.pick(0, view.pick_ray({kWidth / 4.0F, 20}, half)));
 }
 
 TEST_F(ViewStagePicture, TimeMeansNothingToAMesh) {
   ViewStage stage(ball(5), std::nullopt);
   EXPECT_EQ(stage.history(), nullptr);
   const OrbitCamera view = stage.first_view(kWhole);
-  const cv::Mat3b before = stage.picture(view, style, kWidth, kHeight);
+  const cv::Mat3b before = picture_of(stage, view, style);
   stage.set_time(1);
   EXPECT_FALSE(stage.work());
-  EXPECT_EQ(largest_difference(stage.picture(view, style, kWidth, kHeight), before), 0);
+  EXPECT_EQ(largest_difference(picture_of(stage, view, style), before), 0);
 }
 
 TEST_F(ViewStagePicture, NothingToShowIsStillAPicture) {
   ViewStage stage(ViewContent{"empty", Mesh(), std::nullopt}, std::nullopt);
-  EXPECT_EQ(stage.picture(stage.first_view(kWhole), style, 64, 48).rows, 48);
+  EXPECT_EQ(picture_of(stage, stage.first_view(kWhole), style, 64, 48).rows, 48);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // The window of `gelslam view`, drawn into pictures without a display.
+#include "browse/view_window.hpp"
+
+#include <GLFW/glfw3.h>
 #include <gmock/gmock.h>
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "browse/view_loop.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
@@ -14,9 +16,10 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
+using namespace viewer;
 using namespace viewer::detail;
 
-class ViewWindow : public SceneDrawing {
+class ViewWindowPicture : public SceneDrawing {
  protected:
   void SetUp() override {
     SceneDrawing::SetUp();
@@ -28,10 +31,10 @@ class ViewWindow : public SceneDrawing {
     options.picture_folder = folder.path();
   }
   /// Turns until the script is through and nothing moves.
-  static void play(ViewLoop& loop) {
+  static void play(ViewWindow& loop) {
     for (int i = 1; i < 110; ++i) loop.turn(0.05 * i);
   }
-  static std::vector<std::string> words(const ViewLoop& loop) {
+  static std::vector<std::string> words(const ViewWindow& loop) {
     std::vector<std::string> result;
     for (const DrawnText& text : loop.texts()) result.push_back(text.text);
     return result;
@@ -41,25 +44,25 @@ class ViewWindow : public SceneDrawing {
   ViewWindowOptions options;
 };
 
-TEST_F(ViewWindow, ARunHasASlider) {
-  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+TEST_F(ViewWindowPicture, ARunHasASlider) {
+  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);
   EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Clay", "Close"}));
-  EXPECT_GT(loop.layout().track.width, 500);
+  EXPECT_GT(loop.track().width, 500);
 }
 
-TEST_F(ViewWindow, AMeshHasNone) {
-  ViewLoop loop(load_view(folder / "RUN" / "mesh.ply"), std::nullopt, options);
+TEST_F(ViewWindowPicture, AMeshHasNone) {
+  ViewWindow loop(load_view(folder / "RUN" / "mesh.ply"), std::nullopt, options);
   loop.turn(1);
   EXPECT_THAT(words(loop), Not(Contains("Play")));
-  EXPECT_EQ(loop.layout().track.width, 0);
+  EXPECT_EQ(loop.track().width, 0);
 }
 
-TEST_F(ViewWindow, PressingTheSliderSetsTheTimeAndTheSurfaceFollows) {
-  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+TEST_F(ViewWindowPicture, PressingTheSliderSetsTheTimeAndTheSurfaceFollows) {
+  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);
   const cv::Mat3b saved = loop.picture(1.1);
-  const Box track = loop.layout().track;
+  const Box track = loop.track();
   loop.host().push(
       {InputEvent::Kind::pointer, 0, false, track.x + 0.3 * track.width, track.y + 0.5 * track.height});
   loop.host().push({InputEvent::Kind::button, 0, true});
@@ -79,11 +82,11 @@ TEST_F(ViewWindow, PressingTheSliderSetsTheTimeAndTheSurfaceFollows) {
   EXPECT_LT(static_cast<double>(bright(loop.picture(6))), 0.9 * static_cast<double>(bright(saved)));
 }
 
-TEST_F(ViewWindow, AScriptTurnsZoomsAndTakesPictures) {
+TEST_F(ViewWindowPicture, AScriptTurnsZoomsAndTakesPictures) {
   options.script =
       "screenshot a.png\ndrag 120 40\nscreenshot b.png\nscroll 4\nkey r\nwait 2\nscreenshot c.png\nkey 3\n"
       "key c\nkey l\nscreenshot d.png\nquit\n";
-  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   play(loop);
   const auto picture = [&](const char* name) { return cv::Mat3b(cv::imread((folder / name).string())); };
   const cv::Mat3b a = picture("a.png"), b = picture("b.png"), c = picture("c.png"), d = picture("d.png");
@@ -94,34 +97,58 @@ TEST_F(ViewWindow, AScriptTurnsZoomsAndTakesPictures) {
   EXPECT_GT(cv::mean(d(view))[0], cv::mean(a(view))[0] + 80) << "light";
 }
 
-TEST_F(ViewWindow, KeyPWritesAPictureAndSaysWhere) {
+TEST_F(ViewWindowPicture, KeyPWritesAPictureAndSaysWhere) {
   options.script = "key p\nwait 0.2\n";
-  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   for (int i = 1; i < 20; ++i) loop.turn(0.03 * i);
   EXPECT_THAT(folder.names(), Contains("view_001.png"));
   EXPECT_THAT(words(loop), Contains(HasSubstr("Picture: ")));
 }
 
-TEST_F(ViewWindow, TwoSurfacesTheirNamesAndTheDistance) {
+TEST_F(ViewWindowPicture, AnUntouchedWindowIsNotDrawnAgain) {
+  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
+  for (int i = 0; i < 20; ++i) loop.turn(0.1 * i);
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(loop.turn(3 + i));
+  loop.host().push({InputEvent::Kind::redraw});
+  EXPECT_TRUE(loop.turn(30));
+  loop.host().push({InputEvent::Kind::key, GLFW_KEY_G, true});
+  EXPECT_TRUE(loop.turn(31));
+}
+
+TEST_F(ViewWindowPicture, ASnapshotHasMarksButNoButtons) {
+  options.width_px = 640;
+  options.height_px = 480;
+  options.style.color = SceneColor::height;
+  write_view_snapshot(load_view(folder / "RUN"), std::nullopt, options, folder / "s.png");
+  EXPECT_EQ(cv::imread((folder / "s.png").string()).size(), cv::Size(640, 480));
+  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
+  loop.snapshot();
+  EXPECT_THAT(words(loop), Contains("RUN"));
+  EXPECT_THAT(words(loop), Contains("height"));
+  EXPECT_THAT(words(loop), Not(Contains("Close")));
+}
+
+TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
   options.style.color = SceneColor::distance;
   ViewContent truth = load_view(folder / "RUN" / "mesh.ply");
   truth.name = "truth";
-  ViewLoop loop(load_view(folder / "RUN"), truth, options);
+  ViewWindow loop(load_view(folder / "RUN"), truth, options);
   for (int i = 1; i < 10; ++i) loop.turn(0.03 * i);
-  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "truth", "distance"}));
+  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "truth", "distance", "mean 0.000 mm"}));
+  EXPECT_THAT(words(loop), Contains(HasSubstr("90 % below")));
 }
 
-TEST_F(ViewWindow, TinyWindowsAndHelpDoNoHarm) {
+TEST_F(ViewWindowPicture, TinyWindowsAndHelpDoNoHarm) {
   options.script = "key h\nresize 300 200\nwait 0.1\nresize 100 100\nwait 0.1\nresize 1600 1200\nwait 0.1\n";
-  ViewLoop loop(load_view(folder / "RUN"), std::nullopt, options);
+  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   play(loop);
   EXPECT_THAT(words(loop), Contains("One keyframe back"));
 }
 
-TEST_F(ViewWindow, AWrongScriptIsNamed) {
+TEST_F(ViewWindowPicture, AWrongScriptIsNamed) {
   options.script = "key p\njump 3\n";
   options.script_name = "my.txt";
-  EXPECT_THAT(message_of<Error>([&] { ViewLoop(load_view(folder / "RUN"), std::nullopt, options); }),
+  EXPECT_THAT(message_of<Error>([&] { ViewWindow(load_view(folder / "RUN"), std::nullopt, options); }),
               HasSubstr("my.txt"));
 }
 

@@ -1,14 +1,14 @@
-#include "live/window_controls.hpp"
-
 #include <GLFW/glfw3.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "fake_session.hpp"
+#include "live/live_controls.hpp"
 
 namespace gelslam::test {
 namespace {
 
+using namespace viewer;
 using namespace viewer::detail;
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -20,6 +20,9 @@ class Controls : public testing::Test {
   std::string newest_toast() const {
     return controls_.toasts().empty() ? "" : controls_.toasts().back().text;
   }
+
+  std::string question() const { return controls_.question() ? controls_.question()->title : ""; }
+  void ask_to_close() { controls_.perform(Action::close, 0); }
 
   FakeSession session_{1};
   LiveControls controls_{session_};
@@ -47,10 +50,10 @@ TEST_F(Controls, UndoWithoutATrialSaysSo) {
 
 TEST_F(Controls, StopAndNewScanAskFirst) {
   press(GLFW_KEY_Q);
-  EXPECT_EQ(controls_.dialog(), Dialog::confirm_stop);
+  EXPECT_EQ(question(), "Stop the scan?");
   press(GLFW_KEY_ESCAPE);
   press(GLFW_KEY_N);
-  EXPECT_EQ(controls_.dialog(), Dialog::confirm_new_scan);
+  EXPECT_EQ(question(), "Start a new scan?");
   press(GLFW_KEY_N);  // no
   EXPECT_THAT(session_.calls, IsEmpty());
   press(GLFW_KEY_N);
@@ -67,19 +70,19 @@ TEST_F(Controls, KeysDoNothingElseWhileADialogAsks) {
   EXPECT_THAT(session_.calls, IsEmpty());
   EXPECT_FALSE(controls_.take_screenshot());
   EXPECT_FALSE(controls_.style().trajectory);
-  EXPECT_EQ(controls_.dialog(), Dialog::confirm_stop);
+  EXPECT_EQ(question(), "Stop the scan?");
 }
 
 TEST_F(Controls, ClosingDependsOnThePhase) {
-  controls_.ask_to_close();
-  EXPECT_EQ(controls_.dialog(), Dialog::confirm_stop);
-  controls_.accept(0);
-  controls_.ask_to_close();
-  EXPECT_EQ(controls_.dialog(), Dialog::confirm_leave);
-  controls_.refuse();
+  ask_to_close();
+  EXPECT_EQ(question(), "Stop the scan?");
+  press(GLFW_KEY_ENTER);
+  ask_to_close();
+  EXPECT_EQ(question(), "Close the window?");
+  press(GLFW_KEY_ESCAPE);
   EXPECT_FALSE(controls_.wants_to_close());
   session_.say(LivePhase::finished, "");
-  controls_.ask_to_close();
+  ask_to_close();
   EXPECT_TRUE(controls_.wants_to_close());
 }
 
@@ -90,7 +93,7 @@ TEST_F(Controls, NothingReachesASessionThatIsOver) {
     EXPECT_TRUE(newest_toast().starts_with("The scan is over")) << newest_toast();
   }
   EXPECT_THAT(session_.calls, IsEmpty());
-  EXPECT_EQ(controls_.dialog(), Dialog::none);
+  EXPECT_EQ(question(), "");
 }
 
 TEST_F(Controls, ExportAsksForTheFormatAndIsHandedOutOnce) {
@@ -123,19 +126,20 @@ TEST_F(Controls, ViewKeysChangeTheView) {
   press(GLFW_KEY_F);
   EXPECT_FALSE(controls_.follows());
   press(GLFW_KEY_R);
-  EXPECT_TRUE(controls_.take_reset_view());
-  EXPECT_FALSE(controls_.take_reset_view());
+  EXPECT_TRUE(controls_.take_show_all());
+  EXPECT_FALSE(controls_.take_show_all());
 }
 
 TEST_F(Controls, HelpGoesWithAnyKeyWhichThenActs) {
   press(GLFW_KEY_F1);
-  EXPECT_EQ(controls_.dialog(), Dialog::help);
+  EXPECT_TRUE(controls_.shows_help());
   press(GLFW_KEY_T);
-  EXPECT_EQ(controls_.dialog(), Dialog::none);
+  EXPECT_FALSE(controls_.shows_help());
   EXPECT_TRUE(controls_.style().trajectory);
   press(GLFW_KEY_H);
   press(GLFW_KEY_ESCAPE);
-  EXPECT_EQ(controls_.dialog(), Dialog::none) << "Esc closes the help, and does not ask to stop";
+  EXPECT_FALSE(controls_.shows_help() || controls_.question())
+      << "Esc closes the help, and does not ask to stop";
 }
 
 TEST_F(Controls, ToastsAreFewAndGoByThemselves) {

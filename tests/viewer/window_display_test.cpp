@@ -9,22 +9,18 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "fake_session.hpp"
+#include "gelslam/calibration/label_window.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/viewer/label_window.hpp"
 #include "label_presses.hpp"
-#include "live/window_live.hpp"
+#include "live/live_window.hpp"
 #include "temporary_folder.hpp"
 
 namespace gelslam::test {
 namespace {
 
+using namespace viewer;
 using namespace viewer::detail;
 using testing::ElementsAre;
-
-bool has_display() {
-  const char* display = std::getenv("DISPLAY");
-  return display != nullptr && *display != '\0';
-}
 
 WindowOptions small_window(const TemporaryFolder& folder) {
   WindowOptions options;
@@ -51,7 +47,8 @@ TEST(WindowOnADisplay, TakesWhatGlfwReports) {
   EXPECT_THAT(session.calls, ElementsAre("pause"));
   close_callback(glfw);
   window.turn(0.2);
-  EXPECT_EQ(window.controls().dialog(), Dialog::confirm_stop);
+  ASSERT_TRUE(window.controls().question());
+  EXPECT_EQ(window.controls().question()->title, "Stop the scan?");
   EXPECT_FALSE(glfwWindowShouldClose(glfw));
   const cv::Mat3b shown = window.picture(0.3);
   EXPECT_EQ(shown.size(), cv::Size(640, 420));

@@ -1,11 +1,10 @@
-#include "live/window_mesh.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "gelslam/mesh/mesh_io.hpp"
+#include "live/mesh_export.hpp"
 #include "temporary_folder.hpp"
 
 namespace gelslam::viewer::detail {
@@ -92,18 +91,28 @@ TEST(WindowMesh, SurvivesBrokenBlocks) {
   }
 }
 
-TEST(Export, WritesMillimetresUnderAFreeName) {
+TEST(Export, WritesStlInMillimetersUnderAFreeName) {
   const test::TemporaryFolder folder;
   WindowMesh mesh;
   mesh.update({false, {strip(1, 0, 9)}});
   test::write_bytes(folder / "mesh_mm_001.stl", "somebody's");
-  const auto path = free_name(folder.path(), "mesh_mm", "stl");
+  const auto path = export_path(folder.path(), "stl");
   EXPECT_EQ(path, folder / "mesh_mm_002.stl");
   const ExportOutcome outcome = export_in_background(mesh.blocks(), path).get();
   EXPECT_TRUE(outcome.ok);
   EXPECT_THAT(outcome.sentence, testing::HasSubstr(path.string()));
   EXPECT_NEAR(area_mm2(read_mesh(path, LengthUnit::millimetre)), 0.9, 1e-4);
   EXPECT_EQ(test::read_bytes(folder / "mesh_mm_001.stl"), "somebody's");
+}
+
+TEST(Export, WritesPlyInMeters) {
+  const test::TemporaryFolder folder;
+  WindowMesh mesh;
+  mesh.update({false, {strip(1, 0, 9)}});
+  const auto path = export_path(folder.path(), "ply");
+  EXPECT_EQ(path, folder / "mesh_001.ply");
+  EXPECT_THAT(export_in_background(mesh.blocks(), path).get().sentence, testing::HasSubstr("in meters"));
+  EXPECT_NEAR(area_mm2(read_mesh(path)), 0.9, 1e-4);
 }
 
 TEST(Export, SaysWhatIsWrong) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <imgui.h>
-
 #include <algorithm>
 #include <array>
 #include <opencv2/core.hpp>
@@ -9,12 +7,13 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "ui/window_canvas.hpp"
+#include "gelslam/viewer/ui.hpp"
 
 // What is to be seen in pictures of the window.
 namespace gelslam::test {
 
-using viewer::detail::Box;
+using viewer::Box;
+using viewer::Color;
 
 inline bool can_draw() {
   try {
@@ -25,14 +24,13 @@ inline bool can_draw() {
   }
 }
 
-inline cv::Vec3d bgr(ImU32 color) {
-  return {static_cast<double>(color >> IM_COL32_B_SHIFT & 0xFF),
-          static_cast<double>(color >> IM_COL32_G_SHIFT & 0xFF),
-          static_cast<double>(color >> IM_COL32_R_SHIFT & 0xFF)};
+inline cv::Vec3d bgr(Color color) {
+  return {static_cast<double>(color >> 16U & 0xFFU), static_cast<double>(color >> 8U & 0xFFU),
+          static_cast<double>(color >> 0U & 0xFFU)};
 }
 
 /// Share of pixels in `box` that are within 60 gray levels of `color`.
-inline double share_of(const cv::Mat3b& picture, const Box& box, ImU32 color) {
+inline double share_of(const cv::Mat3b& picture, const Box& box, Color color) {
   const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
                         cv::Rect({0, 0}, picture.size());
   int hits = 0;
@@ -43,7 +41,7 @@ inline double share_of(const cv::Mat3b& picture, const Box& box, ImU32 color) {
 
 /// How much of `box` the letters of a text cover: where its pixels lie, on average, between what is behind
 /// the text (the median: letters cover less than half) and `color`.
-inline double ink_in(const cv::Mat3b& picture, const Box& box, ImU32 color) {
+inline double ink_in(const cv::Mat3b& picture, const Box& box, Color color) {
   const cv::Rect rect = cv::Rect(cvFloor(box.x), cvFloor(box.y), cvCeil(box.width), cvCeil(box.height)) &
                         cv::Rect({0, 0}, picture.size());
   std::array<std::vector<uchar>, 3> channels;

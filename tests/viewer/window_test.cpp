@@ -10,13 +10,14 @@
 #include <opencv2/imgproc.hpp>
 
 #include "fake_session.hpp"
-#include "live/window_live.hpp"
+#include "live/live_window.hpp"
 #include "temporary_folder.hpp"
 #include "window_pictures.hpp"
 
 namespace gelslam::test {
 namespace {
 
+using namespace viewer;
 using namespace viewer::detail;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -58,7 +59,7 @@ class Window : public testing::Test {
     return nullptr;
   }
   /// The words are there, within the picture, as letters of that color on something else.
-  void expect_text(const cv::Mat3b& picture, const std::string& text, ImU32 color) {
+  void expect_text(const cv::Mat3b& picture, const std::string& text, Color color) {
     const DrawnText* drawn = find(text);
     ASSERT_NE(drawn, nullptr) << text;
     EXPECT_EQ(drawn->color, color) << text;
@@ -69,7 +70,7 @@ class Window : public testing::Test {
     EXPECT_GT(ink, 0.06) << text;
     EXPECT_LT(ink, 0.6) << text;
   }
-  const Box& view() const { return window_->layout().view; }
+  const Box& view() const { return window_->view(); }
 
   const TemporaryFolder folder_;
   WindowOptions options_;
@@ -79,25 +80,27 @@ class Window : public testing::Test {
 };
 
 TEST_F(Window, SaysInWordsAndColorHowItGoes) {
-  expect_text(picture("background"), "Getting ready", theme::blue);
+  expect_text(picture("background"), "Getting ready", theme::kBlue);
   scan(1);
-  expect_text(picture("first_touch"), "Tracking", theme::green);
+  expect_text(picture("first_touch"), "Tracking", theme::kGreen);
+  session_.say(LivePhase::scanning, "tracking; sliding along x is not observable on this surface");
+  expect_text(picture("uncertain"), "Position uncertain", theme::kAmber);
   session_.say(LivePhase::scanning, "lost: too little overlap; touch a place you have seen",
                TrackStatus::lost);
   session_.figures().warning = "The log has stopped: the disk is full. The scan goes on.";
   session_.figures().dropped = 12;
   cv::Mat3b shown = picture("lost");
-  expect_text(shown, "Lost", theme::red);
-  expect_text(shown, "Touch a place you have seen.", theme::text);
-  expect_text(shown, "the disk is full", theme::text);
-  expect_text(shown, "12", theme::amber);
+  expect_text(shown, "Lost", theme::kRed);
+  expect_text(shown, "Touch a place you have seen.", theme::kText);
+  expect_text(shown, "the disk is full", theme::kText);
+  expect_text(shown, "12", theme::kAmber);
   session_.figures().warning.clear();
   session_.release();
-  expect_text(picture("no_contact"), "No contact", theme::amber);
+  expect_text(picture("no_contact"), "No contact", theme::kAmber);
   press(GLFW_KEY_SPACE);
   shown = picture("paused");
-  expect_text(shown, "Paused", theme::gray);
-  expect_text(shown, "Go on", theme::text);
+  expect_text(shown, "Paused", theme::kGray);
+  expect_text(shown, "Go on", theme::kText);
   EXPECT_EQ(find("Lost"), nullptr);
 }
 
@@ -134,17 +137,17 @@ TEST_F(Window, ShowsPicturesFiguresAndStages) {
   session_.set_stages({slow});
   scan(3);
   const cv::Mat3b shown = picture("figures");
-  for (const char* text : {"25.0 Hz", "18 ms", "412 MB", "1.86 MB"}) expect_text(shown, text, theme::text);
-  expect_text(shown, "123", theme::amber);
+  for (const char* text : {"25.0 Hz", "18 ms", "412 MB", "1.86 MB"}) expect_text(shown, text, theme::kText);
+  expect_text(shown, "123", theme::kAmber);
   for (const char* label :
-       {"Rate", "Latency", "Keyframes", "Loops", "Trials", "Groups", "Camera lost", "Dropped", "Damaged",
+       {"Rate", "Latency", "Keyframes", "Loops", "Trials", "Pieces", "Camera lost", "Dropped", "Damaged",
         "Memory", "Log", "Disk free", "Touch and contact", "Normals", "loop closure", "Stages, ms"})
-    expect_text(shown, label, theme::dim);
+    expect_text(shown, label, theme::kDim);
   const DrawnText *touch = find("Touch and contact"), *normals = find("Normals");
   ASSERT_TRUE(touch && normals);
   const Box between{touch->box.x, touch->box.bottom() + 6, 150, normals->box.y - touch->box.bottom() - 20};
-  EXPECT_GT(share_of(shown, between, IM_COL32(112, 120, 118, 255)), 0.3) << "the untouched gel";
-  EXPECT_GT(share_of(shown, between, theme::green), 0.005) << "the contact's outline";
+  EXPECT_GT(share_of(shown, between, theme::rgb(112, 120, 118)), 0.3) << "the untouched gel";
+  EXPECT_GT(share_of(shown, between, theme::kGreen), 0.005) << "the contact's outline";
 }
 
 TEST_F(Window, ColorsBringTheirLegend) {
@@ -173,8 +176,8 @@ TEST_F(Window, HelpNamesEveryKeyAndFits) {
     window_->turn(now_s_ += 0.02, true);
     press(GLFW_KEY_H);
     const cv::Mat3b shown = picture("help_" + std::to_string(width));
-    for (const auto& binding : window_keys()) expect_text(shown, binding.what, theme::text);
-    expect_text(shown, "Double click", theme::blue);
+    for (const ActionRow& row : window_->controls().rows()) expect_text(shown, row.help, theme::kText);
+    expect_text(shown, "Double click", theme::kBlue);
     press(GLFW_KEY_ESCAPE);
   }
 }
@@ -197,13 +200,13 @@ TEST_F(Window, ButtonsAndDialogsWorkByMouse) {
   click("Pause");
   click("Go on");
   click("New scan");
-  expect_text(picture("new_scan"), "Start a new scan?", theme::text);
+  expect_text(picture("new_scan"), "Start a new scan?", theme::kText);
   click("Keep it");
   click("Stop");
   click("Save");  // lies under the dialog
   click("Stop and save");
   EXPECT_THAT(session_.calls, ElementsAre("save", "pause", "go on", "stop"));
-  expect_text(picture("finishing"), "Finishing", theme::blue);
+  expect_text(picture("finishing"), "Finishing", theme::kBlue);
 }
 
 TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
@@ -244,12 +247,50 @@ TEST_F(Window, FinishedSaysWhereEverythingIs) {
   write_bytes(options_.output_folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
   session_.say(LivePhase::finished, "");
   const cv::Mat3b shown = picture("finished");
-  expect_text(shown, "Finished", theme::green);
-  for (const char* text : {"mesh.ply", "trajectory.tum", "session/"}) expect_text(shown, text, theme::text);
-  expect_text(shown, "2.34 MB", theme::dim);
+  expect_text(shown, "Finished", theme::kGreen);
+  for (const char* text : {"mesh.ply", "trajectory.tum", "session/"}) expect_text(shown, text, theme::kText);
+  expect_text(shown, "2.34 MB", theme::kDim);
   EXPECT_NE(find(options_.output_folder.string()), nullptr);
   press(GLFW_KEY_Q);
   EXPECT_TRUE(window_->wants_to_close());
+}
+
+TEST_F(Window, FinishedSaysWhatIsNotInTheMesh) {
+  scan(8);
+  session_.figures().completeness = {1, 16};
+  session_.say(LivePhase::finished, "");
+  const cv::Mat3b shown = picture("incomplete");
+  expect_text(shown, "Finished", theme::kAmber);
+  expect_text(shown, "1 piece not joined. 16 frames not in the mesh.", theme::kText);
+  EXPECT_EQ(find("Everything is saved"), nullptr);
+}
+
+TEST_F(Window, ADistanceIsMeasuredBetweenTwoPlaces) {
+  scan(8);
+  session_.release();
+  press(GLFW_KEY_D);
+  show_all();
+  const auto click = [this](double x, double y) {
+    window_->host().push({InputEvent::Kind::pointer, 0, false, x, y});
+    window_->host().push({InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, true});
+    window_->host().push({InputEvent::Kind::button, GLFW_MOUSE_BUTTON_LEFT, false});
+    for (int i = 0; i < 3; ++i) window_->turn(now_s_ += 0.4);
+  };
+  click(0.5 * view().width - 40, 0.5 * view().height);
+  click(0.5 * view().width + 40, 0.5 * view().height);
+  picture("measured");
+  const DrawnText* length = nullptr;
+  for (const DrawnText& drawn : window_->texts())
+    if (drawn.text.ends_with(" mm") && drawn.text.find('.') != std::string::npos) length = &drawn;
+  ASSERT_NE(length, nullptr);
+  const DrawnText* scale = find(" mm");
+  ASSERT_NE(scale, nullptr);
+  EXPECT_GT(std::stod(length->text), 0.5);
+  EXPECT_LT(std::stod(length->text), 20);
+  press(GLFW_KEY_D);
+  picture("not_measured");
+  for (const DrawnText& drawn : window_->texts())
+    EXPECT_FALSE(drawn.text.find(".") != std::string::npos && drawn.text.ends_with(" mm")) << drawn.text;
 }
 
 TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
@@ -260,13 +301,13 @@ TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
   ASSERT_FALSE(window_->controls().toasts().empty());
   EXPECT_TRUE(window_->controls().toasts().back().trouble);
   press(GLFW_KEY_Q);
-  expect_text(picture("stop_without_folder"), "nothing is kept", theme::gray);
+  expect_text(picture("stop_without_folder"), "nothing is kept", theme::kGray);
   press(GLFW_KEY_ENTER);
   EXPECT_THAT(session_.calls, ElementsAre("stop"));
   session_.say(LivePhase::finished, "");
   std::filesystem::create_directories(options_.output_folder);
   write_bytes(options_.output_folder / "letter.txt", "not ours");
-  expect_text(picture("finished_without_folder"), "Nothing is kept", theme::text);
+  expect_text(picture("finished_without_folder"), "Nothing is kept", theme::kText);
   EXPECT_EQ(find("letter.txt"), nullptr);
   EXPECT_EQ(find("Saved in"), nullptr);
   EXPECT_EQ(find("Stages"), nullptr) << "there are none";
@@ -305,8 +346,8 @@ TEST_F(Window, EverySizeIsDrawnWhole) {
     cv::Scalar mean, deviation;
     cv::meanStdDev(shown, mean, deviation);
     EXPECT_GT(deviation[0], 3) << width;
-    if (width >= 300) expect_text(shown, "Tracking", theme::green);
-    EXPECT_EQ(window_->layout().side.width > 0, width >= 820) << width;
+    if (width >= 300) expect_text(shown, "Tracking", theme::kGreen);
+    EXPECT_EQ(window_->has_side(), width >= 820) << width;
   }
 }
 

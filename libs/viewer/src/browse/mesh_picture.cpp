@@ -4,17 +4,16 @@
 #include <algorithm>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <string_view>
 #include <vector>
 
-#include "gelslam/core/atomic_file.hpp"
+#include "browse/view_window.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/view_stage.hpp"
 
 namespace gelslam {
 namespace {
+
+using viewer::detail::ViewStage;
+using viewer::detail::ViewWindow;
 
 constexpr float kFreeForWords = 1.16F;  // room above and below the surface for titles, scale and legend
 
@@ -58,6 +57,12 @@ cv::Mat3b side_by_side(const std::vector<cv::Mat3b>& panels) {
   return picture;
 }
 
+ViewWindowOptions hidden_window() {
+  ViewWindowOptions options;
+  options.visible = false;
+  return options;
+}
+
 SceneStyle style_by(SceneColor color) {
   SceneStyle style;
   style.light_theme = true;
@@ -70,14 +75,15 @@ SceneStyle style_by(SceneColor color) {
 cv::Mat3b draw_comparison(const Mesh& estimate, const Mesh& truth, int panel_width_px) {
   one_sidedness(estimate);
   one_sidedness(truth);
-  const auto context = GlContext::offscreen();
   const auto panels = [&](const char* title, SceneColor color) {
-    ViewStage stage({title, estimate, std::nullopt}, ViewContent{"true shape", truth, std::nullopt});
+    ViewWindow window({title, estimate, std::nullopt}, ViewContent{"true shape", truth, std::nullopt},
+                      hidden_window());
+    const ViewStage& stage = window.stage();
     const int width = 2 * panel_width_px;
     const OrbitCamera camera = stage.first_view({0, 0, width, panel_width_px});
     const int height = panel_height(stage, {camera}, panel_width_px);
-    return stage.picture(fitted_view(stage, camera, {0, 0, panel_width_px, height}), style_by(color), width,
-                         height);
+    window.host().resize(width, height);
+    return window.snapshot(fitted_view(stage, camera, {0, 0, panel_width_px, height}), style_by(color));
   };
   const cv::Mat3b plain = panels("reconstruction", SceneColor::plain);
   const cv::Mat3b colored = panels("distance to the true shape", SceneColor::distance);
@@ -86,8 +92,8 @@ cv::Mat3b draw_comparison(const Mesh& estimate, const Mesh& truth, int panel_wid
 
 cv::Mat3b draw_mesh(const Mesh& mesh, int panel_width_px) {
   const float turn_deg = one_sidedness(mesh) > 0.35 ? 50.0F : 120.0F;
-  const auto context = GlContext::offscreen();
-  ViewStage stage({"", mesh, std::nullopt}, std::nullopt);
+  ViewWindow window({"", mesh, std::nullopt}, std::nullopt, hidden_window());
+  const ViewStage& stage = window.stage();
   const Viewport square{0, 0, panel_width_px, panel_width_px};
   std::vector<OrbitCamera> cameras;
   for (const float angle_deg : {-turn_deg, 0.0F, turn_deg}) {
@@ -102,18 +108,17 @@ cv::Mat3b draw_mesh(const Mesh& mesh, int panel_width_px) {
     camera = fitted_view(stage, camera, panel);
     distance_mm = std::max(distance_mm, camera.distance_mm());
   }
+  window.host().resize(panel_width_px, height);
   std::vector<cv::Mat3b> panels;
   for (OrbitCamera& camera : cameras) {
     camera.set_distance_mm(distance_mm);
-    panels.push_back(stage.picture(camera, style_by(SceneColor::plain), panel_width_px, height));
+    panels.push_back(window.snapshot(camera, style_by(SceneColor::plain)));
   }
   return side_by_side(panels);
 }
 
 void write_picture(const std::filesystem::path& path, const cv::Mat& picture) {
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", picture, bytes)) throw Error("cannot encode the picture for " + path.string());
-  write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  viewer::write_png(path, picture);
 }
 
 }  // namespace gelslam

@@ -1,21 +1,24 @@
-#include "gelslam/viewer/view_stage.hpp"
+#include "browse/view_stage.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
+#include <map>
+#include <numeric>
 #include <utility>
 
 #include "gelslam/evaluation/triangle_scene.hpp"
 #include "gelslam/fusion/incremental_fusion.hpp"
-#include "gelslam/viewer/render_target.hpp"
-#include "gl/render_annotation.hpp"
-#include "scene/view_direction.hpp"
+#include "scene/scene_geometry.hpp"
 
-namespace gelslam {
+namespace gelslam::viewer::detail {
 namespace {
 
 constexpr double kFusionBudget_ms = 8;
-constexpr std::size_t kOutlinePoints = 5000;
+constexpr std::size_t kOutlinePoints = 5000, kDistancePoints = 20000;
 
 /// Distances by Embree, kept alive by the query itself.
 DistanceQuery distance_to(const Mesh& mesh) {
@@ -33,11 +36,22 @@ DistanceQuery distance_to(const Mesh& mesh) {
   };
 }
 
-void add_outline(const Mesh& mesh, std::vector<Eigen::Vector3f>& points) {
-  const std::size_t step = 1 + mesh.vertices_mm.size() / kOutlinePoints;
+/// About `count` vertices, evenly from the whole mesh.
+void add_vertices(const Mesh& mesh, std::size_t count, std::vector<Eigen::Vector3f>& points) {
+  const std::size_t step = 1 + mesh.vertices_mm.size() / count;
   for (std::size_t i = 0; i < mesh.vertices_mm.size(); i += step) {
     if (mesh.vertices_mm[i].allFinite()) points.push_back(mesh.vertices_mm[i]);
   }
+}
+
+std::vector<std::string> distance_notes(std::vector<float> distances_mm) {
+  std::erase_if(distances_mm, [](float d) { return !std::isfinite(d); });
+  if (distances_mm.empty()) return {};
+  const double count = static_cast<double>(distances_mm.size());
+  const double mean_mm = std::accumulate(distances_mm.begin(), distances_mm.end(), 0.0) / count;
+  const auto p90 = distances_mm.begin() + static_cast<std::ptrdiff_t>(0.9 * (count - 1));
+  std::nth_element(distances_mm.begin(), p90, distances_mm.end());
+  return {fmt::format("mean {:.3f} mm", mean_mm), fmt::format("90 % below {:.3f} mm", *p90)};
 }
 
 }  // namespace
@@ -48,7 +62,11 @@ struct ViewStage::Impl {
   Scene first_scene;
   std::unique_ptr<Scene> second_scene;
   std::array<float, 2> distance_range{0, 1};  ///< of the saved surface, kept through time
+  std::vector<std::string> distance_notes;    ///< of the saved surface
   std::optional<IncrementalFusion> fusion;    ///< while an earlier time is shown
+  bool works = false;
+  bool shows_fused = false;                 ///< else the saved mesh is still shown
+  std::map<std::int64_t, MeshBlock> fused;  ///< until then
 
   Impl(ViewContent first_content, std::optional<ViewContent> second_content)
       : first(std::move(first_content)), second(std::move(second_content)) {}
@@ -90,16 +108,18 @@ void ViewStage::Impl::show_time(std::optional<double> time_s) {
   const RunHistory& history = *first.history;
   show_map(time_s.value_or(history.end_s()));
   if (!time_s) {
-    if (fusion) first_scene.set_mesh(first.mesh);
+    if (shows_fused) first_scene.set_mesh(first.mesh);
+    works = shows_fused = false;
     fusion.reset();
+    fused.clear();
     return;
   }
   if (!fusion) {
-    first_scene.clear_mesh();
     IncrementalOptions options;
     options.budget_ms = kFusionBudget_ms;
     fusion.emplace(FusionOptions(), options);
   }
+  works = true;
   fusion->set_patches(history.patches_at(*time_s), history.gradient_scale);
 }
 
@@ -110,7 +130,11 @@ ViewStage::ViewStage(ViewContent first, std::optional<ViewContent> second)
   if (!impl_->second) return;
   impl_->second_scene = std::make_unique<Scene>();
   impl_->second_scene->set_mesh(impl_->second->mesh);
-  impl_->first_scene.set_distance_query(distance_to(impl_->second->mesh));
+  const DistanceQuery query = distance_to(impl_->second->mesh);
+  std::vector<Eigen::Vector3f> points;
+  add_vertices(impl_->first.mesh, kDistancePoints, points);
+  impl_->distance_notes = distance_notes(query(points));
+  impl_->first_scene.set_distance_query(query);
   SceneStyle by_distance;
   by_distance.color = SceneColor::distance;
   const auto legend = impl_->first_scene.legend(by_distance);
@@ -127,15 +151,15 @@ bool ViewStage::has_second() const { return impl_->second_scene != nullptr; }
 
 OrbitCamera ViewStage::first_view(const Viewport& whole) const {
   OrbitCamera camera;
-  viewer::detail::look_at_broad_side(impl_->first.mesh, camera);
+  look_at_broad_side(impl_->first.mesh, camera);
   camera.fit(outline_mm(), parts(whole).front());
   return camera;
 }
 
 std::vector<Eigen::Vector3f> ViewStage::outline_mm() const {
   std::vector<Eigen::Vector3f> points;
-  add_outline(impl_->first.mesh, points);
-  if (impl_->second) add_outline(impl_->second->mesh, points);
+  add_vertices(impl_->first.mesh, kOutlinePoints, points);
+  if (impl_->second) add_vertices(impl_->second->mesh, kOutlinePoints, points);
   return points;
 }
 
@@ -150,13 +174,8 @@ std::string ViewStage::title(std::size_t part) const {
   return part == 0 ? impl_->first.name : impl_->second->name;
 }
 
-std::optional<Eigen::Vector3f> ViewStage::pick(const OrbitCamera& camera, const Eigen::Vector2f& cursor_px,
-                                               const Viewport& whole) const {
-  const std::vector<Viewport> shown = parts(whole);
-  const bool in_second = shown.size() > 1 && cursor_px.x() >= static_cast<float>(shown[1].x - whole.x);
-  const Viewport& part = shown[in_second ? 1 : 0];
-  const Eigen::Vector2f in_part = cursor_px - Eigen::Vector2f(static_cast<float>(part.x - whole.x), 0);
-  return (in_second ? *impl_->second_scene : impl_->first_scene).pick(camera.pick_ray(in_part, part));
+std::optional<Eigen::Vector3f> ViewStage::pick(std::size_t part, const PickRay& ray) const {
+  return (part > 0 && impl_->second_scene ? *impl_->second_scene : impl_->first_scene).pick(ray);
 }
 
 void ViewStage::draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style) {
@@ -171,43 +190,38 @@ bool ViewStage::is_complete() const {
 }
 
 std::optional<ColorLegend> ViewStage::legend(const SceneStyle& style) const {
-  return impl_->first_scene.legend(impl_->first_style(style));
+  auto legend = impl_->first_scene.legend(impl_->first_style(style));
+  if (legend && style.color == SceneColor::distance && !impl_->fusion) legend->notes = impl_->distance_notes;
+  return legend;
 }
 
 void ViewStage::set_time(std::optional<double> time_s) {
   if (impl_->first.history) impl_->show_time(time_s);
 }
 
+bool ViewStage::works() const { return impl_->works; }
+
 bool ViewStage::work() {
-  if (!impl_->fusion) return false;
-  const bool more = impl_->fusion->work();
-  impl_->first_scene.update(impl_->fusion->take_changed_blocks());
-  return more;
+  if (!impl_->works) return false;
+  impl_->works = impl_->fusion->work();
+  std::vector<MeshBlock> blocks = impl_->fusion->take_changed_blocks();
+  if (impl_->shows_fused) {
+    impl_->first_scene.update(blocks);
+    return impl_->works;
+  }
+  for (MeshBlock& block : blocks) impl_->fused[block.key] = std::move(block);
+  if (impl_->works) return true;
+  impl_->first_scene.clear_mesh();
+  impl_->shows_fused = true;
+  for (const auto& [key, block] : std::exchange(impl_->fused, {})) impl_->first_scene.update({&block, 1});
+  return false;
 }
 
-cv::Mat3b ViewStage::picture(const OrbitCamera& camera, const SceneStyle& style, int width_px,
-                             int height_px) {
-  using namespace viewer::detail;
+void ViewStage::finish() {
   while (work()) {
   }
-  const Viewport whole{0, 0, width_px, height_px};
-  RenderTarget target(width_px, height_px);
-  target.bind();
   impl_->first_scene.finish_details();
   if (impl_->second_scene) impl_->second_scene->finish_details();
-  SceneStyle full = style;  // a picture has time
-  full.level_of_detail = false;
-  draw(camera, whole, full);
-  cv::Mat3b result = target.read();
-  const std::vector<Viewport> shown = parts(whole);
-  for (std::size_t i = 0; i < shown.size(); ++i) {
-    const cv::Rect area(shown[i].x, 0, shown[i].width, shown[i].height);
-    draw_title(result, area, title(i), style.light_theme);
-    if (i > 0) continue;
-    if (const auto colors = legend(style)) draw_legend(result, area, *colors, style.light_theme);
-    draw_scale_bar(result, area, camera.mm_per_px(camera.distance_mm(), shown[i]), style.light_theme);
-  }
-  return result;
 }
 
-}  // namespace gelslam
+}  // namespace gelslam::viewer::detail

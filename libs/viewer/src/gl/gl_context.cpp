@@ -10,13 +10,10 @@
 #include <utility>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/viewer/display.hpp"
 #include "gl/gl_objects.hpp"
 
 namespace gelslam {
 namespace {
-
-using viewer::detail::is_software_renderer;
 
 constexpr const char* kWithoutWindow =
     "--snapshot FILE draws a picture without a display; scan, replay and calibrate work without one with "
@@ -106,7 +103,7 @@ struct GlContext::Impl {
     }
     create_window(options, options.samples);
     // Where the processor draws, several samples per pixel take it twice as long.
-    if (options.samples > 0 && is_software_renderer()) {
+    if (options.samples > 0 && viewer::detail::is_software_renderer()) {
       glfwDestroyWindow(std::exchange(window, nullptr));
       create_window(options, 0);
     }

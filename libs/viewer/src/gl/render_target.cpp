@@ -7,7 +7,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gl/gl_objects.hpp"
-#include "gl/render_annotation.hpp"
 
 namespace gelslam {
 
@@ -79,9 +78,6 @@ cv::Mat3b render_scene_offscreen(Scene& scene, const OrbitCamera& camera, const 
   scene.draw(camera, {0, 0, width_px, height_px}, style);
   cv::Mat3b picture = target.read();
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(bound_before));
-  if (const auto colors = scene.legend(style)) {
-    draw_legend(picture, cv::Rect({0, 0}, picture.size()), *colors, style.light_theme);
-  }
   return picture;
 }
 

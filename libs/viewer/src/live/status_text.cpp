@@ -1,20 +1,16 @@
 #include "live/status_text.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <string_view>
 #include <utility>
 
 namespace gelslam::viewer::detail {
 namespace {
-
-std::string format(const char* pattern, double value) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), pattern, value);
-  return text.data();
-}
 
 std::string trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(' ');
@@ -22,7 +18,7 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(' ') - first + 1));
 }
 
-std::string capitalised(std::string text) {
+std::string capitalized(std::string text) {
   if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   return text;
 }
@@ -32,7 +28,7 @@ std::string sentences(std::string_view text) {
   std::string result;
   while (!text.empty()) {
     const auto end = text.find(';');
-    const std::string part = capitalised(trimmed(text.substr(0, end)));
+    const std::string part = capitalized(trimmed(text.substr(0, end)));
     if (!part.empty()) {
       if (!result.empty()) result += ' ';
       result += part;
@@ -43,140 +39,75 @@ std::string sentences(std::string_view text) {
   return result;
 }
 
-const char* usual_headline(LiveState state) {
-  switch (state) {
-    case LiveState::background:
-      return "Getting ready";
-    case LiveState::tracking:
-      return "Tracking";
-    case LiveState::no_contact:
-      return "No contact";
-    case LiveState::lost:
-      return "Lost";
-    case LiveState::paused:
-      return "Paused";
-    case LiveState::finishing:
-      return "Finishing";
-    case LiveState::finished:
-      return "Finished";
+StateWords usual_words(const LiveStatus& status) {
+  switch (status.phase) {
+    case LivePhase::background:
+      return {"background", theme::kBlue, "Getting ready",
+              "Keep the gel free until its background is measured."};
+    case LivePhase::paused:
+      return {"paused", theme::kGray, "Paused", "Press Space to go on."};
+    case LivePhase::finishing:
+      return {"finishing", theme::kBlue, "Finishing", "Closing loops, making the mesh, saving."};
+    case LivePhase::finished:
+      return {"finished", theme::kGreen, "Finished", "Everything is saved. Look around; Q closes."};
+    case LivePhase::scanning:
+      break;
   }
-  return "";
+  if (status.track == TrackStatus::tracked) return {"tracking", theme::kGreen, "Tracking", ""};
+  if (status.track == TrackStatus::lost) return {"lost", theme::kRed, "Lost", "Touch a place you have seen."};
+  return {"no_contact", theme::kAmber, "No contact", "Press the object on the gel."};
 }
 
-const char* usual_advice(LiveState state) {
-  switch (state) {
-    case LiveState::background:
-      return "Keep the gel free until its background is measured.";
-    case LiveState::tracking:
-      return "";
-    case LiveState::no_contact:
-      return "Press the object on the gel.";
-    case LiveState::lost:
-      return "Touch a place you have seen.";
-    case LiveState::paused:
-      return "Press Space to go on.";
-    case LiveState::finishing:
-      return "Closing loops, making the mesh, saving.";
-    case LiveState::finished:
-      return "Everything is saved. Look around; Q closes.";
-  }
-  return "";
+/// The headline is what the session says before the first ";" or ":", the advice what it says after it.
+void say_while_scanning(const std::string& text, StateWords& words) {
+  const std::string_view said = text;
+  const std::string_view head = said.substr(0, std::min(said.find(';'), said.find(": ")));
+  if (!trimmed(head).empty()) words.headline = capitalized(trimmed(head));
+  if (head.size() < said.size()) words.advice = sentences(said.substr(head.size() + 1));
+  if (words.state != "tracking" || words.advice.empty()) return;
+  words.color = theme::kAmber;  // some motions are not observable: the pose may drift
+  words.headline = "Position uncertain";
 }
 
 }  // namespace
 
-std::string_view name(LiveState state) {
-  switch (state) {
-    case LiveState::background:
-      return "background";
-    case LiveState::tracking:
-      return "tracking";
-    case LiveState::no_contact:
-      return "no_contact";
-    case LiveState::lost:
-      return "lost";
-    case LiveState::paused:
-      return "paused";
-    case LiveState::finishing:
-      return "finishing";
-    case LiveState::finished:
-      return "finished";
-  }
-  return "";
-}
-
-LiveState live_state(const LiveStatus& status) {
-  switch (status.phase) {
-    case LivePhase::background:
-      return LiveState::background;
-    case LivePhase::paused:
-      return LiveState::paused;
-    case LivePhase::finishing:
-      return LiveState::finishing;
-    case LivePhase::finished:
-      return LiveState::finished;
-    case LivePhase::scanning:
-      break;
-  }
-  switch (status.track) {
-    case TrackStatus::tracked:
-      return LiveState::tracking;
-    case TrackStatus::lost:
-      return LiveState::lost;
-    case TrackStatus::background:
-    case TrackStatus::no_contact:
-    case TrackStatus::undone:
-      break;
-  }
-  return LiveState::no_contact;
-}
-
 StateWords state_words(const LiveStatus& status) {
-  StateWords result;
-  result.state = live_state(status);
-  result.headline = usual_headline(result.state);
-  const std::string_view words = status.words;
-  const auto colon = words.find(": ");
+  StateWords words = usual_words(status);
   if (status.phase == LivePhase::scanning) {
-    const std::string_view head = words.substr(0, std::min(words.find(';'), colon));
-    if (!head.empty()) result.headline = capitalised(trimmed(head));
-    if (head.size() < words.size()) result.advice = sentences(words.substr(head.size() + 1));
+    say_while_scanning(status.words, words);
   } else if (status.phase == LivePhase::background || status.phase == LivePhase::finishing) {
-    // Here the session's words say what is being done, under a headline that stays.
-    result.advice = sentences(words);
+    if (std::string said = sentences(status.words); !said.empty()) words.advice = std::move(said);
   } else if (status.phase == LivePhase::finished && !status.failure.empty()) {
-    result.state = LiveState::lost;  // its color
-    result.headline = "Ended with an error";
-    result.advice = status.log_bytes > 0
-                        ? "Not all may be saved; gelslam reconstruct makes it from the log. Q closes."
-                        : "Not all may be saved. Q closes.";
+    words.color = theme::kRed;
+    words.headline = "Ended with an error";
+    words.advice = status.log_bytes > 0
+                       ? "Not all may be saved; gelslam reconstruct makes it from the log. Q closes."
+                       : "Not all may be saved. Q closes.";
+  } else if (status.phase == LivePhase::finished && !status.completeness.complete()) {
+    words.color = theme::kAmber;
+    words.advice = sentences(describe(status.completeness)) + " The rest is saved. Q closes.";
   }
-  if (result.advice.empty()) result.advice = usual_advice(result.state);
-  return result;
+  return words;
 }
 
 std::string text_of_bytes(double bytes) {
   if (!(bytes >= 1)) return "0";
-  if (bytes < 1e3) return format("%.0f B", bytes);
-  constexpr std::array<const char*, 4> units = {"kB", "MB", "GB", "TB"};
+  if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
+  constexpr std::array<const char*, 4> kUnits = {"kB", "MB", "GB", "TB"};
   std::size_t unit = 0;
   double value = bytes / 1e3;
-  while (value >= 999.5 && unit + 1 < units.size()) {
+  while (value >= 999.5 && unit + 1 < kUnits.size()) {
     value /= 1e3;
     ++unit;
   }
-  return format(value < 9.995 ? "%.2f " : value < 99.95 ? "%.1f " : "%.0f ", value) + units[unit];
+  return fmt::format("{:.{}f} {}", value, value < 9.995 ? 2 : value < 99.95 ? 1 : 0, kUnits[unit]);
 }
 
 std::string text_of_duration(double s) {
   if (!std::isfinite(s) || s < 0) s = 0;
   const auto total = static_cast<long long>(s);
-  std::array<char, 64> text{};
-  if (total >= 3600)
-    std::snprintf(text.data(), text.size(), "%lld:%02lld:%02lld", total / 3600, total / 60 % 60, total % 60);
-  else
-    std::snprintf(text.data(), text.size(), "%lld:%02lld", total / 60, total % 60);
-  return text.data();
+  if (total >= 3600) return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
+  return fmt::format("{}:{:02}", total / 60, total % 60);
 }
 
 std::string text_of_count(std::int64_t n) {
@@ -188,9 +119,9 @@ std::string text_of_count(std::int64_t n) {
 
 std::string text_of_ms(double ms) {
   if (!std::isfinite(ms) || ms <= 0) return "-";
-  if (ms < 9.95) return format("%.1f ms", ms);
-  if (ms < 999.5) return format("%.0f ms", ms);
-  return format("%.1f s", ms / 1e3);
+  if (ms < 9.95) return fmt::format("{:.1f} ms", ms);
+  if (ms < 999.5) return fmt::format("{:.0f} ms", ms);
+  return fmt::format("{:.1f} s", ms / 1e3);
 }
 
 }  // namespace gelslam::viewer::detail

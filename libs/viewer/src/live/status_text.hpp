@@ -2,23 +2,18 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "gelslam/slam/live_session.hpp"
+#include "gelslam/viewer/ui.hpp"
 
 namespace gelslam::viewer::detail {
 
-/// What the banner's color says.
-enum class LiveState { background, tracking, no_contact, lost, paused, finishing, finished };
-
-/// "background", "tracking", "no_contact", ...: as a script's `until` names them.
-std::string_view name(LiveState state);
-LiveState live_state(const LiveStatus& status);
-
-/// The state in large letters, and below it what it means or what to do.
+/// What happens, in large letters with a color, and below it what it means or what to do.
 struct StateWords {
-  LiveState state = LiveState::background;
-  std::string headline;
-  std::string advice;
+  std::string_view state;  ///< as a script's `until` names it: "background", "tracking", "no_contact", ...
+  Color color = theme::kGray;
+  std::string headline, advice;
 };
 /// The session's words ("lost: too little overlap; touch a place you have seen") as a headline and sentences.
 StateWords state_words(const LiveStatus& status);

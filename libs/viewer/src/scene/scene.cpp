@@ -6,9 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "scene/scene_colors.hpp"
 #include "scene/scene_lines.hpp"
-#include "scene/scene_map_lines.hpp"
 #include "scene/scene_mesh.hpp"
 #include "scene/scene_shaders.hpp"
 #include "scene/scene_touch.hpp"
@@ -327,12 +325,12 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
 void Scene::finish_details() { impl_->details_are_due = true; }
 
 std::optional<ColorLegend> Scene::legend(const SceneStyle& style) const {
-  static constexpr const char* titles[] = {"", "confidence", "height", "keyframe", "distance"};
+  static constexpr const char* kTitles[] = {"", "confidence", "height", "keyframe", "distance"};
   if (style.color == SceneColor::plain) return std::nullopt;
   const auto [low, high] = impl_->range(style);
   const bool is_length = style.color == SceneColor::height || style.color == SceneColor::distance;
-  return ColorLegend{titles[static_cast<int>(style.color)], is_length ? "mm" : "", low, high,
-                     color_map_rgb(style.color)};
+  const char* unit = is_length ? "mm" : style.color == SceneColor::confidence ? "touches" : "";
+  return ColorLegend{kTitles[static_cast<int>(style.color)], unit, low, high, color_map_rgb(style.color), {}};
 }
 
 SceneStatistics Scene::statistics() const {

@@ -1,11 +1,12 @@
-#include "scene/scene_colors.hpp"
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace gelslam::viewer::detail {
+#include "scene/scene_shaders.hpp"
+
+namespace gelslam {
+namespace viewer::detail {
 namespace {
 
 using Eigen::Vector3f;
@@ -34,6 +35,8 @@ std::uint8_t encode(float linear) {
 
 }  // namespace
 
+}  // namespace viewer::detail
+
 std::vector<std::array<std::uint8_t, 3>> color_map_rgb(SceneColor color) {
   cv::Mat1b levels(1, 256);
   for (int i = 0; i < 256; ++i) {
@@ -44,12 +47,15 @@ std::vector<std::array<std::uint8_t, 3>> color_map_rgb(SceneColor color) {
   cv::Mat3b bgr;
   cv::applyColorMap(levels, bgr,
                     color == SceneColor::distance   ? cv::COLORMAP_MAGMA
-                    : color == SceneColor::keyframe ? cv::COLORMAP_TURBO
+                    : color == SceneColor::keyframe ? cv::COLORMAP_PLASMA
+                    : color == SceneColor::height   ? cv::COLORMAP_CIVIDIS
                                                     : cv::COLORMAP_VIRIDIS);
   std::vector<std::array<std::uint8_t, 3>> rgb;
   for (const cv::Vec3b& c : bgr) rgb.push_back({c[2], c[1], c[0]});
   return rgb;
 }
+
+namespace viewer::detail {
 
 std::vector<std::uint8_t> make_matcap(int side_px) {
   std::vector<std::uint8_t> rgba;
@@ -68,4 +74,5 @@ std::vector<std::uint8_t> make_matcap(int side_px) {
   return rgba;
 }
 
-}  // namespace gelslam::viewer::detail
+}  // namespace viewer::detail
+}  // namespace gelslam

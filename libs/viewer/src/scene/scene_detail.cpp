@@ -1,9 +1,9 @@
-#include "scene/scene_detail.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <unordered_map>
+
+#include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

@@ -1,6 +1,9 @@
 #include "scene/scene_lines.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <map>
 
 namespace gelslam::viewer::detail {
 
@@ -35,6 +38,96 @@ void SceneLines::draw() const {
   glBindVertexArray(vertex_array_.name());
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, count_);
   glBindVertexArray(0);
+}
+
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255}, kCoverageDot{255, 196, 60, 255};
+constexpr Rgba kOdometry{150, 158, 170, 230}, kLoop{70, 214, 130, 200}, kOutlier{255, 60, 60, 255};
+constexpr float kAxis_mm = 1.0F;
+constexpr int kMaxGridLines = 200;
+
+bool is_finite(const Pose& pose) { return pose.matrix().allFinite(); }
+
+/// The middle of what a keyframe touches, lifted out of the object; the sensor's middle where nothing
+/// touches.
+Vector3f anchor(const Pose& map_T_sensor) {
+  return (map_T_sensor * Eigen::Vector3d(0, 0, -kHover_mm)).cast<float>();
+}
+
+bool is_shown(const MapSnapshot& map, const MapSnapshot::Node& node) {
+  return node.component == map.shown_component && is_finite(node.component_T_keyframe);
+}
+
+}  // namespace
+
+std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& map_T_sensor) {
+  std::vector<SceneLine> lines;
+  for (const std::vector<Pose>& piece : map_T_sensor) {
+    for (std::size_t i = 1; i < piece.size(); ++i) {
+      if (!is_finite(piece[i - 1]) || !is_finite(piece[i])) continue;
+      lines.push_back({anchor(piece[i - 1]), anchor(piece[i]), kTrajectory, 2.5F});
+    }
+  }
+  return lines;
+}
+
+std::vector<SceneLine> keyframe_lines(const MapSnapshot& map, const std::vector<int>& coverage) {
+  constexpr Rgba axis_colors[] = {{235, 80, 70, 255}, {90, 200, 90, 255}, {80, 130, 255, 255}};
+  std::vector<SceneLine> lines;
+  for (const MapSnapshot::Node& node : map.nodes) {
+    if (!is_shown(map, node)) continue;
+    const bool covers = std::find(coverage.begin(), coverage.end(), node.keyframe) != coverage.end();
+    const Vector3f from = anchor(node.component_T_keyframe);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3f direction = node.component_T_keyframe.linear().col(axis).cast<float>();
+      lines.push_back({from, from + kAxis_mm * direction, axis_colors[axis], 1.5F});
+    }
+    lines.push_back({from, from, covers ? kCoverageDot : kDot, covers ? 9.0F : 6.0F});
+  }
+  return lines;
+}
+
+std::vector<SceneLine> edge_lines(const MapSnapshot& map) {
+  std::map<int, Vector3f> place;
+  for (const MapSnapshot::Node& node : map.nodes) {
+    if (is_shown(map, node)) place.emplace(node.keyframe, anchor(node.component_T_keyframe));
+  }
+  std::vector<SceneLine> lines;
+  for (const MapSnapshot::Edge& edge : map.edges) {
+    const auto from = place.find(edge.from), to = place.find(edge.to);
+    if (from == place.end() || to == place.end()) continue;
+    const bool loop = edge.kind == EdgeKind::loop;
+    lines.push_back({from->second, to->second,
+                     edge.outlier ? kOutlier
+                     : loop       ? kLoop
+                                  : kOdometry,
+                     edge.outlier ? 2.5F : 1.5F});
+  }
+  return lines;
+}
+
+std::vector<SceneLine> grid_lines(const Eigen::AlignedBox3f& box_mm, const Vector3f& height_axis,
+                                  const Rgba& color) {
+  if (box_mm.isEmpty() || !box_mm.sizes().allFinite()) return {};
+  const Vector3f up = height_axis.normalized();
+  const Vector3f x = up.unitOrthogonal(), y = up.cross(x);
+  const Vector3f half = 0.5F * box_mm.sizes();
+  const float below = up.cwiseAbs().dot(half);
+  float step = 1;
+  const float reach = 1.15F * half.norm();
+  while (2 * reach / step > 0.5F * kMaxGridLines) step *= 10;
+  const int n = std::max(1, static_cast<int>(std::ceil(reach / step)));
+  const Vector3f middle = box_mm.center() - 1.02F * below * up;
+  std::vector<SceneLine> lines;
+  for (int i = -n; i <= n; ++i) {
+    const float at = static_cast<float>(i) * step, end = static_cast<float>(n) * step;
+    lines.push_back({middle + at * x - end * y, middle + at * x + end * y, color, 1.0F});
+    lines.push_back({middle + at * y - end * x, middle + at * y + end * x, color, 1.0F});
+  }
+  return lines;
 }
 
 }  // namespace gelslam::viewer::detail

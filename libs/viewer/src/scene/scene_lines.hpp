@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "gelslam/viewer/scene.hpp"
 #include "gl/gl_objects.hpp"
 
 namespace gelslam::viewer::detail {
@@ -32,5 +33,17 @@ class SceneLines {
   GlBuffer instances_;
   GLsizei count_ = 0;
 };
+
+/// Lines of the map are drawn this far outside the touched surface, else the object would hide them.
+inline constexpr double kHover_mm = 0.8;
+
+std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& map_T_sensor);
+/// A dot and short axes (x red, y green, z blue) per keyframe; `coverage` ones are larger.
+std::vector<SceneLine> keyframe_lines(const MapSnapshot& map, const std::vector<int>& coverage);
+/// Odometry gray, loops green, loops that the rest contradicts red.
+std::vector<SceneLine> edge_lines(const MapSnapshot& map);
+/// Squares of 1 mm (10 mm under large objects) across the far end of the height axis.
+std::vector<SceneLine> grid_lines(const Eigen::AlignedBox3f& box_mm, const Eigen::Vector3f& height_axis,
+                                  const Rgba& color);
 
 }  // namespace gelslam::viewer::detail

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "scene/scene_detail.hpp"
+#include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

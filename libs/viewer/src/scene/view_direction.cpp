@@ -1,11 +1,11 @@
-#include "scene/view_direction.hpp"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
 #include <vector>
+
+#include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <GLFW/glfw3.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -10,36 +11,33 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "live/keys.hpp"
+#include "gelslam/viewer/controls.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr std::size_t max_bytes = 1 << 20;
-constexpr double usual_patience_s = 60;
+constexpr std::size_t kMaxBytes = 1 << 20;
+constexpr double kUsualPatience_s = 60;
 
-const std::map<std::string, ScriptVerb, std::less<>> verbs = {{"wait", ScriptVerb::wait},
-                                                              {"key", ScriptVerb::key},
-                                                              {"click", ScriptVerb::click},
-                                                              {"move", ScriptVerb::move},
-                                                              {"drag", ScriptVerb::drag},
-                                                              {"scroll", ScriptVerb::scroll},
-                                                              {"screenshot", ScriptVerb::screenshot},
-                                                              {"until", ScriptVerb::until},
-                                                              {"resize", ScriptVerb::resize},
-                                                              {"quit", ScriptVerb::quit}};
+const std::map<std::string, ScriptVerb, std::less<>> kVerbs = {{"wait", ScriptVerb::wait},
+                                                               {"key", ScriptVerb::key},
+                                                               {"click", ScriptVerb::click},
+                                                               {"move", ScriptVerb::move},
+                                                               {"drag", ScriptVerb::drag},
+                                                               {"scroll", ScriptVerb::scroll},
+                                                               {"screenshot", ScriptVerb::screenshot},
+                                                               {"until", ScriptVerb::until},
+                                                               {"resize", ScriptVerb::resize},
+                                                               {"quit", ScriptVerb::quit}};
 
-const std::map<std::string, int, std::less<>> buttons = {{"left", GLFW_MOUSE_BUTTON_LEFT},
-                                                         {"right", GLFW_MOUSE_BUTTON_RIGHT},
-                                                         {"middle", GLFW_MOUSE_BUTTON_MIDDLE}};
+const std::map<std::string, int, std::less<>> kButtons = {{"left", GLFW_MOUSE_BUTTON_LEFT},
+                                                          {"right", GLFW_MOUSE_BUTTON_RIGHT},
+                                                          {"middle", GLFW_MOUSE_BUTTON_MIDDLE}};
 
-std::map<std::string, LiveState, std::less<>> states() {
-  using enum LiveState;
-  std::map<std::string, LiveState, std::less<>> result;
-  for (const LiveState state : {background, tracking, no_contact, lost, paused, finishing, finished})
-    result.emplace(name(state), state);
-  return result;
-}
+/// Of a live scan; every other window is always "finished".
+const std::map<std::string, std::string, std::less<>> kStates = {
+    {"background", "background"}, {"tracking", "tracking"},   {"no_contact", "no_contact"}, {"lost", "lost"},
+    {"paused", "paused"},         {"finishing", "finishing"}, {"finished", "finished"}};
 
 template <class Map>
 std::vector<std::string> words_of(const Map& map) {
@@ -121,7 +119,7 @@ class LineReader {
 ScriptCommand parse_command(LineReader& reader, int line) {
   ScriptCommand command;
   command.line = line;
-  command.verb = reader.choice("command", verbs);
+  command.verb = reader.choice("command", kVerbs);
   switch (command.verb) {
     case ScriptVerb::wait:
       command.x = reader.number("a time in seconds", 0, 86400);
@@ -141,7 +139,7 @@ ScriptCommand parse_command(LineReader& reader, int line) {
       command.x = reader.number("a number of pixels", -10000, 10000);
       command.y = reader.number("a number of pixels", -10000, 10000);
       if (command.verb == ScriptVerb::drag && !reader.done())
-        command.code = reader.choice("mouse button", buttons);
+        command.code = reader.choice("mouse button", kButtons);
       break;
     case ScriptVerb::scroll:
       command.y = reader.number("a number of steps", -100, 100);
@@ -153,8 +151,8 @@ ScriptCommand parse_command(LineReader& reader, int line) {
       break;
     }
     case ScriptVerb::until: {
-      command.state = reader.choice("state", states());
-      command.x = reader.done() ? usual_patience_s : reader.number("a time in seconds", 0, 86400);
+      command.text = reader.choice("state", kStates);
+      command.x = reader.done() ? kUsualPatience_s : reader.number("a time in seconds", 0, 86400);
       break;
     }
     case ScriptVerb::resize:
@@ -171,7 +169,7 @@ ScriptCommand parse_command(LineReader& reader, int line) {
 }  // namespace
 
 std::vector<ScriptCommand> parse_script(const std::string& text, const std::string& name) {
-  if (text.size() > max_bytes) throw Error(name + ": too long for a window script (over 1 MB)");
+  if (text.size() > kMaxBytes) throw Error(name + ": too long for a window script (over 1 MB)");
   std::vector<ScriptCommand> commands;
   std::istringstream lines(text);
   int number = 0;
@@ -184,6 +182,111 @@ std::vector<ScriptCommand> parse_script(const std::string& text, const std::stri
     }
   }
   return commands;
+}
+
+namespace {
+
+constexpr int kDragSteps = 8;
+constexpr double kButtonPatience_s = 5;  // for a button that is yet to appear
+
+InputEvent pointer_at(double x, double y) { return {InputEvent::Kind::pointer, 0, false, x, y}; }
+
+cv::Point2f middle_of(const Box& box) { return {box.x + 0.5F * box.width, box.y + 0.5F * box.height}; }
+
+}  // namespace
+
+ScriptPlayer::ScriptPlayer(const std::string& script, const std::string& name) : name_(name) {
+  for (ScriptCommand& command : parse_script(script, name)) commands_.push_back(std::move(command));
+}
+
+void ScriptPlayer::fail(const ScriptCommand& command, const std::string& message) const {
+  throw Error(name_ + ", line " + std::to_string(command.line) + ": " + message);
+}
+
+void ScriptPlayer::play(const Window& window, WindowHost& host, double now_s) {
+  if (!pending_.empty()) {
+    host.push(pending_.front());
+    pending_.pop_front();
+    return;
+  }
+  if (commands_.empty()) return;
+  if (!command_began_s_) command_began_s_ = now_s;
+  if (!begin(commands_.front(), window, host, now_s)) return;
+  commands_.pop_front();
+  command_began_s_.reset();
+}
+
+/// False when the command has to wait, and is to be tried again in the next frame.
+bool ScriptPlayer::begin(const ScriptCommand& command, const Window& window, WindowHost& host, double now_s) {
+  const double waited_s = now_s - *command_began_s_;
+  const cv::Point2f middle = middle_of(window.view);
+  switch (command.verb) {
+    case ScriptVerb::wait:
+      return waited_s >= command.x;
+    case ScriptVerb::key:
+      host.push({InputEvent::Kind::key, command.code, true});
+      pending_.push_back({InputEvent::Kind::key, command.code, false});
+      return true;
+    case ScriptVerb::click:
+      click(command, window);
+      if (pending_.empty() && waited_s > kButtonPatience_s)
+        fail(command, "'" + command.text + "' is nowhere in the window");
+      return !pending_.empty();
+    case ScriptVerb::move:
+      host.push(pointer_at(command.x, command.y));
+      return true;
+    case ScriptVerb::drag:
+      drag(command, window);
+      return true;
+    case ScriptVerb::scroll:
+      host.push(pointer_at(middle.x, middle.y));
+      pending_.push_back({InputEvent::Kind::scroll, 0, false, 0, command.y});
+      return true;
+    case ScriptVerb::screenshot:
+      screenshot_ = command.text;
+      return true;
+    case ScriptVerb::until:
+      if (window.state == command.text) return true;
+      if (waited_s > command.x)
+        fail(command, "waited in vain for '" + command.text + "'; it is '" + std::string(window.state) + "'");
+      return false;
+    case ScriptVerb::resize:
+      host.resize(static_cast<int>(command.x), static_cast<int>(command.y));
+      return true;
+    case ScriptVerb::quit:
+      wants_to_quit_ = true;
+      return true;
+  }
+  return true;
+}
+
+void ScriptPlayer::click(const ScriptCommand& command, const Window& window) {
+  if (window.texts == nullptr) return;
+  // The last one that says so: a dialog lies over the rest.
+  const auto found = std::find_if(window.texts->rbegin(), window.texts->rend(),
+                                  [&command](const DrawnText& drawn) { return drawn.text == command.text; });
+  if (found == window.texts->rend()) return;
+  const cv::Point2f at = middle_of(found->box);
+  pending_ = {pointer_at(at.x, at.y),
+              pointer_at(at.x, at.y),
+              {InputEvent::Kind::button, 0, true},
+              {InputEvent::Kind::button, 0, false}};
+}
+
+void ScriptPlayer::drag(const ScriptCommand& command, const Window& window) {
+  const cv::Point2f from = middle_of(window.view);
+  pending_.push_back(pointer_at(from.x, from.y));
+  pending_.push_back({InputEvent::Kind::button, command.code, true});
+  for (int i = 1; i <= kDragSteps; ++i) {
+    const double share = static_cast<double>(i) / kDragSteps;
+    pending_.push_back(pointer_at(from.x + share * command.x, from.y + share * command.y));
+  }
+  pending_.push_back({InputEvent::Kind::button, command.code, false});
+}
+
+void ScriptPlayer::write_screenshot(WindowHost& host, const std::filesystem::path& folder) {
+  if (!screenshot_) return;
+  write_png(folder / *std::exchange(screenshot_, std::nullopt), host.read());
 }
 
 }  // namespace gelslam::viewer::detail

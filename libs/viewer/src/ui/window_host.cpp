@@ -1,13 +1,14 @@
-#define GLFW_INCLUDE_NONE  // epoxy brings OpenGL
-#include "ui/window_host.hpp"
+#include "gelslam/viewer/window_host.hpp"
 
+#include <epoxy/gl.h>
+// after epoxy, which replaces the system's GL header
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_opengl3.h>
-#include <epoxy/gl.h>
 #include <imgui.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -15,9 +16,10 @@
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "ui/window_theme.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/viewer/ui.hpp"
 
-namespace gelslam::viewer::detail {
+namespace gelslam::viewer {
 namespace {
 
 WindowHost& host_of(GLFWwindow* window) {
@@ -30,6 +32,81 @@ GlWindowOptions window_options(const WindowHostOptions& options) {
   result.width_px = options.width_px;
   result.height_px = options.height_px;
   return result;
+}
+
+/// Sizes in design pixels, small to large: the order in the atlas.
+constexpr std::array<float, 5> kFontSizes = {14, 17, 22, 21, 46};
+
+/// Latin with accents, Greek and Cyrillic (names of folders), and a few signs.
+constexpr std::array<ImWchar, 13> kManyLetters = {0x20,  0xFF,   0x100,  0x17F,  0x370,  0x3FF, 0x400,
+                                                  0x4FF, 0x2010, 0x2026, 0x2190, 0x2193, 0};
+constexpr std::array<ImWchar, 5> kFewLetters = {0x20, 0xFF, 0x2010, 0x2026, 0};
+
+std::string first_existing(std::initializer_list<const char*> paths) {
+  for (const char* path : paths) {
+    std::error_code code;
+    if (std::filesystem::is_regular_file(path, code)) return path;
+  }
+  return "";
+}
+
+std::string regular_face() {
+  return first_existing({"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                         "/usr/share/fonts/TTF/DejaVuSans.ttf",
+                         "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+                         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
+                         "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf"});
+}
+
+std::string bold_face() {
+  return first_existing({"/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf",
+                         "/usr/share/fonts/TTF/DejaVuSans-Bold.ttf",
+                         "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans-Bold.ttf",
+                         "/usr/share/fonts/truetype/liberation/LiberationSans-Bold.ttf",
+                         "/usr/share/fonts/truetype/noto/NotoSans-Bold.ttf"});
+}
+
+void apply_theme(ImGuiStyle& style) {
+  ImGui::StyleColorsDark(&style);
+  style.WindowRounding = style.FrameRounding = style.PopupRounding = style.GrabRounding = 6;
+  style.WindowBorderSize = style.FrameBorderSize = 0;
+  style.PopupBorderSize = 1;
+  style.WindowMinSize = ImVec2(1, 1);
+  style.ItemSpacing = style.CellPadding = ImVec2(0, 0);
+  const auto set = [&style](ImGuiCol which, ImU32 color) {
+    style.Colors[which] = ImGui::ColorConvertU32ToFloat4(color);
+  };
+  set(ImGuiCol_Text, theme::kText);
+  set(ImGuiCol_WindowBg, theme::kPanel);
+  set(ImGuiCol_PopupBg, theme::kPanel);
+  set(ImGuiCol_Border, theme::kLine);
+  set(ImGuiCol_ModalWindowDimBg, theme::rgb(8, 10, 12, 150));
+}
+
+/// Makes the fonts of the current ImGui context for a scale, in the order of Face, if they are not there yet:
+/// true when they replace others, and their texture is to be sent. A face of the system where one of the
+/// usual ones is installed, else ImGui's own.
+bool load_fonts(float scale) {
+  ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
+  const float body_px = std::round(kFontSizes[1] * scale);
+  if (!atlas.Fonts.empty() && atlas.Fonts[1]->ConfigData->SizePixels == body_px) return false;
+  const bool reload = !atlas.Fonts.empty();
+  atlas.Clear();
+  const std::string regular = regular_face(), bold = bold_face();
+  for (std::size_t i = 0; i < kFontSizes.size(); ++i) {
+    const bool bold_letters = i >= 3;
+    const std::string& face = bold_letters && !bold.empty() ? bold : regular;
+    const float size_px = std::round(kFontSizes[i] * scale);
+    const ImWchar* letters = bold_letters ? kFewLetters.data() : kManyLetters.data();
+    ImFont* font = face.empty() ? nullptr : atlas.AddFontFromFileTTF(face.c_str(), size_px, nullptr, letters);
+    if (font == nullptr) {  // no such face here, or its file is broken
+      ImFontConfig config;
+      config.SizePixels = size_px;
+      atlas.AddFontDefault(&config);
+    }
+  }
+  atlas.Build();
+  return reload;
 }
 
 }  // namespace
@@ -84,6 +161,9 @@ void WindowHost::install_callbacks() {
     glfwSetWindowShouldClose(w, GLFW_FALSE);  // whether it closes is for the person to answer
     host_of(w).push({InputEvent::Kind::close});
   });
+  glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { host_of(w).push({InputEvent::Kind::redraw}); });
+  glfwSetFramebufferSizeCallback(
+      window, [](GLFWwindow* w, int, int) { host_of(w).push({InputEvent::Kind::redraw}); });
 }
 
 void WindowHost::wait(double timeout_s) {
@@ -186,13 +266,23 @@ void WindowHost::present() {
 
 GLFWwindow* WindowHost::glfw_window() const { return target_ ? nullptr : gl_->glfw_window(); }
 
-void write_png(const std::string& path, const cv::Mat3b& picture) {
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+void write_png(const std::filesystem::path& path, const cv::Mat3b& picture) {
   std::error_code code;
-  if (!folder.empty()) std::filesystem::create_directories(folder, code);
+  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), code);
   std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", picture, bytes)) throw Error(path + ": the picture could not be encoded");
+  if (!cv::imencode(".png", picture, bytes))
+    throw Error(path.string() + ": the picture could not be encoded");
   write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-}  // namespace gelslam::viewer::detail
+std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,
+                                const std::string& extension) {
+  for (int number = 1;; ++number) {
+    const std::filesystem::path path =
+        folder / format_text("%s_%03d.%s", stem.c_str(), number, extension.c_str());
+    std::error_code code;
+    if (!std::filesystem::exists(path, code)) return path;
+  }
+}
+
+}  // namespace gelslam::viewer

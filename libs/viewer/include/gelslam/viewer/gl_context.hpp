@@ -7,6 +7,9 @@ struct GLFWwindow;
 
 namespace gelslam {
 
+/// True when the environment names a display that a window could open on.
+bool has_display();
+
 struct GlWindowOptions {
   std::string title = "GelSLAM";
   int width_px = 1280, height_px = 800;  ///< of the content, in screen coordinates

@@ -31,8 +31,8 @@ class RenderTarget {
   std::unique_ptr<Impl> impl_;
 };
 
-/// One picture of a scene, legend drawn in if the style colors by a number. Finer levels of detail are made
-/// first, so that the picture does not depend on what was drawn before.
+/// One picture of a scene. Finer levels of detail are made first, so that the picture does not depend on what
+/// was drawn before.
 cv::Mat3b render_scene_offscreen(Scene& scene, const OrbitCamera& camera, const SceneStyle& style,
                                  int width_px, int height_px);
 

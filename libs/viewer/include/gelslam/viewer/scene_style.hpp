@@ -18,7 +18,7 @@ enum class SceneShading {
 
 enum class SceneColor {
   plain,
-  confidence,  ///< how much was observed behind a vertex
+  confidence,  ///< how many keyframes touched here; one counts less near its contact's border
   height,      ///< along SceneStyle::height_axis
   keyframe,    ///< which keyframe's center is nearest
   distance,    ///< to another surface, see Scene::set_distance_query()
@@ -41,12 +41,18 @@ struct SceneStyle {
   std::optional<std::array<float, 2>> range;
 };
 
+/// 256 colors from low to high. Every map is perceptually uniform and readable when color-blind: confidence
+/// viridis, height cividis, keyframe plasma, distance from pale to dark (magma), so that a good surface looks
+/// untouched.
+std::vector<std::array<std::uint8_t, 3>> color_map_rgb(SceneColor color);
+
 /// What the mesh's colors mean: `colors` from `min` to `max`, for a bar beside the picture.
 struct ColorLegend {
   std::string title;  ///< "distance"
   std::string unit;   ///< "mm", or ""
   float min = 0, max = 1;
   std::vector<std::array<std::uint8_t, 3>> colors_rgb;
+  std::vector<std::string> notes;  ///< "mean 0.031 mm"
 };
 
 }  // namespace gelslam

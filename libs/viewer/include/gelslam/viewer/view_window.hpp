@@ -26,4 +26,9 @@ struct ViewWindowOptions {
 /// wrong.
 void run_view_window(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options);
 
+/// What the window would show first, without its buttons, drawn at full detail without a display and written
+/// as PNG. Throws Error.
+void write_view_snapshot(ViewContent first, std::optional<ViewContent> second,
+                         const ViewWindowOptions& options, const std::filesystem::path& png);
+
 }  // namespace gelslam

@@ -1,0 +1,195 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "windows/label_window.hpp"
+
+namespace gelslam::calibration::detail {
+namespace {
+
+using viewer::Box;
+using viewer::Color;
+using viewer::Cut;
+using viewer::Face;
+using viewer::Ui;
+namespace theme = viewer::theme;
+
+// Design pixels.
+constexpr double kStripHeight = 26, kSideWidth = 300, kHeadHeight = 64, kMargin = 16, kSidePadding = 20;
+constexpr double kLeastWidthWithSide = 760;
+constexpr Color kShade = theme::rgb(0, 0, 0, 150);
+
+Color color_of(const PressLabel& label) {
+  if (label.state == LabelState::accepted) return theme::kGreen;
+  if (label.state == LabelState::left_out) return theme::kLine;
+  return label.doubt.empty() ? theme::kGray : theme::kAmber;
+}
+
+void draw_circle(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color,
+                 double thickness) {
+  const float x = layout.x_of(circle.u_px), y = layout.y_of(circle.v_px),
+              radius = static_cast<float>(circle.radius_px) * layout.enlargement;
+  ui.ring(x, y, radius, kShade, thickness + 2, layout.picture);
+  ui.ring(x, y, radius, color, thickness, layout.picture);
+}
+
+void draw_cross(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color) {
+  const float x = layout.x_of(circle.u_px), y = layout.y_of(circle.v_px), arm = ui.px(9);
+  ui.line(x - arm, y, x + arm, y, color, 1.5, layout.picture);
+  ui.line(x, y - arm, x, y + arm, color, 1.5, layout.picture);
+}
+
+void draw_head(Ui& ui, const Box& view, const LabelSession& session) {
+  const float x = view.x + ui.px(kMargin);
+  ui.text_at(Face::title, x, view.y + ui.px(10), theme::kText, session.progress());
+  const std::string& doubt = session.label().doubt;
+  const std::string line = session.press().name + (doubt.empty() ? "" : ": " + doubt);
+  ui.text_at(Face::body, x, view.y + ui.px(38), doubt.empty() ? theme::kDim : theme::kAmber,
+             ui.fitted(Face::body, line, view.width - ui.px(2 * kMargin), Cut::end));
+}
+
+const char* text_of(LabelState state) {
+  switch (state) {
+    case LabelState::accepted:
+      return "Accepted";
+    case LabelState::left_out:
+      return "Left out";
+    case LabelState::open:
+      break;
+  }
+  return "Not decided";
+}
+
+std::string origin_of(const LabelSession& session) {
+  switch (session.label().origin) {
+    case LabelOrigin::from_file:
+      return "from its file";
+    case LabelOrigin::by_hand:
+      return "moved by hand";
+    case LabelOrigin::found:
+      break;
+  }
+  if (!session.found().problem.empty()) return "not found, only put there";
+  return fmt::format("found, confidence {:.2f}", session.found().confidence);
+}
+
+/// How deep a ball reaches below the undeformed gel if it touches it up to this circle, at least.
+double depth_mm(double contact_mm, double diameter_mm) {
+  const double ball_mm = 0.5 * diameter_mm;
+  return ball_mm - std::sqrt(std::max(0.0, ball_mm * ball_mm - contact_mm * contact_mm));
+}
+
+/// The gel with all contacts on it: what is accepted, and what is shown.
+void draw_map(Ui& ui, const Box& map, const LabelSession& session) {
+  ui.fill(map, theme::kRaised, 4);
+  const float scale = map.width / static_cast<float>(session.set().background.cols);
+  const auto draw = [&](const PressLabel& label, Color color, double thickness) {
+    ui.ring(map.x + static_cast<float>(label.circle.u_px) * scale,
+            map.y + static_cast<float>(label.circle.v_px) * scale,
+            static_cast<float>(label.circle.radius_px) * scale, color, thickness, map);
+  };
+  for (const PressLabel& label : session.labels())
+    if (label.state != LabelState::left_out) draw(label, theme::with_alpha(color_of(label), 0.6), 1);
+  draw(session.label(), theme::kText, 2);
+}
+
+}  // namespace
+
+Box LabelLayout::mark(std::size_t label, std::size_t labels) const {
+  const float room = strip.width / static_cast<float>(labels),
+              width = std::min(room * 0.7F, strip.height * 0.5F);
+  return {strip.x + room * (static_cast<float>(label) + 0.5F) - 0.5F * width, strip.y + 0.25F * strip.height,
+          width, 0.5F * strip.height};
+}
+
+LabelLayout lay_out_labels(const Ui& ui, const cv::Size& press) {
+  LabelLayout layout;
+  layout.view = ui.window();
+  const float bar = ui.px(viewer::kBarHeight), strip = ui.px(kStripHeight);
+  if (layout.view.height > 4 * bar) {
+    layout.bar = {0, layout.view.height - bar, layout.view.width, bar};
+    layout.strip = {0, layout.bar.y - strip, layout.view.width, strip};
+    layout.view.height = layout.strip.y;
+  }
+  if (layout.view.width > ui.px(kLeastWidthWithSide)) {
+    layout.side = {layout.view.width - ui.px(kSideWidth), 0, ui.px(kSideWidth), layout.view.height};
+    layout.view.width = layout.side.x;
+  }
+  const float head = std::min(ui.px(kHeadHeight), 0.25F * layout.view.height);
+  const float width = layout.view.width, height = layout.view.height - head;
+  layout.enlargement = std::max(
+      0.01F, std::min(width / static_cast<float>(press.width), height / static_cast<float>(press.height)));
+  layout.picture.width = layout.enlargement * static_cast<float>(press.width);
+  layout.picture.height = layout.enlargement * static_cast<float>(press.height);
+  layout.picture.x = layout.view.x + 0.5F * (width - layout.picture.width);
+  layout.picture.y = layout.view.y + head + 0.5F * (height - layout.picture.height);
+  return layout;
+}
+
+void draw_press(Ui& ui, const LabelLayout& layout, const LabelSession& session,
+                const viewer::Texture& picture, bool rim_is_held) {
+  ui.image(picture, layout.picture, 0);
+  const PressLabel& label = session.label();
+  if (label.origin != LabelOrigin::found && session.found().problem.empty())
+    draw_circle(ui, layout, session.found().circle, theme::with_alpha(theme::kText, 0.55), 1);
+  const Color color = label.state == LabelState::open ? theme::kText : color_of(label);
+  draw_circle(ui, layout, label.circle, color, rim_is_held ? 3 : 2);
+  draw_cross(ui, layout, label.circle, color);
+  draw_head(ui, layout.view, session);
+}
+
+std::optional<std::size_t> draw_strip(Ui& ui, const LabelLayout& layout, const LabelSession& session) {
+  const auto& labels = session.labels();
+  ui.begin_panel("##strip", layout.strip);
+  for (std::size_t k = 0; k < labels.size(); ++k) {
+    const Box mark = layout.mark(k, labels.size());
+    ui.fill(mark, color_of(labels[k]), 2);
+    if (k == session.current()) ui.frame(mark.inset(-ui.px(3)), theme::kText, 3, 2);
+  }
+  const std::optional<double> share = ui.held_share("##presses", layout.strip);
+  ui.end_panel();
+  if (!share) return std::nullopt;
+  const double place = std::clamp(*share, 0.0, 1.0) * static_cast<double>(labels.size());
+  const auto label = std::min(labels.size() - 1, static_cast<std::size_t>(place));
+  return label == session.current() ? std::nullopt : std::optional(label);
+}
+
+void draw_label_side(Ui& ui, const Box& side, const LabelSession& session, double pixel_pitch_mm) {
+  const PressLabel& label = session.label();
+  const double contact_mm = label.circle.radius_px * pixel_pitch_mm,
+               diameter_mm = session.press().diameter_mm;
+  ui.begin_panel("##side", side, kSidePadding);
+  const auto line = [&ui](Face face, Color color, const std::string& text) {
+    if (text.empty()) return;
+    ui.paragraph(face, color, text);
+    ui.gap(6);
+  };
+  const auto figure = [&ui](const char* name, const std::string& value) {
+    ui.row(Face::body, name, value);
+    ui.gap(6);
+  };
+  line(Face::title, theme::kText, ui.fitted(Face::title, session.press().name, ui.room().width, Cut::start));
+  line(Face::body, theme::kDim,
+       fmt::format("press {} of {}, ball of {:.2f} mm", session.current() + 1, session.labels().size(),
+                   diameter_mm));
+  ui.gap(10);
+  line(Face::figure, label.state == LabelState::open ? theme::kText : color_of(label), text_of(label.state));
+  line(Face::body, theme::kDim, origin_of(session));
+  line(Face::body, theme::kAmber, label.doubt);
+  ui.gap(10);
+  figure("center", fmt::format("{:.1f}, {:.1f} px", label.circle.u_px, label.circle.v_px));
+  figure("radius", fmt::format("{:.1f} px, {:.2f} mm", label.circle.radius_px, contact_mm));
+  figure("depth, at least", fmt::format("{:.2f} mm", depth_mm(contact_mm, diameter_mm)));
+  ui.gap(10);
+  const cv::Size picture = session.set().background.size();
+  const Box room = ui.room();
+  const float height = room.width * static_cast<float>(picture.height) / static_cast<float>(picture.width);
+  if (height + ui.px(2 * kSidePadding) < room.height) {
+    line(Face::small, theme::kDim, "positions of the presses");
+    draw_map(ui, {room.x, ui.room().y, room.width, height}, session);
+  }
+  ui.end_panel();
+}
+
+}  // namespace gelslam::calibration::detail

@@ -1,0 +1,157 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gelslam::viewer {
+
+using Color = std::uint32_t;  ///< red in the lowest byte, then green, blue, alpha
+
+namespace theme {
+constexpr Color rgb(std::uint32_t r, std::uint32_t g, std::uint32_t b, std::uint32_t a = 255) {
+  return r | g << 8U | b << 16U | a << 24U;
+}
+Color with_alpha(Color color, double alpha);  ///< alpha in [0, 1]
+inline constexpr Color kBackdrop = rgb(12, 14, 17);
+inline constexpr Color kText = rgb(233, 237, 241);
+inline constexpr Color kDim = rgb(150, 161, 173);
+inline constexpr Color kPanel = rgb(22, 26, 31, 235);
+inline constexpr Color kRaised = rgb(40, 46, 54);
+inline constexpr Color kHovered = rgb(56, 64, 75);
+inline constexpr Color kLine = rgb(48, 55, 64);
+inline constexpr Color kGreen = rgb(82, 211, 146);
+inline constexpr Color kAmber = rgb(245, 184, 75);
+inline constexpr Color kRed = rgb(248, 103, 92);
+inline constexpr Color kBlue = rgb(104, 176, 250);
+inline constexpr Color kGray = rgb(176, 186, 197);
+}  // namespace theme
+
+/// Part of the window, framebuffer pixels, y down.
+struct Box {
+  float x = 0, y = 0, width = 0, height = 0;
+  float right() const { return x + width; }
+  float bottom() const { return y + height; }
+  bool contains(double px, double py) const { return px >= x && px < right() && py >= y && py < bottom(); }
+  Box inset(float margin) const { return {x + margin, y + margin, width - 2 * margin, height - 2 * margin}; }
+};
+
+/// Sizes of letters: labels; sentences and buttons; advice; numbers (bold); the state, for across the room.
+enum class Face { small, body, title, figure, headline };
+
+/// Where a text that is too long loses letters.
+enum class Cut { start, end };
+
+struct Paragraph {
+  Face face;
+  Color color;
+  std::string text;
+};
+
+/// What was written where: by it a script finds a button, and a test its words.
+struct DrawnText {
+  std::string text;
+  Box box;
+  Color color = 0;
+};
+
+/// A picture that the window can draw. Needs the context it was made with to be current.
+class Texture {
+ public:
+  Texture() = default;
+  ~Texture();
+  Texture(const Texture&) = delete;
+  Texture& operator=(const Texture&) = delete;
+
+  void set(const cv::Mat3b& bgr);
+  bool empty() const { return size_.area() == 0; }
+  unsigned id() const { return id_; }
+  float aspect() const {  ///< height over width
+    return empty() ? 0 : static_cast<float>(size_.height) / static_cast<float>(size_.width);
+  }
+
+ private:
+  unsigned id_ = 0;
+  cv::Size size_;
+};
+
+/// The flat parts of a window, one frame of Dear ImGui: marks drawn over the view, panels with text, tables
+/// and buttons in them, and one dialog over everything. Lives between WindowHost's begin_frame() and
+/// end_frame(). It records what was written and which boxes belong to panels and not to the view.
+class Ui {
+ public:
+  static constexpr double kDialogPadding = 26;  ///< design pixels
+
+  explicit Ui(float scale);
+  ~Ui();
+  Ui(const Ui&) = delete;
+  Ui& operator=(const Ui&) = delete;
+
+  float px(double design_px) const { return static_cast<float>(design_px) * scale_; }
+  Box window() const;
+
+  // Shapes and text at given places; within a panel they belong to it, else they lie over the view.
+  void fill(const Box& box, Color color, double rounding = 0);
+  void frame(const Box& box, Color color, double rounding = 0, double thickness = 1);
+  void disc(float x, float y, float radius, Color color);
+  void ring(float x, float y, float radius, Color color, double thickness, const Box& clip);
+  void line(float x0, float y0, float x1, float y1, Color color, double thickness, const Box& clip);
+  void image(const Texture& texture, const Box& box, double rounding = 6);
+  float width_of(Face face, std::string_view text) const;
+  float height_of(Face face) const;
+  float height_of(Face face, std::string_view text, float wrap_width) const;
+  /// Shortened until it fits, at its start ("…/run/mesh.ply", of a path the end says most) or at its end.
+  std::string fitted(Face face, std::string_view text, float width, Cut cut) const;
+  void text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width = 0);
+  void text_right(Face face, float right, float y, Color color, std::string_view text);
+  void text_centered(Face face, const Box& box, Color color, std::string_view text);
+  /// A box around paragraphs, at most `most_width` wide, with a colored left edge if `edge` is not 0.
+  /// `anchor` is the share of its size that lies left of and above the place.
+  Box card(float x, float y, float most_width, Color edge, const std::vector<Paragraph>& paragraphs,
+           float anchor_x = 0, float anchor_y = 0, double least_width = 0);
+
+  // Panels: their content flows from the top down.
+  void begin_panel(const char* id, const Box& box, double padding = 0, double rounding = 0);
+  void end_panel();
+  Box room() const;  ///< from the next item to the panel's lower right corner
+  void gap(double design_px);
+  void text(Face face, Color color, std::string_view text, Cut cut = Cut::end);
+  void paragraph(Face face, Color color, std::string_view text);
+  /// A name at the left (dim) and its value at the right of the room.
+  void row(Face face, std::string_view name, std::string_view value, Color name_color = theme::kDim,
+           Color value_color = theme::kText, Cut cut = Cut::end);
+  void picture(const Texture& texture, float width, float height);
+  /// How much of it is full, the part after it (to `light_share`) in a lighter tone.
+  void bar(double share, double light_share, Color color, double height);
+  bool begin_table(const char* id, int columns, double column_gap = 0);
+  void next_cell();
+  void end_table();
+  void same_line(double design_px);
+  /// A label and below it its key; true when it was clicked.
+  bool button(std::string_view label, std::string_view key, Color ink, float width = 0, float height = 0);
+  float button_width(std::string_view label, std::string_view key) const;
+  /// The share along the box's width where the left button holds it; the box shows nothing by itself.
+  std::optional<double> held_share(const char* id, const Box& box);
+
+  /// The dialog over everything; nothing below it can be clicked. False: there is no room, and no
+  /// end_dialog().
+  bool begin_dialog(float width);
+  void end_dialog();
+
+  /// The frame is to be drawn once more: a dialog's size is known only after its first frame.
+  bool needs_another_frame() const { return needs_another_frame_; }
+  std::vector<DrawnText> take_texts() { return std::move(texts_); }
+  std::vector<Box> take_panels() { return std::move(panels_); }
+
+ private:
+  float scale_;
+  int panel_depth_ = 0;
+  bool dialog_shown_ = false, needs_another_frame_ = false;
+  std::vector<DrawnText> texts_;
+  std::vector<Box> panels_;
+};
+
+}  // namespace gelslam::viewer

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gelslam/viewer/controls.hpp"
+#include "gelslam/viewer/window_host.hpp"
+
+namespace gelslam::viewer {
+
+namespace detail {
+class ScriptPlayer;
+}
+
+struct WindowLoopOptions {
+  WindowHostOptions host;
+  std::string script;  ///< keys and movements instead of a person's (docs/viewer.md); empty: none
+  std::string script_name = "script";
+  std::filesystem::path picture_folder = ".";  ///< of screenshots
+  std::string picture_stem = "screenshot";
+  double poll_s = 0.1;    ///< how often an idle window looks for news
+  double redraw_s = 1e9;  ///< an idle window is drawn again after this time
+  bool yields = false;    ///< other threads need the processor: sleeps as long as a frame took
+};
+
+/// The event loop of all windows: takes input from a person or a script, draws when something has changed,
+/// and passes keys and buttons to the window's Controls. Throws Error where there is no display or the script
+/// is wrong.
+class WindowLoop {
+ public:
+  explicit WindowLoop(const WindowLoopOptions& options);
+  virtual ~WindowLoop();
+  WindowLoop(const WindowLoop&) = delete;
+  WindowLoop& operator=(const WindowLoop&) = delete;
+
+  /// Until the person or the script closes it.
+  void run();
+  /// One turn at `now_s` of the window's clock; `draw_anyway` even if nothing has changed. True when it drew.
+  bool turn(double now_s, bool draw_anyway = false);
+  /// Draws a frame and reads it back.
+  cv::Mat3b picture(double now_s);
+  bool wants_to_close();
+
+  WindowHost& host() { return host_; }
+  const std::vector<DrawnText>& texts() const { return texts_; }
+  /// Where the view lies that the panels leave free.
+  const Box& view() const { return view_; }
+  virtual Controls& controls() = 0;
+
+ protected:
+  /// Takes news and lets things move; true when they are to be drawn.
+  virtual bool advance(double now_s, double dt_s) = 0;
+  /// Lays the window out in `ui.window()`, sets the view, and draws the scene and the panels.
+  virtual void draw_frame(Ui& ui, double now_s) = 0;
+  virtual void frame_drawn(double /*now_s*/) {}
+  virtual bool is_busy() const { return false; }  ///< there is work for the next turn: no sleep
+  virtual bool closes_by_itself() { return false; }
+  virtual std::string_view state() { return "finished"; }  ///< as a script's `until` names it
+
+  // The mouse on the view, not on a panel.
+  virtual void pressed(int /*button*/, const Eigen::Vector2f& /*at_px*/, double /*now_s*/) {}
+  virtual void moved(const Eigen::Vector2f& /*to_px*/) {}
+  virtual void released(int /*button*/) {}
+  virtual void scrolled(double /*steps*/, const Eigen::Vector2f& /*at_px*/) {}
+
+  void set_view(const Box& view) { view_ = view; }
+  void draw_again() { draw_next_ = true; }
+
+ private:
+  void handle_input(double now_s);
+  void draw(double now_s);
+  void save_screenshot(double now_s);
+  bool on_panel() const;
+
+  WindowLoopOptions options_;
+  WindowHost host_;
+  std::unique_ptr<detail::ScriptPlayer> player_;
+  Box view_;
+  Eigen::Vector2f pointer_px_ = Eigen::Vector2f::Zero();
+  double drawn_s_ = -1e9;
+  bool input_seen_ = false, draw_next_ = true;
+  std::vector<DrawnText> texts_;
+  std::vector<Box> panels_;
+};
+
+}  // namespace gelslam::viewer

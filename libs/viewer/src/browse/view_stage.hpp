@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelslam/viewer/scene.hpp"
+#include "gelslam/viewer/view_content.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// A run or mesh on the stage, alone or with a second one beside it, both under one camera; the first one can
+/// show how far it is from the second. A run can be taken back to any time. Needs the context it was made
+/// with to be current.
+class ViewStage {
+ public:
+  /// `first` lies in the frame of `second`, or the distances mean nothing.
+  ViewStage(ViewContent first, std::optional<ViewContent> second);
+  ~ViewStage();
+  ViewStage(const ViewStage&) = delete;
+  ViewStage& operator=(const ViewStage&) = delete;
+
+  const RunHistory* history() const;  ///< null without one
+  bool has_second() const;
+
+  /// The run as it was at that time, or (nothing) as it was saved. The surface of a time is fused bit by bit:
+  /// work() until it says false. The mesh shown before stays until the first surface is whole.
+  void set_time(std::optional<double> time_s);
+  bool work();
+  bool works() const;
+  void finish();  ///< all work, levels of detail and colors, before a picture
+
+  /// From outside, in front of most of the surface, its long side lying; all of it in view.
+  OrbitCamera first_view(const Viewport& whole) const;
+  std::vector<Eigen::Vector3f> outline_mm() const;  ///< points all over both meshes, for OrbitCamera::fit()
+  std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const;
+
+  /// The parts side by side: first, then second. Only the first is colored by distance.
+  std::vector<Viewport> parts(const Viewport& whole) const;
+  std::string title(std::size_t part) const;
+  /// False while drawing again would add colors or levels of detail.
+  bool is_complete() const;
+  void draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style);
+  std::optional<ColorLegend> legend(const SceneStyle& style) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace gelslam::viewer::detail

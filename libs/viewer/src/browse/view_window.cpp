@@ -1,0 +1,253 @@
+#include "browse/view_window.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+constexpr double kLongestPlay_s = 20;
+constexpr double kRightEnd = 0.999;   ///< of the slider: all of it is hard to hit
+constexpr double kWork_ms = 40;       ///< on a surface, between two looks at the input
+constexpr double kSliderHeight = 46;  // design pixels
+
+std::vector<ActionRow> view_rows(bool has_time) {
+  using enum Action;
+  std::vector<ActionRow> rows;
+  if (has_time)
+    rows = {{play, "space", "Space", "Play", 0, 1, "Play, rest"},
+            {step_back, "left", "Left", "", 0, 0, "One keyframe back"},
+            {step_on, "right", "Right", "", 0, 0, "One keyframe on"},
+            common_row(trajectory),
+            common_row(pose_graph)};
+  for (const Action action : {shading_clay, shading_polished, shading_curvature, next_color, grid,
+                              light_theme, measure, show_all, screenshot, panels, help})
+    rows.push_back(common_row(action));
+  rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close"});
+  return rows;
+}
+
+std::vector<SceneColor> known_colors(bool has_time, bool has_second) {
+  std::vector<SceneColor> known = {SceneColor::plain, SceneColor::confidence, SceneColor::height};
+  if (has_time) known.push_back(SceneColor::keyframe);
+  if (has_second) known.push_back(SceneColor::distance);
+  return known;
+}
+
+WindowLoopOptions loop_options(const ViewWindowOptions& options) {
+  WindowLoopOptions loop;
+  loop.host = {options.title, options.width_px, options.height_px, options.visible};
+  loop.script = options.script;
+  loop.script_name = options.script_name;
+  loop.picture_folder = options.picture_folder;
+  loop.picture_stem = "view";
+  loop.poll_s = 0.25;
+  return loop;
+}
+
+}  // namespace
+
+ViewControls::ViewControls(const RunHistory* history, bool has_second, const SceneStyle& style,
+                           std::optional<double> time_s)
+    : SceneControls(view_rows(history != nullptr), style, known_colors(history != nullptr, has_second)),
+      history_(history),
+      time_s_(history != nullptr ? time_s : std::nullopt) {}
+
+void ViewControls::act(Action action, double now_s) {
+  switch (action) {
+    case Action::play:
+      return play_or_rest();
+    case Action::step_back:
+      return step(-1);
+    case Action::step_on:
+      return step(1);
+    case Action::close:
+      return close();
+    default:
+      return SceneControls::act(action, now_s);
+  }
+}
+
+ButtonLook ViewControls::button(const ActionRow& row) const {
+  if (row.action == Action::play && plays_) return {true, "Rest", theme::kBlue};
+  return SceneControls::button(row);
+}
+
+double ViewControls::share() const {
+  if (!has_time() || !time_s_) return 1;
+  const double length_s = history_->end_s() - history_->start_s();
+  return length_s > 0 ? std::clamp((*time_s_ - history_->start_s()) / length_s, 0.0, 1.0) : 1;
+}
+
+void ViewControls::seek(double share) {
+  if (!has_time() || std::isnan(share)) return;
+  plays_ = false;
+  time_s_.reset();
+  if (share < kRightEnd)
+    time_s_ = history_->start_s() + std::max(share, 0.0) * (history_->end_s() - history_->start_s());
+}
+
+void ViewControls::step(int keyframes) {
+  if (!has_time()) return;
+  plays_ = false;
+  const auto& all = history_->keyframes;
+  const double now_s = time_s_.value_or(history_->end_s());
+  const auto after = std::upper_bound(all.begin(), all.end(), now_s,
+                                      [](double t, const RunHistory::KeyframeAt& k) { return t < k.time_s; });
+  const std::ptrdiff_t newest = after - all.begin() - 1;
+  // Beyond the last keyframe lies the run as it was saved; back from there the last keyframe is the first
+  // stop.
+  const std::ptrdiff_t wanted = !time_s_ && keyframes < 0 ? newest : newest + keyframes;
+  if (wanted >= static_cast<std::ptrdiff_t>(all.size())) {
+    time_s_.reset();
+  } else {
+    time_s_ = all[static_cast<std::size_t>(std::max<std::ptrdiff_t>(wanted, 0))].time_s;
+  }
+}
+
+void ViewControls::play_or_rest() {
+  if (!has_time()) return;
+  plays_ = !plays_;
+  if (plays_ && !time_s_) time_s_ = history_->start_s();
+}
+
+bool ViewControls::advance(double dt_s) {
+  if (!plays_ || !time_s_) return false;
+  const double length_s = history_->end_s() - history_->start_s();
+  *time_s_ += dt_s * std::max(1.0, length_s / kLongestPlay_s);
+  if (*time_s_ >= history_->end_s()) {
+    time_s_.reset();
+    plays_ = false;
+  }
+  return true;
+}
+
+ViewWindow::ViewWindow(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options)
+    : SceneLoop(loop_options(options)),
+      options_(options),
+      stage_(std::move(first), std::move(second)),
+      controls_(stage_.history(), stage_.has_second(), options.style, options.time_s) {}
+
+bool ViewWindow::advance(double /*now_s*/, double dt_s) {
+  bool changed = controls_.advance(dt_s);
+  if (shown_time_s_ != controls_.time_s()) {
+    shown_time_s_ = controls_.time_s();
+    stage_.set_time(shown_time_s_);
+    changed = true;
+  }
+  if (stage_.works()) {
+    using Clock = std::chrono::steady_clock;
+    const auto end = Clock::now() + std::chrono::duration<double, std::milli>(kWork_ms);
+    while (stage_.work() && Clock::now() < end) {
+    }
+    changed |= !stage_.works();  // the surface is whole; on the way to it the one before stays
+  }
+  return move_camera(dt_s) || changed || !stage_.is_complete();
+}
+
+void ViewWindow::lay_out(const Ui& ui) {
+  Box view = ui.window();
+  bar_ = slider_ = track_ = {};
+  if (controls_.shows_panels() && !is_snapshot_ && view.height >= ui.px(4 * kBarHeight)) {
+    view.height -= ui.px(kBarHeight);
+    bar_ = {0, view.height, view.width, ui.px(kBarHeight)};
+    if (controls_.has_time()) {
+      view.height -= ui.px(kSliderHeight);
+      slider_ = {0, view.height, view.width, ui.px(kSliderHeight)};
+      track_ = {ui.px(22), slider_.y, view.width - ui.px(22 + 110), slider_.height};
+    }
+  }
+  set_view(view);
+}
+
+void ViewWindow::place_camera() {
+  if (std::exchange(camera_is_set_, true)) return;
+  camera_ = stage_.first_view(viewport());
+  const Eigen::Vector2d turn_deg(options_.yaw_deg, options_.pitch_deg);
+  camera_.orbit((turn_deg / 180 * viewport().height).cast<float>(), viewport());
+  if (is_snapshot_) camera_.fit(stage_.outline_mm(), parts(viewport()).front());
+}
+
+void ViewWindow::draw_frame(Ui& ui, double now_s) {
+  lay_out(ui);
+  place_camera();
+  SceneStyle style = snapshot_style_.value_or(controls_.style());
+  style.level_of_detail = !is_snapshot_;  // a picture has time
+  stage_.draw(camera_, viewport(), style);
+  if (controls_.shows_panels()) {
+    draw_titles(ui, style);
+    draw_marks(ui, style, stage_.legend(style));
+  }
+  if (slider_.width > 0) draw_slider(ui);
+  if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
+}
+
+void ViewWindow::draw_titles(Ui& ui, const SceneStyle& style) const {
+  const Color ink = style.light_theme ? theme::kBackdrop : theme::kText;
+  const std::vector<Viewport> all = parts(viewport());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Box part = box_of(all[i]);
+    ui.text_at(Face::title, part.x + ui.px(18), part.y + ui.px(14), ink,
+               ui.fitted(Face::title, stage_.title(i), part.width - ui.px(36), Cut::start));
+    if (i > 0) ui.fill({part.x, part.y, ui.px(1), part.height}, theme::kLine);
+  }
+  if (stage_.works())
+    ui.text_at(Face::body, view().x + ui.px(18), view().y + ui.px(46), theme::kAmber,
+               "Making the surface of this time");
+}
+
+void ViewWindow::draw_slider(Ui& ui) {
+  const RunHistory& history = *stage_.history();
+  const float middle = track_.y + 0.5F * track_.height,
+              at = track_.x + static_cast<float>(controls_.share()) * track_.width;
+  const double length_s = std::max(history.end_s() - history.start_s(), 1e-9);
+  ui.begin_panel("##slider", slider_);
+  for (const RunHistory::KeyframeAt& keyframe : history.keyframes) {
+    const auto share = static_cast<float>((keyframe.time_s - history.start_s()) / length_s);
+    ui.fill({track_.x + share * track_.width, middle - ui.px(7), ui.px(1), ui.px(14)}, theme::kLine);
+  }
+  ui.fill({track_.x, middle - ui.px(2), track_.width, ui.px(4)}, theme::kRaised, 2);
+  ui.fill({track_.x, middle - ui.px(2), at - track_.x, ui.px(4)}, theme::kBlue, 2);
+  ui.disc(at, middle, ui.px(8), theme::kText);
+  const auto time_s = controls_.time_s();
+  ui.text_right(Face::body, slider_.right() - ui.px(16), middle - 0.5F * ui.height_of(Face::body),
+                theme::kText, time_s ? fmt::format("{:.1f} s", *time_s - history.start_s()) : "as saved");
+  if (const auto share = ui.held_share("##track", track_)) controls_.seek(*share);
+  ui.end_panel();
+}
+
+cv::Mat3b ViewWindow::snapshot(const std::optional<OrbitCamera>& camera,
+                               const std::optional<SceneStyle>& style) {
+  is_snapshot_ = true;
+  snapshot_style_ = style;
+  if (camera) {
+    camera_ = *camera;
+    camera_is_set_ = true;
+  }
+  stage_.set_time(controls_.time_s());
+  shown_time_s_ = controls_.time_s();
+  stage_.finish();
+  return picture(0);
+}
+
+}  // namespace gelslam::viewer::detail
+
+namespace gelslam {
+
+void run_view_window(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options) {
+  viewer::detail::ViewWindow(std::move(first), std::move(second), options).run();
+}
+
+void write_view_snapshot(ViewContent first, std::optional<ViewContent> second,
+                         const ViewWindowOptions& options, const std::filesystem::path& png) {
+  ViewWindowOptions hidden = options;
+  hidden.visible = false;
+  hidden.script.clear();
+  viewer::detail::ViewWindow window(std::move(first), std::move(second), hidden);
+  viewer::write_png(png, window.snapshot());
+}
+
+}  // namespace gelslam

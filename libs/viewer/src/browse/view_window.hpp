@@ -1,0 +1,82 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "browse/view_stage.hpp"
+#include "gelslam/viewer/view_window.hpp"
+#include "ui/scene_loop.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// What is shown and how, without a pixel of how it looks.
+class ViewControls : public SceneControls {
+ public:
+  /// `history` (or null: no time) must stay.
+  ViewControls(const RunHistory* history, bool has_second, const SceneStyle& style,
+               std::optional<double> time_s);
+
+  /// Place on the slider, 0 to 1; the right end is the run as it was saved.
+  void seek(double share);
+  /// Lets time go on while playing: all of a run in at most 20 s. True while it does.
+  bool advance(double dt_s);
+
+  bool has_time() const { return history_ != nullptr; }
+  std::optional<double> time_s() const { return time_s_; }
+  double share() const;
+  bool plays() const { return plays_; }
+  ButtonLook button(const ActionRow& row) const override;
+
+ protected:
+  void act(Action action, double now_s) override;
+
+ private:
+  void step(int keyframes);
+  void play_or_rest();
+
+  const RunHistory* history_;
+  std::optional<double> time_s_;
+  bool plays_ = false;
+};
+
+/// The window of `gelslam view`, frame by frame.
+class ViewWindow : public SceneLoop {
+ public:
+  ViewWindow(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options);
+  ~ViewWindow() override { host().make_current(); }
+
+  ViewControls& controls() override { return controls_; }
+  const Box& track() const { return track_; }  ///< of the slider; empty without one
+  ViewStage& stage() { return stage_; }
+  /// The view with titles, legend and scale, without buttons, at full detail; from where the window begins
+  /// and in its style, unless others are given.
+  cv::Mat3b snapshot(const std::optional<OrbitCamera>& camera = {},
+                     const std::optional<SceneStyle>& style = {});
+
+ private:
+  bool advance(double now_s, double dt_s) override;
+  void draw_frame(Ui& ui, double now_s) override;
+  bool is_busy() const override { return stage_.works(); }
+  SceneControls& scene_controls() override { return controls_; }
+  OrbitCamera whole_view(const Viewport& viewport) const override { return stage_.first_view(viewport); }
+  std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override {
+    return stage_.pick(part, ray);
+  }
+  std::vector<Viewport> parts(const Viewport& viewport) const override { return stage_.parts(viewport); }
+
+  void lay_out(const Ui& ui);
+  void place_camera();
+  void draw_titles(Ui& ui, const SceneStyle& style) const;
+  void draw_slider(Ui& ui);
+
+  ViewWindowOptions options_;
+  ViewStage stage_;
+  ViewControls controls_;
+  std::optional<double> shown_time_s_;  ///< as the stage knows it
+  bool camera_is_set_ = false, is_snapshot_ = false;
+  std::optional<SceneStyle> snapshot_style_;
+  Box bar_, slider_, track_;
+};
+
+}  // namespace gelslam::viewer::detail

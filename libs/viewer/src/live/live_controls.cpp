@@ -1,0 +1,170 @@
+#include "live/live_controls.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+std::vector<ActionRow> live_rows() {
+  using enum Action;
+  std::vector<ActionRow> rows = {
+      {pause, "space", "Space", "Pause", 0, 1, "Pause, go on"},
+      {undo, "u", "U", "Undo", 0, 4, "Undo the last trial"},
+      {new_scan, "n", "N", "New scan", 0, 5, "New scan (asks first)"},
+      {save, "s", "S", "Save", 0, 3, "Save now, and go on"},
+      {close, "q esc", "Q", "Stop", 0, 0, "Stop and save (asks first)"},
+      common_row(screenshot),
+      {export_mesh, "e", "E", "Export", 1, 5, "Export the mesh (PLY, OBJ, STL)"},
+      {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
+  };
+  for (const Action action : {show_all, trajectory, pose_graph, next_color, shading_clay, shading_polished,
+                              shading_curvature, grid, panels, help})
+    rows.push_back(common_row(action));
+  rows.push_back(common_row(measure));
+  rows.back().label.clear();  // the bar has no room for it
+  return rows;
+}
+
+Answer yes(const std::string& label, std::function<void(double)> run) {
+  return {label, "enter kp_enter y", "Enter", theme::kBlue, std::move(run)};
+}
+Answer no(const std::string& label) { return {label, "esc n", "Esc", theme::kText, {}}; }
+
+}  // namespace
+
+LiveControls::LiveControls(LiveSession& session, bool keeps_run)
+    : SceneControls(live_rows(), {},
+                    {SceneColor::plain, SceneColor::confidence, SceneColor::height, SceneColor::keyframe}),
+      session_(session),
+      keeps_run_(keeps_run) {}
+
+void LiveControls::act(Action action, double now_s) {
+  switch (action) {
+    case Action::pause:
+      return pause_or_go_on(now_s);
+    case Action::undo:
+      return undo_last_trial(now_s);
+    case Action::new_scan:
+      if (!refuse_unless_scanning("start a new scan", now_s)) ask_for_new_scan();
+      return;
+    case Action::save:
+      return save(now_s);
+    case Action::close:
+      return ask_to_close();
+    case Action::export_mesh:
+      return ask_for_format();
+    case Action::follow:
+      follows_ = !follows_;
+      return say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
+    default:
+      return SceneControls::act(action, now_s);
+  }
+}
+
+ButtonLook LiveControls::button(const ActionRow& row) const {
+  const LivePhase phase = session_.status().phase;
+  const bool over = phase == LivePhase::finishing || phase == LivePhase::finished;
+  ButtonLook look = SceneControls::button(row);
+  switch (row.action) {
+    case Action::pause:
+      if (phase == LivePhase::paused) look.label = "Go on";
+      [[fallthrough]];
+    case Action::undo:
+    case Action::new_scan:
+    case Action::save:
+      look.shown = !over;
+      break;
+    case Action::follow:
+      look.shown = !over;
+      if (follows_) look.ink = theme::kBlue;
+      break;
+    case Action::close:
+      look.ink = theme::kRed;
+      if (over) look.label = "Close";
+      break;
+    default:
+      break;
+  }
+  return look;
+}
+
+bool LiveControls::refuse_unless_scanning(const char* what, double now_s) {
+  const LivePhase phase = session_.status().phase;
+  if (phase != LivePhase::finishing && phase != LivePhase::finished) return false;
+  complain(std::string("The scan is over: too late to ") + what + ".", now_s);
+  return true;
+}
+
+void LiveControls::pause_or_go_on(double now_s) {
+  if (refuse_unless_scanning("pause", now_s)) return;
+  const bool paused = session_.status().phase == LivePhase::paused;
+  session_.set_paused(!paused);
+  say(paused ? "Going on." : "Paused.", now_s);
+}
+
+void LiveControls::undo_last_trial(double now_s) {
+  if (refuse_unless_scanning("undo", now_s)) return;
+  if (session_.status().trials == 0) return complain("There is no trial to undo.", now_s);
+  session_.undo_last_trial();
+  say("The last trial is taken back.", now_s);
+}
+
+void LiveControls::save(double now_s) {
+  if (refuse_unless_scanning("save", now_s)) return;
+  if (!keeps_run_)
+    return complain("There is no folder to save in: start with -o FOLDER, or export the mesh (E).", now_s);
+  session_.save_now();
+  say("Saving what there is; the scan goes on.", now_s);
+}
+
+void LiveControls::ask_to_close() {
+  const LiveStatus status = session_.status();
+  if (status.phase == LivePhase::finished) return close();
+  if (status.phase == LivePhase::finishing)
+    return ask({"Close the window?",
+                "The scan is still being saved. That goes on without the window.",
+                {yes("Close", [this](double) { close(); }), no("Wait here")}});
+  const std::string sentence =
+      keeps_run_
+          ? "Loops are closed, the mesh is made, and everything is saved in " + status.run_folder + "."
+          : "Loops are closed and the mesh is made, but nothing is kept (no -o): export it afterwards.";
+  ask({"Stop the scan?",
+       sentence,
+       {yes(keeps_run_ ? "Stop and save" : "Stop",
+            [this](double now_s) {
+              session_.stop();
+              say("Stopping: loops are closed, and the mesh is made.", now_s);
+            }),
+        no("Go on scanning")}});
+}
+
+void LiveControls::ask_for_new_scan() {
+  const LiveStatus status = session_.status();
+  std::string sentence = "The map so far is forgotten, and there is no recording to make it again from.";
+  if (!status.next_run_folder.empty())
+    sentence = "What is saved in " + status.run_folder + " stays. The new scan is saved in " +
+               status.next_run_folder + ".";
+  else if (status.log_bytes > 0)
+    sentence = "The map so far is forgotten. The recording goes on, with all there was until now.";
+  ask({"Start a new scan?",
+       sentence,
+       {yes("Forget the map",
+            [this](double now_s) {
+              session_.start_new_scan();
+              follows_ = true;
+              say("A new scan begins.", now_s);
+            }),
+        no("Keep it")}});
+}
+
+void LiveControls::ask_for_format() {
+  const auto answer = [this](const char* label, const char* keys, const char* key, const char* extension) {
+    return Answer{label, keys, key, theme::kBlue, [this, extension](double) { export_ = extension; }};
+  };
+  ask({"Export the mesh",
+       "As it is now, at full resolution: PLY in meters, OBJ and STL in millimeters.",
+       {answer("PLY", "p enter kp_enter y", "P", "ply"),
+        answer("OBJ", "o", "O", "obj"),
+        answer("STL", "s", "S", "stl"),
+        {"Cancel", "esc", "Esc", theme::kText, {}}}});
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "gelslam/slam/live_session.hpp"
+#include "gelslam/viewer/controls.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// What a person can do with a live scan: calls to the session, and wishes for the window.
+class LiveControls : public SceneControls {
+ public:
+  /// `keeps_run`: there is a run folder to save in.
+  explicit LiveControls(LiveSession& session, bool keeps_run = true);
+
+  bool follows() const { return follows_; }
+  void stop_following() { follows_ = false; }  ///< the person turns the view
+  std::optional<std::string> take_export() { return std::exchange(export_, std::nullopt); }
+  ButtonLook button(const ActionRow& row) const override;
+
+ protected:
+  void act(Action action, double now_s) override;
+
+ private:
+  void pause_or_go_on(double now_s);
+  void undo_last_trial(double now_s);
+  void save(double now_s);
+  void ask_to_close();
+  void ask_for_new_scan();
+  void ask_for_format();
+  bool refuse_unless_scanning(const char* what, double now_s);
+
+  LiveSession& session_;
+  bool keeps_run_;
+  bool follows_ = true;
+  std::optional<std::string> export_;
+};
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,167 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "live/live_window.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+constexpr double kPadding = 14, kMargin = 18;  // design pixels
+constexpr std::size_t kMaxStages = 8;
+constexpr double kLowDisk_bytes = 2e9;
+
+struct Figure {
+  const char* label;
+  std::string value;
+  Color color = theme::kText;
+};
+
+Figure loss(const char* label, std::int64_t count) {
+  return {label, text_of_count(count), count > 0 ? theme::kAmber : theme::kText};
+}
+
+std::vector<Figure> figures_of(const LiveFrame& frame) {
+  const LiveStatus& s = frame.status;
+  const double disk = frame.disk_free_bytes;
+  return {
+      {"Rate", s.rate_hz > 0 ? fmt::format("{:.1f} Hz", s.rate_hz) : "-"},
+      {"Latency", text_of_ms(s.latency_ms)},
+      {"Keyframes", text_of_count(s.keyframes)},
+      {"Loops", text_of_count(s.loops)},
+      {"Trials", text_of_count(s.trials)},
+      {"Pieces", text_of_count(s.components), s.components > 1 ? theme::kAmber : theme::kText},
+      loss("Camera lost", s.lost_by_camera),
+      loss("Dropped", s.dropped),
+      loss("Damaged", s.damaged),
+      {"Memory", text_of_bytes(s.memory_mb * 1e6)},
+      {"Log", s.log_bytes > 0 ? text_of_bytes(static_cast<double>(s.log_bytes)) : "none"},
+      {"Disk free", disk < 0 ? "-" : text_of_bytes(disk),
+       disk >= 0 && disk < kLowDisk_bytes ? theme::kRed : theme::kText},
+  };
+}
+
+float figures_height(const Ui& ui) {
+  return 4 * (ui.height_of(Face::small) + ui.height_of(Face::figure) + ui.px(9));
+}
+
+void draw_figures(Ui& ui, const LiveFrame& frame) {
+  if (!ui.begin_table("##figures", 3)) return;
+  for (const Figure& figure : figures_of(frame)) {
+    ui.next_cell();
+    ui.text(Face::small, theme::kDim, figure.label);
+    // A number too wide for its column is better small than cut.
+    const bool wide = ui.width_of(Face::figure, figure.value) > ui.room().width - ui.px(3);
+    const float height = ui.height_of(Face::figure);
+    const Box place = ui.room();
+    ui.text_at(wide ? Face::body : Face::figure, place.x, place.y, figure.color, figure.value);
+    ui.gap(static_cast<double>(height / ui.px(1)) + 9);
+  }
+  ui.end_table();
+}
+
+float stages_height(const Ui& ui, std::size_t stages) {
+  const float small = ui.height_of(Face::small);
+  const std::size_t rows = (std::min(stages, kMaxStages) + 1) / 2;
+  return rows == 0 ? 0 : small + ui.px(8) + static_cast<float>(rows) * (small + ui.px(9));
+}
+
+/// Median of each stage against the time between two frames; a light part reaches to the 95th percentile.
+void draw_stages(Ui& ui, const LiveFrame& frame) {
+  const double budget_ms = frame.status.rate_hz > 1 ? 1000 / frame.status.rate_hz : 40;
+  ui.text(Face::small, theme::kDim, "Stages, ms");
+  ui.gap(8);
+  if (!ui.begin_table("##stages", 2, 14)) return;
+  for (std::size_t i = 0; i < std::min(frame.stages.size(), kMaxStages); ++i) {
+    const StageStatistics& stage = frame.stages[i];
+    // What is not done for every frame may take longer than one.
+    const bool too_slow = stage.median_ms > budget_ms && 2 * stage.count > frame.status.frames;
+    std::string label = stage.stage;
+    std::replace(label.begin(), label.end(), '_', ' ');
+    ui.next_cell();
+    ui.row(Face::small, label, fmt::format("{:.{}f}", stage.median_ms, stage.median_ms < 9.95 ? 1 : 0),
+           theme::kDim, too_slow ? theme::kAmber : theme::kText);
+    ui.gap(1);
+    ui.bar(stage.median_ms / budget_ms, stage.p95_ms / budget_ms, too_slow ? theme::kAmber : theme::kBlue, 4);
+    ui.gap(4);
+  }
+  ui.end_table();
+}
+
+/// A picture under its name, as wide as fits into the height.
+void draw_picture(Ui& ui, float height, const char* label, const Texture& picture, const char* without) {
+  const float head = ui.height_of(Face::small) + ui.px(4);
+  const float aspect = picture.empty() ? 0.75F : picture.aspect();
+  const float width = std::max(1.0F, std::min(ui.room().width, (height - head) / aspect));
+  ui.text(Face::small, theme::kDim, label);
+  ui.gap(4);
+  if (!picture.empty()) return ui.picture(picture, width, width * aspect);
+  const Box box{ui.room().x, ui.room().y, width, width * aspect};
+  ui.fill(box, theme::kRaised, 6);
+  ui.text_centered(Face::small, box, theme::kDim, without);
+  ui.gap(static_cast<double>(box.height / ui.px(1)));
+}
+
+/// Where everything is, once the scan is finished.
+void draw_results(Ui& ui, float bottom, const LiveFrame& frame) {
+  ui.text(Face::small, theme::kDim, "Saved in");
+  ui.gap(4);
+  // The whole path, in as many lines as it takes: it is what the person came for.
+  ui.paragraph(Face::body, theme::kText, frame.output_folder);
+  ui.gap(12);
+  for (const ResultFile& file : frame.results) {
+    if (ui.room().y + ui.height_of(Face::body) + ui.px(7) > bottom) return;
+    ui.row(Face::body, file.name, file.bytes < 0 ? "" : text_of_bytes(file.bytes), theme::kText, theme::kDim,
+           Cut::start);
+    ui.gap(7);
+  }
+}
+
+}  // namespace
+
+void draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, double now_s) {
+  const StateWords& words = frame.words;
+  const float x = view.x + ui.px(kMargin), most = std::min(view.width - ui.px(2 * kMargin), ui.px(620));
+  const bool fits = ui.width_of(Face::headline, words.headline) <= most - ui.px(45);
+  std::vector<Paragraph> text = {{fits ? Face::headline : Face::figure, words.color, words.headline}};
+  if (!words.advice.empty()) text.push_back({Face::title, theme::kText, words.advice});
+  Box box = ui.card(x, view.y + ui.px(kMargin), most, words.color, text, 0, 0, 240);
+  if (words.state == "finishing" || words.state == "background") {
+    // A bar that says "something is going on", without claiming to know how long.
+    const auto share = static_cast<float>(0.5 - 0.5 * std::cos(1.8 * now_s));
+    const Box bar{box.x + ui.px(27), box.bottom() - ui.px(7), box.width - ui.px(45), ui.px(5)};
+    ui.fill(bar, theme::kRaised, 3);
+    ui.fill({bar.x + 0.75F * share * bar.width, bar.y, 0.25F * bar.width, bar.height}, theme::kBlue, 3);
+  }
+  const auto note = [&](Color color, const std::string& sentence) {
+    box = ui.card(x, box.bottom() + ui.px(10), most, color, {{Face::body, theme::kText, sentence}});
+  };
+  if (!frame.status.warning.empty()) note(theme::kAmber, frame.status.warning);
+  if (names_folder && words.state == "finished" && !frame.output_folder.empty())
+    note(theme::kGreen, "Saved in " + frame.output_folder);
+}
+
+void draw_side(Ui& ui, const Box& side, const LiveFrame& frame) {
+  ui.begin_panel("##side", side, kPadding);
+  ui.row(Face::small, frame.status.source, text_of_duration(frame.status.age_s));
+  ui.gap(8);
+  const Box inner = ui.room();
+  const float stages = stages_height(ui, frame.stages.size()), figures = figures_height(ui);
+  const bool with_stages = stages > 0 && inner.height - figures - stages > ui.px(240);
+  const float below = figures + (with_stages ? stages : 0), upper = inner.height - below - ui.px(12);
+  if (frame.words.state == "finished" && !frame.output_folder.empty()) {
+    draw_results(ui, inner.y + upper, frame);
+  } else {
+    const float each = 0.5F * (upper - ui.px(10));
+    draw_picture(ui, each, "Touch and contact", *frame.tactile, "no picture yet");
+    ui.gap(10);
+    draw_picture(ui, each, "Normals", *frame.normals, "no surface yet");
+  }
+  ui.gap(static_cast<double>((inner.bottom() - below - ui.room().y) / ui.px(1)));
+  draw_figures(ui, frame);
+  if (with_stages) draw_stages(ui, frame);
+  ui.end_panel();
+}
+
+}  // namespace gelslam::viewer::detail

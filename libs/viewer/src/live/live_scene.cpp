@@ -1,0 +1,138 @@
+#include "live/live_scene.hpp"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+constexpr int kPictureWidth_px = 640;  // more than the panel shows, for large screens
+/// A touch whose keyframe is not on the map yet keeps its last place for this time: the map comes later.
+constexpr double kPatience_s = 1.0;
+
+}  // namespace
+
+bool LiveScene::take_news(LiveSession& session, double now_s) {
+  bool news = false;
+  if (MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
+    scene_.update(changes);
+    mesh_.update(std::move(changes));
+    news = true;
+  }
+  const auto touch = session.touch();
+  if (touch != touch_) {
+    take_touch(touch);
+    news = true;
+  }
+  const auto map = session.map();
+  if (map != map_) {
+    if (map->nodes.empty()) samples_.clear();  // a new scan: its ids begin anew
+    map_ = map;
+    scene_.set_map(*map_);
+    trajectory_is_old_ = true;
+    news = true;
+  }
+  if (news) place_touch(now_s);
+  return news;
+}
+
+void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
+  if (touch_ && touch && touch->index < touch_->index) samples_.clear();
+  touch_ = touch;
+  if (!touch_) return;
+  tactile_.set(tactile_picture(*touch_, kPictureWidth_px, outline_bgr_));
+  if (touch_->surface) normals_.set(normal_picture(*touch_->surface, kPictureWidth_px));
+  if (touch_->keyframe >= 0) {
+    const MapSnapshot::Node* node = map_ ? map_->find(touch_->keyframe) : nullptr;
+    samples_.push_back({touch_->keyframe, node ? node->trial : -1, touch_->keyframe_T_frame});
+  }
+}
+
+void LiveScene::place_touch(double now_s) {
+  const MapSnapshot::Node* node = touch_ && touch_->keyframe >= 0 ? map_->find(touch_->keyframe) : nullptr;
+  const bool touching = touch_ && touch_->keyframe >= 0 && touch_->surface;
+  const bool apart = node != nullptr && node->component != map_->shown_component;
+  if (touching && node != nullptr && !apart) {
+    placed_ = TouchPatch{touch_->surface, node->component_T_keyframe * touch_->keyframe_T_frame,
+                         map_->gradient_scale.mean()};
+    placed_s_ = now_s;
+  } else if (!touching || apart || now_s - placed_s_ > kPatience_s) {
+    placed_.reset();
+  }
+  scene_.set_touch(placed_);
+}
+
+void LiveScene::rebuild_trajectory() {
+  std::vector<std::vector<Pose>> pieces;
+  int trial = -1;
+  for (const Sample& sample : samples_) {
+    const MapSnapshot::Node* node = map_->find(sample.keyframe);
+    if (node == nullptr || node->component != map_->shown_component) continue;
+    if (pieces.empty() || node->trial != trial) pieces.emplace_back();
+    trial = node->trial;
+    pieces.back().push_back(node->component_T_keyframe * sample.keyframe_T_frame);
+  }
+  scene_.set_trajectory(pieces);
+  trajectory_is_old_ = false;
+}
+
+void LiveScene::draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style) {
+  if (style.trajectory && trajectory_is_old_) rebuild_trajectory();
+  scene_.draw(camera, viewport, style);
+}
+
+namespace {
+
+cv::Size scaled_size(const cv::Size& from, int width_px) {
+  const int width = std::max(1, width_px);
+  return {width, std::max(1, cvRound(static_cast<double>(from.height) * width / from.width))};
+}
+
+/// Enlarged mask, smooth again: its border is to be drawn without steps.
+cv::Mat1b enlarged(const cv::Mat1b& mask, const cv::Size& size) {
+  cv::Mat1b large;
+  cv::resize(mask, large, size, 0, 0, cv::INTER_CUBIC);
+  cv::GaussianBlur(large, large, {5, 5}, 0);
+  cv::threshold(large, large, 127, 255, cv::THRESH_BINARY);
+  return large;
+}
+
+}  // namespace
+
+cv::Mat3b tactile_picture(const LiveTouch& touch, int width_px, const cv::Vec3b& outline_bgr) {
+  if (touch.image.empty()) return {};
+  const cv::Size size = scaled_size(touch.image.size(), width_px);
+  cv::Mat3b picture;
+  cv::resize(touch.image, picture, size, 0, 0,
+             size.width < touch.image.cols ? cv::INTER_AREA : cv::INTER_CUBIC);
+  if (!touch.surface || touch.surface->contact.empty()) return picture;
+  std::vector<std::vector<cv::Point>> borders;
+  cv::findContours(enlarged(touch.surface->contact, size), borders, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
+  const int thickness = std::max(1, size.width / 120);
+  cv::polylines(picture, borders, true, cv::Scalar(20, 20, 20), thickness + 2, cv::LINE_AA);
+  cv::polylines(picture, borders, true, cv::Scalar(outline_bgr), thickness, cv::LINE_AA);
+  return picture;
+}
+
+cv::Mat3b normal_picture(const Surface& surface, int width_px) {
+  if (surface.normals.empty()) return {};
+  const bool has_contact = surface.contact.size() == surface.normals.size();
+  cv::Mat3b colors(surface.normals.size());
+  for (int v = 0; v < colors.rows; ++v)
+    for (int u = 0; u < colors.cols; ++u) {
+      const cv::Vec3f n = surface.normals(v, u);
+      const bool touched = !has_contact || surface.contact(v, u) != 0;
+      cv::Vec3b& color = colors(v, u);
+      for (int channel = 0; channel < 3; ++channel) {
+        const float full = 127.5F * (1.0F + n[2 - channel]);  // BGR holds z, y, x
+        color[channel] = cv::saturate_cast<uchar>(touched ? full : 0.25F * full + 45.0F);
+      }
+    }
+  cv::Mat3b picture;
+  const cv::Size size = scaled_size(colors.size(), width_px);
+  cv::resize(colors, picture, size, 0, 0, size.width < colors.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
+  return picture;
+}
+
+}  // namespace gelslam::viewer::detail

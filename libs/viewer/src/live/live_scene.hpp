@@ -1,0 +1,61 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <vector>
+
+#include "gelslam/slam/live_session.hpp"
+#include "gelslam/viewer/scene.hpp"
+#include "gelslam/viewer/ui.hpp"
+#include "live/mesh_export.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// The session as a scene: takes what is new from it. Needs the window's context to be current.
+class LiveScene {
+ public:
+  explicit LiveScene(const cv::Vec3b& outline_bgr) : outline_bgr_(outline_bgr) {}
+
+  /// True when something has come that is to be drawn.
+  bool take_news(LiveSession& session, double now_s);
+  void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
+
+  Scene& scene() { return scene_; }
+  const Scene& scene() const { return scene_; }
+  const WindowMesh& mesh() const { return mesh_; }
+  const Texture& tactile() const { return tactile_; }
+  const Texture& normals() const { return normals_; }
+  const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map
+
+ private:
+  struct Sample {  // of the sensor's trajectory
+    int keyframe;
+    int trial;
+    Pose keyframe_T_frame;
+  };
+
+  void take_touch(const std::shared_ptr<const LiveTouch>& touch);
+  void place_touch(double now_s);
+  void rebuild_trajectory();
+
+  Scene scene_;
+  WindowMesh mesh_;
+  Texture tactile_, normals_;
+  cv::Vec3b outline_bgr_;
+  std::shared_ptr<const LiveTouch> touch_;
+  std::shared_ptr<const MapSnapshot> map_;
+  std::optional<TouchPatch> placed_;
+  double placed_s_ = 0;
+  bool trajectory_is_old_ = false;
+  std::vector<Sample> samples_;
+};
+
+/// The camera's picture with the border of the contact drawn over it: what the sensor sees, and what counts
+/// as touched. BGR, `width_px` wide. A picture without a surface (before the background is known) is shown as
+/// it is.
+cv::Mat3b tactile_picture(const LiveTouch& touch, int width_px, const cv::Vec3b& outline_bgr);
+
+/// Normals as colors (x red, y green, z blue, as is usual), BGR; what is not touched is faded toward gray.
+cv::Mat3b normal_picture(const Surface& surface, int width_px);
+
+}  // namespace gelslam::viewer::detail

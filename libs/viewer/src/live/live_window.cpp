@@ -1,0 +1,206 @@
+#include "live/live_window.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <system_error>
+
+#include "gelslam/core/error.hpp"
+#include "ui/script.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+constexpr double kFiguresInterval_s = 0.5;  ///< of what costs more than a glance: stage times, disk
+constexpr double kSideWidth = 298;          // design pixels
+/// Below this the view needs the whole window.
+constexpr double kLeastViewWidth = 480, kLeastSideHeight = 420, kLeastBarWidth = 300;
+
+WindowLoopOptions loop_options(const WindowOptions& options) {
+  WindowLoopOptions loop;
+  loop.host = {options.title, options.width_px, options.height_px, options.visible};
+  loop.script = options.script;
+  loop.script_name = options.script_name;
+  loop.picture_folder = options.output_folder;
+  loop.poll_s = 1.0 / 60;
+  loop.redraw_s = 0.5;
+  loop.yields = true;
+  return loop;
+}
+
+cv::Vec3b bgr_of(Color color) {
+  return {static_cast<uchar>(color >> 16U), static_cast<uchar>(color >> 8U), static_cast<uchar>(color)};
+}
+
+std::filesystem::path existing_parent(std::filesystem::path folder) {
+  std::error_code code;
+  folder = std::filesystem::absolute(folder, code);
+  while (!std::filesystem::exists(folder, code) && folder.has_relative_path()) folder = folder.parent_path();
+  return folder;
+}
+
+double free_bytes(const std::filesystem::path& folder) {
+  std::error_code code;
+  const auto space = std::filesystem::space(existing_parent(folder), code);
+  return code ? -1 : static_cast<double>(space.available);
+}
+
+/// Meshes are what most people look for, screenshots what they know already.
+int rank(const std::string& name) { return name.starts_with("mesh") ? 0 : name.ends_with(".png") ? 2 : 1; }
+
+/// What lies in the finished run's folder; folders in it with a slash and no size.
+std::vector<ResultFile> files_in(const std::filesystem::path& folder) {
+  std::vector<ResultFile> files;
+  std::error_code code;
+  for (std::filesystem::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
+    std::error_code ignored;
+    const bool is_folder = it->is_directory(ignored);
+    const double bytes = is_folder ? -1 : static_cast<double>(it->file_size(ignored));
+    files.push_back({it->path().filename().string() + (is_folder ? "/" : ""), bytes});
+  }
+  std::sort(files.begin(), files.end(), [](const ResultFile& a, const ResultFile& b) {
+    return std::pair(rank(a.name), a.name) < std::pair(rank(b.name), b.name);
+  });
+  return files;
+}
+
+}  // namespace
+
+LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
+    : SceneLoop(loop_options(options)),
+      session_(session),
+      options_(options),
+      scene_(bgr_of(theme::kGreen)),
+      controls_(session, options.keeps_run) {}
+
+bool LiveWindow::advance(double now_s, double dt_s) {
+  const LivePhase phase_before = frame_.status.phase;
+  look_at_figures(now_s);
+  const LivePhase phase = frame_.status.phase;
+  if (phase != phase_before && phase >= LivePhase::finishing) {
+    controls_.stop_following();  // there is no touch any more; all of the surface is to be seen
+    show_all();
+  }
+  bool changed = scene_.take_news(session_, now_s);
+  changed |= move_camera(dt_s) || follow_touch(dt_s);
+  return changed;
+}
+
+bool LiveWindow::follow_touch(double dt_s) {
+  if (!controls_.follows() || !scene_.touch()) return false;
+  const OrbitCamera before = camera_;
+  camera_.follow(scene_.touch()->map_T_sensor, dt_s);
+  return (before.eye_mm() - camera_.eye_mm()).norm() > 1e-3F * camera_.distance_mm() ||
+         (before.map_R_camera() - camera_.map_R_camera()).norm() > 1e-3F;
+}
+
+void LiveWindow::look_at_figures(double now_s) {
+  frame_.status = session_.status();
+  frame_.words = state_words(frame_.status);
+  if (now_s - figures_s_ < kFiguresInterval_s) return;
+  figures_s_ = now_s;
+  const std::string& folder =
+      frame_.status.run_folder.empty() ? options_.output_folder.string() : frame_.status.run_folder;
+  frame_.stages = session_.stage_times();
+  frame_.disk_free_bytes = free_bytes(folder);
+  frame_.output_folder = options_.keeps_run ? folder : "";
+  if (frame_.status.phase == LivePhase::finished && options_.keeps_run) frame_.results = files_in(folder);
+}
+
+std::string_view LiveWindow::state() { return state_words(session_.status()).state; }
+
+void LiveWindow::lay_out(const Ui& ui) {
+  const Box window = ui.window();
+  Box view = window;
+  side_ = bar_ = {};
+  if (controls_.shows_panels()) {
+    const float bar = ui.px(kBarHeight), side = ui.px(kSideWidth);
+    if (window.width >= ui.px(kLeastBarWidth) && window.height >= 3 * bar) {
+      view.height -= bar;
+      bar_ = {0, view.height, window.width, bar};
+    }
+    if (window.width >= ui.px(kSideWidth + kLeastViewWidth) && view.height >= ui.px(kLeastSideHeight)) {
+      view.width -= side;
+      side_ = {view.width, 0, side, view.height};
+    }
+  }
+  set_view(view);
+}
+
+void LiveWindow::draw_frame(Ui& ui, double now_s) {
+  lay_out(ui);
+  SceneStyle style = controls_.style();
+  // What is to be looked at in the end is the surface alone.
+  if (frame_.status.phase >= LivePhase::finishing) style.touch = style.sensor = false;
+  scene_.draw(camera_, viewport(), style);
+  frame_.tactile = &scene_.tactile();
+  frame_.normals = &scene_.normals();
+  if (frame_.words.state == "finished" && !options_.keeps_run)
+    frame_.words.advice = "Nothing is kept (no -o). E exports the mesh; Q closes.";
+  if (controls_.shows_panels()) {
+    draw_marks(ui, style, scene_.scene().legend(style));
+    draw_banner(ui, view(), frame_, side_.width <= 0, now_s);
+  }
+  if (side_.width > 0) draw_side(ui, side_, frame_);
+  if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
+}
+
+void LiveWindow::frame_drawn(double now_s) {
+  if (const auto format = controls_.take_export()) {
+    if (export_.valid()) {
+      controls_.complain("The last export is still being written.", now_s);
+    } else {
+      export_ = export_in_background(scene_.mesh().blocks(), export_path(options_.output_folder, *format));
+    }
+  }
+  if (export_.valid() && export_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    const ExportOutcome outcome = export_.get();
+    outcome.ok ? controls_.say(outcome.sentence, now_s) : controls_.complain(outcome.sentence, now_s);
+    draw_again();
+  }
+}
+
+/// Who ends a scan from the terminal, or logs out, is not at the window.
+bool LiveWindow::closes_by_itself() {
+  return frame_.status.phase == LivePhase::finished && options_.asks_to_end && options_.asks_to_end();
+}
+
+OrbitCamera LiveWindow::whole_view(const Viewport& viewport) const {
+  return camera_.fitted(scene_.scene().bounds_mm(), viewport);
+}
+
+std::optional<Eigen::Vector3f> LiveWindow::pick(std::size_t /*part*/, const PickRay& ray) const {
+  return scene_.scene().pick(ray);
+}
+
+void LiveWindow::show_all_at_once() {
+  scene_.scene().finish_details();
+  camera_.fit(scene_.scene().bounds_mm(), viewport());
+}
+
+}  // namespace gelslam::viewer::detail
+
+namespace gelslam {
+
+int run_live_window(LiveSession& session, const WindowOptions& options) {
+  viewer::detail::LiveWindow window(session, options);
+  window.run();
+  if (!options.snapshot.empty()) viewer::write_png(options.snapshot, window.picture(1e9));
+  return 0;
+}
+
+void write_live_snapshot(LiveSession& session, const std::filesystem::path& png,
+                         const WindowOptions& options) {
+  WindowOptions without_display = options;
+  without_display.visible = false;
+  without_display.script.clear();
+  viewer::detail::LiveWindow window(session, without_display);
+  window.turn(0, true);  // takes the session's news, and lays the window out
+  window.show_all_at_once();
+  viewer::write_png(png, window.picture(0.01));
+}
+
+void check_window_script(const std::string& text, const std::string& name) {
+  viewer::detail::parse_script(text, name);
+}
+
+}  // namespace gelslam

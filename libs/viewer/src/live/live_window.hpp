@@ -1,0 +1,72 @@
+#pragma once
+
+#include <future>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelslam/viewer/window.hpp"
+#include "live/live_controls.hpp"
+#include "live/live_scene.hpp"
+#include "live/status_text.hpp"
+#include "ui/scene_loop.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// A file of the finished scan; negative bytes for a folder.
+struct ResultFile {
+  std::string name;
+  double bytes = 0;
+};
+
+/// All that the panels show.
+struct LiveFrame {
+  LiveStatus status;
+  StateWords words;
+  std::vector<StageStatistics> stages;
+  std::string output_folder;        ///< of the run; empty: nothing is kept
+  double disk_free_bytes = -1;      ///< negative: not known
+  std::vector<ResultFile> results;  ///< once finished
+  const Texture* tactile = nullptr;
+  const Texture* normals = nullptr;
+};
+
+void draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, double now_s);
+void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);
+
+/// The window of a scan, frame by frame.
+class LiveWindow : public SceneLoop {
+ public:
+  LiveWindow(LiveSession& session, const WindowOptions& options);
+  ~LiveWindow() override { host().make_current(); }  // what was drawn with is freed there
+
+  LiveControls& controls() override { return controls_; }
+  bool has_side() const { return side_.width > 0; }
+  void show_all_at_once();
+
+ private:
+  bool advance(double now_s, double dt_s) override;
+  void draw_frame(Ui& ui, double now_s) override;
+  void frame_drawn(double now_s) override;
+  bool closes_by_itself() override;
+  std::string_view state() override;
+  SceneControls& scene_controls() override { return controls_; }
+  OrbitCamera whole_view(const Viewport& viewport) const override;
+  std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
+  void view_turned() override { controls_.stop_following(); }
+
+  void lay_out(const Ui& ui);
+  void look_at_figures(double now_s);
+  bool follow_touch(double dt_s);
+
+  LiveSession& session_;
+  WindowOptions options_;
+  LiveScene scene_;
+  LiveControls controls_;
+  LiveFrame frame_;
+  double figures_s_ = -1e9;
+  Box side_, bar_;
+  std::future<ExportOutcome> export_;
+};
+
+}  // namespace gelslam::viewer::detail

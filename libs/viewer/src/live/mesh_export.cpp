@@ -1,0 +1,130 @@
+#include "live/mesh_export.hpp"
+
+#include <array>
+#include <bit>
+#include <system_error>
+#include <unordered_map>
+#include <utility>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/process.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/viewer/window_host.hpp"
+#include "live/status_text.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+using Bits = std::array<std::uint32_t, 3>;
+
+struct BitsHash {
+  std::size_t operator()(const Bits& bits) const {
+    std::uint64_t hash = 0x9E3779B97F4A7C15U;
+    for (const std::uint32_t part : bits) hash = (hash ^ part) * 0xFF51AFD7ED558CCDU + (hash >> 29);
+    return static_cast<std::size_t>(hash);
+  }
+};
+
+Bits bits_of(const Eigen::Vector3f& p) {
+  // Adding zero makes -0 and 0 one.
+  return {std::bit_cast<std::uint32_t>(p.x() + 0.0F), std::bit_cast<std::uint32_t>(p.y() + 0.0F),
+          std::bit_cast<std::uint32_t>(p.z() + 0.0F)};
+}
+
+/// Vertices at exactly the same place are one.
+class MeshJoiner {
+ public:
+  void add(const Mesh& block) {
+    std::vector<int> index(block.vertices_mm.size());
+    for (std::size_t i = 0; i < index.size(); ++i) index[i] = vertex(block, i);
+    for (const Eigen::Vector3i& t : block.triangles) {
+      const Eigen::Vector3i joined(at(index, t.x()), at(index, t.y()), at(index, t.z()));
+      if (joined.minCoeff() >= 0 && joined.x() != joined.y() && joined.y() != joined.z() &&
+          joined.z() != joined.x())
+        mesh_.triangles.push_back(joined);
+    }
+  }
+
+  Mesh take() {
+    const std::size_t vertices = mesh_.vertices_mm.size();
+    if (mesh_.normals.size() != vertices) mesh_.normals.clear();  // a block had none
+    if (mesh_.confidence.size() != vertices) mesh_.confidence.clear();
+    return std::move(mesh_);
+  }
+
+ private:
+  static int at(const std::vector<int>& index, int i) {
+    return i >= 0 && static_cast<std::size_t>(i) < index.size() ? index[static_cast<std::size_t>(i)] : -1;
+  }
+
+  int vertex(const Mesh& block, std::size_t i) {
+    const auto next = static_cast<int>(mesh_.vertices_mm.size());
+    const auto [place, is_new] = known_.emplace(bits_of(block.vertices_mm[i]), next);
+    if (!is_new) return place->second;
+    mesh_.vertices_mm.push_back(block.vertices_mm[i]);
+    if (i < block.normals.size()) mesh_.normals.push_back(block.normals[i]);
+    if (i < block.confidence.size()) mesh_.confidence.push_back(block.confidence[i]);
+    return next;
+  }
+
+  Mesh mesh_;
+  std::unordered_map<Bits, int, BitsHash> known_;
+};
+
+ExportOutcome export_now(const Mesh& mesh, const std::filesystem::path& path) {
+  if (mesh.triangles.empty()) return {false, "There is no mesh to export yet."};
+  try {
+    std::error_code ignored;  // write_mesh says what is wrong with the folder
+    std::filesystem::create_directories(path.parent_path(), ignored);
+    write_mesh(path, mesh, usual_unit(path));
+  } catch (const Error& error) {
+    return {false, error.what()};
+  }
+  return {true,
+          "Mesh (" + text_of_count(static_cast<std::int64_t>(mesh.triangles.size())) +
+              (usual_unit(path) == LengthUnit::metre ? " triangles, in meters): " : " triangles, in mm): ") +
+              path.string()};
+}
+
+}  // namespace
+
+void WindowMesh::update(MeshChanges changes) {
+  if (changes.cleared) {
+    blocks_.clear();
+    triangles_ = 0;
+  }
+  for (MeshBlock& block : changes.blocks) {
+    if (const auto old = blocks_.find(block.key); old != blocks_.end()) {
+      triangles_ -= old->second->triangles.size();
+      blocks_.erase(old);
+    }
+    if (block.mesh.triangles.empty()) continue;
+    triangles_ += block.mesh.triangles.size();
+    blocks_.emplace(block.key, std::make_shared<const Mesh>(std::move(block.mesh)));
+  }
+}
+
+MeshBlocks WindowMesh::blocks() const {
+  MeshBlocks blocks;
+  for (const auto& [key, mesh] : blocks_) blocks.push_back(mesh);
+  return blocks;
+}
+
+Mesh join_blocks(const MeshBlocks& blocks) {
+  MeshJoiner joiner;
+  for (const auto& block : blocks) joiner.add(*block);
+  return joiner.take();
+}
+
+std::filesystem::path export_path(const std::filesystem::path& folder, const std::string& extension) {
+  return free_name(folder, usual_unit("a." + extension) == LengthUnit::metre ? "mesh" : "mesh_mm", extension);
+}
+
+std::future<ExportOutcome> export_in_background(MeshBlocks blocks, const std::filesystem::path& path) {
+  return std::async(std::launch::async, [blocks = std::move(blocks), path] {
+    lower_thread_priority();
+    return export_now(join_blocks(blocks), path);
+  });
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,228 @@
+#include "gelslam/viewer/controls.hpp"
+
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <sstream>
+
+#include "gelslam/core/text.hpp"
+
+namespace gelslam::viewer {
+namespace {
+
+constexpr std::size_t kMaxToasts = 4;
+
+std::map<std::string, int, std::less<>> named_keys() {
+  std::map<std::string, int, std::less<>> keys = {{"space", GLFW_KEY_SPACE},
+                                                  {"enter", GLFW_KEY_ENTER},
+                                                  {"esc", GLFW_KEY_ESCAPE},
+                                                  {"tab", GLFW_KEY_TAB},
+                                                  {"left", GLFW_KEY_LEFT},
+                                                  {"right", GLFW_KEY_RIGHT},
+                                                  {"up", GLFW_KEY_UP},
+                                                  {"down", GLFW_KEY_DOWN},
+                                                  {"backspace", GLFW_KEY_BACKSPACE},
+                                                  {"plus", GLFW_KEY_EQUAL},
+                                                  {"minus", GLFW_KEY_MINUS},
+                                                  {"delete", GLFW_KEY_DELETE},
+                                                  {"pageup", GLFW_KEY_PAGE_UP},
+                                                  {"kp_add", GLFW_KEY_KP_ADD},
+                                                  {"pagedown", GLFW_KEY_PAGE_DOWN},
+                                                  {"kp_subtract", GLFW_KEY_KP_SUBTRACT},
+                                                  {"kp_enter", GLFW_KEY_KP_ENTER},
+                                                  {"slash", GLFW_KEY_SLASH},
+                                                  {"bracket", GLFW_KEY_RIGHT_BRACKET}};
+  for (char letter = 'a'; letter <= 'z'; ++letter) keys[std::string(1, letter)] = GLFW_KEY_A + (letter - 'a');
+  for (int digit = 0; digit <= 9; ++digit) {
+    keys[std::to_string(digit)] = GLFW_KEY_0 + digit;
+    keys["kp_" + std::to_string(digit)] = GLFW_KEY_KP_0 + digit;
+  }
+  for (int i = 1; i <= 12; ++i) keys["f" + std::to_string(i)] = GLFW_KEY_F1 + (i - 1);
+  return keys;
+}
+
+const std::map<std::string, int, std::less<>>& known_keys() {
+  static const auto keys = named_keys();
+  return keys;
+}
+
+bool holds_key(const std::string& keys, int code) {
+  std::istringstream names(keys);
+  for (std::string name; names >> name;)
+    if (key_of_name(name) == code) return true;
+  return false;
+}
+
+const char* name_of(SceneColor color) {
+  static constexpr const char* kNames[] = {"plain", "confidence", "height", "keyframe", "distance"};
+  return kNames[static_cast<std::size_t>(color)];
+}
+
+}  // namespace
+
+ActionRow common_row(Action action) {
+  using enum Action;
+  static const std::vector<ActionRow> rows = {
+      {shading_clay, "1 kp_1", "1", "Clay", 3, 10, "Clay"},
+      {shading_polished, "2 kp_2", "2", "Polish", 3, 10, "Polished"},
+      {shading_curvature, "3 kp_3", "3", "Curvature", 3, 10, "Curvature"},
+      {next_color, "c", "C", "Colors", 2, 9, "Next color scale"},
+      {show_all, "r", "R", "Show all", 2, 6, "Show all"},
+      {trajectory, "t", "T", "Trajectory", 2, 8, "Trajectory"},
+      {pose_graph, "g", "G", "Graph", 2, 8, "Pose graph"},
+      {grid, "m", "M", "", 0, 0, "Millimeter grid"},
+      {light_theme, "l", "L", "Light", 2, 9, "Light or dark background"},
+      {measure, "d", "D", "Measure", 2, 7, "Measure: click two places"},
+      {screenshot, "p", "P", "Picture", 1, 6, "Picture of this window (PNG)"},
+      {panels, "tab", "Tab", "", 0, 0, "Hide or show the panels"},
+      {help, "h f1", "H", "Help", 4, 2, "This help"},
+  };
+  return *std::find_if(rows.begin(), rows.end(),
+                       [action](const ActionRow& row) { return row.action == action; });
+}
+
+std::optional<int> key_of_name(std::string_view name) {
+  const auto found = known_keys().find(lower_case(std::string(name)));
+  return found == known_keys().end() ? std::nullopt : std::optional(found->second);
+}
+
+std::vector<std::string> key_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, code] : known_keys()) names.push_back(name);
+  return names;
+}
+
+void Controls::press_key(int code, double now_s) {
+  if (question_) {
+    const auto& answers = question_->answers;
+    const auto found = std::find_if(answers.begin(), answers.end(),
+                                    [code](const Answer& a) { return holds_key(a.keys, code); });
+    if (found != answers.end()) answer(static_cast<std::size_t>(found - answers.begin()), now_s);
+    return;
+  }
+  const auto row = std::find_if(rows_.begin(), rows_.end(),
+                                [code](const ActionRow& r) { return holds_key(r.keys, code); });
+  if (std::exchange(shows_help_, false) &&
+      (code == GLFW_KEY_ESCAPE || row == rows_.end() || row->action == Action::help))
+    return;
+  if (row != rows_.end()) perform(row->action, now_s);
+}
+
+void Controls::answer(std::size_t index, double now_s) {
+  const Question question = *std::exchange(question_, std::nullopt);
+  if (const auto& run = question.answers.at(index).run) run(now_s);
+}
+
+void Controls::perform(Action action, double now_s) {
+  switch (action) {
+    case Action::help:
+      shows_help_ = !shows_help_;
+      return;
+    case Action::panels:
+      shows_panels_ = !shows_panels_;
+      return;
+    case Action::screenshot:
+      screenshot_ = true;
+      return;
+    default:
+      act(action, now_s);
+  }
+}
+
+void Controls::say(std::string text, double now_s, double seconds) {
+  add_toast({std::move(text), false, now_s + seconds});
+}
+
+void Controls::complain(std::string text, double now_s, double seconds) {
+  add_toast({std::move(text), true, now_s + seconds});
+}
+
+void Controls::add_toast(Toast toast) {
+  // The same text again (a key held down) is shown longer, not twice.
+  std::erase_if(toasts_, [&toast](const Toast& old) { return old.text == toast.text; });
+  toasts_.push_back(std::move(toast));
+  if (toasts_.size() > kMaxToasts) toasts_.pop_front();
+}
+
+bool Controls::drop_old_toasts(double now_s) {
+  return std::erase_if(toasts_, [now_s](const Toast& toast) { return toast.until_s <= now_s; }) > 0;
+}
+
+void SceneControls::act(Action action, double now_s) {
+  switch (action) {
+    case Action::shading_clay:
+      style_.shading = SceneShading::lit;
+      return;
+    case Action::shading_polished:
+      style_.shading = SceneShading::matcap;
+      return;
+    case Action::shading_curvature:
+      style_.shading = SceneShading::curvature;
+      return;
+    case Action::trajectory:
+      style_.trajectory = !style_.trajectory;
+      return;
+    case Action::pose_graph:
+      style_.edges = style_.keyframes = !style_.edges;
+      return;
+    case Action::grid:
+      style_.grid = !style_.grid;
+      return;
+    case Action::light_theme:
+      style_.light_theme = !style_.light_theme;
+      return;
+    case Action::next_color: {
+      const auto now = std::find(colors_.begin(), colors_.end(), style_.color);
+      style_.color = now == colors_.end() || now + 1 == colors_.end() ? colors_.front() : *(now + 1);
+      return say(std::string("Colors: ") + name_of(style_.color), now_s);
+    }
+    case Action::measure:
+      measures_ = !measures_;
+      if (measures_) say("Click two places of the surface.", now_s);
+      return;
+    case Action::show_all:
+      show_all_ = true;
+      return;
+    default:
+      return;
+  }
+}
+
+ButtonLook SceneControls::button(const ActionRow& row) const {
+  const auto is_on = [this](Action action) {
+    switch (action) {
+      case Action::shading_clay:
+        return style_.shading == SceneShading::lit;
+      case Action::shading_polished:
+        return style_.shading == SceneShading::matcap;
+      case Action::shading_curvature:
+        return style_.shading == SceneShading::curvature;
+      case Action::trajectory:
+        return style_.trajectory;
+      case Action::pose_graph:
+        return style_.edges;
+      case Action::next_color:
+        return style_.color != SceneColor::plain;
+      case Action::light_theme:
+        return style_.light_theme;
+      case Action::measure:
+        return measures_;
+      case Action::help:
+        return shows_help();
+      default:
+        return false;
+    }
+  };
+  return {true, row.label, is_on(row.action) ? theme::kBlue : theme::kText};
+}
+
+std::vector<std::pair<std::string, std::string>> SceneControls::mouse_help() const {
+  return {{"Left drag", "Turn"},
+          {"Right drag", "Move"},
+          {"Wheel", "Nearer, further"},
+          {"Double click", "Turn about this place"}};
+}
+
+}  // namespace gelslam::viewer

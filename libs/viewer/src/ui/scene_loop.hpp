@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "gelslam/viewer/orbit_camera.hpp"
+#include "gelslam/viewer/window_loop.hpp"
+
+namespace gelslam::viewer::detail {
+
+/// A window with a scene in it: the mouse turns, moves and zooms the camera, and measures distances.
+class SceneLoop : public WindowLoop {
+ public:
+  using WindowLoop::WindowLoop;
+
+ protected:
+  virtual SceneControls& scene_controls() = 0;
+  virtual OrbitCamera whole_view(const Viewport& viewport) const = 0;  ///< where all of it is in view
+  /// The surface under the cursor of a part.
+  virtual std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const = 0;
+  /// The view's parts beside each other, under one camera.
+  virtual std::vector<Viewport> parts(const Viewport& viewport) const { return {viewport}; }
+  virtual void view_turned() {}  ///< by hand
+
+  /// Glides to show all, or to a place that was clicked; true while it moves.
+  bool move_camera(double dt_s);
+  void show_all() { glide_ = Glide::all; }
+  Viewport viewport() const;  ///< of the view in the framebuffer
+  Box box_of(const Viewport& part) const;
+  void draw_marks(Ui& ui, const SceneStyle& style, const std::optional<ColorLegend>& legend) const;
+
+  OrbitCamera camera_;
+
+ private:
+  enum class Glide { none, all, place };
+  struct Cursor {
+    std::size_t part;
+    Eigen::Vector2f at_px;  ///< in the part
+    Viewport viewport;
+  };
+  Cursor cursor_in_part(const Eigen::Vector2f& at_px) const;
+  void click(const Eigen::Vector2f& at_px);
+  void draw_measure(Ui& ui, const Viewport& part, Color ink) const;
+
+  void pressed(int button, const Eigen::Vector2f& at_px, double now_s) override;
+  void moved(const Eigen::Vector2f& to_px) override;
+  void released(int button) override;
+  void scrolled(double steps, const Eigen::Vector2f& at_px) override;
+
+  Glide glide_ = Glide::none;
+  OrbitCamera goal_;
+  std::optional<int> drag_button_;
+  Eigen::Vector2f last_px_ = Eigen::Vector2f::Zero(), pressed_px_ = Eigen::Vector2f::Zero();
+  double pressed_s_ = -1e9;
+  bool dragged_ = false;
+  std::vector<Eigen::Vector3f> measured_mm_;  ///< none, one or both ends of the distance
+};
+
+void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px, Color ink);
+void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend, Color ink);
+
+}  // namespace gelslam::viewer::detail
