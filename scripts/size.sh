@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Counts the size of the project: see usage below.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+
+usage() {
+  cat <<END
+usage: scripts/size.sh [--build] [DIR]
+
+Prints yardsticks of the checkout in DIR (default: this one), so that two states can be compared:
+  lines        .cpp and .hpp of libs and apps/gelslam
+  settings     constants at file scope (constexpr, or const with a k name) and fields of structs named *Options, *Limits
+               and SensorProfile, in the chain from surface to fusion
+  short files  .cpp and .hpp files of less than 40 lines, everywhere
+  words        in README.md and docs/*.md, docs/*/*.md
+  --build      also the processor time of a fresh clone to the demo's picture, without the compiler cache
+END
+}
+
+build=false
+if [[ ${1:-} == --build ]]; then
+  build=true
+  shift
+fi
+case ${1:-} in
+  -h | --help) usage; exit 0 ;;
+  -*) usage >&2; exit 2 ;;
+esac
+cd "${1:-$root}"
+
+chain=(libs/surface libs/registration libs/frontend libs/loop_closure libs/backend libs/fusion libs/slam)
+
+# Files of these folders, one per line.
+sources() {
+  find "$@" \( -name '*.cpp' -o -name '*.hpp' \) 2>/dev/null || true
+}
+lines_of() { sources "$@" | tr '\n' '\0' | xargs -0 -r cat | wc -l; }
+row() { printf '%-52s %8s\n' "$1" "$2"; }
+
+constants=$(sources "${chain[@]}" | tr '\n' '\0' | xargs -0 -r awk '
+  /^(inline |static )*constexpr [^(]*( |\])?k?[A-Za-z_0-9]+(\[[^]]*\])* *[={;]/ || /^(inline |static )*const [^(]* k[A-Z][A-Za-z0-9]*(\[[^]]*\])* *[={;(]/ {
+    line = $0
+    gsub(/[({][^(){}]*[)}]/, "", line)   # values may hold commas
+    count += 1 + gsub(/, *k[A-Z]/, "", line)
+  }
+  END { print count + 0 }')
+fields=$(sources "${chain[@]}" | tr '\n' '\0' | xargs -0 -r awk '
+  FNR == 1 { inside = 0 }
+  /^struct [A-Za-z]*(Options|Limits)( |$|\{)/ { inside = 1; next }
+  inside && /^};/ { inside = 0 }
+  inside && /^  [A-Za-z][^()]*;/ && !/^  (using|static|friend|return) / {
+    line = $0
+    sub(/\/\/.*/, "", line)
+    gsub(/[({][^(){}]*[)}]/, "", line)
+    count += 1 + gsub(/, *[a-z]/, "", line)
+  }
+  END { print count + 0 }')
+
+row "lines, libs and apps/gelslam" "$(lines_of libs apps/gelslam)"
+for part in libs/* apps/*; do
+  [[ ! -d $part ]] || row "  $part" "$(lines_of "$part")"
+done
+row "lines, tests" "$(lines_of tests)"
+row "settings from surface to fusion" "$((constants + fields))"
+row "  constants" "$constants"
+row "  option fields" "$fields"
+row "files of less than 40 lines" "$(find libs apps tests \( -name '*.cpp' -o -name '*.hpp' \) -exec awk 'END { if (NR < 40) print FILENAME }' {} \; | wc -l)"
+row "words in README.md and docs" "$(find README.md docs -name '*.md' -print0 | xargs -0 cat | wc -w)"
+
+if $build; then
+  work=$(mktemp -d)
+  trap 'rm -rf "$work"' EXIT
+  git clone -q . "$work/clone"
+  TIMEFORMAT='%R %U %S'
+  times=$({ time CCACHE_DISABLE=1 "$work/clone/scripts/demo.sh" >"$work/log" 2>&1 </dev/null; } 2>&1) || {
+    tail -20 "$work/log" >&2
+    exit 1
+  }
+  read -r real user system <<<"$times"
+  row "fresh clone to demo, minutes" "$(awk "BEGIN { printf \"%.1f\", $real / 60 }")"
+  row "fresh clone to demo, minutes of processor time" "$(awk "BEGIN { printf \"%.1f\", ($user + $system) / 60 }")"
+fi
