@@ -91,7 +91,7 @@ TrackedFrame background_frame(const SurfaceStream::Item& item) {
 /// has told where that trial lies.
 class TumStream {
  public:
-  explicit TumStream(const LoopClosureOptions& options) : places_(options) {}
+  explicit TumStream(const SlamOptions& options) : places_(options) {}
 
   void write(const TrackedFrame& frame) {
     for (const NewKeyframe& added : frame.new_keyframes) places_.add(added);
@@ -111,8 +111,8 @@ int run(const TrackArguments& arguments) {
   SurfaceStream stream(input, config, timer);
   for (const std::string& doubt : stream.background_doubts())
     std::cerr << "gelslam: warning: " << doubt << "\n";
-  Tracker tracker(config.slam.tracker);
-  TumStream tum(config.slam.loop_closure);
+  Tracker tracker(config.slam.tracker, config.slam.registration, config.slam.verification);
+  TumStream tum(config.slam);
   TrialDrift drift(config.slam.slope_calibration.gradient_scale_sigma);
   const InterruptWatch interrupt;
   bool ever_tracked = false;

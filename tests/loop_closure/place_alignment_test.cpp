@@ -1,11 +1,9 @@
-#include "place_alignment.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "gelslam/loop_closure/self_similarity.hpp"
-#include "gelslam/registration/overlap_agreement.hpp"
+#include "gelslam/registration/verification.hpp"
+#include "place_features.hpp"
 #include "place_index.hpp"
 #include "texture.hpp"
 
@@ -141,26 +139,25 @@ TEST(ExtractFeatures, ASmoothSurfaceHasNone) {
 
 // ---- what two surfaces say about their overlap ----
 
-TEST(CompareOverlap, AgreesAtTheTrueTransformOnly) {
+TEST(Overlap, AgreesAtTheTrueTransformOnly) {
   const Texture texture = random_texture(11);
   const Pose second = place(1.5, -0.4, 70, 3, 5);
-  const SurfacePtr older = touch(texture, place(0, 0)), newer = touch(texture, second);
+  const SurfacePtr older = touch(texture, place(0, 0));
+  const NormalFlowReference newer(touch(texture, second), {});
   const Pose truth = place(0, 0).inverse() * second;
-  const OverlapAgreement right = compare_overlap(*older, *newer, truth);
+  const RegistrationResult right = judge_pose(newer, *older, truth, {});
+  EXPECT_TRUE(verify_registered(newer, *older, right, PlacePrior::none, {}).ok());
   EXPECT_GT(right.texture_correlation, 0.9);
   EXPECT_LT(right.height_rmse_mm, 0.01);
   EXPECT_GT(right.shared_pixels, 1000);
   Pose shifted = truth;
   shifted.translation().x() += 0.6;
-  const OverlapAgreement wrong = compare_overlap(*older, *newer, shifted);
+  const RegistrationResult wrong = judge_pose(newer, *older, shifted, {});
   EXPECT_LT(wrong.texture_correlation, 0.5);
   EXPECT_GT(wrong.height_rmse_mm, 5 * right.height_rmse_mm);
-  Pose deeper = truth;
-  deeper.translation().z() += 1;  // how deep a touch was is no disagreement
-  EXPECT_NEAR(compare_overlap(*older, *newer, deeper).height_rmse_mm, right.height_rmse_mm, 1e-6);
   Pose away = truth;
   away.translation().x() += 30;
-  EXPECT_EQ(compare_overlap(*older, *newer, away).shared_pixels, 0);
+  EXPECT_EQ(judge_pose(newer, *older, away, {}).shared_pixels, 0);
 }
 
 // ---- repeated patterns ----

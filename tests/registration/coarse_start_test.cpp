@@ -1,9 +1,7 @@
-#include "gelslam/registration/coarse_start.hpp"
-
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
-#include "gelslam/registration/normal_flow.hpp"
+#include "gelslam/registration/relocalization.hpp"
 
 namespace gelslam {
 namespace {

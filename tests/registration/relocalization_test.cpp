@@ -19,14 +19,14 @@ struct Search {
 
 /// `moved`: where the sensor is then. Expected at rest, as when nothing is known.
 Search search(const Field& field, const Pose& moved, const View& view = everywhere(),
-              const RelocalizationOptions& search_options = {}) {
+              double rival_distance = std::numeric_limits<double>::infinity()) {
   const NormalFlowOptions options;
   const NormalFlowReference reference(touch(field, at_rest, view), options);
   const SurfacePtr target = touch(field, moved, view);
   const Pose truth = moved.inverse() * at_rest;
   Search s;
   s.alone = register_normal_flow(reference, *target, Pose::Identity(), options);
-  s.place = relocalize(reference, *target, Pose::Identity(), s.alone, options, search_options);
+  s.place = relocalize(reference, *target, Pose::Identity(), s.alone, options, {}, rival_distance);
   s.alone_off = gap(s.alone.target_T_reference, truth);
   s.place_off = gap(s.place.target_T_reference, truth);
   return s;
@@ -60,12 +60,11 @@ TEST(Relocalization, SaysSoWhenSeveralPlacesAgreeAsWell) {
 }
 
 TEST(Relocalization, MayCountOnSmallStepsToBeLikelier) {
-  RelocalizationOptions options;
-  options.rival_distance = 2.5;
   const Field waffle_of_unlike_bumps = together(waffle(kPeriodMm), textured_plane(5, 0.01));
   for (const double slide_mm : {0.3, 0.6}) {  // the next bump is 1.3 or 1.0 mm off
-    const Search s = search(waffle_of_unlike_bumps, motion(0, 0, 0, slide_mm, 0, 0.4), everywhere(), options);
-    const bool likelier = (kPeriodMm - slide_mm) / slide_mm > options.rival_distance;
+    const Search s =
+        search(waffle_of_unlike_bumps, motion(0, 0, 0, slide_mm, 0, 0.4), everywhere(), kRivalDistance);
+    const bool likelier = (kPeriodMm - slide_mm) / slide_mm > kRivalDistance;
     EXPECT_EQ(s.place.status, likelier ? RegistrationStatus::converged : RegistrationStatus::ambiguous)
         << slide_mm;
   }
@@ -93,7 +92,7 @@ TEST(Relocalization, WithoutTextureWhatWasFoundStays) {
   const NormalFlowReference reference(touch(ball, pressed(12, 0.4)), options);
   const SurfacePtr target = touch(ball, pressed(12, 0.45));
   const RegistrationResult alone = register_normal_flow(reference, *target, Pose::Identity(), options);
-  const RegistrationResult place = relocalize(reference, *target, Pose::Identity(), alone, options);
+  const RegistrationResult place = relocalize(reference, *target, Pose::Identity(), alone, options, {});
   EXPECT_TRUE(place.ok());
   EXPECT_NEAR(place.target_T_reference.translation().z(), alone.target_T_reference.translation().z(), 0.01);
 }
@@ -115,7 +114,7 @@ TEST(Relocalization, AnotherObjectIsNoPlace) {
   for (std::uint64_t seed = 20; seed < 26; ++seed) {
     const NormalFlowReference reference(touch(textured_plane(seed), at_rest), options);
     const SurfacePtr target = touch(textured_plane(seed + 100), at_rest);
-    EXPECT_FALSE(relocalize(reference, *target, Pose::Identity(), {}, options).ok()) << seed;
+    EXPECT_FALSE(relocalize(reference, *target, Pose::Identity(), {}, options, {}).ok()) << seed;
   }
 }
 

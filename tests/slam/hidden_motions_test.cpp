@@ -1,8 +1,8 @@
-#include "pipeline/hidden_motions.hpp"
-
 #include <gtest/gtest.h>
 
-namespace gelslam::slam::detail {
+#include "gelslam/slam/trial_drift.hpp"
+
+namespace gelslam {
 namespace {
 
 constexpr std::array<bool, 6> kAll = {true, true, true, true, true, true};
@@ -50,4 +50,4 @@ TEST_F(HiddenMotionsTest, ANewTrialBeginsAnew) {
 }
 
 }  // namespace
-}  // namespace gelslam::slam::detail
+}  // namespace gelslam

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
+#include "gelslam/slam/slam_options.hpp"
 
 namespace gelslam {
 namespace {
@@ -10,7 +11,7 @@ namespace {
 using namespace test;
 
 /// Keyframes at known places of a texture, and a pose graph's solution that has them a little wrong.
-class Densify : public testing::Test {
+class OverlapEdges : public testing::Test {
  protected:
   void add(const Pose& texture_T_keyframe, const Pose& error = Pose::Identity()) {
     auto keyframe = std::make_shared<Keyframe>();
@@ -28,18 +29,18 @@ class Densify : public testing::Test {
   std::vector<Pose> truth;
   PoseGraphSolution solution;
   std::vector<PoseGraphEdge> edges;
-  RefinementOptions options;
+  SlamOptions options;
 };
 
 const Pose kFirst = motion(0, 0, 0, 0, 0, 0.4), kNear = motion(1, 0, 20, 3, 1, 0.4),
            kFar = motion(0, 0, 0, 30, 0, 0.4);
 const Pose kWrong = motion(0.5, -0.3, 1, 0.15, -0.1);
 
-TEST_F(Densify, RegistersAnOverlapThatHasNoEdge) {
+TEST_F(OverlapEdges, RegistersAnOverlapThatHasNoEdge) {
   add(kFirst);
   add(kNear, kWrong);
   add(kFar);
-  const std::vector<PoseGraphEdge> found = densify(keyframes, solution, edges, options);
+  const std::vector<PoseGraphEdge> found = find_overlap_edges(keyframes, solution, edges, options);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].from, 0);
   EXPECT_EQ(found[0].to, 1);
@@ -50,42 +51,42 @@ TEST_F(Densify, RegistersAnOverlapThatHasNoEdge) {
   EXPECT_GT(found[0].information(0, 0), 0);
 }
 
-TEST_F(Densify, LeavesOutWhatIsLinkedAlready) {
+TEST_F(OverlapEdges, LeavesOutWhatIsLinkedAlready) {
   add(kFirst);
   add(kNear, kWrong);
   edges.push_back({0, 1, Pose::Identity(), Matrix6d::Identity(), EdgeKind::loop});
-  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
   edges[0].from = 1;  // the other way round is the same pair
   edges[0].to = 0;
-  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
 }
 
-TEST_F(Densify, KnowsNothingOfPlacesInOtherComponents) {
+TEST_F(OverlapEdges, KnowsNothingOfPlacesInOtherComponents) {
   add(kFirst);
   add(kNear, kWrong);
   solution.component_of_node[1] = 1;
-  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
 }
 
-TEST_F(Densify, DoesNotLinkOppositeSidesOfAThinObject) {
+TEST_F(OverlapEdges, DoesNotLinkOppositeSidesOfAThinObject) {
   add(kFirst);
   add(kFirst);
   Pose behind = Pose::Identity();
   behind.linear() = so3_exp({M_PI, 0, 0});
   solution.component_T_node[1] = solution.component_T_node[0] * behind;
-  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
 }
 
-TEST_F(Densify, ABelievedOverlapThatIsNoneGivesNoEdge) {
+TEST_F(OverlapEdges, ABelievedOverlapThatIsNoneGivesNoEdge) {
   add(kFirst);
   add(kFar);
   solution.component_T_node[1] = solution.component_T_node[0];  // a false loop put it here
-  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
+  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
 }
 
 // A grid of bumps 1.6 mm apart: the drifted pose is nearer to the next bump than to the right one, and
 // registration would settle there.
-TEST_F(Densify, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand) {
+TEST_F(OverlapEdges, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand) {
   const double k = 2 * M_PI / 1.6;
   const Waves grid{{{k * Eigen::Vector3d::UnitX(), 0, 0.04}, {k * Eigen::Vector3d::UnitY(), 0, 0.04}}};
   texture = [grid](const Eigen::Vector3d& p) {
@@ -98,21 +99,21 @@ TEST_F(Densify, ARepeatedPatternIsLinkedOnlyWhereThePlaceIsKnownBeforehand) {
   Matrix6d good = Matrix6d::Identity() * 1e4, drifting = Matrix6d::Identity();
   edges = {{0, 1, truth[0].inverse() * truth[1], good, EdgeKind::odometry},
            {1, 2, truth[1].inverse() * truth[2], drifting, EdgeKind::odometry}};
-  EXPECT_TRUE(densify(keyframes, solution, edges, options).empty());
-  RefinementOptions trusting = options;
-  trusting.max_self_similarity = 1.0;
-  const std::vector<PoseGraphEdge> misled = densify(keyframes, solution, edges, trusting);
+  EXPECT_TRUE(find_overlap_edges(keyframes, solution, edges, options).empty());
+  SlamOptions trusting = options;
+  trusting.verification.max_self_similarity = 1.0;
+  const std::vector<PoseGraphEdge> misled = find_overlap_edges(keyframes, solution, edges, trusting);
   ASSERT_EQ(misled.size(), 1u);
   EXPECT_GT(gap(misled[0].from_T_to, truth[0].inverse() * truth[2]).mm, 1.0);
 
   solution.component_T_node[2] = truth[2];
   edges[1].information = good;
-  const std::vector<PoseGraphEdge> found = densify(keyframes, solution, edges, options);
+  const std::vector<PoseGraphEdge> found = find_overlap_edges(keyframes, solution, edges, options);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_LT(gap(found[0].from_T_to, truth[0].inverse() * truth[2]).mm, 0.05);
 }
 
-TEST_F(Densify, TakesTheLargestOverlapsWhenThereAreTooMany) {
+TEST_F(OverlapEdges, TakesTheLargestOverlapsWhenThereAreTooMany) {
   add(motion(0, 0, 0, 5, 0, 0.4));
   add(motion(0, 0, 0, 1, 0, 0.4));
   add(motion(0, 0, 0, 3, 0, 0.4));
@@ -120,8 +121,8 @@ TEST_F(Densify, TakesTheLargestOverlapsWhenThereAreTooMany) {
   edges = {{0, 1, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry},
            {0, 2, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry},
            {1, 2, Pose::Identity(), Matrix6d::Identity(), EdgeKind::odometry}};
-  options.max_pairs_per_keyframe = 1;
-  const std::vector<PoseGraphEdge> found = densify(keyframes, solution, edges, options);
+  options.refinement.max_pairs_per_keyframe = 1;
+  const std::vector<PoseGraphEdge> found = find_overlap_edges(keyframes, solution, edges, options);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].from, 1);
   EXPECT_EQ(found[0].to, 3);

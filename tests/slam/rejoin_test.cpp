@@ -1,9 +1,8 @@
-#include "pipeline/rejoin.hpp"
-
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
-#include "gelslam/loop_closure/self_similarity.hpp"
+#include "gelslam/slam/refinement.hpp"
+#include "gelslam/slam/slam_options.hpp"
 
 namespace gelslam {
 namespace {
@@ -48,11 +47,9 @@ class Rejoin : public testing::Test {
     truth.push_back(object_T_sensor);
     keyframes.push_back(std::move(keyframe));
   }
-  std::vector<LoopConstraint> loops() const {
-    return slam::detail::rejoin_broken_trials(keyframes, frames, LoopCloser(options), options);
-  }
+  std::vector<LoopConstraint> loops() const { return rejoin_broken_trials(keyframes, frames, options); }
 
-  LoopClosureOptions options;
+  SlamOptions options;
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<FrameRecord> frames;
   std::vector<Pose> truth;
@@ -69,8 +66,8 @@ TEST_F(Rejoin, FindsTheNewTrialsPlaceOnTheOld) {
 TEST_F(Rejoin, DoesNotTakeTheNextBeadForThisOne) {
   add(rim(), round_the_rim(0));
   add(rim(), round_the_rim(0.7));
-  ASSERT_LT(self_similarity(*keyframes[1]->surface), options.max_self_similarity);
-  const auto wrong = LoopCloser(options).verify(*keyframes[0], *keyframes[1], Pose::Identity());
+  ASSERT_LT(keyframes[1]->reference->self_similarity(), options.verification.max_self_similarity);
+  const auto wrong = verify_loop(*keyframes[0], *keyframes[1], {}, {}, {});
   ASSERT_TRUE(wrong) << "verification alone sees it";
   ASSERT_GT(gap(wrong->from_T_to, truth[0].inverse() * truth[1]).deg, 10);
   EXPECT_TRUE(loops().empty());

@@ -50,7 +50,7 @@ class CalibrateSlopes : public testing::Test {
   }
 
   std::optional<CalibratedMap> calibrate() const {
-    return calibrate_slopes(read(), options, {}, [] { return false; });
+    return calibrate_slopes(read(), options, {}, {}, [] { return false; });
   }
 
   /// Root mean square turn between what is said and what was, from the first keyframe.
@@ -129,7 +129,7 @@ TEST_F(CalibrateSlopes, ASingleKeyframeAndATakenBackOneAreNoSpecialCase) {
 
 TEST_F(CalibrateSlopes, StoppedItLeavesEverythingAsItWas) {
   look({pressed(6, 0.9), pressed(6, 0.9) * motion(3, 0, 0, 0.5, 0)}, {});
-  EXPECT_FALSE(calibrate_slopes(read(), options, {}, [] { return true; }));
+  EXPECT_FALSE(calibrate_slopes(read(), options, {}, {}, [] { return true; }));
 }
 
 PoseGraphEdge link(int from, int to, const Pose& from_T_to) {

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "descriptor_matching.hpp"
-#include "place_alignment.hpp"
+#include "place_features.hpp"
 #include "place_index.hpp"
 
 namespace {

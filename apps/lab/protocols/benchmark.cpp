@@ -12,7 +12,7 @@ std::int64_t frames_in(const std::vector<BenchmarkTrial>& trials) {
   return sum;
 }
 
-std::vector<MethodRun> start_methods(const BenchmarkRequest& request, const TrackerOptions& options) {
+std::vector<MethodRun> start_methods(const BenchmarkRequest& request, const SlamOptions& options) {
   std::vector<MethodRun> runs;
   runs.reserve(request.methods.size());
   for (const std::string& method : request.methods)
@@ -31,7 +31,7 @@ BenchmarkResult run_benchmark(const BenchmarkRequest& request, ProgressSink& pro
   for (const BenchmarkTrial& trial : request.trials) {
     if (result.partial) break;
     TrialFrames frames(trial, request.sources);
-    std::vector<MethodRun> runs = start_methods(request, frames.config().slam.tracker);
+    std::vector<MethodRun> runs = start_methods(request, frames.config().slam);
     for (int read = 0; const std::optional<TrialFrame> frame = frames.next(); ++read) {
       if (stop()) {
         result.partial = true;

@@ -17,14 +17,14 @@ double thread_cpu_ms() {
 std::string_view name(Protocol protocol) { return protocol == Protocol::frame0 ? "frame0" : "keyframes"; }
 
 MethodRun::MethodRun(std::shared_ptr<const Registrar> registrar, Protocol protocol,
-                     const TrackerOptions& options)
+                     const SlamOptions& options)
     : registrar_(std::move(registrar)),
       protocol_(protocol),
       options_(options),
-      tracker_(options, registrar_) {}
+      tracker_(options.tracker, registrar_, options.registration, options.verification) {}
 
 void MethodRun::add(const TrialFrame& frame) {
-  const bool contact = frame.surface->contact_pixels >= options_.contact_threshold_px;
+  const bool contact = frame.surface->contact_pixels >= options_.tracker.contact_threshold_px;
   if (!first_T_start_) {
     if (!contact || !frame.start_T_frame) return;
     first_T_start_ = frame.start_T_frame->inverse();

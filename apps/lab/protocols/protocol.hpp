@@ -8,6 +8,7 @@
 
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/registration/registrar.hpp"
+#include "gelslam/slam/slam_options.hpp"
 #include "protocols/trials.hpp"
 
 namespace gelslam {
@@ -36,7 +37,7 @@ struct FrameEstimate {
 /// One method on one trial, frame after frame.
 class MethodRun {
  public:
-  MethodRun(std::shared_ptr<const Registrar> registrar, Protocol protocol, const TrackerOptions& options);
+  MethodRun(std::shared_ptr<const Registrar> registrar, Protocol protocol, const SlamOptions& options);
 
   /// Frames in order. Those before the first contact say nothing, and so do those without a true pose, which
   /// the method sees all the same.
@@ -53,7 +54,7 @@ class MethodRun {
 
   std::shared_ptr<const Registrar> registrar_;
   Protocol protocol_;
-  TrackerOptions options_;
+  SlamOptions options_;
   std::optional<Pose> first_T_start_;  ///< none before the first contact
   Pose first_T_last_ = Pose::Identity();
   std::shared_ptr<const PreparedReference> reference_;  ///< of the first frame

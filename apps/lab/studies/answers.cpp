@@ -17,7 +17,7 @@ bool is_slow(const std::string& method) { return method.starts_with("fpfh"); }
 /// A sequence seen by one method in one way, frame by frame.
 class SequenceAnswers {
  public:
-  SequenceAnswers(std::string where, std::string method, const TrackerOptions& options)
+  SequenceAnswers(std::string where, std::string method, const SlamOptions& options)
       : where_(std::move(where)), method_(std::move(method)), options_(options) {}
   virtual ~SequenceAnswers() = default;
   /// Frames in order, from the first in contact with a known pose on.
@@ -32,7 +32,7 @@ class SequenceAnswers {
   }
 
   std::string where_, method_;
-  TrackerOptions options_;
+  SlamOptions options_;
   std::vector<Answer> answers_;
 };
 
@@ -64,9 +64,10 @@ class AgainstFirst final : public SequenceAnswers {
 
 class WithKeyframes final : public SequenceAnswers {
  public:
-  WithKeyframes(std::string where, const std::string& method, const TrackerOptions& options)
+  WithKeyframes(std::string where, const std::string& method, const SlamOptions& options)
       : SequenceAnswers(std::move(where), method, options),
-        tracker_(options, make_registrar(method, options.registration)) {}
+        tracker_(options.tracker, make_registrar(method, options.registration), options.registration,
+                 options.verification) {}
 
   void add(const TrialFrame& frame) override {
     const TrackedFrame tracked = tracker_.track(frame.frame, frame.time_s, frame.surface);
@@ -124,7 +125,7 @@ class WithKeyframes final : public SequenceAnswers {
 
 std::vector<std::unique_ptr<SequenceAnswers>> start_all(const std::string& where,
                                                         const std::vector<std::string>& methods,
-                                                        const TrackerOptions& options) {
+                                                        const SlamOptions& options) {
   std::vector<std::unique_ptr<SequenceAnswers>> all;
   for (const std::string& method : methods) {
     all.push_back(std::make_unique<AgainstFirst>(where, method, options));
@@ -158,14 +159,14 @@ std::vector<Answer> answers_to(const std::filesystem::path& folder, int most_fra
   std::vector<Answer> answers;
   for (const BenchmarkTrial& trial : find_trials({folder})) {
     TrialFrames frames(trial, {});
-    const TrackerOptions& options = frames.config().slam.tracker;
+    const SlamOptions& options = frames.config().slam;
     const auto all = start_all(trial.name, methods, options);
     bool touched = false;
     for (int count = 0; count < most_frames;) {
       const std::optional<TrialFrame> frame = frames.next();
       if (!frame) break;
-      touched =
-          touched || (frame->start_T_frame && frame->surface->contact_pixels >= options.contact_threshold_px);
+      touched = touched || (frame->start_T_frame &&
+                            frame->surface->contact_pixels >= options.tracker.contact_threshold_px);
       if (!touched) continue;
       ++count;
       for (const auto& one : all) one->add(*frame);

@@ -40,7 +40,7 @@ Scan track(const std::filesystem::path& folder, const std::filesystem::path& mod
   const Config config = resolve_config(input);
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
-  Tracker tracker(config.slam.tracker);
+  Tracker tracker(config.slam.tracker, config.slam.registration, config.slam.verification);
   Scan scan;
   scan.options = config.slam;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
@@ -102,19 +102,19 @@ Count count(const Scan& scan, const Loops& loops) {
   return result;
 }
 
-std::vector<LoopConstraint> search(const Scan& scan, const LoopClosureOptions& options) {
-  LoopCloser closer(options);
+std::vector<LoopConstraint> search(const Scan& scan, const SlamOptions& options) {
+  LoopCloser closer(options.loop_closure, options.registration, options.verification);
   std::vector<LoopConstraint> all;
   for (const NewKeyframe& added : scan.keyframes)
     for (const LoopConstraint& loop : closer.add(*added.keyframe)) all.push_back(loop);
   return all;
 }
 
-LoopClosureOptions as_published(LoopClosureOptions options) {
-  options.max_self_similarity = 1.0;
-  options.min_texture_correlation = -1.0;
-  options.max_height_rmse_mm = 1e9;
-  options.max_free_space_violation = 1.0;
+SlamOptions as_published(SlamOptions options) {
+  options.verification.max_self_similarity = 1.0;
+  options.verification.min_texture_correlation = -1.0;
+  options.verification.max_height_rmse_mm = 1e9;
+  options.verification.max_free_space_violation = 1.0;
   return options;
 }
 
@@ -139,18 +139,16 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   std::printf("%s: %zu keyframes, %zu pairs overlap\n", folder.filename().c_str(), scan.keyframes.size(),
               overlaps.size());
 
-  const std::vector<LoopConstraint> open = search(scan, as_published(scan.options.loop_closure));
-  const std::vector<LoopConstraint> verified = search(scan, scan.options.loop_closure);
+  const std::vector<LoopConstraint> open = search(scan, as_published(scan.options));
+  const std::vector<LoopConstraint> verified = search(scan, scan.options);
   print("SCR and CCS only", count(scan, open), returning);
   print("verified", count(scan, verified), returning);
   if (list)
     for (const LoopConstraint& loop : open)
-      std::printf(
-          "    %s %d %d trials %d %d inliers %d scr %.2f ccs %.2f texture %.2f rmse %.3f "
-          "free_space_violation %.3f\n",
-          right(scan, loop.from, loop.to, loop.from_T_to) ? "right" : "WRONG", loop.from, loop.to,
-          scan.keyframe(loop.from).trial, scan.keyframe(loop.to).trial, loop.sift_inliers, loop.scr, loop.ccs,
-          loop.texture_correlation, loop.height_rmse_mm, loop.free_space_violation);
+      std::printf("    %s %d %d trials %d %d inliers %d scr %.2f ccs %.2f texture %.2f rmse %.3f\n",
+                  right(scan, loop.from, loop.to, loop.from_T_to) ? "right" : "WRONG", loop.from, loop.to,
+                  scan.keyframe(loop.from).trial, scan.keyframe(loop.to).trial, loop.sift_inliers, loop.scr,
+                  loop.ccs, loop.texture_correlation, loop.height_rmse_mm);
 
   Mapper mapper(scan.options);
   for (const NewKeyframe& added : scan.keyframes) mapper.add_keyframe(added);

@@ -54,11 +54,8 @@ std::vector<Setting> all_settings() {
   std::vector<Setting> settings = {{kDefault, "", [](Config&) {}}};
   add_settings<double>(settings, "keyframe_min_shared", {0.2, 0.4, 0.7, 0.85},
                        [](Config& c, double v) { c.slam.tracker.keyframe_min_shared = v; });
-  add_settings<int>(settings, "max_samples", {100, 300, 1000, 2000, 5000, 20000}, [](Config& c, int v) {
-    c.slam.tracker.registration.max_samples = v;
-    c.slam.loop_closure.registration.max_samples = v;
-    c.slam.refinement.registration.max_samples = v;
-  });
+  add_settings<int>(settings, "max_samples", {100, 300, 1000, 2000, 5000, 20000},
+                    [](Config& c, int v) { c.slam.registration.max_samples = v; });
   settings.push_back({"gradient_everywhere", "", [](Config& c) { c.surface.gradient_everywhere = true; }});
   add_settings<double>(settings, "voxel_size_mm", {0.05, 0.12, 0.2, 0.3},
                        [](Config& c, double v) { c.slam.fusion.voxel_size_mm = v; });
@@ -140,7 +137,7 @@ Json measure(const fs::path& folder, const Setting& setting, double changed, con
   const ReconstructSummary summary = reconstruct(request, progress, [] { return false; });
   Json row = {{"sequence", folder.filename().string()}, {"knob", setting.knob}, {"value", setting.value}};
   row["keyframes"] = summary.keyframes;
-  row["samples"] = request.config.slam.tracker.registration.max_samples;
+  row["samples"] = request.config.slam.registration.max_samples;
   const SensorProfile& sensor = request.config.sensor;
   row["pixels"] =
       request.config.surface.gradient_everywhere ? 1.0 * sensor.width_px * sensor.height_px : changed;

@@ -1,43 +1,55 @@
 #include "gelslam/frontend/tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
 
 #include "gelslam/registration/relocalization.hpp"
 
 namespace gelslam {
 namespace {
 
-// Frames that follow each other bring no larger innovation (of 7600 frames of 19 sequences 5 do, 4 of them of
-// a polished ball): a hand's speed changes by a tenth of a millimetre and by one degree in 0.04 s.
+// How far from prediction a frame of hand-held motion is found at most, per frame of 25 Hz: of 7600 frames of
+// 19 sequences 5 are farther, 4 of them of a polished ball. Turns count as in innovation_mm().
 constexpr double kUsualInnovationMm = 0.2;
-// Nor do normals suddenly fit so many times worse than one frame before, but as a contact begins.
-constexpr double kUsualResidualRise = 1.5;
-constexpr double kFirstResidualRad = 0.05;  // of a trial's first step
-constexpr double kLeastResidualRad = 0.03;
-// After a longer gap a pattern may have moved on by a period.
+constexpr double kFrameS = 0.04;
+// Over more time than this a pattern may have moved by one period, and no step is usual.
 constexpr double kLongestStepS = 0.17;
-// Up to twice as large as usual, a step is likelier than one so many times as far.
-constexpr double kJumpIsUnlikely = 2.5;
-// Within so long no hand moves a pattern by a period, and by the same again.
-constexpr double kSteadyStepS = 0.06;
+// The normals of a frame do not suddenly fit this many times worse than those of the frame before; less than
+// kMinResidualRad is always good, and a trial's first step, which deepens the contact, may have more.
+constexpr double kUsualResidualRise = 1.5;
+constexpr double kMinResidualRad = 0.03, kFirstResidualRad = 0.05;
 
-bool is_large_innovation(const RegistrationResult& registration, const Pose& reference_T_expected,
-                         double usual = 1) {
-  return innovation_mm(registration, reference_T_expected.inverse()) > usual * kUsualInnovationMm;
+/// Usual innovation after this time: the uncertainty of the prediction grows in proportion.
+double usual_innovation_mm(double elapsed_s) {
+  return kUsualInnovationMm * std::max(1.0, elapsed_s / kFrameS);
 }
 
-/// Do the normals suddenly fit much worse?
-bool is_worse(const RegistrationResult& registration, double residual_before_rad) {
-  return registration.normal_rmse_rad > kUsualResidualRise * std::max(residual_before_rad, kLeastResidualRad);
+bool is_near(const RegistrationResult& registration, const Pose& reference_T_expected, double limit_mm) {
+  return innovation_mm(registration, reference_T_expected.inverse()) <= limit_mm;
 }
 
-/// Known in all directions but along z, which has a zero of its own. A frame that is not would bring into the
-/// map what was guessed of its place.
-bool is_placed(const RegistrationResult& registration) {
+/// A motion at constant velocity, carried on for another time.
+Pose carried_on(const Pose& step, double step_s, double elapsed_s) {
+  constexpr double kSameS = 1e-6;
+  if (step_s <= 0 || std::abs(elapsed_s - step_s) < kSameS) return step;
+  return se3_exp(se3_log(step) * (std::min(elapsed_s, kLongestStepS) / step_s));
+}
+
+/// Whether all motions are observable but that along z, which the heights tell. Otherwise nobody knows which
+/// part of the object the frame has seen.
+bool is_located(const RegistrationResult& registration) {
   constexpr std::size_t kZ = 2;
   for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
     if (axis != kZ && !registration.observable[axis]) return false;
   return true;
+}
+
+/// Information of the inverse pose: true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise).
+Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
+  const Matrix6d from = adjoint(pose.inverse());
+  return from.transpose() * information * from;
 }
 
 }  // namespace
@@ -58,13 +70,34 @@ std::string_view name(TrackStatus status) {
   return "unknown";
 }
 
+KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe,
+                     const RegistrationResult& registration) {
+  const Pose& frame_T_keyframe = registration.target_T_reference;
+  return {keyframe, frame_T_keyframe.inverse(),
+          information_of_inverse(registration.information, frame_T_keyframe),
+          frame_T_keyframe * registration.shared_center_mm};
+}
+
+Tracker::Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar,
+                 const NormalFlowOptions& registration, const VerificationOptions& verification)
+    : options_(options),
+      normal_flow_(registration),
+      verification_(verification),
+      registrar_(std::move(registrar)),
+      turning_points_(options.keyframe_min_unseen) {}
+
+void Tracker::limit_search(double seconds_per_frame, Clock clock) {
+  search_budget_s_ = seconds_per_frame;
+  clock_ = std::move(clock);
+}
+
 TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface) {
   TrackedFrame result;
   result.frame = frame;
   result.time_s = time_s;
+  search_debt_s_ = std::max(0.0, search_debt_s_ - search_budget_s_);
   if (surface->contact_pixels < options_.contact_threshold_px) {
-    hand_out_turning_point(result, turning_points_.end_trial());
-    in_trial_ = false;
+    end_trial(result);
     return result;
   }
   if (!in_trial_) {
@@ -74,142 +107,158 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     result.registration = reference_->register_to(*surface, Pose::Identity());
     return result;
   }
-  RegistrationResult registration = go_on(*surface, time_s);
-  if (!registration.ok()) registration = follow(result, *surface);
-  if (registration.ok()) {
-    accept(result, std::move(surface), registration);
-  } else {
-    result.registration = registration;
-    lose(result, std::move(surface));
-  }
+  std::optional<Pose> keyframe_T_unconfirmed;
+  result.registration = continue_motion(*surface, time_s);
+  if (!result.registration.ok())
+    result.registration = track_with_fallback(result, *surface, keyframe_T_unconfirmed);
+  if (result.registration.ok())
+    accept(result, std::move(surface));
+  else
+    handle_tracking_failure(result, std::move(surface), keyframe_T_unconfirmed);
   return result;
 }
 
-/// To the keyframe; if that is too far behind, to the last tracked frame. If that is, too, or the step is an
-/// unusual one, wherever the textures agree. The last tracked frame becomes a keyframe only if that helps.
-RegistrationResult Tracker::follow(TrackedFrame& result, const Surface& surface) {
-  const Pose& keyframe_T_previous = previous_->link.previous_T_this;
-  const RegistrationResult on_keyframe = register_to(*reference_, keyframe_T_previous, surface);
-  if (is_usual(on_keyframe, keyframe_T_previous, result.time_s)) return on_keyframe;
-
-  std::shared_ptr<const PreparedReference> previous;
-  RegistrationResult on_previous;
-  if (previous_->frame != keyframe_->frame) {
-    previous = registrar_->prepare(previous_->surface);
-    on_previous = register_to(*previous, Pose::Identity(), surface);
-  }
-  const bool follows_previous = !on_keyframe.ok() && is_usual(on_previous, Pose::Identity(), result.time_s);
-  if (!follows_previous) {
-    const RegistrationResult place =
-        place_on(*reference_, keyframe_T_previous, surface, on_keyframe, result.time_s);
-    if (place.ok()) return place;
-    if (previous) on_previous = place_on(*previous, Pose::Identity(), surface, on_previous, result.time_s);
-    if (!on_previous.ok()) {
-      if (on_keyframe.ok() && !unplaced_)
-        doubtful_ = Doubtful{result.time_s, on_keyframe.target_T_reference.inverse()};
-      return place;
-    }
-  }
-  const Pose trial_T_previous = trial_T_keyframe_ * previous_->link.previous_T_this;
-  switch_keyframe(result, {previous_->frame, previous_->surface, trial_T_previous, previous_->link},
-                  std::move(previous));
-  return on_previous;
+Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, const Pose& reference_T_previous,
+                                         double time_s) const {
+  const double elapsed_s = time_s - previous_.time_s;
+  return {prepared, reference_T_previous,
+          reference_T_previous * carried_on(previous_.step, previous_.step_s, elapsed_s), elapsed_s};
 }
 
-/// But for its size, nothing about the step is suspicious.
-bool Tracker::is_sound(const RegistrationResult& registration, double time_s) const {
-  return registration.ok() && time_s - previous_->time_s <= kLongestStepS &&
-         !is_worse(registration, previous_->residual_rad);
-}
-
-/// As the last step said, too, as far as a hand can change its mind until then, or where the frame before
-/// was: a hand stops, and turns back.
-bool Tracker::is_usual(const RegistrationResult& registration, const Pose& reference_T_previous,
-                       double time_s) const {
-  return is_sound(registration, time_s) &&
-         (!is_large_innovation(registration, reference_T_previous * last_step_) ||
-          !is_large_innovation(registration, reference_T_previous));
-}
-
-/// What is found once over a pattern may be a jump; what is found twice is a speed, of an object that was
-/// moving when the trial began. Not ok if it is not.
-RegistrationResult Tracker::go_on(const Surface& surface, double time_s) {
-  const std::optional<Doubtful> doubtful = std::exchange(doubtful_, std::nullopt);
-  if (!doubtful || time_s - doubtful->time_s > kSteadyStepS ||
-      doubtful->time_s - previous_->time_s > kSteadyStepS)
-    return {};
-  const Pose step = previous_->link.previous_T_this.inverse() * doubtful->keyframe_T_frame;
-  const Pose expected = doubtful->keyframe_T_frame * step;
-  const RegistrationResult registration = reference_->register_to(surface, expected.inverse());
-  if (!registration.ok() || is_large_innovation(registration, expected) ||
-      is_worse(registration, previous_->residual_rad))
-    return {};
-  previous_->link.previous_T_this = doubtful->keyframe_T_frame;  // the speed is that of one frame
-  unplaced_.reset();
-  return registration;
-}
-
-/// The frame fits nothing that the trial has shown. It may be torn, or the object elsewhere.
-void Tracker::lose(TrackedFrame& result, SurfacePtr surface) {
-  result.status = TrackStatus::lost;
-  const Seen seen{result.frame, result.time_s, surface};
-  if (seen.time_s - previous_->time_s > options_.patience_s) {
-    begin_trial(result, seen, registrar_->prepare(std::move(surface)));
-    return;
-  }
-  if (unplaced_) {
-    auto reference = registrar_->prepare(unplaced_->surface);
-    const RegistrationResult together = reference->register_to(*surface, Pose::Identity());
-    if (together.ok()) {
-      begin_trial(result, Seen(*unplaced_), std::move(reference));
-      accept(result, std::move(surface), together);
-      return;
-    }
-  }
-  unplaced_ = seen;
-}
-
-/// From the previous pose carried on at the last speed; if that fails, from the previous pose itself.
-RegistrationResult Tracker::register_to(const PreparedReference& reference, const Pose& reference_T_previous,
-                                        const Surface& surface) const {
-  const Pose starts[] = {reference_T_previous * last_step_, reference_T_previous};
+/// From the predicted pose; if that fails, from the previous one.
+RegistrationResult Tracker::register_to(const Reference& reference, const Surface& surface) const {
   RegistrationResult best;
-  for (const Pose& reference_T_frame : starts) {
-    RegistrationResult attempt = reference.register_to(surface, reference_T_frame.inverse());
+  for (const Pose& reference_T_frame : {reference.T_predicted, reference.T_previous}) {
+    const RegistrationResult attempt = reference.prepared.register_to(surface, reference_T_frame.inverse());
     if (attempt.ok()) return attempt;
     if (attempt.scr * attempt.ccs >= best.scr * best.ccs) best = attempt;
   }
   return best;
 }
 
-/// The only place where the frame fits, whether it was expected there (`registration`) or not. Not ok when
-/// there is none or several.
-RegistrationResult Tracker::place_on(const PreparedReference& reference, const Pose& reference_T_previous,
-                                     const Surface& surface, const RegistrationResult& registration,
-                                     double time_s) const {
-  if (!options_.search_far) return registration;
-  const Pose reference_T_expected = reference_T_previous * last_step_;
-  RelocalizationOptions search;
-  if (is_sound(registration, time_s) && !is_large_innovation(registration, reference_T_expected, 2))
-    search.rival_distance = kJumpIsUnlikely;
-  const RegistrationResult place = relocalize(*reference.samples(), surface, reference_T_expected.inverse(),
-                                              registration, options_.registration, search);
-  // Another method starts from there and has the last word.
-  return place.ok() ? reference.register_to(surface, place.target_T_reference) : place;
+bool Tracker::fits_as_before(const RegistrationResult& registration) const {
+  return registration.ok() && registration.normal_rmse_rad <=
+                                  kUsualResidualRise * std::max(previous_.residual_rad, kMinResidualRad);
 }
 
-void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration) {
+/// A usual step is believed without a search: it is short in time and it ends where the motion leads, or
+/// where the sensor was: motion may stop or turn back.
+bool Tracker::is_usual(const RegistrationResult& registration, const Reference& reference) const {
+  const double usual_mm = usual_innovation_mm(reference.elapsed_s);
+  return fits_as_before(registration) && reference.elapsed_s <= kLongestStepS &&
+         (is_near(registration, reference.T_predicted, usual_mm) ||
+          is_near(registration, reference.T_previous, usual_mm));
+}
+
+/// The only place where the frame fits, whether `registration` found it there or not. Not ok when there is
+/// none, there are several, or there is no time to search.
+RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surface& surface,
+                                          const RegistrationResult& registration) {
+  if (!options_.search_far) return registration;
+  if (search_debt_s_ > 0) {
+    RegistrationResult unconfirmed = registration;
+    if (unconfirmed.ok()) unconfirmed.status = RegistrationStatus::unconfirmed;
+    return unconfirmed;
+  }
+  const bool is_small =
+      fits_as_before(registration) && reference.elapsed_s <= kLongestStepS &&
+      is_near(registration, reference.T_predicted, 2 * usual_innovation_mm(reference.elapsed_s));
+  const double start_s = clock_ ? clock_() : 0;
+  const RegistrationResult place = relocalize(
+      *reference.prepared.samples(), surface, reference.T_predicted.inverse(), registration, normal_flow_,
+      verification_, is_small ? kRivalDistance : std::numeric_limits<double>::infinity());
+  if (clock_) search_debt_s_ += clock_() - start_s;
+  // Another method starts from there and decides.
+  return place.ok() ? reference.prepared.register_to(surface, place.target_T_reference) : place;
+}
+
+/// The frame before fitted at several places. If this frame is where the motion to the expected one of them
+/// leads, that motion was real: the object was moving already when the trial began. Otherwise not ok.
+RegistrationResult Tracker::continue_motion(const Surface& surface, double time_s) {
+  if (!pending_ || !pending_->keyframe_T_frame) return {};
+  const Pose keyframe_T_pending = *std::exchange(pending_->keyframe_T_frame, std::nullopt);
+  const double first_s = pending_->time_s - previous_.time_s, second_s = time_s - pending_->time_s;
+  if (first_s + second_s > kLongestStepS) return {};
+  const Pose step = previous_.link.previous_T_this.inverse() * keyframe_T_pending;
+  const Pose expected = keyframe_T_pending * carried_on(step, first_s, second_s);
+  const RegistrationResult registration = reference_->register_to(surface, expected.inverse());
+  if (!fits_as_before(registration) || !is_near(registration, expected, usual_innovation_mm(second_s)))
+    return {};
+  previous_.link.previous_T_this = keyframe_T_pending;  // the frame before was tracked after all
+  previous_.time_s = pending_->time_s;
+  return registration;
+}
+
+/// Registers to the keyframe; if that is too far behind, to the last tracked frame. If that fails, too, or
+/// the step is unusual, relocalizes. The last tracked frame becomes a keyframe if it was needed.
+RegistrationResult Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface,
+                                                std::optional<Pose>& keyframe_T_unconfirmed) {
+  const Reference keyframe = reference_of(*reference_, previous_.link.previous_T_this, result.time_s);
+  const RegistrationResult on_keyframe = register_to(keyframe, surface);
+  if (is_usual(on_keyframe, keyframe)) return on_keyframe;
+
+  std::shared_ptr<const PreparedReference> prepared;
+  std::optional<Reference> previous;
+  RegistrationResult on_previous;
+  if (previous_.frame != keyframe_->frame) {
+    prepared = registrar_->prepare(previous_.surface);
+    previous.emplace(reference_of(*prepared, Pose::Identity(), result.time_s));
+    on_previous = register_to(*previous, surface);
+  }
+  if (on_keyframe.ok() || !previous || !is_usual(on_previous, *previous)) {
+    const RegistrationResult place = relocalize_on(keyframe, surface, on_keyframe);
+    if (place.ok()) return place;
+    if (previous) on_previous = relocalize_on(*previous, surface, on_previous);
+    if (!on_previous.ok()) {
+      if (on_keyframe.ok()) keyframe_T_unconfirmed = on_keyframe.target_T_reference.inverse();
+      return place;
+    }
+  }
+  const Pose trial_T_previous = trial_T_keyframe_ * previous_.link.previous_T_this;
+  switch_keyframe(result, {previous_.frame, previous_.surface, trial_T_previous, previous_.link},
+                  std::move(prepared));
+  return on_previous;
+}
+
+/// The frame fits nothing that the trial has shown: it may be torn, or the object may be elsewhere. A new
+/// trial begins when the patience is over, or when this frame fits the one before, which was lost, too.
+void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface,
+                                      const std::optional<Pose>& keyframe_T_unconfirmed) {
+  result.status = TrackStatus::lost;
+  const Seen seen{result.frame, result.time_s, surface};
+  if (seen.time_s - previous_.time_s > options_.patience_s) {
+    begin_trial(result, seen, registrar_->prepare(std::move(surface)));
+    return;
+  }
+  if (pending_) {
+    auto reference = registrar_->prepare(pending_->surface);
+    const RegistrationResult together = reference->register_to(*surface, Pose::Identity());
+    if (together.ok()) {
+      begin_trial(result, Seen(*pending_), std::move(reference));
+      result.registration = together;
+      accept(result, std::move(surface));
+      return;
+    }
+  }
+  pending_ = Pending{seen, pending_ ? std::nullopt : keyframe_T_unconfirmed};
+}
+
+void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {
+  const RegistrationResult& registration = result.registration;
   const KeyframeLink link = link_to(keyframe_, registration);
   const Pose& keyframe_T_frame = link.previous_T_this;
-  // A speed along directions that the surface does not show would never be corrected, and one over lost
-  // frames is not that of one: then no speed at all.
-  last_step_ = registration.held || unplaced_ ? Pose::Identity()
-                                              : previous_->link.previous_T_this.inverse() * keyframe_T_frame;
-  previous_ = Previous{{result.frame, result.time_s, surface}, link, registration.normal_rmse_rad};
-  unplaced_.reset();
+  // A velocity along directions that are not observable would never be corrected.
+  const Pose step = registration.degenerate_directions_fixed
+                        ? Pose::Identity()
+                        : previous_.link.previous_T_this.inverse() * keyframe_T_frame;
+  previous_ = {{result.frame, result.time_s, surface},
+               link,
+               registration.normal_rmse_rad,
+               step,
+               result.time_s - previous_.time_s};
+  pending_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
-  result.registration = registration;
   result.trial_T_frame = trial_T_keyframe_ * keyframe_T_frame;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = keyframe_T_frame;
@@ -220,9 +269,14 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface, const Registratio
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
-  } else if (is_placed(registration)) {
+  } else if (is_located(registration)) {
     hand_out_turning_point(result, turning_points_.pass(touch));
   }
+}
+
+void Tracker::end_trial(TrackedFrame& result) {
+  hand_out_turning_point(result, turning_points_.end_trial());
+  in_trial_ = false;
 }
 
 void Tracker::break_trial() {
@@ -248,20 +302,18 @@ std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, const
   return keyframe;
 }
 
-/// With `first`, which is this frame or the one before.
+/// Begins with `first`, which is this frame or the one before.
 void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
                           std::shared_ptr<const PreparedReference> reference) {
-  hand_out_turning_point(result, turning_points_.end_trial());
+  end_trial(result);
   ++trial_;
   in_trial_ = true;
   keyframe_ = make_keyframe(first.frame, *reference, first.surface);
   reference_ = std::move(reference);
   turning_points_.begin_trial({first.frame, first.surface, Pose::Identity(), {}});
   trial_T_keyframe_ = Pose::Identity();
-  last_step_ = Pose::Identity();
-  previous_ = Previous{first, KeyframeLink{keyframe_}, kFirstResidualRad};
-  doubtful_.reset();
-  unplaced_.reset();
+  previous_ = {first, KeyframeLink{keyframe_}, kFirstResidualRad, Pose::Identity(), 0};
+  pending_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = Pose::Identity();
@@ -276,7 +328,7 @@ void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& 
   reference_ = std::move(reference);
   result.new_keyframes.push_back({keyframe_, touch.link});
   trial_T_keyframe_ = normalized(trial_T_keyframe_ * touch.link.previous_T_this);
-  previous_->link = KeyframeLink{keyframe_};
+  previous_.link = KeyframeLink{keyframe_};
 }
 
 void Tracker::hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch) {

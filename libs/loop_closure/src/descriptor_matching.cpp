@@ -1,8 +1,7 @@
-#include "descriptor_matching.hpp"
-
 #include <limits>
 
 #include "gelslam/core/target_clones.hpp"
+#include "place_features.hpp"
 
 namespace gelslam::loop_closure::detail {
 namespace {

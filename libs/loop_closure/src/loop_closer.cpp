@@ -5,16 +5,12 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/loop_closure/self_similarity.hpp"
-#include "gelslam/registration/overlap_agreement.hpp"
-#include "place_alignment.hpp"
 #include "place_features.hpp"
 #include "place_index.hpp"
 
 namespace gelslam {
-namespace {
 
-using namespace loop_closure::detail;
+namespace loop_closure::detail {
 
 struct Place {
   Keyframe keyframe;
@@ -26,25 +22,25 @@ struct Candidate {
   std::vector<Match> inliers;
 };
 
-}  // namespace
+}  // namespace loop_closure::detail
+
+using namespace loop_closure::detail;
 
 struct LoopCloser::Impl {
   LoopClosureOptions options;
+  NormalFlowOptions registration;
+  VerificationOptions verification;
   std::vector<Place> places;
   PlaceIndex index;
 
   std::size_t neighbors(const Keyframe& keyframe) const;
-  std::optional<LoopConstraint> register_and_check(const Keyframe& older, const NormalFlowReference& newer,
-                                                   const Pose& older_T_newer_guess) const;
-  bool shows_all_of(const Keyframe& older, const NormalFlowReference& newer,
-                    const RegistrationResult& result) const;
   std::vector<Candidate> compare(const PlaceFeatures& features, const std::vector<int>& with) const;
-  std::vector<LoopConstraint> search(const PlaceFeatures& features, const NormalFlowReference& newer,
+  std::vector<LoopConstraint> search(const PlaceFeatures& features, const Keyframe& newer,
                                      const std::vector<int>& among, int wanted) const;
 };
 
-// How many of the newest places are the same touch going on: compared without a vote, and counted apart, or
-// else they would crowd out the places that were left and found again.
+/// The number of newest places that belong to the same touch. They are compared without a vote and counted
+/// separately, because they would crowd out the places that were left and found again.
 std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   constexpr std::size_t kMostNeighbors = 12;
   std::size_t count = 0;
@@ -54,47 +50,7 @@ std::size_t LoopCloser::Impl::neighbors(const Keyframe& keyframe) const {
   return count;
 }
 
-// The newer keyframe is the registration's reference: then the result is older_T_newer with its information
-// in the newer's axes, just as a constraint states it, and nothing has to be transported by an adjoint.
-std::optional<LoopConstraint> LoopCloser::Impl::register_and_check(const Keyframe& older,
-                                                                   const NormalFlowReference& newer,
-                                                                   const Pose& older_T_newer_guess) const {
-  const RegistrationResult result =
-      register_normal_flow(newer, *older.surface, older_T_newer_guess, options.registration);
-  if (!result.ok() && !shows_all_of(older, newer, result)) return std::nullopt;
-  const OverlapAgreement overlap =
-      compare_overlap(*older.surface, newer.surface(), result.target_T_reference);
-  if (overlap.texture_correlation < options.min_texture_correlation ||
-      overlap.height_rmse_mm > options.max_height_rmse_mm ||
-      overlap.free_space_violation > options.max_free_space_violation)
-    return std::nullopt;
-  LoopConstraint loop;
-  loop.from = older.id;
-  loop.to = -1;
-  loop.from_T_to = result.target_T_reference;
-  loop.information = result.information;
-  loop.shared_center_mm = result.shared_center_mm;
-  loop.scr = result.scr;
-  loop.ccs = result.ccs;
-  loop.texture_correlation = overlap.texture_correlation;
-  loop.height_rmse_mm = overlap.height_rmse_mm;
-  loop.free_space_violation = overlap.free_space_violation;
-  loop.tentative = overlap.texture_correlation < options.sure_texture_correlation;
-  return loop;
-}
-
-// SCR asks how much of the newer contact is found again. An older one that is small, a first touch or a last
-// one, may lie in it with all it has: then the question is put the other way round.
-bool LoopCloser::Impl::shows_all_of(const Keyframe& older, const NormalFlowReference& newer,
-                                    const RegistrationResult& result) const {
-  return result.status == RegistrationStatus::too_little_overlap && older.reference &&
-         older.surface->contact_pixels < newer.surface().contact_pixels &&
-         judge_pose(*older.reference, newer.surface(), result.target_T_reference.inverse(),
-                    options.registration)
-             .ok();
-}
-
-// Those places that share enough features in one rigid arrangement, most alike first.
+/// The places that share enough features in one rigid arrangement, those with most inliers first.
 std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
                                                  const std::vector<int>& with) const {
   std::vector<Candidate> result;
@@ -114,18 +70,17 @@ std::vector<Candidate> LoopCloser::Impl::compare(const PlaceFeatures& features,
   return result;
 }
 
-std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& features,
-                                                     const NormalFlowReference& newer,
+std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& features, const Keyframe& newer,
                                                      const std::vector<int>& among, int wanted) const {
   std::vector<LoopConstraint> loops;
-  const std::vector<Candidate> candidates = compare(features, among);
-  if (candidates.empty() || self_similarity(newer.surface()) > options.max_self_similarity) return loops;
-  for (const Candidate& candidate : candidates) {
+  for (const Candidate& candidate : compare(features, among)) {
     if (static_cast<int>(loops.size()) >= wanted) break;
     const Keyframe& older = candidate.place->keyframe;
-    const std::optional<Pose> guess =
-        lift(*older.surface, newer.surface(), candidate.place->features, features, candidate.inliers);
-    std::optional<LoopConstraint> loop = guess ? register_and_check(older, newer, *guess) : std::nullopt;
+    const std::optional<Pose> pose =
+        lift(*older.surface, *newer.surface, candidate.place->features, features, candidate.inliers);
+    std::optional<LoopConstraint> loop =
+        pose ? verify_loop(older, newer, {*pose, PlacePrior::suspected}, registration, verification)
+             : std::nullopt;
     if (!loop) continue;
     loop->sift_inliers = static_cast<int>(candidate.inliers.size());
     loops.push_back(*loop);
@@ -133,13 +88,40 @@ std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& featur
   return loops;
 }
 
-LoopCloser::LoopCloser(const LoopClosureOptions& options) : impl_(std::make_unique<Impl>()) {
+// The newer keyframe is the reference of the registration: its result is then older_T_newer with the
+// information in the newer keyframe's axes, as in a constraint.
+std::optional<LoopConstraint> verify_loop(const Keyframe& older, const Keyframe& newer,
+                                          const PlaceCandidate& candidate,
+                                          const NormalFlowOptions& registration,
+                                          const VerificationOptions& verification) {
+  const RegistrationResult result =
+      verify(*newer.reference, *older.reference, candidate, registration, verification);
+  if (!result.ok()) return std::nullopt;
+  LoopConstraint loop;
+  loop.from = older.id;
+  loop.to = newer.id;
+  loop.from_T_to = result.target_T_reference;
+  loop.information = result.information;
+  loop.shared_center_mm = result.shared_center_mm;
+  loop.scr = result.scr;
+  loop.ccs = result.ccs;
+  loop.texture_correlation = result.texture_correlation;
+  loop.height_rmse_mm = result.height_rmse_mm;
+  loop.tentative = result.texture_correlation < verification.sure_texture_correlation;
+  return loop;
+}
+
+LoopCloser::LoopCloser(const LoopClosureOptions& options, const NormalFlowOptions& registration,
+                       const VerificationOptions& verification)
+    : impl_(std::make_unique<Impl>()) {
   if (options.min_sift_inliers < 3 || options.max_features < options.min_sift_inliers ||
       !(options.ransac_threshold_px > 0))
     throw Error(
         "loop closure: min_sift_inliers must be at least 3 and at most max_features, ransac_threshold_px "
         "above 0");
   impl_->options = options;
+  impl_->registration = registration;
+  impl_->verification = verification;
 }
 
 LoopCloser::~LoopCloser() = default;
@@ -153,16 +135,15 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
   const std::size_t neighbors = impl_->neighbors(keyframe), elsewhere = places.size() - neighbors;
 
   std::vector<LoopConstraint> loops = impl_->search(
-      features, *keyframe.reference,
+      features, keyframe,
       impl_->index.most_alike(features, static_cast<int>(elsewhere), impl_->options.max_candidates),
       impl_->options.max_constraints);
   // The predecessor is linked by odometry already, from the same pixels: a loop to it would count them twice.
   std::vector<int> before_predecessor(neighbors > 0 ? neighbors - 1 : 0);
   std::iota(before_predecessor.begin(), before_predecessor.end(), static_cast<int>(elsewhere));
-  const std::vector<LoopConstraint> near = impl_->search(features, *keyframe.reference, before_predecessor,
-                                                         impl_->options.max_neighbor_constraints);
+  const std::vector<LoopConstraint> near =
+      impl_->search(features, keyframe, before_predecessor, impl_->options.max_neighbor_constraints);
   loops.insert(loops.end(), near.begin(), near.end());
-  for (LoopConstraint& loop : loops) loop.to = keyframe.id;
 
   impl_->index.add(features);
   places.push_back({keyframe, features});
@@ -173,14 +154,6 @@ void LoopCloser::forget_from(int keyframe_id) {
   std::vector<Place>& places = impl_->places;
   while (!places.empty() && places.back().keyframe.id >= keyframe_id) places.pop_back();
   impl_->index.truncate(static_cast<int>(places.size()));
-}
-
-std::optional<LoopConstraint> LoopCloser::verify(const Keyframe& older, const Keyframe& newer,
-                                                 const Pose& older_T_newer_guess) const {
-  std::optional<LoopConstraint> loop =
-      impl_->register_and_check(older, *newer.reference, older_T_newer_guess);
-  if (loop) loop->to = newer.id;
-  return loop;
 }
 
 }  // namespace gelslam

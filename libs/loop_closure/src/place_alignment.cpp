@@ -1,14 +1,14 @@
-#include "place_alignment.hpp"
-
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "place_features.hpp"
+
 namespace gelslam::loop_closure::detail {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260;
+constexpr std::uint64_t kRansacSeed = 20260;
 constexpr float kLeastBaselinePx =
     10.0F;  // two points closer than this do not fix a rotation to 3 px over a contact
 constexpr int kRefinements = 3;
@@ -93,7 +93,7 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
         {older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
   if (pairs.size() < 2) return {};
 
-  std::mt19937_64 random(kSeed);
+  std::mt19937_64 random(kRansacSeed);
   std::vector<std::size_t> best;
   // Drawing a pair that cannot be right costs next to nothing, so only those that may be count as iterations.
   constexpr int kDrawsPerIteration = 20;

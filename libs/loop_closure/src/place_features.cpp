@@ -40,8 +40,9 @@ PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions&
   const cv::Mat1b mask = inner_contact(surface);
   if (cv::countNonZero(mask) == 0) return features;
 
+  constexpr int kOctaveLayers = 3;  // as published (Lowe 2004)
   const cv::Ptr<cv::SIFT> sift =
-      cv::SIFT::create(options.max_features, options.sift_octave_layers, options.sift_contrast_threshold);
+      cv::SIFT::create(options.max_features, kOctaveLayers, options.sift_contrast_threshold);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat1f descriptors;
   sift->detectAndCompute(gray_curvature(surface, mask), mask, keypoints, descriptors);

@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "gelslam/core/se3.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/surface/surface.hpp"
 
@@ -24,5 +26,23 @@ struct PlaceFeatures {
 };
 
 PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions& options);
+
+struct Match {
+  int a = 0, b = 0;  ///< feature indices
+};
+
+/// Matches that are each other's nearest (L2) and clearly nearer than the second nearest in both directions
+/// (Lowe 2004, `max_ratio` on distances): what looks like several places is no evidence for one.
+std::vector<Match> match_features(const PlaceFeatures& a, const PlaceFeatures& b, double max_ratio);
+
+/// Matches (a = older, b = newer) that one rotation and shift in the image explains. Rigid, not similar: the
+/// projection is orthographic, so a place has one scale. Same input, same answer (explicit seed).
+std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures& newer,
+                                 const std::vector<Match>& matches, double threshold_px, int iterations);
+
+/// older_T_newer from matched points and the normals there: the points give twist and shift, the normals
+/// tilt. Nothing with fewer than 3 matches.
+std::optional<Pose> lift(const Surface& older, const Surface& newer, const PlaceFeatures& older_features,
+                         const PlaceFeatures& newer_features, const std::vector<Match>& matches);
 
 }  // namespace gelslam::loop_closure::detail

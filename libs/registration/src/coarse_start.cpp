@@ -1,21 +1,28 @@
-#include "gelslam/registration/coarse_start.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "gelslam/registration/texture_spectrum.hpp"
+#include "gelslam/registration/relocalization.hpp"
+#include "texture_spectrum.hpp"
 
 namespace gelslam {
 namespace {
+
+using namespace registration::detail;
+
+constexpr double kTwistStepRad = 0.12;  // textures that are turned by more than half of it still agree
+constexpr int kTwistSteps = 3;          // to either side of the expected twist
+constexpr double kMinShared = 0.3;      // of the smaller contact
+constexpr double kMinSimilarity = 0.3;  // normalized cross-correlation of the two textures
+constexpr int kPlacesPerTwist = 4;      // the best of them; more would be periods of one pattern
 
 /// The reference turned by `twist_rad` and moved agrees with the target.
 struct Place {
   double twist_rad = 0;
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of the coarse pixels
-  double similarity = 0;
+  double similarity = 0;                               // normalized cross-correlation
 };
 
-void most_alike_first(std::vector<Place>& places) {
+void sort_by_similarity(std::vector<Place>& places) {
   std::stable_sort(places.begin(), places.end(),
                    [](const Place& a, const Place& b) { return a.similarity > b.similarity; });
 }
@@ -29,22 +36,23 @@ bool is_peak(const cv::Mat1f& map, int y, int x) {
   return true;
 }
 
-/// The highest peaks of one twist that are not slopes of a higher one.
-std::vector<Place> best_places(const TextureSpectrum::Agreement& agreement, double least_shared_px,
-                               double least_distance_px, const CoarseStartOptions& options) {
+/// The highest peaks of one twist, not counting those on the slopes of a higher one.
+std::vector<Place> best_places(const TextureSpectrum::Agreement& agreement, double twist_rad,
+                               double min_shared_px, double min_distance_px) {
   const cv::Mat1f& similarity = agreement.similarity;
   std::vector<Place> peaks;
   for (int y = 0; y < similarity.rows; ++y)
     for (int x = 0; x < similarity.cols; ++x)
-      if (similarity(y, x) >= options.min_similarity && agreement.shared(y, x) >= least_shared_px &&
+      if (similarity(y, x) >= kMinSimilarity && agreement.shared(y, x) >= min_shared_px &&
           is_peak(similarity, y, x))
-        peaks.push_back({0, {wrapped(x, similarity.cols), wrapped(y, similarity.rows)}, similarity(y, x)});
-  most_alike_first(peaks);
+        peaks.push_back(
+            {twist_rad, {wrapped(x, similarity.cols), wrapped(y, similarity.rows)}, similarity(y, x)});
+  sort_by_similarity(peaks);
   std::vector<Place> places;
   for (const Place& peak : peaks) {
-    if (static_cast<int>(places.size()) == options.places_per_twist) break;
+    if (static_cast<int>(places.size()) == kPlacesPerTwist) break;
     if (std::none_of(places.begin(), places.end(), [&](const Place& higher) {
-          return (higher.shift_px - peak.shift_px).norm() < least_distance_px;
+          return (higher.shift_px - peak.shift_px).norm() < min_distance_px;
         }))
       places.push_back(peak);
   }
@@ -55,20 +63,21 @@ double twist_of(const Pose& pose) { return std::atan2(pose.linear()(1, 0), pose.
 
 Eigen::Vector3d vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
-/// Turns the reference as the place says, tilts it as the normals that meet there ask for, and lays the
-/// points that meet there on each other.
-Pose lift(const Place& place, const Surface& reference, const Surface& target, int shrink) {
+/// The pose of a place: its twist, the tilt at which the normals that meet there agree best, and the shift
+/// that brings the points that meet there together.
+Pose pose_at(const Place& place, const Surface& reference, const Surface& target) {
+  constexpr int kStep = kTextureShrink;
   const double pitch = target.pixel_pitch_mm;
   const int width = target.contact.cols, height = target.contact.rows;
-  const Eigen::Vector2d shift_mm = place.shift_px * shrink * pitch;
+  const Eigen::Vector2d shift_mm = place.shift_px * kStep * pitch;
   const Eigen::Matrix3d twist =
       Eigen::AngleAxisd(place.twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d reference_sum = Eigen::Vector3d::Zero(), target_sum = Eigen::Vector3d::Zero();
   Eigen::Vector2d gap = Eigen::Vector2d::Zero();
   double weight = 0;
   int count = 0;
-  for (int v = shrink / 2; v < height; v += shrink)
-    for (int u = shrink / 2; u < width; u += shrink) {
+  for (int v = kStep / 2; v < height; v += kStep)
+    for (int u = kStep / 2; u < width; u += kStep) {
       if (!reference.contact(v, u)) continue;
       const Eigen::Vector2d p((u - 0.5 * width + 0.5) * pitch, (v - 0.5 * height + 0.5) * pitch);
       const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * p + shift_mm;
@@ -95,26 +104,22 @@ Pose lift(const Place& place, const Surface& reference, const Surface& target, i
 
 }  // namespace
 
-std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
-                                const CoarseStartOptions& options) {
-  const CoarseTexture texture(reference, options.shrink), target_texture(target, options.shrink);
-  const double least_shared_px = options.min_shared * std::min(texture.pixels, target_texture.pixels);
-  if (least_shared_px < 1) return {};
+std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected) {
+  const CoarseTexture texture(reference), target_texture(target);
+  const double min_shared_px = kMinShared * std::min(texture.pixels, target_texture.pixels);
+  if (min_shared_px < 1) return {};
   const TextureSpectrum target_spectrum(target_texture);
   std::vector<Place> places;
-  for (int step = -options.twist_steps; step <= options.twist_steps; ++step) {
-    const double twist_rad = twist_of(expected) + step * options.twist_step_rad;
+  for (int step = -kTwistSteps; step <= kTwistSteps; ++step) {
+    const double twist_rad = twist_of(expected) + step * kTwistStepRad;
     const TextureSpectrum turned(texture.turned(twist_rad));
-    for (Place place : best_places(turned.laid_on(target_spectrum), least_shared_px,
-                                   options.least_distance_mm / texture.pixel_pitch_mm, options)) {
-      place.twist_rad = twist_rad;
-      places.push_back(place);
-    }
+    const std::vector<Place> found = best_places(turned.laid_on(target_spectrum), twist_rad, min_shared_px,
+                                                 kMinPeriodMm / texture.pixel_pitch_mm);
+    places.insert(places.end(), found.begin(), found.end());
   }
-  most_alike_first(places);
-  places.resize(std::min(places.size(), static_cast<std::size_t>(options.max_starts)));
+  sort_by_similarity(places);
   std::vector<Pose> starts;
-  for (const Place& place : places) starts.push_back(lift(place, reference, target, options.shrink));
+  for (const Place& place : places) starts.push_back(pose_at(place, reference, target));
   return starts;
 }
 

@@ -27,15 +27,15 @@ Vector6d with_zero_tz(const Vector5d& step) {
   return xi;
 }
 
-// Below so many standard deviations of the noise, squared, in all five directions together, a step changes
-// nothing.
+// A step smaller than this many standard deviations of the noise (squared, all five directions together) ends
+// the registration.
 constexpr double kNoiseStep2 = 1.0;
-// So many steps in a row may fail to make the residuals smaller by more than the noise of one sample. Where
-// little is shown, further ones only wander; where noise is most of the residuals, they seem to fail for long
-// and arrive all the same.
+// Steps in a row that do not make the residuals smaller by more than the noise of one sample. On a surface
+// with little texture, further steps only wander. Where most of the residuals is noise, progress is hard to
+// see, and the registration converges after many such steps.
 constexpr int kPatience = 3, kPatienceInNoise = 20;
 constexpr double kNoisyRad = 0.07;
-// A last step beyond these is no rounding about the optimum.
+// If the last step was larger than both, the registration has not converged.
 constexpr double kWanderingRad = 0.005;
 constexpr double kWanderingMm = 0.05;
 
@@ -173,18 +173,17 @@ RegistrationResult register_normal_flow(const NormalFlowReference& reference, co
   Alignment alignment(reference.impl(), target, options);
   result.status = RegistrationStatus::too_little_overlap;
   if (!alignment.converge(initial, Matrix5d::Identity(), result)) return result;
-  const Directions shown = alignment.finish(result);
-  if (shown.cols() == kParameters || shown.cols() == 0) return result;
+  const Directions observable = alignment.finish(result);
+  if (observable.cols() == kParameters || observable.cols() == 0) return result;
 
-  // Along directions that the surfaces do not show, noise has moved the pose: once more, keeping the start
-  // there.
-  RegistrationResult held = result;
-  if (!alignment.converge(initial, shown, held)) return result;
-  alignment.finish(held);
-  held.information = result.information;
-  held.observable = result.observable;
-  held.held = true;
-  return held;
+  // Along directions that the surfaces do not show, noise has moved the pose: repeat without moving there.
+  RegistrationResult fixed = result;
+  if (!alignment.converge(initial, observable, fixed)) return result;
+  alignment.finish(fixed);
+  fixed.information = result.information;
+  fixed.observable = result.observable;
+  fixed.degenerate_directions_fixed = true;
+  return fixed;
 }
 
 }  // namespace gelslam

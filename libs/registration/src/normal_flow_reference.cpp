@@ -6,7 +6,7 @@
 #include <functional>
 #include <opencv2/imgproc.hpp>
 
-#include "normal_gradient.hpp"
+#include "gelslam/registration/verification.hpp"
 
 namespace gelslam {
 namespace {
@@ -132,5 +132,11 @@ NormalFlowReference::NormalFlowReference(NormalFlowReference&&) noexcept = defau
 
 const Surface& NormalFlowReference::surface() const { return *impl_->surface; }
 int NormalFlowReference::sample_count() const { return impl_->samples.size(); }
+
+double NormalFlowReference::self_similarity() const {
+  std::call_once(impl_->self_similarity_once,
+                 [&] { impl_->self_similarity = gelslam::self_similarity(*impl_->surface); });
+  return impl_->self_similarity;
+}
 
 }  // namespace gelslam

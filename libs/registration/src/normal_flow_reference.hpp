@@ -1,6 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "gelslam/registration/normal_flow.hpp"
@@ -12,11 +16,13 @@ struct NormalFlowReference::Impl {
   SurfacePtr surface;
   registration::detail::Samples samples;
   std::vector<float> curvature;  ///< per sample, for SCR and CCS
+  mutable std::once_flag self_similarity_once;
+  mutable double self_similarity = 0;
 };
 
 namespace registration::detail {
 
-/// Of sample k's normal, by the five parameters.
+/// The derivative of sample k's normal with respect to the five parameters.
 inline Eigen::Matrix<float, 3, kParameters> jacobian_of(const Samples& samples, std::size_t k) {
   Eigen::Matrix<float, 3, kParameters> jacobian;
   for (int c = 0; c < 3; ++c)
@@ -24,6 +30,49 @@ inline Eigen::Matrix<float, 3, kParameters> jacobian_of(const Samples& samples, 
       jacobian(c, a) = samples.jacobian[static_cast<std::size_t>(c * kParameters + a)][k];
   return jacobian;
 }
+
+/// Change of the normal per pixel along x and y (Sobel). `p` is no border pixel.
+struct NormalGradient {
+  cv::Vec3f dx, dy;
+};
+
+inline NormalGradient normal_gradient(const cv::Mat3f& normals, cv::Point p) {
+  const cv::Vec3f *above = &normals(p.y - 1, p.x), *here = &normals(p), *below = &normals(p.y + 1, p.x);
+  return {(above[1] - above[-1] + 2.0f * (here[1] - here[-1]) + below[1] - below[-1]) * 0.125f,
+          (below[-1] - above[-1] + 2.0f * (below[0] - above[0]) + below[1] - above[1]) * 0.125f};
+}
+
+/// Nearest target pixel of a warped sample, the border's where it lies beyond. Samples with weight lie
+/// inside.
+class PixelLookup {
+ public:
+  PixelLookup(const Samples& samples, const Surface& target, const Pose& target_T_reference)
+      : samples_(samples),
+        rotation_(target_T_reference.linear().cast<float>()),
+        translation_(target_T_reference.translation().cast<float>()),
+        inverse_pitch_(static_cast<float>(1.0 / target.pixel_pitch_mm)),
+        center_u_(static_cast<float>(target.contact.cols) * 0.5f - 0.5f),
+        center_v_(static_cast<float>(target.contact.rows) * 0.5f - 0.5f),
+        size_(target.contact.size()) {}
+
+  Eigen::Vector3f warped_mm(std::size_t k) const {
+    return rotation_ * Eigen::Vector3f(samples_.x[k], samples_.y[k], samples_.z[k]) + translation_;
+  }
+  cv::Point pixel(const Eigen::Vector3f& p) const {
+    return {
+        std::clamp(static_cast<int>(std::lround(p.x() * inverse_pitch_ + center_u_)), 0, size_.width - 1),
+        std::clamp(static_cast<int>(std::lround(p.y() * inverse_pitch_ + center_v_)), 0, size_.height - 1)};
+  }
+
+  const Eigen::Matrix3f& rotation() const { return rotation_; }
+
+ private:
+  const Samples& samples_;
+  Eigen::Matrix3f rotation_;
+  Eigen::Vector3f translation_;
+  float inverse_pitch_, center_u_, center_v_;
+  cv::Size size_;
+};
 
 }  // namespace registration::detail
 

@@ -1,5 +1,3 @@
-#include "pose_information.hpp"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -48,8 +46,8 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_shown, const Norma
 }
 
 /// What the normals say, about the reference's origin.
-Matrix5d information_of_normals(const ShownDirections& shown, double pull, const RegistrationResult& result,
-                                const NormalFlowOptions& options) {
+Matrix5d information_of_normals(const ObservableDirections& shown, double pull,
+                                const RegistrationResult& result, const NormalFlowOptions& options) {
   const Vector5d prior_variance = prior_information(options).cwiseInverse();
   const double noise_variance = effective_variance(result.normal_rmse_rad, options);
   Matrix5d information = Matrix5d::Zero();
@@ -67,7 +65,7 @@ Matrix5d information_of_normals(const ShownDirections& shown, double pull, const
 
 }  // namespace
 
-Matrix6d pose_information(const ShownDirections& shown, bool heights_known, double pull,
+Matrix6d pose_information(const ObservableDirections& shown, bool heights_known, double pull,
                           const RegistrationResult& result, const NormalFlowOptions& options) {
   Matrix6d center_from_origin = Matrix6d::Identity();  // of an error's six numbers
   center_from_origin.bottomLeftCorner<3, 3>() = -skew(result.shared_center_mm);

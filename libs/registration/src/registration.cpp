@@ -1,6 +1,40 @@
 #include "gelslam/registration/registration.hpp"
 
+#include <utility>
+
+#include "gelslam/registration/registrar.hpp"
+
 namespace gelslam {
+namespace {
+
+class PreparedNormalFlow final : public PreparedReference {
+ public:
+  PreparedNormalFlow(std::shared_ptr<const NormalFlowReference> samples, const NormalFlowOptions& options)
+      : PreparedReference(std::move(samples)), options_(options) {}
+
+  RegistrationResult register_to(const Surface& target, const Pose& initial) const override {
+    return register_normal_flow(*samples(), target, initial, options_);
+  }
+
+ private:
+  NormalFlowOptions options_;
+};
+
+class NormalFlowRegistrar final : public Registrar {
+ public:
+  explicit NormalFlowRegistrar(const NormalFlowOptions& options) : options_(options) {}
+
+  std::string_view name() const override { return "normalflow"; }
+  std::shared_ptr<const PreparedReference> prepare(SurfacePtr reference) const override {
+    return std::make_shared<const PreparedNormalFlow>(
+        std::make_shared<const NormalFlowReference>(std::move(reference), options_), options_);
+  }
+
+ private:
+  NormalFlowOptions options_;
+};
+
+}  // namespace
 
 std::string_view describe(RegistrationStatus status) {
   switch (status) {
@@ -12,6 +46,10 @@ std::string_view describe(RegistrationStatus status) {
       return "the surfaces do not match";
     case RegistrationStatus::diverged:
       return "the alignment diverged";
+    case RegistrationStatus::free_space_violation:
+      return "the object would lie in untouched gel";
+    case RegistrationStatus::unconfirmed:
+      return "no time to confirm an unusual step";
     case RegistrationStatus::ambiguous:
       return "it fits at several places";
     case RegistrationStatus::too_little_surface:
@@ -31,6 +69,10 @@ std::string describe_observability(const std::array<bool, 6>& observable) {
   }
   if (count == 0) return "";
   return hidden + (count == 1 ? " is" : " are") + " not observable on this surface";
+}
+
+std::shared_ptr<const Registrar> make_normal_flow(const NormalFlowOptions& options) {
+  return std::make_shared<const NormalFlowRegistrar>(options);
 }
 
 }  // namespace gelslam

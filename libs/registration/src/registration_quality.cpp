@@ -7,9 +7,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "pixel_lookup.hpp"
-#include "pose_information.hpp"
-
 namespace gelslam::registration::detail {
 namespace {
 
@@ -97,7 +94,7 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
 double least_share(double shared_share, const NormalFlowReference::Impl& reference,
                    const NormalFlowOptions& options) {
   const double patches = shared_share * reference.surface->contact_pixels / kNoisePatchPx;
-  return options.least_common_share + 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
+  return options.min_common_share + 1.0 / std::sqrt(2.0 * std::max(1.0, patches));
 }
 
 /// On a surface with hardly any texture, CCS compares noise: there the normals' agreement has to do.
@@ -189,7 +186,8 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
   const TextureAgreement texture = compare_texture(reference.samples, target, result.target_T_reference,
                                                    residuals, options.gel_pattern_rad_per_mm);
-  const ShownDirections shown = shown_directions(texture, least_share(shared_share, reference, options));
+  const ObservableDirections shown =
+      observable_directions(texture, least_share(shared_share, reference, options));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   result.information = pose_information(shown, heights_known, kUsualPull, result, options);
   result.observable = observability(pose_information(shown, heights_known, kWorstPull, result, options),

@@ -1,10 +1,42 @@
 #pragma once
 
+#include <vector>
+
 #include "gelslam/registration/normal_flow.hpp"
 #include "normal_flow_reference.hpp"
-#include "texture_agreement.hpp"
 
 namespace gelslam::registration::detail {
+
+using Vector5d = Eigen::Matrix<double, kParameters, 1>;
+using Matrix5d = Eigen::Matrix<double, kParameters, kParameters>;
+
+/// Motions (rx ry rz tx ty) as columns, at most five.
+using Directions = Eigen::Matrix<double, kParameters, Eigen::Dynamic, 0, kParameters, kParameters>;
+
+/// What the gradients of the normals say about the five motions, over the shared contact. A read gradient is
+/// the object's and noise; the object's is found again in the target, noise is not.
+struct TextureAgreement {
+  Matrix5d read = Matrix5d::Zero();  ///< Σ w JᵀJ: the object and noise
+  /// Σ w JᵀJ', J' from the target's gradients, symmetric: the object alone
+  Matrix5d common = Matrix5d::Zero();
+  Matrix5d pattern = Matrix5d::Zero();  ///< what moves with the gel (the model's unevenness) adds to both
+};
+
+TextureAgreement compare_texture(const Samples& samples, const Surface& target,
+                                 const Pose& target_T_reference, const Residuals& residuals,
+                                 double gel_pattern_per_mm);
+
+/// The directions that both surfaces show. A motion's part along one of them is measures.col(i) * motion.
+struct ObservableDirections {
+  Directions measures;
+  Directions followed;        ///< these and weaker ones: worth moving along, though not to be relied on
+  std::vector<double> share;  ///< of what was read along each, that is common to both: 0..1
+  std::vector<double> pattern_share;  ///< of what is common, that may move with the gel: 0..1
+  int count() const { return static_cast<int>(share.size()); }
+};
+
+/// A direction is shown when at least `least_share` of what was read along it is common to both.
+ObservableDirections observable_directions(const TextureAgreement& texture, double least_share);
 
 /// The target for warp_residuals(); refers to the surface's maps.
 TargetView view_of(const Surface& target);
@@ -38,5 +70,16 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
 /// others.
 Directions assess(const NormalFlowReference::Impl& reference, const Surface& target,
                   const Residuals& residuals, const NormalFlowOptions& options, RegistrationResult& result);
+
+/// How far the sensor may have moved along a direction in which a pattern of the gel pulls the pose back, as
+/// a share of the prior's sigma: from one frame to the next, and at worst.
+inline constexpr double kUsualPull = 0.1, kWorstPull = 1.0;
+
+/// Information of a registered pose, in the order and axes of RegistrationResult::information. The normals
+/// tell the shown directions, the heights z at the shared center, and both err with the motion between the
+/// two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
+/// pulls towards no motion. Sizes measured by apps/bench/information_study. (Own.)
+Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double pull,
+                          const RegistrationResult& result, const NormalFlowOptions& options);
 
 }  // namespace gelslam::registration::detail

@@ -4,7 +4,6 @@
 
 #include "normal_flow_kernels.hpp"
 #include "normal_flow_reference.hpp"
-#include "pixel_lookup.hpp"
 #include "registration_quality.hpp"
 
 namespace gelslam {

@@ -1,12 +1,9 @@
-#include "texture_agreement.hpp"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "normal_flow_reference.hpp"
-#include "normal_gradient.hpp"
-#include "pixel_lookup.hpp"
+#include "registration_quality.hpp"
 
 namespace gelslam::registration::detail {
 namespace {
@@ -82,7 +79,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   return texture;
 }
 
-ShownDirections shown_directions(const TextureAgreement& texture, double least_share) {
+ObservableDirections observable_directions(const TextureAgreement& texture, double least_share) {
   // Generalised eigenvectors of (common, read + pattern): along each, the share that is common.
   const Matrix5d scale = texture.read + texture.pattern + 1e-12 * Matrix5d::Identity();
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix5d> eigen(texture.common, scale);
@@ -91,7 +88,7 @@ ShownDirections shown_directions(const TextureAgreement& texture, double least_s
   };  // they ascend
   const auto shown = at_least(least_share);
   const Directions basis = eigen.eigenvectors().rightCols(shown);
-  ShownDirections result;
+  ObservableDirections result;
   result.followed = eigen.eigenvectors().rightCols(at_least(kShareToFollow * least_share));
   result.measures = scale * basis;  // of the eigenvectors' inverse, transposed
   for (int i = 0; i < shown; ++i) {

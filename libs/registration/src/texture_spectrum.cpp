@@ -1,11 +1,11 @@
-#include "gelslam/registration/texture_spectrum.hpp"
+#include "texture_spectrum.hpp"
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/angles.hpp"
 
-namespace gelslam {
+namespace gelslam::registration::detail {
 namespace {
 
 cv::Mat spectrum(const cv::Mat1f& image) {
@@ -34,10 +34,10 @@ cv::Mat1f correlate(const cv::Mat& a, const cv::Mat& b) {
 
 }  // namespace
 
-CoarseTexture::CoarseTexture(const Surface& surface, int shrink)
-    : pixel_pitch_mm(surface.pixel_pitch_mm * shrink) {
+CoarseTexture::CoarseTexture(const Surface& surface)
+    : pixel_pitch_mm(surface.pixel_pitch_mm * kTextureShrink) {
   surface.contact.convertTo(mask, CV_32F, 1.0 / 255.0);
-  cv::resize(mask, mask, {}, 1.0 / shrink, 1.0 / shrink, cv::INTER_NEAREST);
+  cv::resize(mask, mask, {}, 1.0 / kTextureShrink, 1.0 / kTextureShrink, cv::INTER_NEAREST);
   cv::resize(surface.curvature, curvature, mask.size(), 0, 0, cv::INTER_AREA);
   remove_mean();
 }
@@ -77,4 +77,4 @@ TextureSpectrum::Agreement TextureSpectrum::laid_on(const TextureSpectrum& other
   return agreement;
 }
 
-}  // namespace gelslam
+}  // namespace gelslam::registration::detail

@@ -4,6 +4,15 @@
 
 namespace gelslam::slam::detail {
 
+Tracker TrackingStage::new_tracker() const {
+  Tracker tracker(options_.tracker, options_.registration, options_.verification);
+  if (search_budget_s_)
+    tracker.limit_search(*search_budget_s_, [] {
+      return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count();
+    });
+  return tracker;
+}
+
 void TrackingStage::run(TrackerQueue& in, MapperQueue& out) {
   while (const std::optional<TrackerMessage> message = in.pop())
     std::visit([&](const auto& content) { handle(content, out); }, *message);
@@ -56,7 +65,7 @@ void TrackingStage::handle(UndoTrial, MapperQueue& out) {
 }
 
 void TrackingStage::handle(NewScan, MapperQueue& out) {
-  tracker_ = Tracker(options_);
+  tracker_ = new_tracker();
   hidden_ = {};
   {
     const std::lock_guard lock(mutex_);

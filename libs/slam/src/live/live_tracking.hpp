@@ -1,12 +1,14 @@
 #pragma once
 
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/slam/slam_map.hpp"
+#include "gelslam/slam/slam_options.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 #include "live/live_messages.hpp"
-#include "pipeline/hidden_motions.hpp"
 
 namespace gelslam::slam::detail {
 
@@ -14,8 +16,14 @@ namespace gelslam::slam::detail {
 /// waits.
 class TrackingStage {
  public:
-  TrackingStage(const TrackerOptions& options, LiveBoard& board, StageTimer& timer)
-      : options_(options), tracker_(options), board_(board), timer_(timer) {}
+  /// `search_budget_s`: Tracker::limit_search(), or nothing.
+  TrackingStage(const SlamOptions& options, std::optional<double> search_budget_s, LiveBoard& board,
+                StageTimer& timer)
+      : options_(options),
+        search_budget_s_(search_budget_s),
+        tracker_(new_tracker()),
+        board_(board),
+        timer_(timer) {}
 
   void run(TrackerQueue& in, MapperQueue& out);
 
@@ -23,6 +31,7 @@ class TrackingStage {
   std::vector<FrameRecord> records() const;
 
  private:
+  Tracker new_tracker() const;
   void handle(const SurfacedFrame& frame, MapperQueue& out);
   void handle(BreakTrial, MapperQueue&) { tracker_.break_trial(); }
   void handle(UndoTrial, MapperQueue& out);
@@ -30,7 +39,8 @@ class TrackingStage {
   void handle(SaveNow, MapperQueue& out) { out.push_beyond_limit(SaveSoFar{records()}); }
   void record(const FrameRecord& record);
 
-  const TrackerOptions options_;
+  const SlamOptions options_;
+  const std::optional<double> search_budget_s_;
   Tracker tracker_;
   HiddenMotions hidden_;
   LiveBoard& board_;

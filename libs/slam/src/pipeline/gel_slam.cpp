@@ -2,7 +2,8 @@
 
 namespace gelslam {
 
-GelSlam::GelSlam(const SlamOptions& options) : tracker_(options.tracker), mapper_(options) {}
+GelSlam::GelSlam(const SlamOptions& options)
+    : tracker_(options.tracker, options.registration, options.verification), mapper_(options) {}
 
 TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
   TrackedFrame tracked;

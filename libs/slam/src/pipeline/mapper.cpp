@@ -4,7 +4,7 @@
 
 #include "gelslam/backend/loop_consistency.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
-#include "pipeline/rejoin.hpp"
+#include "gelslam/slam/refinement.hpp"
 #include "pipeline/slope_calibration.hpp"
 
 namespace gelslam {
@@ -79,7 +79,7 @@ void add_overlap_edges(SlamMap& map, const SlamOptions& options,
                        const std::function<bool()>& stop_requested) {
   for (int round = 0; round < options.refinement.rounds; ++round) {
     const std::vector<PoseGraphEdge> found =
-        densify(map.keyframes, map.solution, map.edges, options.refinement, stop_requested);
+        find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested);
     if (found.empty() || stop_requested()) return;
     map.edges.insert(map.edges.end(), found.begin(), found.end());
     map.edges = consistent(map.edges, options);
@@ -90,8 +90,8 @@ void add_overlap_edges(SlamMap& map, const SlamOptions& options,
 /// `tracked`: links as the tracker measured them.
 void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const SlamOptions& options,
                const std::function<bool()>& stop_requested) {
-  std::optional<slam::detail::CalibratedMap> calibrated =
-      slam::detail::calibrate_slopes(map, options.pose_graph, options.slope_calibration, stop_requested);
+  std::optional<slam::detail::CalibratedMap> calibrated = slam::detail::calibrate_slopes(
+      map, options.pose_graph, options.slope_calibration, options.registration, stop_requested);
   if (!calibrated) return;
   map.keyframes = std::move(calibrated->keyframes);
   map.edges = std::move(calibrated->edges);
@@ -103,7 +103,8 @@ void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const Sl
 
 }  // namespace
 
-Mapper::Mapper(const SlamOptions& options) : options_(options), loop_closer_(options.loop_closure) {}
+Mapper::Mapper(const SlamOptions& options)
+    : options_(options), loop_closer_(options.loop_closure, options.registration, options.verification) {}
 
 void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   const auto& [keyframe, link] = added;
@@ -183,8 +184,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
       frame.keyframe = -1;  // its keyframe has not reached the mapper yet
   map.keyframes = keyframes_;
   std::vector<PoseGraphEdge> edges = edges_;
-  for (const LoopConstraint& loop :
-       slam::detail::rejoin_broken_trials(keyframes_, map.frames, loop_closer_, options_.loop_closure)) {
+  for (const LoopConstraint& loop : rejoin_broken_trials(keyframes_, map.frames, options_)) {
     const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
       return edge.from == loop.from && edge.to == loop.to;
     });

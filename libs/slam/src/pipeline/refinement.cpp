@@ -1,12 +1,11 @@
 #include "gelslam/slam/refinement.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <set>
 
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
-#include "gelslam/loop_closure/self_similarity.hpp"
+#include "gelslam/slam/slam_options.hpp"
 #include "gelslam/surface/contact_points.hpp"
 
 namespace gelslam {
@@ -69,46 +68,17 @@ std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed,
   return candidates;
 }
 
-/// A surface that repeats itself can be laid upon itself in many places: registration is believed only where
-/// the right one is known beforehand, to less than half of the shortest repetition that self_similarity()
-/// looks for (a millimetre) at two standard deviations.
-class Repetition {
- public:
-  Repetition(const PosedKeyframes& posed, const std::vector<PoseGraphEdge>& edges,
-             const RefinementOptions& options)
-      : posed_(posed),
-        options_(options),
-        certainty_(edges, options.gradient_scale_sigma),
-        repeats_(posed.keyframes.size()) {}
-
-  bool may_mislead(int from, int to) {
-    constexpr double kCertainMm = 0.25;
-    return (repeats(from) || repeats(to)) && certainty_.sigma_mm(from, to) > kCertainMm;
-  }
-
- private:
-  bool repeats(int id) {
-    std::optional<bool>& known = repeats_[index(id)];
-    if (!known) known = self_similarity(*posed_.keyframes[index(id)]->surface) > options_.max_self_similarity;
-    return *known;
-  }
-
-  const PosedKeyframes& posed_;
-  const RefinementOptions& options_;
-  MotionCertainty certainty_;
-  std::vector<std::optional<bool>> repeats_;
-};
-
 }  // namespace
 
 double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b) {
   return overlap_share(a, coarse_contact_points_mm(a), b, coarse_contact_points_mm(b), a_T_b);
 }
 
-std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
-                                   const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
-                                   const RefinementOptions& options,
-                                   const std::function<bool()>& stop_requested) {
+std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                                              const PoseGraphSolution& solution,
+                                              const std::vector<PoseGraphEdge>& edges,
+                                              const SlamOptions& options,
+                                              const std::function<bool()>& stop_requested) {
   std::set<std::pair<int, int>> linked;
   for (const PoseGraphEdge& edge : edges)
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
@@ -117,16 +87,16 @@ std::vector<PoseGraphEdge> densify(const std::vector<std::shared_ptr<const Keyfr
     posed.points.push_back(keyframe ? coarse_contact_points_mm(*keyframe->surface)
                                     : std::vector<Eigen::Vector3d>());
 
-  Repetition repetition(posed, edges, options);
+  const MotionCertainty certainty(edges, options.slope_calibration.gradient_scale_sigma);
   std::vector<PoseGraphEdge> found;
   for (int to = 0; to < static_cast<int>(keyframes.size()) && !stop_requested(); ++to) {
     if (!keyframes[index(to)]) continue;
-    for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
+    for (const Candidate& candidate : overlapping(to, posed, linked, options.refinement)) {
       const int from = candidate.from;
-      if (repetition.may_mislead(from, to)) continue;
       const RegistrationResult result =
-          register_normal_flow(*keyframes[index(to)]->reference, *keyframes[index(from)]->surface,
-                               posed.relative(from, to), options.registration);
+          verify(*keyframes[index(to)]->reference, *keyframes[index(from)]->reference,
+                 {posed.relative(from, to), PlacePrior::known, certainty.sigma_mm(from, to)},
+                 options.registration, options.verification);
       if (result.ok())
         found.push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
                          result.shared_center_mm});

@@ -1,9 +1,8 @@
-#include "pipeline/rejoin.hpp"
-
-#include "gelslam/loop_closure/self_similarity.hpp"
 #include "gelslam/registration/relocalization.hpp"
+#include "gelslam/slam/refinement.hpp"
+#include "gelslam/slam/slam_options.hpp"
 
-namespace gelslam::slam::detail {
+namespace gelslam {
 namespace {
 
 /// Lost, and not in the map.
@@ -27,16 +26,14 @@ std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames) {
   return breaks;
 }
 
-/// Track was lost, so the step was no ordinary one: older_T_newer where the surfaces show one place, the
-/// guess where they show none (a fragment), nothing where they fit at several.
-std::optional<Pose> where(const Keyframe& older, const Keyframe& newer, const Pose& older_T_newer,
-                          const NormalFlowOptions& options) {
+/// Where to look for the new trial's first keyframe: where the surfaces show one place; the pose of the last
+/// frame where they show none (a fragment); nothing where they fit at several places.
+std::optional<Pose> candidate_pose(const Keyframe& older, const Keyframe& newer, const Pose& older_T_newer,
+                                   const SlamOptions& options) {
   const RegistrationResult here =
-      register_normal_flow(*newer.reference, *older.surface, older_T_newer, options);
-  RelocalizationOptions search;
-  search.rival_distance = 4;  // a fragment fits at many places, but it was here a moment ago
-  const RegistrationResult place =
-      relocalize(*newer.reference, *older.surface, older_T_newer, here, options, search);
+      register_normal_flow(*newer.reference, *older.surface, older_T_newer, options.registration);
+  const RegistrationResult place = relocalize(*newer.reference, *older.surface, older_T_newer, here,
+                                              options.registration, options.verification, kRivalDistance);
   if (place.status == RegistrationStatus::ambiguous) return std::nullopt;
   return place.ok() ? place.target_T_reference : older_T_newer;
 }
@@ -45,19 +42,21 @@ std::optional<Pose> where(const Keyframe& older, const Keyframe& newer, const Po
 
 std::vector<LoopConstraint> rejoin_broken_trials(
     const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<FrameRecord>& frames,
-    const LoopCloser& loop_closer, const LoopClosureOptions& options) {
+    const SlamOptions& options) {
   std::vector<LoopConstraint> found;
   for (const auto& [before, after] : lost_in_touch(frames)) {
     const auto& older = keyframes[static_cast<std::size_t>(before->keyframe)];
     const auto& newer = keyframes[static_cast<std::size_t>(after->keyframe)];
-    if (!older || !newer || self_similarity(*newer->surface) > options.max_self_similarity) continue;
-    const std::optional<Pose> guess = where(
-        *older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse(), options.registration);
+    if (!older || !newer) continue;
+    const std::optional<Pose> pose =
+        candidate_pose(*older, *newer, before->keyframe_T_frame * after->keyframe_T_frame.inverse(), options);
     const std::optional<LoopConstraint> loop =
-        guess ? loop_closer.verify(*older, *newer, *guess) : std::nullopt;
+        pose ? verify_loop(*older, *newer, {*pose, PlacePrior::suspected}, options.registration,
+                           options.verification)
+             : std::nullopt;
     if (loop) found.push_back(*loop);
   }
   return found;
 }
 
-}  // namespace gelslam::slam::detail
+}  // namespace gelslam

@@ -161,11 +161,12 @@ double share_of(const Vector6d& motion, const Link& link) {
 
 std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGraphOptions& pose_graph,
                                               const SlopeCalibrationOptions& options,
+                                              const NormalFlowOptions& normal_flow,
                                               const std::function<bool()>& stop_requested) {
   constexpr int kRounds = 3;
   constexpr double kRemainingScaleError = 0.02;  // of a gradient scale, once slopes were corrected
   const double scale_sigma = options.gradient_scale_sigma;
-  NormalFlowOptions registration = options.registration;
+  NormalFlowOptions registration = normal_flow;
   registration.gradient_scale_error = kRemainingScaleError;
   CalibratedMap map{read.slope_correction, {}, read.edges, read.solution};
   for (int round = 0; round < kRounds; ++round) {

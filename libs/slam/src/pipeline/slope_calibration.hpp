@@ -25,6 +25,7 @@ struct CalibratedMap {
 /// the correction, or when the result is not plausible.
 std::optional<CalibratedMap> calibrate_slopes(const SlamMap& map, const PoseGraphOptions& pose_graph,
                                               const SlopeCalibrationOptions& options,
+                                              const NormalFlowOptions& normal_flow,
                                               const std::function<bool()>& stop_requested);
 
 /// A frame between two keyframes was registered to the first of them with the same error of the slopes that

@@ -49,7 +49,8 @@ void describe_registration(OptionVisitor& visit, NormalFlowOptions& options) {
   visit.number("ccs_threshold", options.ccs_threshold, -1, 1, "least curvature cosine similarity");
 }
 
-void describe_tracking(OptionVisitor& visit, TrackerOptions& options) {
+void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
+  TrackerOptions& options = slam.tracker;
   visit.integer("contact_threshold", options.contact_threshold_px, 1, 100000000,
                 "fewer contact pixels are no contact");
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
@@ -59,7 +60,7 @@ void describe_tracking(OptionVisitor& visit, TrackerOptions& options) {
   visit.number("patience_s", options.patience_s, 0, 10, "a trial outlasts torn pictures for so long");
   visit.flag("search_far", options.search_far,
              "after an unusual motion, look for the one place where the textures agree");
-  describe_registration(visit, options.registration);
+  describe_registration(visit, slam.registration);
 }
 
 void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
@@ -68,9 +69,8 @@ void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
   LoopClosureOptions& loops = options.loop_closure;
   visit.integer("min_sift_inliers", loops.min_sift_inliers, 3, 100000,
                 "matches that agree, to believe in a place");
-  visit.number("scr_threshold", loops.registration.scr_threshold, 0, 1,
-               "least shared curvature ratio of a loop");
-  visit.number("ccs_threshold", loops.registration.ccs_threshold, -1, 1,
+  visit.number("scr_threshold", options.verification.min_scr, 0, 1, "least shared curvature ratio of a loop");
+  visit.number("ccs_threshold", options.verification.min_ccs, -1, 1,
                "least curvature cosine similarity of a loop");
   visit.number("loop_loss_scale", options.pose_graph.loop_loss_scale, 0.01, 1e6,
                "robust kernel on loops, in sigmas");
@@ -98,8 +98,7 @@ OptionList describe(Config& config) {
     visit.section("device_config", "the sensor", [&] { describe_sensor(visit, config); });
     visit.section("contact_mask_config", "what counts as touched", [&] { describe_contact(visit, config); });
     visit.section("gelslam_config", "tracking and mapping", [&] {
-      visit.section("track_config", "frame to keyframe",
-                    [&] { describe_tracking(visit, config.slam.tracker); });
+      visit.section("track_config", "frame to keyframe", [&] { describe_tracking(visit, config.slam); });
       visit.section("pose_graph_config", "loops and poses", [&] { describe_pose_graph(visit, config.slam); });
       visit.section("fusion_config", "the mesh", [&] { describe_fusion(visit, config.slam.fusion); });
     });
@@ -112,9 +111,6 @@ Config completed(Config config, const std::filesystem::path& name) {
   if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not by fuse() after the whole log
     throw Error(name.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
   config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
-  config.slam.refinement.registration = config.slam.loop_closure.registration;
-  config.slam.slope_calibration.registration = config.slam.loop_closure.registration;
-  config.slam.refinement.gradient_scale_sigma = config.slam.slope_calibration.gradient_scale_sigma;
   return config;
 }
 

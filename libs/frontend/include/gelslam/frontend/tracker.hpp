@@ -1,33 +1,34 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "gelslam/frontend/keyframe.hpp"
 #include "gelslam/frontend/turning_points.hpp"
 #include "gelslam/registration/registrar.hpp"
+#include "gelslam/registration/verification.hpp"
 
 namespace gelslam {
 
 struct TrackerOptions {
   int contact_threshold_px = 500;  ///< fewer contact pixels are no contact
-  /// A new keyframe is made when the current one shares less than this with what the frame shows: a first
-  /// touch is small, and a roll leaves the keyframe behind long before tracking breaks.
+  /// A keyframe is replaced when it shares less than this with what the frame shows (share of the contact): a
+  /// first touch is small, and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
-  /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows so much of its
+  /// A frame at which the motion turns back becomes a keyframe, too, if it alone shows this share of its
   /// contact.
   double keyframe_min_unseen = 0.05;
   /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look
-  /// for the one place where the two textures agree; if there are several, the frame is lost.
+  /// for the one place where the two textures agree. If there are several, the frame is lost.
   bool search_far = true;
-  /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame the trial
-  /// goes on if a later frame fits it again. A new one begins with the first two frames that fit each other.
+  /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame, the trial
+  /// continues if a later frame fits it again. A new trial begins with the first two frames that fit each
+  /// other.
   double patience_s = 0.2;
-  NormalFlowOptions registration;
 };
 
 /// `undone`: tracked, but a person took the trial back.
@@ -36,7 +37,7 @@ enum class TrackStatus { background, no_contact, tracked, lost, undone };
 /// "background", "no_contact", "tracked", "lost", "undone": as in the NDJSON stream.
 std::string_view name(TrackStatus status);
 
-/// What is known of a frame as soon as it was seen.
+/// What is known of a frame right after it was registered.
 struct TrackedFrame {
   std::int64_t frame = 0;
   double time_s = 0;
@@ -54,14 +55,17 @@ struct TrackedFrame {
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
-/// §IV; the retries and the early keyframes are our own). Deterministic; frames must come in order.
+/// §IV; the retries and the early keyframes are our own). Deterministic without limit_search(); frames must
+/// come in order.
 class Tracker {
  public:
-  /// Registers with NormalFlow and options.registration, or with another method.
-  explicit Tracker(const TrackerOptions& options)
-      : Tracker(options, make_normal_flow(options.registration)) {}
-  Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar)
-      : options_(options), registrar_(std::move(registrar)), turning_points_(options.keyframe_min_unseen) {}
+  /// Registers with NormalFlow.
+  explicit Tracker(const TrackerOptions& options, const NormalFlowOptions& registration = {},
+                   const VerificationOptions& verification = {})
+      : Tracker(options, make_normal_flow(registration), registration, verification) {}
+  /// Registers with another method; NormalFlow is only used to relocalize.
+  Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar,
+          const NormalFlowOptions& registration = {}, const VerificationOptions& verification = {});
 
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
 
@@ -69,45 +73,64 @@ class Tracker {
   /// moved.
   void break_trial();
 
+  using Clock = std::function<double()>;  ///< seconds
+
+  /// For live tracking: relocalization may use this much time per frame. One that takes longer is paid back
+  /// by the frames after it, which are not searched. Without this a slow search drops frames, the next step
+  /// is then a large one and is searched again, and so on.
+  void limit_search(double seconds_per_frame, Clock clock);
+
  private:
   struct Seen {
     std::int64_t frame = 0;
     double time_s = 0;
     SurfacePtr surface;
   };
-  struct Previous : Seen {    // the last tracked frame
-    KeyframeLink link;        // to the current keyframe
-    double residual_rad = 0;  // of its normals, when it was registered
+  struct Tracked : Seen {
+    KeyframeLink link;             ///< to the current keyframe
+    double residual_rad = 0;       ///< of the normals
+    Pose step = Pose::Identity();  ///< from the tracked frame before: before_T_this
+    double step_s = 0;             ///< time that it took
+  };
+  /// A frame that has no place in the map yet.
+  struct Pending : Seen {
+    /// Where registration from the expected place put it, if only that several places fit speaks against it.
+    std::optional<Pose> keyframe_T_frame;
+  };
+  /// What a frame is registered to, and where the sensor is expected.
+  struct Reference {
+    const PreparedReference& prepared;
+    Pose T_previous;   ///< reference_T_frame if it stands still
+    Pose T_predicted;  ///< reference_T_frame at constant velocity
+    double elapsed_s;  ///< since the last tracked frame
   };
 
-  /// Lost only because it fits at several places.
-  struct Doubtful {
-    double time_s = 0;
-    Pose keyframe_T_frame = Pose::Identity();  // the expected one of them
-  };
-
-  RegistrationResult register_to(const PreparedReference& reference, const Pose& reference_T_previous,
-                                 const Surface& surface) const;
-  bool is_sound(const RegistrationResult& registration, double time_s) const;
-  bool is_usual(const RegistrationResult& registration, const Pose& reference_T_previous,
-                double time_s) const;
-  RegistrationResult go_on(const Surface& surface, double time_s);
-  RegistrationResult place_on(const PreparedReference& reference, const Pose& reference_T_previous,
-                              const Surface& surface, const RegistrationResult& registration,
-                              double time_s) const;
-  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, const PreparedReference& reference,
-                                                SurfacePtr surface);
-  RegistrationResult follow(TrackedFrame& result, const Surface& surface);
-  void lose(TrackedFrame& result, SurfacePtr surface);
+  Reference reference_of(const PreparedReference& prepared, const Pose& reference_T_previous,
+                         double time_s) const;
+  RegistrationResult register_to(const Reference& reference, const Surface& surface) const;
+  bool fits_as_before(const RegistrationResult& registration) const;
+  bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
+  RegistrationResult relocalize_on(const Reference& reference, const Surface& surface,
+                                   const RegistrationResult& registration);
+  RegistrationResult continue_motion(const Surface& surface, double time_s);
+  RegistrationResult track_with_fallback(TrackedFrame& result, const Surface& surface,
+                                         std::optional<Pose>& keyframe_T_unconfirmed);
+  void accept(TrackedFrame& result, SurfacePtr surface);
+  void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface,
+                               const std::optional<Pose>& keyframe_T_unconfirmed);
   void begin_trial(TrackedFrame& result, const Seen& first,
                    std::shared_ptr<const PreparedReference> reference);
+  void end_trial(TrackedFrame& result);
+  bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
+  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, const PreparedReference& reference,
+                                                SurfacePtr surface);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
   void hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch);
-  void accept(TrackedFrame& result, SurfacePtr surface, const RegistrationResult& registration);
-  bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
 
   TrackerOptions options_;
+  NormalFlowOptions normal_flow_;
+  VerificationOptions verification_;
   std::shared_ptr<const Registrar> registrar_;
   int next_keyframe_id_ = 0;
   int trial_ = -1;
@@ -116,10 +139,11 @@ class Tracker {
   std::shared_ptr<const PreparedReference> reference_;  ///< the keyframe's
   Pose trial_T_keyframe_ = Pose::Identity();
   TurningPoints turning_points_;
-  std::optional<Previous> previous_;
-  std::optional<Seen> unplaced_;       ///< the last frame, where that was lost and began no trial
-  std::optional<Doubtful> doubtful_;   ///< the last frame, where that was
-  Pose last_step_ = Pose::Identity();  ///< previous-but-one frame -> previous frame: previous2_T_previous
+  Tracked previous_;                ///< the last tracked frame of the trial
+  std::optional<Pending> pending_;  ///< the last frame, if it is not tracked
+  Clock clock_;                     ///< none: relocalization may take any time
+  double search_budget_s_ = 0;      ///< what it may take in one frame
+  double search_debt_s_ = 0;        ///< by how much it went beyond that
 };
 
 }  // namespace gelslam

@@ -8,35 +8,37 @@
 namespace gelslam {
 
 struct NormalFlowOptions {
-  int max_samples = 3000;  ///< reference pixels used
+  int max_samples = 3000;  ///< pixels of the reference
   int max_iterations = 50;
   int min_iterations = 2;
-  double rotation_tolerance_rad = 1e-4;
+  double rotation_tolerance_rad = 1e-4;  ///< a step smaller than both ends the registration
   double translation_tolerance_mm = 1e-2;
   int min_shared_pixels = 10;
-  double scr_threshold = 0.3;
-  double ccs_threshold = 0.7;
+  double scr_threshold = 0.3;      ///< least shared curvature ratio
+  double ccs_threshold = 0.7;      ///< least curvature cosine similarity
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
-  double normal_noise_rad = 0.02;  ///< of one read normal, at least
-  double noise_correlation_samples = 1.5;  ///< neighboring samples share their noise: so many count as one
+  double normal_noise_rad = 0.02;  ///< least standard deviation of one normal
+  double noise_correlation_samples = 1.5;  ///< neighboring samples share their noise: this many count as one
   double height_noise_mm = 0.004;          ///< of the mean height over a contact
-  /// share by which a roll comes out too long or short: slopes read too steep or flat
+  /// Relative error of the length of a roll: slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
-  /// how far a pose is from its start, before looking: decides what is not shown
+  /// Standard deviation of the pose about its start. It decides only along directions that are not
+  /// observable.
   double prior_rotation_rad = 0.2;
   double prior_translation_mm = 1.0;
-  /// of what was read along a direction; so much and what chance gives must be in both
-  double least_common_share = 0.05;
-  double texture_to_follow = 0.35;       ///< correlation of both curvatures; above it no direction is held
+  /// A direction is observable when both surfaces share at least this part of what one of them shows along
+  /// it, beyond what noise would share.
+  double min_common_share = 0.05;
+  double texture_to_follow = 0.35;       ///< texture_correlation above which no direction is fixed
   double gel_pattern_rad_per_mm = 0.12;  ///< change of the normal that may belong to the gel and stay with it
   double smooth_curvature_per_px = 0.02;  ///< rms; below it the texture is too faint for CCS to mean anything
   double smooth_normal_rmse_rad = 0.06;   ///< and normals have to agree this well instead
-  double observable_sigma_rad = 0.05;     ///< a motion counts as observable when it is known better than this
+  double observable_sigma_rad = 0.05;     ///< a motion is observable when it is known better than this
   double observable_sigma_mm = 0.3;
 };
 
-/// What is computed once per keyframe: samples, their points and normals, and the Jacobian, which depends on
-/// the reference only (inverse compositional; Baker & Matthews 2004; Huang et al., RA-L 2024, §IV).
+/// What is computed once per keyframe: samples, their points and normals, and the Jacobian, which depends
+/// only on the reference (inverse compositional; Baker & Matthews 2004; Huang et al., RA-L 2024, §IV).
 /// Immutable, shareable between threads.
 class NormalFlowReference {
  public:
@@ -45,6 +47,8 @@ class NormalFlowReference {
   NormalFlowReference(NormalFlowReference&&) noexcept;
   const Surface& surface() const;
   int sample_count() const;
+  /// self_similarity() of the surface, computed when it is first asked for. Thread-safe.
+  double self_similarity() const;
 
   struct Impl;
   const Impl& impl() const { return *impl_; }
@@ -58,9 +62,8 @@ class NormalFlowReference {
 RegistrationResult register_normal_flow(const NormalFlowReference& reference, const Surface& target,
                                         const Pose& initial, const NormalFlowOptions& options);
 
-/// Measures a pose that another method found by the same samples and limits: everything in the result but the
-/// pose itself and the iterations comes from looking at the two surfaces, laid upon each other as the pose
-/// says.
+/// Judges a pose that another method found, by the same samples and limits. It fills everything in the result
+/// but the iterations.
 RegistrationResult judge_pose(const NormalFlowReference& reference, const Surface& target,
                               const Pose& target_T_reference, const NormalFlowOptions& options);
 

@@ -10,11 +10,13 @@ namespace gelslam {
 
 enum class RegistrationStatus {
   converged,
-  too_little_overlap,  ///< the shared contact or its share of curvature (SCR) is too small
-  curvature_mismatch,  ///< CCS too low: the two patches do not show the same surface
-  diverged,            ///< steps did not shrink, or the pose left the sensor
-  ambiguous,           ///< the textures agree nearly as well at another place
-  too_little_surface,  ///< a surface without enough contact or texture to register at all
+  too_little_overlap,    ///< the shared contact or its share of curvature (SCR) is too small
+  curvature_mismatch,    ///< CCS too low: the two patches do not show the same surface
+  diverged,              ///< steps did not shrink, or the pose left the sensor
+  free_space_violation,  ///< the object would lie in gel that the other surface shows untouched
+  ambiguous,             ///< the textures agree nearly as well at another place
+  unconfirmed,           ///< an unusual step, and no time to search for other places (Tracker::limit_search)
+  too_little_surface,    ///< a surface without enough contact or texture to register at all
 };
 
 /// A sentence for a person: "too little overlap".
@@ -28,8 +30,8 @@ struct RegistrationResult {
   Matrix6d information = Matrix6d::Zero();
   double scr = 0.0;  ///< shared curvature ratio, 0..1
   double ccs = 0.0;  ///< curvature cosine similarity, -1..1
-  /// Of the two curvatures without their means, over the shared contact, -1..1: near 0 where only noise or a
-  /// broad shape is shared, which agree with any place.
+  /// Correlation of the two curvatures (means removed) over the shared contact, -1..1: near 0 where only
+  /// noise or a broad shape is shared, which agrees with any place.
   double texture_correlation = 0.0;
   double normal_rmse_rad = 0.0;  ///< root mean square angle between aligned normals
   double height_rmse_mm = 0.0;   ///< root mean square height difference over the shared contact
@@ -37,10 +39,11 @@ struct RegistrationResult {
   /// of the shared contact as read, in the reference's frame
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
   int iterations = 0;
-  bool held = false;  ///< along motions that nothing shows, the pose was left at its start
-  /// x y z rx ry rz along the axes of the target's sensor frame: do both surfaces show this motion, well
-  /// enough to tell it to 0.3 mm or 0.05 rad even where a pattern of the gel pulls against it? z: was bare
-  /// gel seen in both?
+  /// Along directions that neither surface shows, the pose was left at its start.
+  bool degenerate_directions_fixed = false;
+  /// x y z rx ry rz along the axes of the target's sensor frame: whether both surfaces show this motion well
+  /// enough to know it to 0.3 mm or 0.05 rad even where a pattern of the gel pulls against it. z: whether
+  /// both show bare gel.
   std::array<bool, 6> observable{};
 
   bool ok() const { return status == RegistrationStatus::converged; }

@@ -1,41 +1,35 @@
 #pragma once
 
 #include <limits>
+#include <vector>
 
-#include "gelslam/registration/normal_flow.hpp"
+#include "gelslam/registration/verification.hpp"
 
 namespace gelslam {
 
-struct RelocalizationOptions {
-  /// Another place proves nothing when its normals fit this much worse than the best's. Measured: a tooth,
-  /// bead or dimple further 1.02 to 1.4 times, on texture that does not repeat 2 to 3 times.
-  double rival_residual = 1.15;
-  /// Nor does one that lies so many times as far from where it was expected: few hands jump.
-  double rival_distance = std::numeric_limits<double>::infinity();
-  double least_rival_shared = 0.15;  ///< of the reference's samples: less agrees anywhere
-  double least_rival_texture = 0.5;  ///< correlation of curvatures; less is no agreement
-  double far_texture = 0.85;         ///< a place that nobody expected has to agree this well
-  double far_mm = 1.0;               ///< from here on, along any axis, nobody expected it
-  double far_rad = 0.17;
-  double max_height_rmse_mm = 0.1;
-  double max_free_space_violation = 0.1;  ///< OverlapAgreement::free_space_violation
-  double other_place_mm = 0.5;  ///< what makes two places different, along an axis that is observable
-  double other_place_rad = 0.07;
-};
+/// Where NormalFlow may start (target_T_reference) when the motion was too large for it to follow: shifts and
+/// twists about that of `expected` at which the two textures agree, at any distance, the best first, with the
+/// tilt that the normals have there. A pattern that repeats itself has many. Empty when the textures are too
+/// faint. Source: own.
+std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected);
 
-/// How far a frame was found from where it was expected (target_T_reference): how far its shared center
-/// moved, or, if that is more, by how much it turned, 10 degrees to the millimetre, as a hand changes its
-/// mind about either.
+/// How far a frame was found from where it was expected (target_T_reference), in mm: by how much its shared
+/// center moved or, if that is more, by how much it turned, 10 degrees counting as 1.0 mm.
 double innovation_mm(const RegistrationResult& found, const Pose& expected);
 
-/// Where, of all shifts and of twists about that of `expected` (target_T_reference), the target fits on the
-/// reference. `found`: what a registration from the expected place found, ok or not; it wins when no other
-/// place fits as well. Status `ambiguous` when several places do: a step of one tooth, bead or dimple more.
-/// Not ok (that of `found`) when there is no place. Poses come from NormalFlow. Costs some tens of
-/// registrations. Source: own.
+/// Of a step whose innovation is no larger than usual, a place this many times as far is not the right one:
+/// motion between two frames is continuous.
+inline constexpr double kRivalDistance = 2.5;
+
+/// Finds the one place where the target fits on the reference, among all shifts and among twists about that
+/// of `expected` (target_T_reference). `found` is the result of a registration from the expected place, ok or
+/// not; it wins when no other place fits as well. Every place has to pass verify_registered(). Status
+/// `ambiguous`: several places fit, as on a pattern that repeats itself; places more than `rival_distance`
+/// times as far from the expected one as the best do not count. Not ok (that of `found`): there is no place.
+/// Poses come from NormalFlow. Costs some tens of registrations. Source: own.
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,
                               const Pose& expected, const RegistrationResult& found,
-                              const NormalFlowOptions& normal_flow,
-                              const RelocalizationOptions& options = {});
+                              const NormalFlowOptions& normal_flow, const VerificationOptions& options,
+                              double rival_distance = std::numeric_limits<double>::infinity());
 
 }  // namespace gelslam

@@ -11,6 +11,8 @@ namespace gelslam {
 
 /// One options struct per stage.
 struct SlamOptions {
+  NormalFlowOptions registration;    ///< of frames and of keyframes
+  VerificationOptions verification;  ///< of every place but the next frame's
   TrackerOptions tracker;
   LoopClosureOptions loop_closure;
   PoseGraphOptions pose_graph;

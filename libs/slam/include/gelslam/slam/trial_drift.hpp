@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -30,5 +31,22 @@ class TrialDrift {
 /// "may be off by 1.6 mm along x, 6 degrees about y since the trial began": where two standard deviations are
 /// more than 1 mm or 5 degrees; else "".
 std::string describe_drift(const Vector6d& sigma);
+
+/// Motions that are not observable, for display: a change counts once it has lasted for half a second.
+class HiddenMotions {
+ public:
+  /// Of a tracked frame; times do not go back.
+  void pass(int trial, double time_s, const std::array<bool, 6>& observable);
+
+  /// describe_observability() of what has lasted; "" at the start of a trial.
+  std::string words() const;
+
+ private:
+  static constexpr double kLasting_s = 0.5;
+
+  int trial_ = -1;
+  std::array<bool, 6> observable_{};  ///< as said
+  std::array<double, 6> agreed_s_{};  ///< when a frame last was as said
+};
 
 }  // namespace gelslam

@@ -5,15 +5,16 @@
 
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
+#include "gelslam/slam/slam_options.hpp"
 
 namespace gelslam {
 
-/// Where each trial lies in the frame of the first one, as far as loops have told: for a pose stream, which
-/// has to say at once what it knows and cannot correct it later. A trial that is never recognised has no
-/// place.
+/// Where each trial lies in the frame of the first one, by the first loop that tells: for a pose stream,
+/// which cannot correct later what it has written. A trial that is never recognized has no place.
 class TrialPlaces {
  public:
-  explicit TrialPlaces(const LoopClosureOptions& options) : loop_closer_(options) {}
+  explicit TrialPlaces(const SlamOptions& options)
+      : loop_closer_(options.loop_closure, options.registration, options.verification) {}
 
   /// Keyframes in order of their ids, as the tracker hands them out.
   void add(const NewKeyframe& added);

@@ -4,7 +4,12 @@
 
 #include "gelslam/surface/surface.hpp"
 
-namespace gelslam {
+namespace gelslam::registration::detail {
+
+/// Pixels of a surface per pixel that is compared: textures that matter are many pixels wide.
+inline constexpr int kTextureShrink = 2;
+/// Two shifts closer than this are the same place, and patterns of a shorter period are not looked for.
+inline constexpr double kMinPeriodMm = 1.0;
 
 /// The curvature inside a contact without its mean, 0 outside, at a coarser resolution than the surface's.
 struct CoarseTexture {
@@ -14,8 +19,7 @@ struct CoarseTexture {
   double pixel_pitch_mm = 0;
 
   CoarseTexture() = default;
-  /// `shrink`: pixels of the surface per pixel here.
-  CoarseTexture(const Surface& surface, int shrink);
+  explicit CoarseTexture(const Surface& surface);
   /// Turned about the sensor's z axis.
   CoarseTexture turned(double angle_rad) const;
 
@@ -23,13 +27,13 @@ struct CoarseTexture {
   void remove_mean();
 };
 
-/// A texture ready to be laid on another of the same size at all shifts at once.
+/// The Fourier transform of a texture, to compare it with another of the same size at all shifts at once.
 class TextureSpectrum {
  public:
   explicit TextureSpectrum(const CoarseTexture& texture);
 
-  /// How two textures agree when the second one's content is looked for `shift` pixels further on. Shift (x,
-  /// y) stands in column x and row y; negative shifts stand at the end, as size + shift.
+  /// How two textures agree when the second one is shifted. Shift (x, y) in pixels stands in column x and row
+  /// y; negative shifts stand at the end, as size + shift.
   struct Agreement {
     cv::Mat1f similarity;  ///< normalized cross-correlation over what is shared, -1..1
     cv::Mat1f shared;      ///< pixels
@@ -40,4 +44,4 @@ class TextureSpectrum {
   cv::Mat curvature_, squared_, mask_;
 };
 
-}  // namespace gelslam
+}  // namespace gelslam::registration::detail

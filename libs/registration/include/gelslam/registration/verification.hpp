@@ -1,0 +1,67 @@
+#pragma once
+
+#include <limits>
+
+#include "gelslam/registration/normal_flow.hpp"
+
+namespace gelslam {
+
+/// The limits of verify(): when do two surfaces show the same place? Measured on keyframe pairs of sequences
+/// with truth. Ratios and correlations have no unit.
+struct VerificationOptions {
+  double min_scr = 0.3;  ///< shared curvature ratio of the smaller contact (Huang et al., RA-L 2024)
+  double min_ccs = 0.7;  ///< curvature cosine similarity (the same)
+  /// RegistrationResult::texture_correlation. Right places have 0.6 (a pen) to 0.97, wrong ones less than
+  /// 0.5.
+  double min_texture_correlation = 0.6;
+  /// Above it one loop is enough to join two trials, and a place that nobody expected is believed.
+  double sure_texture_correlation = 0.75;
+  double max_height_rmse_mm = 0.1;  ///< right places have 0.03
+  /// Share of either contact that would lie inside gel that the other surface shows untouched.
+  double max_free_space_violation = 0.1;
+  /// Self-similarity above which a surface shows no place by itself. A cloth or a thread has 0.95, a knurl
+  /// 0.6, other objects less than 0.5.
+  double max_self_similarity = 0.8;
+  /// On such a surface the place must be known beforehand to less than half of the shortest period that
+  /// self_similarity() looks for, at two standard deviations.
+  double repetition_sigma_mm = 0.25;
+};
+
+/// What was known of a place before the two surfaces were compared. The less it was, the better they have to
+/// agree.
+enum class PlacePrior {
+  known,      ///< predicted by the motion or by the pose graph: the registration has to succeed
+  suspected,  ///< recognized, or nearby: the textures have to agree, too
+  none,       ///< the best of all shifts: the textures have to agree surely
+};
+
+struct PlaceCandidate {
+  Pose target_T_reference = Pose::Identity();
+  PlacePrior prior = PlacePrior::suspected;
+  double sigma_mm = std::numeric_limits<double>::infinity();  ///< of the pose, before looking
+};
+
+/// Decides whether two surfaces show the same place: registers them from the candidate's pose, then applies
+/// verify_registered(). The result is ok() if they do, or its status says why not: a surface that repeats
+/// itself is `ambiguous`. SCR is that of the smaller contact.
+RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
+                          const PlaceCandidate& candidate, const NormalFlowOptions& registration,
+                          const VerificationOptions& options);
+
+/// The tests that follow a successful registration: texture, heights and free space. Returns `registration`
+/// with the status of the first test that fails.
+RegistrationResult verify_registered(const NormalFlowReference& reference, const Surface& target,
+                                     const RegistrationResult& registration, PlacePrior prior,
+                                     const VerificationOptions& options);
+
+/// Of what either surface touched and the other looked at, the share that would have to lie inside the
+/// other's bare gel, 0..1: had the object been there, it would have been felt.
+double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference);
+
+/// How much a surface looks like itself after a shift of at least a millimeter, -1..1: the largest normalized
+/// cross-correlation of its curvature (mean removed) with itself over shifts that keep half of the contact
+/// shared. Near 1 for a knurl, a cloth or a straight ridge: registration then succeeds at several places.
+/// Source: own; masked correlation after Padfield, IEEE TIP 2012.
+double self_similarity(const Surface& surface);
+
+}  // namespace gelslam

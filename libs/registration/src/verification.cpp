@@ -1,0 +1,122 @@
+#include "gelslam/registration/verification.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "texture_spectrum.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace registration::detail;
+
+/// Every second pixel of `from` in contact that lands on the image of `onto`, and how many of these would lie
+/// inside its bare gel.
+struct Landed {
+  int all = 0, in_bare_gel = 0;
+};
+
+Landed land(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
+  constexpr int kStep = 2;
+  constexpr double kToleranceMm = 0.15;  // the errors of heights and of the membrane rim are smaller
+  const double from_u0 = from.contact.cols / 2.0 - 0.5, from_v0 = from.contact.rows / 2.0 - 0.5;
+  const double onto_u0 = onto.contact.cols / 2.0 - 0.5, onto_v0 = onto.contact.rows / 2.0 - 0.5;
+  Landed landed;
+  for (int v = 0; v < from.contact.rows; v += kStep)
+    for (int u = 0; u < from.contact.cols; u += kStep) {
+      if (!from.contact(v, u)) continue;
+      const Eigen::Vector3d p =
+          onto_T_from * Eigen::Vector3d((u - from_u0) * from.pixel_pitch_mm,
+                                        (v - from_v0) * from.pixel_pitch_mm, from.height_mm(v, u));
+      const auto x = static_cast<int>(std::lround(p.x() / onto.pixel_pitch_mm + onto_u0));
+      const auto y = static_cast<int>(std::lround(p.y() / onto.pixel_pitch_mm + onto_v0));
+      if (x < 0 || y < 0 || x >= onto.contact.cols || y >= onto.contact.rows) continue;
+      ++landed.all;
+      landed.in_bare_gel += !onto.contact(y, x) && p.z() < onto.height_mm(y, x) - kToleranceMm;
+    }
+  return landed;
+}
+
+double min_texture_correlation(PlacePrior prior, const VerificationOptions& options) {
+  switch (prior) {
+    case PlacePrior::known:
+      return -1.0;
+    case PlacePrior::suspected:
+      return options.min_texture_correlation;
+    case PlacePrior::none:
+      return options.sure_texture_correlation;
+  }
+  return 1.0;
+}
+
+/// SCR asks how much of the reference is found again. A smaller target may lie in it entirely: then the
+/// question is put the other way round.
+bool shows_all_of(const NormalFlowReference& target, const NormalFlowReference& reference,
+                  const RegistrationResult& result, const NormalFlowOptions& options) {
+  return result.status == RegistrationStatus::too_little_overlap &&
+         target.surface().contact_pixels < reference.surface().contact_pixels &&
+         judge_pose(target, reference.surface(), result.target_T_reference.inverse(), options).ok();
+}
+
+}  // namespace
+
+RegistrationResult verify(const NormalFlowReference& reference, const NormalFlowReference& target,
+                          const PlaceCandidate& candidate, const NormalFlowOptions& registration,
+                          const VerificationOptions& options) {
+  RegistrationResult result;
+  result.target_T_reference = candidate.target_T_reference;
+  const auto repeats = [&](const NormalFlowReference& shown) {
+    return shown.self_similarity() > options.max_self_similarity;
+  };
+  if (candidate.sigma_mm > options.repetition_sigma_mm && (repeats(reference) || repeats(target))) {
+    result.status = RegistrationStatus::ambiguous;
+    return result;
+  }
+  NormalFlowOptions gates = registration;
+  gates.scr_threshold = options.min_scr;
+  gates.ccs_threshold = options.min_ccs;
+  result = register_normal_flow(reference, target.surface(), candidate.target_T_reference, gates);
+  if (shows_all_of(target, reference, result, gates)) result.status = RegistrationStatus::converged;
+  return verify_registered(reference, target.surface(), result, candidate.prior, options);
+}
+
+RegistrationResult verify_registered(const NormalFlowReference& reference, const Surface& target,
+                                     const RegistrationResult& registration, PlacePrior prior,
+                                     const VerificationOptions& options) {
+  RegistrationResult result = registration;
+  if (!result.ok()) return result;
+  if (result.texture_correlation < min_texture_correlation(prior, options) ||
+      result.height_rmse_mm > options.max_height_rmse_mm)
+    result.status = RegistrationStatus::curvature_mismatch;
+  else if (free_space_violation(reference.surface(), target, result.target_T_reference) >
+           options.max_free_space_violation)
+    result.status = RegistrationStatus::free_space_violation;
+  return result;
+}
+
+double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference) {
+  const Landed there = land(reference, target, target_T_reference),
+               back = land(target, reference, target_T_reference.inverse());
+  const int all = there.all + back.all;
+  return all > 0 ? static_cast<double>(there.in_bare_gel + back.in_bare_gel) / all : 0.0;
+}
+
+double self_similarity(const Surface& surface) {
+  constexpr double kMinShared = 0.5;
+  if (surface.contact_pixels == 0) return 0.0;
+  const CoarseTexture texture(surface);
+  if (texture.pixels < 1) return 0.0;
+  const TextureSpectrum spectrum(texture);
+  const auto [similarity, shared] = spectrum.laid_on(spectrum);
+  const double min_shift_px = kMinPeriodMm / texture.pixel_pitch_mm;
+  double largest = 0.0;
+  for (int y = 0; y < similarity.rows; ++y)
+    for (int x = 0; x < similarity.cols; ++x) {
+      const double sx = std::min(x, similarity.cols - x), sy = std::min(y, similarity.rows - y);
+      if (std::hypot(sx, sy) >= min_shift_px && shared(y, x) >= kMinShared * texture.pixels)
+        largest = std::max(largest, static_cast<double>(similarity(y, x)));
+    }
+  return largest;
+}
+
+}  // namespace gelslam
