@@ -13,7 +13,7 @@
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
-namespace {
+namespace evaluation::detail {
 
 struct DeviceRelease {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -23,6 +23,10 @@ struct SceneRelease {
 };
 using DevicePointer = std::unique_ptr<RTCDeviceTy, DeviceRelease>;
 using ScenePointer = std::unique_ptr<RTCSceneTy, SceneRelease>;
+
+}  // namespace evaluation::detail
+
+namespace {
 
 /// A search may look at this many triangles on average: usual meshes need some dozens. Beyond it the mesh
 /// covers itself so often that measuring would not end. Judged by a few of the points, before all are asked.
@@ -49,8 +53,8 @@ void check_geometry(const Mesh& mesh) {
   }
 }
 
-ScenePointer build_scene(RTCDevice device, const Mesh& mesh) {
-  ScenePointer scene(rtcNewScene(device));
+evaluation::detail::ScenePointer build_scene(RTCDevice device, const Mesh& mesh) {
+  evaluation::detail::ScenePointer scene(rtcNewScene(device));
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices_mm.size()));
@@ -163,8 +167,8 @@ void throw_too_tangled() {
 
 struct TriangleScene::Impl {
   Mesh mesh;
-  DevicePointer device;
-  ScenePointer scene;
+  evaluation::detail::DevicePointer device;
+  evaluation::detail::ScenePointer scene;
 
   /// The triangle nearest to a point; adds the triangles it looked at to `visits`.
   ClosestPoint closest(const Eigen::Vector3d& point_mm, std::size_t& visits) const {
