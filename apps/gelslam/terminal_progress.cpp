@@ -16,9 +16,7 @@ namespace {
 constexpr int kBarCells = 24;
 constexpr double kRedrawPeriod_s = 0.1;
 
-std::string rate_text(double rate_hz) {
-  return fmt::format("{:.{}f}/s", rate_hz, rate_hz < 10.0 ? 1 : 0);
-}
+std::string rate_text(double rate_hz) { return fmt::format("{:.{}f}/s", rate_hz, rate_hz < 10.0 ? 1 : 0); }
 
 std::string bar(double share) {
   const int full = static_cast<int>(share * kBarCells);

@@ -41,8 +41,7 @@ TEST(GradientModel, HasItsLayersOneAfterTheOther) {
     for (float& value : model.weight(layer)) value = number++;
     for (float& value : model.bias(layer)) value = number++;
   }
-  for (std::size_t k = 0; k < model.numbers.size(); ++k)
-    ASSERT_EQ(model.numbers[k], static_cast<float>(k));
+  for (std::size_t k = 0; k < model.numbers.size(); ++k) ASSERT_EQ(model.numbers[k], static_cast<float>(k));
 }
 
 TEST(NetworkForward, AgreesWithTheGoldenFile) {

@@ -59,7 +59,8 @@ TEST(TerminalProgress, TimeGoesOnWhileTheWorkSaysNothing) {
   std::ostringstream out;
   std::atomic<double> now_s = 0;
   {
-    TerminalProgress progress(out, 80, [&] { return now_s.load(); }, /*ticks=*/true);
+    TerminalProgress progress(
+        out, 80, [&] { return now_s.load(); }, /*ticks=*/true);
     progress.begin("closing loops", std::nullopt);
     now_s = 7;
     std::this_thread::sleep_for(std::chrono::milliseconds(400));

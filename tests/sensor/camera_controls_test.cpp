@@ -1,11 +1,10 @@
-#include "cameras/v4l2_camera.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cerrno>
 
 #include "../support/temporary_folder.hpp"
+#include "cameras/v4l2_camera.hpp"
 #include "fake_camera.hpp"
 
 namespace gelslam {

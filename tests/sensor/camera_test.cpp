@@ -1,5 +1,3 @@
-#include "cameras/v4l2_camera.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +6,7 @@
 #include <thread>
 
 #include "../support/temporary_folder.hpp"
+#include "cameras/v4l2_camera.hpp"
 #include "fake_camera.hpp"
 #include "gelslam/core/error.hpp"
 

@@ -1,5 +1,3 @@
-#include "gelslam/surface/background.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +8,7 @@
 
 #include "../support/data_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/surface/background.hpp"
 
 namespace gelslam::test {
 namespace {

@@ -1,3 +1,5 @@
+#include "slopes/gradient_map.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -5,7 +7,6 @@
 
 #include "linear_gel.hpp"
 #include "pth_file.hpp"
-#include "slopes/gradient_map.hpp"
 
 namespace gelslam::test {
 namespace {

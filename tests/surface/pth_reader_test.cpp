@@ -1,5 +1,3 @@
-#include "gelslam/surface/model_file.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "pth_file.hpp"
 
 namespace gelslam::test {

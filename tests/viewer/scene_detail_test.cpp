@@ -1,11 +1,10 @@
-#include "scene/scene_geometry.hpp"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <map>
 
+#include "scene/scene_geometry.hpp"
 #include "test_meshes.hpp"
 
 namespace gelslam::viewer::detail {

@@ -1,8 +1,8 @@
-#include "live/live_scene.hpp"
-
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
+
+#include "live/live_scene.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {

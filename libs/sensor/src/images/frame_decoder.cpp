@@ -52,7 +52,7 @@ bool FrameDecoder::Impl::size_is_plausible(const RawFrame& frame, std::int64_t w
 }
 
 void FrameDecoder::Impl::refuse_wrong_size(const RawFrame& frame, std::int64_t width_px,
-                                         std::int64_t height_px) const {
+                                           std::int64_t height_px) const {
   if (detail::picture_fit(width_px, height_px, profile) == detail::PictureFit::never) {
     throw Error("frame " + std::to_string(frame.index) + " " +
                 detail::wrong_size_text(width_px, height_px, profile));
