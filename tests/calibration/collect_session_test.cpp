@@ -17,7 +17,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/simulation/press_log.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "interrupt_stopper.hpp"
+#include "camera_input.hpp"
 
 namespace gelslam::test {
 namespace {

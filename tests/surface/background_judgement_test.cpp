@@ -9,6 +9,7 @@
 #include "../support/data_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/background.hpp"
+#include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::test {
 namespace {

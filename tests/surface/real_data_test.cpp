@@ -9,6 +9,7 @@
 
 #include "../support/data_folder.hpp"
 #include "gelslam/surface/background.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam::test {

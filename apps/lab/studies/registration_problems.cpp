@@ -12,6 +12,7 @@
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/surface/background.hpp"
+#include "gelslam/surface/model_file.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam::lab {

@@ -44,7 +44,7 @@ double min_texture_correlation(PlacePrior prior, const VerificationOptions& opti
     case PlacePrior::suspected:
       return options.min_texture_correlation;
     case PlacePrior::none:
-      return options.sure_texture_correlation;
+      return options.searched_texture_correlation;
   }
   return 1.0;
 }
