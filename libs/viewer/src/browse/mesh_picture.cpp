@@ -118,6 +118,8 @@ cv::Mat3b draw_mesh(const Mesh& mesh, int panel_width_px) {
 }
 
 void write_picture(const std::filesystem::path& path, const cv::Mat& picture) {
+  if (path.has_parent_path() && !std::filesystem::is_directory(path.parent_path()))
+    throw Error(path.string() + ": there is no folder " + path.parent_path().string());
   viewer::write_png(path, picture);
 }
 

@@ -14,8 +14,8 @@ struct FoundCircle {
   /// gel lies on it, where the color change stops growing. The disc is `visible_rim_px` wider.
   ContactCircle ball;
   double confidence = 0.0;  ///< 0 to 1: share of the color change around the contact that the ball explains
-  bool second_contact = false;  ///< something touches the gel beside this contact
   std::string problem;          ///< for people: why it should not be used; empty when it is good
+  bool second_contact = false;  ///< something touches the gel beside this contact
 };
 
 /// What people draw around a contact is this much wider than the part of the gel that lies on the ball
