@@ -122,7 +122,7 @@ TEST(Cli, OldOptionNamesWorkWithANotice) {
   EXPECT_EQ(notices({"view", "none.ply", "--shading", "lit", "--color", "height"}), "");
   const ProgramResult scan = gelslam({"simulate", "scan", "--relief", "much", "-o", "none"});
   EXPECT_THAT(scan.err, HasSubstr("gelslam: --relief is now --texture\n"));
-  EXPECT_THAT(scan.err, HasSubstr("--texture: much"));
+  EXPECT_THAT(scan.err, HasSubstr("--texture = much"));
   expect_mistake(gelslam({"info", "none.ply", "--colour"}),
                  "--colour");  // never was an option of this command
   expect_mistake(gelslam({"simulate", "presses", "--relief", "1", "-o", "none"}), "--relief");

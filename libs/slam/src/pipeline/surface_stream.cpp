@@ -60,8 +60,8 @@ void FrameToSurface::set_background(const cv::Mat3b& background) {
 
 SurfaceStream::SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer)
     : timer_(timer),
-      frames_(config, input.background, input.force, timer),
-      source_(open_frame_source(input.log, config.sensor)) {
+      source_(open_frame_source(input.log, config.sensor)),
+      frames_(config, input.background, input.force, timer) {
   if (!frames_.has_background()) read_background(config.background_frames);
 }
 

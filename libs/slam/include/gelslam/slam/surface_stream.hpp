@@ -76,8 +76,8 @@ class SurfaceStream {
   void read_background(int frames);
 
   StageTimer& timer_;
+  std::unique_ptr<FrameSource> source_;  // opened first: a missing log is said before a missing model
   FrameToSurface frames_;
-  std::unique_ptr<FrameSource> source_;
   std::deque<Item> background_items_;  // not handed out yet
 };
 
