@@ -78,7 +78,9 @@ TEST(GradientMap, GivesTheSameBitsWhereverElseItRuns) {
   const cv::Size size(320, 240);
   GradientMap map(random_model(9), random_image(size, 3));
   const cv::Mat3b image = random_image(size, 4);
-  const ColorTable colors = color_table({{1.1, 0.9, 1.0}, {3.0, -2.0, 0.5}});
+  Light light;
+  light.channels = {{{1.1, 3.0}, {0.9, -2.0}, {1.0, 0.5}}};
+  const ColorTable colors = color_table(light);
   cv::Mat1f all_gx, all_gy, some_gx, some_gy;
   map.compute(image, colors, everywhere(size), all_gx, all_gy);
   cv::Mat1b some(size, static_cast<unsigned char>(0));

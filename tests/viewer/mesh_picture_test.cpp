@@ -27,7 +27,8 @@ cv::Vec3d panel_color(const cv::Mat3b& picture, int panel) {
 }
 
 bool is_colored(const cv::Vec3d& bgr) {
-  return std::max({bgr[0], bgr[1], bgr[2]}) - std::min({bgr[0], bgr[1], bgr[2]}) > 20.0;
+  return std::max({bgr[0], bgr[1], bgr[2]}) - std::min({bgr[0], bgr[1], bgr[2]}) >
+         10.0;  // clay: 16, paper: 5
 }
 
 class MeshPicture : public testing::Test {
