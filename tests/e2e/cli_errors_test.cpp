@@ -78,8 +78,9 @@ TEST(Cli, HelpReadsAlikeInAllCommands) {
       const std::size_t begin = text.find_first_not_of(' ', gap);
       if (begin == std::string::npos) continue;
       EXPECT_FALSE(std::islower(static_cast<unsigned char>(text[begin]))) << line.front() << ": " << text;
-      if (text.find("--quiet") != std::string::npos)
+      if (text.find("--quiet") != std::string::npos) {
         EXPECT_THAT(text, HasSubstr("Print no progress and no summary"));
+      }
     }
   }
 }
