@@ -14,10 +14,10 @@
 #include <utility>
 
 #include "../support/temporary_folder.hpp"
+#include "camera_input.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/simulation/press_log.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "camera_input.hpp"
 
 namespace gelslam::test {
 namespace {

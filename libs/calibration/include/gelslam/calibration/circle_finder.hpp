@@ -14,7 +14,7 @@ struct FoundCircle {
   /// gel lies on it, where the color change stops growing. The disc is `visible_rim_px` wider.
   ContactCircle ball;
   double confidence = 0.0;  ///< 0 to 1: share of the color change around the contact that the ball explains
-  std::string problem;          ///< for people: why it should not be used; empty when it is good
+  std::string problem;      ///< for people: why it should not be used; empty when it is good
   bool second_contact = false;  ///< something touches the gel beside this contact
 };
 

@@ -15,8 +15,8 @@ struct VerificationOptions {
   /// 0.5.
   double min_texture_correlation = 0.6;
   double sure_texture_correlation = 0.75;  ///< above it one loop is enough to join two trials
-  /// The least for a place that was only found by searching all shifts: chance has many tries there. With 0.75
-  /// a jump to another part of an object was taken for a small one.
+  /// The least for a place that was only found by searching all shifts: chance has many tries there. With
+  /// 0.75 a jump to another part of an object was taken for a small one.
   double searched_texture_correlation = 0.85;
   double max_height_rmse_mm = 0.1;  ///< right places have 0.03
   /// Share of either contact that would lie inside gel that the other surface shows untouched.
