@@ -18,12 +18,12 @@ END
 }
 
 setup=()
-lab=OFF tests=OFF
+options=() targets=(gelslam_app)
 while [[ ${1:-} == -* ]]; do
   case $1 in
     --no-install) setup+=(--no-install) ;;
-    --lab) lab=ON ;;
-    --tests) tests=ON ;;
+    --lab) options+=(-DGELSLAM_BUILD_LAB=ON) targets+=(gelslam_lab_app) ;;
+    --tests) options+=(-DGELSLAM_BUILD_TESTS=ON) targets=(all) ;;
     -h | --help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
   esac
@@ -35,7 +35,7 @@ if (($# > 2)); then
 fi
 dir=${1:-$root/build}
 [[ $dir == /* ]] || dir=$PWD/$dir
-[[ $lab$tests == OFFOFF ]] || setup+=(--tests)
+((${#options[@]} == 0)) || setup+=(--tests)
 
 "$root/scripts/setup.sh" "${setup[@]}"
 
@@ -43,8 +43,7 @@ generator=()
 if [[ ! -f $dir/CMakeCache.txt ]] && command -v ninja >/dev/null; then generator=(-G Ninja); fi
 
 echo "build: configuring $dir"
-cmake -S "$root" -B "$dir" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DGELSLAM_WERROR="${GELSLAM_WERROR:-OFF}" \
-  -DGELSLAM_BUILD_LAB=$lab -DGELSLAM_BUILD_TESTS=$tests
+cmake -S "$root" -B "$dir" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DGELSLAM_WERROR="${GELSLAM_WERROR:-OFF}" "${options[@]}"
 
 # A compiler takes up to 1.5 GB. More jobs than memory would be slower than fewer.
 jobs=$(nproc)
@@ -52,5 +51,6 @@ memory_jobs=$(awk '/MemAvailable/ { print int($2 / 1500000) }' /proc/meminfo 2>/
 if ((memory_jobs < jobs)); then jobs=$((memory_jobs > 0 ? memory_jobs : 1)); fi
 
 echo "build: compiling with $jobs jobs"
-cmake --build "$dir" --parallel "$jobs" --target "${2:-all}"
+[[ -z ${2:-} ]] || targets=("$2")
+cmake --build "$dir" --parallel "$jobs" --target "${targets[@]}"
 echo "build: the program is $dir/bin/gelslam"

@@ -6,11 +6,12 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 
 usage() {
   cat <<END
-usage: scripts/demo.sh [DIR]
+usage: scripts/demo.sh [--no-install] [DIR]
 
 Installs what is missing, builds into DIR (as scripts/build.sh; default: build in the repository), simulates
 a coin of 24 mm moved over a touch sensor, reconstructs it from the sensor's video alone, and says how far
 trajectory and mesh are from the truth. Safe to run again: it replaces what an earlier run left.
+--no-install does not install packages and stops if some are missing.
 
 Leaves in demo/ in the repository:
   picture.png      the reconstruction beside the true shape
@@ -24,6 +25,11 @@ END
 case ${1:-} in
   -h | --help) usage; exit 0 ;;
 esac
+options=()
+if [[ ${1:-} == --no-install ]]; then
+  options+=(--no-install)
+  shift
+fi
 if [[ ${1:-} == -* || $# -gt 1 ]]; then
   usage >&2
   exit 2
@@ -35,7 +41,7 @@ gelslam=$build/bin/gelslam
 
 say() { echo "demo: $*"; }
 
-"$root/scripts/build.sh" "$build" gelslam_app # the tests would take as long again
+"$root/scripts/build.sh" "${options[@]}" "$build"
 
 mkdir -p "$demo"
 rm -f "$demo"/{mesh.ply,trajectory.tum,picture.png,evaluation.json}

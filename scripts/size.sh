@@ -10,8 +10,8 @@ usage: scripts/size.sh [--build] [DIR]
 
 Prints yardsticks of the checkout in DIR (default: this one), so that two states can be compared:
   lines        .cpp and .hpp of libs and apps/gelslam
-  settings     constants at file scope (constexpr, or const with a k name) and fields of structs named *Options, *Limits
-               and SensorProfile, in the chain from surface to fusion
+  settings     constants at file scope (constexpr, or const with a k name) and fields of structs named *Options and
+               *Limits, in the chain from surface to fusion and slam
   short files  .cpp and .hpp files of less than 40 lines, everywhere
   words        in README.md and docs/*.md, docs/*/*.md
   --build      also the processor time of a fresh clone to the demo's picture, without the compiler cache

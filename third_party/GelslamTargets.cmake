@@ -8,7 +8,7 @@ endfunction()
 
 # Sources are compiled eight at a time: the headers of Eigen and OpenCV cost more than our code.
 function(gelslam_unity target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${GELSLAM_UNITY} UNITY_BUILD_BATCH_SIZE 8)
 endfunction()
 
 function(gelslam_library name)

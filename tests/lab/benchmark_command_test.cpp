@@ -17,7 +17,7 @@ ProgramResult benchmark(std::vector<std::string> arguments) {
   return run_program(GELSLAM_LAB, arguments);
 }
 
-void expect_mistake(const ProgramResult& result, const std::string& words) {
+void expect_lab_mistake(const ProgramResult& result, const std::string& words) {
   test::expect_mistake(result, words, "gelslam-lab");
 }
 
@@ -37,7 +37,7 @@ TEST(BenchmarkCommand, ComparesMethodsOnThePublicLayout) {
     EXPECT_EQ(row["frames"], 10);
     EXPECT_LT(row["mae"]["x_mm"].get<double>(), row["method"] == "normalflow" ? 0.02 : 0.15);
   }
-  expect_mistake(benchmark({set, "--methods", "icp", "-o", out}), "out");
+  expect_lab_mistake(benchmark({set, "--methods", "icp", "-o", out}), "out");
   EXPECT_EQ(
       benchmark({set, "--methods", "icp", "--protocol", "keyframes", "-o", out, "--overwrite"}).exit_code, 0);
 }
@@ -57,12 +57,12 @@ TEST(BenchmarkCommand, MistakesAreOneLine) {
   const TemporaryFolder data;
   write_public_trial(data / "bead1", 1);
   const std::string folder = data.path().string();
-  expect_mistake(benchmark({}), "DATA is required");
-  expect_mistake(benchmark({folder, "--methods", "icq"}), "did you mean icp?");
-  expect_mistake(benchmark({folder, "--protocol", "frame1"}), "protocol");
-  expect_mistake(benchmark({(data / "none").string()}), "there is no such folder");
+  expect_lab_mistake(benchmark({}), "DATA is required");
+  expect_lab_mistake(benchmark({folder, "--methods", "icq"}), "did you mean icp?");
+  expect_lab_mistake(benchmark({folder, "--protocol", "frame1"}), "protocol");
+  expect_lab_mistake(benchmark({(data / "none").string()}), "there is no such folder");
   write_bytes(data / "bead1/contact_masks.npy", "torn");
-  expect_mistake(benchmark({folder}), "contact_masks.npy: not a usable .npy");
+  expect_lab_mistake(benchmark({folder}), "contact_masks.npy: not a usable .npy");
 }
 
 TEST(BenchmarkCommand, WithoutAnyContactItSaysSo) {

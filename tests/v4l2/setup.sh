@@ -15,7 +15,7 @@ for package in qemu-system-x86 busybox-static cpio make gcc xz-utils; do
     missing+=("$package")
 done
 if ((${#missing[@]} > 0)); then
-  say "installing ${missing[*]}"
+  say "installing by ${as_root[*]:+${as_root[*]} }apt-get: ${missing[*]}"
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends "${missing[@]}"
 fi
 
