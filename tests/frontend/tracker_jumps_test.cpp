@@ -138,7 +138,7 @@ LiveRun run_live(bool limited, double search_s) {
     searching = !searching;
     return now_s;
   };
-  tracker.limit_search(limited ? kFrameS : 1e9, clock);
+  tracker.limit_search(limited ? 0.5 : 1e9, clock);
   const auto at = [](double x_mm) {
     return touch(textured_plane(6), motion(0, 0, 0, x_mm, 0, 0.4), everywhere());
   };

@@ -86,8 +86,8 @@ Tracker::Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar>
       registrar_(std::move(registrar)),
       turning_points_(options.keyframe_min_unseen) {}
 
-void Tracker::limit_search(double seconds_per_frame, Clock clock) {
-  search_budget_s_ = seconds_per_frame;
+void Tracker::limit_search(double share_of_time, Clock clock) {
+  search_share_ = share_of_time;
   clock_ = std::move(clock);
 }
 
@@ -95,7 +95,8 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   TrackedFrame result;
   result.frame = frame;
   result.time_s = time_s;
-  search_debt_s_ = std::max(0.0, search_debt_s_ - search_budget_s_);
+  search_debt_s_ =
+      std::max(0.0, search_debt_s_ - search_share_ * (time_s - std::exchange(last_time_s_, time_s)));
   if (surface->contact_pixels < options_.contact_threshold_px) {
     end_trial(result);
     return result;

@@ -25,11 +25,11 @@ namespace {
 constexpr std::size_t kRawFrames = 2;
 constexpr std::size_t kSurfacedFrames = 2;
 
-/// Time for relocalization: one frame. Without drops it may take any time, and the result is that of the
-/// offline program.
-std::optional<double> search_budget_s(const LiveOptions& options) {
+/// Half of the time is left for tracking. Without drops searches may take any time, and the result is that of
+/// the offline program.
+std::optional<double> search_share(const LiveOptions& options) {
   if (!options.drop_when_behind) return std::nullopt;
-  return 1.0 / options.config.sensor.frame_rate_hz;
+  return 0.5;
 }
 
 std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& log,
@@ -49,7 +49,7 @@ struct LiveSlam::Impl {
         source(std::move(frames)),
         board(source->description()),
         surface(options.config, options.background, options.force, board, timer),
-        tracking(options.config.slam, search_budget_s(options), board, timer),
+        tracking(options.config.slam, search_share(options), board, timer),
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer) {
     if (options.run_folder.empty()) return;

@@ -6,8 +6,8 @@ namespace gelslam::slam::detail {
 
 Tracker TrackingStage::new_tracker() const {
   Tracker tracker(options_.tracker, options_.registration, options_.verification);
-  if (search_budget_s_)
-    tracker.limit_search(*search_budget_s_, [] {
+  if (search_share_)
+    tracker.limit_search(*search_share_, [] {
       return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count();
     });
   return tracker;

@@ -16,11 +16,11 @@ namespace gelslam::slam::detail {
 /// waits.
 class TrackingStage {
  public:
-  /// `search_budget_s`: Tracker::limit_search(), or nothing.
-  TrackingStage(const SlamOptions& options, std::optional<double> search_budget_s, LiveBoard& board,
+  /// `search_share`: Tracker::limit_search(), or nothing.
+  TrackingStage(const SlamOptions& options, std::optional<double> search_share, LiveBoard& board,
                 StageTimer& timer)
       : options_(options),
-        search_budget_s_(search_budget_s),
+        search_share_(search_share),
         tracker_(new_tracker()),
         board_(board),
         timer_(timer) {}
@@ -40,7 +40,7 @@ class TrackingStage {
   void record(const FrameRecord& record);
 
   const SlamOptions options_;
-  const std::optional<double> search_budget_s_;
+  const std::optional<double> search_share_;
   Tracker tracker_;
   HiddenMotions hidden_;
   LiveBoard& board_;

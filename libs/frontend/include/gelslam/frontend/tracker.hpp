@@ -75,10 +75,10 @@ class Tracker {
 
   using Clock = std::function<double()>;  ///< seconds
 
-  /// For live tracking: relocalization may use this much time per frame. One that takes longer is paid back
-  /// by the frames after it, which are not searched. Without this a slow search drops frames, the next step
-  /// is then a large one and is searched again, and so on.
-  void limit_search(double seconds_per_frame, Clock clock);
+  /// For live tracking: searches may take this share of the time that passes between frames. A search that
+  /// takes longer is paid back before the next one. Without this a slow search drops frames, the next step is
+  /// then a large one and is searched again, and so on.
+  void limit_search(double share_of_time, Clock clock);
 
  private:
   struct Seen {
@@ -142,8 +142,9 @@ class Tracker {
   Tracked previous_;                ///< the last tracked frame of the trial
   std::optional<Pending> pending_;  ///< the last frame, if it is not tracked
   Clock clock_;                     ///< none: relocalization may take any time
-  double search_budget_s_ = 0;      ///< what it may take in one frame
+  double search_share_ = 0;         ///< of the time that passes, that it may take
   double search_debt_s_ = 0;        ///< by how much it went beyond that
+  double last_time_s_ = 0;          ///< of the last frame, tracked or not
 };
 
 }  // namespace gelslam
