@@ -66,7 +66,9 @@ TEST_F(MeshPicture, LooksFromWhereTheSurfaceFacesTheViewer) {
     int covered = 0;
     for (int y = 0; y < picture.rows; ++y)
       for (int x = 0; x < kPanel_px; ++x) covered += is_colored(cv::Vec3d(picture(y, x))) ? 1 : 0;
-    EXPECT_GT(covered, 0.35 * picture.rows * kPanel_px) << angle;
+    // On its corner, a little from the side and with room for words, a square covers 0.23 of its panel; from
+    // the edge nothing.
+    EXPECT_GT(covered, 0.2 * picture.rows * kPanel_px) << angle;
     EXPECT_TRUE(is_colored(panel_color(picture, 0)));
   }
 }
