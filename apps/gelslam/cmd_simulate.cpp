@@ -26,6 +26,7 @@ struct SimulateArguments {
   PressLogSpec press_log;
   DataFolderOptions folder;
   std::filesystem::path output, calibration_folder;
+  std::vector<double> place_mm;  // x, y
   std::uint64_t seed = 1;
   bool list = false, quiet = false, overwrite = false;
 };
@@ -86,6 +87,8 @@ void calibrate_into(const std::filesystem::path& folder, const SimulateArguments
 void run_scan(SimulateArguments& arguments) {
   refuse_to_replace(arguments.output / "gelsight.avi", arguments.overwrite);
   spread_seed(arguments);
+  if (!arguments.place_mm.empty())
+    arguments.scan.motion.place_mm = {arguments.place_mm[0], arguments.place_mm[1]};
   StoppableProgress progress(arguments.quiet);
   const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
   const bool given = !arguments.calibration_folder.empty();
@@ -127,6 +130,9 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->add_option("--speed", a.scan.motion.speed, "Factor on how far the hand moves")->capture_default_str();
   scan->add_option("--indentation", a.scan.motion.indentation_mm, "How deep the object is pressed in, mm")
       ->capture_default_str();
+  scan->add_option("--place", a.place_mm, "X,Y: where on the gel the contact is, mm from its center")
+      ->delimiter(',')
+      ->expected(2);
   scan->add_option("--calibration", a.calibration_folder,
                    "Calibration folder to use; else one is made in DIR/calibration");
   scan->add_flag("--light-drift", a.scan.optics.light_drift, "The lights wander by a few percent");

@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""Tracks the same motion in the middle of the gel, at its borders and in its corners, and compares the errors.
+
+Simulates objects with the sensor of DATA/calibration_sim (`gelslam simulate scan --place`), runs `gelslam track` and prints
+one row per case: share of the touched frames that are tracked, mean error of the pose in its trial (geometric mean over
+the six axes, a degree counted as 0.087 mm) and its ratio to the middle, and the root mean square of error over stated
+standard deviation for each axis. A ratio of 1.5 and 0.7 to 1.4 are the aims. silent: as in scripts/silent_failures.py.
+
+Example: scripts/border_study.py --cases narrow_right
+"""
+
+import argparse
+import collections
+import json
+import math
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+
+from check_sequences import MM_PER_DEG
+from silent_failures import between, count, errors, joined, read_poses
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+HALF_MM = (10.1, 7.6)  # of the view
+OBJECTS = {
+    "pebble": ["--object", "pebble", "--speed", "0.4"],
+    "narrow": ["--object", "screw", "--size", "0.35", "--speed", "0.4", "--indentation", "0.4"],
+    "small": ["--object", "pebble", "--size", "0.3", "--speed", "0.4"],
+}
+PLACES = {  # as shares of the half view
+    "middle": (0, 0), "left": (-0.78, 0), "right": (0.78, 0), "top": (0, -0.72), "bottom": (0, 0.72),
+    "topleft": (-0.75, -0.68), "topright": (0.75, -0.68), "bottomleft": (-0.75, 0.68), "bottomright": (0.75, 0.68),
+    "leaving": (1.08, 0),
+}
+Row = collections.namedtuple("Row", "share mean z silent")
+
+
+def simulate(program, calibration, folder, options, place):
+    if (folder / "meta.json").exists():
+        return
+    x, y = (share * half for share, half in zip(place, HALF_MM))
+    command = [program, "simulate", "scan", *options, "--place=%.2f,%.2f" % (x, y), "--frames", "150", "-o", folder,
+               "--calibration", calibration, "--overwrite", "-q"]
+    subprocess.run([str(c) for c in command], check=True)
+
+
+def track(program, folder, extra):
+    done = subprocess.run([str(program), "track", str(folder), "--format", "ndjson", *extra],
+                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False)
+    lines = done.stdout.splitlines()
+    truth = read_poses(folder / "true_start_T_currs.npy")
+    first, all_errors, squares, touched = {}, [], [], sum(not math.isnan(t[0]) for t in truth)
+    for line in lines:
+        frame = json.loads(line)
+        index = frame["frame"] - 10
+        if frame["status"] != "tracked" or not 0 <= index < len(truth) or math.isnan(truth[index][0]):
+            continue
+        if frame["trial"] not in first:
+            first[frame["trial"]] = (truth[index], frame["pose"])
+            all_errors.append([0.0] * 6)
+            continue
+        true_first, estimated_first = first[frame["trial"]]
+        error = errors(joined(*between(estimated_first, frame["pose"])), joined(*between(true_first, truth[index])))
+        sigma = frame["sigma_mm"] + frame["sigma_deg"]
+        all_errors.append([abs(e) for e in error])
+        squares.append([(e / s) ** 2 if s else math.nan for e, s in zip(error, sigma)])
+    if len(all_errors) < 2:
+        return Row(len(all_errors) / max(1, touched), math.nan, [math.nan] * 6, 0)
+    means = [statistics.fmean(axis) * (1 if i < 3 else MM_PER_DEG) for i, axis in enumerate(zip(*all_errors))]
+    mean = math.exp(statistics.fmean(math.log(max(m, 1e-9)) for m in means))
+    z = [math.sqrt(statistics.fmean(axis)) for axis in zip(*squares)]
+    return Row(len(all_errors) / max(1, touched), mean, z, count(lines, truth).silent)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", nargs="*", default=[], help="OBJECT_PLACE names (default: all)")
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/gelslam")
+    parser.add_argument("--data", type=pathlib.Path, default=pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data")))
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs/borders", help="simulated scans are kept there")
+    parser.add_argument("--extra", nargs="*", default=[], help="more arguments of gelslam track")
+    arguments = parser.parse_args()
+    calibration = arguments.data / "calibration_sim"
+    if not calibration.exists():
+        print("border_study: no data in %s" % calibration, file=sys.stderr)
+        return 77
+    print("%-20s %6s %8s %6s   %s   %s" % ("case", "share", "error", "ratio", "error / sigma: x y z rx ry rz", "silent"))
+    ratios, z_scores = [], []
+    for name, options in OBJECTS.items():
+        middle = None
+        for place, share in PLACES.items():
+            case = name + "_" + place
+            if arguments.cases and place != "middle" and case not in arguments.cases:
+                continue
+            if arguments.cases and not any(c.startswith(name + "_") for c in arguments.cases):
+                continue
+            simulate(arguments.program, calibration, arguments.out / case, options, share)
+            row = track(arguments.program, arguments.out / case, arguments.extra)
+            middle = row.mean if place == "middle" else middle
+            ratio = row.mean / middle
+            ratios.append(ratio)
+            z_scores.append(row.z)
+            print("%-20s %6.2f %8.4f %6.2f   %s   %6d" % (case, row.share, row.mean, ratio,
+                                                        " ".join("%4.1f" % z for z in row.z), row.silent), flush=True)
+    print("median ratio %.2f, worst %.2f" % (statistics.median(ratios), max(ratios)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
