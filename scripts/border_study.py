@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Tracks the same motion in the middle of the gel, at its borders and in its corners, and compares the errors.
 
-Simulates objects with the sensor of DATA/calibration_sim (`gelslam simulate scan --place`), runs `gelslam track` and prints
-one row per case: share of the touched frames that are tracked, mean error of the pose in its trial (geometric mean over
+Simulates a sensor, its calibration by ball presses and scans (`gelslam simulate scan --place`), runs `gelslam track` and
+prints one row per case: share of the touched frames that are tracked, mean error of the pose in its trial (geometric mean over
 the six axes, a degree counted as 0.087 mm) and its ratio to the middle, and the root mean square of error over stated
 standard deviation for each axis. A ratio of 1.5 and 0.7 to 1.4 are the aims. silent: as in scripts/silent_failures.py.
 
@@ -13,7 +13,6 @@ import argparse
 import collections
 import json
 import math
-import os
 import pathlib
 import statistics
 import subprocess
@@ -78,14 +77,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", nargs="*", default=[], help="OBJECT_PLACE names (default: all)")
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/gelslam")
-    parser.add_argument("--data", type=pathlib.Path, default=pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data")))
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs/borders", help="simulated scans are kept there")
     parser.add_argument("--extra", nargs="*", default=[], help="more arguments of gelslam track")
     arguments = parser.parse_args()
-    calibration = arguments.data / "calibration_sim"
-    if not calibration.exists():
-        print("border_study: no data in %s" % calibration, file=sys.stderr)
-        return 77
+    calibration = arguments.out / "calibration"
+    if not (calibration / "model/nnmodel.pth").exists():
+        subprocess.run([str(arguments.program), "simulate", "calibration", "-o", str(calibration), "--overwrite", "-q"], check=True)
     print("%-20s %6s %8s %6s   %s   %s" % ("case", "share", "error", "ratio", "error / sigma: x y z rx ry rz", "silent"))
     ratios, z_scores = [], []
     for name, options in OBJECTS.items():
