@@ -117,8 +117,8 @@ Float4 load_normal(const float* p) {
 /// The same of a pixel that may be the last of the image, from one float before it.
 Float4 load_right_normal(const float* p) { return __builtin_shuffle(load_normal(p - 1), Int4{1, 2, 3, 3}); }
 
-/// Normals between pixels of the target, and whether all four pixels are contact: a look-up that touches any
-/// other mixes gel and object.
+/// Normals between pixels of the target, and their confidence: 0 unless all four pixels are contact, since
+/// any other mixes gel and object.
 class BilinearLookup {
  public:
   explicit BilinearLookup(const TargetView& target)
@@ -126,12 +126,12 @@ class BilinearLookup {
         limit_u_(static_cast<float>(target.width - 1)),
         limit_v_(static_cast<float>(target.height - 1)) {}
 
-  bool operator()(float u, float v, float& x, float& y, float& z) const {
-    if (!(u >= 0.0f && v >= 0.0f && u < limit_u_ && v < limit_v_)) return false;
+  float operator()(float u, float v, float& x, float& y, float& z) const {
+    if (!(u >= 0.0f && v >= 0.0f && u < limit_u_ && v < limit_v_)) return 0.0f;
     const int ui = static_cast<int>(u), vi = static_cast<int>(v);
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(vi) * target_.width + ui;
-    const std::uint8_t* const contact = target_.contact + at;
-    if (!(contact[0] && contact[1] && contact[target_.width] && contact[target_.width + 1])) return false;
+    const std::uint8_t* const known = target_.confidence + at;
+    if (!(known[0] && known[1] && known[target_.width] && known[target_.width + 1])) return 0.0f;
     const float fu = u - static_cast<float>(ui), fv = v - static_cast<float>(vi);
     const float* const p = target_.normals + 3 * at;
     const float* const q = p + 3 * static_cast<std::ptrdiff_t>(target_.width);
@@ -141,7 +141,7 @@ class BilinearLookup {
     x = between[0];
     y = between[1];
     z = between[2];
-    return true;
+    return static_cast<float>(known[0]) * (1.0f / 255.0f);
   }
 
  private:
@@ -170,9 +170,12 @@ void warp_residuals(const Samples& samples, const TargetView& target, const floa
     project(&samples.x[first], &samples.y[first], &samples.z[first], rotation, translation, target, u, v,
             count);
     for (int i = 0; i < count; ++i) {
-      const bool inside = look_up(u[i], v[i], x[i], y[i], z[i]);
+      const float in_target = look_up(u[i], v[i], x[i], y[i], z[i]), in_reference = samples.weight[first + i];
+      const bool inside = in_target > 0.0f;
       if (!inside) x[i] = y[i] = z[i] = 0.0f;
-      residuals.weight[first + i] = inside ? samples.weight[first + i] : 0.0f;
+      // Variances add up: 1 / (1/a + 1/b), and 1 where both are best.
+      const float both = in_target * in_reference;
+      residuals.weight[first + i] = inside ? both / (in_target + in_reference - both) : 0.0f;
     }
     rotate_and_subtract(x, y, z, rotation, &samples.nx[first], &samples.ny[first], &samples.nz[first],
                         &residuals.rx[first], &residuals.ry[first], &residuals.rz[first], count);

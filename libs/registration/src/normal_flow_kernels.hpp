@@ -29,13 +29,16 @@ struct TargetView {
   float inverse_pitch_per_mm = 0;
   float center_u_px = 0, center_v_px = 0;  ///< pixel coordinates of the sensor's origin
   const float* normals = nullptr;          ///< width * height * 3
-  const std::uint8_t* contact = nullptr;   ///< width * height; 0 is no contact
+  /// width * height: Surface::confidence, or the contact where all of it is known equally well
+  const std::uint8_t* confidence = nullptr;
 };
 
 /// Residuals of one warp, structure of arrays, as long as the samples.
 struct Residuals {
   std::vector<float> rx, ry, rz;
-  std::vector<float> weight;  ///< the sample's, or 0 where it leaves the target's contact
+  /// Information of the difference of two normals, relative to the best: 0 where a sample leaves the target's
+  /// contact.
+  std::vector<float> weight;
   void resize(std::size_t count);
 };
 

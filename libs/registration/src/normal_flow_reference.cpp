@@ -60,19 +60,23 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   return selected;
 }
 
-/// Weight of a contact pixel by its distance to the contact's border (Huang et al., T-RO 2026): near the
-/// border the gel spans from object to rest and does not show the object.
-class BorderWeight {
+/// Weight of a contact pixel: its confidence, and its distance to the contact's border (Huang et al., T-RO
+/// 2026): near the border the gel spans from object to rest and does not show the object.
+class SampleWeight {
  public:
-  explicit BorderWeight(const cv::Mat1b& contact) : scale_px_(static_cast<float>(contact.rows) / 60.0f) {
-    cv::distanceTransform(contact, distance_px_, cv::DIST_L2, 3);
+  explicit SampleWeight(const Surface& surface)
+      : scale_px_(static_cast<float>(surface.contact.rows) / 60.0f),
+        confidence_(surface.confidence.empty() ? surface.contact : surface.confidence) {
+    cv::distanceTransform(surface.contact, distance_px_, cv::DIST_L2, 3);
   }
   float operator()(cv::Point p) const {
-    return 0.5f * (std::tanh(distance_px_(p) / scale_px_ - 1.0f) + 1.0f);
+    const float rim = 0.5f * (std::tanh(distance_px_(p) / scale_px_ - 1.0f) + 1.0f);
+    return rim * static_cast<float>(confidence_(p)) * (1.0f / 255.0f);
   }
 
  private:
   float scale_px_;
+  cv::Mat1b confidence_;
   cv::Mat1f distance_px_;
 };
 
@@ -101,7 +105,7 @@ void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, c
 NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options) {
   auto impl = std::make_unique<Impl>();
   const std::vector<cv::Point> pixels = select_samples(*surface, options.max_samples);
-  const BorderWeight weight(surface->contact);
+  const SampleWeight weight(*surface);
   const float pitch = static_cast<float>(surface->pixel_pitch_mm);
   const float center_u = static_cast<float>(surface->contact.cols) * 0.5f - 0.5f;
   const float center_v = static_cast<float>(surface->contact.rows) * 0.5f - 0.5f;

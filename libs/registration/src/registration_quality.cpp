@@ -124,7 +124,7 @@ TargetView view_of(const Surface& target) {
   view.center_u_px = static_cast<float>(view.width) * 0.5f - 0.5f;
   view.center_v_px = static_cast<float>(view.height) * 0.5f - 0.5f;
   view.normals = target.normals.ptr<float>();
-  view.contact = target.contact.ptr();
+  view.confidence = (target.confidence.empty() ? target.contact : target.confidence).ptr();
   return view;
 }
 

@@ -8,6 +8,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/surface/slope_uncertainty.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
 #include "photometry/blocks.hpp"
@@ -58,7 +59,8 @@ struct SurfaceEstimator::Impl {
         poisson(size),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
         changed(size, static_cast<unsigned char>(0)),
-        everywhere(size, static_cast<unsigned char>(255)) {}
+        everywhere(size, static_cast<unsigned char>(255)),
+        confidence(confidence_map(default_uncertainty(size, options.pixel_pitch_mm), size)) {}
 
   // Fills colors (the frame's light) and changed (where the gradient is needed). Returns the picture to which
   // colors apply: in even light, which it becomes where the light is uneven.
@@ -103,6 +105,7 @@ struct SurfaceEstimator::Impl {
   cv::Mat3f blocks;  // block means, then their difference to the background
   cv::Mat3b even;    // the picture in the background's light, where the light is uneven
   cv::Mat1b changed_blocks, touched_blocks, changed, everywhere;
+  cv::Mat1b confidence;  // Surface::confidence where all is contact
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
   std::vector<float> scratch;
@@ -140,6 +143,8 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   self.contact_detector.detect(surface->height_mm, self.options.pixel_pitch_mm, self.scatter_mm, self.blocks,
                                surface->contact);
   surface->contact_pixels = cv::countNonZero(surface->contact);
+  surface->confidence = cv::Mat1b::zeros(self.size);
+  self.confidence.copyTo(surface->confidence, surface->contact);
   self.remember_contact();
   self.timings.contact_ms = watch.lap_ms();
 

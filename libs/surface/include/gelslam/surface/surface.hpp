@@ -12,6 +12,9 @@ struct Surface {
   cv::Mat1f height_mm;  ///< 0 where nothing touches, negative in contact
   cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
   cv::Mat1b contact;    ///< 255 where the object touches, else 0
+  /// Information that the normals carry, 255 (slope_sigma_rad / sigma)², at least 1 in contact and 0
+  /// elsewhere; empty: the same all over the contact.
+  cv::Mat1b confidence;
   cv::Mat1f curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-0.7
   double pixel_pitch_mm = 0.0634;
   int contact_pixels = 0;  ///< number of set pixels in `contact`

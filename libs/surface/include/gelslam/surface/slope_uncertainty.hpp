@@ -1,0 +1,20 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+namespace gelslam {
+
+/// Standard deviation (rad) of the slopes that a color model reads, by place on the gel.
+struct SlopeUncertainty {
+  cv::Mat1f sigma_rad;  ///< of the cells of a grid over the picture, any size
+};
+
+/// What is assumed of a model that does not state its uncertainty (own). Balls are pressed at least their
+/// radius away from the border, so that the model extrapolates there: the standard deviation grows toward the
+/// border of the picture.
+SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm);
+
+/// 255 (least sigma / sigma)² of every pixel, at least 1: Surface::confidence where all is contact.
+cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture);
+
+}  // namespace gelslam
