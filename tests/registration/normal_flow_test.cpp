@@ -240,5 +240,32 @@ TEST(NormalFlow, ADifferentSurfaceIsNoMatch) {
   }
 }
 
+// Near the right border every normal is read as tilted by 6 degrees, wherever the object is. The confidence
+// there is a hundredth.
+TEST(NormalFlow, NormalsOfLowConfidenceHardlyCount) {
+  const Field field = textured_plane(4);
+  const Pose truth = motion(0, 0, 0, 0.6, 0, 0);
+  const auto read = [&](const Pose& object_T_sensor, bool states_it) {
+    auto surface = std::make_shared<Surface>(*touch(field, object_T_sensor, everywhere()));
+    surface->normals = surface->normals.clone();
+    surface->confidence = surface->contact.clone();
+    for (int v = 0; v < surface->normals.rows; ++v)
+      for (int u = 200; u < surface->normals.cols; ++u) {
+        cv::Vec3f& n = surface->normals(v, u);
+        n = cv::normalize(cv::Vec3f(n[0] + 0.1F * static_cast<float>(u - 200) / 120, n[1], n[2]));
+        surface->confidence(v, u) = 3;
+      }
+    if (!states_it) surface->confidence.release();
+    return std::shared_ptr<const Surface>(surface);
+  };
+  const Pose first = motion(0, 0, 0, 0, 0, 0.4);
+  const auto tilt_deg = [&](bool states_it) {
+    const RegistrationResult result = register_pair(read(first * truth, states_it), *read(first, states_it));
+    EXPECT_TRUE(result.ok());
+    return gap(result.target_T_reference, truth).deg;
+  };
+  EXPECT_LT(tilt_deg(true), 0.2 * tilt_deg(false));
+}
+
 }  // namespace
 }  // namespace gelslam

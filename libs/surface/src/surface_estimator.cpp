@@ -9,6 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/slope_uncertainty.hpp"
+#include "heights/bare_gel.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
 #include "photometry/blocks.hpp"
@@ -57,6 +58,7 @@ struct SurfaceEstimator::Impl {
         light_tracker(background_blocks, true),
         gradient(model, pixels.background()),
         poisson(size),
+        leveler(size),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
         changed(size, static_cast<unsigned char>(0)),
         everywhere(size, static_cast<unsigned char>(255)),
@@ -79,12 +81,12 @@ struct SurfaceEstimator::Impl {
 
   // Height in mm, 0 on the untouched gel.
   cv::Mat1f height_from_gradient() {
-    const cv::Mat1f height_px = poisson.solve(gx, gy);
-    const UntouchedGel gel = find_untouched_gel(height_px, changed, scratch);
-    scatter_mm = gel.scatter * static_cast<float>(options.pixel_pitch_mm);
+    cv::Mat1f height_px = poisson.solve(gx, gy);
+    const BareGelLeveler::Result gel = leveler.level(height_px, changed, confidence);
+    scatter_mm = gel.scatter_px * static_cast<float>(options.pixel_pitch_mm);
     bare_gel_seen = gel.seen;
     cv::Mat1f height_mm;
-    height_px.convertTo(height_mm, CV_32F, options.pixel_pitch_mm, -options.pixel_pitch_mm * gel.level);
+    height_px.convertTo(height_mm, CV_32F, options.pixel_pitch_mm);
     return height_mm;
   }
 
@@ -98,6 +100,7 @@ struct SurfaceEstimator::Impl {
   LightTracker light_tracker;
   GradientMap gradient;
   PoissonSolver poisson;
+  BareGelLeveler leveler;
   ContactDetector contact_detector;
   BlockAverager averager;
   ChangeDetector change_detector;
@@ -108,7 +111,6 @@ struct SurfaceEstimator::Impl {
   cv::Mat1b confidence;  // Surface::confidence where all is contact
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
-  std::vector<float> scratch;
   float scatter_mm = 0.0F;
   bool bare_gel_seen = false;
   SurfaceTimings timings;

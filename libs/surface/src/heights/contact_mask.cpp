@@ -17,8 +17,6 @@ constexpr double kLeastLimitMm = 0.015;  // what the network's own noise integra
 constexpr float kScattersAboveGel = 4.0F;
 constexpr double kLeastColorLevels = 4.0;  // noise of a block mean stays below
 constexpr int kFewPixels = 50;             // a depth that fewer pixels reach is noise
-constexpr float kMostTexturePx = 1.5F;     // 0.1 mm on a GelSight Mini
-constexpr int kRowStep = 3;                // every third row is plenty for a median
 constexpr double kRimLengthMm = 1.4;       // over which the gel's membrane rim decays
 constexpr double kBlurSigmaBlocks = 1.2;
 constexpr int kBlurRadiusBlocks = 2;
@@ -56,31 +54,6 @@ void add_margin(const cv::Mat1f& inner, int margin, cv::Mat1f& padded) {
 cv::Mat square(int side_px) { return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)); }
 
 }  // namespace
-
-UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed,
-                                std::vector<float>& scratch) {
-  scratch.clear();
-  for (int v = 0; v < height_px.rows; v += kRowStep) {
-    for (int u = 0; u < height_px.cols; ++u) {
-      if (changed(v, u) == 0) scratch.push_back(height_px(v, u));
-    }
-  }
-  UntouchedGel gel;
-  if (scratch.size() * kRowStep * 20 >= height_px.total()) {
-    const float lowest = quantile_in_place(scratch, 0.95) - kMostTexturePx;
-    std::erase_if(scratch, [lowest](float value) { return value < lowest; });
-    gel.level = quantile_in_place(scratch, 0.5);
-    for (float& value : scratch) value = std::abs(value - gel.level);
-    gel.scatter = 1.4826F * quantile_in_place(scratch, 0.5);
-    gel.seen = true;
-    return gel;
-  }
-  scratch.clear();
-  for (int v = 0; v < height_px.rows; ++v)
-    scratch.insert(scratch.end(), height_px[v], height_px[v] + height_px.cols);
-  gel.level = quantile_in_place(scratch, 0.85);
-  return gel;
-}
 
 void PressureMap::find(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& pressed) {
   cv::resize(height_mm, depth_, block_grid(height_mm.size()), 0, 0, cv::INTER_AREA);

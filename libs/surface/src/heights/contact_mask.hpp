@@ -5,20 +5,6 @@
 
 namespace gelslam::surface::detail {
 
-/// Height of the untouched gel and how much it scatters there.
-struct UntouchedGel {
-  float level = 0.0F;
-  float scatter = 0.0F;
-  bool seen = false;  ///< else the level is a guess: the object covers the whole gel
-};
-
-/// Median and scaled median deviation over the pixels where `changed` is 0 and which are no lower than 1.5
-/// pixels below the highest of them: a flat face that touches has the color of bare gel, but not its height.
-/// Where those are fewer than 5 % of the image: the 85th percentile over all pixels, and no scatter. Heights
-/// in pixels.
-UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed,
-                                std::vector<float>& scratch);
-
 /// Where something presses on the gel, as opposed to the membrane rim, where the gel only hangs between what
 /// presses and the rest (own). The gel is modeled as a stretched membrane on an elastic foundation: pressure
 /// is proportional to d - λ² Δd for a depth d. It vanishes on a membrane rim (which decays with the length

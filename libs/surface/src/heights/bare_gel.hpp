@@ -1,0 +1,43 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace gelslam::surface::detail {
+
+/// Lays integrated heights upon the bare gel (own). Gel whose picture shows no change lies at height 0, so
+/// what integration yields there is the sum of the errors of slopes along the way. A smooth correction d
+/// takes it off:
+///   minimize  sum over neighboring cells (d_a - d_b)² / variance of the slope between them
+///           + sum over bare cells (h_a + d_a)² / variance of a bare height,
+/// so that errors are spread where slopes are least certain. Cells are 8 pixels wide, the equations are
+/// solved exactly. A flat face that touches has the color of bare gel, too. The gel rises from it on the way
+/// out, whereas it falls from bare gel toward a contact: pieces of unchanged gel whose surroundings lie above
+/// them are not bare.
+class BareGelLeveler {
+ public:
+  explicit BareGelLeveler(cv::Size size);
+
+  struct Result {
+    bool seen = false;        ///< enough bare gel; else the level is a guess: the object covers the whole gel
+    float scatter_px = 0.0F;  ///< of the bare gel's heights, about 0
+  };
+  /// `height_px` (HxW, in pixels) in place; `changed`: 0 where the picture shows no change; `confidence` as
+  /// in confidence_map(), of all pixels (empty: the same everywhere).
+  Result level(cv::Mat1f& height_px, const cv::Mat1b& changed, const cv::Mat1b& confidence);
+
+ private:
+  void average_cells(const cv::Mat1f& height_px, const cv::Mat1b& changed, const cv::Mat1b& confidence);
+  int find_bare_cells();
+  void solve();
+  void add_correction(cv::Mat1f& height_px);
+
+  cv::Size size_, grid_;
+  cv::Mat1f height_, variance_, correction_;  // of the cells: mean height, variance of its slopes, d
+  cv::Mat1b bare_;                            // cells
+  cv::Mat1i labels_;
+  cv::Mat1f fine_;
+  std::vector<float> band_, right_side_, scratch_;
+};
+
+}  // namespace gelslam::surface::detail

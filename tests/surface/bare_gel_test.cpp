@@ -1,0 +1,135 @@
+#include "heights/bare_gel.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <opencv2/core.hpp>
+
+#include "gelslam/surface/slope_uncertainty.hpp"
+#include "heights/poisson.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using namespace surface::detail;
+
+constexpr double kPitchMm = 0.0634;
+const cv::Size kSensor(320, 240);
+
+/// What a sensor reads of a height field (pixels): slopes, times a factor that the place decides.
+struct Reading {
+  cv::Mat1f gx{kSensor, 0.0F}, gy{kSensor, 0.0F};
+  cv::Mat1b changed{kSensor, static_cast<unsigned char>(0)};
+};
+Reading read(const cv::Mat1f& truth, const std::function<double(int)>& factor_of_column) {
+  Reading reading;
+  for (int v = 0; v < truth.rows; ++v)
+    for (int u = 0; u < truth.cols; ++u) {
+      const int left = std::max(u - 1, 0), right = std::min(u + 1, truth.cols - 1),
+                above = std::max(v - 1, 0), below = std::min(v + 1, truth.rows - 1);
+      const auto factor = static_cast<float>(factor_of_column(u));
+      reading.gx(v, u) = factor * (truth(v, right) - truth(v, left)) / static_cast<float>(right - left);
+      reading.gy(v, u) = factor * (truth(below, u) - truth(above, u)) / static_cast<float>(below - above);
+      if (std::hypot(reading.gx(v, u), reading.gy(v, u)) > 1e-4F) reading.changed(v, u) = 255;
+    }
+  return reading;
+}
+
+cv::Mat1f height_field(const std::function<double(int, int)>& height_px) {
+  cv::Mat1f heights(kSensor);
+  for (int v = 0; v < heights.rows; ++v)
+    for (int u = 0; u < heights.cols; ++u) heights(v, u) = static_cast<float>(height_px(u, v));
+  return heights;
+}
+
+/// A rod across the picture, a parabola `half_width` pixels to both sides.
+double trench_px(int u, double center, double half_width, double depth) {
+  const double x = (u - center) / half_width;
+  return -depth * std::max(0.0, 1 - x * x);
+}
+
+// A rod from the upper to the lower border, whose right flank reads 20 % flat: what is left of it and what is
+// right of it are bare gel all the same. Depth 1 mm.
+TEST(BareGel, LiesAtZeroOnBothSidesOfAContactThatSpansThePicture) {
+  const double depth = 1.0 / kPitchMm;
+  const cv::Mat1f truth = height_field([&](int u, int) { return trench_px(u, 160, 60, depth); });
+  const Reading reading = read(truth, [](int u) { return u > 160 ? 0.8 : 1.0; });
+  PoissonSolver poisson(kSensor);
+  cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
+  const BareGelLeveler::Result gel = BareGelLeveler(kSensor).level(height, reading.changed, cv::Mat1b());
+  EXPECT_TRUE(gel.seen);
+  for (int v = 0; v < kSensor.height; v += 20)
+    for (int u = 0; u < kSensor.width; u += 4) {
+      if (reading.changed(v, u) == 0 && (u < 96 || u > 224)) {
+        EXPECT_NEAR(kPitchMm * height(v, u), 0.0, 0.02) << u << " " << v;
+      }
+    }
+  // The error, 0.2 of the depth, is spread over both flanks: half of it is left at the deepest line.
+  EXPECT_NEAR(kPitchMm * height(120, 160), -0.9, 0.03);
+}
+
+// The same rod near the border of the gel, where the model knows little: the error belongs to that flank.
+TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
+  const double depth = 1.0 / kPitchMm;
+  const cv::Mat1f truth = height_field([&](int u, int) { return trench_px(u, 250, 45, depth); });
+  const Reading reading = read(truth, [](int u) { return u > 250 ? 0.8 : 1.0; });
+  const cv::Mat1b confidence = confidence_map(default_uncertainty(kSensor, kPitchMm), kSensor);
+  const auto deepest_mm = [&](const cv::Mat1b& known) {
+    PoissonSolver poisson(kSensor);
+    cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
+    BareGelLeveler(kSensor).level(height, reading.changed, known);
+    return kPitchMm * height(120, 250);
+  };
+  EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
+}
+
+// The face of a flat punch shows no change, but it is pressed.
+TEST(BareGel, AFlatFaceThatTouchesIsNotBare) {
+  const double depth = 0.5 / kPitchMm;
+  const cv::Mat1f truth = height_field([&](int u, int v) {
+    const double outside = std::max({0.0, std::abs(u - 160) - 70.0, std::abs(v - 120) - 50.0});
+    return -depth * std::max(0.0, 1 - outside / 24);
+  });
+  const Reading reading = read(truth, [](int) { return 1.0; });
+  ASSERT_EQ(reading.changed(120, 160), 0);
+  PoissonSolver poisson(kSensor);
+  cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
+  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, reading.changed, cv::Mat1b()).seen);
+  EXPECT_NEAR(kPitchMm * height(120, 160), -0.5, 0.01);
+  EXPECT_NEAR(kPitchMm * height(10, 10), 0.0, 0.01);
+}
+
+TEST(BareGel, CorrectsNothingWhereHeightsAreRight) {
+  for (const cv::Size size : {kSensor, cv::Size(162, 121), cv::Size(121, 162)}) {
+    cv::Mat1f height(size, 0.0F);
+    cv::Mat1b changed(size, static_cast<unsigned char>(0));
+    const cv::Point center(size.width / 2, size.height / 2);
+    for (int v = 0; v < size.height; ++v)
+      for (int u = 0; u < size.width; ++u) {
+        const double r = std::hypot(u - center.x, v - center.y);
+        height(v, u) = static_cast<float>(-8 * std::max(0.0, 1 - r / 30) + 3);  // up to a constant
+        changed(v, u) = r < 34 ? 255 : 0;
+      }
+    const BareGelLeveler::Result gel = BareGelLeveler(size).level(height, changed, cv::Mat1b());
+    EXPECT_TRUE(gel.seen);
+    EXPECT_NEAR(height(center), -8, 0.02);
+    EXPECT_NEAR(height(2, 2), 0, 0.01);
+    EXPECT_LT(gel.scatter_px, 0.01);
+  }
+}
+
+TEST(SlopeUncertainty, GrowsTowardTheBorder) {
+  const SlopeUncertainty uncertainty = default_uncertainty(kSensor, kPitchMm);
+  const cv::Mat1b map = confidence_map(uncertainty, kSensor);
+  EXPECT_EQ(map.size(), kSensor);
+  EXPECT_GE(map(120, 160), 250);
+  EXPECT_GE(map(0, 0), 1);
+  for (int u = 161; u < kSensor.width; ++u) EXPECT_LE(map(120, u), map(120, u - 1));
+  EXPECT_EQ(map(120, 20), map(120, 299));
+  EXPECT_LT(map(120, 300), 255 / 10) << "1.3 mm from the border normals carry a tenth of the information";
+}
+
+}  // namespace
+}  // namespace gelslam::test
