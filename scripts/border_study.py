@@ -73,13 +73,31 @@ def track(program, folder, extra):
     return Row(len(all_errors) / max(1, touched), mean, z, count(lines, truth).silent)
 
 
+def row_text(row):
+    return "%6.2f %8.4f" % (row.share, row.mean), "%s   %6d" % (" ".join("%4.1f" % z for z in row.z), row.silent)
+
+
+def print_folders(arguments):
+    print("%-20s %6s %8s   %s   %s" % ("sequence", "share", "error", "error / sigma: x y z rx ry rz", "silent"))
+    rows = []
+    for folder in arguments.folders:
+        rows.append(track(arguments.program, folder, arguments.extra))
+        print("%-20s %s   %s" % (folder.name, *row_text(rows[-1])), flush=True)
+    z = [math.sqrt(statistics.fmean(r.z[k] ** 2 for r in rows)) for k in range(6)]
+    print("%-20s %15s   %s" % ("root mean square", "", " ".join("%4.1f" % value for value in z)))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", nargs="*", default=[], help="OBJECT_PLACE names (default: all)")
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/gelslam")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs/borders", help="simulated scans are kept there")
+    parser.add_argument("--folders", nargs="*", type=pathlib.Path, default=[], help="data folders with truth instead")
     parser.add_argument("--extra", nargs="*", default=[], help="more arguments of gelslam track")
     arguments = parser.parse_args()
+    if arguments.folders:
+        print_folders(arguments)
+        return 0
     calibration = arguments.out / "calibration"
     if not (calibration / "model/nnmodel.pth").exists():
         subprocess.run([str(arguments.program), "simulate", "calibration", "-o", str(calibration), "--overwrite", "-q"], check=True)
