@@ -58,7 +58,7 @@ TEST(BareGel, LiesAtZeroOnBothSidesOfAContactThatSpansThePicture) {
   const Reading reading = read(truth, [](int u) { return u > 160 ? 0.8 : 1.0; });
   PoissonSolver poisson(kSensor);
   cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-  const BareGelLeveler::Result gel = BareGelLeveler(kSensor).level(height, reading.changed, cv::Mat1b());
+  const BareGelLeveler::Result gel = BareGelLeveler(kSensor).level(height, reading.changed);
   EXPECT_TRUE(gel.seen);
   for (int v = 0; v < kSensor.height; v += 20)
     for (int u = 0; u < kSensor.width; u += 4) {
@@ -79,7 +79,7 @@ TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
   const auto deepest_mm = [&](const cv::Mat1b& known) {
     PoissonSolver poisson(kSensor);
     cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-    BareGelLeveler(kSensor).level(height, reading.changed, known);
+    BareGelLeveler(kSensor, known).level(height, reading.changed);
     return kPitchMm * height(120, 250);
   };
   EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
@@ -96,7 +96,7 @@ TEST(BareGel, AFlatFaceThatTouchesIsNotBare) {
   ASSERT_EQ(reading.changed(120, 160), 0);
   PoissonSolver poisson(kSensor);
   cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, reading.changed, cv::Mat1b()).seen);
+  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, reading.changed).seen);
   EXPECT_NEAR(kPitchMm * height(120, 160), -0.5, 0.01);
   EXPECT_NEAR(kPitchMm * height(10, 10), 0.0, 0.01);
 }
@@ -112,7 +112,7 @@ TEST(BareGel, CorrectsNothingWhereHeightsAreRight) {
         height(v, u) = static_cast<float>(-8 * std::max(0.0, 1 - r / 30) + 3);  // up to a constant
         changed(v, u) = r < 34 ? 255 : 0;
       }
-    const BareGelLeveler::Result gel = BareGelLeveler(size).level(height, changed, cv::Mat1b());
+    const BareGelLeveler::Result gel = BareGelLeveler(size).level(height, changed);
     EXPECT_TRUE(gel.seen);
     EXPECT_NEAR(height(center), -8, 0.02);
     EXPECT_NEAR(height(2, 2), 0, 0.01);

@@ -58,11 +58,11 @@ struct SurfaceEstimator::Impl {
         light_tracker(background_blocks, true),
         gradient(model, pixels.background()),
         poisson(size),
-        leveler(size),
+        confidence(confidence_map(default_uncertainty(size, options.pixel_pitch_mm), size)),
+        leveler(size, confidence),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
         changed(size, static_cast<unsigned char>(0)),
-        everywhere(size, static_cast<unsigned char>(255)),
-        confidence(confidence_map(default_uncertainty(size, options.pixel_pitch_mm), size)) {}
+        everywhere(size, static_cast<unsigned char>(255)) {}
 
   // Fills colors (the frame's light) and changed (where the gradient is needed). Returns the picture to which
   // colors apply: in even light, which it becomes where the light is uneven.
@@ -82,7 +82,7 @@ struct SurfaceEstimator::Impl {
   // Height in mm, 0 on the untouched gel.
   cv::Mat1f height_from_gradient() {
     cv::Mat1f height_px = poisson.solve(gx, gy);
-    const BareGelLeveler::Result gel = leveler.level(height_px, changed, confidence);
+    const BareGelLeveler::Result gel = leveler.level(height_px, changed);
     scatter_mm = gel.scatter_px * static_cast<float>(options.pixel_pitch_mm);
     bare_gel_seen = gel.seen;
     cv::Mat1f height_mm;
@@ -100,6 +100,7 @@ struct SurfaceEstimator::Impl {
   LightTracker light_tracker;
   GradientMap gradient;
   PoissonSolver poisson;
+  cv::Mat1b confidence;  // Surface::confidence where all is contact
   BareGelLeveler leveler;
   ContactDetector contact_detector;
   BlockAverager averager;
@@ -108,7 +109,6 @@ struct SurfaceEstimator::Impl {
   cv::Mat3f blocks;  // block means, then their difference to the background
   cv::Mat3b even;    // the picture in the background's light, where the light is uneven
   cv::Mat1b changed_blocks, touched_blocks, changed, everywhere;
-  cv::Mat1b confidence;  // Surface::confidence where all is contact
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
   float scatter_mm = 0.0F;

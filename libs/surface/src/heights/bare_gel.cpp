@@ -1,6 +1,5 @@
 #include "heights/bare_gel.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -16,38 +15,29 @@ constexpr float kBareSlopeRad = 0.01F;    // what unchanged gel may tilt; color 
 constexpr float kBestSlopeRad = 0.05F;    // of changed gel where confidence is 255
 constexpr float kBareHeightPx = 0.15F;    // 0.01 mm on a GelSight Mini
 constexpr double kLeastBareShare = 0.05;  // of the picture; less is no reference
-constexpr int kRowStep = 3;               // every third row is plenty for a median
 
 }  // namespace
 
-BareGelLeveler::BareGelLeveler(cv::Size size)
-    : size_(size), grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx) {
-  height_.create(grid_);
-  variance_.create(grid_);
-  correction_.create(grid_);
-  bare_.create(grid_);
+BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence)
+    : size_(size),
+      grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
+      changed_variance_(grid_, kBestSlopeRad * kBestSlopeRad) {
+  if (confidence.empty()) return;
+  cv::Mat1f known;
+  confidence.convertTo(known, CV_32F, 1.0 / 255);
+  cv::resize(known, known, grid_, 0, 0, cv::INTER_AREA);
+  cv::divide(changed_variance_, known, changed_variance_);
 }
 
-void BareGelLeveler::average_cells(const cv::Mat1f& height_px, const cv::Mat1b& changed,
-                                   const cv::Mat1b& confidence) {
-  for (int row = 0; row < grid_.height; ++row)
-    for (int column = 0; column < grid_.width; ++column) {
-      const cv::Rect cell =
-          cv::Rect(column * kCellPx, row * kCellPx, kCellPx, kCellPx) & cv::Rect(cv::Point(), size_);
-      float sum = 0, known = 0;
-      int unchanged = 0;
-      for (int v = cell.y; v < cell.y + cell.height; ++v)
-        for (int u = cell.x; u < cell.x + cell.width; ++u) {
-          sum += height_px(v, u);
-          unchanged += changed(v, u) == 0;
-          known += confidence.empty() ? 255.0F : static_cast<float>(confidence(v, u));
-        }
-      const auto area = static_cast<float>(cell.area());
-      height_(row, column) = sum / area;
-      bare_(row, column) = unchanged == cell.area() ? 255 : 0;
-      variance_(row, column) = bare_(row, column) ? kBareSlopeRad * kBareSlopeRad
-                                                  : kBestSlopeRad * kBestSlopeRad * 255.0F * area / known;
-    }
+void BareGelLeveler::average_cells(const cv::Mat1f& height_px, const cv::Mat1b& changed) {
+  cv::resize(height_px, height_, grid_, 0, 0, cv::INTER_AREA);
+  bare_.create(grid_);
+  bare_.setTo(255);
+  for (int v = 0; v < size_.height; ++v) {
+    unsigned char* bare = bare_[v / kCellPx];
+    for (int u = 0; u < size_.width; ++u)
+      if (changed(v, u) != 0) bare[u / kCellPx] = 0;
+  }
 }
 
 /// Removes unchanged pieces that are pressed; returns the number of bare cells.
@@ -79,56 +69,53 @@ int BareGelLeveler::find_bare_cells() {
   return count;
 }
 
-using Vector = Eigen::Map<const Eigen::VectorXf>;
-
 /// The normal equations by banded Cholesky decomposition, cells numbered along the grid's shorter side.
 void BareGelLeveler::solve() {
+  correction_.create(grid_);
   const bool by_rows = grid_.width <= grid_.height;
   const int width = std::min(grid_.width, grid_.height), count = grid_.area(), stride = width + 1;
   const auto cell = [&](int i) {
     return by_rows ? cv::Point(i % width, i / width) : cv::Point(i / width, i % width);
   };
-  band_.assign(static_cast<std::size_t>(count * stride), 0.0F);  // row i holds columns i - width .. i
+  band_.assign(static_cast<std::size_t>(count * stride), 0.0F);  // row i holds columns i .. i + width
   right_side_.assign(static_cast<std::size_t>(count), 0.0F);
-  const auto at = [&](int i, int j) -> float& {
-    return band_[static_cast<std::size_t>(i * stride + j - i + width)];
+  const auto row = [&](int i) { return band_.data() + i * stride; };
+  const auto variance = [&](cv::Point p) {
+    return bare_(p) ? kBareSlopeRad * kBareSlopeRad : changed_variance_(p);
   };
   const auto couple = [&](int a, int b) {  // a < b
-    const float weight = 2.0F / (kCellPx * kCellPx * (variance_(cell(a)) + variance_(cell(b))));
-    at(a, a) += weight;
-    at(b, b) += weight;
-    at(b, a) -= weight;
+    const float weight = 2.0F / (kCellPx * kCellPx * (variance(cell(a)) + variance(cell(b))));
+    row(a)[0] += weight;
+    row(b)[0] += weight;
+    row(a)[b - a] -= weight;
   };
   for (int i = 0; i < count; ++i) {
     if ((i + 1) % width != 0 && i + 1 < count) couple(i, i + 1);
     if (i + width < count) couple(i, i + width);
     if (bare_(cell(i)) == 0) continue;
     constexpr float kWeight = 1.0F / (kBareHeightPx * kBareHeightPx);
-    at(i, i) += kWeight;
+    row(i)[0] += kWeight;
     right_side_[static_cast<std::size_t>(i)] = -kWeight * height_(cell(i));
   }
+  float* const x = right_side_.data();
   for (int i = 0; i < count; ++i) {
-    const int first = std::max(0, i - width);
-    float* row = &at(i, first);
-    for (int j = first; j <= i; ++j) {
-      const int common = std::max(first, j - width);
-      const float* a = &at(i, common);
-      const float* b = &at(j, common);
-      const float sum = row[j - first] - Vector(a, j - common).dot(Vector(b, j - common));
-      row[j - first] = j < i ? sum / at(j, j) : std::sqrt(sum);
+    const int reach = std::min(width, count - 1 - i);
+    float* const pivot = row(i);
+    const float scale = 1.0F / std::sqrt(pivot[0]);
+    for (int k = 0; k <= reach; ++k) pivot[k] *= scale;
+    x[i] *= scale;
+    for (int j = 1; j <= reach; ++j) {
+      const float factor = pivot[j];
+      float* const below = row(i + j);
+      for (int k = j; k <= reach; ++k) below[k - j] -= factor * pivot[k];
+      x[i + j] -= factor * x[i];
     }
   }
-  for (int i = 0; i < count; ++i) {
-    float sum = right_side_[static_cast<std::size_t>(i)];
-    for (int j = std::max(0, i - width); j < i; ++j)
-      sum -= at(i, j) * right_side_[static_cast<std::size_t>(j)];
-    right_side_[static_cast<std::size_t>(i)] = sum / at(i, i);
-  }
   for (int i = count - 1; i >= 0; --i) {
-    const float value = right_side_[static_cast<std::size_t>(i)] /= at(i, i);
-    for (int j = std::max(0, i - width); j < i; ++j)
-      right_side_[static_cast<std::size_t>(j)] -= at(i, j) * value;
-    correction_(cell(i)) = value;
+    const float* const pivot = row(i);
+    for (int k = 1; k <= std::min(width, count - 1 - i); ++k) x[i] -= pivot[k] * x[i + k];
+    x[i] /= pivot[0];
+    correction_(cell(i)) = x[i];
   }
 }
 
@@ -138,9 +125,8 @@ void BareGelLeveler::add_correction(cv::Mat1f& height_px) {
   height_px += fine_(cv::Rect(cv::Point(), size_));
 }
 
-BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat1b& changed,
-                                             const cv::Mat1b& confidence) {
-  average_cells(height_px, changed, confidence);
+BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat1b& changed) {
+  average_cells(height_px, changed);
   scratch_.clear();
   if (find_bare_cells() < kLeastBareShare * grid_.area()) {
     for (int v = 0; v < height_px.rows; ++v)
@@ -150,7 +136,7 @@ BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat
   }
   solve();
   add_correction(height_px);
-  for (int v = 0; v < height_px.rows; v += kRowStep)
+  for (int v = 0; v < height_px.rows; v += kCellPx)
     for (int u = 0; u < height_px.cols; ++u)
       if (bare_(v / kCellPx, u / kCellPx)) scratch_.push_back(std::abs(height_px(v, u)));
   return {true, 1.4826F * quantile_in_place(scratch_, 0.5)};

@@ -16,25 +16,26 @@ namespace gelslam::surface::detail {
 /// them are not bare.
 class BareGelLeveler {
  public:
-  explicit BareGelLeveler(cv::Size size);
+  /// `confidence`: confidence_map(); empty: slopes are known equally well everywhere.
+  explicit BareGelLeveler(cv::Size size, const cv::Mat1b& confidence = {});
 
   struct Result {
     bool seen = false;        ///< enough bare gel; else the level is a guess: the object covers the whole gel
     float scatter_px = 0.0F;  ///< of the bare gel's heights, about 0
   };
-  /// `height_px` (HxW, in pixels) in place; `changed`: 0 where the picture shows no change; `confidence` as
-  /// in confidence_map(), of all pixels (empty: the same everywhere).
-  Result level(cv::Mat1f& height_px, const cv::Mat1b& changed, const cv::Mat1b& confidence);
+  /// `height_px` (HxW, in pixels) in place; `changed`: 0 where the picture shows no change.
+  Result level(cv::Mat1f& height_px, const cv::Mat1b& changed);
 
  private:
-  void average_cells(const cv::Mat1f& height_px, const cv::Mat1b& changed, const cv::Mat1b& confidence);
+  void average_cells(const cv::Mat1f& height_px, const cv::Mat1b& changed);
   int find_bare_cells();
   void solve();
   void add_correction(cv::Mat1f& height_px);
 
   cv::Size size_, grid_;
-  cv::Mat1f height_, variance_, correction_;  // of the cells: mean height, variance of its slopes, d
-  cv::Mat1b bare_;                            // cells
+  cv::Mat1f changed_variance_;     // of slopes in cells that changed
+  cv::Mat1f height_, correction_;  // of the cells: mean height, d
+  cv::Mat1b bare_;                 // cells
   cv::Mat1i labels_;
   cv::Mat1f fine_;
   std::vector<float> band_, right_side_, scratch_;

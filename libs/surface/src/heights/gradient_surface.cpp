@@ -38,7 +38,7 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& gx, const cv::Mat1f& gy, cons
   cv::Mat1b disturbed;
   cv::compare(slope, kBareSlope, disturbed, cv::CMP_GT);
   cv::bitwise_or(disturbed, touched, disturbed);
-  surface->zero_is_bare_gel = impl_->leveler.level(height_px, disturbed, cv::Mat1b()).seen;
+  surface->zero_is_bare_gel = impl_->leveler.level(height_px, disturbed).seen;
   height_px.convertTo(surface->height_mm, CV_32F, impl_->pixel_pitch_mm);
   cv::erode(touched != 0, surface->contact, impl_->border);
   surface->contact_pixels = cv::countNonZero(surface->contact);
