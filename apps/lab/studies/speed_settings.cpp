@@ -1,7 +1,8 @@
 #include "speed_settings.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <cstdio>
 
 #include "baselines/baselines.hpp"
 
@@ -10,12 +11,7 @@ namespace {
 
 constexpr int kAll = 1 << 30;
 
-std::string text(double value) {
-  if (value >= kAll) return "all";
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%g", value);
-  return buffer;
-}
+std::string text(double value) { return value >= kAll ? "all" : fmt::format("{:g}", value); }
 
 /// Turns one knob of a method's options through some values; what is the default is left out.
 template <class Options, class Make>
