@@ -18,8 +18,6 @@ constexpr float kScattersAboveGel = 4.0F;
 constexpr double kLeastColorLevels = 4.0;  // noise of a block mean stays below
 constexpr int kFewPixels = 50;             // a depth that fewer pixels reach is noise
 constexpr float kMostTexturePx = 1.5F;     // 0.1 mm on a GelSight Mini
-constexpr int kRowStep = 3;                // every third row is plenty for a median
-constexpr double kRimLengthMm = 1.4;       // over which the gel's membrane rim decays
 constexpr double kBlurSigmaBlocks = 1.2;
 constexpr int kBlurRadiusBlocks = 2;
 constexpr double kPressedShare = 0.5;  // of the depth; a membrane rim has 0, a flat face 1
@@ -60,13 +58,13 @@ cv::Mat square(int side_px) { return cv::getStructuringElement(cv::MORPH_RECT, c
 UntouchedGel find_untouched_gel(const cv::Mat1f& height_px, const cv::Mat1b& changed,
                                 std::vector<float>& scratch) {
   scratch.clear();
-  for (int v = 0; v < height_px.rows; v += kRowStep) {
+  for (int v = 0; v < height_px.rows; v += block_px) {
     for (int u = 0; u < height_px.cols; ++u) {
       if (changed(v, u) == 0) scratch.push_back(height_px(v, u));
     }
   }
   UntouchedGel gel;
-  if (scratch.size() * kRowStep * 20 >= height_px.total()) {
+  if (scratch.size() * block_px * 20 >= height_px.total()) {
     const float lowest = quantile_in_place(scratch, 0.95) - kMostTexturePx;
     std::erase_if(scratch, [lowest](float value) { return value < lowest; });
     gel.level = quantile_in_place(scratch, 0.5);

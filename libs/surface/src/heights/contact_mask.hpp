@@ -5,6 +5,9 @@
 
 namespace gelslam::surface::detail {
 
+/// Over which the gel's membrane rim decays around a contact.
+inline constexpr double kRimLengthMm = 1.4;
+
 /// Height of the untouched gel and how much it scatters there.
 struct UntouchedGel {
   float level = 0.0F;
