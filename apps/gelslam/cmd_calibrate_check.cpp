@@ -137,12 +137,11 @@ void add_calibrate_check_command(CLI::App& calibrate, int& exit_code) {
   arguments->presses.add_to(*command);
   command->add_option("-o,--output", arguments->report, "Also write a page for the browser (.html)")
       ->check(refuse_unless_html);
-  command->add_flag("--json", arguments->json, "Everything as JSON on standard output");
+  command->add_flag("--json", arguments->json, "Print one JSON object for another program");
   command->add_flag("--overwrite", arguments->overwrite, "Replace a page that is there");
   command->footer(
-      "Presses without a label are labelled automatically. Says good, usable or recalibrate, and why; exit "
-      "code 1 for\n"
-      "recalibrate. Presses the model has not been trained on say most.\n"
+      "Presses without a label are labeled automatically. Prints good, usable or recalibrate, and why.\n"
+      "Use presses that the model was not trained on. Exit code 1: recalibrate.\n"
       "Example: gelslam calibrate check model.json PRESSES -o check.html");
   command->callback([arguments, &exit_code] { exit_code = run_check(*arguments); });
 }

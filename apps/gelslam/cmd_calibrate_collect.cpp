@@ -105,7 +105,7 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   CLI::App* command = calibrate.add_subcommand("collect", "Collect ball presses automatically");
   const auto arguments = std::make_shared<CollectArguments>();
   CollectOptions& collect = arguments->collect;
-  CLI::Option* log = command->add_option("LOG", arguments->log, "A log of presses instead of a camera");
+  CLI::Option* log = command->add_option("LOG", arguments->log, "Log of presses, instead of a camera");
   command->add_option("-o,--output", collect.folder, "Calibration folder: a new one, or one to go on with")
       ->required();
   command->add_option("--diameter", collect.diameter_mm, "Diameter of the ball, mm")
@@ -136,7 +136,7 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"
-      "Exit code 1 when presses are still missing.\n"
+      "Exit code 1: presses are still missing.\n"
       "Example: gelslam calibrate collect -o PRESSES --diameter 6.35");
   command->callback([arguments, &exit_code] { exit_code = run_collect(*arguments); });
 }

@@ -80,18 +80,18 @@ int run_drift(const DriftArguments& arguments) {
 }  // namespace
 
 void add_calibrate_drift_command(CLI::App& calibrate, int& exit_code) {
-  CLI::App* command =
-      calibrate.add_subcommand("drift", "Have the gel or the light changed since the calibration?");
+  CLI::App* command = calibrate.add_subcommand(
+      "drift", "Check whether the gel or the light has changed since the calibration");
   const auto arguments = std::make_shared<DriftArguments>();
   command->add_option("LOG", arguments->now, "Log that begins with the bare gel, or a picture of it")
       ->required();
   command->add_option("--model", arguments->model, "A model that gelslam calibrate wrote");
   command->add_option("--background", arguments->background,
-                      "Or the background (picture or log) of the calibration");
+                      "Background (picture or log) of the calibration, instead of a model");
   command->add_option("--config", arguments->config, "The sensor's configuration");
-  command->add_flag("--json", arguments->json, "Everything as JSON");
+  command->add_flag("--json", arguments->json, "Print one JSON object for another program");
   command->footer(
-      "Exit code 1 when something has changed.\n"
+      "Exit code 1: something has changed.\n"
       "Example: gelslam calibrate drift today.mkv --model model.json");
   command->callback([arguments, &exit_code] { exit_code = run_drift(*arguments); });
 }

@@ -94,7 +94,7 @@ std::vector<FoundCircle> find_all(const PressSet& set, const LabelArguments& arg
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.presses.quiet);
   std::vector<FoundCircle> found;
-  progress->begin("labelling", static_cast<std::int64_t>(set.presses.size()));
+  progress->begin("labeling", static_cast<std::int64_t>(set.presses.size()));
   for (const CalibrationPress& press : set.presses) {
     stop_if_asked(interrupt);
     found.push_back(
@@ -190,17 +190,14 @@ void add_calibrate_label_command(CLI::App& calibrate, int& exit_code) {
                               ->add_option("--snapshot", arguments->snapshot,
                                            "Write a picture of the window (PNG) instead; needs no display")
                               ->check(refuse_unless_png);
-  CLI::Option* script =
-      command->add_option("--script", arguments->script,
-                          "Keys and movements for the window instead of a person's (docs/viewer.md)");
+  CLI::Option* script = command->add_option(
+      "--script", arguments->script, "File of keys and mouse movements for the window (docs/viewer.md)");
   for (CLI::Option* option : {snapshot, script}) option->excludes(accept)->excludes(sheet);
   snapshot->excludes(script);
   command->footer(
-      "Opens a window, where there is a display: look at every circle, move it with the mouse or the arrow "
-      "keys, accept\n"
-      "it with Enter, leave a bad press out with X; A accepts all that remain, Q saves and ends. Exit code 1 "
-      "when some\n"
-      "presses are not clear, or not decided yet.\n"
+      "Opens a window. Move a circle with the mouse or the arrow keys; Enter accepts it, X leaves the press "
+      "out,\nA accepts all that remain, Q saves and ends.\n"
+      "Exit code 1: some presses are not clear, or not decided yet.\n"
       "Example: gelslam calibrate label PRESSES\n"
       "Example: gelslam calibrate label PRESSES --sheet circles.png, look at it, then gelslam calibrate "
       "label PRESSES --accept");

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -29,9 +31,9 @@ struct PitchArguments {
 
 /// "...; square, within 2 %" or what is to be done.
 std::string square_words(bool square) {
-  if (square) return format_text("; square, within %.0f %%", 100.0 * kMostUnsquare);
-  return format_text(
-      ", more than %.0f %% off: pictures must be stretched to square ones before they are used",
+  if (square) return fmt::format("; square, within {:.0f} %", 100.0 * kMostUnsquare);
+  return fmt::format(
+      ", more than {:.0f} % off: pictures must be stretched to square ones before they are used",
       100.0 * kMostUnsquare);
 }
 
@@ -72,10 +74,11 @@ PatternWave wave_in(const fs::path& path, const cv::Mat3b& background, const Sen
   if (!wave)
     throw Error(
         quoted(path) +
-        format_text(": no pattern of %.2f mm stands out (looked for %.0f to %.0f pixels per period); press "
-                    "it in evenly, at least four periods of it, and give --pitch if the "
-                    "configuration's is far off",
-                    period_mm, 0.8 * period_px, 1.25 * period_px));
+        fmt::format(
+            ": no pattern of {:.2f} mm stands out (looked for {:.0f} to {:.0f} pixels per period); press "
+            "it in evenly, at least four periods of it, and give --pitch if the "
+            "configuration's is far off",
+            period_mm, 0.8 * period_px, 1.25 * period_px));
   std::printf("%s: %.3f pixels per period (halves of the picture differ by %.2f %%)\n", path.string().c_str(),
               wave->period_px(), 200.0 * wave->uncertainty);
   return *wave;
@@ -129,7 +132,7 @@ int run_pitch(PitchArguments arguments) {
 }  // namespace
 
 void add_calibrate_pitch_command(CLI::App& calibrate, int& exit_code) {
-  CLI::App* command = calibrate.add_subcommand("pitch", "Measure millimetres per pixel");
+  CLI::App* command = calibrate.add_subcommand("pitch", "Measure the millimeters per pixel");
   const auto arguments = std::make_shared<PitchArguments>();
   arguments->presses.add_to(*command);
   command->get_option("PRESSES")->required(false);

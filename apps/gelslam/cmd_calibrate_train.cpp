@@ -92,9 +92,9 @@ int run_train(TrainArguments arguments) {
     std::printf(", %.2f mm ball %+.1f %%", ball.diameter_mm, 100.0 * ball.radius_error());
   std::printf("\n");
   if (check.diameters.size() == 1)
-    std::cerr << "note: with one ball nobody can see whether its diameter is right: press a second size too, "
-                 "or look at "
-                 "what a model you trust says of these presses (gelslam calibrate check)\n";
+    std::cerr
+        << "note: presses of one ball cannot show whether its diameter is right: press a second size too, "
+           "or check these presses with a model that you trust (gelslam calibrate check)\n";
   for (const std::string& reason : check.reasons) std::cerr << "note: " << reason << "\n";
   return check.verdict == Verdict::recalibrate ? exit_not_good : exit_done;
 }
@@ -102,15 +102,15 @@ int run_train(TrainArguments arguments) {
 }  // namespace
 
 void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
-  CLI::App* command = calibrate.add_subcommand("train", "Train a model on labelled presses");
+  CLI::App* command = calibrate.add_subcommand("train", "Train a model on labeled presses");
   const auto arguments = std::make_shared<TrainArguments>();
   arguments->presses.add_to(*command);
   command
       ->add_option("-o,--output", arguments->output,
-                   "Model to write; .pth: as PyTorch has it, else our own format")
+                   "Model to write: PyTorch format if it ends in .pth, else GelSLAM's own")
       ->required();
-  command->add_option("--pth", arguments->pth, "Write it as an nnmodel.pth too");
-  command->add_option("--seed", arguments->seed, "Seed of everything random")->capture_default_str();
+  command->add_option("--pth", arguments->pth, "Also write the model in PyTorch format (nnmodel.pth)");
+  command->add_option("--seed", arguments->seed, "Seed of all random numbers")->capture_default_str();
   command
       ->add_option("--steps", arguments->steps,
                    "Training steps (default 12000, about 15 s; fewer: quicker, worse)")

@@ -50,8 +50,11 @@ void add_replay_command(CLI::App& app, int& exit_code) {
   command->add_option("LOG", arguments->log, "Log (.mkv), video, folder of images, or data folder")
       ->required();
   CLI::Option* speed =
-      command->add_option("--speed", arguments->speed, "Times the sensor's own rate")->capture_default_str();
-  command->add_flag("--every-frame", arguments->every_frame, "As fast as it goes without leaving out a frame")
+      command->add_option("--speed", arguments->speed, "Speed relative to the sensor's own frame rate")
+          ->capture_default_str();
+  command
+      ->add_flag("--every-frame", arguments->every_frame,
+                 "Replay as fast as possible without dropping a frame")
       ->excludes(speed);
   arguments->live.add_to(*command);
   command->footer("Example: gelslam replay runs/pebble/log.mkv -o runs/pebble-again");

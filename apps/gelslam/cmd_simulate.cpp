@@ -118,27 +118,31 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   CLI::App* scan =
       simulate.add_subcommand("scan", "An object moved over the sensor, as a data folder with ground truth");
   SimulateArguments& a = *arguments;
-  scan->add_option("--object", a.scan.object.name, "See gelslam simulate --list")->capture_default_str();
+  scan->add_option("--object", a.scan.object.name, "Object (see gelslam simulate --list), or a mesh file")
+      ->capture_default_str();
   scan->add_option("--size", a.scan.object.size, "Factor on the object's size")->capture_default_str();
   scan->add_option("--texture", a.scan.object.texture, "Factor on its texture's height; 0: polished")
       ->capture_default_str();
   scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "Millimeters per unit of a mesh file")
       ->capture_default_str();
-  scan->add_option("--motion", a.scan.motion.name, "See gelslam simulate --list")->capture_default_str();
+  scan->add_option("--motion", a.scan.motion.name, "Motion (see gelslam simulate --list)")
+      ->capture_default_str();
   scan->add_option("--frames", a.scan.motion.frames, "Pictures after the 10 of the background")
       ->capture_default_str();
   scan->add_option("--speed", a.scan.motion.speed, "Factor on how far the hand moves")->capture_default_str();
-  scan->add_option("--indentation", a.scan.motion.indentation_mm, "How deep the object is pressed in, mm")
+  scan->add_option("--indentation", a.scan.motion.indentation_mm,
+                   "Depth to which the object is pressed in, mm")
       ->capture_default_str();
   scan->add_option("--place", a.place_mm, "X,Y: where on the gel the contact is, mm from its center")
       ->delimiter(',')
       ->expected(2);
   scan->add_option("--calibration", a.calibration_folder,
                    "Calibration folder to use; else one is made in DIR/calibration");
-  scan->add_flag("--light-drift", a.scan.optics.light_drift, "The lights wander by a few percent");
+  scan->add_flag("--light-drift", a.scan.optics.light_drift, "Let the lamps drift by a few percent");
   scan->add_flag("--lossless", a.folder.lossless, "PNG instead of JPEG pictures in the video");
-  scan->add_flag("--truth-maps", a.folder.truth_maps, "Also true heights and contacts of every frame");
-  scan->add_option("--threads", a.folder.threads, "0: all; the files do not depend on it")
+  scan->add_flag("--truth-maps", a.folder.truth_maps,
+                 "Also write the true heights and contacts of every frame");
+  scan->add_option("--threads", a.folder.threads, "Number of threads (0: all); the files do not depend on it")
       ->capture_default_str();
   add_common_options(*scan, a);
   scan->footer("Example: gelslam simulate scan --object pebble --motion allover --frames 600 -o pebble");

@@ -136,14 +136,14 @@ void add_surface_command(CLI::App& app, int& exit_code) {
   command->add_option("--background", arguments->background, "Picture of the same gel untouched")->required();
   command->add_option("--model", arguments->model, "The sensor's gradient model nnmodel.pth")->required();
   command->add_option("-o,--output", arguments->output, "Folder to write")->required();
-  command->add_option("--pitch", arguments->pitch_mm, "Millimetres per pixel")
+  command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel")
       ->check(number_between(1e-4, 10.0))
       ->capture_default_str();
   command->add_flag("--overwrite", arguments->overwrite, "Replace a folder this command wrote earlier");
   command->footer(
       "Writes height_mm.tiff (32-bit float), height.png, normals.png, contact.png, curvature.png, "
       "surface.ply.\n"
-      "Exit code 1 when nothing touches.\n"
+      "Exit code 1: nothing touches the gel.\n"
       "Example: gelslam surface touch.png --background background.png --model nnmodel.pth -o TOUCH");
   command->callback([arguments, &exit_code] { exit_code = run_surface(*arguments); });
 }

@@ -141,9 +141,8 @@ void add_track_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--format", arguments->format,
-          "Output: tum: time and pose in the frame of the first contact, metres, of every frame that has one "
-          "(after a loss: once a place is recognised); "
-          "ndjson: every frame as an object")
+          "tum: time and pose (meters, in the frame of the first contact) of every frame that has a pose; "
+          "after a loss, poses continue once a place is recognized. ndjson: one object per frame")
       ->check(CLI::IsMember({"tum", "ndjson"}))
       ->capture_default_str();
   command->footer("Example: gelslam track data/pebble --format ndjson");

@@ -116,35 +116,37 @@ void run_view(const ViewArguments& arguments) {
 void add_view_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("view", "Look at a run or a mesh");
   const auto a = std::make_shared<ViewArguments>();
-  command->add_option("SOURCE", a->source, "run folder, or a mesh file (PLY, OBJ, STL) in metres")
+  command->add_option("SOURCE", a->source, "Run folder, or a mesh file (PLY, OBJ, STL) in meters")
       ->required();
   auto* compare =
-      command->add_option("--compare", a->compare, "run folder or mesh in the same frame, shown beside it");
+      command->add_option("--compare", a->compare, "Run folder or mesh in the same frame, shown beside it");
   command
       ->add_option("--truth", a->truth,
-                   "data folder of the run's log, or a mesh in the same frame: the true surface")
+                   "Data folder of the run's log, or a mesh in the same frame: the true surface")
       ->excludes(compare);
   auto* snapshot = command
                        ->add_option("--snapshot", a->snapshot,
-                                    "write a picture (PNG) instead of opening a window; needs no display")
+                                    "Write a picture (PNG) instead of opening a window; needs no display")
                        ->check(refuse_unless_png);
   command
-      ->add_option("--script", a->script, "file of keys and mouse movements for the window (docs/viewer.md)")
+      ->add_option("--script", a->script, "File of keys and mouse movements for the window (docs/viewer.md)")
       ->excludes(snapshot);
-  command->add_option("--size", a->size, "of window or picture, pixels")->capture_default_str();
-  command->add_option("--shading", a->shading, "clay, polished or curvature (lit and matcap are old names)")
+  command->add_option("--size", a->size, "Size of the window or picture in pixels")->capture_default_str();
+  command
+      ->add_option("--shading", a->shading, "Shading of the surface (lit, matcap and relief are old names)")
       ->check(CLI::IsMember({"clay", "polished", "curvature", "lit", "matcap", "relief"}))
       ->capture_default_str();
-  command->add_option("--color", a->color, "what colors mean; default plain, with a second surface distance")
+  command
+      ->add_option("--color", a->color, "What colors show (default: plain; with a second surface: distance)")
       ->check(CLI::IsMember({"plain", "confidence", "height", "keyframe", "distance"}));
-  command->add_option("--time", a->time_s, "show the run as it was at this second of the log");
-  command->add_option("--yaw", a->yaw_deg, "turn the object about the vertical axis, degrees")
+  command->add_option("--time", a->time_s, "Show the run as it was at this second of the log");
+  command->add_option("--yaw", a->yaw_deg, "Turn the object about the vertical axis, degrees")
       ->check(number_between(-360.0, 360.0));
-  command->add_option("--pitch", a->pitch_deg, "turn the object about the horizontal axis, degrees")
+  command->add_option("--pitch", a->pitch_deg, "Turn the object about the horizontal axis, degrees")
       ->check(number_between(-360.0, 360.0));
-  command->add_flag("--light", a->light, "light background");
-  command->add_flag("--trajectory", a->trajectory, "show the sensor's trajectory");
-  command->add_flag("--graph", a->graph, "show keyframes and the edges between them");
+  command->add_flag("--light", a->light, "Light background");
+  command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
+  command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {
     run_view(*a);

@@ -60,7 +60,9 @@ void LogOptions::add_to(CLI::App& command) {
   command.add_flag("--force", force, "Continue although the log's first frames seem to show contact");
 }
 
-void add_quiet_flag(CLI::App& command, bool& quiet) { command.add_flag("-q,--quiet", quiet, kQuietHelp); }
+void add_quiet_flag(CLI::App& command, bool& quiet) {
+  command.add_flag("-q,--quiet", quiet, "Print no progress and no summary, only warnings and errors");
+}
 
 std::string refuse_unless_png(const std::string& path) {
   return refuse_other_ending(path, ".png", "pictures are written as PNG");

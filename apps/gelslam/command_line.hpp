@@ -21,7 +21,6 @@ struct LogOptions {
 };
 
 /// The one meaning of -q, in all commands.
-inline constexpr const char* kQuietHelp = "Print no progress and no summary, only warnings and errors";
 void add_quiet_flag(CLI::App& command, bool& quiet);
 
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.

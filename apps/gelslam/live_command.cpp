@@ -120,7 +120,7 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
-  command.add_flag("-q,--quiet", quiet, "Print nothing");
+  add_quiet_flag(command, quiet);
 }
 
 LiveOptions LiveArguments::options(const Config& resolved_config) const {

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <csignal>
 #include <exception>
 #include <filesystem>
@@ -38,16 +37,6 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_surface_command(app, exit_code);
   add_track_command(app, exit_code);
   add_view_command(app, exit_code);
-}
-
-/// Help reads alike for all commands: sentences begin with a capital letter, and --quiet means the same.
-void unify_help(CLI::App& command) {
-  for (CLI::Option* option : command.get_options()) {
-    std::string text = option->check_lname("quiet") ? kQuietHelp : option->get_description();
-    if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-    option->description(text);
-  }
-  for (CLI::App* sub : command.get_subcommands([](CLI::App*) { return true; })) unify_help(*sub);
 }
 
 /// The subcommand (or its subcommand) that was asked for, else the program itself. Its full name is appended
@@ -108,7 +97,6 @@ int run(int argc, char** argv) {
       "Example: gelslam reconstruct LOG -o RUN\nEach command has its own help: gelslam COMMAND --help");
   int exit_code = exit_done;
   add_commands(app, exit_code);
-  unify_help(app);
   std::vector<std::string> notices;
   std::vector<std::string> words =
       replace_renamed_options({argv + std::min(argc, 1), argv + argc}, kRenamedOptions, notices);

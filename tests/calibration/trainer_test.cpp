@@ -13,7 +13,7 @@
 #include "gelslam/calibration/press_depth.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
-#include "gelslam/surface/slope_map.hpp"
+#include "gelslam/surface/gradient_surface.hpp"
 #include "simulated_presses.hpp"
 #include "training/gain_field.hpp"
 

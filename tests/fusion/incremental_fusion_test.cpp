@@ -21,7 +21,7 @@ const Errors usual_errors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3
 
 IncrementalOptions exact() {
   IncrementalOptions options;
-  options.max_translation_mm = options.max_rotation_rad = options.max_gain_change = 0;
+  options.max_displacement_mm = options.max_gain_change = 0;
   options.budget_ms = 1;
   return options;
 }
@@ -237,8 +237,7 @@ TEST(IncrementalFusion, SmallChangesAreLeftUntilTheyAddUp) {
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
   PosedSurface patch{3, pose, touch(ball, pose)};
   IncrementalOptions options;
-  options.max_translation_mm = 0.02;
-  options.max_rotation_rad = 0.002;
+  options.max_displacement_mm = 0.02;
   options.max_gain_change = 0.01;
   IncrementalFusion fusion({}, options);
   Shown shown;

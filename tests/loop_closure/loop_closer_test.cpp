@@ -91,7 +91,7 @@ TEST(LoopCloser, SkipsTheDirectPredecessorInATrialOnly) {
 TEST(LoopCloser, NeighborsDoNotCrowdOutAPlaceFoundAgain) {
   const Texture texture = random_texture(4);
   LoopClosureOptions options;
-  options.max_constraints = options.max_neighbor_constraints = 1;
+  options.max_constraints = 3;  // and one neighbor
   LoopCloser closer(options);
   closer.add(keyframe(0, 0, touch(texture, place(0, 0))));
   std::vector<LoopConstraint> loops;

@@ -61,10 +61,8 @@ TEST(Information, MatchesTheSpreadUnderWhiteNoise) {
   constexpr double kNoiseRad = 0.02;
   constexpr int kDraws = 40;
   NormalFlowOptions options;
-  options.noise_correlation_samples = 1;  // white: each sample for itself
-  options.normal_noise_rad = 1e-6;        // measured from residuals
-  options.rotation_tolerance_rad = 1e-6;
-  options.translation_tolerance_mm = 1e-5;
+  options.noise_correlation_samples = 1;                                    // white: each sample for itself
+  options.normal_noise_rad = 1e-6;                                          // measured from residuals
   const Pose first_T_second = motion(0, 0, 0, 0.3 * 0.0634, 0.6 * 0.0634);  // look-ups between pixels
   const auto first = touch(textured_plane(1), kAbove),
              second = touch(textured_plane(1), kAbove * first_T_second);

@@ -100,7 +100,7 @@ TEST(ModelFile, SaysWhatIsWrong) {
               HasSubstr("'presses' is no whole number"));
   EXPECT_THAT(refusal(std::string(2'000'000, '[')), HasSubstr("neither"));
   EXPECT_THAT(refusal("{\"a\":" + std::string(900'000, '[')), HasSubstr("damaged"));
-  EXPECT_THAT(refusal("{" + std::string(1'100'000, ' ') + "}"), HasSubstr("larger than 1 MiB"));
+  EXPECT_THAT(refusal("{" + std::string(5 << 20, ' ') + "}"), HasSubstr("larger than 4 MiB"));
 }
 
 TEST(ModelFile, ReplacesAFileOnlyWhenWhole) {

@@ -331,6 +331,24 @@ TEST_F(Window, PicturesAndExportsGoToTheRunFolder) {
   EXPECT_TRUE(std::filesystem::exists(options_.output_folder / "mesh_mm_001.obj"));
 }
 
+TEST_F(Window, PicturesAndExportsOfASecondScanGoToItsFolder) {
+  scan(6);
+  session_.figures().run_folder = folder_ / "run-2";
+  window_->turn(now_s_ += 0.1);
+  press(GLFW_KEY_P);
+  press(GLFW_KEY_E);
+  press(GLFW_KEY_O);
+  const auto mesh = folder_ / "run-2" / "mesh_mm_001.obj";
+  for (int i = 0; i < 100 && !std::filesystem::exists(mesh); ++i) {
+    window_->turn(now_s_ += 0.3);
+    window_->host().wait(0.02);
+  }
+  EXPECT_TRUE(std::filesystem::exists(mesh));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "run-2" / "screenshot_001.png"));
+  EXPECT_FALSE(std::filesystem::exists(options_.output_folder / "mesh_mm_001.obj"));
+  EXPECT_FALSE(std::filesystem::exists(options_.output_folder / "screenshot_001.png"));
+}
+
 TEST_F(Window, AFolderThatCannotBeWrittenIsSaidNotThrown) {
   write_bytes(options_.output_folder, "a file, not a folder");
   scan(1);

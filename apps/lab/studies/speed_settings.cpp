@@ -1,7 +1,8 @@
 #include "speed_settings.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <cstdio>
 
 #include "baselines/baselines.hpp"
 
@@ -10,12 +11,7 @@ namespace {
 
 constexpr int kAll = 1 << 30;
 
-std::string text(double value) {
-  if (value >= kAll) return "all";
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%g", value);
-  return buffer;
-}
+std::string text(double value) { return value >= kAll ? "all" : fmt::format("{:g}", value); }
 
 /// Turns one knob of a method's options through some values; what is the default is left out.
 template <class Options, class Make>
@@ -61,12 +57,6 @@ void normal_flow_settings(std::vector<SpeedSetting>& settings) {
   knobs.turn<int>("least iterations", [](Options& o) -> int& { return o.min_iterations; }, {1, 2, 3, 4, 6});
   knobs.turn<double>("robust scale", [](Options& o) -> double& { return o.robust_scale_rad; },
                      {0.02, 0.03, 0.05, 0.1, 0.2, 0.5, 10.0});
-  for (const double factor : {0.1, 10.0}) {
-    Options options;
-    options.rotation_tolerance_rad *= factor;
-    options.translation_tolerance_mm *= factor;
-    knobs.add("tolerance", "x" + text(factor), options);
-  }
   for (const cv::Size size : {cv::Size{80, 60}, {160, 120}, {240, 180}, {480, 360}, {640, 480}})
     knobs.add("resolution", std::to_string(size.width) + "x" + std::to_string(size.height), {}, size);
 }

@@ -12,10 +12,8 @@
 namespace gelslam {
 namespace {
 
-constexpr double kMetresPerMm = 1e-3;
-
 void write_pose(std::ostream& out, const Pose& pose) {
-  const Eigen::Vector3d t = kMetresPerMm * pose.translation();
+  const Eigen::Vector3d t = 1e-3 * pose.translation();
   const Eigen::Quaterniond q = Eigen::Quaterniond(pose.linear()).normalized();
   for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) out << ' ' << value;
 }
@@ -25,7 +23,7 @@ void write_pose(std::ostream& out, const Pose& pose) {
 Matrix6d g2o_information(const Matrix6d& information) {
   Matrix6d ours_of_g2o = Matrix6d::Zero();
   ours_of_g2o.topRightCorner<3, 3>() = 2.0 * Eigen::Matrix3d::Identity();
-  ours_of_g2o.bottomLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / kMetresPerMm;
+  ours_of_g2o.bottomLeftCorner<3, 3>() = 1e3 * Eigen::Matrix3d::Identity();
   return ours_of_g2o.transpose() * information * ours_of_g2o;
 }
 

@@ -14,11 +14,6 @@ namespace {
 
 using namespace backend::detail;
 
-// Two ways to measure one motion contradict each other when they differ by more than this, in standard
-// deviations of what their edges promise together. Wide: registrations share errors that their information
-// does not contain.
-constexpr double kMaxMismatch = 9.0;
-constexpr int kMostCompared = 24;  // of the loops between two pieces: enough to see which place most agree on
 constexpr int kPeers = 8;  // neighbors a loop is compared with, in the order in which loops were found
 
 struct Link {

@@ -14,7 +14,6 @@ namespace {
 // Initial poses contradict an edge above this many standard deviations. Drift that a solve can correct is
 // below it.
 constexpr double kContradiction = 50.0;
-constexpr std::size_t kMaxProposals = 16;  // per piece; the other links only vote
 
 class Placement {
  public:
@@ -112,7 +111,7 @@ class Placement {
                           [](auto* link) { return link->kind == EdgeKind::odometry; });
     Pose best = Pose::Identity();
     double best_disagreement = disagreement(links, best);
-    const std::size_t step = (links.size() + kMaxProposals - 1) / kMaxProposals;
+    const std::size_t step = (links.size() + kMostCompared - 1) / kMostCompared;
     for (std::size_t i = 0; i < links.size(); i += step) {
       const Pose motion = proposal(*links[i]);
       const double d = disagreement(links, motion);

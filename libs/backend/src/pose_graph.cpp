@@ -18,8 +18,7 @@ namespace {
 using namespace backend::detail;
 
 void require_usable(const PoseGraphOptions& options, const SharedUnknowns& shared) {
-  if (!(options.loop_loss_scale > 0) || options.max_iterations < 1)
-    throw Error("pose graph: loop_loss_scale and max_iterations must be positive");
+  if (!(options.loop_loss_scale > 0)) throw Error("pose graph: loop_loss_scale must be positive");
   if (options.only_where_needed && shared.mean.size() > 0)
     throw Error("pose graph: shared unknowns are estimated with all nodes, not only where needed");
 }
@@ -160,7 +159,6 @@ class Solver {
     // Not SuiteSparse: it calls the system's BLAS, whose sums depend on its thread count.
     solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     solver.num_threads = 1;
-    solver.max_num_iterations = options_.max_iterations;
     // Nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
     solver.initial_trust_region_radius = 1e8;
     solver.function_tolerance = 1e-6;
@@ -267,8 +265,7 @@ Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, E
   Solver solver(graph, options);
   progress.add(solver.solve(estimate, options.loop_loss_scale));
   evaluate(graph, options, estimate);
-  if (!options.reconsider_outliers || options.only_where_needed ||
-      estimate.worst_loop <= options.outlier_residual)
+  if (!options.reconsider_outliers || options.only_where_needed || estimate.worst_loop <= kMaxMismatch)
     return progress;
   Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, progress.iterations);
   if (second.cost < estimate.cost) estimate = std::move(second);
@@ -295,7 +292,7 @@ Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options,
   return {progress.iterations + rest.iterations, rest.converged};
 }
 
-PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, const Estimate& estimate) {
+PoseGraphSolution describe(const Graph& graph, const Estimate& estimate) {
   PoseGraphSolution solution;
   for (std::size_t i = 0; i < graph.ids.size(); ++i) {
     solution.component_T_node.emplace(graph.ids[i], to_pose(estimate.nodes[i]));
@@ -305,7 +302,7 @@ PoseGraphSolution describe(const Graph& graph, const PoseGraphOptions& options, 
   solution.edge_residual = estimate.residuals;
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
     solution.edge_outlier.push_back(graph.edges[i].kind == EdgeKind::loop &&
-                                    estimate.residuals[i] > options.outlier_residual);
+                                    estimate.residuals[i] > kMaxMismatch);
   solution.final_cost = estimate.cost;
   return solution;
 }
@@ -318,14 +315,14 @@ PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
   evaluate(graph, options, estimate);
   const double initial_cost = estimate.cost;
   if (graph.edges.empty()) {
-    PoseGraphSolution solution = describe(graph, options, estimate);
+    PoseGraphSolution solution = describe(graph, estimate);
     solution.converged = true;
     return solution;
   }
 
   const Progress progress = options.only_where_needed ? solve_where_needed(graph, options, estimate)
                                                       : solve_everywhere(graph, options, estimate);
-  PoseGraphSolution solution = describe(graph, options, estimate);
+  PoseGraphSolution solution = describe(graph, estimate);
   solution.initial_cost = initial_cost;
   solution.iterations = progress.iterations;
   solution.converged = progress.converged;

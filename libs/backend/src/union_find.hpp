@@ -6,6 +6,10 @@
 
 namespace gelslam::backend::detail {
 
+/// Of the links between two pieces, this many are compared with each other: enough to see which place most
+/// agree on.
+inline constexpr int kMostCompared = 24;
+
 /// Disjoint sets over 0..n-1. The root of a set is always its smallest member, so that names of components do
 /// not depend on the order in which edges arrive.
 class UnionFind {

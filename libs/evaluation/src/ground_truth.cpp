@@ -20,7 +20,7 @@ using evaluation::detail::number_at;
 constexpr double kMillimetresPerMetre = 1000.0;
 constexpr double kMaxFps = 10'000.0;
 
-/// A 4 x 4 matrix of 16 row-major numbers, metres to millimetres. Throws Error when it is no rigid motion.
+/// A 4 x 4 matrix of 16 row-major numbers, meters to millimeters. Throws Error when it is no rigid motion.
 Pose to_pose(const double* numbers, const std::string& what) {
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(numbers);
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();

@@ -10,21 +10,10 @@
 namespace gelslam {
 namespace {
 
-// How far from prediction a frame of hand-held motion is found at most, per frame of 25 Hz: of 7600 frames of
-// 19 sequences 5 are farther, 4 of them of a polished ball. Turns count as in innovation_mm().
-constexpr double kUsualInnovationMm = 0.2;
-constexpr double kFrameS = 0.04;
-// Over more time than this a pattern may have moved by one period, and no step is usual.
-constexpr double kLongestStepS = 0.17;
-// The normals of a frame do not suddenly fit this many times worse than those of the frame before; less than
-// kMinResidualRad is always good, and a trial's first step, which deepens the contact, may have more.
-constexpr double kUsualResidualRise = 1.5;
-constexpr double kMinResidualRad = 0.03, kFirstResidualRad = 0.05;
-
-/// Usual innovation after this time: the uncertainty of the prediction grows in proportion.
-double usual_innovation_mm(double elapsed_s) {
-  return kUsualInnovationMm * std::max(1.0, elapsed_s / kFrameS);
-}
+// How fast a hand's motion departs from prediction (standard deviation; turns count as in innovation_mm()),
+// before a trial has shown more, and how many frames that counts for.
+constexpr double kHandMmPerS = 1.6;
+constexpr double kMemoryFrames = 25;
 
 bool is_near(const RegistrationResult& registration, const Pose& reference_T_expected, double limit_mm) {
   return innovation_mm(registration, reference_T_expected.inverse()) <= limit_mm;
@@ -34,11 +23,11 @@ bool is_near(const RegistrationResult& registration, const Pose& reference_T_exp
 Pose carried_on(const Pose& step, double step_s, double elapsed_s) {
   constexpr double kSameS = 1e-6;
   if (step_s <= 0 || std::abs(elapsed_s - step_s) < kSameS) return step;
-  return se3_exp(se3_log(step) * (std::min(elapsed_s, kLongestStepS) / step_s));
+  return se3_exp(se3_log(step) * (elapsed_s / step_s));
 }
 
-/// Whether all motions are observable but that along z, which the heights tell. Otherwise nobody knows which
-/// part of the object the frame has seen.
+/// Whether all motions are observable but that along z, which comes from the heights. If one is not, the part
+/// of the object that the frame shows is not known.
 bool is_located(const RegistrationResult& registration) {
   constexpr std::size_t kZ = 2;
   for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
@@ -123,7 +112,9 @@ Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, cons
                                          double time_s) const {
   const double elapsed_s = time_s - previous_.time_s;
   return {prepared, reference_T_previous,
-          reference_T_previous * carried_on(previous_.step, previous_.step_s, elapsed_s), elapsed_s};
+          reference_T_previous *
+              carried_on(previous_.step, previous_.step_s, std::min(elapsed_s, longest_step_s())),
+          elapsed_s};
 }
 
 /// From the predicted pose; if that fails, from the previous one.
@@ -137,16 +128,33 @@ RegistrationResult Tracker::register_to(const Reference& reference, const Surfac
   return best;
 }
 
+/// The normals of a frame do not suddenly fit worse than those of the frame before by more than their noise.
 bool Tracker::fits_as_before(const RegistrationResult& registration) const {
-  return registration.ok() && registration.normal_rmse_rad <=
-                                  kUsualResidualRise * std::max(previous_.residual_rad, kMinResidualRad);
+  return registration.ok() &&
+         registration.normal_rmse_rad <= previous_.residual_rad + normal_flow_.normal_noise_rad;
 }
 
-/// A usual step is believed without a search: it is short in time and it ends where the motion leads, or
-/// where the sensor was: motion may stop or turn back.
+/// Three standard deviations of the running innovation: the uncertainty of the prediction grows in proportion
+/// to the time.
+double Tracker::usual_innovation_mm(double elapsed_s) const {
+  return 3 * std::sqrt(innovation_variance_) * elapsed_s;
+}
+
+/// Over more time than this a pattern may have moved by one period, and no step is usual.
+double Tracker::longest_step_s() const { return kMinPeriodMm / usual_innovation_mm(1.0); }
+
+/// The innovation of an accepted step changes what is usual (as in KISS-ICP, Vizzo et al. 2023, but with
+/// a finite memory).
+void Tracker::learn_innovation(double innovation_mm, double elapsed_s) {
+  const double rate = innovation_mm / elapsed_s;
+  innovation_variance_ += (rate * rate - innovation_variance_) / kMemoryFrames;
+}
+
+/// A usual step is accepted without a search: it is short in time and it ends at the predicted pose or at the
+/// previous one, since motion may stop or turn back.
 bool Tracker::is_usual(const RegistrationResult& registration, const Reference& reference) const {
   const double usual_mm = usual_innovation_mm(reference.elapsed_s);
-  return fits_as_before(registration) && reference.elapsed_s <= kLongestStepS &&
+  return fits_as_before(registration) && reference.elapsed_s <= longest_step_s() &&
          (is_near(registration, reference.T_predicted, usual_mm) ||
           is_near(registration, reference.T_previous, usual_mm));
 }
@@ -162,7 +170,7 @@ RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surf
     return unconfirmed;
   }
   const bool is_small =
-      fits_as_before(registration) && reference.elapsed_s <= kLongestStepS &&
+      fits_as_before(registration) && reference.elapsed_s <= longest_step_s() &&
       is_near(registration, reference.T_predicted, 2 * usual_innovation_mm(reference.elapsed_s));
   const double start_s = clock_ ? clock_() : 0;
   const RegistrationResult place = relocalize(
@@ -179,7 +187,7 @@ RegistrationResult Tracker::continue_motion(const Surface& surface, double time_
   if (!pending_ || !pending_->keyframe_T_frame) return {};
   const Pose keyframe_T_pending = *std::exchange(pending_->keyframe_T_frame, std::nullopt);
   const double first_s = pending_->time_s - previous_.time_s, second_s = time_s - pending_->time_s;
-  if (first_s + second_s > kLongestStepS) return {};
+  if (first_s + second_s > longest_step_s()) return {};
   const Pose step = previous_.link.previous_T_this.inverse() * keyframe_T_pending;
   const Pose expected = keyframe_T_pending * carried_on(step, first_s, second_s);
   const RegistrationResult registration = reference_->register_to(surface, expected.inverse());
@@ -248,15 +256,16 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {
   const RegistrationResult& registration = result.registration;
   const KeyframeLink link = link_to(keyframe_, registration);
   const Pose& keyframe_T_frame = link.previous_T_this;
+  const double elapsed_s = result.time_s - previous_.time_s;
+  learn_innovation(innovation_mm(registration, (previous_.link.previous_T_this *
+                                                carried_on(previous_.step, previous_.step_s, elapsed_s))
+                                                   .inverse()),
+                   elapsed_s);
   // A velocity along directions that are not observable would never be corrected.
   const Pose step = registration.degenerate_directions_fixed
                         ? Pose::Identity()
                         : previous_.link.previous_T_this.inverse() * keyframe_T_frame;
-  previous_ = {{result.frame, result.time_s, surface},
-               link,
-               registration.normal_rmse_rad,
-               step,
-               result.time_s - previous_.time_s};
+  previous_ = {{result.frame, result.time_s, surface}, link, registration.normal_rmse_rad, step, elapsed_s};
   pending_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
@@ -313,7 +322,9 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   reference_ = std::move(reference);
   turning_points_.begin_trial({first.frame, first.surface, Pose::Identity(), {}});
   trial_T_keyframe_ = Pose::Identity();
-  previous_ = {first, KeyframeLink{keyframe_}, kFirstResidualRad, Pose::Identity(), 0};
+  // The first step deepens the contact: its residual may be larger than noise.
+  previous_ = {first, KeyframeLink{keyframe_}, 3 * normal_flow_.normal_noise_rad, Pose::Identity(), 0};
+  innovation_variance_ = kHandMmPerS * kHandMmPerS;
   pending_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;

@@ -10,7 +10,6 @@ namespace gelslam {
 namespace {
 
 constexpr std::size_t kKeyframes = 6;  // further back, the sensor was elsewhere or comes as to any seen place
-constexpr double kLeft = 0.5;  // of what was unseen is out of view: the motion has turned away from it
 
 /// Whether points of the trial lie in a touch's contact.
 class View {
@@ -42,7 +41,8 @@ std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
     const auto& points = candidate_->unseen_mm;
     const auto in_view =
         std::count_if(points.begin(), points.end(), [&](const auto& p) { return view.shows(p); });
-    if (static_cast<double>(in_view) < (1.0 - kLeft) * static_cast<double>(points.size())) left = release();
+    // Most of what was unseen is out of view: the motion has turned away from it.
+    if (2 * in_view < std::ssize(points)) left = release();
   }
   Candidate candidate{touch, unseen(touch), 0};
   const double contact_cells =

@@ -7,8 +7,8 @@
 namespace gelslam::fusion::detail {
 namespace {
 
-constexpr int kPaddedEdge = kBlockEdge + 1;
-using PaddedDistances = std::array<float, kPaddedEdge * kPaddedEdge * kPaddedEdge>;
+/// A block's distances and those of the upper neighbors' first voxels.
+using PaddedDistances = std::array<float, (kBlockEdge + 1) * (kBlockEdge + 1) * (kBlockEdge + 1)>;
 
 Eigen::Vector3i lowest_voxel(int cell) {
   return {cell % kBlockEdge, cell / kBlockEdge % kBlockEdge, cell / (kBlockEdge * kBlockEdge)};
@@ -28,7 +28,7 @@ PaddedDistances padded(const std::array<const std::vector<float>*, kBlockNeighbo
         const Eigen::Vector3i row(0, y, z);
         std::copy_n(
             from->begin() + static_cast<std::ptrdiff_t>(voxel_index(row, kBlockEdge)), size.x(),
-            out.begin() + static_cast<std::ptrdiff_t>(voxel_index(row + step * kBlockEdge, kPaddedEdge)));
+            out.begin() + static_cast<std::ptrdiff_t>(voxel_index(row + step * kBlockEdge, kBlockEdge + 1)));
       }
     }
   }
@@ -183,7 +183,7 @@ void place_vertices(const BlockLattice& lattice,
     bool observed = true;
     for (int c = 0; c < 8; ++c) {
       const float d =
-          distances[voxel_index(base + Eigen::Vector3i(c & 1, (c >> 1) & 1, c >> 2), kPaddedEdge)];
+          distances[voxel_index(base + Eigen::Vector3i(c & 1, (c >> 1) & 1, c >> 2), kBlockEdge + 1)];
       corner[static_cast<std::size_t>(c)] = d;
       observed = observed && !std::isnan(d);
       if (d > 0) outside |= 1u << c;

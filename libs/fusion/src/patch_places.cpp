@@ -49,10 +49,13 @@ bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) c
   if (std::fabs(gradient_scale_ / placed.gradient_scale - 1.0) > options_.max_gain_change) return true;
   const Pose& from = placed.posed.map_T_keyframe;
   const Pose& to = wanted.map_T_keyframe;
-  if ((to.translation() - from.translation()).norm() > options_.max_translation_mm) return true;
+  if ((to.translation() - from.translation()).norm() > options_.max_displacement_mm) return true;
   // |R - S| = 2 sqrt(2) sin(angle / 2): exact for small angles, where the arc cosine of the trace is not.
   const double chord = (to.linear() - from.linear()).norm();
-  return chord > 2.0 * std::sqrt(2.0) * std::sin(0.5 * options_.max_rotation_rad);
+  const Surface& surface = *wanted.surface;
+  const double corner_mm =
+      0.5 * surface.pixel_pitch_mm * std::hypot(surface.contact.cols, surface.contact.rows);
+  return corner_mm * chord / std::sqrt(2.0) > options_.max_displacement_mm;
 }
 
 std::vector<int> PatchPlaces::all_changed() const {

@@ -6,8 +6,6 @@
 namespace gelslam::loop_closure::detail {
 namespace {
 
-constexpr int kFar = std::numeric_limits<int>::max();
-
 // Squared distances of one descriptor to `count` others. Differences of numbers 0..255 and their squares' sum
 // fit.
 GELSLAM_TARGET_CLONES("avx2", "default")
@@ -25,7 +23,7 @@ void squared_distances(const std::int16_t* query, const std::int16_t* others, in
 
 struct Nearest {
   int index = -1;
-  int best = kFar, second = kFar;
+  int best = std::numeric_limits<int>::max(), second = best;
 
   void see(int i, int distance) {
     if (distance < best) {
@@ -38,7 +36,8 @@ struct Nearest {
   }
 
   bool clear(double max_ratio) const {
-    return second == kFar || static_cast<double>(best) < max_ratio * max_ratio * static_cast<double>(second);
+    return second == std::numeric_limits<int>::max() ||
+           static_cast<double>(best) < max_ratio * max_ratio * static_cast<double>(second);
   }
 };
 

@@ -142,7 +142,7 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
   std::vector<int> before_predecessor(neighbors > 0 ? neighbors - 1 : 0);
   std::iota(before_predecessor.begin(), before_predecessor.end(), static_cast<int>(elsewhere));
   const std::vector<LoopConstraint> near =
-      impl_->search(features, keyframe, before_predecessor, impl_->options.max_neighbor_constraints);
+      impl_->search(features, keyframe, before_predecessor, impl_->options.max_constraints / 3);
   loops.insert(loops.end(), near.begin(), near.end());
 
   impl_->index.add(features);

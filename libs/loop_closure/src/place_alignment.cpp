@@ -8,11 +8,6 @@
 namespace gelslam::loop_closure::detail {
 namespace {
 
-constexpr std::uint64_t kRansacSeed = 20260;
-constexpr float kLeastBaselinePx =
-    10.0F;  // two points closer than this do not fix a rotation to 3 px over a contact
-constexpr int kRefinements = 3;
-
 struct Rigid2 {
   Eigen::Matrix2f rotation;
   Eigen::Vector2f shift;
@@ -59,7 +54,8 @@ std::vector<PointPair> pick(const std::vector<PointPair>& pairs, const std::vect
 // Two matches may belong to one place when they are as far apart in both frames.
 bool may_be_one_place(const PointPair& a, const PointPair& b, double threshold_px) {
   const float older = (a.older - b.older).norm(), newer = (a.newer - b.newer).norm();
-  return std::min(older, newer) > kLeastBaselinePx && std::abs(older - newer) < 2 * threshold_px;
+  // Two points closer than three times the threshold do not fix a rotation.
+  return std::min(older, newer) > 3 * threshold_px && std::abs(older - newer) < 2 * threshold_px;
 }
 
 Eigen::Vector3d point_mm(const Surface& surface, const Eigen::Vector2f& pixel) {
@@ -93,7 +89,7 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
         {older.pixels[static_cast<std::size_t>(m.a)], newer.pixels[static_cast<std::size_t>(m.b)]});
   if (pairs.size() < 2) return {};
 
-  std::mt19937_64 random(kRansacSeed);
+  std::mt19937_64 random;  // with its standard seed: the same input gives the same answer
   std::vector<std::size_t> best;
   // Drawing a pair that cannot be right costs next to nothing, so only those that may be count as iterations.
   constexpr int kDrawsPerIteration = 20;
@@ -104,7 +100,7 @@ std::vector<Match> rigid_inliers(const PlaceFeatures& older, const PlaceFeatures
     std::vector<std::size_t> found = inliers(pairs, fit({a, b}), threshold_px);
     if (found.size() > best.size()) best = std::move(found);
   }
-  for (int k = 0; k < kRefinements && best.size() >= 2; ++k) {
+  while (best.size() >= 2) {
     std::vector<std::size_t> found = inliers(pairs, fit(pick(pairs, best)), threshold_px);
     if (found.size() <= best.size()) break;
     best = std::move(found);

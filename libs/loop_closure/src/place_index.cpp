@@ -6,14 +6,9 @@
 #include <random>
 
 namespace gelslam::loop_closure::detail {
-namespace {
-
-constexpr std::uint64_t kHashSeed = 1402;
-
-}  // namespace
 
 PlaceIndex::PlaceIndex() {
-  std::mt19937_64 random(kHashSeed);
+  std::mt19937_64 random;  // with its standard seed: the same on every machine
   projections_.resize(static_cast<std::size_t>(kTables * kBits * kDescriptorSize));
   for (float& p : projections_) {
     int sum = 0;  // of 8 bytes: near enough to a normal, and the same on every machine

@@ -11,8 +11,6 @@ using namespace registration::detail;
 
 constexpr double kTwistStepRad = 0.12;  // textures that are turned by more than half of it still agree
 constexpr int kTwistSteps = 3;          // to either side of the expected twist
-constexpr double kMinShared = 0.3;      // of the smaller contact
-constexpr double kMinSimilarity = 0.3;  // normalized cross-correlation of the two textures
 constexpr int kPlacesPerTwist = 4;      // the best of them; more would be periods of one pattern
 
 /// The reference turned by `twist_rad` and moved agrees with the target.
@@ -38,12 +36,12 @@ bool is_peak(const cv::Mat1f& map, int y, int x) {
 
 /// The highest peaks of one twist, not counting those on the slopes of a higher one.
 std::vector<Place> best_places(const TextureSpectrum::Agreement& agreement, double twist_rad,
-                               double min_shared_px, double min_distance_px) {
+                               double min_similarity, double min_shared_px, double min_distance_px) {
   const cv::Mat1f& similarity = agreement.similarity;
   std::vector<Place> peaks;
   for (int y = 0; y < similarity.rows; ++y)
     for (int x = 0; x < similarity.cols; ++x)
-      if (similarity(y, x) >= kMinSimilarity && agreement.shared(y, x) >= min_shared_px &&
+      if (similarity(y, x) >= min_similarity && agreement.shared(y, x) >= min_shared_px &&
           is_peak(similarity, y, x))
         peaks.push_back(
             {twist_rad, {wrapped(x, similarity.cols), wrapped(y, similarity.rows)}, similarity(y, x)});
@@ -104,17 +102,20 @@ Pose pose_at(const Place& place, const Surface& reference, const Surface& target
 
 }  // namespace
 
-std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected) {
+std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
+                                const VerificationOptions& options) {
   const CoarseTexture texture(reference), target_texture(target);
-  const double min_shared_px = kMinShared * std::min(texture.pixels, target_texture.pixels);
+  const double min_shared_px = options.min_scr * std::min(texture.pixels, target_texture.pixels);
   if (min_shared_px < 1) return {};
+  // Before registration textures agree about half as well as after it.
+  const double min_similarity = options.min_texture_correlation / 2;
   const TextureSpectrum target_spectrum(target_texture);
   std::vector<Place> places;
   for (int step = -kTwistSteps; step <= kTwistSteps; ++step) {
     const double twist_rad = twist_of(expected) + step * kTwistStepRad;
     const TextureSpectrum turned(texture.turned(twist_rad));
-    const std::vector<Place> found = best_places(turned.laid_on(target_spectrum), twist_rad, min_shared_px,
-                                                 kMinPeriodMm / texture.pixel_pitch_mm);
+    const std::vector<Place> found = best_places(turned.laid_on(target_spectrum), twist_rad, min_similarity,
+                                                 min_shared_px, kMinPeriodMm / texture.pixel_pitch_mm);
     places.insert(places.end(), found.begin(), found.end());
   }
   sort_by_similarity(places);

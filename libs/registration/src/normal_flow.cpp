@@ -27,33 +27,28 @@ Vector6d with_zero_tz(const Vector5d& step) {
   return xi;
 }
 
-// A step smaller than this many standard deviations of the noise (squared, all five directions together) ends
-// the registration.
-constexpr double kNoiseStep2 = 1.0;
 // Steps in a row that do not make the residuals smaller by more than the noise of one sample. On a surface
 // with little texture, further steps only wander. Where most of the residuals is noise, progress is hard to
 // see, and the registration converges after many such steps.
 constexpr int kPatience = 3, kPatienceInNoise = 20;
-constexpr double kNoisyRad = 0.07;
-// If the last step was larger than both, the registration has not converged.
-constexpr double kWanderingRad = 0.005;
-constexpr double kWanderingMm = 0.05;
 
 /// Whether the residuals still get smaller.
 class Progress {
  public:
-  explicit Progress(double noise_variance) : noise_variance_(noise_variance) {}
+  explicit Progress(const NormalFlowOptions& options)
+      : options_(options), noise_variance_(effective_variance(0.0, options)) {}
 
   void add(const ResidualSums& sums) {
     const double mean_square = sums.squares / std::max(sums.weight, std::numeric_limits<float>::min());
     const bool smaller = (least_ - mean_square) * sums.weight > noise_variance_;
     stale_ = smaller ? 0 : stale_ + 1;
-    patience_ = mean_square > kNoisyRad * kNoisyRad ? kPatienceInNoise : kPatience;
+    patience_ = is_far_above_noise(std::sqrt(mean_square), options_) ? kPatienceInNoise : kPatience;
     least_ = std::min(least_, mean_square);
   }
   bool over() const { return stale_ >= patience_; }
 
  private:
+  const NormalFlowOptions& options_;
   double noise_variance_;
   double least_ = std::numeric_limits<double>::max();
   int stale_ = 0, patience_ = kPatience;
@@ -72,7 +67,7 @@ class Alignment {
   bool converge(const Pose& initial, const Directions& directions, RegistrationResult& result) {
     const double noise_variance = effective_variance(0.0, options_);
     const Vector5d prior = prior_information(options_) * noise_variance;
-    Progress progress(noise_variance);
+    Progress progress(options_);
     Pose& target_T_reference = result.target_T_reference = initial;
     result.iterations = 0;
     bool settled = false;
@@ -88,11 +83,11 @@ class Alignment {
       const Vector5d step = solve_along(directions, equations);
       target_T_reference = target_T_reference * se3_exp(with_zero_tz(step)).inverse();
       ++result.iterations;
-      const bool is_noise = step.dot(equations.hessian * step) < kNoiseStep2 * noise_variance;
-      wandering_ =
-          !is_noise && (step.head<3>().norm() > kWanderingRad || step.tail<2>().norm() > kWanderingMm);
-      settled = result.iterations >= options_.min_iterations &&
-                (is_noise || (progress.over() && !wandering_) || is_small(step));
+      // Smaller than one standard deviation of the noise, all five directions together.
+      const bool is_noise = step.dot(equations.hessian * step) < noise_variance;
+      wandering_ = !is_noise && is_large(step);
+      settled =
+          result.iterations >= options_.min_iterations && (is_noise || (progress.over() && !wandering_));
     }
     target_T_reference = normalized(target_T_reference);
     return true;
@@ -123,9 +118,10 @@ class Alignment {
     return height_gap(reference_.samples, target_, target_T_reference, residuals());
   }
 
-  bool is_small(const Vector5d& step) const {
-    return step.head<3>().norm() < options_.rotation_tolerance_rad &&
-           step.tail<2>().norm() < options_.translation_tolerance_mm;
+  /// Larger than a tenth of the error up to which a motion counts as observable.
+  bool is_large(const Vector5d& step) const {
+    return 10 * std::max(kMmPerRad * step.head<3>().norm(), step.tail<2>().norm()) >
+           options_.observable_sigma_mm;
   }
 
   static Vector5d solve_along(const Directions& directions, const NormalEquations& equations) {

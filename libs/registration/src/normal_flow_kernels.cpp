@@ -16,7 +16,7 @@ using Int4 = std::int32_t __attribute__((vector_size(16)));
 #define GELSLAM_CLONES GELSLAM_TARGET_CLONES("avx512f", "arch=haswell", "default")
 
 // Sums in 64 independent lanes: the order of additions, and so the result, does not depend on the vector
-// width.
+// width. Samples are warped in blocks of as many, which stay in the first-level cache.
 constexpr int kLanes = 64;
 
 GELSLAM_CLONES float weighted_sum(const float* __restrict w, const float* __restrict a, int count) {
@@ -75,9 +75,6 @@ GELSLAM_CLONES void cauchy(const float* __restrict rx, const float* __restrict r
     w[i] = w[i] / (1.0f + r2 * inverse_scale2);
   }
 }
-
-// Samples are warped in blocks that stay in the first-level cache.
-constexpr int kBlock = 256;
 
 /// Where a block of samples falls in the target, in pixels.
 GELSLAM_CLONES void project(const float* __restrict x, const float* __restrict y, const float* __restrict z,
@@ -164,9 +161,9 @@ void Residuals::resize(std::size_t count) {
 void warp_residuals(const Samples& samples, const TargetView& target, const float* rotation,
                     const float* translation, Residuals& residuals) {
   const BilinearLookup look_up(target);
-  float u[kBlock], v[kBlock], x[kBlock], y[kBlock], z[kBlock];
-  for (int first = 0; first < samples.size(); first += kBlock) {
-    const int count = std::min(kBlock, samples.size() - first);
+  float u[kLanes], v[kLanes], x[kLanes], y[kLanes], z[kLanes];
+  for (int first = 0; first < samples.size(); first += kLanes) {
+    const int count = std::min(kLanes, samples.size() - first);
     project(&samples.x[first], &samples.y[first], &samples.z[first], rotation, translation, target, u, v,
             count);
     for (int i = 0; i < count; ++i) {

@@ -10,6 +10,7 @@
 namespace gelslam::registration::detail {
 namespace {
 
+constexpr double kUsualPull = 0.1;      // of the prior's sigma: a motion from one frame to the next
 constexpr double kNoisePatchPx = 25.0;  // neighboring normals share their noise over so many pixels
 
 struct CurvatureAgreement {
@@ -84,7 +85,7 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
   std::array<bool, 6> observable{};
   for (int axis = 0; axis < 3; ++axis) {
     observable[static_cast<std::size_t>(axis)] = known(axis, 3, options.observable_sigma_mm);
-    observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, options.observable_sigma_rad);
+    observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, options.observable_sigma_mm / kMmPerRad);
   }
   observable[2] = heights_known;  // read, not inferred from texture
   return observable;
@@ -102,7 +103,7 @@ bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_r
                        const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.ccs_threshold) return true;
   return agreement.rms_per_px < options.smooth_curvature_per_px &&
-         normal_rmse_rad < options.smooth_normal_rmse_rad;
+         !is_far_above_noise(normal_rmse_rad, options);
 }
 
 RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
@@ -144,8 +145,8 @@ int count_shared(const Residuals& residuals) {
 }
 
 Vector5d prior_information(const NormalFlowOptions& options) {
-  const double rotation = 1.0 / (options.prior_rotation_rad * options.prior_rotation_rad);
   const double translation = 1.0 / (options.prior_translation_mm * options.prior_translation_mm);
+  const double rotation = kMmPerRad * kMmPerRad * translation;
   return (Vector5d() << rotation, rotation, rotation, translation, translation).finished();
 }
 
@@ -190,7 +191,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
       observable_directions(texture, least_share(shared_share, reference, options));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   result.information = pose_information(shown, heights_known, kUsualPull, result, options);
-  result.observable = observability(pose_information(shown, heights_known, kWorstPull, result, options),
+  result.observable = observability(pose_information(shown, heights_known, 1.0, result, options),
                                     result.target_T_reference.linear(), heights_known, options);
   result.status = judge(result, agreement, options);
   // Where texture is found again, the estimate along a weak direction is better than none.

@@ -26,6 +26,13 @@ TextureAgreement compare_texture(const Samples& samples, const Surface& target,
                                  const Pose& target_T_reference, const Residuals& residuals,
                                  double gel_pattern_per_mm);
 
+/// This many samples tell noise from texture, and how residuals vary over the contact.
+inline constexpr std::size_t kEnoughSamples = 1000;
+/// Every so many samples are enough of them.
+inline std::size_t thinning(const Residuals& residuals) {
+  return residuals.weight.size() / kEnoughSamples + 1;
+}
+
 /// The directions that both surfaces show. A motion's part along one of them is measures.col(i) * motion.
 struct ObservableDirections {
   Directions measures;
@@ -57,6 +64,11 @@ Eigen::Matrix<double, kParameters, 1> prior_information(const NormalFlowOptions&
 /// Variance of a normal residual for which n correlated samples count as n independent ones.
 double effective_variance(double normal_rmse_rad, const NormalFlowOptions& options);
 
+/// Whether residuals between normals are more than noise: three standard deviations of a normal.
+inline bool is_far_above_noise(double normal_rmse_rad, const NormalFlowOptions& options) {
+  return normal_rmse_rad > 3 * options.normal_noise_rad;
+}
+
 /// Heights of the target against those of the warped samples, over the shared contact.
 struct HeightGap {
   double mean_mm = 0;  ///< what tz still lacks
@@ -71,14 +83,12 @@ HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& 
 Directions assess(const NormalFlowReference::Impl& reference, const Surface& target,
                   const Residuals& residuals, const NormalFlowOptions& options, RegistrationResult& result);
 
-/// How far the sensor may have moved along a direction in which a pattern of the gel pulls the pose back, as
-/// a share of the prior's sigma: from one frame to the next, and at worst.
-inline constexpr double kUsualPull = 0.1, kWorstPull = 1.0;
-
 /// Information of a registered pose, in the order and axes of RegistrationResult::information. The normals
 /// tell the shown directions, the heights z at the shared center, and both err with the motion between the
 /// two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
-/// pulls towards no motion. Sizes measured by apps/bench/information_study. (Own.)
+/// pulls towards no motion. Sizes measured by gelslam-lab information. (Own.)
+/// `pull`: how far the sensor may have moved along a direction in which a pattern of the gel pulls the pose
+/// back, as a share of the prior's sigma (1 at worst).
 Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double pull,
                           const RegistrationResult& result, const NormalFlowOptions& options);
 

@@ -6,12 +6,6 @@
 namespace gelslam {
 namespace {
 
-/// Hand-held motion: a turn by 10 degrees is as usual as a slide by 1 mm.
-constexpr double kMmPerRad = 5.7;
-/// Farther than this from where it was expected, a place was not expected at all.
-constexpr double kUnexpectedMm = 1.0;
-/// Farther apart than this along an axis that is observable, two poses are two places.
-constexpr double kOtherPlaceMm = 0.5;
 /// Another place does not count when its normals fit this much worse than those of the best. Measured: a
 /// tooth, bead or dimple further they fit 1.02 to 1.4 times worse, on texture that does not repeat 2 to 3
 /// times.
@@ -30,13 +24,14 @@ Difference difference(const RegistrationResult& from, const Pose& to) {
           kMmPerRad * so3_log(to.linear() * pose.linear().transpose())};
 }
 
-/// Only axes that are observable count: further along a ridge is no other place.
+/// Farther than half a period of the finest pattern is another place. Only axes that are observable count:
+/// further along a ridge is no other place.
 bool is_elsewhere(const RegistrationResult& result, const Pose& other) {
   const Difference d = difference(result, other);
   for (int axis = 0; axis < 3; ++axis) {
     const auto k = static_cast<std::size_t>(axis);
-    if (result.observable[k] && std::abs(d.shift_mm[axis]) > kOtherPlaceMm) return true;
-    if (result.observable[3 + k] && std::abs(d.turn_mm[axis]) > kOtherPlaceMm) return true;
+    if (result.observable[k] && std::abs(d.shift_mm[axis]) > kMinPeriodMm / 2) return true;
+    if (result.observable[3 + k] && std::abs(d.turn_mm[axis]) > kMinPeriodMm / 2) return true;
   }
   return false;
 }
@@ -53,14 +48,14 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
                               double rival_distance) {
   std::vector<RegistrationResult> places, rivals;
   const auto add = [&](const RegistrationResult& place, PlacePrior near) {
-    const bool expected_there = innovation_mm(place, expected) <= kUnexpectedMm;
+    const bool expected_there = innovation_mm(place, expected) <= kMinPeriodMm;
     if (verify_registered(reference, target, place, expected_there ? near : PlacePrior::none, options).ok())
       places.push_back(place);
     else if (verify_registered(reference, target, place, PlacePrior::suspected, options).ok())
       rivals.push_back(place);
   };
   add(found, PlacePrior::known);
-  for (const Pose& start : coarse_starts(reference.surface(), target, expected))
+  for (const Pose& start : coarse_starts(reference.surface(), target, expected, options))
     add(register_normal_flow(reference, target, start, normal_flow), PlacePrior::suspected);
   if (places.empty()) {
     RegistrationResult none = found;

@@ -1,6 +1,7 @@
 #include "gelslam/registration/slope_sensitivity.hpp"
 
 #include <Eigen/Cholesky>
+#include <iterator>
 
 #include "normal_flow_kernels.hpp"
 #include "normal_flow_reference.hpp"
@@ -12,22 +13,20 @@ namespace {
 using namespace registration::detail;
 
 constexpr double kLeastTurnCosine = 0.1;  // beyond, two frames share nothing
-constexpr std::size_t kStride = 4;        // of the samples: the sensitivity varies slowly over the contact
-constexpr int kTerms = SlopeSensitivity::kTerms;
-constexpr int kAxisTerms = static_cast<int>(SlopeCorrection::kTermsPerAxis);
-using NormalByFactor = Eigen::Matrix<double, 3, kTerms>;
+using NormalByFactor = Eigen::Matrix<double, 3, SlopeSensitivity::kTerms>;
+using PoseByFactor = Eigen::Matrix<double, kParameters, SlopeSensitivity::kTerms>;
 
 /// How a corrected normal at a pixel changes with the factors: dn = dn/dg dg, dg = -terms.
 NormalByFactor normal_by_factor(const Eigen::Vector3d& n, const Surface& surface, const cv::Point& pixel) {
   const cv::Point2f place = SlopeCorrection::place(surface.normals.size(), pixel);
   const auto terms = SlopeCorrection::terms(place.x, place.y, static_cast<float>(-n.x() / n.z()),
                                             static_cast<float>(-n.y() / n.z()));
-  const Eigen::Map<const Eigen::Matrix<float, 1, kAxisTerms>> row(terms.data());
+  const Eigen::Map<const Eigen::RowVectorXf> row(terms.data(), std::ssize(terms));
   NormalByFactor result;
   for (int axis = 0; axis < 2; ++axis) {
     // n = (-gx, -gy, 1) / |.|, so dn/dg = -n_z (e - n n_axis); with dg = -term both signs cancel.
     const Eigen::Vector3d by_slope = n.z() * (Eigen::Vector3d::Unit(axis) - n * n[axis]);
-    result.middleCols<kAxisTerms>(axis * kAxisTerms) = by_slope * row.cast<double>();
+    result.middleCols(axis * row.size(), row.size()) = by_slope * row.cast<double>();
   }
   return result;
 }
@@ -37,8 +36,8 @@ NormalByFactor normal_by_factor(const Eigen::Vector3d& n, const Surface& surface
 struct Sums {
   Eigen::Matrix<double, kParameters, kParameters> pose =
       Eigen::Matrix<double, kParameters, kParameters>::Zero();
-  Eigen::Matrix<double, kParameters, kTerms> mixed = Eigen::Matrix<double, kParameters, kTerms>::Zero();
-  Eigen::Matrix<double, kTerms, kTerms> factors = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  PoseByFactor mixed = PoseByFactor::Zero();
+  SlopeSensitivity::TermMatrix factors = SlopeSensitivity::TermMatrix::Zero();
   Eigen::Matrix<double, kParameters, 1> pose_pull = Eigen::Matrix<double, kParameters, 1>::Zero();
   SlopeSensitivity::PerTerm factor_pull = SlopeSensitivity::PerTerm::Zero();
 };
@@ -62,8 +61,9 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
   const PixelLookup in_reference(samples, reference.surface(), Pose::Identity());
   const Eigen::Matrix3d reference_R_target = target_T_reference.linear().transpose();
   Sums sums;
-  for (std::size_t k = 0; k < residuals.weight.size(); k += kStride) {
-    const double w = kStride * residuals.weight[k];
+  const std::size_t step = thinning(residuals);
+  for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
+    const double w = static_cast<double>(step) * residuals.weight[k];
     if (w <= 0) continue;
     const cv::Point at_target = in_target.pixel(in_target.warped_mm(k));
     const cv::Point at_reference = in_reference.pixel({samples.x[k], samples.y[k], samples.z[k]});
@@ -87,7 +87,7 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
   // r + by_factor d - jacobian s is left, the pose moves by exp(-s): s = pose⁻¹ (pose_pull + mixed d).
   sums.pose.diagonal() += prior_information(options) * effective_variance(0.0, options);
   const auto factor = sums.pose.ldlt();
-  const Eigen::Matrix<double, kParameters, kTerms> step_by_factor = factor.solve(sums.mixed);
+  const PoseByFactor step_by_factor = factor.solve(sums.mixed);
   // z does not depend on the factors: heights are integrated from the slopes, with the bare gel around as
   // zero, and turn with the patch.
   result.pose_by_factor.topRows<kParameters>() = -step_by_factor;

@@ -8,8 +8,6 @@
 namespace gelslam::registration::detail {
 namespace {
 
-// So many tell noise from texture; the other samples between them would tell the same.
-constexpr std::size_t kEnoughSamples = 1000;
 constexpr double kShareToFollow = 0.5;  // of what makes a direction count as shown
 
 Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
@@ -47,7 +45,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const Eigen::Matrix3f back = rotation.transpose();
   const auto inverse_pitch = static_cast<float>(1.0 / target.pixel_pitch_mm);
   SampleMatrix read = SampleMatrix::Zero(), common = read, moments = read;
-  const std::size_t step = residuals.weight.size() / kEnoughSamples + 1;
+  const std::size_t step = thinning(residuals);
   const auto stride = static_cast<float>(step);
   for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
     const float w = stride * residuals.weight[k];

@@ -8,8 +8,6 @@ namespace gelslam::registration::detail {
 
 /// Pixels of a surface per pixel that is compared: textures that matter are many pixels wide.
 inline constexpr int kTextureShrink = 2;
-/// Two shifts closer than this are the same place, and patterns of a shorter period are not looked for.
-inline constexpr double kMinPeriodMm = 1.0;
 
 /// The curvature inside a contact without its mean, 0 outside, at a coarser resolution than the surface's.
 struct CoarseTexture {

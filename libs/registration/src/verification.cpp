@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gelslam/registration/relocalization.hpp"
 #include "texture_spectrum.hpp"
 
 namespace gelslam {
@@ -44,7 +45,7 @@ double min_texture_correlation(PlacePrior prior, const VerificationOptions& opti
     case PlacePrior::suspected:
       return options.min_texture_correlation;
     case PlacePrior::none:
-      return options.searched_texture_correlation;
+      return options.sure_texture_correlation;
   }
   return 1.0;
 }
@@ -68,7 +69,7 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
   const auto repeats = [&](const NormalFlowReference& shown) {
     return shown.self_similarity() > options.max_self_similarity;
   };
-  if (candidate.sigma_mm > options.repetition_sigma_mm && (repeats(reference) || repeats(target))) {
+  if (2 * candidate.sigma_mm > kMinPeriodMm / 2 && (repeats(reference) || repeats(target))) {
     result.status = RegistrationStatus::ambiguous;
     return result;
   }

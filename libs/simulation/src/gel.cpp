@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gelslam/core/error.hpp"
-#include "relax_kernel.hpp"
+#include "gelslam/core/target_clones.hpp"
 
 namespace gelslam {
 namespace {
@@ -18,7 +18,21 @@ constexpr double kRimLengths =
 constexpr float kContactGapMm = 1e-4F;
 constexpr double kRelativeAccuracy = 1e-4;
 
-/// Height and obstacle of one grid, split into the two colors of a checkerboard so that rows vectorise.
+/// One row of one color of a projected red-black relaxation of tension * laplace(h) = stiffness * h, h <=
+/// obstacle. The arrays do not overlap. `side` is the other color's row, shifted so that side[i] and
+/// side[i + 1] are the left and right neighbors.
+GELSLAM_TARGET_CLONES("avx512f", "avx2", "default")
+void relax_row(float* __restrict self, const float* __restrict up, const float* __restrict down,
+               const float* __restrict side, const float* __restrict obstacle, int count, float weight,
+               float omega) {
+  for (int i = 0; i < count; ++i) {
+    const float mean = weight * (up[i] + down[i] + side[i] + side[i + 1]);
+    const float moved = self[i] + omega * (mean - self[i]);
+    self[i] = moved < obstacle[i] ? moved : obstacle[i];
+  }
+}
+
+/// Height and obstacle of one grid, split into the two colors of a checkerboard so that rows vectorize.
 /// Color c holds the pixels with (x + y) % 2 == c; ghost rows and columns make the border free (no slope
 /// across).
 class Checkerboard {
@@ -42,9 +56,8 @@ class Checkerboard {
       for (int y = 0; y < height_; ++y) {
         const int first_x = (y + c) % 2;
         const float* side = row(values_[1 - c], y) - (first_x == 0 ? 1 : 0);
-        simulation::detail::relax_row(row(values_[c], y), row(values_[1 - c], y - 1),
-                                      row(values_[1 - c], y + 1), side, row(obstacle_[c], y), width_ / 2,
-                                      weight, omega);
+        relax_row(row(values_[c], y), row(values_[1 - c], y - 1), row(values_[1 - c], y + 1), side,
+                  row(obstacle_[c], y), width_ / 2, weight, omega);
       }
     }
   }

@@ -1,8 +1,7 @@
-#include "noise.hpp"
-
 #include <cmath>
 
 #include "gelslam/core/target_clones.hpp"
+#include "shape_makers.hpp"
 
 namespace gelslam::simulation::detail {
 namespace {
@@ -10,7 +9,7 @@ namespace {
 float fade(float t) { return t * t * t * (t * (t * 6.0F - 15.0F) + 10.0F); }
 
 /// Weighted gradients of the eight corners of the lattice cell at (ix, iy, iz) for the point (x, y, z) inside
-/// it. Branchless and over all corners at once, so that it vectorises: this is where a textured object's time
+/// it. Branchless and over all corners at once, so that it vectorizes: this is where a textured object's time
 /// goes.
 GELSLAM_TARGET_CLONES("avx2", "default")
 float blend_corners(std::int32_t ix, std::int32_t iy, std::int32_t iz, float x, float y, float z, float fx,

@@ -39,7 +39,7 @@ bool is_mesh_name(const std::string& name) {
 }
 
 ShapePtr make_from_file(const ShapeSpec& spec) {
-  // The reader gives millimetres for a file in metres; any other unit is a factor on that.
+  // The reader gives millimeters for a file in meters; any other unit is a factor on that.
   Mesh mesh = read_mesh(spec.name, LengthUnit::metre);
   const float factor = static_cast<float>(spec.size * spec.mesh_unit_mm / 1000.0);
   for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= factor;
@@ -58,7 +58,7 @@ ShapePtr make_shape(const ShapeSpec& spec) {
   if (!(spec.size >= 0.1 && spec.size <= 10)) throw Error("object size factor must be between 0.1 and 10");
   if (!(spec.texture >= 0 && spec.texture <= 3)) throw Error("object texture factor must be between 0 and 3");
   if (!(spec.mesh_unit_mm > 1e-6 && spec.mesh_unit_mm < 1e6))
-    throw Error("mesh unit must be a positive number of millimetres");
+    throw Error("mesh unit must be a positive number of millimeters");
   if (is_mesh_name(spec.name)) return make_from_file(spec);
   // Lattice seeds of neighboring numbers are unrelated after hashing.
   const ShapeDials dials{static_cast<float>(spec.size), static_cast<float>(spec.texture),

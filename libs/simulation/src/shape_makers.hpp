@@ -45,4 +45,8 @@ inline float smooth_step(float low, float high, float x) {
   return t * t * (3.0F - 2.0F * t);
 }
 
+/// Gradient noise (Perlin 1985, quintic fade 2002) on the integer lattice, about -1 .. 1, smooth to the
+/// second derivative. Different seeds give unrelated fields.
+float gradient_noise(const Eigen::Vector3f& point, std::uint32_t seed);
+
 }  // namespace gelslam::simulation::detail

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "implicit_shape.hpp"
-#include "noise.hpp"
 #include "random.hpp"
 #include "shape_makers.hpp"
 

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "implicit_shape.hpp"
-#include "noise.hpp"
 #include "shape_makers.hpp"
 
 namespace gelslam::simulation::detail {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "implicit_shape.hpp"
-#include "noise.hpp"
 #include "shape_makers.hpp"
 
 namespace gelslam::simulation::detail {
@@ -37,7 +36,7 @@ class Ellipsoid final : public ImplicitShape {
   Vector3f radii_;
 };
 
-/// An ellipsoid with dents, bumps of a millimetre and a fine grain.
+/// An ellipsoid with dents, bumps of a millimeter and a fine grain.
 class Pebble final : public ImplicitShape {
  public:
   Pebble(const Vector3f& radii, const ShapeDials& dials)

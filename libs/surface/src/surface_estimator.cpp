@@ -22,8 +22,6 @@ namespace {
 
 using namespace surface::detail;
 
-constexpr int kLeastSidePx = 16;
-
 // Milliseconds since the last call.
 class Stopwatch {
  public:
@@ -39,10 +37,10 @@ class Stopwatch {
 };
 
 const cv::Mat3b& checked_background(const cv::Mat3b& background) {
-  if (background.rows < kLeastSidePx || background.cols < kLeastSidePx) {
-    throw Error("background image is " + size_text(background.cols, background.rows) +
-                ", need at least 16x16");
-  }
+  constexpr int least_px = 4 * block_px;
+  if (std::min(background.rows, background.cols) < least_px)
+    throw Error("background image is " + size_text(background.cols, background.rows) + ", need at least " +
+                size_text(least_px, least_px));
   return background;
 }
 

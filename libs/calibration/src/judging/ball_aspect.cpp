@@ -18,7 +18,7 @@ constexpr double kWholeRadii = 1.3;   // of the zone: contact and rim lie in the
 constexpr double kAspectStep = 0.03;  // between the aspects that are tried
 constexpr int kMostAspectSteps = 8;   // steps from 1: a quarter
 
-/// A press as it would look with as many millimetres per pixel down as across.
+/// A press as it would look with as many millimeters per pixel down as across.
 PressPoints stretched_down(PressPoints points, double aspect) {
   for (double& v : points.v_px) v *= aspect;
   return points;

@@ -1,11 +1,12 @@
 #include "gelslam/calibration/ball_sizes.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
-#include "gelslam/core/text.hpp"
 #include "training/color_field.hpp"
 
 namespace gelslam {
@@ -76,10 +77,9 @@ std::vector<BallSizeComparison> compare_ball_sizes(const PressSet& set, const st
 std::string contradiction_between_sizes(const std::vector<BallSizeComparison>& comparisons) {
   for (const BallSizeComparison& pair : comparisons) {
     if (pair.steepness < kMostSteepness && pair.steepness > 1.0 / kMostSteepness) continue;
-    return format_text(
-        "the balls of %.2f and %.2f mm contradict each other: by its colors the second is %.0f %% %s than "
-        "that; one "
-        "diameter in catalog.csv is wrong",
+    return fmt::format(
+        "the balls of {:.2f} and {:.2f} mm contradict each other: by its colors the second is {:.0f} % {} "
+        "than that; one diameter in catalog.csv is wrong",
         pair.diameter_mm, pair.other_diameter_mm, 100.0 * std::abs(1.0 / pair.steepness - 1.0),
         pair.steepness > 1.0 ? "smaller" : "larger");
   }

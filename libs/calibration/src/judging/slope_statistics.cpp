@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "gelslam/surface/slope_map.hpp"
+#include "gelslam/surface/gradient_surface.hpp"
 
 namespace gelslam {
 namespace {

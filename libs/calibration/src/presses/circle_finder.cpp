@@ -10,7 +10,6 @@
 #include "gelslam/calibration/press_change.hpp"
 #include "judging/gel_change.hpp"
 #include "presses/press_points.hpp"
-#include "presses/visible_rim.hpp"
 #include "training/press_fit.hpp"
 
 namespace gelslam {

@@ -1,12 +1,13 @@
 #include "gelslam/calibration/label_session.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
@@ -27,7 +28,7 @@ std::string doubt_about(const CalibrationPress& press, const FoundCircle& found)
     const double distance_px =
         std::hypot(press.label->u_px - found.circle.u_px, press.label->v_px - found.circle.v_px);
     if (distance_px > std::max(kMinOddPx, kOddDistance * press.label->radius_px))
-      return format_text("its label lies %.0f px beside the contact that was found", distance_px);
+      return fmt::format("its label lies {:.0f} px beside the contact that was found", distance_px);
   }
   if (found.confidence < kDoubtfulConfidence) return "the circle is not sure";
   return "";
@@ -104,9 +105,9 @@ LabelCounts LabelSession::counts() const {
 
 std::string LabelSession::progress() const {
   const LabelCounts now = counts();
-  std::string text = format_text("%zu of %zu accepted", now.accepted, now.presses);
-  if (now.doubtful > 0) text += format_text(", %zu doubtful", now.doubtful);
-  if (now.left_out > 0) text += format_text(", %zu left out", now.left_out);
+  std::string text = fmt::format("{} of {} accepted", now.accepted, now.presses);
+  if (now.doubtful > 0) text += fmt::format(", {} doubtful", now.doubtful);
+  if (now.left_out > 0) text += fmt::format(", {} left out", now.left_out);
   return text;
 }
 

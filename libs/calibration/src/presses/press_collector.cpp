@@ -1,5 +1,7 @@
 #include "gelslam/calibration/press_collector.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -103,10 +105,9 @@ void PressCollector::Impl::look_at_light(const cv::Mat3f& cells) {
   const double change = common_difference(cells, bare_cells);
   const bool was_changed = std::exchange(light_changed, change > kMostLightLevels);
   if (light_changed)
-    status.warning = format_text(
-        "the light has changed by %.0f gray levels since the bare gel was seen: nothing is taken until it is "
-        "as it was; "
-        "else begin again in another folder",
+    status.warning = fmt::format(
+        "the light has changed by {:.0f} gray levels since the bare gel was seen: nothing is taken until it "
+        "is as it was; else begin again in another folder",
         change);
   else if (was_changed)
     status.warning.clear();

@@ -1,11 +1,12 @@
 #include "gelslam/calibration/press_depth.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "gelslam/core/angles.hpp"
 #include "gelslam/core/median.hpp"
-#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
@@ -27,15 +28,15 @@ double rim_slope(double radius_px, double ball_px) {
 std::string missing_depths(const std::vector<double>& rim_slopes) {
   if (rim_slopes.empty()) return "";
   if (quantile(rim_slopes, kMostPressesShare) < kShallowRim)
-    return format_text(
-        "the presses show hardly any slope above %.0f degrees, and what a model reads there is not known: "
+    return fmt::format(
+        "the presses show hardly any slope above {:.0f} degrees, and what a model reads there is not known: "
         "press deeper",
         degrees(kShallowRim));
   if (quantile(rim_slopes, 1.0 - kMostPressesShare) > kDeepRim)
-    return format_text(
-        "hardly any press is less deep than %.0f degrees at its rim, and what a model reads in lighter "
-        "touches "
-        "is not known: press some less deep",
+    return fmt::format(
+        "hardly any press is less deep than {:.0f} degrees at its rim, and what a model reads in lighter "
+        "touches is "
+        "not known: press some less deep",
         degrees(kDeepRim));
   return "";
 }

@@ -52,7 +52,7 @@ std::string read_catalogue_text(const fs::path& path) {
 
 /// Makes the first <n>/ that is not there: the system sees to it that two programs never get the same.
 std::string free_name(const fs::path& folder, double diameter_mm) {
-  const std::string ball = format_text("%.3fmm", diameter_mm);
+  const std::string ball = fmt::format("{:.3f}mm", diameter_mm);
   make_folders(folder / ball);
   for (int number = 0; number < kMostPressesOfABall; ++number) {
     const std::string name = ball + "/" + std::to_string(number);
@@ -120,10 +120,10 @@ void PressFolder::require_same_gel(const cv::Mat3b& now) const {
                 ": another sensor needs a folder of its own");
   const BackgroundDrift drift = measure_drift(background_cells(background_), background_cells(now));
   if (drift.gel_changed || drift.light_change_levels > kMostFolderLightLevels)
-    throw Error(
-        quoted(folder_) + " holds presses under another gel or light (" +
-        format_text("light %.1f, gel %.1f gray levels", drift.light_change_levels, drift.gel_change_levels) +
-        " off); begin a new folder");
+    throw Error(quoted(folder_) + " holds presses under another gel or light (" +
+                fmt::format("light {:.1f}, gel {:.1f} gray levels", drift.light_change_levels,
+                            drift.gel_change_levels) +
+                " off); begin a new folder");
 }
 
 std::string PressFolder::add(const CollectedPress& press) {

@@ -1,9 +1,9 @@
-#include "presses/visible_rim.hpp"
-
 #include <Eigen/Dense>
 #include <cmath>
 #include <numbers>
 #include <vector>
+
+#include "presses/press_points.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {

@@ -22,8 +22,7 @@ using namespace slam::detail;
 namespace {
 
 // What is older than this is not worth its latency.
-constexpr std::size_t kRawFrames = 2;
-constexpr std::size_t kSurfacedFrames = 2;
+constexpr std::size_t kQueuedFrames = 2;
 
 /// Half of the time is left for tracking. Without drops searches may take any time, and the result is that of
 /// the offline program.
@@ -94,8 +93,8 @@ struct LiveSlam::Impl {
   std::shared_ptr<LiveRun> recorded;       // whose log it is
   std::deque<RawFrame> background_frames;  // another log begins with them, so that it can be replayed alone
 
-  RawQueue raw{kRawFrames};
-  TrackerQueue surfaced{kSurfacedFrames};
+  RawQueue raw{kQueuedFrames};
+  TrackerQueue surfaced{kQueuedFrames};
   MapperQueue keyframes{1};  // its limit is never asked for: the tracker goes beyond it
   std::atomic<bool> paused{false}, aborted{false}, stopped{false}, lost{false};
 
@@ -118,7 +117,7 @@ void LiveSlam::Impl::record(const RawFrame& frame) {
     background_frames.push_back(frame);
     // Some come before it is known that the background is complete.
     if (background_frames.size() >
-        static_cast<std::size_t>(options.config.background_frames) + kRawFrames + 2)
+        static_cast<std::size_t>(options.config.background_frames) + kQueuedFrames + 2)
       background_frames.pop_front();
   }
   try {

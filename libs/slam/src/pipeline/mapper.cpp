@@ -4,11 +4,14 @@
 
 #include "gelslam/backend/loop_consistency.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "pipeline/slope_calibration.hpp"
 
 namespace gelslam {
 namespace {
+
+constexpr int kOverlapRounds = 2;  // the first one's corrections show more overlaps
 
 /// The component with most frames; the oldest of equals.
 int largest_component(const std::map<int, int>& frames_per_component) {
@@ -30,13 +33,12 @@ std::map<int, int> tracked_frames_per_component(const std::vector<FrameRecord>& 
 /// map.
 int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                   const std::vector<bool>& in_map) {
-  std::vector<int> contact_pixels;
+  std::vector<double> contact_pixels;
   for (std::size_t id = 0; id < keyframes.size(); ++id)
     if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface->contact_pixels);
-  const auto middle = contact_pixels.begin() + static_cast<std::ptrdiff_t>(contact_pixels.size() / 2);
-  std::nth_element(contact_pixels.begin(), middle, contact_pixels.end());
+  const double typical_pixels = median(std::move(contact_pixels));
   std::size_t id = 0;
-  while (!in_map[id] || 4 * keyframes[id]->surface->contact_pixels < 3 * *middle) ++id;
+  while (!in_map[id] || 4 * keyframes[id]->surface->contact_pixels < 3 * typical_pixels) ++id;
   return static_cast<int>(id);
 }
 
@@ -77,7 +79,7 @@ SlopeCorrection gradient_scale_in(const PoseGraphSolution& solution) {
 
 void add_overlap_edges(SlamMap& map, const SlamOptions& options,
                        const std::function<bool()>& stop_requested) {
-  for (int round = 0; round < options.refinement.rounds; ++round) {
+  for (int round = 0; round < kOverlapRounds; ++round) {
     const std::vector<PoseGraphEdge> found =
         find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested);
     if (found.empty() || stop_requested()) return;

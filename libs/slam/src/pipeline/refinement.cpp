@@ -49,22 +49,21 @@ struct PosedKeyframes {
   }
 };
 
-/// Earlier keyframes that should overlap with `to` and are not linked to it, most overlap first, as many as
-/// allowed.
+/// Earlier keyframes that should share enough with `to` to be verified and are not linked to it, most overlap
+/// first, as many as allowed.
 std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed,
-                                   const std::set<std::pair<int, int>>& linked,
-                                   const RefinementOptions& options) {
+                                   const std::set<std::pair<int, int>>& linked, const SlamOptions& options) {
   std::vector<Candidate> candidates;
   for (int from = 0; from < to; ++from) {
     if (!posed.keyframes[index(from)] || linked.contains({from, to}) || !posed.same_component(from, to))
       continue;
     const double share = posed.overlap_between(from, to);
-    if (share >= options.min_overlap) candidates.push_back({from, share});
+    if (share >= options.verification.min_scr) candidates.push_back({from, share});
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.overlap > b.overlap; });
-  if (candidates.size() > index(options.max_pairs_per_keyframe))
-    candidates.resize(index(options.max_pairs_per_keyframe));
+  if (candidates.size() > index(options.refinement.max_pairs_per_keyframe))
+    candidates.resize(index(options.refinement.max_pairs_per_keyframe));
   return candidates;
 }
 
@@ -91,7 +90,7 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
   std::vector<PoseGraphEdge> found;
   for (int to = 0; to < static_cast<int>(keyframes.size()) && !stop_requested(); ++to) {
     if (!keyframes[index(to)]) continue;
-    for (const Candidate& candidate : overlapping(to, posed, linked, options.refinement)) {
+    for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
       const int from = candidate.from;
       const RegistrationResult result =
           verify(*keyframes[index(to)]->reference, *keyframes[index(from)]->reference,

@@ -14,9 +14,8 @@
 namespace gelslam::slam::detail {
 namespace {
 
-constexpr int kTerms = SlopeSensitivity::kTerms;
 using PerTerm = SlopeSensitivity::PerTerm;
-using TermMatrix = Eigen::Matrix<double, kTerms, kTerms>;
+using TermMatrix = SlopeSensitivity::TermMatrix;
 using Keyframes = std::vector<std::shared_ptr<const Keyframe>>;
 
 Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
@@ -58,7 +57,8 @@ struct Residuals {
                                      kAxis, kAxis + 1, 2 * kAxis - 2, 2 * kAxis - 1};
     Eigen::Matrix<double, 8, 8> among = information(open, open);
     among.diagonal().array() += 1e-6;  // singular without any residual
-    const Eigen::Matrix<double, 8, kTerms> by_all = among.ldlt().solve(information(open, Eigen::all));
+    const Eigen::Matrix<double, 8, SlopeSensitivity::kTerms> by_all =
+        among.ldlt().solve(information(open, Eigen::all));
     pull -= by_all.transpose() * pull(open);
     information -= information(Eigen::all, open) * by_all;
     information(open, Eigen::all).setZero();
@@ -141,9 +141,8 @@ Link link_of(const Pose& measured, const Pose& corrected) {
   return {se3_log(measured), se3_log(measured.inverse() * corrected)};
 }
 
-/// Inner product of motions; a radian counts as the motion it causes 5 mm from the axis (half a contact).
+/// Inner product of motions.
 double dot(const Vector6d& a, const Vector6d& b) {
-  constexpr double kMmPerRad = 5.0;
   return kMmPerRad * kMmPerRad * a.head<3>().dot(b.head<3>()) + a.tail<3>().dot(b.tail<3>());
 }
 
@@ -174,7 +173,8 @@ std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGra
     map.keyframes = corrected(read.keyframes, map.correction, registration);
     const SharedUnknowns shared = register_again(map, scale_sigma, registration);
     map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph, shared);
-    for (int k = 0; k < kTerms; ++k) map.correction.factors[index(k)] += map.solution.shared_unknowns[k];
+    for (int k = 0; k < SlopeSensitivity::kTerms; ++k)
+      map.correction.factors[index(k)] += map.solution.shared_unknowns[k];
     if (!plausible(map.correction, scale_sigma)) return std::nullopt;
   }
   if (!informative(map.correction, scale_sigma)) return std::nullopt;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gelslam/slam/slam_map.hpp"
-#include "gelslam/slam/slope_calibration_options.hpp"
+#include "gelslam/slam/slam_options.hpp"
 
 namespace gelslam::slam::detail {
 

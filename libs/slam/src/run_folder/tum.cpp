@@ -1,7 +1,6 @@
 #include "gelslam/slam/tum.hpp"
 
-#include <array>
-#include <cstdio>
+#include <fmt/core.h>
 
 namespace gelslam {
 
@@ -9,10 +8,8 @@ std::string tum_line(double time_s, const Pose& pose_mm) {
   Eigen::Quaterniond q(pose_mm.linear());
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const Eigen::Vector3d t = pose_mm.translation() * 1e-3;
-  std::array<char, 256> line{};
-  std::snprintf(line.data(), line.size(), "%.12g %.12g %.12g %.12g %.12g %.12g %.12g %.12g\n", time_s, t.x(),
-                t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
-  return line.data();
+  return fmt::format("{:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", time_s, t.x(),
+                     t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
 }
 
 }  // namespace gelslam

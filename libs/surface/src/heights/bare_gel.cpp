@@ -5,14 +5,15 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/median.hpp"
+#include "gelslam/surface/slope_uncertainty.hpp"
+#include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr int kCellPx = 8;
+constexpr int kCellPx = 2 * block_px;
 constexpr int kReachCells = 3;            // as far as the membrane rim reaches from a contact
 constexpr float kBareSlopeRad = 0.01F;    // what unchanged gel may tilt; color changes show more
-constexpr float kBestSlopeRad = 0.05F;    // of changed gel where confidence is 255
 constexpr float kBareHeightPx = 0.15F;    // 0.01 mm on a GelSight Mini
 constexpr double kLeastBareShare = 0.05;  // of the picture; less is no reference
 
@@ -21,7 +22,7 @@ constexpr double kLeastBareShare = 0.05;  // of the picture; less is no referenc
 BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence)
     : size_(size),
       grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
-      changed_variance_(grid_, kBestSlopeRad * kBestSlopeRad) {
+      changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)) {
   if (confidence.empty()) return;
   cv::Mat1f known;
   confidence.convertTo(known, CV_32F, 1.0 / 255);

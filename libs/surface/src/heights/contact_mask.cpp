@@ -17,7 +17,6 @@ constexpr double kLeastLimitMm = 0.015;  // what the network's own noise integra
 constexpr float kScattersAboveGel = 4.0F;
 constexpr double kLeastColorLevels = 4.0;  // noise of a block mean stays below
 constexpr int kFewPixels = 50;             // a depth that fewer pixels reach is noise
-constexpr double kRimLengthMm = 1.4;       // over which the gel's membrane rim decays
 constexpr double kBlurSigmaBlocks = 1.2;
 constexpr int kBlurRadiusBlocks = 2;
 constexpr double kPressedShare = 0.5;  // of the depth; a membrane rim has 0, a flat face 1

@@ -32,11 +32,11 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& gx, const cv::Mat1f& gy, cons
   surface->pixel_pitch_mm = impl_->pixel_pitch_mm;
   cv::Mat1f height_px = impl_->poisson.solve(gx, gy);
   // The gel moves beyond the contact, too.
-  constexpr double kBareSlope = 0.02;
+  constexpr double kStillSlope = 0.02;
   cv::Mat1f slope;
   cv::magnitude(gx, gy, slope);
   cv::Mat1b disturbed;
-  cv::compare(slope, kBareSlope, disturbed, cv::CMP_GT);
+  cv::compare(slope, kStillSlope, disturbed, cv::CMP_GT);
   cv::bitwise_or(disturbed, touched, disturbed);
   surface->zero_is_bare_gel = impl_->leveler.level(height_px, disturbed).seen;
   height_px.convertTo(surface->height_mm, CV_32F, impl_->pixel_pitch_mm);

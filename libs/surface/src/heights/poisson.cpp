@@ -34,14 +34,12 @@ void integrate_constant(cv::Mat1f& spectrum) {
   }
 }
 
-constexpr float kMostCurvature = 0.7F;  // 1/pixel
-
 void clip_curvature_to_contact(const cv::Mat1b& contact, cv::Mat1f& curvature) {
   for (int v = 0; v < curvature.rows; ++v) {
     const unsigned char* inside = contact[v];
     float* value = curvature[v];
     for (int u = 0; u < curvature.cols; ++u) {
-      value[u] = inside[u] != 0 ? std::clamp(value[u], -kMostCurvature, kMostCurvature) : 0.0F;
+      value[u] = inside[u] != 0 ? std::clamp(value[u], -kMaxCurvature, kMaxCurvature) : 0.0F;
     }
   }
 }

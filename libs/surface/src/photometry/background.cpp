@@ -20,17 +20,16 @@ using namespace surface::detail;
 // Motion: the color of 12x12 pixels against their mean over the frames. In clean logs only single blocks
 // differ by 3 gray levels (1.5 between means of half of the frames) and by 7 times the lower quartile; a
 // contact of 500 pixels covers 30.
-constexpr float kMovingLevels = 3.0F, kDriftingLevels = 1.5F;
+constexpr float kMovingLevels = 3.0F;
 constexpr float kMotionQuartiles = 7.0F;
 constexpr int kLeastMovingBlocks = 25;
-constexpr std::size_t kLeastFramesForHalves = 4;
 
 constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 
 // Imprint: halfway between what clean backgrounds of four sensors show (slope 0.08, curvature 0.015 per
 // pixel) and what the shallowest of their ball presses do (0.14, 0.024).
-constexpr double kImprintSlope = 0.105, kImprintCurvature = 0.0195;
-constexpr int kBorderPx = 12;  // the model extrapolates there
+constexpr double kImprintCurvature = 0.0195;
+constexpr int kBorderPx = 3 * block_px;  // the model extrapolates there
 
 float percentile(const cv::Mat1f& values, double share) {
   std::vector<float> copy(values.begin(), values.end());
@@ -77,10 +76,11 @@ std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& m
            std::to_string(frames.size()) + " differs from the others over " + std::to_string(percent) +
            " % of the image";
   }
-  if (frames.size() < kLeastFramesForHalves) return {};
+  if (frames.size() < 2) return {};
   const auto middle = frames.begin() + static_cast<std::ptrdiff_t>(frames.size() / 2);
-  const int percent = differing_percent(average_blocks(mean_image({frames.begin(), middle})),
-                                        average_blocks(mean_image({middle, frames.end()})), kDriftingLevels);
+  const int percent =
+      differing_percent(average_blocks(mean_image({frames.begin(), middle})),
+                        average_blocks(mean_image({middle, frames.end()})), kMovingLevels / 2);
   if (percent == 0) return {};
   return "something moves slowly on the gel: the first and the second half of the frames differ over " +
          std::to_string(percent) + " % of the image";
@@ -98,7 +98,7 @@ std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, doub
   cv::GaussianBlur(poisson.divergence().clone(), curvature, cv::Size(), 4.0, 4.0, cv::BORDER_REPLICATE);
   const double slope_99 = percentile(inside_border(slope), 0.99);
   const double curvature_99 = percentile(inside_border(curvature), 0.995);
-  if (slope_99 < kImprintSlope && curvature_99 < kImprintCurvature) return {};
+  if (slope_99 < kBareSlope && curvature_99 < kImprintCurvature) return {};
   const double depth_mm =
       -pixel_pitch_mm * static_cast<double>(percentile(inside_border(local_part(height, 1.0, 32.0)), 0.005));
   return format_text("the gel already shows an imprint, about %.1f mm deep (local slope %.2f)", depth_mm,

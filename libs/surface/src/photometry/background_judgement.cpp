@@ -6,6 +6,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
+#include "photometry/pixel_repair.hpp"
 #include "slopes/gradient_map.hpp"
 
 namespace gelslam {
@@ -15,21 +16,13 @@ using surface::detail::GradientMap;
 
 // Real backgrounds: means of 93 to 122 gray levels, brightest percentile at most 196.
 constexpr double kDarkLevel = 45.0;
-constexpr double kWhiteLevel = 250.0;
-constexpr double kSaturatedShare = 0.02;
 constexpr double kLeastColor = 10.0;  // mean of largest minus smallest channel; real ones 40 to 70
 // Color against its surroundings: less than 0.1 % of a clean gel, even one with a speck, differ this much;
 // eight stains of 5 to 10 pixels 1.3 % or more.
 constexpr double kStainLevels = 10.0;
-constexpr double kStainedShare = 0.004;
+constexpr double kSpoiltShare = 0.004;
 // ln(red / blue) from the middle to the bottom: 0.46 to 0.60.
-constexpr double kLeastRedBlueSlope = 0.2;
-constexpr double kMostSidewaysSlope = 0.3;  // real ones -0.12 to 0.04
-// Mean blue over mean red: 1.33 to 1.7.
-constexpr double kLeastBlueOverRed = 0.9;
-// Median slope that a model reads in the bare gel: its own sensor's 0.01 to 0.06, another sensor's 0.24 or
-// more.
-constexpr double kForeignSlope = 0.12;
+constexpr double kRedBlueSlope = 0.25;  // sideways real ones have -0.12 to 0.04
 
 bool is_gelsight_mini(const std::string& name) {
   return lower_case(name).find("gelsight mini") != std::string::npos;
@@ -94,8 +87,8 @@ RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
 std::string judge_mini_lamps(const cv::Mat3f& bgr) {
   const RedOverBlue slope = red_over_blue(bgr);
   const cv::Scalar mean = cv::mean(bgr);
-  const bool blue_leads = mean[0] > kLeastBlueOverRed * mean[2];
-  if (std::abs(slope.downward) < kLeastRedBlueSlope || std::abs(slope.sideways) > kMostSidewaysSlope) {
+  const bool blue_leads = mean[0] > mean[2];  // by 1.33 to 1.7 on real ones
+  if (std::abs(slope.downward) < kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope) {
     return "the colors do not lie as a GelSight Mini's lamps lay them (bluish top, reddish bottom): is it "
            "the right camera, and its "
            "whole picture?";
@@ -149,10 +142,10 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
         brightness));
   }
   const ChannelRange range = channel_range(bgr);
-  const double saturated = share_above(range.most, kWhiteLevel);
-  if (saturated > kSaturatedShare) {
+  const double saturated = share_above(range.most, surface::detail::kFullLevel);
+  if (saturated > kSpoiltShare) {
     doubts.push_back(
-        format_text("%.0f %% of the picture is saturated: shorten the exposure; slopes cannot be read there",
+        format_text("%.1f %% of the picture is saturated: shorten the exposure; slopes cannot be read there",
                     100 * saturated));
   }
   if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < kLeastColor) {
@@ -163,7 +156,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
   const auto markers = find_marker_dots(mean);
   if (markers) doubts.push_back(markers->sentence());
   const double stains = markers ? 0.0 : stained(bgr);
-  if (stains > kStainedShare) {
+  if (stains > kSpoiltShare) {
     doubts.push_back(format_text(
         "%.1f %% of the gel differ sharply from what is around them: dirt, a tear, or something touches it",
         100 * stains));
@@ -172,7 +165,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
   if (!lamps.empty()) doubts.push_back(lamps);
   if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);
-    if (slope > kForeignSlope) {
+    if (slope > surface::detail::kBareSlope) {
       doubts.push_back(
           format_text("the model reads the bare gel as sloped (%.2f in the middle of all pixels): is it this "
                       "sensor's model, and were gel and "

@@ -12,19 +12,18 @@ namespace {
 
 // Noise of a block mean is below 1; a slope of 1 degree changes the color by 2.7.
 constexpr double kGateLevels = 2.5;
-constexpr double kWideGateLevels = 20.0;  // where the light changed suddenly; the gate closes on it
-constexpr double kGateShrinks = 0.6;
-constexpr double kLeastShare = 0.1;        // of all blocks, to believe in an even light
-constexpr double kLeastFieldShare = 0.25;  // in one with more unknowns
-constexpr double kExplainedShare = 0.6;    // of the blocks not excluded: no need to look for more
+constexpr int kGateHalvings =
+    3;  // where the light changed suddenly, the gate is this much wider and closes on it
+constexpr double kLeastShare = 0.1;  // of all blocks, to believe in a light; twice as many in an uneven one
+constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
 // Variance of the background's brightness below which gain and offset cannot be told apart, and the gain
 // stays as expected. A field does what a gain over a smooth background does, too.
-constexpr double kGainPriorVariance = 4.0, kFieldGainPriorVariance = 50.0;
+constexpr double kGainPriorVariance = 50.0;
 constexpr double kFieldPriorShare = 0.002;  // keeps the field 0 where too little is seen
-// A lamp weaker than this does not tell slopes; a larger gain does not come from lamps.
-constexpr double kLeastGain = 0.2, kMostGain = 3.0;
+// A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
+constexpr double kLeastGain = 0.25;
 
 /// From -1 to 1 over the picture.
 double unit_place(int index, int count) { return count < 2 ? 0.0 : 2.0 * index / (count - 1) - 1.0; }
@@ -147,7 +146,7 @@ bool LightTracker::fit_even(const cv::Mat3f& blocks, Light& light) const {
     const double determinant = then_squares * count - then_sum * then_sum;
     if (!(determinant > 0.0)) return false;
     const double gain = 1.0 + (then_changes * count - then_sum * changes) / determinant;
-    if (gain < kLeastGain || gain > kMostGain) return false;
+    if (gain < kLeastGain || gain > 1 / kLeastGain) return false;
     light.channels[c][0] = gain;
     light.channels[c][1] = (then_squares * changes - then_sum * then_changes) / determinant;
   }
@@ -179,12 +178,12 @@ bool LightTracker::fit_field(const cv::Mat3f& blocks, Light& light) const {
   }
   for (std::size_t c = 0; c < 3; ++c) {
     const double count = squares[c](1, 1);
-    squares[c](0, 0) += kFieldGainPriorVariance * count;
+    squares[c](0, 0) += kGainPriorVariance * count;
     for (int i = 2; i < terms; ++i) squares[c](i, i) += kFieldPriorShare * count;
     cv::Vec<double, terms> solution;
     if (!cv::solve(squares[c], products[c], solution, cv::DECOMP_CHOLESKY)) return false;
     solution[0] += expected_gain(c);
-    if (solution[0] < kLeastGain || solution[0] > kMostGain) return false;
+    if (solution[0] < kLeastGain || solution[0] > 1 / kLeastGain) return false;
     std::copy(solution.val, solution.val + terms, light.channels[c].begin());
   }
   light.has_field = true;
@@ -209,7 +208,7 @@ Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excl
     if (changes.empty()) return {};
     const double change = quantile_in_place(changes, 0.5);
     if (as_gain)
-      light.channels[c][0] = std::clamp(change, kLeastGain, kMostGain);
+      light.channels[c][0] = std::clamp(change, kLeastGain, 1 / kLeastGain);
     else
       light.channels[c][1] = change;
   }
@@ -235,7 +234,7 @@ std::vector<double> LightTracker::fit_rows(const cv::Mat3f& blocks, const cv::Ma
     }
     const double above = gains.empty() ? 1.0 : gains.back();
     const bool is_seen = static_cast<double>(ratios.size()) >= kLeastShare * blocks.cols;
-    gains.push_back(is_seen ? std::clamp(quantile_in_place(ratios, 0.5), kLeastGain, kMostGain) : above);
+    gains.push_back(is_seen ? std::clamp(quantile_in_place(ratios, 0.5), kLeastGain, 1 / kLeastGain) : above);
   }
   return gains;
 }
@@ -251,7 +250,7 @@ LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::M
 /// Fitted again and again while the gate closes.
 LightTracker::Fit LightTracker::refine_field(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light,
                                              bool multiplies, double gate) {
-  const int enough = static_cast<int>(kLeastFieldShare * static_cast<double>(blocks.total()));
+  const int enough = static_cast<int>(2 * kLeastShare * static_cast<double>(blocks.total()));
   light.row_gain.clear();
   const Light start = light;
   int left_at_last_gate = 3;
@@ -261,14 +260,14 @@ LightTracker::Fit LightTracker::refine_field(const cv::Mat3f& blocks, const cv::
     light = start;  // its gains are the expected ones
     light.field_multiplies = multiplies;
     if (!fit_field(blocks, light)) return {};
-    gate = std::max(kGateLevels, kGateShrinks * gate);
+    gate = std::max(kGateLevels, gate / 2);
   }
   return {light, select_inliers(blocks, excluded, light, kGateLevels)};
 }
 
 /// Rows and an even light in turn.
 LightTracker::Fit LightTracker::refine_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light) {
-  const int enough = static_cast<int>(kLeastFieldShare * static_cast<double>(blocks.total()));
+  const int enough = static_cast<int>(2 * kLeastShare * static_cast<double>(blocks.total()));
   Fit best;
   for (int round = 0; round < 2; ++round) {
     Light rows;
@@ -293,7 +292,8 @@ LightTracker::Fit LightTracker::search(const cv::Mat3f& blocks, const cv::Mat1b&
   if (!may_be_uneven_) return best;
   Fit uneven = refine_rows(blocks, excluded, scaled);
   for (const bool multiplies : {false, true}) {
-    for (const auto& [start, gate] : {std::pair(light_, kGateLevels), std::pair(scaled, kWideGateLevels)}) {
+    for (const auto& [start, gate] :
+         {std::pair(light_, kGateLevels), std::pair(scaled, std::ldexp(kGateLevels, kGateHalvings))}) {
       const Fit fit = refine_field(blocks, excluded, start, multiplies, gate);
       if (fit.agree > uneven.agree) uneven = fit;
     }

@@ -11,18 +11,15 @@
 namespace gelslam {
 namespace {
 
-constexpr int kLeastPicturePx = 32;
 // Ink takes a third of the light and more; clean gels of four sensors are nowhere 13 % darker than their
 // surroundings.
 constexpr double kDarkLog = -0.2;
-constexpr double kBlackLevels = 8.0;  // keeps the logarithm of black finite
 constexpr std::size_t kLeastDots = 9;
 // Sizes are those of a 320 pixel wide picture.
-constexpr double kSurroundingsPx = 12.0, kLeastDiameterPx = 3.0, kMostDiameterPx = 26.0;
-constexpr double kMostElongation = 1.8, kLeastFilling = 0.5;
+constexpr double kSurroundingsPx = 12.0;  // from a quarter to twice of it is a dot's diameter
 // Median distance from the median, as a share of it: below 0.1 for printed grids, about 0.4 for specks of
 // dirt.
-constexpr double kMostSpread = 0.2, kMostSizeSpread = 0.35;
+constexpr double kMostSpread = 0.2;
 
 struct Dot {
   double u_px = 0.0, v_px = 0.0, diameter_px = 0.0;
@@ -31,9 +28,8 @@ struct Dot {
 /// Logarithm of the brightness against that of the surroundings.
 cv::Mat1f darkness(const cv::Mat3b& background, double pixel) {
   cv::Mat1f brightness(background.size());
-  std::transform(background.begin(), background.end(), brightness.begin(), [](const cv::Vec3b& c) {
-    return static_cast<float>(std::log(c[0] + c[1] + c[2] + 3.0 * kBlackLevels));
-  });
+  std::transform(background.begin(), background.end(), brightness.begin(),
+                 [](const cv::Vec3b& c) { return static_cast<float>(std::log(1.0 + c[0] + c[1] + c[2])); });
   cv::Mat1f smooth, broad;
   cv::GaussianBlur(brightness, smooth, cv::Size(), pixel, pixel, cv::BORDER_REPLICATE);
   const double reach = kSurroundingsPx * pixel;
@@ -56,10 +52,7 @@ std::vector<Dot> find_dots(const cv::Mat3b& background) {
     const bool cut = stats(k, cv::CC_STAT_LEFT) == 0 || stats(k, cv::CC_STAT_TOP) == 0 ||
                      stats(k, cv::CC_STAT_LEFT) + width >= background.cols ||
                      stats(k, cv::CC_STAT_TOP) + height >= background.rows;
-    if (cut || diameter < kLeastDiameterPx * pixel || diameter > kMostDiameterPx * pixel) continue;
-    if (std::max(width, height) > kMostElongation * std::min(width, height) ||
-        area < kLeastFilling * width * height)
-      continue;
+    if (cut || diameter < kSurroundingsPx * pixel / 4 || diameter > 2 * kSurroundingsPx * pixel) continue;
     dots.push_back({centers(k, 0), centers(k, 1), diameter});
   }
   return dots;
@@ -90,7 +83,6 @@ std::string MarkerDots::sentence() const {
 }
 
 std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background) {
-  if (std::min(background.rows, background.cols) < kLeastPicturePx) return std::nullopt;
   const std::vector<Dot> dots = find_dots(background);
   if (dots.size() < kLeastDots) return std::nullopt;
   std::vector<double> distances, diameters;
@@ -100,7 +92,7 @@ std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background) {
   }
   const MarkerDots markers{static_cast<int>(dots.size()), median(distances), median(diameters)};
   if (spread_of(distances, markers.spacing_px) > kMostSpread ||
-      spread_of(diameters, markers.diameter_px) > kMostSizeSpread)
+      spread_of(diameters, markers.diameter_px) > kMostSpread)
     return std::nullopt;
   return markers;
 }

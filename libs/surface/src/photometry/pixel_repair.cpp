@@ -11,23 +11,22 @@ namespace {
 // Neighbors on a gel differ by less than 10 gray levels, with strong noise by 20. A dithered picture's differ
 // by 60 at times, and there the mean tells more than the median: only values further off prove that a picture
 // has wrong ones.
-constexpr int kWrongLevels = 35, kSurelyWrongLevels = 100;
+constexpr int kWrongLevels = 35;
 constexpr int kWrongValueIn = 500;  // fewer than one in 500 are left to the robust weights
 
-constexpr int kFullLevel = 250;     // JPEG takes a little off white
 constexpr double kDarkShare = 0.5;  // of the background's brightness
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
-constexpr int kSpreadPx = 4;        // of a spot, by lens and JPEG
 constexpr int kFailingLightIn = 8;  // more than one in 8 pixels dark: the light fails, and no spot is there
 
 /// Looks at one row in each row of blocks.
 bool has_wrong_values(const cv::Mat3b& bgr) {
   int found = 0;
+  constexpr int surely = 3 * kWrongLevels;
   for (int v = 0; v < bgr.rows; v += block_px) {
     const unsigned char* value = bgr.ptr<unsigned char>(v);
     for (int i = 3; i < 3 * bgr.cols - 3; ++i) {
       const int low = std::min(value[i - 3], value[i + 3]), high = std::max(value[i - 3], value[i + 3]);
-      found += (value[i] > high + kSurelyWrongLevels) | (value[i] < low - kSurelyWrongLevels);
+      found += (value[i] > high + surely) | (value[i] < low - surely);
     }
   }
   return found * block_px * kWrongValueIn > 3 * static_cast<int>(bgr.total());
@@ -81,20 +80,20 @@ bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   spots_.setTo(0, is_full_in_background_);
   if (dark * kFailingLightIn < static_cast<int>(bgr.total())) spots_ |= dark_;
   if (cv::countNonZero(spots_) == 0) return false;
-  constexpr int side = 2 * kSpreadPx + 1;
+  constexpr int side = 2 * block_px + 1;  // a spot is spread over a block by lens and JPEG
   cv::dilate(spots_, spots_, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
   readable_ = (spots_ == 0) & 1;
   return true;
 }
 
-/// From up to three spreads away. The middle of a larger spot is taken for bare gel.
+/// From up to three blocks away. The middle of a larger spot is taken for bare gel.
 const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr) {
   cv::subtract(bgr, background_, difference_, cv::noArray(), CV_32F);
   difference_.setTo(cv::Scalar::all(0), readable_ == 0);
   readable_.convertTo(weight_, CV_32F);
   // Two box filters are nearly a cone: what is near counts most.
   for (int pass = 0; pass < 2; ++pass) {
-    constexpr int side = 3 * kSpreadPx + 1;
+    constexpr int side = 3 * block_px + 1;
     cv::boxFilter(difference_, difference_, CV_32F, {side, side});
     cv::boxFilter(weight_, weight_, CV_32F, {side, side});
   }

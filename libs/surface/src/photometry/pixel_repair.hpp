@@ -4,6 +4,9 @@
 
 namespace gelslam::surface::detail {
 
+/// A channel at this level or above is full: JPEG takes a little off white.
+inline constexpr int kFullLevel = 250;
+
 /// Replaces pixels that do not show the gel (own), in two steps.
 /// Wrong values, such as hot or dead pixels and lost bits: a lens blurs what the gel shows over several
 /// pixels, so a value far from the median of its 3x3 neighbors is replaced by that median.

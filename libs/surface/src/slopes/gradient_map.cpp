@@ -4,13 +4,12 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/target_clones.hpp"
-#include "gelslam/surface/slope_map.hpp"
+#include "gelslam/surface/gradient_surface.hpp"
 
 namespace gelslam::surface::detail {
 
 namespace {
 
-constexpr int kTile = kNetworkTile;
 constexpr float kMaxAngleRad = 1.5F;  // keeps tan finite; no gel is steeper
 
 }  // namespace
@@ -61,12 +60,12 @@ void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const 
       if (wanted[u] == 0) continue;
       float* feature = tile_.input.data() + count;
       feature[0] = colors[0][color[u][0]] * to_unit;
-      feature[kTile] = colors[1][color[u][1]] * to_unit;
-      feature[2 * kTile] = colors[2][color[u][2]] * to_unit;
-      feature[3 * kTile] = column_[static_cast<std::size_t>(u)];
-      feature[4 * kTile] = row_[static_cast<std::size_t>(v)];
+      feature[kNetworkTile] = colors[1][color[u][1]] * to_unit;
+      feature[2 * kNetworkTile] = colors[2][color[u][2]] * to_unit;
+      feature[3 * kNetworkTile] = column_[static_cast<std::size_t>(u)];
+      feature[4 * kNetworkTile] = row_[static_cast<std::size_t>(v)];
       pixels_[static_cast<std::size_t>(count)] = v * bgr.cols + u;
-      if (++count == kTile) {
+      if (++count == kNetworkTile) {
         run_tile(count, gx, gy);
         count = 0;
       }
@@ -79,7 +78,7 @@ void GradientMap::run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy) {
   network_forward(model_, tile_);
   tangents(tile_.output);
   const float* const slope_x = tile_.output.data();
-  const float* const slope_y = slope_x + kTile;
+  const float* const slope_y = slope_x + kNetworkTile;
   float* out_x = gx.ptr<float>();
   float* out_y = gy.ptr<float>();
   const float* background_x = background_gx_.ptr<float>();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
@@ -18,9 +19,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormatName = "gelslam gradient model";
 constexpr int kFormatVersion = 1;
-constexpr std::size_t kMaxFileBytes = 4 * 1024 * 1024;
-constexpr std::size_t kMaxTextBytes = 1024 * 1024;  // real ones have 40 KiB
-constexpr double kMaxNumber = 1e6;
 
 const Json& member(const Json& object, const char* name) {
   const auto found = object.is_object() ? object.find(name) : object.end();
@@ -46,7 +44,8 @@ std::vector<float> numbers(const Json& object, const char* name, std::size_t cou
     throw Error(std::string("'") + name + "' does not hold " + std::to_string(count) + " numbers");
   std::vector<float> values;
   for (const Json& value : array)
-    values.push_back(static_cast<float>(number(value, name, -kMaxNumber, kMaxNumber)));
+    values.push_back(static_cast<float>(
+        number(value, name, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max())));
   return values;
 }
 
@@ -85,7 +84,7 @@ CalibrationRecord parse_record(const Json& json) {
 }
 
 ModelFile parse_text(std::string_view text) {
-  if (text.size() > kMaxTextBytes) throw Error("it is larger than 1 MiB, this is no gradient model");
+  if (text.size() > kMaxModelBytes) throw Error("it is larger than 4 MiB, this is no gradient model");
   const Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded()) throw Error("it is damaged (no JSON)");
   const Json& format = member(json, "format");
@@ -142,11 +141,11 @@ ModelFile read_model_file(const std::filesystem::path& path) {
         "gradient model '" + path.string() +
         "' does not exist or is no file (give an nnmodel.pth, or a model that gelslam calibrate wrote)");
   std::ifstream stream(path, std::ios::binary);
-  std::vector<unsigned char> bytes(kMaxFileBytes + 1);
+  std::vector<unsigned char> bytes(kMaxModelBytes + 1);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream.is_open() || stream.bad()) throw Error("gradient model '" + path.string() + "' cannot be read");
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > kMaxFileBytes)
+  if (bytes.size() > kMaxModelBytes)
     throw Error("gradient model '" + path.string() + "' is larger than 4 MiB, this is no gradient model");
   return parse_model_file(bytes, path.string());
 }

@@ -9,9 +9,6 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr std::size_t kMaxPickleBytes = 64 * 1024;
-constexpr std::size_t kMaxTensorDimensions = 4;
-
 // Opcodes of protocol 2 that torch.save writes for a state_dict; no others exist for this reader.
 enum Opcode : unsigned char {
   op_proto = 0x80,
@@ -71,7 +68,7 @@ class PickleMachine {
   explicit PickleMachine(std::span<const unsigned char> bytes) : bytes_(bytes) {}
 
   std::vector<TensorEntry> run() {
-    if (bytes_.size() > kMaxPickleBytes)
+    if (bytes_.size() > kMaxEntryBytes)
       throw Error("data.pkl is larger than 64 KiB, this is no gradient model");
     while (step()) {
     }
@@ -327,9 +324,7 @@ class PickleMachine {
 
   std::vector<std::int64_t> integers(NodeId id) const {
     const Node& node = arena_[id];
-    if (node.kind != Kind::tuple || node.children.size() > kMaxTensorDimensions) {
-      throw Error("data.pkl is damaged (tensor size)");
-    }
+    if (node.kind != Kind::tuple) throw Error("data.pkl is damaged (tensor size)");
     std::vector<std::int64_t> values;
     for (const NodeId child : node.children) {
       if (arena_[child].kind != Kind::integer) throw Error("data.pkl is damaged (tensor size)");

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace gelslam::surface::detail {
+
+/// Largest part of a model file that is read: a layer has at most 64 KiB, real pickles have one.
+inline constexpr std::size_t kMaxEntryBytes = 64 * 1024;
 
 /// One float32 tensor named by a pickled state_dict: where its numbers lie, not the numbers themselves.
 struct TensorEntry {
@@ -18,8 +22,8 @@ struct TensorEntry {
 };
 
 /// Reads the `data.pkl` of a PyTorch state_dict of float32 tensors (pickle protocol 2). Runs no code: it
-/// knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At most 64
-/// KiB.
+/// knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At most
+/// kMaxEntryBytes.
 std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle);
 
 }  // namespace gelslam::surface::detail

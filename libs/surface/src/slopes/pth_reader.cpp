@@ -18,9 +18,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the weights in the file are little-endian");
 
-constexpr std::size_t kMaxPthBytes = 4 * 1024 * 1024;  // real ones have 13 KiB
-constexpr std::size_t kMaxEntryBytes = 64 * 1024;
-
 using Bytes = std::vector<unsigned char>;
 
 struct ArchiveCloser {
@@ -166,11 +163,11 @@ GradientModel read_pth_model(const std::filesystem::path& path) {
     throw Error("gradient model '" + path.string() + "' does not exist or is no file (give an nnmodel.pth)");
   }
   std::ifstream stream(path, std::ios::binary);
-  std::vector<unsigned char> bytes(surface::detail::kMaxPthBytes + 1);
+  std::vector<unsigned char> bytes(kMaxModelBytes + 1);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!stream.is_open() || stream.bad()) throw Error("gradient model '" + path.string() + "' cannot be read");
   bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > surface::detail::kMaxPthBytes) {
+  if (bytes.size() > kMaxModelBytes) {
     throw Error("gradient model '" + path.string() + "' is larger than 4 MiB, this is no gradient model");
   }
   return parse_pth_model(bytes, path.string());

@@ -5,6 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "gelslam/core/median.hpp"
+#include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
 
 namespace gelslam {
@@ -12,8 +14,6 @@ namespace gelslam {
 using namespace surface::detail;
 
 namespace {
-
-constexpr int kRimPx = 21;  // width of the transition from contact to bare gel
 
 /// Median change in height on bare gel: the constant of integration.
 float change_of_bare_gel(const cv::Mat1f& change, const Surface& read, std::vector<float>& scratch) {
@@ -23,9 +23,7 @@ float change_of_bare_gel(const cv::Mat1f& change, const Surface& read, std::vect
     for (int u = 0; u < change.cols; ++u)
       if (!read.contact(v, u) && read.normals(v, u)[2] > kFlatNormalZ) scratch.push_back(change(v, u));
   if (scratch.empty()) scratch.assign(change.begin(), change.end());
-  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(scratch.size() / 2);
-  std::nth_element(scratch.begin(), middle, scratch.end());
-  return *middle;
+  return quantile_in_place(scratch, 0.5);
 }
 
 /// `touched`: 1 in contact, 0 on bare gel, which is flat whatever the place.
@@ -104,7 +102,9 @@ SlopeCorrector::~SlopeCorrector() = default;
 SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& correction) {
   Impl& self = *impl_;
   read.contact.convertTo(self.touched, CV_32F, 1.0 / 255.0);
-  cv::blur(self.touched, self.touched, cv::Size(kRimPx, kRimPx));
+  // From contact to bare gel there is a membrane rim.
+  const int rim_px = 2 * cvRound(kRimLengthMm / (2 * read.pixel_pitch_mm)) + 1;
+  cv::blur(self.touched, self.touched, cv::Size(rim_px, rim_px));
   for (int v = 0; v < read.normals.rows; ++v)
     for (int u = 0; u < read.normals.cols; ++u) {
       const cv::Vec3f& n = read.normals(v, u);

@@ -11,7 +11,7 @@ namespace {
 
 // On rendered presses and scans a network that was trained on ball presses errs by 0.05 rad in the middle, by
 // 0.15 at 3 mm from the border and by 0.3 at 1 mm.
-constexpr double kInnerSigmaRad = 0.05, kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
+constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 
 }  // namespace
 
@@ -23,8 +23,8 @@ SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm) {
     for (int column = 0; column < background_grid.width; ++column) {
       const double u = (column + 0.5) * cell_width, v = (row + 0.5) * cell_height;
       const double to_border_mm = pixel_pitch_mm * std::min({u, v, picture.width - u, picture.height - v});
-      uncertainty.sigma_rad(row, column) =
-          static_cast<float>(kInnerSigmaRad + kBorderSigmaRad * std::exp(-to_border_mm / kBorderLengthMm));
+      uncertainty.sigma_rad(row, column) = static_cast<float>(
+          kBestSlopeSigmaRad + kBorderSigmaRad * std::exp(-to_border_mm / kBorderLengthMm));
     }
   return uncertainty;
 }

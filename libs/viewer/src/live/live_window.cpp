@@ -96,13 +96,16 @@ bool LiveWindow::follow_touch(double dt_s) {
 void LiveWindow::look_at_figures(double now_s) {
   frame_.status = session_.status();
   frame_.words = state_words(frame_.status);
+  // A new scan has a folder of its own.
+  const std::filesystem::path folder = frame_.status.run_folder.empty()
+                                           ? options_.output_folder
+                                           : std::filesystem::path(frame_.status.run_folder);
+  set_picture_folder(folder);
   if (now_s - figures_s_ < kFiguresInterval_s) return;
   figures_s_ = now_s;
-  const std::string& folder =
-      frame_.status.run_folder.empty() ? options_.output_folder.string() : frame_.status.run_folder;
   frame_.stages = session_.stage_times();
   frame_.disk_free_bytes = free_bytes(folder);
-  frame_.output_folder = options_.keeps_run ? folder : "";
+  frame_.output_folder = options_.keeps_run ? folder.string() : "";
   if (frame_.status.phase == LivePhase::finished && options_.keeps_run) frame_.results = files_in(folder);
 }
 
@@ -149,7 +152,7 @@ void LiveWindow::frame_drawn(double now_s) {
     if (export_.valid()) {
       controls_.complain("The last export is still being written.", now_s);
     } else {
-      export_ = export_in_background(scene_.mesh().blocks(), export_path(options_.output_folder, *format));
+      export_ = export_in_background(scene_.mesh().blocks(), export_path(picture_folder(), *format));
     }
   }
   if (export_.valid() && export_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {

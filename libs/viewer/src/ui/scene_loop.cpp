@@ -1,11 +1,10 @@
 #include "ui/scene_loop.hpp"
 
 #include <GLFW/glfw3.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
-
-#include "gelslam/core/text.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
@@ -131,7 +130,7 @@ void SceneLoop::draw_measure(Ui& ui, const Viewport& part, Color ink) const {
     const float length_mm = (measured_mm_[1] - measured_mm_[0]).norm();
     const Eigen::Vector2f middle = 0.5F * (at[0] + at[1]);
     ui.text_at(Face::figure, middle.x() + ui.px(10), middle.y() - ui.px(28), ink,
-               format_text("%.3f mm", static_cast<double>(length_mm)));
+               fmt::format("{:.3f} mm", length_mm));
   }
   for (const Eigen::Vector2f& p : at)
     if (box.contains(static_cast<double>(p.x()), static_cast<double>(p.y()))) {
@@ -159,7 +158,7 @@ void draw_scale_bar(Ui& ui, const Box& view, double mm_per_px, Color ink) {
   ui.fill({x, y, width, thick}, ink);
   for (const float at : {x, x + width - thick}) ui.fill({at, y - tick + thick, thick, tick}, ink);
   ui.text_at(Face::body, x + thick, y - tick - ui.height_of(Face::body), ink,
-             format_text("%.3g mm", length_mm));
+             fmt::format("{:.3g} mm", length_mm));
 }
 
 /// Title, color bar with its ends beside it, and below what else is to be said of the values.
@@ -177,7 +176,7 @@ void draw_legend(Ui& ui, const Box& view, const ColorLegend& legend, Color ink) 
             theme::rgb(r, g, b));
   }
   const std::string unit = legend.unit.empty() ? "" : " " + legend.unit;
-  const auto number = [&unit](float value) { return format_text("%.3g", static_cast<double>(value)) + unit; };
+  const auto number = [&unit](float value) { return fmt::format("{:.3g}{}", value, unit); };
   const float right = bar.x - ui.px(8);
   ui.text_right(Face::small, right, bar.y, ink, number(legend.max));
   ui.text_right(Face::small, right, bar.bottom() - small, ink, number(legend.min));

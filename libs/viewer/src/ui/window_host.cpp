@@ -1,6 +1,7 @@
 #include "gelslam/viewer/window_host.hpp"
 
 #include <epoxy/gl.h>
+#include <fmt/core.h>
 // after epoxy, which replaces the system's GL header
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -16,7 +17,6 @@
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/viewer/ui.hpp"
 
 namespace gelslam::viewer {
@@ -278,8 +278,7 @@ void write_png(const std::filesystem::path& path, const cv::Mat3b& picture) {
 std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,
                                 const std::string& extension) {
   for (int number = 1;; ++number) {
-    const std::filesystem::path path =
-        folder / format_text("%s_%03d.%s", stem.c_str(), number, extension.c_str());
+    const std::filesystem::path path = folder / fmt::format("{}_{:03}.{}", stem, number, extension);
     std::error_code code;
     if (!std::filesystem::exists(path, code)) return path;
   }

@@ -27,10 +27,13 @@ struct PoseGraphEdge {
   bool tentative = false;
 };
 
+/// Two ways to measure one motion contradict each other when they differ by more than this, in standard
+/// deviations of what their edges promise together: so does a loop with a larger residual at the end (an
+/// outlier). Wide: registrations share errors that their information does not contain.
+inline constexpr double kMaxMismatch = 9.0;
+
 struct PoseGraphOptions {
-  int max_iterations = 50;
-  double loop_loss_scale = 3.0;   ///< Cauchy kernel on whitened loop residuals, in standard deviations
-  double outlier_residual = 9.0;  ///< a loop with a larger whitened residual at the end is an outlier
+  double loop_loss_scale = 3.0;  ///< Cauchy kernel on whitened loop residuals, in standard deviations
   /// When outliers remain, solve again from a wide kernel and keep the cheaper answer.
   bool reconsider_outliers = true;
   /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if

@@ -46,7 +46,7 @@ struct PixelPitch {
 /// std::invalid_argument without waves or for a period that is not positive.
 PixelPitch pitch_from_pattern(const std::vector<PatternWave>& waves, double period_mm);
 
-/// Pitch of y over pitch of x, from balls: their contacts are round, and so are their slopes, in millimetres.
+/// Pitch of y over pitch of x, from balls: their contacts are round, and so are their slopes, in millimeters.
 struct PixelAspect {
   double y_over_x = 1.0;
   double uncertainty = 0.0;  ///< standard error over presses

@@ -109,6 +109,9 @@ class Tracker {
                          double time_s) const;
   RegistrationResult register_to(const Reference& reference, const Surface& surface) const;
   bool fits_as_before(const RegistrationResult& registration) const;
+  double usual_innovation_mm(double elapsed_s) const;
+  double longest_step_s() const;
+  void learn_innovation(double innovation_mm, double elapsed_s);
   bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
   RegistrationResult relocalize_on(const Reference& reference, const Surface& surface,
                                    const RegistrationResult& registration);
@@ -140,6 +143,7 @@ class Tracker {
   Pose trial_T_keyframe_ = Pose::Identity();
   TurningPoints turning_points_;
   Tracked previous_;                ///< the last tracked frame of the trial
+  double innovation_variance_ = 0;  ///< running mean square, (mm/s)²
   std::optional<Pending> pending_;  ///< the last frame, if it is not tracked
   Clock clock_;                     ///< none: relocalization may take any time
   double search_share_ = 0;         ///< of the time that passes, that it may take

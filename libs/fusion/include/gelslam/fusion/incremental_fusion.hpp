@@ -9,11 +9,11 @@ namespace gelslam {
 
 struct IncrementalOptions {
   double budget_ms = 8.0;  ///< about how long work() takes
-  /// A patch is moved in the mesh when its pose has changed by more than this since it was put there,
-  double max_translation_mm = 0.02;
-  double max_rotation_rad = 0.00175;  ///< (0.1 degrees)
-  double max_gain_change = 0.005;     ///< or the gradient scale by more than this share. 0: at any change.
-  int warm_blocks = 4096;  ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
+  /// A patch is moved in the mesh when its center or a corner has moved by more than this since it was put
+  /// there,
+  double max_displacement_mm = 0.02;
+  double max_gain_change = 0.005;  ///< or the gradient scale by more than this share. 0: at any change.
+  int warm_blocks = 4096;          ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
 };
 
 /// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are

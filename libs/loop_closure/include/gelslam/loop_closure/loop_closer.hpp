@@ -18,8 +18,9 @@ struct LoopClosureOptions {
   double ransac_threshold_px = 3.0;
   int ransac_iterations = 100;
   int max_candidates = 20;  ///< keyframes that are compared feature by feature, after voting
-  int max_constraints = 6;  ///< per keyframe, the most alike first: more loops to one place add little
-  int max_neighbor_constraints = 2;  ///< besides, to the last 12 keyframes of the same trial
+  /// Per keyframe, the most alike first: more loops to one place add little. Besides, a third as many to the
+  /// last 12 keyframes of the same trial.
+  int max_constraints = 6;
 };
 
 /// A keyframe seen again: `from` is the older one. from_T_to maps the newer keyframe's coordinates into the

@@ -11,8 +11,6 @@ struct NormalFlowOptions {
   int max_samples = 3000;  ///< pixels of the reference
   int max_iterations = 50;
   int min_iterations = 2;
-  double rotation_tolerance_rad = 1e-4;  ///< a step smaller than both ends the registration
-  double translation_tolerance_mm = 1e-2;
   int min_shared_pixels = 10;
   double scr_threshold = 0.3;      ///< least shared curvature ratio
   double ccs_threshold = 0.7;      ///< least curvature cosine similarity
@@ -22,19 +20,18 @@ struct NormalFlowOptions {
   double height_noise_mm = 0.004;          ///< of the mean height over a contact
   /// Relative error of the length of a roll: slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
-  /// Standard deviation of the pose about its start. It decides only along directions that are not
-  /// observable.
-  double prior_rotation_rad = 0.2;
+  /// Standard deviation of the pose about its start (of turns by kMmPerRad). It decides only along directions
+  /// that are not observable.
   double prior_translation_mm = 1.0;
   /// A direction is observable when both surfaces share at least this part of what one of them shows along
   /// it, beyond what noise would share.
   double min_common_share = 0.05;
   double texture_to_follow = 0.35;       ///< texture_correlation above which no direction is fixed
   double gel_pattern_rad_per_mm = 0.12;  ///< change of the normal that may belong to the gel and stay with it
-  double smooth_curvature_per_px = 0.02;  ///< rms; below it the texture is too faint for CCS to mean anything
-  double smooth_normal_rmse_rad = 0.06;   ///< and normals have to agree this well instead
-  double observable_sigma_rad = 0.05;     ///< a motion is observable when it is known better than this
-  double observable_sigma_mm = 0.3;
+  /// Rms; below it the texture is too faint for CCS to mean anything, and normals have to agree within their
+  /// noise instead.
+  double smooth_curvature_per_px = 0.02;
+  double observable_sigma_mm = 0.25;  ///< a motion (a turn by kMmPerRad) is observable when known better
 };
 
 /// What is computed once per keyframe: samples, their points and normals, and the Jacobian, which depends

@@ -8,6 +8,10 @@
 
 namespace gelslam {
 
+/// Where turns and slides are compared, a radian counts as the motion that it causes this far from the axis:
+/// half a contact.
+inline constexpr double kMmPerRad = 5.0;
+
 enum class RegistrationStatus {
   converged,
   too_little_overlap,    ///< the shared contact or its share of curvature (SCR) is too small

@@ -7,14 +7,19 @@
 
 namespace gelslam {
 
+/// The shortest period of a pattern that is looked for. Two shifts closer than this are the same place;
+/// farther than this from where it was expected, a place was not expected at all.
+inline constexpr double kMinPeriodMm = 1.0;
+
 /// Where NormalFlow may start (target_T_reference) when the motion was too large for it to follow: shifts and
 /// twists about that of `expected` at which the two textures agree, at any distance, the best first, with the
 /// tilt that the normals have there. A pattern that repeats itself has many. Empty when the textures are too
 /// faint. Source: own.
-std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected);
+std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
+                                const VerificationOptions& options = {});
 
 /// How far a frame was found from where it was expected (target_T_reference), in mm: by how much its shared
-/// center moved or, if that is more, by how much it turned, 10 degrees counting as 1.0 mm.
+/// center moved or, if that is more, by how much it turned (kMmPerRad).
 double innovation_mm(const RegistrationResult& found, const Pose& expected);
 
 /// Of a step whose innovation is no larger than usual, a place this many times as far is not the right one:

@@ -13,13 +13,14 @@ namespace gelslam {
 struct SlopeSensitivity {
   static constexpr int kTerms = static_cast<int>(SlopeCorrection::kTerms);
   using PerTerm = Eigen::Matrix<double, kTerms, 1>;
+  using TermMatrix = Eigen::Matrix<double, kTerms, kTerms>;
 
   /// With factors larger by d, the registration would find target_T_reference * exp(pose_by_factor * d). The
   /// row of z is zero: heights turn with the slopes that they come from.
   Eigen::Matrix<double, 6, kTerms> pose_by_factor = Eigen::Matrix<double, 6, kTerms>::Zero();
   /// Residual left for the best pose, sum of w |r|² / 2 over normals: -pull' d + d' hessian d / 2. Not
   /// divided by any variance; `weight` is the sum of w.
-  Eigen::Matrix<double, kTerms, kTerms> hessian = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  TermMatrix hessian = TermMatrix::Zero();
   PerTerm pull = PerTerm::Zero();
   double weight = 0;
 };

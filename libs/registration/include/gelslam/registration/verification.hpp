@@ -14,19 +14,17 @@ struct VerificationOptions {
   /// RegistrationResult::texture_correlation. Right places have 0.6 (a pen) to 0.97, wrong ones less than
   /// 0.5.
   double min_texture_correlation = 0.6;
-  double sure_texture_correlation = 0.75;  ///< above it one loop is enough to join two trials
-  /// The least for a place that was only found by searching all shifts: chance has many tries there. With
-  /// 0.75 a jump to another part of an object was taken for a small one.
-  double searched_texture_correlation = 0.85;
+  /// The least for a place that was only found by searching all shifts (chance has many tries there: with
+  /// 0.75 a jump to another part of an object was taken for a small one), and for one loop to join two
+  /// trials.
+  double sure_texture_correlation = 0.85;
   double max_height_rmse_mm = 0.1;  ///< right places have 0.03
   /// Share of either contact that would lie inside gel that the other surface shows untouched.
   double max_free_space_violation = 0.1;
   /// Self-similarity above which a surface shows no place by itself. A cloth or a thread has 0.95, a knurl
-  /// 0.6, other objects less than 0.5.
+  /// 0.6, other objects less than 0.5. On such a surface the place must be known beforehand to less than half
+  /// of the shortest period that self_similarity() looks for, at two standard deviations.
   double max_self_similarity = 0.8;
-  /// On such a surface the place must be known beforehand to less than half of the shortest period that
-  /// self_similarity() looks for, at two standard deviations.
-  double repetition_sigma_mm = 0.25;
 };
 
 /// What was known of a place before the two surfaces were compared. The less it was, the better they have to

@@ -35,7 +35,7 @@ cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, cons
 /// out of range.
 GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options);
 
-/// Both together, for a gel that reaches a millimetre beyond the view on every side, as a real one does.
+/// Both together, for a gel that reaches a millimeter beyond the view on every side, as a real one does.
 GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
                       const GelOptions& options);
 

@@ -27,7 +27,7 @@ std::vector<CatalogueEntry> motion_catalogue();
 /// sensor_T_object for every frame (mm). The support height follows the object so that its deepest point over
 /// the sensor stays near the target indentation, smoothed over a few frames as a hand would; the first frames
 /// press in. The last row of a lifted phase lies clear of the gel. Deterministic. Throws Error for an unknown
-/// name or parameters out of range. `surface`: the object's mesh (a millimetre or finer).
+/// name or parameters out of range. `surface`: the object's mesh (a millimeter or finer).
 std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const Mesh& surface,
                               const SensorGeometry& geometry);
 

@@ -19,7 +19,7 @@ enum class ShapeKind {
   flat,  ///< a face (z = 0, outward +z) larger than the contact: slides and twists, hardly tilts
 };
 
-/// A rigid object in its own frame, millimetres. Immutable and thread-safe.
+/// A rigid object in its own frame, millimeters. Immutable and thread-safe.
 class Shape {
  public:
   virtual ~Shape() = default;
@@ -53,7 +53,7 @@ struct ShapeSpec {
   double size = 1.0;           ///< factor on the object's dimensions, 0.1 .. 10 (not on its texture)
   double texture = 1.0;        ///< factor on the height of its texture, 0 (polished) .. 3
   std::uint64_t seed = 1;      ///< of its texture
-  double mesh_unit_mm = 1000;  ///< millimetres per unit of a mesh file (1000: metres)
+  double mesh_unit_mm = 1000;  ///< millimeters per unit of a mesh file (1000: meters)
 };
 
 struct CatalogueEntry {

@@ -47,7 +47,7 @@ class Simulator {
 
   const ScanSpec& spec() const { return spec_; }
   const Shape& shape() const { return *shape_; }
-  /// The object's surface, object frame, millimetres.
+  /// The object's surface, object frame, millimeters.
   const Mesh& surface() const { return surface_; }
   int contact_start_frame() const { return contact_start_frame_; }
   const Pose& start_T_object() const { return start_T_object_; }

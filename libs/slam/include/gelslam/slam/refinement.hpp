@@ -13,10 +13,6 @@ namespace gelslam {
 
 struct RefinementOptions {
   bool enabled = true;
-  int rounds = 2;
-  /// Keyframe pairs whose patches should overlap by at least this share of the smaller contact are
-  /// registered.
-  double min_overlap = 0.3;
   int max_pairs_per_keyframe = 12;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
@@ -25,6 +26,9 @@ inline const cv::Size background_grid{20, 15};
 
 /// The bare gel as a record keeps it: means of 20x15 cells. `background` must be at least that large.
 cv::Mat3f background_cells(const cv::Mat3b& background);
+
+/// A model file is not larger; an nnmodel.pth has 13 KiB, our own 40.
+inline constexpr std::size_t kMaxModelBytes = 4 * 1024 * 1024;
 
 struct ModelFile {
   GradientModel model;

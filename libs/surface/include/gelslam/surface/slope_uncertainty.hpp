@@ -4,6 +4,9 @@
 
 namespace gelslam {
 
+/// Standard deviation of slopes at the best place of the gel, where nothing else is stated.
+inline constexpr double kBestSlopeSigmaRad = 0.05;
+
 /// Standard deviation (rad) of the slopes that a color model reads, by place on the gel.
 struct SlopeUncertainty {
   cv::Mat1f sigma_rad;  ///< of the cells of a grid over the picture, any size

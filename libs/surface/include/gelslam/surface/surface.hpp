@@ -5,6 +5,9 @@
 
 namespace gelslam {
 
+/// Curvatures are clipped there, 1/pixel: a crease as sharp as the gel shows one.
+inline constexpr float kMaxCurvature = 0.7F;
+
 /// What the gel's surface looks like in one frame. All maps are HxW, continuous, in the sensor frame:
 /// x right, y down, z out of the gel toward the object, origin at the image center on the undeformed gel.
 /// Pixel (u,v) lies at x = (u - W/2 + 1/2) * pitch, y = (v - H/2 + 1/2) * pitch.
@@ -15,7 +18,8 @@ struct Surface {
   /// Information that the normals carry, 255 (slope_sigma_rad / sigma)², at least 1 in contact and 0
   /// elsewhere; empty: the same all over the contact.
   cv::Mat1b confidence;
-  cv::Mat1f curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-0.7
+  cv::Mat1f
+      curvature;  ///< smoothed Laplacian of height (1/pixel), 0 outside contact, clipped to +-kMaxCurvature
   double pixel_pitch_mm = 0.0634;
   int contact_pixels = 0;  ///< number of set pixels in `contact`
   /// Bare gel was seen, so that height 0 is where it lies. Else heights are right among themselves only.

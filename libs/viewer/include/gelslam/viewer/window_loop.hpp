@@ -68,6 +68,8 @@ class WindowLoop {
 
   void set_view(const Box& view) { view_ = view; }
   void draw_again() { draw_next_ = true; }
+  const std::filesystem::path& picture_folder() const { return options_.picture_folder; }
+  void set_picture_folder(const std::filesystem::path& folder) { options_.picture_folder = folder; }
 
  private:
   void handle_input(double now_s);
