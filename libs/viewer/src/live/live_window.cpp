@@ -104,6 +104,9 @@ void LiveWindow::look_at_figures(double now_s) {
   if (now_s - figures_s_ < kFiguresInterval_s) return;
   figures_s_ = now_s;
   frame_.stages = session_.stage_times();
+  // The parts of a stage are for report.json.
+  std::erase_if(frame_.stages,
+                [](const StageStatistics& stage) { return stage.stage.find('/') != std::string::npos; });
   frame_.disk_free_bytes = free_bytes(folder);
   frame_.output_folder = options_.keeps_run ? folder.string() : "";
   if (frame_.status.phase == LivePhase::finished && options_.keeps_run) frame_.results = files_in(folder);
