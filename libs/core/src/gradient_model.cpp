@@ -88,6 +88,22 @@ GELSLAM_NETWORK_KERNEL void network_forward(const GradientModel& n, NetworkTile&
   multiply<2, 32, 32, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
 }
 
+GELSLAM_NETWORK_KERNEL void network_jacobian(const GradientModel& n, const NetworkTile& t,
+                                             NetworkJacobian& jacobian) {
+  alignas(64) float upper[32 * kTile];
+  alignas(64) float lower[32 * kTile];
+  for (std::size_t o = 0; o < 2; ++o) {
+    for (std::size_t k = 0; k < 32; ++k)
+      for (int p = 0; p < kTile; ++p) upper[static_cast<int>(k) * kTile + p] = n.weight(3)[o * 32 + k];
+    rectify_derivative(t.hidden[2].data(), upper);
+    multiply<32, 32, 1, 32, false>(n.weight(2).data(), nullptr, upper, lower);
+    rectify_derivative(t.hidden[1].data(), lower);
+    multiply<32, 32, 1, 32, false>(n.weight(1).data(), nullptr, lower, upper);
+    rectify_derivative(t.hidden[0].data(), upper);
+    multiply<5, 32, 1, 5, false>(n.weight(0).data(), nullptr, upper, jacobian.of_output[o].data());
+  }
+}
+
 GELSLAM_NETWORK_KERNEL void network_backward(const GradientModel& n, const NetworkTile& t,
                                              const NetworkTile::Values<2>& d_output, GradientModel& g) {
   alignas(64) float upper[32 * kTile];

@@ -75,16 +75,25 @@ ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
 
 double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
   const double floor_mm = std::max(kLeastLimitMm, static_cast<double>(kScattersAboveGel * scatter_mm));
+  // Holds the deepest pixels seen so far; `bound` is the least deep of them once they are enough.
+  constexpr std::size_t room = 1024, kept = kFewPixels + 1;
   scratch_.clear();
-  for (int v = 0; v < height_mm.rows; ++v) {
+  float bound = static_cast<float>(-floor_mm);
+  const auto keep_deepest = [&] {
+    if (scratch_.size() <= kept) return;
+    std::nth_element(scratch_.begin(), scratch_.begin() + kFewPixels, scratch_.end());
+    scratch_.resize(kept);
+    bound = scratch_.back();
+  };
+  for (int v = 0; v < height_mm.rows; ++v)
     for (const float* height = height_mm[v]; height != height_mm[v] + height_mm.cols; ++height) {
-      if (*height < -floor_mm) scratch_.push_back(*height);
+      if (*height >= bound) continue;
+      scratch_.push_back(*height);
+      if (scratch_.size() == room) keep_deepest();
     }
-  }
   if (scratch_.empty()) return floor_mm;
-  const std::size_t rank = std::min<std::size_t>(kFewPixels, scratch_.size() - 1);
-  std::nth_element(scratch_.begin(), scratch_.begin() + static_cast<std::ptrdiff_t>(rank), scratch_.end());
-  const double depth_mm = -static_cast<double>(scratch_[rank]);
+  keep_deepest();
+  const double depth_mm = -static_cast<double>(*std::max_element(scratch_.begin(), scratch_.end()));
   const double cap_mm = std::max(rule_.height_threshold_mm, kDeepShare * depth_mm);
   return std::min(cap_mm, std::max(floor_mm, kDepthShare * depth_mm));
 }

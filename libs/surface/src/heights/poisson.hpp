@@ -1,8 +1,30 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace gelslam::surface::detail {
+
+/// Cosine transform of the rows of an image and its inverse (Lee, IEEE Trans. ASSP 1984), eight rows at once.
+class RowTransform {
+ public:
+  explicit RowTransform(int length);
+  /// X_k = sum_i x_i cos(pi (i + 1/2) k / length). Images are as wide as that.
+  void forward(const cv::Mat1f& rows, cv::Mat1f& spectrum);
+  void inverse(const cv::Mat1f& spectrum, cv::Mat1f& rows);
+
+ private:
+  static constexpr int kLanes = 8;
+  typedef float Lanes __attribute__((vector_size(32), may_alias));
+  void forward_lanes(Lanes* x, Lanes* room, std::size_t n, const float* secant) const;
+  void inverse_lanes(Lanes* x, Lanes* room, std::size_t n, const float* secant) const;
+  template <class Transform>
+  void each_group(const cv::Mat1f& from, cv::Mat1f& to, const Transform& transform);
+
+  std::size_t length_, odd_;  // odd_: where halving ends
+  cv::Mat1f data_;            // eight rows, transposed, and as much room; OpenCV aligns it
+  std::vector<float> secants_, cosines_;
+};
 
 /// Least-squares height from gradients on a grid, with Neumann (free) borders: the discrete Poisson equation
 /// solved exactly, by the cosine transform along rows and a tridiagonal system per frequency along columns.
@@ -25,6 +47,7 @@ class PoissonSolver {
   void solve_columns();
 
   cv::Size size_;
+  RowTransform transform_;
   cv::Mat1f pivot_;  // inverse pivots of the tridiagonal systems, one column per frequency
   cv::Mat1f source_, spectrum_, height_;
 };

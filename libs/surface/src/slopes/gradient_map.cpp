@@ -1,33 +1,46 @@
 #include "slopes/gradient_map.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/target_clones.hpp"
 #include "gelslam/surface/gradient_surface.hpp"
+#include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
 
 namespace {
 
 constexpr float kMaxAngleRad = 1.5F;  // keeps tan finite; no gel is steeper
+// Range of a color within a block up to which the network is taken to be linear there.
+constexpr int kSmoothLevels = 10;
+
+// Eight floats at once; the compiler splits or joins them for the instruction set.
+typedef float Lanes __attribute__((vector_size(32)));
+constexpr std::size_t kLanes = 8;
 
 }  // namespace
 
 // By the power series of sine and cosine, without branches or calls.
 GELSLAM_TARGET_CLONES("avx512f", "fma", "default")
 void tangents(NetworkTile::Values<2>& angles_rad) {
-  for (float& value : angles_rad) {
-    const float x = std::min(std::max(value, -kMaxAngleRad), kMaxAngleRad);
-    const float s = x * x;
-    const float sine =
-        x *
-        (1.0F + s * (-1.0F / 6 + s * (1.0F / 120 + s * (-1.0F / 5040 + s * (1.0F / 362880 - s / 39916800)))));
-    const float cosine =
+  for (std::size_t first = 0; first < angles_rad.size(); first += kLanes) {
+    Lanes x;
+    std::memcpy(&x, angles_rad.data() + first, sizeof x);
+    const Lanes limit = Lanes{} + kMaxAngleRad;
+    x = x < -limit ? -limit : x;
+    x = x > limit ? limit : x;
+    const Lanes s = x * x;
+    const Lanes sine =
+        x * (1.0F + s * (-1.0F / 6 + s * (1.0F / 120 +
+                                          s * (-1.0F / 5040 + s * (1.0F / 362880 - s * (1.0F / 39916800))))));
+    const Lanes cosine =
         1.0F +
-        s * (-0.5F + s * (1.0F / 24 +
-                          s * (-1.0F / 720 + s * (1.0F / 40320 + s * (-1.0F / 3628800 + s / 479001600)))));
-    value = sine / cosine;
+        s * (-0.5F + s * (1.0F / 24 + s * (-1.0F / 720 + s * (1.0F / 40320 + s * (-1.0F / 3628800 +
+                                                                                  s * (1.0F / 479001600))))));
+    x = sine / cosine;
+    std::memcpy(angles_rad.data() + first, &x, sizeof x);
   }
 }
 
@@ -51,40 +64,150 @@ void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const 
   gy.create(bgr.size());
   gx.setTo(0.0F);
   gy.setTo(0.0F);
+  gx_ = gx;
+  gy_ = gy;
+  sort_blocks(bgr, where);
+  run_smooth(bgr, colors, where);
+  run_rough(bgr, colors);
+}
+
+/// By the range of each color within a block.
+void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& where) {
+  smooth_.clear();
+  rough_.clear();
+  const auto channels = static_cast<std::size_t>(3 * bgr.cols);
+  least_.resize(channels);
+  most_.resize(channels);
+  for (int top = 0; top < bgr.rows; top += block_px) {
+    const int height = std::min(block_px, bgr.rows - top);
+    std::copy_n(bgr[top]->val, channels, least_.begin());
+    std::copy_n(bgr[top]->val, channels, most_.begin());
+    for (int v = top + 1; v < top + height; ++v) {
+      const unsigned char* value = bgr[v]->val;
+      unsigned char *least = least_.data(), *most = most_.data();
+      for (std::size_t i = 0; i < channels; ++i) {
+        least[i] = std::min(least[i], value[i]);
+        most[i] = std::max(most[i], value[i]);
+      }
+    }
+    for (int left = 0; left < bgr.cols; left += block_px) {
+      const int width = std::min(block_px, bgr.cols - left);
+      bool wanted = false;
+      for (int v = top; v < top + height; ++v)
+        for (int u = left; u < left + width; ++u) wanted |= where(v, u) != 0;
+      if (!wanted) continue;
+      if (width == block_px && height == block_px && color_range(left) <= kSmoothLevels) {
+        smooth_.emplace_back(left, top);
+        continue;
+      }
+      for (int v = top; v < top + height; ++v)
+        for (int u = left; u < left + width; ++u)
+          if (where(v, u) != 0) rough_.emplace_back(u, v);
+    }
+  }
+}
+
+/// The largest of the three, of a whole block in the row of blocks that `least_` and `most_` describe.
+int GradientMap::color_range(int left) const {
+  int range = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    unsigned char least = 255, most = 0;
+    for (std::size_t u = 0; u < block_px; ++u) {
+      const std::size_t i = 3 * (static_cast<std::size_t>(left) + u) + c;
+      least = std::min(least, least_[i]);
+      most = std::max(most, most_[i]);
+    }
+    range = std::max(range, most - least);
+  }
+  return range;
+}
+
+/// At the mean color and the middle of each block, and from there along the derivatives.
+void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where) {
   constexpr float to_unit = 1.0F / 255.0F;
-  int count = 0;
-  for (int v = 0; v < bgr.rows; ++v) {
-    const unsigned char* wanted = where[v];
-    const cv::Vec3b* color = bgr[v];
-    for (int u = 0; u < bgr.cols; ++u) {
-      if (wanted[u] == 0) continue;
-      float* feature = tile_.input.data() + count;
-      feature[0] = colors[0][color[u][0]] * to_unit;
-      feature[kNetworkTile] = colors[1][color[u][1]] * to_unit;
-      feature[2 * kNetworkTile] = colors[2][color[u][2]] * to_unit;
-      feature[3 * kNetworkTile] = column_[static_cast<std::size_t>(u)];
-      feature[4 * kNetworkTile] = row_[static_cast<std::size_t>(v)];
-      pixels_[static_cast<std::size_t>(count)] = v * bgr.cols + u;
-      if (++count == kNetworkTile) {
-        run_tile(count, gx, gy);
+  constexpr int area = block_px * block_px;
+  std::array<std::array<float, 256>, 3> unit;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t value = 0; value < 256; ++value) unit[c][value] = colors[c][value] * to_unit;
+  for (std::size_t first = 0; first < smooth_.size(); first += kNetworkTile) {
+    const int blocks = static_cast<int>(std::min<std::size_t>(kNetworkTile, smooth_.size() - first));
+    const auto corner = [&](int i) { return smooth_[first + static_cast<std::size_t>(i)]; };
+    for (int i = 0; i < blocks; ++i) {
+      const auto [left, top] = corner(i);
+      std::array<float, 3> sum{};
+      for (int v = top; v < top + block_px; ++v)
+        for (int u = left; u < left + block_px; ++u)
+          for (std::size_t c = 0; c < 3; ++c) sum[c] += unit[c][bgr(v, u)[static_cast<int>(c)]];
+      float* feature = tile_.input.data() + i;
+      for (std::size_t c = 0; c < 3; ++c) feature[c * kNetworkTile] = sum[c] / area;
+      const auto u = static_cast<std::size_t>(left), v = static_cast<std::size_t>(top);
+      feature[3 * kNetworkTile] = 0.5F * (column_[u] + column_[u + block_px - 1]);
+      feature[4 * kNetworkTile] = 0.5F * (row_[v] + row_[v + block_px - 1]);
+    }
+    network_forward(model_, tile_);
+    network_jacobian(model_, tile_, jacobian_);
+    int count = 0;
+    for (int i = 0; i < blocks; ++i) {
+      const auto [left, top] = corner(i);
+      const float* middle = tile_.input.data() + i;
+      for (std::size_t o = 0; o < 2; ++o) {
+        const float* by = jacobian_.of_output[o].data() + i;
+        const float at_middle = tile_.output[o * kNetworkTile + static_cast<std::size_t>(i)];
+        float* angle = angles_.data() + o * kNetworkTile + static_cast<std::size_t>(count);
+        for (int v = top; v < top + block_px; ++v)
+          for (int u = left; u < left + block_px; ++u) {
+            const cv::Vec3b& color = bgr(v, u);
+            *angle++ =
+                at_middle + by[0] * (unit[0][color[0]] - middle[0]) +
+                by[kNetworkTile] * (unit[1][color[1]] - middle[kNetworkTile]) +
+                by[2 * kNetworkTile] * (unit[2][color[2]] - middle[2 * kNetworkTile]) +
+                by[3 * kNetworkTile] * (column_[static_cast<std::size_t>(u)] - middle[3 * kNetworkTile]) +
+                by[4 * kNetworkTile] * (row_[static_cast<std::size_t>(v)] - middle[4 * kNetworkTile]);
+          }
+      }
+      for (int v = top; v < top + block_px; ++v)
+        for (int u = left; u < left + block_px; ++u)
+          pixels_[static_cast<std::size_t>(count++)] = where(v, u) != 0 ? v * bgr.cols + u : -1;
+      if (count == kNetworkTile || i + 1 == blocks) {
+        write_slopes(count);
         count = 0;
       }
     }
   }
-  if (count > 0) run_tile(count, gx, gy);
 }
 
-void GradientMap::run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy) {
-  network_forward(model_, tile_);
-  tangents(tile_.output);
-  const float* const slope_x = tile_.output.data();
+void GradientMap::run_rough(const cv::Mat3b& bgr, const ColorTable& colors) {
+  constexpr float to_unit = 1.0F / 255.0F;
+  for (std::size_t first = 0; first < rough_.size(); first += kNetworkTile) {
+    const std::size_t count = std::min<std::size_t>(kNetworkTile, rough_.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto [u, v] = rough_[first + i];
+      const cv::Vec3b& color = bgr(v, u);
+      float* feature = tile_.input.data() + i;
+      feature[0] = colors[0][color[0]] * to_unit;
+      feature[kNetworkTile] = colors[1][color[1]] * to_unit;
+      feature[2 * kNetworkTile] = colors[2][color[2]] * to_unit;
+      feature[3 * kNetworkTile] = column_[static_cast<std::size_t>(u)];
+      feature[4 * kNetworkTile] = row_[static_cast<std::size_t>(v)];
+      pixels_[i] = v * bgr.cols + u;
+    }
+    network_forward(model_, tile_);
+    angles_ = tile_.output;
+    write_slopes(static_cast<int>(count));
+  }
+}
+
+void GradientMap::write_slopes(int count) {
+  tangents(angles_);
+  const float* const slope_x = angles_.data();
   const float* const slope_y = slope_x + kNetworkTile;
-  float* out_x = gx.ptr<float>();
-  float* out_y = gy.ptr<float>();
+  float* out_x = gx_.ptr<float>();
+  float* out_y = gy_.ptr<float>();
   const float* background_x = background_gx_.ptr<float>();
   const float* background_y = background_gy_.ptr<float>();
   for (int i = 0; i < count; ++i) {
     const int pixel = pixels_[static_cast<std::size_t>(i)];
+    if (pixel < 0) continue;
     out_x[pixel] = slope_x[i] - background_x[pixel];
     out_y[pixel] = slope_y[i] - background_y[pixel];
   }

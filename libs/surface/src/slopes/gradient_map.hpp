@@ -16,7 +16,9 @@ inline constexpr double kBareSlope = 0.105;
 /// Slope angles to slopes, in place: tan with a relative error below 1e-6; angles are limited to 1.5 rad.
 void tangents(NetworkTile::Values<2>& angles_rad);
 
-/// Gradient of the gel's height over a whole image, relative to the background image.
+/// Gradient of the gel's height over a whole image, relative to the background image. In a block of 4x4
+/// pixels of nearly the same color the network is evaluated once, with its derivatives: it is linear but for
+/// the few ReLUs that switch within the block.
 class GradientMap {
  public:
   GradientMap(const GradientModel& model, const cv::Mat3b& background);
@@ -32,13 +34,22 @@ class GradientMap {
   const cv::Mat1f& background_gy() const { return background_gy_; }
 
  private:
-  void run_tile(int count, cv::Mat1f& gx, cv::Mat1f& gy);
+  void sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& where);
+  int color_range(int left) const;
+  void run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where);
+  void run_rough(const cv::Mat3b& bgr, const ColorTable& colors);
+  void write_slopes(int count);
 
   GradientModel model_;
   std::vector<float> column_, row_;  // u/W, v/H
   cv::Mat1f background_gx_, background_gy_;
+  cv::Mat1f gx_, gy_;                        // the result of compute()
+  std::vector<cv::Point> smooth_, rough_;    // first pixels of smooth blocks; pixels of all others
+  std::vector<unsigned char> least_, most_;  // values of a row of blocks, by column
   NetworkTile tile_;
-  std::array<int, kNetworkTile> pixels_{};  // where the tile's pixels lie
+  NetworkJacobian jacobian_;
+  alignas(64) NetworkTile::Values<2> angles_{};
+  std::array<int, kNetworkTile> pixels_{};  // where the angles belong
 };
 
 }  // namespace gelslam::surface::detail

@@ -60,6 +60,12 @@ struct alignas(64) NetworkTile {
 /// operations in the same order: its result does not depend on its place in the tile.
 void network_forward(const GradientModel& network, NetworkTile& tile);
 
+/// Derivatives of both outputs by the inputs, after network_forward.
+struct alignas(64) NetworkJacobian {
+  std::array<NetworkTile::Values<5>, 2> of_output{};
+};
+void network_jacobian(const GradientModel& network, const NetworkTile& tile, NetworkJacobian& jacobian);
+
 /// Adds the derivatives of a loss by the network's numbers; `d_output` holds its derivatives by the outputs.
 void network_backward(const GradientModel& network, const NetworkTile& tile,
                       const NetworkTile::Values<2>& d_output, GradientModel& gradient);
