@@ -4,6 +4,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <random>
@@ -14,6 +15,7 @@
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"
 #include "slopes/gradient_map.hpp"
+#include "studies/simulated_frames.hpp"
 
 namespace gelslam {
 namespace {
@@ -84,6 +86,61 @@ void gradient(benchmark::State& state) {
   }
 }
 
+/// Network and tangent of one pixel in double precision.
+cv::Vec2d slopes_in_double(const GradientModel& model, std::vector<double> values) {
+  for (std::size_t layer = 0; layer < GradientModel::kLayers; ++layer) {
+    std::vector<double> next;
+    for (std::size_t o = 0; o < GradientModel::outputs(layer); ++o) {
+      double sum = static_cast<double>(model.bias(layer)[o]);
+      for (std::size_t i = 0; i < values.size(); ++i)
+        sum += static_cast<double>(model.weight(layer)[o * values.size() + i]) * values[i];
+      next.push_back(layer + 1 < GradientModel::kLayers ? std::max(sum, 0.0) : sum);
+    }
+    values = std::move(next);
+  }
+  return {std::tan(values[0]), std::tan(values[1])};
+}
+
+/// A frame of a simulated scan, everywhere. Range 0: in double precision; 1: as the program does it.
+/// Counters: by how much its slopes differ.
+void network_everywhere(benchmark::State& state) {
+  const lab::SimulatedFrames& frames = lab::simulated_frames();
+  const cv::Mat3b& image = frames.pictures.front();
+  GradientMap map(frames.model, frames.background);
+  const ColorTable colors = color_table(Light{});
+  const cv::Mat1b everywhere(image.size(), static_cast<uchar>(255));
+  cv::Mat1f gx, gy;
+  map.compute(image, colors, everywhere, gx, gy);
+  cv::Mat2d exact(image.size());
+  for (auto _ : state) {
+    if (state.range(0) != 0)
+      map.compute(image, colors, everywhere, gx, gy);
+    else
+      for (int v = 0; v < image.rows; ++v)
+        for (int u = 0; u < image.cols; ++u) {
+          const cv::Vec3b color = image(v, u);
+          exact(v, u) = slopes_in_double(
+              frames.model, {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0,
+                             static_cast<double>(u) / image.cols, static_cast<double>(v) / image.rows});
+        }
+    benchmark::DoNotOptimize(gx.data);
+    benchmark::DoNotOptimize(exact.data);
+  }
+  if (state.range(0) != 0) return;
+  double squares = 0, largest = 0;
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u) {
+      const cv::Vec2d background(static_cast<double>(map.background_gx()(v, u)),
+                                 static_cast<double>(map.background_gy()(v, u)));
+      const cv::Vec2d slopes(static_cast<double>(gx(v, u)), static_cast<double>(gy(v, u)));
+      const cv::Vec2d difference = slopes + background - exact(v, u);
+      squares += difference.dot(difference) / 2;
+      largest = std::max({largest, std::abs(difference[0]), std::abs(difference[1])});
+    }
+  state.counters["slope_rms"] = std::sqrt(squares / static_cast<double>(image.total()));
+  state.counters["slope_max"] = largest;
+}
+
 void poisson(benchmark::State& state) {
   PoissonSolver solver(cv::Size(width_px, height_px));
   const cv::Mat1f gx(height_px, width_px, 0.1F), gy(height_px, width_px, -0.1F);
@@ -118,6 +175,12 @@ BENCHMARK(gradient)
     ->Arg(25)
     ->Arg(50)
     ->Arg(100)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(network_everywhere)
+    ->Name("surface/network_everywhere")
+    ->ArgName("program")
+    ->Arg(0)
+    ->Arg(1)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(poisson)->Name("surface/poisson")->Unit(benchmark::kMillisecond);
 BENCHMARK(whole_estimate)
