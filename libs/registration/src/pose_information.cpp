@@ -8,10 +8,12 @@ namespace gelslam::registration::detail {
 namespace {
 
 // Errors that grow with the motion; root mean squares over simulated sequences.
-constexpr double kOtherAxisShare = 0.3;  // of the gain's error, from tilting about the other axis
-constexpr double kUnevenPerMm = 0.0025;  // tilt (rad), slide and depth (mm) per mm of sliding: the model's
-                                         // unevenness over the gel
-constexpr double kLeakPerTilt = 0.005;   // twist and slide (by kMmPerRad) per tilt
+constexpr double kOtherAxisShare = 0.3;   // of the gain's error, from tilting about the other axis
+constexpr double kTiltRadPerMm = 0.0025;  // the model's unevenness over the gel, from sliding
+constexpr double kTwistPerTilt = 0.007;
+constexpr double kSlideMmPerTiltRad = 0.02;
+constexpr double kSlidePerSlide = 0.0015;
+constexpr double kDepthPerSlide = 0.005;
 
 /// The motion of the shared center from the reference to the target, in the reference's axes.
 struct CenterMotion {
@@ -32,13 +34,13 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_shown, const Norma
   const double slide = std::max(motion.slide_mm(), all_shown ? 0.0 : options.prior_translation_mm);
   const auto tilt_sigma = [&](double about, double other) {
     return std::hypot(options.gradient_scale_error * std::hypot(about, kOtherAxisShare * other),
-                      kUnevenPerMm * slide);
+                      kTiltRadPerMm * slide);
   };
-  const double slide_sigma = std::hypot(kMmPerRad * kLeakPerTilt * tilt, kUnevenPerMm * slide);
+  const double slide_sigma = std::hypot(kSlideMmPerTiltRad * tilt, kSlidePerSlide * slide);
   Vector6d sigma;
   sigma << tilt_sigma(motion.turn_rad.x(), motion.turn_rad.y()),
-      tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kLeakPerTilt * tilt, slide_sigma, slide_sigma,
-      std::hypot(options.gradient_scale_error * motion.shift_mm.z(), kUnevenPerMm * slide);
+      tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kTwistPerTilt * tilt, slide_sigma, slide_sigma,
+      std::hypot(options.gradient_scale_error * motion.shift_mm.z(), kDepthPerSlide * slide);
   return sigma.cwiseAbs2();
 }
 
