@@ -30,12 +30,15 @@ Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 Json gains_to_json(const ModelCheck& check) {
   Json ninths = Json::array(), slopes = Json::array();
   for (const SlopeSums& ninth : check.gains.ninths)
-    ninths.push_back(
-        {{"gain_x", finite(ninth.gain_x())}, {"gain_y", finite(ninth.gain_y())}, {"pixels", ninth.pixels}});
+    ninths.push_back({{"gain_x", finite(ninth.gain_x())},
+                      {"gain_y", finite(ninth.gain_y())},
+                      {"error_over_sigma", finite(ninth.z())},
+                      {"pixels", ninth.pixels}});
   for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k)
     slopes.push_back({{"slope_to", SlopeStatistics::slope_limits[k]},
                       {"gain", finite(check.gains.by_slope[k].gain())},
                       {"error_deg", finite(check.errors.by_slope[k].mean_abs_error_deg())},
+                      {"error_over_sigma", finite(check.gains.by_slope[k].z())},
                       {"pixels", check.gains.by_slope[k].pixels}});
   return {{"x", finite(check.gains.all.gain_x())},
           {"y", finite(check.gains.all.gain_y())},
@@ -89,6 +92,16 @@ void print_for_people(const ModelCheck& check) {
     std::printf(ninth.pixels > 0.0 ? "  %.3f/%.3f" : "  no press   ", ninth.gain_x(), ninth.gain_y());
     if (k % 3 == 2) std::printf("\n");
   }
+  std::printf("error over stated sigma (1: honest) by place:\n");
+  for (std::size_t k = 0; k < 9; ++k) {
+    const SlopeSums& ninth = check.gains.ninths[k];
+    std::printf(ninth.pixels > 0.0 ? "  %.2f" : "  no press", ninth.z());
+    if (k % 3 == 2) std::printf("\n");
+  }
+  std::printf("by steepness:");
+  for (const SlopeSums& slopes : check.gains.by_slope)
+    if (slopes.pixels > 0.0) std::printf("  %.2f", slopes.z());
+  std::printf("\n");
   for (const DiameterCheck& ball : check.diameters)
     std::printf("ball of %.2f mm: median radius %.3f mm (%+.1f %%) over %zu presses\n", ball.diameter_mm,
                 ball.median_radius_mm, 100.0 * ball.radius_error(), ball.presses);

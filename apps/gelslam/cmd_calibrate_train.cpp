@@ -73,8 +73,9 @@ int run_train(TrainArguments arguments) {
   ModelTraining training{arguments.presses.pitch_mm, arguments.seed, {}};
   if (arguments.published) training.recipe = published_recipe();
   if (arguments.steps > 0) training.recipe.steps = arguments.steps;
-  const GradientModel model =
-      train_model(set, zones.zones, training, *progress, [&] { return interrupt.requested(); });
+  const auto stop = [&] { return interrupt.requested(); };
+  GradientModel model = train_model(set, zones.zones, training, *progress, stop);
+  model.sigma_rad = held_out_sigma_rad(set, zones.zones, training, *progress, stop);
   progress->begin("checking", static_cast<std::int64_t>(zones.zones.size()));
   const ModelCheck check =
       check_model(model, set, zones.zones, arguments.presses.pitch_mm, [&](std::size_t done) {
@@ -113,7 +114,7 @@ void add_calibrate_train_command(CLI::App& calibrate, int& exit_code) {
   command->add_option("--seed", arguments->seed, "Seed of all random numbers")->capture_default_str();
   command
       ->add_option("--steps", arguments->steps,
-                   "Training steps (default 12000, about 15 s; fewer: quicker, worse)")
+                   "Training steps (default 12000, about 30 s; fewer: quicker, worse)")
       ->check(CLI::Range(1, 1'000'000));
   command->add_flag("--automatic", arguments->automatic,
                     "Label presses that have no label, for this run only");

@@ -14,6 +14,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/surface/gradient_surface.hpp"
+#include "gelslam/surface/slope_uncertainty.hpp"
 #include "simulated_presses.hpp"
 #include "training/gain_field.hpp"
 
@@ -96,7 +97,7 @@ SlopeSums against_the_truth(const GradientModel& model, const SimulatedPresses& 
         if (std::hypot(u - press.center_px.x, v - press.center_px.y) > press.radius_px - 2.0) continue;
         const cv::Vec2f truth = press.gel.slope(v, u);
         sums.add({static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
-                 {static_cast<double>(truth[0]), static_cast<double>(truth[1])});
+                 {static_cast<double>(truth[0]), static_cast<double>(truth[1])}, kBestSlopeSigmaRad);
       }
   }
   return sums;
@@ -117,6 +118,32 @@ TEST(TrainModel, ReadsUnseenBallsFromPicturesAlone) {
   for (const DiameterCheck& ball : check.diameters)
     EXPECT_NEAR(ball.radius_error(), 0.0, 0.05) << ball.diameter_mm;
   EXPECT_NE(check.verdict, Verdict::recalibrate);
+}
+
+// Where no press was, the default stays; in the middle of the gel a model that was trained knows better.
+TEST(HeldOutSigma, IsMeasuredWherePressesAreAndTheDefaultElsewhere) {
+  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  std::vector<BallZone> left;  // none on the right half of the gel
+  for (const BallZone& zone : zones.zones)
+    if (zone.u_px + zone.radius_px < 0.5 * set.background.cols) left.push_back(zone);
+  ASSERT_GT(left.size(), 2U);
+  NoProgress quiet;
+  const std::vector<float> sigma =
+      held_out_sigma_rad(set, left, {pitch_mm, 1, short_recipe(600)}, quiet, [] { return false; });
+  const cv::Mat1f standard = default_uncertainty(set.background.size(), pitch_mm).sigma_rad;
+  ASSERT_EQ(sigma.size(), standard.total());
+  int lower = 0;
+  for (int row = 0; row < standard.rows; ++row)
+    for (int column = 0; column < standard.cols; ++column) {
+      const float measured = sigma[static_cast<std::size_t>(row * standard.cols + column)];
+      if (2 * column >= standard.cols) {
+        EXPECT_NEAR(measured, standard(row, column), 1e-4);
+      } else {
+        lower += measured < 0.8F * standard(row, column);
+      }
+    }
+  EXPECT_GT(lower, 10);
 }
 
 TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {

@@ -62,6 +62,23 @@ TEST(ModelFile, ComesBackExactly) {
   EXPECT_LT(cv::norm(read.record->background_cells, written.record->background_cells, cv::NORM_INF), 0.006);
 }
 
+TEST(ModelFile, KeepsTheUncertaintyAndReadsFilesWithout) {
+  const TemporaryFolder folder;
+  ModelFile written = some_file();
+  write_model_file(folder / "old.json", written);
+  EXPECT_TRUE(read_model(folder / "old.json").sigma_rad.empty());
+  for (int k = 0; k < GradientModel::kSigmaColumns * GradientModel::kSigmaRows; ++k)
+    written.model.sigma_rad.push_back(0.02F + 0.001F * static_cast<float>(k));
+  write_model_file(folder / "model.json", written);
+  const std::vector<float> read = read_model(folder / "model.json").sigma_rad;
+  ASSERT_EQ(read.size(), written.model.sigma_rad.size());
+  for (std::size_t k = 0; k < read.size(); ++k)
+    EXPECT_NEAR(read[k], written.model.sigma_rad[k], 6e-5) << "kept to a ten-thousandth";
+  written.model.sigma_rad[7] = -1;
+  write_model_file(folder / "bad.json", written);
+  EXPECT_THAT(message_of<Error>([&] { read_model(folder / "bad.json"); }), HasSubstr("slope_sigma_rad"));
+}
+
 TEST(ModelFile, ReadsBothKindsByContentNotByName) {
   const TemporaryFolder folder;
   const ModelFile written = some_file();

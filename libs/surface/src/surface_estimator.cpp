@@ -56,7 +56,7 @@ struct SurfaceEstimator::Impl {
         light_tracker(background_blocks, true),
         gradient(model, pixels.background()),
         poisson(size),
-        confidence(confidence_map(default_uncertainty(size, options.pixel_pitch_mm), size)),
+        confidence(confidence_map(uncertainty_of(model, size, options.pixel_pitch_mm), size)),
         leveler(size, confidence),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
         changed(size, static_cast<unsigned char>(0)),

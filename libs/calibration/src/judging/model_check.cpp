@@ -95,7 +95,7 @@ class CellMap {
     for (const ZoneReading& pixel : pixels)
       cells_[static_cast<std::size_t>(pixel.v * kCells.height / size.height * kCells.width +
                                       pixel.u * kCells.width / size.width)]
-          .add(pixel.read, pixel.truth);
+          .add(pixel.read, pixel.truth, pixel.sigma_rad);
   }
   /// `value` of every cell with enough pixels, else NaN.
   template <class Value>

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "gelslam/surface/gradient_surface.hpp"
+#include "gelslam/surface/slope_uncertainty.hpp"
 
 namespace gelslam {
 namespace {
@@ -40,7 +42,7 @@ void recenter(const std::vector<ZoneReading>& pixels, double ball_px, BallZone& 
 
 }  // namespace
 
-void SlopeSums::add(const std::array<double, 2>& read, const std::array<double, 2>& truth) {
+void SlopeSums::add(const std::array<double, 2>& read, const std::array<double, 2>& truth, double sigma_rad) {
   constexpr double degrees = 180.0 / std::numbers::pi;
   const double error_x = degrees * (std::atan(read[0]) - std::atan(truth[0])),
                error_y = degrees * (std::atan(read[1]) - std::atan(truth[1]));
@@ -49,6 +51,8 @@ void SlopeSums::add(const std::array<double, 2>& read, const std::array<double, 
     true_true[axis] += truth[axis] * truth[axis];
   }
   abs_error_deg += std::abs(error_x) + std::abs(error_y);
+  const double sigma_deg = degrees * sigma_rad;
+  squared_z += (error_x * error_x + error_y * error_y) / (sigma_deg * sigma_deg);
   pixels += 1.0;
 }
 
@@ -58,6 +62,7 @@ void SlopeSums::add(const SlopeSums& other) {
     true_true[axis] += other.true_true[axis];
   }
   abs_error_deg += other.abs_error_deg;
+  squared_z += other.squared_z;
   pixels += other.pixels;
 }
 
@@ -74,8 +79,12 @@ std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& s
   std::vector<ZoneReading> pixels = readings_of(read_slope_map(model, press.bgr, set.background), zone);
   BallZone center = zone;
   if (recentered) recenter(pixels, ball_px, center);
-  for (ZoneReading& pixel : pixels)
+  cv::Mat1f sigma;
+  cv::resize(uncertainty_of(model, press.bgr.size(), pixel_pitch_mm).sigma_rad, sigma, press.bgr.size());
+  for (ZoneReading& pixel : pixels) {
     pixel.truth = ball_slope(pixel.u - center.u_px, pixel.v - center.v_px, ball_px);
+    pixel.sigma_rad = static_cast<double>(sigma(pixel.v, pixel.u));
+  }
   return pixels;
 }
 
@@ -85,12 +94,13 @@ SlopeStatistics statistics_of(const std::vector<ZoneReading>& pixels, const cv::
   for (const ZoneReading& pixel : pixels) {
     const auto ninth =
         static_cast<std::size_t>(3 * (3 * pixel.v / picture.height) + 3 * pixel.u / picture.width);
-    statistics.all.add(pixel.read, pixel.truth);
-    statistics.ninths[ninth].add(pixel.read, pixel.truth);
+    statistics.all.add(pixel.read, pixel.truth, pixel.sigma_rad);
+    statistics.ninths[ninth].add(pixel.read, pixel.truth, pixel.sigma_rad);
     const auto limit =
         std::lower_bound(limits.begin(), limits.end(), std::hypot(pixel.truth[0], pixel.truth[1]));
     if (limit != limits.end())
-      statistics.by_slope[static_cast<std::size_t>(limit - limits.begin())].add(pixel.read, pixel.truth);
+      statistics.by_slope[static_cast<std::size_t>(limit - limits.begin())].add(pixel.read, pixel.truth,
+                                                                                pixel.sigma_rad);
   }
   return statistics;
 }

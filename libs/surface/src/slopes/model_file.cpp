@@ -94,6 +94,12 @@ ModelFile parse_text(std::string_view text) {
     throw Error("it was written by a newer gelslam; update this one");
   ModelFile file;
   file.model = parse_layers(member(json, "layers"));
+  constexpr auto kCells = static_cast<std::size_t>(GradientModel::kSigmaColumns * GradientModel::kSigmaRows);
+  if (json.contains("slope_sigma_rad")) {
+    file.model.sigma_rad = numbers(json, "slope_sigma_rad", kCells);
+    for (const float sigma : file.model.sigma_rad)
+      if (!(sigma >= 1e-4F && sigma <= 10.0F)) throw Error("'slope_sigma_rad' holds no good number");
+  }
   if (json.contains("calibration")) file.record = parse_record(json["calibration"]);
   return file;
 }
@@ -155,6 +161,11 @@ GradientModel read_model(const std::filesystem::path& path) { return read_model_
 void write_model_file(const std::filesystem::path& path, const ModelFile& file) {
   Json json = {{"format", kFormatName}, {"version", kFormatVersion}};
   if (file.record) json["calibration"] = to_json(*file.record);
+  if (!file.model.sigma_rad.empty()) {
+    Json& sigmas = json["slope_sigma_rad"] = Json::array();
+    for (const float sigma : file.model.sigma_rad)
+      sigmas.push_back(std::round(1e4 * static_cast<double>(sigma)) / 1e4);
+  }
   json["layers"] = Json::array();
   for (std::size_t l = 0; l < GradientModel::kLayers; ++l)
     json["layers"].push_back({{"weight", file.model.weight(l)}, {"bias", file.model.bias(l)}});

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/surface/model_file.hpp"
-
 namespace gelslam {
 namespace {
 
@@ -16,17 +14,23 @@ constexpr double kBorderSigmaRad = 0.4, kBorderLengthMm = 1.6;
 }  // namespace
 
 SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm) {
-  SlopeUncertainty uncertainty{cv::Mat1f(background_grid)};
-  const double cell_width = static_cast<double>(picture.width) / background_grid.width,
-               cell_height = static_cast<double>(picture.height) / background_grid.height;
-  for (int row = 0; row < background_grid.height; ++row)
-    for (int column = 0; column < background_grid.width; ++column) {
+  SlopeUncertainty uncertainty{cv::Mat1f(GradientModel::kSigmaRows, GradientModel::kSigmaColumns)};
+  cv::Mat1f& sigma = uncertainty.sigma_rad;
+  const double cell_width = static_cast<double>(picture.width) / sigma.cols,
+               cell_height = static_cast<double>(picture.height) / sigma.rows;
+  for (int row = 0; row < sigma.rows; ++row)
+    for (int column = 0; column < sigma.cols; ++column) {
       const double u = (column + 0.5) * cell_width, v = (row + 0.5) * cell_height;
       const double to_border_mm = pixel_pitch_mm * std::min({u, v, picture.width - u, picture.height - v});
-      uncertainty.sigma_rad(row, column) = static_cast<float>(
-          kBestSlopeSigmaRad + kBorderSigmaRad * std::exp(-to_border_mm / kBorderLengthMm));
+      sigma(row, column) = static_cast<float>(kBestSlopeSigmaRad +
+                                              kBorderSigmaRad * std::exp(-to_border_mm / kBorderLengthMm));
     }
   return uncertainty;
+}
+
+SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, double pixel_pitch_mm) {
+  if (model.sigma_rad.empty()) return default_uncertainty(picture, pixel_pitch_mm);
+  return {cv::Mat1f(model.sigma_rad, true).reshape(1, GradientModel::kSigmaRows)};
 }
 
 cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) {

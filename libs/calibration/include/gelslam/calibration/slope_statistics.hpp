@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -14,14 +15,18 @@ namespace gelslam {
 struct SlopeSums {
   std::array<double, 2> read_true{}, true_true{};  ///< x, y
   double abs_error_deg = 0.0;                      ///< summed over both axes
+  double squared_z = 0.0;  ///< squares of error over stated standard deviation, summed over both axes
   double pixels = 0.0;
 
-  void add(const std::array<double, 2>& read, const std::array<double, 2>& truth);
+  /// `sigma_rad`: what the model states of the angles.
+  void add(const std::array<double, 2>& read, const std::array<double, 2>& truth, double sigma_rad);
   void add(const SlopeSums& other);
   /// Regression of read on true slope through 0: 1 is unbiased. NaN without slopes.
   double gain_x() const { return read_true[0] / true_true[0]; }
   double gain_y() const { return read_true[1] / true_true[1]; }
   double gain() const { return (read_true[0] + read_true[1]) / (true_true[0] + true_true[1]); }
+  /// Root mean square of error over stated standard deviation: 1 is honest.
+  double z() const { return std::sqrt(squared_z / (2.0 * pixels)); }
   double mean_abs_error_deg() const { return abs_error_deg / (2.0 * pixels); }  ///< per axis, of the angles
 };
 
@@ -39,6 +44,7 @@ struct SlopeStatistics {
 struct ZoneReading {
   int u = 0, v = 0;
   std::array<double, 2> read{}, truth{};
+  double sigma_rad = 0.0;  ///< of both angles, as the model states it
 };
 
 /// Reads the press's zone with the model. `recentered`: the ball's center is moved first to where the model

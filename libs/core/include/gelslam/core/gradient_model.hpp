@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <vector>
 
 namespace gelslam {
 
@@ -16,6 +17,10 @@ struct GradientModel {
   static constexpr std::array<int, kLayers + 1> kSizes = {5, 32, 32, 32, 2};
 
   std::array<float, 2370> numbers{};
+  /// Standard deviation (rad) of both angles, of kSigmaColumns x kSigmaRows cells of the picture, row by row;
+  /// empty: not stated.
+  static constexpr int kSigmaColumns = 20, kSigmaRows = 15;
+  std::vector<float> sigma_rad;
 
   std::span<float> weight(std::size_t layer) { return {numbers.data() + start(layer), weights(layer)}; }
   std::span<const float> weight(std::size_t layer) const {  ///< row-major [out][in]

@@ -2,6 +2,8 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "gelslam/core/gradient_model.hpp"
+
 namespace gelslam {
 
 /// Standard deviation of slopes at the best place of the gel, where nothing else is stated.
@@ -16,6 +18,9 @@ struct SlopeUncertainty {
 /// radius away from the border, so that the model extrapolates there: the standard deviation grows toward the
 /// border of the picture.
 SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm);
+
+/// What the model states, else the default.
+SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, double pixel_pitch_mm);
 
 /// 255 (least sigma / sigma)² of every pixel, at least 1: Surface::confidence where all is contact.
 cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture);
