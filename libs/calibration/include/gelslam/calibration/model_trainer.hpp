@@ -41,7 +41,8 @@ GradientModel train_model(const PressSet& set, const std::vector<BallZone>& zone
 
 /// The standard deviation of the slopes that such a model reads (GradientModel::sigma_rad), from presses not
 /// trained on: two models, each of every second zone and half of the steps, read the other's. A cell counts
-/// every press once, and default_uncertainty() a little: where no press was, it remains. Throws as train_model.
+/// every press once, and default_uncertainty() a little: where no press was, it remains. Throws as
+/// train_model.
 std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<BallZone>& zones,
                                       const ModelTraining& training, ProgressSink& progress,
                                       const std::function<bool()>& stop);
