@@ -101,6 +101,22 @@ TEST(BareGel, AFlatFaceThatTouchesIsNotBare) {
   EXPECT_NEAR(kPitchMm * height(10, 10), 0.0, 0.01);
 }
 
+// The field of a coin lies lower than bare gel, although the gel falls from it toward the raised rim.
+TEST(BareGel, AFieldInsideARaisedRimIsNotBare) {
+  const cv::Mat1f truth = height_field([&](int u, int v) {
+    const double r = std::hypot(u - 160, v - 120);
+    const double face = -4.0 * std::clamp((105 - r) / 8, 0.0, 1.0);
+    return face - 4.0 * std::max(0.0, 1 - std::abs(r - 85) / 10);
+  });
+  const Reading reading = read(truth, [](int) { return 1.0; });
+  ASSERT_EQ(reading.changed(120, 160), 0);
+  PoissonSolver poisson(kSensor);
+  cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
+  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, reading.changed).seen);
+  EXPECT_NEAR(height(120, 160), -4, 0.1);
+  EXPECT_NEAR(height(10, 10), 0, 0.1);
+}
+
 TEST(BareGel, CorrectsNothingWhereHeightsAreRight) {
   for (const cv::Size size : {kSensor, cv::Size(162, 121), cv::Size(121, 162)}) {
     cv::Mat1f height(size, 0.0F);

@@ -12,10 +12,13 @@ namespace gelslam::surface::detail {
 namespace {
 
 constexpr int kCellPx = 2 * block_px;
-constexpr int kReachCells = 3;            // as far as the membrane rim reaches from a contact
 constexpr float kBareSlopeRad = 0.01F;    // what unchanged gel may tilt; color changes show more
 constexpr float kBareHeightPx = 0.15F;    // 0.01 mm on a GelSight Mini
 constexpr double kLeastBareShare = 0.05;  // of the picture; less is no reference
+// Slopes that are read too flat on one flank of a contact let bare gel beyond it come out too low by a share
+// of the contact's depth. Pressed faces lie lower than that.
+constexpr float kMostFall = 0.3F;
+constexpr float kLeastFallPx = 3 * kBareHeightPx;
 
 }  // namespace
 
@@ -41,28 +44,27 @@ void BareGelLeveler::average_cells(const cv::Mat1f& height_px, const cv::Mat1b& 
   }
 }
 
-/// Removes unchanged pieces that are pressed; returns the number of bare cells.
+/// Removes unchanged pieces that are pressed; returns the number of bare cells. The gel never rises above its
+/// level, so that the highest cells tell the level of bare gel.
 int BareGelLeveler::find_bare_cells() {
+  scratch_.assign(height_.begin(), height_.end());
+  const float highest = quantile_in_place(scratch_, 1 - kLeastBareShare);
+  const float lowest = *std::min_element(scratch_.begin(), scratch_.end());
+  const float least = highest - std::max(kMostFall * (highest - lowest), kLeastFallPx);
+
   const int pieces = cv::connectedComponents(bare_, labels_, 4, CV_32S);
-  std::vector<float> rise(static_cast<std::size_t>(pieces), 0.0F);  // on the way out, over all of its border
-  const auto add_border = [&](cv::Point a, cv::Point b) {
-    const int label_a = labels_(a), label_b = labels_(b);
-    if (label_a == label_b) return;
-    const float step = height_(b) - height_(a);
-    rise[static_cast<std::size_t>(label_a)] += step;
-    rise[static_cast<std::size_t>(label_b)] -= step;
-  };
+  std::vector<float> sum(static_cast<std::size_t>(pieces), 0.0F), cells(sum);
   for (int row = 0; row < grid_.height; ++row)
     for (int column = 0; column < grid_.width; ++column) {
-      if (column + kReachCells < grid_.width) add_border({column, row}, {column + kReachCells, row});
-      if (row + kReachCells < grid_.height) add_border({column, row}, {column, row + kReachCells});
+      sum[static_cast<std::size_t>(labels_(row, column))] += height_(row, column);
+      ++cells[static_cast<std::size_t>(labels_(row, column))];
     }
   int count = 0;
   for (int row = 0; row < grid_.height; ++row)
     for (int column = 0; column < grid_.width; ++column) {
-      const int label = labels_(row, column);
+      const auto label = static_cast<std::size_t>(labels_(row, column));
       if (label == 0) continue;
-      if (rise[static_cast<std::size_t>(label)] > 0)
+      if (sum[label] < least * cells[label])
         bare_(row, column) = 0;
       else
         ++count;

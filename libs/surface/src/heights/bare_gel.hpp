@@ -11,9 +11,8 @@ namespace gelslam::surface::detail {
 ///   minimize  sum over neighboring cells (d_a - d_b)² / variance of the slope between them
 ///           + sum over bare cells (h_a + d_a)² / variance of a bare height,
 /// so that errors are spread where slopes are least certain. Cells are 8 pixels wide, the equations are
-/// solved exactly. A flat face that touches has the color of bare gel, too. The gel rises from it on the way
-/// out, whereas it falls from bare gel toward a contact: pieces of unchanged gel whose surroundings lie above
-/// them are not bare.
+/// solved exactly. A flat face that touches has the color of bare gel, too, but lies below the highest gel by
+/// more than errors of slopes explain: such pieces of unchanged gel are not bare.
 class BareGelLeveler {
  public:
   /// `confidence`: confidence_map(); empty: slopes are known equally well everywhere.
