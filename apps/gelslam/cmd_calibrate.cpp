@@ -34,6 +34,7 @@ PressSet read_presses(PressOptions& options, std::optional<double> model_pitch_m
   require_readable_background(set.background, options.device_name,
                               "'" + (set.folder / "background.png").string() + "'",
                               [](const std::string& doubt) { std::cerr << "note: " << doubt << "\n"; });
+  fill_markers(set);
   return set;
 }
 

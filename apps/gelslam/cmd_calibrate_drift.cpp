@@ -32,7 +32,9 @@ bool is_picture(const fs::path& path) {
 }
 
 cv::Mat3b read_bare_gel(const fs::path& path, const Config& config) {
-  if (is_picture(path)) return fit_to_profile(read_image(path), config.sensor, "'" + path.string() + "'");
+  if (is_picture(path))
+    return MarkerFiller(fit_to_profile(read_image(path), config.sensor, "'" + path.string() + "'"))
+        .background();
   const std::unique_ptr<FrameSource> source = open_frame_source(path, config.sensor);
   std::vector<cv::Mat3b> frames;
   while (static_cast<int>(frames.size()) < config.background_frames) {
@@ -41,7 +43,7 @@ cv::Mat3b read_bare_gel(const fs::path& path, const Config& config) {
     frames.push_back(frame->bgr.clone());
   }
   if (frames.empty()) throw Error("'" + path.string() + "' holds no frames");
-  return mean_image(frames);
+  return MarkerFiller(mean_image(frames)).background();
 }
 
 cv::Mat3f cells_then(const DriftArguments& arguments, const Config& config) {

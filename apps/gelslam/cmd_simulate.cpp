@@ -114,6 +114,15 @@ void add_common_options(CLI::App& command, SimulateArguments& arguments) {
   add_quiet_flag(command, arguments.quiet);
 }
 
+void add_dots_option(CLI::App& command, SimulateArguments& arguments) {
+  command
+      .add_option("--dots", arguments.scan.optics.dot_spacing_mm,
+                  "Print dots on the gel that move with it, this many mm apart; 2 without a number")
+      ->type_name("[FLOAT]")
+      ->expected(0, 1)
+      ->default_str("2");
+}
+
 void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& arguments, int& exit_code) {
   CLI::App* scan =
       simulate.add_subcommand("scan", "An object moved over the sensor, as a data folder with ground truth");
@@ -144,6 +153,7 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
                  "Also write the true heights and contacts of every frame");
   scan->add_option("--threads", a.folder.threads, "Number of threads (0: all); the files do not depend on it")
       ->capture_default_str();
+  add_dots_option(*scan, a);
   add_common_options(*scan, a);
   scan->footer("Example: gelslam simulate scan --object pebble --motion allover --frames 600 -o pebble");
   scan->callback([arguments, &exit_code] {
@@ -160,6 +170,7 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
       ->capture_default_str();
   calibration->add_option("--epochs", arguments->calibration.training.epochs, "Training epochs")
       ->capture_default_str();
+  add_dots_option(*calibration, *arguments);
   add_common_options(*calibration, *arguments);
   calibration->footer("Example: gelslam simulate calibration -o calibration");
   calibration->callback([arguments, &exit_code] {

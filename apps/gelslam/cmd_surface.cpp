@@ -17,6 +17,7 @@
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"
+#include "gelslam/surface/background.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {
@@ -103,8 +104,13 @@ void write_surface(const fs::path& folder, const Surface& surface) {
 SurfacePtr estimate(const SurfaceArguments& arguments) {
   SurfaceOptions options;
   options.pixel_pitch_mm = arguments.pitch_mm;
-  SurfaceEstimator estimator(read_gradient_model(arguments.model), read_sensor_image(arguments.background),
-                             options);
+  const cv::Mat3b background = read_sensor_image(arguments.background);
+  if (const auto markers = find_marker_dots(background)) {
+    if (!markers->are_readable())
+      throw Error("'" + arguments.background.string() + "': " + markers->sentence());
+    std::cerr << "note: " << markers->sentence() << "\n";
+  }
+  SurfaceEstimator estimator(read_gradient_model(arguments.model), background, options);
   return estimator.estimate(read_sensor_image(arguments.image));
 }
 

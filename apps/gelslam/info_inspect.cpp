@@ -15,6 +15,7 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/slam/map_completeness.hpp"
+#include "gelslam/surface/slope_uncertainty.hpp"
 #include "info_report.hpp"
 
 namespace gelslam {
@@ -74,6 +75,15 @@ void add_model(InfoReport& report, const fs::path& file) {
   const std::size_t weights = model.numbers.size();
   report.add("model", Json{{"file", file.string()}, {"layers", layers}, {"weights", weights}},
              "network " + words + ", " + std::to_string(weights) + " weights, " + file.string());
+  const SensorProfile sensor;  // the default grows toward the border of the picture, whatever its size
+  double least = 0, most = 0;
+  cv::minMaxLoc(uncertainty_of(model, {sensor.width_px, sensor.height_px}, sensor.pixel_pitch_mm).sigma_rad,
+                &least, &most);
+  const bool is_stated = !model.sigma_rad.empty();
+  report.add(
+      "slope sigma", Json{{"stated", is_stated}, {"least_rad", least}, {"most_rad", most}},
+      fmt::format("{}{:.2f} to {:.2f} rad by place", is_stated ? "" : "not stated; assumed: ", least, most) +
+          (is_stated ? "" : ", most at the border"));
 }
 
 Config add_config(InfoReport& report, const fs::path& file) {

@@ -186,12 +186,12 @@ TEST_F(EndOfACollection, ACameraThatIsPulledOutLosesNoPress) {
   expect_whole(3);
 }
 
-TEST_F(EndOfACollection, AGelWithMarkersIsRefusedBeforeAnythingIsWritten) {
+TEST_F(EndOfACollection, AGelWithTooManyMarkersIsRefusedBeforeAnythingIsWritten) {
   std::vector<cv::Mat3b> dotted;
   for (int k = 0; k < 12; ++k) {
     cv::Mat3b picture = hand().pictures.front().clone();
-    for (int v = 20; v < picture.rows; v += 34)
-      for (int u = 20; u < picture.cols; u += 35)
+    for (int v = 20; v < picture.rows; v += 20)
+      for (int u = 20; u < picture.cols - 8; u += 20)
         picture(cv::Rect(u - 4, v - 4, 9, 9)) = cv::Vec3b(15, 15, 15);
     dotted.push_back(picture);
   }

@@ -11,6 +11,7 @@
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/press_depth.hpp"
+#include "gelslam/calibration/slope_statistics.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/surface/gradient_surface.hpp"
@@ -144,6 +145,32 @@ TEST(HeldOutSigma, IsMeasuredWherePressesAreAndTheDefaultElsewhere) {
       }
     }
   EXPECT_GT(lower, 10);
+}
+
+// Whatever a covered pixel shows: training and check are the same as with the gel there.
+TEST(CoveredPixels, AreNeitherTrainedOnNorJudged) {
+  PressSet set = labelled(simulated_presses(0, 12), 1.0, 4.0), spoiled = set;
+  for (std::size_t k = 0; k < set.presses.size(); ++k) {
+    cv::Mat1b covered(set.background.size(), static_cast<unsigned char>(0));
+    for (int v = 8; v < covered.rows; v += 32)
+      for (int u = 8; u < covered.cols; u += 32)
+        covered(cv::Rect(u, v, 12, 12) & cv::Rect({}, covered.size())) = 255;
+    set.presses[k].covered = spoiled.presses[k].covered = covered;
+    spoiled.presses[k].bgr = set.presses[k].bgr.clone();
+    spoiled.presses[k].bgr.setTo(cv::Scalar(200, 30, 90), covered);
+  }
+  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const GradientModel model = trained(set, zones, short_recipe(60), 1);
+  EXPECT_EQ(model, trained(spoiled, zones, short_recipe(60), 1));
+  for (const BallZone& zone : zones.zones) {
+    const auto clean = read_zone(model, set, zone, pitch_mm, true),
+               read = read_zone(model, spoiled, zone, pitch_mm, true);
+    ASSERT_EQ(read.size(), clean.size());
+    for (std::size_t k = 0; k < read.size(); ++k) {
+      EXPECT_EQ(set.presses[zone.press].covered(read[k].v, read[k].u), 0);
+      EXPECT_EQ(read[k].read, clean[k].read);
+    }
+  }
 }
 
 TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {

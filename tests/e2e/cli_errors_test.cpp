@@ -129,6 +129,22 @@ TEST(Cli, OldOptionNamesWorkWithANotice) {
   expect_mistake(gelslam({"simulate", "presses", "--relief", "1", "-o", "none"}), "--relief");
 }
 
+TEST(Cli, DotsOfASimulatedGelNeedNoNumber) {
+  const TemporaryFolder folder;
+  const auto background = [&](const std::string& name, std::vector<std::string> dots) {
+    dots.insert(dots.begin(), {"simulate", "calibration", "--presses", "5", "--epochs", "1", "-q"});
+    dots.insert(dots.end(), {"-o", (folder / name).string()});
+    const ProgramResult result = gelslam(dots);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return cv::imread((folder / name / "background.png").string());
+  };
+  const cv::Mat3b dotted = background("dotted", {"--dots"});
+  EXPECT_EQ(cv::norm(dotted, background("two", {"--dots", "2"})), 0.0);
+  EXPECT_LT(dotted(120, 160)[1], dotted(120, 176)[1] / 2) << "a dot in the middle, none beside it";
+  expect_mistake(gelslam({"simulate", "calibration", "--dots", "0.2", "-o", (folder / "none").string()}),
+                 "the distance of printed dots must be between 0.5 and 10 mm");
+}
+
 TEST(Cli, AFullStandardOutputIsNoticed) {
   const ProgramResult result = gelslam({"--help"}, "/dev/full");
   expect_mistake(result, "cannot write to standard output");

@@ -29,13 +29,14 @@ TEST(Info, ARealDataFolder) {
   const ProgramResult words = info(folder);
   EXPECT_EQ(words.exit_code, 0) << words.err;
   for (const char* part : {"a data folder", "GelSight Mini", "320x240, 25 Hz, 245 frames, 9.8 s",
-                           "network 5-32-32-32-2", "235 poses"}) {
+                           "network 5-32-32-32-2", "not stated; assumed: 0.05 to 0.", "235 poses"}) {
     EXPECT_THAT(words.out, HasSubstr(part));
   }
   const ProgramResult result = info(folder, true);
   const auto json = nlohmann::json::parse(result.out);
   EXPECT_EQ(json.at("log").at("frames"), 245);
   EXPECT_EQ(json.at("model").at("layers").size(), 4u);
+  EXPECT_EQ(json.at("slope sigma").at("stated"), false);
   EXPECT_EQ(json.at("truth").at("poses"), 235);
   EXPECT_TRUE(json.at("problems").empty());
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 
@@ -43,6 +44,40 @@ TEST(Optics, AnswersToSlopesLikeARealSensor) {
   EXPECT_NEAR(y[0], 67, 35);    // blue from below
   EXPECT_LT(std::abs(y[1]), 25);
   EXPECT_LT(std::abs(x[2]), 45);
+}
+
+/// How much darker the dotted gel is at each pixel, as a share.
+cv::Mat1d ink_on(const GelShape& gel) {
+  OpticsOptions dotted = quiet();
+  dotted.dot_spacing_mm = 2.0;
+  const cv::Mat3b with = Optics(sensor, dotted).render(gel, 0, 0, true),
+                  without = Optics(sensor, quiet()).render(gel, 0, 0, true);
+  cv::Mat1d ink(with.size());
+  for (int v = 0; v < ink.rows; ++v)
+    for (int u = 0; u < ink.cols; ++u)
+      ink(v, u) = 1.0 - with(v, u)[1] / std::max(1.0, 1.0 * without(v, u)[1]);
+  return ink;
+}
+
+TEST(Optics, PrintsDotsThatTheGelCarriesAlong) {
+  const auto center = [](const cv::Mat1d& ink) {  // of the dot in the middle, half a spacing around it
+    double sum = 0, u_sum = 0, v_sum = 0;
+    for (int v = 104; v <= 135; ++v)
+      for (int u = 144; u <= 175; ++u) {
+        sum += ink(v, u);
+        u_sum += u * ink(v, u);
+        v_sum += v * ink(v, u);
+      }
+    EXPECT_NEAR(sum * std::pow(sensor.pixel_pitch_mm, 2), 0.7 * std::acos(-1.0) / 9.0, 0.05);
+    return cv::Point2d(u_sum / sum, v_sum / sum);
+  };
+  const cv::Point2d moved =
+      center(ink_on(gel_with_slope(0.2F, -0.3F))) - center(ink_on(gel_with_slope(0, 0)));
+  EXPECT_NEAR(moved.x * sensor.pixel_pitch_mm, 0.10, 0.01);
+  EXPECT_NEAR(moved.y * sensor.pixel_pitch_mm, -0.15, 0.01);
+  OpticsOptions dense = quiet();
+  dense.dot_spacing_mm = 0.2;
+  EXPECT_THROW(Optics(sensor, dense), Error);
 }
 
 TEST(Optics, KeepsEverySlopeUpTo45DegreesApart) {

@@ -145,8 +145,11 @@ TEST(JudgeBackground, DirtAndTears) {
 }
 
 TEST(JudgeBackground, Markers) {
-  EXPECT_THAT(judge(with_markers(bare_gel(), 9, 7, 9)),
-              ElementsAre(HasSubstr("the gel has markers (63 dots, 3")));
+  EXPECT_THAT(judge(with_markers(bare_gel(), 9, 7, 9)), ElementsAre(HasSubstr("the gel has 63 markers, 3")));
+  const auto dense = find_marker_dots(with_markers(bare_gel(), 16, 12, 9));
+  ASSERT_TRUE(dense);
+  EXPECT_FALSE(dense->are_readable());
+  EXPECT_THAT(dense->sentence(), HasSubstr("too little is left"));
   const auto large = find_marker_dots(with_markers(bare_gel(640), 8, 6, 7));
   ASSERT_TRUE(large);
   EXPECT_EQ(large->count, 48);
@@ -224,11 +227,11 @@ TEST_F(RealBackgrounds, SpoiltOnesAre) {
     EXPECT_THAT(judge_with_model(sensor, torn(good)), Contains(HasSubstr("differ sharply"))) << sensor.name;
     for (const auto& [columns, rows, diameter_px] : {std::tuple{9, 7, 9.0}, {14, 11, 6.0}, {5, 4, 18.0}}) {
       EXPECT_THAT(judge_with_model(sensor, with_markers(good, columns, rows, diameter_px)),
-                  Contains(HasSubstr("the gel has markers")))
+                  Contains(HasSubstr(" markers, ")))
           << sensor.name << " " << columns;
     }
     EXPECT_THAT(judge_with_model(sensor, with_markers(good, 9, 7, 9, 0.55)),
-                Contains(HasSubstr("the gel has markers")))
+                Contains(HasSubstr(" markers, ")))
         << sensor.name << ", faded";
     EXPECT_FALSE(find_marker_dots(with_dirt(good, 40))) << sensor.name;
     if (sensor.model) {

@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "gelslam/surface/background.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 #include "linear_gel.hpp"
 
@@ -32,6 +33,55 @@ const std::vector<cv::Point> on_gel = {{40, 40}, {280, 60}, {60, 200}};
 
 SurfacePtr surface_of(const cv::Mat3b& image) {
   return SurfaceEstimator(linear_gel_model(), bare, SurfaceOptions{}).estimate(image);
+}
+
+/// Dots 32 pixels apart, moved by `shift_px`; one is missing, one is small, and one lies out of line.
+cv::Mat3b with_dots(const cv::Mat3b& image, double shift_px = 0.0) {
+  cv::Mat1f ink(image.size(), 0.0F);
+  for (int v = 24; v < image.rows; v += 32)
+    for (int u = 32; u < image.cols; u += 32) {
+      if (u == 96 && v == 88) continue;
+      constexpr int shift_bits = 4;
+      const cv::Point place(cvRound((u + shift_px) * 16), v * 16);
+      cv::circle(ink, place, (u == 64 && v == 56 ? 3 : 5) * 16, 1.0, cv::FILLED, cv::LINE_8, shift_bits);
+    }
+  cv::circle(ink, {208, 136}, 5, 1.0, cv::FILLED);
+  cv::GaussianBlur(ink, ink, {}, 0.8);
+  cv::Mat3b result = image.clone();
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u) result(v, u) *= 1.0 - 0.7 * static_cast<double>(ink(v, u));
+  return result;
+}
+
+SurfacePtr dotted_surface_of(const cv::Mat3b& image) {
+  return SurfaceEstimator(linear_gel_model(), with_dots(bare), SurfaceOptions{}).estimate(image);
+}
+
+TEST(Markers, ABallReadsAsWithoutThem) {
+  const cv::Mat1f truth = ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6);
+  const cv::Mat3b image = render(truth, pitch_mm, 1.0, 2);
+  const SurfacePtr clean = surface_of(image);
+  for (const double shift_px : {0.0, 2.0, 5.0}) {
+    const SurfacePtr surface = dotted_surface_of(with_dots(image, shift_px));
+    EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03) << shift_px;
+    EXPECT_LT(cv::countNonZero(surface->contact != clean->contact), clean->contact_pixels / 20) << shift_px;
+    EXPECT_EQ(surface->confidence(120, 160), 1) << shift_px;
+    EXPECT_GT(surface->confidence(136, 176), 100) << shift_px << ": between dots";
+  }
+}
+
+TEST(Markers, ThatMoveAreNoContact) { EXPECT_EQ(dotted_surface_of(with_dots(bare, 4.0))->contact_pixels, 0); }
+
+TEST(Markers, AreFilledInUnderWhatIsSeenBare) {
+  const MarkerFiller filler(with_dots(bare));
+  cv::Mat1b covered;
+  EXPECT_LT(cv::norm(filler.background(), bare, cv::NORM_INF), 4.0);
+  EXPECT_LT(cv::norm(filler.fill(with_dots(bare, 4.0), covered), bare, cv::NORM_INF), 4.0);
+  EXPECT_EQ(covered(56, 32), 255);
+  const MarkerFiller none(bare);
+  EXPECT_EQ(cv::norm(none.background(), bare), 0.0);
+  EXPECT_EQ(cv::norm(none.fill(with_dots(bare), covered), with_dots(bare)), 0.0);
+  EXPECT_TRUE(covered.empty());
 }
 
 // A ball's slope changes by 0.11 over the 9 pixels that are filled from around: read to a fraction of that,

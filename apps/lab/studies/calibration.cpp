@@ -159,7 +159,8 @@ std::vector<BallZone> drawn_zones(const PressSet& set, const std::vector<BallZon
 }
 
 void run(const Arguments& arguments) {
-  const PressSet set = read_press_set(arguments.folder);
+  PressSet set = read_press_set(arguments.folder);
+  fill_markers(set);
   compare_labels(set, arguments.pitch_mm);
   const BallZones found = find_ball_zones(set, arguments.pitch_mm, true);
   for (const RejectedPress& press : found.rejected)

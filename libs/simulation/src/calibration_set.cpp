@@ -41,6 +41,12 @@ OpticsOptions optics_at_calibration(const CalibrationSpec& spec) {
   return optics;
 }
 
+/// Pixels of dots are left out of a training: the others look as they do without dots.
+CalibrationSpec without_dots(CalibrationSpec spec) {
+  spec.optics.dot_spacing_mm = 0.0;
+  return spec;
+}
+
 cv::Mat3b picture(const CalibrationSpec& spec, const GelShape& gel, std::int64_t number) {
   // Numbers of their own, so that no picture shares its noise with a frame of a scan.
   return Optics(spec.geometry, optics_at_calibration(spec)).render(gel, -1 - number, 0, false);
@@ -200,11 +206,11 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
   }
   progress.end();
   write_png(folder / "background.png", simulate_background(spec));
-  const GradientModel network = train_on_presses(spec, progress);
+  const GradientModel network = train_on_presses(without_dots(spec), progress);
   write_pth_model(folder / "model" / "nnmodel.pth", network);
   write_file_atomically(folder / "circles.csv", circles.str());
   write_file_atomically(folder / "catalog.csv", catalogue.str());
-  return measure_gradient_scale(network, spec, 12);
+  return measure_gradient_scale(network, without_dots(spec), 12);
 }
 
 }  // namespace gelslam

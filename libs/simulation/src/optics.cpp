@@ -122,6 +122,8 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
     throw Error("noise gain must be between 0 and 50");
   if (options.late_grains < 0 || options.late_grains > 10'000)
     throw Error("number of grains must be between 0 and 10000");
+  if (options.dot_spacing_mm != 0.0 && !(options.dot_spacing_mm >= 0.5 && options.dot_spacing_mm <= 10.0))
+    throw Error("the distance of printed dots must be between 0.5 and 10 mm");
   const cv::Size size(geometry.width_px, geometry.height_px);
   brightness_.create(size);
   ambient_.create(size);
@@ -143,8 +145,11 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
   albedo_ = options.dirt ? speckled_albedo(size, random) : cv::Mat1f(size, 1.0F);
   if (options.dirt)
     late_dirt_slope_ = grain_slopes(size, geometry.pixel_pitch_mm, options.late_grains, random);
-  flat_ = shade(cv::Mat2f(size, cv::Vec2f(0, 0)));
-  background_ = through_lens(flat_);
+  const cv::Mat2f level(size, cv::Vec2f(0, 0));
+  flat_ = shade(level);
+  cv::Mat3f printed = flat_.clone();
+  print_dots(level, printed);
+  background_ = through_lens(printed);
 }
 
 cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
@@ -169,6 +174,21 @@ cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
   return picture;
 }
 
+/// A grid about the middle of the gel; edges are a pixel wide.
+void Optics::print_dots(const cv::Mat2f& slope, cv::Mat3f& picture) const {
+  if (options_.dot_spacing_mm == 0.0) return;
+  constexpr double ink_depth_mm = 0.5, ink_light = 0.3, radius_share = 1.0 / 6.0;
+  const double spacing = options_.dot_spacing_mm, pitch = geometry_.pixel_pitch_mm;
+  for (int v = 0; v < picture.rows; ++v)
+    for (int u = 0; u < picture.cols; ++u) {
+      const double x = geometry_.x_mm(u) - ink_depth_mm * static_cast<double>(slope(v, u)[0]),
+                   y = geometry_.y_mm(v) - ink_depth_mm * static_cast<double>(slope(v, u)[1]);
+      const double from_dot = std::hypot(std::remainder(x, spacing), std::remainder(y, spacing));
+      const double ink = std::clamp((radius_share * spacing - from_dot) / pitch + 0.5, 0.0, 1.0);
+      picture(v, u) *= static_cast<float>(1.0 - (1.0 - ink_light) * ink);
+    }
+}
+
 std::array<float, 3> Optics::drift(double time_s) const {
   std::array<float, 3> factor = {1, 1, 1};
   if (!options_.light_drift) return factor;
@@ -189,7 +209,9 @@ cv::Mat3b Optics::render(const GelShape& gel, std::int64_t frame, double time_s,
     cv::add(gel.slope, late_dirt_slope_, slope);
   else
     slope = gel.slope;
-  const cv::Mat3f picture = through_lens(shade(slope));
+  cv::Mat3f shaded = shade(slope);
+  print_dots(slope, shaded);
+  const cv::Mat3f picture = through_lens(shaded);
   const std::array<float, 3> factor = drift(time_s);
   const auto gain = static_cast<float>(options_.noise_gain);
   const std::uint64_t key = hash(options_.seed, static_cast<std::uint64_t>(frame));

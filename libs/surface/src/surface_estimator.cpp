@@ -145,6 +145,8 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
+  if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty())
+    surface->confidence.setTo(1, covered & surface->contact);  // the least
   self.remember_contact();
   self.timings.contact_ms = watch.lap_ms();
 

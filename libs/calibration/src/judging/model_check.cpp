@@ -65,14 +65,15 @@ bool improve_sphere(const std::vector<Eigen::Vector3d>& points, FittedSphere& sp
 }
 
 /// Radius of the sphere that fits the height inside the zone: robust least squares (Huber, Gauss-Newton) over
-/// center and radius, from `start_radius_mm`. Nothing when it has fewer than 100 pixels or does not converge.
-std::optional<double> fit_ball_radius_mm(const Surface& surface, const BallZone& zone,
-                                         double start_radius_mm) {
+/// center and radius, from `start_radius_mm`. Pixels that markers cover are left out. Nothing when it has
+/// fewer than 100 pixels or does not converge.
+std::optional<double> fit_ball_radius_mm(const Surface& surface, const CalibrationPress& press,
+                                         const BallZone& zone, double start_radius_mm) {
   std::vector<Eigen::Vector3d> points;
   double lowest_mm = 0.0;
   for (int v = 0; v < surface.height_mm.rows; ++v) {
     for (int u = 0; u < surface.height_mm.cols; ++u) {
-      if (std::hypot(u - zone.u_px, v - zone.v_px) > zone.radius_px) continue;
+      if (std::hypot(u - zone.u_px, v - zone.v_px) > zone.radius_px || !press.shows_gel(u, v)) continue;
       points.emplace_back(u * surface.pixel_pitch_mm, v * surface.pixel_pitch_mm, surface.height_mm(v, u));
       lowest_mm = std::min(lowest_mm, points.back().z());
     }
@@ -197,7 +198,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
     error_cells.add(labelled, press.bgr.size());
     gain_cells.add(recentered, press.bgr.size());
     const SurfacePtr surface = estimator.estimate(press.bgr);
-    const auto radius_mm = fit_ball_radius_mm(*surface, zone, 0.5 * press.diameter_mm);
+    const auto radius_mm = fit_ball_radius_mm(*surface, press, zone, 0.5 * press.diameter_mm);
     check.presses.push_back({zone, errors.all.mean_abs_error_deg(), radius_mm});
     Size& size = sizes[press.diameter_mm];
     size.slopes.add(gains.all);

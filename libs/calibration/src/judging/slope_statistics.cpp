@@ -12,11 +12,12 @@
 namespace gelslam {
 namespace {
 
-std::vector<ZoneReading> readings_of(const SlopeMap& map, const BallZone& zone) {
+std::vector<ZoneReading> readings_of(const SlopeMap& map, const BallZone& zone,
+                                     const CalibrationPress& press) {
   std::vector<ZoneReading> pixels;
   for (int v = 0; v < map.gx.rows; ++v)
     for (int u = 0; u < map.gx.cols; ++u)
-      if (std::hypot(u - zone.u_px, v - zone.v_px) <= zone.radius_px)
+      if (std::hypot(u - zone.u_px, v - zone.v_px) <= zone.radius_px && press.shows_gel(u, v))
         pixels.push_back({u, v, {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))}, {}});
   return pixels;
 }
@@ -76,7 +77,8 @@ std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& s
                                    double pixel_pitch_mm, bool recentered) {
   const CalibrationPress& press = set.presses[zone.press];
   const double ball_px = 0.5 * press.diameter_mm / pixel_pitch_mm;
-  std::vector<ZoneReading> pixels = readings_of(read_slope_map(model, press.bgr, set.background), zone);
+  std::vector<ZoneReading> pixels =
+      readings_of(read_slope_map(model, press.bgr, set.background), zone, press);
   BallZone center = zone;
   if (recentered) recenter(pixels, ball_px, center);
   cv::Mat1f sigma;

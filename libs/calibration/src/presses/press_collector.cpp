@@ -90,8 +90,8 @@ void PressCollector::Impl::take_background() {
   const cv::Mat3b mean = mean_image(held);
   const cv::Mat3f cells = shrink_to_cells(mean);
   held.clear();
-  if (!options.any_background &&
-      standing_out_cells(cells) > kBareShare * static_cast<double>(cells.total())) {
+  if (!options.any_background && standing_out_cells(shrink_to_cells(MarkerFiller(mean).background())) >
+                                     kBareShare * static_cast<double>(cells.total())) {
     status.warning = "something lies on the gel: lift it, so that the bare gel can be seen";
     return;
   }
@@ -145,8 +145,10 @@ bool PressCollector::Impl::slides(const ChangedPiece& piece) {
 /// The ball has been still for as long as is asked.
 void PressCollector::Impl::judge_hold(const cv::Mat1f& difference) {
   const cv::Mat3b mean = mean_image(std::exchange(held, {}));
-  const JudgedPress judged = judge_press(mean, background, difference, touch_level(),
-                                         0.5 * options.diameter_mm / options.pixel_pitch_mm);
+  cv::Mat1b covered;
+  const MarkerFiller filler(background);
+  const JudgedPress judged = judge_press(filler.fill(mean, covered), filler.background(), difference,
+                                         touch_level(), 0.5 * options.diameter_mm / options.pixel_pitch_mm);
   ++holds;
   if (best && (!judged.problem.empty() || judged.found.confidence <= best->confidence)) return;
   status.found.reset();

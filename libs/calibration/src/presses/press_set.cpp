@@ -12,6 +12,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/zip_archive.hpp"
 #include "gelslam/sensor/image_input.hpp"
+#include "gelslam/surface/background.hpp"
 
 namespace gelslam {
 namespace {
@@ -162,6 +163,13 @@ PressSet read_press_set(const fs::path& folder) {
   set.background = read_background(folder / "background.png");
   for (CalibrationPress& press : set.presses) read_press(set, press);
   return set;
+}
+
+void fill_markers(PressSet& set) {
+  const MarkerFiller filler(set.background);
+  for (CalibrationPress& press : set.presses)
+    if (press.bgr.size() == set.background.size()) press.bgr = filler.fill(press.bgr, press.covered);
+  set.background = filler.background();
 }
 
 }  // namespace gelslam

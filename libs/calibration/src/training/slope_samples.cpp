@@ -45,6 +45,7 @@ std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<Bal
       for (int u = std::max(0, static_cast<int>(zone.u_px) - reach);
            u <= std::min(press.bgr.cols - 1, static_cast<int>(zone.u_px) + reach + 1); ++u) {
         const double du = u - zone.u_px, dv = v - zone.v_px;
+        if (!press.shows_gel(u, v)) continue;
         if (std::hypot(du, dv) > zone.radius_px || number++ % every != 0) continue;
         SlopeSample sample = sample_at(press.bgr, set.background, u, v);
         sample.angle_rad = ball_angles_rad(du, dv, ball_px);

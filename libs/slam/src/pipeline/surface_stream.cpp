@@ -53,6 +53,9 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr) {
 }
 
 void FrameToSurface::set_background(const cv::Mat3b& background) {
+  const auto markers = find_marker_dots(background);
+  if (markers && !markers->are_readable() && !force_)
+    throw Error(markers->sentence() + " (--force continues anyway)");
   for (std::string& doubt : judge_background(background, config_.sensor.device_name, &model_))
     doubts_.push_back(std::move(doubt));
   estimator_.emplace(model_, background, config_.surface);

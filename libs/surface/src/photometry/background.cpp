@@ -142,9 +142,11 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
                                  const SurfaceOptions& options) {
   const cv::Mat3b mean = background_image(frames);
   BackgroundCheck check;
-  if (const auto markers = find_marker_dots(mean)) return {false, true, markers->sentence()};
+  const auto markers = find_marker_dots(mean);
+  if (markers && !markers->are_readable()) return {false, true, markers->sentence()};
   check.reason = find_motion(frames, mean);
-  if (check.reason.empty()) check.reason = find_imprint(mean, model, options.pixel_pitch_mm);
+  if (check.reason.empty())
+    check.reason = find_imprint(MarkerFiller(mean).background(), model, options.pixel_pitch_mm);
   check.contact = !check.reason.empty();
   return check;
 }

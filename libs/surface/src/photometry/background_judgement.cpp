@@ -130,8 +130,11 @@ std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name) {
   return is_gelsight_mini(device_name) ? judge_mini_lamps(bgr) : "";
 }
 
-std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
+std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::string& device_name,
                                           const GradientModel* model) {
+  as_numbers(picture);  // large enough
+  const auto markers = find_marker_dots(picture);
+  const cv::Mat3b mean = MarkerFiller(picture).background();
   const cv::Mat3f bgr = as_numbers(mean);
   std::vector<std::string> doubts;
   const cv::Scalar channels = cv::mean(bgr);
@@ -153,7 +156,6 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
     doubts.push_back("the picture has no color, from which slopes are read: is it the right camera?");
     return doubts;
   }
-  const auto markers = find_marker_dots(mean);
   if (markers) doubts.push_back(markers->sentence());
   const double stains = markers ? 0.0 : stained(bgr);
   if (stains > kSpoiltShare) {
@@ -179,7 +181,8 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
 void require_readable_background(const cv::Mat3b& background, const std::string& device_name,
                                  const std::string& name,
                                  const std::function<void(const std::string&)>& say_doubt) {
-  if (const auto markers = find_marker_dots(background)) throw Error(name + ": " + markers->sentence());
+  const auto markers = find_marker_dots(background);
+  if (markers && !markers->are_readable()) throw Error(name + ": " + markers->sentence());
   const std::string lamps = judge_lamps(background, device_name);
   if (!lamps.empty())
     throw Error(name + ": " + lamps +

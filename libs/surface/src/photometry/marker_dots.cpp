@@ -7,6 +7,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
+#include "photometry/pixel_repair.hpp"
 
 namespace gelslam {
 namespace {
@@ -20,6 +21,7 @@ constexpr double kSurroundingsPx = 12.0;  // from a quarter to twice of it is a 
 // Median distance from the median, as a share of it: below 0.1 for printed grids, about 0.4 for specks of
 // dirt.
 constexpr double kMostSpread = 0.2;
+constexpr double kMostCovered = 0.4;  // beyond it the gaps are narrower than the dots
 
 struct Dot {
   double u_px = 0.0, v_px = 0.0, diameter_px = 0.0;
@@ -38,10 +40,14 @@ cv::Mat1f darkness(const cv::Mat3b& background, double pixel) {
   return smooth;
 }
 
-std::vector<Dot> find_dots(const cv::Mat3b& background) {
-  const double pixel = background.cols / 320.0;
+cv::Mat1b dark_places(const cv::Mat3b& background) {
   cv::Mat1b dark;
-  cv::compare(darkness(background, pixel), kDarkLog, dark, cv::CMP_LT);
+  cv::compare(darkness(background, background.cols / 320.0), kDarkLog, dark, cv::CMP_LT);
+  return dark;
+}
+
+std::vector<Dot> find_dots(const cv::Mat3b& background, const cv::Mat1b& dark) {
+  const double pixel = background.cols / 320.0;
   cv::Mat1i labels, stats;
   cv::Mat1d centers;
   const int count = cv::connectedComponentsWithStats(dark, labels, stats, centers, 8, CV_32S);
@@ -76,25 +82,50 @@ double spread_of(const std::vector<double>& values, double middle) {
 }  // namespace
 
 std::string MarkerDots::sentence() const {
-  return format_text(
-      "the gel has markers (%d dots, %.0f pixels apart): slopes cannot be read through them; use a gel "
-      "without markers",
-      count, spacing_px);
+  if (!are_readable())
+    return format_text(
+        "the gel has %d markers, %.0f pixels apart, that cover %.0f %% of it: too little is left to read "
+        "slopes from; use a gel with fewer markers or none",
+        count, spacing_px, 100 * covered_share);
+  return format_text("the gel has %d markers, %.0f pixels apart: their pixels are filled in from around",
+                     count, spacing_px);
 }
 
+bool MarkerDots::are_readable() const { return covered_share <= kMostCovered; }
+
 std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background) {
-  const std::vector<Dot> dots = find_dots(background);
+  const cv::Mat1b dark = dark_places(background);
+  const std::vector<Dot> dots = find_dots(background, dark);
   if (dots.size() < kLeastDots) return std::nullopt;
   std::vector<double> distances, diameters;
   for (std::size_t k = 0; k < dots.size(); ++k) {
     distances.push_back(distance_to_nearest(dots, k));
     diameters.push_back(dots[k].diameter_px);
   }
-  const MarkerDots markers{static_cast<int>(dots.size()), median(distances), median(diameters)};
+  MarkerDots markers{static_cast<int>(dots.size()), median(distances), median(diameters)};
   if (spread_of(distances, markers.spacing_px) > kMostSpread ||
       spread_of(diameters, markers.diameter_px) > kMostSpread)
     return std::nullopt;
+  surface::detail::spread_spots(dark, markers.mask);
+  markers.covered_share =
+      cv::countNonZero(markers.mask) / static_cast<double>(std::max<std::size_t>(1, background.total()));
   return markers;
+}
+
+MarkerFiller::MarkerFiller(const cv::Mat3b& background) : background_(background) {
+  if (!find_marker_dots(background)) return;
+  repair_ = std::make_unique<surface::detail::PixelRepair>(background);
+  background_ = repair_->background();
+}
+
+MarkerFiller::~MarkerFiller() = default;
+
+cv::Mat3b MarkerFiller::fill(const cv::Mat3b& bgr, cv::Mat1b& covered) const {
+  covered.release();
+  if (!repair_) return bgr;
+  cv::Mat3b filled = repair_->clean(bgr).clone();
+  covered = repair_->covered().clone();
+  return filled;
 }
 
 }  // namespace gelslam

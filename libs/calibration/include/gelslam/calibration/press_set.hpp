@@ -24,6 +24,9 @@ struct CalibrationPress {
   /// For people: why its files cannot be used; empty when they can. Without a usable picture `bgr` is the
   /// background.
   std::string problem{};
+  cv::Mat1b covered{};  ///< 255 where markers hide the gel (fill_markers); empty: nowhere
+
+  bool shows_gel(int u, int v) const { return covered.empty() || covered(v, u) == 0; }
 };
 
 /// Files of a press: its label, or in its place the same of a press that a person has left out.
@@ -44,6 +47,10 @@ struct PressSet {
 /// folder, catalogue or background, a damaged line, a name that leaves the folder or comes twice, more than
 /// 2000 presses.
 PressSet read_press_set(const std::filesystem::path& folder);
+
+/// Fills in the markers of a gel that has them, in the background and in every press (MarkerFiller), and
+/// notes in `covered` where they were.
+void fill_markers(PressSet& set);
 
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
 ContactCircle read_label(const std::filesystem::path& path);

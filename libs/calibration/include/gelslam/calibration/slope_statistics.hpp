@@ -47,9 +47,9 @@ struct ZoneReading {
   double sigma_rad = 0.0;  ///< of both angles, as the model states it
 };
 
-/// Reads the press's zone with the model. `recentered`: the ball's center is moved first to where the model
-/// itself sees it, so that an error of the circle is not taken for one of the model (for gains); else it is
-/// taken as it is (for errors). Throws Error when the model does not fit.
+/// Reads the press's zone with the model, but for pixels that markers cover. `recentered`: the ball's center
+/// is moved first to where the model itself sees it, so that an error of the circle is not taken for one of
+/// the model (for gains); else it is taken as it is (for errors). Throws Error when the model does not fit.
 std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
                                    double pixel_pitch_mm, bool recentered);
 

@@ -15,7 +15,10 @@ struct OpticsOptions {
   bool light_drift = false;  ///< the lights' brightness wanders by some per cent, each by itself
   /// specks that move with the gel; some are there from the start, some come with contact
   bool dirt = false;
-  int late_grains = 30;    ///< with dirt: specks that come with contact, 0 .. 10000
+  int late_grains = 30;  ///< with dirt: specks that come with contact, 0 .. 10000
+  /// Distance of printed dots, a third as wide, 0.5 .. 10; 0: none. They move with the gel: ink half a
+  /// millimeter deep is carried sideways by half a millimeter times the slope, away from what presses.
+  double dot_spacing_mm = 0.0;
   std::uint64_t seed = 1;  ///< of this sensor: noise, drift, dirt
 };
 
@@ -36,6 +39,7 @@ class Optics {
 
  private:
   cv::Mat3f shade(const cv::Mat2f& slope) const;
+  void print_dots(const cv::Mat2f& slope, cv::Mat3f& picture) const;
   std::array<float, 3> drift(double time_s) const;
 
   SensorGeometry geometry_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -10,6 +11,10 @@
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam {
+
+namespace surface::detail {
+class PixelRepair;
+}
 
 /// Mean of images of one size, rounded to the nearest gray level. Throws Error when there are none or sizes
 /// differ.
@@ -24,7 +29,12 @@ cv::Mat3b background_image(const std::vector<cv::Mat3b>& frames);
 struct MarkerDots {
   int count = 0;
   double spacing_px = 0.0, diameter_px = 0.0;
-  /// For the user: "the gel has markers (63 dots, 32 pixels apart), ... : use a gel without markers".
+  /// 255 where ink darkens the gel, and around it as far as lens and JPEG spread it. Dots of any kind.
+  cv::Mat1b mask{};
+  double covered_share = 0.0;  ///< of the picture by the mask
+  /// Enough bare gel is seen between the dots to fill them in from around: at most 40 % is covered.
+  bool are_readable() const;
+  /// For the user: "the gel has 63 markers, ...: their pixels are filled in from around", or why not.
   std::string sentence() const;
 };
 
@@ -33,16 +43,33 @@ struct MarkerDots {
 /// none, or the picture is smaller than 32 pixels.
 std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background);
 
+/// Pictures of a gel with markers as if it had none (own). Another gel's pictures stay as they are.
+class MarkerFiller {
+ public:
+  explicit MarkerFiller(const cv::Mat3b& background);
+  ~MarkerFiller();
+  /// The background as it would be without dots.
+  const cv::Mat3b& background() const { return background_; }
+  /// The picture with its dots filled in from around. `covered` becomes 255 where they are; without markers
+  /// it becomes empty.
+  cv::Mat3b fill(const cv::Mat3b& bgr, cv::Mat1b& covered) const;
+
+ private:
+  cv::Mat3b background_;
+  std::unique_ptr<surface::detail::PixelRepair> repair_;  ///< none where the gel has no markers
+};
+
 struct BackgroundCheck {
   bool contact = false;
-  bool markers = false;  ///< on the gel: slopes cannot be read, touched or not
+  bool markers = false;  ///< too many on the gel: slopes cannot be read, touched or not
   std::string reason;    ///< for the user; empty when there is neither
 };
 
 /// Whether pictures that should show the bare gel show contact (own): something moves between them, or the
-/// gel has markers (find_marker_dots), or the model reads an imprint in their background_image (slopes or
-/// curvature that are steep locally; the bare gel shows at most a smooth bias). A flat object that does not
-/// move cannot be told from bare gel. Throws Error like mean_image, and when the model does not fit.
+/// gel has too many markers (MarkerDots::are_readable), or the model reads an imprint in their
+/// background_image (slopes or curvature that are steep locally; the bare gel shows at most a smooth bias). A
+/// flat object that does not move cannot be told from bare gel. Throws Error like mean_image, and when the
+/// model does not fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options);
 
@@ -59,8 +86,8 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
 /// looks the same. "" for other sensors. Throws Error when the picture is smaller than 32 pixels.
 std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name);
 
-/// Throws Error for a background that no calibration can use: a gel with markers, red and blue swapped. Other
-/// doubts are reported by `say_doubt`. `name`: of the background, for messages.
+/// Throws Error for a background that no calibration can use: a gel with too many markers, red and blue
+/// swapped. Other doubts are reported by `say_doubt`. `name`: of the background, for messages.
 void require_readable_background(const cv::Mat3b& background, const std::string& device_name,
                                  const std::string& name,
                                  const std::function<void(const std::string&)>& say_doubt);
