@@ -5,6 +5,7 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/parallel.hpp"
 #include "place_features.hpp"
 #include "place_index.hpp"
 
@@ -37,6 +38,7 @@ struct LoopCloser::Impl {
   std::vector<Candidate> compare(const PlaceFeatures& features, const std::vector<int>& with) const;
   std::vector<LoopConstraint> search(const PlaceFeatures& features, const Keyframe& newer,
                                      const std::vector<int>& among, int wanted) const;
+  void keep(const Keyframe& keyframe, PlaceFeatures features);
 };
 
 /// The number of newest places that belong to the same touch. They are compared without a vote and counted
@@ -88,6 +90,14 @@ std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& featur
   return loops;
 }
 
+void LoopCloser::Impl::keep(const Keyframe& keyframe, PlaceFeatures features) {
+  if (!places.empty() && keyframe.id <= places.back().keyframe.id)
+    throw Error("loop closure: keyframe " + std::to_string(keyframe.id) + " comes after " +
+                std::to_string(places.back().keyframe.id) + "; ids must grow");
+  index.add(features);
+  places.push_back({keyframe, std::move(features)});
+}
+
 // The newer keyframe is the reference of the registration: its result is then older_T_newer with the
 // information in the newer keyframe's axes, as in a constraint.
 std::optional<LoopConstraint> verify_loop(const Keyframe& older, const Keyframe& newer,
@@ -127,12 +137,8 @@ LoopCloser::LoopCloser(const LoopClosureOptions& options, const NormalFlowOption
 LoopCloser::~LoopCloser() = default;
 
 std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
-  std::vector<Place>& places = impl_->places;
-  if (!places.empty() && keyframe.id <= places.back().keyframe.id)
-    throw Error("loop closure: keyframe " + std::to_string(keyframe.id) + " comes after " +
-                std::to_string(places.back().keyframe.id) + "; ids must grow");
-  const PlaceFeatures features = extract_features(*keyframe.surface, impl_->options);
-  const std::size_t neighbors = impl_->neighbors(keyframe), elsewhere = places.size() - neighbors;
+  PlaceFeatures features = extract_features(*keyframe.surface, impl_->options);
+  const std::size_t neighbors = impl_->neighbors(keyframe), elsewhere = impl_->places.size() - neighbors;
 
   std::vector<LoopConstraint> loops = impl_->search(
       features, keyframe,
@@ -145,9 +151,21 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
       impl_->search(features, keyframe, before_predecessor, impl_->options.max_constraints / 3);
   loops.insert(loops.end(), near.begin(), near.end());
 
-  impl_->index.add(features);
-  places.push_back({keyframe, features});
+  impl_->keep(keyframe, std::move(features));
   return loops;
+}
+
+void LoopCloser::keep(const std::vector<Keyframe>& keyframes) {
+  std::vector<PlaceFeatures> features(keyframes.size());
+  parallel_for(keyframes.size(), 0,
+               [&](std::size_t i) { features[i] = extract_features(*keyframes[i].surface, impl_->options); });
+  for (std::size_t i = 0; i < keyframes.size(); ++i) impl_->keep(keyframes[i], std::move(features[i]));
+}
+
+std::vector<LoopConstraint> LoopCloser::recognize(const Keyframe& keyframe) const {
+  const PlaceFeatures features = extract_features(*keyframe.surface, impl_->options);
+  const int count = static_cast<int>(impl_->places.size()), most = impl_->options.max_candidates;
+  return impl_->search(features, keyframe, impl_->index.most_alike(features, count, most), most);
 }
 
 void LoopCloser::forget_from(int keyframe_id) {

@@ -6,11 +6,6 @@
 namespace gelslam {
 namespace {
 
-/// Another place does not count when its normals fit this much worse than those of the best. Measured: a
-/// tooth, bead or dimple further they fit 1.02 to 1.4 times worse, on texture that does not repeat 2 to 3
-/// times.
-constexpr double kRivalResidual = 1.15;
-
 /// From one pose of the target to another, along the target's axes: how the shared center moves, and the
 /// turn.
 struct Difference {

@@ -4,14 +4,14 @@
 #include "images/left_out.hpp"
 #include "images/sources.hpp"
 
-namespace gelslam::detail {
+namespace gelslam {
+namespace detail {
 namespace {
 
 class DecodingSource final : public FrameSource {
  public:
-  DecodingSource(std::unique_ptr<RawFrameSource> raw, const std::filesystem::path& log,
-                 const SensorProfile& profile)
-      : raw_(std::move(raw)), name_(log.string()), decoder_(profile) {}
+  DecodingSource(std::unique_ptr<RawFrameSource> raw, const std::string& name, const SensorProfile& profile)
+      : raw_(std::move(raw)), name_(name), decoder_(profile) {}
 
   std::optional<TactileImage> next() override {
     while (const std::optional<RawFrame> frame = raw_->next()) {
@@ -54,7 +54,14 @@ std::unique_ptr<FrameSource> open_matroska_frames(const std::filesystem::path& l
                                                   const SensorProfile& profile) {
   std::unique_ptr<RawFrameSource> raw = open_matroska_log(log, profile);
   if (raw == nullptr) return nullptr;
-  return std::make_unique<DecodingSource>(std::move(raw), log, profile);
+  return decode_frames(std::move(raw), log.string(), profile);
 }
 
-}  // namespace gelslam::detail
+}  // namespace detail
+
+std::unique_ptr<FrameSource> decode_frames(std::unique_ptr<RawFrameSource> raw, const std::string& name,
+                                           const SensorProfile& profile) {
+  return std::make_unique<detail::DecodingSource>(std::move(raw), name, profile);
+}
+
+}  // namespace gelslam

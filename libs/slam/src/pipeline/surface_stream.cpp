@@ -1,5 +1,7 @@
 #include "gelslam/slam/surface_stream.hpp"
 
+#include <utility>
+
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/image_input.hpp"
 
@@ -65,10 +67,23 @@ SurfaceStream::SurfaceStream(const LogInput& input, const Config& config, StageT
     : timer_(timer),
       source_(open_frame_source(input.log, config.sensor)),
       frames_(config, input.background, input.force, timer) {
-  if (!frames_.has_background()) read_background(config.background_frames);
+  read_background(config.background_frames, [this](const std::string& contact) {
+    throw Error("the log's first " + std::to_string(background_items_.size()) +
+                " frames should show the bare gel, but " + contact +
+                " (record again without touching, give --background IMAGE, or continue with --force)");
+  });
 }
 
-void SurfaceStream::read_background(int frames) {
+SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> camera, const LogInput& input, const Config& config,
+                             StageTimer& timer, const std::function<void(const std::string&)>& ask)
+    : timer_(timer), source_(std::move(camera)), frames_(config, input.background, input.force, timer) {
+  bool asked = false;
+  read_background(config.background_frames, [&](const std::string& contact) {
+    if (!std::exchange(asked, true)) ask("take the object off the gel: " + contact);
+  });
+}
+
+void SurfaceStream::read_background(int frames, const std::function<void(const std::string&)>& refuse) {
   while (!frames_.has_background()) {
     std::optional<TactileImage> image = source_->next();
     if (!image)
@@ -80,10 +95,7 @@ void SurfaceStream::read_background(int frames) {
     frames_.push(image->bgr);
     const BackgroundCheck& refusal = frames_.refusal();
     if (refusal.markers) throw Error(refusal.reason + " (--force continues anyway)");
-    if (refusal.contact)
-      throw Error("the log's first " + std::to_string(background_items_.size()) +
-                  " frames should show the bare gel, but " + refusal.reason +
-                  " (record again without touching, give --background IMAGE, or continue with --force)");
+    if (refusal.contact) refuse(refusal.reason);
   }
 }
 

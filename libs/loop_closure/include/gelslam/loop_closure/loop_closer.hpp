@@ -55,6 +55,12 @@ class LoopCloser {
   /// it for later ones. Every keyframe added is searched for. Ids must grow.
   std::vector<LoopConstraint> add(const Keyframe& keyframe);
 
+  /// Keeps the keyframes of a map that is known already, without a search. Ids must grow.
+  void keep(const std::vector<Keyframe>& keyframes);
+
+  /// Compares `keyframe` with all kept keyframes and keeps nothing: all places of a known map that it shows.
+  std::vector<LoopConstraint> recognize(const Keyframe& keyframe) const;
+
   /// Forgets the keyframes with this id and later ones, as if they had never been added.
   void forget_from(int keyframe_id);
 

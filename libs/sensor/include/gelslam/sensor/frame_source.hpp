@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
 #include "gelslam/sensor/tactile_image.hpp"
 
@@ -34,5 +35,9 @@ class FrameSource {
 /// ones are refused. Throws Error with what was wrong.
 std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
                                                const SensorProfile& profile);
+
+/// The pictures of a camera, or of a raw log. Frames that cannot be decoded are left out; warning() says so.
+std::unique_ptr<FrameSource> decode_frames(std::unique_ptr<RawFrameSource> raw, const std::string& name,
+                                           const SensorProfile& profile);
 
 }  // namespace gelslam

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,7 +51,7 @@ class FrameToSurface {
   std::optional<SurfaceEstimator> estimator_;
 };
 
-/// A log as a stream of surfaces. Holds no more than the background's pictures at once.
+/// A log, or a camera, as a stream of surfaces. Holds no more than the background's pictures at once.
 class SurfaceStream {
  public:
   struct Item {
@@ -62,6 +63,10 @@ class SurfaceStream {
   /// Reads the background. Throws Error when the log is no log, is shorter than its background, or shows
   /// contact in it (unless input.force).
   SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer);
+  /// Of a camera. It waits until the gel is bare; `ask` is told once why it waits. `input` names the
+  /// background only.
+  SurfaceStream(std::unique_ptr<FrameSource> camera, const LogInput& input, const Config& config,
+                StageTimer& timer, const std::function<void(const std::string&)>& ask);
 
   /// Frames in order, background frames first; nothing at the end.
   std::optional<Item> next();
@@ -73,7 +78,7 @@ class SurfaceStream {
   std::string warning() const { return source_->warning(); }
 
  private:
-  void read_background(int frames);
+  void read_background(int frames, const std::function<void(const std::string&)>& refuse);
 
   StageTimer& timer_;
   std::unique_ptr<FrameSource> source_;  // opened first: a missing log is said before a missing model

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gelslam/frontend/tracker.hpp"
+#include "gelslam/localization/surface_map.hpp"
+
+namespace gelslam {
+
+/// A place where the sensor may be.
+struct PlaceHypothesis {
+  Pose map_T_sensor = Pose::Identity();
+  Matrix6d covariance = Matrix6d::Identity();  ///< of the right perturbation (rad, mm)
+  double probability = 0;  ///< what is missing to 1 in sum: the touch lies elsewhere, or not in the map
+};
+
+enum class PlaceStatus { unknown, localized, ambiguous };
+
+/// What is known of a frame's place in the map.
+struct LocalizedFrame {
+  TrackedFrame tracked;  ///< within the trial, without the map
+  PlaceStatus status = PlaceStatus::unknown;
+  /// The most probable first. Localized: that one. Unknown: none.
+  std::vector<PlaceHypothesis> hypotheses;
+  std::string reason;  ///< why there is no certain place, for people
+};
+
+/// The sensor's pose in a known map, from the first touch on: a filter over hypotheses. Each touch moves
+/// every hypothesis as it was tracked, registers it to the map there and weighs it by how well it fits. As
+/// long as no hypothesis is certain, each touch that shows new surface is searched for in the whole map, and
+/// hypotheses that the map's own symmetry makes equal are added. Deterministic. Not thread-safe. Source: own
+/// (docs/localization.md).
+class Localizer {
+ public:
+  Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options);
+
+  /// Frames in order.
+  LocalizedFrame process(std::int64_t frame, double time_s, SurfacePtr surface);
+
+ private:
+  /// A frame as hypotheses are judged by it.
+  struct Touch {
+    Keyframe keyframe;  ///< the frame itself
+    double time_s = 0;
+    int reference_id = -1;  ///< the tracker's keyframe: frames with the same one are one touch
+    Pose trial_T_sensor = Pose::Identity();
+    Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();  ///< of the contact
+    double weight = 1;                                    ///< share of it that the next touch does not show
+    double best_log_odds = 0;                             ///< of the hypothesis that fits it best
+    double best_rmse_rad = 0;                             ///< of the same
+  };
+  struct Hypothesis {
+    Pose map_T_sensor = Pose::Identity();
+    Matrix6d covariance = Matrix6d::Identity();
+    MapFit fit;                ///< of the newest frame
+    double past_log_odds = 0;  ///< of finished touches
+    double log_odds = 0;       ///< of the current one, judged by its frame with the largest contact
+    double last_fit_s = 0;     ///< when it last fitted the map
+    double last_agreed_s = 0;  ///< the same, or when the map last did not show its place
+
+    double total() const { return past_log_odds + log_odds; }
+  };
+
+  Touch make_touch(const TrackedFrame& tracked, SurfacePtr surface) const;
+  void begin_trial(const Touch& touch);
+  void begin_touch(const Touch& touch);
+  void predict(const TrackedFrame& tracked);
+  void correct(const Touch& touch);
+  bool is_certain() const;
+  bool shows_new_surface(const Touch& touch) const;
+  std::vector<Pose> recognized(const Touch& touch) const;
+  void add(const Touch& touch, const Pose& map_T_sensor);
+  void add_symmetric(const Touch& touch);
+  bool is_known(const Touch& touch, const Pose& map_T_sensor) const;
+  double log_odds(const MapFit& fit, const Touch& touch) const;
+  void weigh(const Touch& frame);
+  void remove_refuted(const Touch& touch);
+  std::vector<double> probabilities() const;
+  void conclude(const Touch& touch, LocalizedFrame& result) const;
+
+  std::shared_ptr<const SurfaceMap> map_;
+  SlamOptions options_;
+  Tracker tracker_;
+  int trial_ = -1;
+  Pose trial_T_sensor_ = Pose::Identity();  ///< of the frame before
+  std::vector<Hypothesis> hypotheses_;
+  std::vector<Touch> touches_;     ///< of the trial; the last one is the current one, by its largest frame
+  int searched_contact_px_ = 0;    ///< contact of the current touch when it was last searched for
+  std::vector<Pose> last_places_;  ///< hypotheses of the trial before
+};
+
+}  // namespace gelslam

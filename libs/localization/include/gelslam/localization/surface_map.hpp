@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "gelslam/frontend/keyframe.hpp"
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/slam/slam_options.hpp"
+
+namespace gelslam {
+
+/// How well a touch fits the map at one pose.
+struct MapFit {
+  bool covered = false;  ///< the map shows enough of what the touch shows
+  RegistrationResult
+      registration;   ///< verify(): a keyframe of the map is the reference, the touch the target
+  int keyframe = -1;  ///< id of that keyframe
+  Pose map_T_sensor = Pose::Identity();    ///< as registered; as asked for where registration failed
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation of map_T_sensor (rad, mm)
+
+  bool ok() const { return covered && registration.ok(); }
+};
+
+/// Surfaces at known poses, made ready for touches to be found in them. Immutable; all but the constructor
+/// may be called from any thread.
+class SurfaceMap {
+ public:
+  /// Ids of the patches must grow. Throws Error when there is none, or none has contact.
+  SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptions& options);
+  ~SurfaceMap();
+
+  int keyframe_count() const;
+
+  /// Every map_T_sensor at which place recognition and verify() find the touch, the best first; the same pose
+  /// may come several times, from different keyframes.
+  std::vector<Pose> recognize(const Keyframe& touch) const;
+
+  /// Registers the touch to the keyframe of the map that shows most of it at `map_T_sensor`.
+  MapFit fit(const NormalFlowReference& touch, const Pose& map_T_sensor, PlacePrior prior,
+             double sigma_mm) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<const Impl> impl_;
+};
+
+/// Where two poses put the touch, compared: the shift of its center or, if that is more, the turn
+/// (kMmPerRad).
+double pose_distance_mm(const Pose& map_T_a, const Pose& map_T_b, const Eigen::Vector3d& center_mm);
+
+}  // namespace gelslam

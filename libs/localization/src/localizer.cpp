@@ -1,0 +1,292 @@
+#include "gelslam/localization/localizer.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/registration/relocalization.hpp"
+#include "gelslam/slam/refinement.hpp"
+#include "gelslam/slam/slam_map.hpp"
+#include "gelslam/surface/contact_points.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr double kCertain = 0.95;  // probability from which a place is given as the one
+// What a touch that is just sure (VerificationOptions) says for a place, in nats: alone it makes it certain.
+const double kSureLogOdds = std::log(kCertain / (1 - kCertain));
+const double kNegligibleLogOdds = std::log(1e-3);  // of a hypothesis against the best
+constexpr double kSearchGrowth = 1.5;        // a contact that has grown by this factor shows something new
+constexpr std::size_t kMostHypotheses = 24;  // a cube's corner has as many
+constexpr std::size_t kMostSymmetricTries = 48;  // registrations per search
+constexpr std::size_t kMostTouches = 8;          // that a new hypothesis is judged by
+
+Matrix6d inverse(const Matrix6d& matrix) {
+  const Matrix6d result = matrix.inverse();
+  return 0.5 * (result + result.transpose());
+}
+
+double translation_sigma_mm(const Matrix6d& covariance) {
+  return std::sqrt(covariance.diagonal().tail<3>().maxCoeff());
+}
+
+/// All of the pose is known, at two standard deviations, to less than the distance of two places.
+bool is_known_well(const Matrix6d& covariance) {
+  const double turn_rad = std::sqrt(covariance.diagonal().head<3>().maxCoeff());
+  return 2 * std::max(translation_sigma_mm(covariance), kMmPerRad * turn_rad) <= kMinPeriodMm;
+}
+
+Eigen::Vector3d center_of(const Surface& surface) {
+  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(surface);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : points) sum += point;
+  return points.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(points.size()));
+}
+
+std::string reason_without_track(const TrackedFrame& tracked) {
+  if (tracked.status == TrackStatus::no_contact) return "nothing touches the sensor";
+  return "track was lost: " + std::string(describe(tracked.registration.status));
+}
+
+}  // namespace
+
+Localizer::Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options)
+    : map_(std::move(map)),
+      options_(options),
+      tracker_(options.tracker, options.registration, options.verification) {}
+
+LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr surface) {
+  LocalizedFrame result;
+  result.tracked = tracker_.track(frame, time_s, surface);
+  if (result.tracked.status != TrackStatus::tracked) {
+    result.reason = reason_without_track(result.tracked);
+    return result;
+  }
+  const Touch touch = make_touch(result.tracked, std::move(surface));
+  if (result.tracked.trial != trial_)
+    begin_trial(touch);
+  else
+    predict(result.tracked);
+  if (touches_.empty() || touches_.back().reference_id != touch.reference_id) begin_touch(touch);
+  correct(touch);
+  if (!is_certain() && shows_new_surface(touch)) {
+    for (const Pose& map_T_sensor : recognized(touch)) add(touch, map_T_sensor);
+    add_symmetric(touch);
+    searched_contact_px_ = touch.keyframe.surface->contact_pixels;
+  }
+  weigh(touch);
+  remove_refuted(touch);
+  conclude(touch, result);
+  return result;
+}
+
+Localizer::Touch Localizer::make_touch(const TrackedFrame& tracked, SurfacePtr surface) const {
+  Touch touch;
+  touch.time_s = tracked.time_s;
+  touch.reference_id = tracked.keyframe->id;
+  touch.trial_T_sensor = tracked.trial_T_frame;
+  touch.center_mm = center_of(*surface);
+  touch.keyframe.frame = tracked.frame;
+  touch.keyframe.trial = tracked.trial;
+  touch.keyframe.reference = std::make_shared<const NormalFlowReference>(surface, options_.registration);
+  touch.keyframe.surface = std::move(surface);
+  return touch;
+}
+
+/// Contact was broken or track was lost: the object may be anywhere.
+void Localizer::begin_trial(const Touch& touch) {
+  if (!hypotheses_.empty()) last_places_.clear();
+  for (const Hypothesis& h : hypotheses_) last_places_.push_back(h.map_T_sensor);
+  hypotheses_.clear();
+  touches_.clear();
+  trial_ = touch.keyframe.trial;
+  trial_T_sensor_ = touch.trial_T_sensor;
+}
+
+/// The touch before counts as far as this one does not show it again.
+void Localizer::begin_touch(const Touch& touch) {
+  if (!touches_.empty()) {
+    Touch& before = touches_.back();
+    before.weight = 1 - contact_overlap(*before.keyframe.surface, *touch.keyframe.surface,
+                                        before.trial_T_sensor.inverse() * touch.trial_T_sensor);
+    for (Hypothesis& h : hypotheses_) h.past_log_odds += before.weight * std::exchange(h.log_odds, 0);
+  }
+  if (touches_.size() == kMostTouches) touches_.erase(touches_.begin());
+  touches_.push_back(touch);
+  searched_contact_px_ = 0;
+}
+
+/// Every hypothesis moves as the sensor did.
+void Localizer::predict(const TrackedFrame& tracked) {
+  const Pose step = trial_T_sensor_.inverse() * tracked.trial_T_frame;
+  trial_T_sensor_ = tracked.trial_T_frame;
+  const Matrix6d turn = adjoint(step.inverse());
+  const Matrix6d noise =
+      uncertain_motion(odometry_edge(link_to(tracked.keyframe, tracked.registration), -1)).covariance;
+  for (Hypothesis& h : hypotheses_) {
+    h.map_T_sensor = normalized(h.map_T_sensor * step);
+    h.covariance = turn * h.covariance * turn.transpose() + noise;
+  }
+}
+
+/// Every hypothesis is registered to the map where it is. What was known before counts half, because frames
+/// that follow each other share their errors.
+void Localizer::correct(const Touch& touch) {
+  for (Hypothesis& h : hypotheses_) {
+    h.fit = map_->fit(*touch.keyframe.reference, h.map_T_sensor, PlacePrior::known,
+                      translation_sigma_mm(h.covariance));
+    if (!h.fit.covered || h.fit.ok()) h.last_agreed_s = touch.time_s;
+    if (!h.fit.ok()) continue;
+    h.last_fit_s = touch.time_s;
+    h.map_T_sensor = h.fit.map_T_sensor;
+    h.covariance = inverse(inverse(h.fit.covariance) + 0.5 * inverse(h.covariance));
+  }
+}
+
+bool Localizer::shows_new_surface(const Touch& touch) const {
+  return touch.keyframe.surface->contact_pixels > kSearchGrowth * searched_contact_px_;
+}
+
+/// By place recognition; the places of the trial before are worth a try, too.
+std::vector<Pose> Localizer::recognized(const Touch& touch) const {
+  std::vector<Pose> poses = map_->recognize(touch.keyframe);
+  poses.insert(poses.end(), last_places_.begin(), last_places_.end());
+  return poses;
+}
+
+bool Localizer::is_known(const Touch& touch, const Pose& map_T_sensor) const {
+  return std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const Hypothesis& h) {
+    return pose_distance_mm(h.map_T_sensor, map_T_sensor, touch.center_mm) < kMinPeriodMm;
+  });
+}
+
+/// A new hypothesis if the touch fits the map there, judged by all touches of the trial.
+void Localizer::add(const Touch& touch, const Pose& map_T_sensor) {
+  if (hypotheses_.size() == kMostHypotheses || is_known(touch, map_T_sensor)) return;
+  Hypothesis h;
+  h.fit = map_->fit(*touch.keyframe.reference, map_T_sensor, PlacePrior::suspected,
+                    std::numeric_limits<double>::infinity());
+  if (!h.fit.ok() || is_known(touch, h.fit.map_T_sensor)) return;
+  h.map_T_sensor = h.fit.map_T_sensor;
+  h.covariance = h.fit.covariance;
+  h.last_fit_s = h.last_agreed_s = touch.time_s;
+  const Pose map_T_trial = h.map_T_sensor * touch.trial_T_sensor.inverse();
+  for (std::size_t i = 0; i + 1 < touches_.size(); ++i) {
+    const Touch& before = touches_[i];
+    const MapFit fit = map_->fit(*before.keyframe.reference, map_T_trial * before.trial_T_sensor,
+                                 PlacePrior::known, translation_sigma_mm(h.covariance));
+    h.past_log_odds += before.weight * log_odds(fit, before);
+  }
+  hypotheses_.push_back(h);
+}
+
+/// Where two places fit, the map looks the same after the motion between them: then it may do so after the
+/// same motion from any other place, too.
+void Localizer::add_symmetric(const Touch& touch) {
+  std::vector<Pose> tried;
+  for (std::size_t i = 0; i < hypotheses_.size(); ++i)
+    for (std::size_t j = 0; j < hypotheses_.size(); ++j)
+      for (std::size_t k = 0; k < hypotheses_.size() && i != j; ++k) {
+        const Pose place =
+            hypotheses_[j].map_T_sensor * hypotheses_[i].map_T_sensor.inverse() * hypotheses_[k].map_T_sensor;
+        const bool was_tried = std::any_of(tried.begin(), tried.end(), [&](const Pose& other) {
+          return pose_distance_mm(other, place, touch.center_mm) < kMinPeriodMm;
+        });
+        if (was_tried || is_known(touch, place)) continue;
+        if (tried.size() == kMostSymmetricTries) return;
+        tried.push_back(place);
+        add(touch, place);
+      }
+}
+
+/// What a touch says for a place (negative: against it) compared with chance, in nats. Nothing where the map
+/// shows nothing, or no texture. A place that fits as well as the best is as likely.
+double Localizer::log_odds(const MapFit& fit, const Touch& touch) const {
+  if (!fit.covered) return 0;
+  if (!fit.ok()) return -kSureLogOdds;
+  const VerificationOptions& limits = options_.verification;
+  const double above = fit.registration.texture_correlation - limits.min_texture_correlation;
+  const double own =
+      kSureLogOdds *
+      std::max(0.0, above / (limits.sure_texture_correlation - limits.min_texture_correlation));
+  const double noise_rad = options_.registration.normal_noise_rad;
+  const bool fits_as_well =
+      fit.registration.normal_rmse_rad < kRivalResidual * std::max(touch.best_rmse_rad, noise_rad);
+  return fits_as_well ? std::max(own, touch.best_log_odds) : own;
+}
+
+/// A touch is judged by its frame with the largest contact.
+void Localizer::weigh(const Touch& frame) {
+  Touch& touch = touches_.back();
+  if (frame.keyframe.surface->contact_pixels < touch.keyframe.surface->contact_pixels) return;
+  touch = frame;
+  for (const Hypothesis& h : hypotheses_) {
+    if (!h.fit.ok()) continue;
+    const double own = log_odds(h.fit, frame);
+    if (own <= touch.best_log_odds) continue;
+    touch.best_log_odds = own;
+    touch.best_rmse_rad = h.fit.registration.normal_rmse_rad;
+  }
+  for (Hypothesis& h : hypotheses_) h.log_odds = log_odds(h.fit, touch);
+}
+
+/// A hypothesis goes when another one has come to its place, when the map has contradicted it for a while,
+/// and when it is much less likely than the best or than all that the map does not show.
+void Localizer::remove_refuted(const Touch& touch) {
+  std::stable_sort(hypotheses_.begin(), hypotheses_.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.total() > b.total(); });
+  std::vector<Hypothesis> all;
+  std::swap(all, hypotheses_);
+  for (Hypothesis& h : all) {
+    const double rival = hypotheses_.empty() ? 0.0 : std::max(0.0, hypotheses_.front().total());
+    const bool contradicted = touch.time_s - h.last_agreed_s > options_.tracker.patience_s;
+    if (!contradicted && h.total() - rival > kNegligibleLogOdds && !is_known(touch, h.map_T_sensor))
+      hypotheses_.push_back(std::move(h));
+  }
+}
+
+/// That one of the hypotheses is right and all others are wrong, or, the rest to 1, that all are wrong.
+std::vector<double> Localizer::probabilities() const {
+  double most = 0, sum = 0;
+  for (const Hypothesis& h : hypotheses_) most = std::max(most, h.total());
+  std::vector<double> shares;
+  for (const Hypothesis& h : hypotheses_) sum += shares.emplace_back(std::exp(h.total() - most));
+  for (double& share : shares) share /= sum + std::exp(-most);
+  return shares;
+}
+
+bool Localizer::is_certain() const {
+  const std::vector<double> shares = probabilities();
+  return std::any_of(shares.begin(), shares.end(), [](double share) { return share >= kCertain; });
+}
+
+void Localizer::conclude(const Touch& touch, LocalizedFrame& result) const {
+  const std::vector<double> shares = probabilities();
+  for (std::size_t i = 0; i < hypotheses_.size(); ++i)
+    result.hypotheses.push_back({hypotheses_[i].map_T_sensor, hypotheses_[i].covariance, shares[i]});
+  if (hypotheses_.empty()) {
+    result.reason = "no place of the map looks like this touch";
+    return;
+  }
+  const Hypothesis& best = hypotheses_.front();
+  if (touch.time_s - best.last_fit_s > options_.tracker.patience_s) {
+    result.hypotheses.clear();
+    result.reason = "beyond what the map shows";
+    return;
+  }
+  result.status = PlaceStatus::ambiguous;
+  if (shares.front() < kCertain) {
+    result.reason = hypotheses_.size() > 1 ? "several places of the map look like this touch"
+                                           : "this touch shows too little to be certain";
+  } else if (!is_known_well(best.covariance)) {
+    result.reason = describe_observability(best.fit.registration.observable);
+  } else {
+    result.status = PlaceStatus::localized;
+    result.hypotheses.resize(1);
+  }
+}
+
+}  // namespace gelslam

@@ -1,0 +1,150 @@
+#include "gelslam/localization/surface_map.hpp"
+
+#include <algorithm>
+
+#include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/index.hpp"
+#include "gelslam/core/parallel.hpp"
+#include "gelslam/loop_closure/loop_closer.hpp"
+#include "gelslam/slam/slam_map.hpp"
+#include "gelslam/surface/contact_points.hpp"
+
+namespace gelslam {
+
+namespace localization::detail {
+
+constexpr int kMostCompared = 8;    // keyframes near a pose whose overlap is computed
+constexpr double kMinFacing = 0.3;  // cosine between two touches' directions; beyond it they share nothing
+
+/// Where a contact lies: a sphere around its points.
+struct Extent {
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 0;
+};
+
+Extent extent_of(const std::vector<Eigen::Vector3d>& points) {
+  Extent extent;
+  for (const Eigen::Vector3d& p : points) extent.center_mm += p / static_cast<double>(points.size());
+  for (const Eigen::Vector3d& p : points)
+    extent.radius_mm = std::max(extent.radius_mm, (p - extent.center_mm).norm());
+  return extent;
+}
+
+/// A keyframe of the map.
+struct MapPlace {
+  std::shared_ptr<const Keyframe> keyframe;
+  Pose map_T_keyframe = Pose::Identity();
+  Extent extent;  // in the map's frame
+};
+
+struct Overlap {
+  const MapPlace* place = nullptr;
+  double share = 0;  // of the touch
+};
+
+MapPlace make_place(const PosedSurface& patch, const NormalFlowOptions& registration) {
+  auto keyframe = std::make_shared<Keyframe>();
+  keyframe->id = patch.id;
+  keyframe->surface = patch.surface;
+  keyframe->reference = std::make_shared<const NormalFlowReference>(patch.surface, registration);
+  Extent extent = extent_of(coarse_contact_points_mm(*patch.surface));
+  extent.center_mm = patch.map_T_keyframe * extent.center_mm;
+  return {std::move(keyframe), patch.map_T_keyframe, extent};
+}
+
+}  // namespace localization::detail
+
+using namespace localization::detail;
+
+struct SurfaceMap::Impl {
+  SlamOptions options;
+  LoopCloser recognition;
+  std::vector<MapPlace> places;
+
+  explicit Impl(const SlamOptions& slam)
+      : options(slam), recognition(slam.loop_closure, slam.registration, slam.verification) {}
+
+  Overlap most_overlapping(const Surface& touch, const Pose& map_T_sensor) const;
+};
+
+SurfaceMap::SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptions& options) {
+  auto impl = std::make_unique<Impl>(options);
+  std::vector<PosedSurface> touched;
+  std::copy_if(patches.begin(), patches.end(), std::back_inserter(touched), [&](const PosedSurface& patch) {
+    return patch.surface->contact_pixels >= options.tracker.contact_threshold_px;
+  });
+  if (touched.empty()) throw Error("the map is empty: none of its keyframes shows a contact");
+  impl->places.resize(touched.size());
+  parallel_for(touched.size(), 0,
+               [&](std::size_t i) { impl->places[i] = make_place(touched[i], options.registration); });
+  std::vector<Keyframe> keyframes;
+  for (const MapPlace& place : impl->places) keyframes.push_back(*place.keyframe);
+  impl->recognition.keep(keyframes);
+  impl_ = std::move(impl);
+}
+
+SurfaceMap::~SurfaceMap() = default;
+
+int SurfaceMap::keyframe_count() const { return static_cast<int>(impl_->places.size()); }
+
+std::vector<Pose> SurfaceMap::recognize(const Keyframe& touch) const {
+  std::vector<Pose> poses;
+  for (const LoopConstraint& loop : impl_->recognition.recognize(touch)) {
+    const auto place = std::lower_bound(impl_->places.begin(), impl_->places.end(), loop.from,
+                                        [](const MapPlace& p, int id) { return p.keyframe->id < id; });
+    poses.emplace_back(place->map_T_keyframe * loop.from_T_to);
+  }
+  return poses;
+}
+
+/// The keyframe that shows most of the touch, among those whose centers are nearest.
+Overlap SurfaceMap::Impl::most_overlapping(const Surface& touch, const Pose& map_T_sensor) const {
+  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(touch);
+  const Extent here = extent_of(points);
+  const Eigen::Vector3d center_mm = map_T_sensor * here.center_mm, axis = map_T_sensor.linear().col(2);
+  std::vector<std::pair<double, const MapPlace*>> near;
+  for (const MapPlace& place : places) {
+    const double distance_mm = (place.extent.center_mm - center_mm).norm();
+    if (distance_mm < place.extent.radius_mm + here.radius_mm &&
+        place.map_T_keyframe.linear().col(2).dot(axis) >= kMinFacing)
+      near.emplace_back(distance_mm, &place);
+  }
+  std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  near.resize(std::min(near.size(), index(kMostCompared)));
+  Overlap best;
+  for (const auto& [distance_mm, place] : near) {
+    const Pose keyframe_T_sensor = place->map_T_keyframe.inverse() * map_T_sensor;
+    const auto shown = std::count_if(points.begin(), points.end(), [&, place = place](const auto& point) {
+      return shows(*place->keyframe->surface, keyframe_T_sensor * point);
+    });
+    const double share = static_cast<double>(shown) / static_cast<double>(points.size());
+    if (share > best.share) best = {place, share};
+  }
+  return best;
+}
+
+MapFit SurfaceMap::fit(const NormalFlowReference& touch, const Pose& map_T_sensor, PlacePrior prior,
+                       double sigma_mm) const {
+  MapFit fit;
+  fit.map_T_sensor = map_T_sensor;
+  const auto [place, share] = impl_->most_overlapping(touch.surface(), map_T_sensor);
+  fit.covered = share >= impl_->options.verification.min_scr;
+  if (!fit.covered) return fit;
+  fit.keyframe = place->keyframe->id;
+  const Pose sensor_T_keyframe = map_T_sensor.inverse() * place->map_T_keyframe;
+  fit.registration = verify(*place->keyframe->reference, touch, {sensor_T_keyframe, prior, sigma_mm},
+                            impl_->options.registration, impl_->options.verification);
+  if (!fit.registration.ok()) return fit;
+  const KeyframeLink link = link_to(place->keyframe, fit.registration);
+  fit.map_T_sensor = normalized(place->map_T_keyframe * link.previous_T_this);
+  fit.covariance = uncertain_motion(odometry_edge(link, -1)).covariance;
+  return fit;
+}
+
+double pose_distance_mm(const Pose& map_T_a, const Pose& map_T_b, const Eigen::Vector3d& center_mm) {
+  return std::max((map_T_a * center_mm - map_T_b * center_mm).norm(),
+                  kMmPerRad * rotation_angle_rad(map_T_a.inverse() * map_T_b));
+}
+
+}  // namespace gelslam

@@ -1,0 +1,85 @@
+// A log in the map that was made of it, and maps that are none.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "../support/expect_mistake.hpp"
+#include "simulated_scan.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using nlohmann::json;
+
+/// Positions in meters by time in milliseconds.
+std::map<long, std::vector<double>> positions_of(const std::string& tum) {
+  std::map<long, std::vector<double>> positions;
+  for (const std::string& line : lines_of(tum)) {
+    std::istringstream fields(line);
+    double time_s = 0;
+    std::vector<double> p(3);
+    fields >> time_s >> p[0] >> p[1] >> p[2];
+    positions[std::lround(1000 * time_s)] = p;
+  }
+  return positions;
+}
+
+double distance_mm(const std::vector<double>& pose, const std::vector<double>& position) {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += std::pow(pose[4 * k + 3] - position[k], 2);
+  return 1000 * std::sqrt(sum);
+}
+
+TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
+  const TemporaryFolder folder;
+  const std::string log = scan().log().string(), run = (folder / "run").string();
+  ASSERT_EQ(gelslam({"reconstruct", log, "-o", run, "-q"}).exit_code, 0);
+  const auto truth = positions_of(read_bytes(folder / "run/trajectory.tum"));
+
+  const ProgramResult ndjson = gelslam({"track", log, "--map", run, "--format", "ndjson"});
+  const ProgramResult tum = gelslam({"track", log, "--map", run + "/session"});
+  ASSERT_EQ(ndjson.exit_code, 0) << ndjson.err;
+  ASSERT_EQ(tum.exit_code, 0) << tum.err;
+  const auto poses = positions_of(tum.out);
+  std::size_t in_map = 0;
+  for (const std::string& line : lines_of(ndjson.out)) {
+    const json frame = json::parse(line);
+    EXPECT_EQ(frame.at("in_map").get<bool>(), frame.at("status") == "localized");
+    EXPECT_EQ(frame.at("pose").is_null(), !frame.at("in_map").get<bool>());
+    EXPECT_EQ(frame.at("hypotheses").empty(),
+              frame.at("status") != "localized" && frame.at("status") != "ambiguous");
+    if (!frame.at("in_map").get<bool>()) continue;
+    ++in_map;
+    const auto pose = frame.at("pose").get<std::vector<double>>();
+    const long time_ms = std::lround(1000 * frame.at("time_s").get<double>());
+    ASSERT_TRUE(truth.contains(time_ms) && poses.contains(time_ms));
+    EXPECT_LT(distance_mm(pose, truth.at(time_ms)), 0.15) << frame.at("frame");
+    EXPECT_LT(distance_mm(pose, poses.at(time_ms)), 1e-6);
+    EXPECT_GE(frame.at("hypotheses").at(0).at("probability").get<double>(), 0.95);
+    for (const double sigma_mm : frame.at("sigma_mm").get<std::array<double, 3>>())
+      EXPECT_TRUE(sigma_mm > 0 && sigma_mm < 0.5) << sigma_mm;
+  }
+  EXPECT_GT(in_map, 0.9 * kScanFrames);
+  EXPECT_EQ(in_map, poses.size());
+}
+
+TEST(TrackInAMap, WhatIsNoMapIsSaidInOneLine) {
+  const TemporaryFolder folder;
+  const std::string log = scan().log().string();
+  expect_mistake(gelslam({"track", log, "--map", (folder / "none").string()}), "no map; give a run folder");
+  expect_mistake(gelslam({"track", log, "--map", log}), "no map");
+  std::filesystem::create_directory(folder / "session");
+  write_bytes(folder / "session/session.json", "{");
+  expect_mistake(gelslam({"track", log, "--map", (folder / "session").string()}), "damaged");
+  expect_mistake(gelslam({"track", "--map", log}), "give a LOG, or --camera");
+  expect_mistake(gelslam({"track", log, "--camera"}), "not both");
+}
+
+}  // namespace
+}  // namespace gelslam
