@@ -9,6 +9,7 @@
 #include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/evaluation/run_result.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/frame_source.hpp"
@@ -255,7 +256,7 @@ InfoReport inspect_data(const fs::path& folder) {
   }
   if (!profile.calibration_model_path.empty())
     attempt(report, [&] { add_model(report, profile.calibration_model_path); });
-  const fs::path truth = folder / "true_start_T_currs.npy";
+  const fs::path truth = truth_file(folder);
   if (fs::exists(truth, code)) attempt(report, [&] { add_truth(report, truth); });
   return report;
 }

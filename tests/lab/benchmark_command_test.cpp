@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "../support/expect_mistake.hpp"
@@ -40,6 +41,25 @@ TEST(BenchmarkCommand, ComparesMethodsOnThePublicLayout) {
   expect_lab_mistake(benchmark({set, "--methods", "icp", "-o", out}), "out");
   EXPECT_EQ(
       benchmark({set, "--methods", "icp", "--protocol", "keyframes", "-o", out, "--overwrite"}).exit_code, 0);
+}
+
+TEST(ReproducePaper, PrintsPublishedErrorsBesideOurs) {
+  const TemporaryFolder data;
+  write_public_trial(data / "set/bead0", 4);
+  write_public_trial(data / "set/ball0", 4);
+  // Older data name the truth otherwise, and keep gradients in half precision.
+  std::filesystem::rename(data / "set/ball0/true_start_T_currs.npy", data / "set/ball0/true_transforms.npy");
+  halve_precision(data / "set/ball0/gradient_maps.npy");
+  const std::string set = (data / "set").string(), out = (data / "out").string();
+  const std::string bin = std::filesystem::path(GELSLAM_LAB).parent_path().string(),
+                    script = GELSLAM_SCRIPTS "/reproduce_paper.sh";
+  const ProgramResult result = run_program(
+      "/usr/bin/env", {"GELSLAM_BIN=" + bin, script, "--methods", "normalflow,icp", "-o", out, set});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("normalflow, all 2"));
+  EXPECT_THAT(result.out, HasSubstr("normalflow, 1 without ball and cylinder"));
+  EXPECT_THAT(result.out, HasSubstr("icp, published                                1.220    3.440"));
+  EXPECT_EQ(run_program("/usr/bin/env", {"GELSLAM_BIN=" + bin, script, "-o", out, "/nowhere"}).exit_code, 2);
 }
 
 TEST(BenchmarkCommand, TheOldNameStillWorksAndSaysSo) {

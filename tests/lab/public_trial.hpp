@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "../support/analytic_surface.hpp"
+#include "../support/temporary_folder.hpp"
 #include "gelslam/core/npy.hpp"
 
 namespace gelslam::test {
@@ -52,6 +54,22 @@ inline void write_public_trial(const std::filesystem::path& folder, int frames,
   write_npy(folder / "gradient_maps.npy", {count, 120, 160, 2}, std::span<const float>(gradients));
   write_npy_boolean(folder / "contact_masks.npy", {count, 120, 160}, masks);
   write_npy(folder / "true_start_T_currs.npy", {count, 4, 4}, std::span<const double>(poses));
+}
+
+/// Rewrites an array of up to four indices as numpy's float16.
+inline void halve_precision(const std::filesystem::path& path) {
+  const NpyArray array = read_npy(path);
+  std::string shape, data;
+  for (const std::size_t length : array.shape) shape += std::to_string(length) + ", ";
+  for (const double value : array.to_doubles()) {
+    const auto bits = Eigen::half(static_cast<float>(value)).x;
+    data += static_cast<char>(bits & 0xFF);
+    data += static_cast<char>(bits >> 8);
+  }
+  const std::string header = "{'descr': '<f2', 'fortran_order': False, 'shape': (" + shape + "), }\n";
+  std::string bytes("\x93NUMPY\x01\x00", 8);
+  bytes += static_cast<char>(header.size());
+  write_bytes(path, bytes + '\0' + header + data);
 }
 
 }  // namespace gelslam::test

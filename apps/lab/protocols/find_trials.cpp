@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr int kDeepest = 3;  // data set, object, trial
 
-bool is_trial(const fs::path& folder) { return fs::is_regular_file(folder / "true_start_T_currs.npy"); }
+bool is_trial(const fs::path& folder) { return fs::is_regular_file(truth_file(folder)); }
 
 void collect(const fs::path& folder, int depth, std::vector<fs::path>& trials) {
   if (is_trial(folder)) {

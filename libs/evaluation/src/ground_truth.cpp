@@ -113,12 +113,17 @@ std::vector<Eigen::Vector3d> read_points(const std::filesystem::path& path) {
 
 }  // namespace
 
+std::filesystem::path truth_file(const std::filesystem::path& folder) {
+  const auto older = folder / "true_transforms.npy", file = folder / "true_start_T_currs.npy";
+  return std::filesystem::exists(older) && !std::filesystem::exists(file) ? older : file;
+}
+
 GroundTruth read_ground_truth(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder)) {
     throw Error("there is no folder " + folder.string() + ": --truth expects a data folder");
   }
   GroundTruth truth;
-  truth.start_T_currs = read_poses(folder / "true_start_T_currs.npy");
+  truth.start_T_currs = read_poses(truth_file(folder));
   if (const auto config = folder / "config.yaml"; std::filesystem::exists(config))
     read_frame_rate(config, truth);
   if (const auto meta = folder / "meta.json"; std::filesystem::exists(meta)) read_meta(meta, truth);

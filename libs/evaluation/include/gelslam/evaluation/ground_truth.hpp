@@ -21,7 +21,10 @@ struct GroundTruth {
   int log_frames() const { return background_frames + static_cast<int>(start_T_currs.size()); }
 };
 
-/// Reads a data folder: true_start_T_currs.npy (N x 4 x 4, metres, NaN where nothing touches); optional
+/// true_start_T_currs.npy in a data folder, or true_transforms.npy, as older public data name it.
+std::filesystem::path truth_file(const std::filesystem::path& folder);
+
+/// Reads a data folder: truth_file() (N x 4 x 4, meters, NaN where nothing touches); optional
 /// meta.json (background_frames, fps, frames, start_T_object), config.yaml (device_config.framerate, where
 /// meta.json has no fps), gt_mesh.ply, touched.npy (M x 3, metres, object frame). Throws Error when the
 /// folder or the truth is missing or damaged, nothing ever touches, a pose is not rigid, or the truth is of

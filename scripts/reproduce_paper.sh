@@ -1,0 +1,100 @@
+#!/usr/bin/env bash
+# Runs the published experiments on the public data: see usage below.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+
+usage() {
+  cat <<END
+usage: scripts/reproduce_paper.sh [--methods LIST] [-o OUT] TACTILETRACKING_DIR [GELSLAM_DIR]
+
+Repeats the tracking experiment of the NormalFlow paper (RA-L 2024, Fig. 5) on the TactileTracking data: every frame is
+registered to the first one, by NormalFlow, ICP, FPFH and FilterReg. Prints mean absolute errors per object and method,
+and their mean over the objects beside the published one. With GELSLAM_DIR it also reconstructs every log in there and
+evaluates those that have a ground truth.
+
+TACTILETRACKING_DIR holds one folder per trial (avocado0, avocado1, ...) with gradient_maps.npy, contact_masks.npy and
+true_start_T_currs.npy or true_transforms.npy. Both data sets are at huggingface.co/datasets/joehjhuang.
+
+  --methods LIST   default normalflow,icp,fpfh,filterreg; all 84 trials take hours, most of them for FPFH
+  -o OUT           folder for tables, pictures and runs (default: paper in the repository)
+
+The program is built if GELSLAM_BIN does not name a folder with gelslam and gelslam-lab.
+END
+}
+
+methods=normalflow,icp,fpfh,filterreg
+out=$root/paper
+folders=()
+while (($# > 0)); do
+  case $1 in
+    -h | --help) usage; exit 0 ;;
+    --methods | -o)
+      if (($# < 2)); then usage >&2; exit 2; fi
+      if [[ $1 == -o ]]; then out=$2; else methods=$2; fi
+      shift
+      ;;
+    -*) usage >&2; exit 2 ;;
+    *) folders+=("$1") ;;
+  esac
+  shift
+done
+if ((${#folders[@]} < 1 || ${#folders[@]} > 2)); then usage >&2; exit 2; fi
+for folder in "${folders[@]}"; do
+  [[ -d $folder ]] || { echo "reproduce_paper: there is no folder $folder" >&2; exit 2; }
+done
+
+bin=${GELSLAM_BIN:-$root/build/bin}
+[[ -n ${GELSLAM_BIN:-} ]] || "$root/scripts/build.sh" --lab
+mkdir -p "$out"
+
+echo "tracking: ${folders[0]}"
+"$bin/gelslam-lab" benchmark "${folders[0]}" --methods "$methods" -o "$out/tracking" --overwrite >"$out/tracking.txt"
+cat "$out/tracking.txt"
+"$root/scripts/plot_benchmark.py" "$out/tracking" >/dev/null || echo "reproduce_paper: no pictures without matplotlib" >&2
+python3 - "$out/tracking/benchmark.json" <<'END'
+import json, statistics, sys
+
+AXES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+PUBLISHED = {  # mean over ten objects, sensor pose against motion capture; the last column is the runtime in ms
+    "normalflow": (0.17, 0.18, 0.15, 1.13, 1.42, 0.64, 13.9),
+    "filterreg": (0.85, 1.05, 0.20, 1.96, 2.59, 15.4, 145),
+    "icp": (1.22, 3.44, 0.85, 2.27, 3.30, 15.9, 13.6),
+    "fpfh": (2.38, 1.69, 1.26, 2.93, 36.8, 27.8, 127),
+}
+SYMMETRIC = {"ball", "cylinder"}  # they do not show every rotation
+
+rows = [r for r in json.load(open(sys.argv[1]))["accuracy"] if r["object"] != "all"]
+
+
+def mean(rows):
+    return [statistics.fmean(r["mae"][a] for r in rows) for a in AXES] + [statistics.fmean(r["median_ms"] for r in rows)]
+
+
+print("\n%-42s" % "mean over objects" + "".join("%9s" % a.replace("_", " ") for a in AXES) + "%9s" % "ms")
+for method in dict.fromkeys(r["method"] for r in rows):
+    own = [r for r in rows if r["method"] == method]
+    others = [r for r in own if r["object"] not in SYMMETRIC]
+    lines = [(f"{method}, all {len(own)}", mean(own))]
+    if others and len(others) < len(own):
+        lines.append((f"{method}, {len(others)} without {' and '.join(sorted(SYMMETRIC))}", mean(others)))
+    if method in PUBLISHED:
+        lines.append((f"{method}, published", PUBLISHED[method]))
+    for name, values in lines:
+        print("%-42s" % name + "".join("%9.3f" % v for v in values))
+END
+
+((${#folders[@]} == 2)) || exit 0
+failed=0
+while IFS= read -r -d '' log; do
+  folder=$(dirname "$log")
+  name=$(realpath --relative-to="${folders[1]}" "$folder" | tr / _)
+  echo
+  echo "reconstruction: $folder"
+  "$bin/gelslam" reconstruct "$folder" -o "$out/runs/$name" --overwrite -q || { failed=1; continue; }
+  "$bin/gelslam" info "$out/runs/$name"
+  if [[ -f $folder/true_start_T_currs.npy || -f $folder/true_transforms.npy ]]; then
+    "$bin/gelslam" evaluate "$out/runs/$name" --truth "$folder" || failed=1
+  fi
+done < <(find "${folders[1]}" -name gelsight.avi -print0 | sort -z)
+exit $failed
