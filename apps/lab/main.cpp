@@ -24,6 +24,7 @@ int run(int argc, char** argv) {
   add_parsimony(lab);
   add_information(lab);
   add_loops(lab);
+  add_long_scan(lab);
   add_calibration(lab);
   add_fusion(lab);
   add_soak(lab);

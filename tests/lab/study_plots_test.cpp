@@ -87,6 +87,23 @@ TEST(StudyPlots, Tracking) {
   study.expect_picture();
 }
 
+TEST(StudyPlots, LongScan) {
+  const std::filesystem::path model = data_folder() / "calibration_sim/model/nnmodel.pth";
+  if (!std::filesystem::exists(model)) GTEST_SKIP() << "no data";
+  if (!can_draw()) GTEST_SKIP() << "no matplotlib";
+  Study study("long_scan");
+  const auto rows = study.rows_of("long-scan", {"--frames", "100", "--to-and-fro", "30", "--size", "1",
+                                                "--reports", "3", "--model", model.string()});
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows.back()["frames"], 110);  // and 10 of the background
+  EXPECT_GE(rows.back()["keyframes"], 2);
+  const auto summary = nlohmann::json::parse(read_bytes(study.path + "/long_scan_summary.json"))[0];
+  EXPECT_EQ(summary["components"], 1);
+  EXPECT_GT(summary["tracked_share"], 0.95);
+  EXPECT_LT(summary["drift_mm"], 0.5);
+  study.expect_picture();
+}
+
 TEST(StudyPlots, SpeedAgainstAccuracy) {
   if (!std::filesystem::is_directory(coin())) GTEST_SKIP() << "no data";
   if (!can_draw()) GTEST_SKIP() << "no matplotlib";
@@ -122,7 +139,7 @@ TEST(StudyPlots, WithoutAStudyTheySayWhatWritesIt) {
   if (!can_draw()) GTEST_SKIP() << "no matplotlib";
   const TemporaryFolder folder;
   for (const std::string name :
-       {"stability", "honesty", "parsimony", "speed_accuracy", "tracking", "benchmark"}) {
+       {"stability", "honesty", "parsimony", "speed_accuracy", "tracking", "long_scan", "benchmark"}) {
     const ProgramResult result = draw("plot_" + name + ".py", {folder.path().string()});
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_THAT(result.err, testing::ContainsRegex("plot_" + name + ": [^\n]*write it with"));

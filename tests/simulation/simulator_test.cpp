@@ -93,7 +93,7 @@ class EveryMotion : public testing::TestWithParam<std::string> {};
 
 TEST_P(EveryMotion, MovesSmoothlyAtABearableDepth) {
   const Simulator simulator(scan("pebble", GetParam(), 300));
-  const bool lifts = GetParam() == "breaks";
+  const bool lifts = GetParam() == "breaks" || GetParam() == "tour";
   Pose previous = simulator.frame(10).sensor_T_object;
   int off = 0, on = 0;
   for (int index = 11; index < simulator.frame_count(); index += 1) {
@@ -133,6 +133,16 @@ TEST(Simulator, AllOverTurnsMoreThanOnceAndComesBack) {
     before = now;
   }
   EXPECT_GT(turned, 2 * std::numbers::pi * 400 / 360);
+}
+
+TEST(Simulator, GoesBackTheWayItCame) {
+  ScanSpec spec = scan("coin", "tour", 100);
+  spec.motion.turn_after = 40;
+  const Simulator simulator(spec);
+  const auto pose = [&](int k) { return simulator.frame(10 + k).sensor_T_object; };
+  EXPECT_TRUE(pose(70).isApprox(pose(10), 1e-9));
+  EXPECT_TRUE(pose(93).isApprox(pose(13), 1e-9));
+  EXPECT_FALSE(pose(30).isApprox(pose(10), 1e-3));
 }
 
 TEST(Simulator, EveryObjectIsTouchedWell) {

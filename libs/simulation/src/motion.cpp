@@ -144,12 +144,30 @@ Grip breaks(const Clock& clock, int k) {
   return grip;
 }
 
+/// Over all of the object again and again, at a hand's speed however long it takes: a turn about x each
+/// minute, slowly swinging about y; lifted every 8 s.
+Grip tour(const Clock& clock, int k) {
+  constexpr double kTurnS = 60, kSwingS = 17 * kTurnS, kTouchS = 8, kLiftS = 0.4;
+  const double t = clock.time_s(k) * clock.spec.speed, swing = std::sin(2 * kPi * t / kSwingS);
+  Grip grip = clock.hand(k, 0.15);
+  if (clock.kind == ShapeKind::flat) {
+    const Eigen::Vector2d reach = (clock.half_size_mm.array() - 4.0).max(0.0);
+    grip.shift_mm += Eigen::Vector2d(reach.x() * std::sin(2 * kPi * t / kTurnS), reach.y() * swing);
+  } else {
+    grip.roll += 2 * kPi * t / kTurnS;
+    grip.pitch += clock.freedom.pitch * radians(60) * swing;
+    if (clock.kind == ShapeKind::rod) grip.shift_mm.x() += (clock.half_size_mm.x() - 4.0) * swing;
+  }
+  if (std::fmod(clock.time_s(k), kTouchS) > kTouchS - kLiftS) grip.indentation_mm = kLiftedMm;
+  return grip;
+}
+
 struct MotionEntry {
   const char* name;
   const char* description;
   Grip (*grip)(const Clock&, int);
 };
-constexpr std::array<MotionEntry, 6> kMotions = {{
+constexpr std::array<MotionEntry, 7> kMotions = {{
     {"wobble", "smooth random slide, roll and twist about one place", wobble},
     {"slide", "the contact moves over the gel in a figure of eight", slide},
     {"roll", "rolled 35 degrees to and fro", roll},
@@ -158,6 +176,7 @@ constexpr std::array<MotionEntry, 6> kMotions = {{
      "rolled 430 degrees with sway (flat objects: a curve over the face); the end sees the start again",
      all_over},
     {"breaks", "place 1, lifted, place 2, lifted, place 2 rolling back to place 1", breaks},
+    {"tour", "over all of the object again and again, lifted every 8 s: for long scans", tour},
 }};
 
 /// sensor_R_object at rest: flat objects face down to the gel, others as they are.
@@ -211,6 +230,13 @@ double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vecto
   return in_view < 1e8F ? in_view : anywhere;
 }
 
+/// The frame of the motion that frame k shows.
+int moment(int k, int turn_after) {
+  if (turn_after == 0) return k;
+  const int phase = k % (2 * turn_after);
+  return phase < turn_after ? phase : 2 * turn_after - phase;
+}
+
 /// Gaussian average over time; near the ends over what there is.
 template <typename Value>
 std::vector<Value> smoothed(const std::vector<Value>& values, double sigma) {
@@ -235,6 +261,7 @@ const MotionEntry& find_motion(const MotionSpec& spec) {
   if (!(spec.indentation_mm >= 0.05 && spec.indentation_mm <= 1.5))
     throw Error("indentation must be between 0.05 and 1.5 mm");
   if (!(spec.place_mm.norm() <= 30)) throw Error("the place must be within 30 mm of the gel's center");
+  if (spec.turn_after < 0) throw Error("the motion cannot go back after a negative number of frames");
   if (!(spec.frame_rate_hz >= 1 && spec.frame_rate_hz <= 1000))
     throw Error("frame rate must be between 1 and 1000 Hz");
   std::string names;
@@ -269,7 +296,7 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
   std::vector<Eigen::Vector2d> shifts(frames);
   std::vector<double> supports(frames);
   for (std::size_t k = 0; k < frames; ++k) {
-    grips[k] = entry.grip(clock, static_cast<int>(k));
+    grips[k] = entry.grip(clock, moment(static_cast<int>(k), spec.turn_after));
     turns[k] = rotation(grips[k], shape.kind());
     // Only a body needs to be followed; a rod's axis and a plate's middle stay where they are put.
     shifts[k] = Eigen::Vector2d::Zero();

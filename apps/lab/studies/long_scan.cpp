@@ -1,0 +1,270 @@
+// Study: what a long scan costs. A scan that lifts off and comes back is simulated picture by picture,
+// nothing is stored, and goes through the chain as a log would. Reported along the scan: keyframes, time and
+// memory; at its end: loops, components, errors against the truth, and how long closing the map took.
+
+#include <sys/resource.h>
+#include <time.h>
+
+#include <deque>
+#include <filesystem>
+#include <future>
+#include <iostream>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/process.hpp"
+#include "gelslam/evaluation/mesh_metrics.hpp"
+#include "gelslam/evaluation/trajectory_metrics.hpp"
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/simulation/simulator.hpp"
+#include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/surface/model_file.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+#include "simulated_frames.hpp"
+#include "study.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+struct Arguments {
+  Arguments() {
+    scan.object.size = 3.3;
+    scan.motion.name = "tour";
+    scan.motion.frames = 5000;
+  }
+
+  ScanSpec scan;
+  std::filesystem::path model, out;
+  int reports = 20, ahead = 0;
+};
+
+/// Processor time of this thread: neither the simulation nor other programs count.
+double now_ms() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
+double wall_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+/// The frames of a simulation in order; a few are drawn ahead on other threads.
+class Pictures {
+ public:
+  Pictures(const Simulator& simulator, int ahead)
+      : simulator_(simulator),
+        ahead_(ahead > 0 ? static_cast<std::size_t>(ahead) : std::thread::hardware_concurrency()) {}
+
+  std::optional<SimulatedFrame> next() {
+    while (drawn_.size() < ahead_ && next_ < simulator_.frame_count())
+      drawn_.push_back(std::async(std::launch::async, [this, i = next_++] { return simulator_.frame(i); }));
+    if (drawn_.empty()) return std::nullopt;
+    SimulatedFrame frame = drawn_.front().get();
+    drawn_.pop_front();
+    return frame;
+  }
+
+ private:
+  const Simulator& simulator_;
+  const std::size_t ahead_;
+  int next_ = 0;
+  std::deque<std::future<SimulatedFrame>> drawn_;
+};
+
+/// What happened since the last row of the table.
+struct Stretch {
+  int frames = 0, tracked = 0, lost = 0, keyframes = 0;
+  double surface_ms = 0, frame_ms = 0, keyframe_ms = 0;  // frame: without keyframes
+
+  Json row(std::int64_t frame, int all_keyframes, int trials, double memory_before_mb) const {
+    const auto mean = [](double sum, int count) { return count > 0 ? Json(sum / count) : Json(); };
+    return {{"frames", frame},
+            {"trials", trials},
+            {"keyframes", all_keyframes},
+            {"new_keyframes", keyframes},
+            {"lost", lost},
+            {"surface_ms", mean(surface_ms, frames)},
+            {"tracking_ms", mean(frame_ms, frames - keyframes)},
+            {"keyframe_ms", mean(keyframe_ms, keyframes)},
+            {"frame_ms", mean(surface_ms + frame_ms + keyframe_ms, frames)},
+            {"memory_mb", resident_memory_mb() - memory_before_mb}};
+  }
+};
+
+struct Scan {
+  std::vector<std::optional<Pose>> truth;
+  Json rows = Json::array();
+  int keyframes = 0, trials = 0;
+  double memory_before_mb = resident_memory_mb();  // the simulation's
+};
+
+/// Feeds all frames to `slam`, and notes the truth and the costs.
+Scan run_scan(const Simulator& simulator, const GradientModel& model, const Arguments& arguments,
+              GelSlam& slam) {
+  SurfaceEstimator estimator(model, simulator.frame(0).bgr, {});
+  Pictures pictures(simulator, arguments.ahead);
+  StageTimer timer;
+  Scan scan;
+  Stretch stretch;
+  const std::unique_ptr<ProgressSink> progress = make_progress(false);
+  progress->begin("scanning", simulator.frame_count());
+  const int per_row = std::max(1, simulator.frame_count() / arguments.reports);
+  while (std::optional<SimulatedFrame> frame = pictures.next()) {
+    scan.truth.push_back(frame->start_T_sensor);
+    if (frame->index < simulator.spec().background_frames) {
+      slam.skip(frame->index, frame->time_s);
+      continue;
+    }
+    const double start = now_ms();
+    const SurfacePtr surface = estimator.estimate(frame->bgr);
+    const double estimated = now_ms();
+    const TrackedFrame tracked = slam.process(frame->index, frame->time_s, surface, timer);
+    const int made = static_cast<int>(tracked.new_keyframes.size());
+    stretch.surface_ms += estimated - start;
+    (made > 0 ? stretch.keyframe_ms : stretch.frame_ms) += now_ms() - estimated;
+    stretch.keyframes += made;
+    stretch.lost += tracked.status == TrackStatus::lost;
+    scan.keyframes += made;
+    scan.trials = std::max(scan.trials, tracked.trial + 1);
+    if (++stretch.frames == per_row || frame->index + 1 == simulator.frame_count()) {
+      scan.rows.push_back(stretch.row(frame->index + 1, scan.keyframes, scan.trials, scan.memory_before_mb));
+      write_study(arguments.out, "long_scan", scan.rows);
+      stretch = {};
+    }
+    progress->update(frame->index + 1);
+  }
+  progress->end();
+  return scan;
+}
+
+std::vector<IndexedPose> estimated_poses(const SlamMap& map) {
+  std::vector<IndexedPose> poses;
+  for (const FrameRecord& frame : map.frames)
+    if (map.has_pose(frame))
+      poses.push_back(
+          {static_cast<int>(frame.frame), map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame});
+  return poses;
+}
+
+/// The reconstruction's distance to the object: at the pose of the anchor, and where it fits best.
+Json mesh_errors(const Mesh& mesh, const Simulator& simulator, const Pose& object_T_map) {
+  if (mesh.triangles.empty()) return {{"mesh_mm", nullptr}};
+  const TriangleScene truth(simulator.surface());
+  const Mesh placed = transformed(mesh, object_T_map);
+  const TriangleScene estimate(placed);
+  const Refinement refined = refine_rigidly(estimate, truth);
+  const MeshMetrics best =
+      evaluate_mesh(TriangleScene(transformed(placed, refined.truth_T_estimate)), truth, {});
+  const MeshMetrics at_pose = evaluate_mesh(estimate, truth, {});
+  return {{"mesh_mm", at_pose.accuracy.mean_mm},
+          {"mesh_p90_mm", at_pose.accuracy.p90_mm},
+          {"mesh_fitted_mm", best.accuracy.mean_mm},
+          {"triangles", mesh.triangles.size()}};
+}
+
+Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& options, const GelSlam& slam) {
+  Json result = {{"frames", scan.truth.size()}, {"memory_mb", resident_memory_mb() - scan.memory_before_mb}};
+  const double start = wall_s();
+  const SlamMap map = slam.finish();
+  const double closed = wall_s();
+  FusionOptions fusion = options.fusion;
+  fusion.gradient_scale = map.surface_scale().mean();
+  const Mesh mesh = fuse(posed_surfaces(map), fusion);
+  const double fused = wall_s();
+  result.update({{"peak_memory_mb", peak_memory_mb() - scan.memory_before_mb},
+                 {"closing_s", closed - start},
+                 {"fusion_s", fused - closed},
+                 {"keyframes", scan.keyframes},
+                 {"trials", map.trials},
+                 {"components", map.components},
+                 {"loops", map.loops}});
+  const std::vector<IndexedPose> poses = estimated_poses(map);
+  const int reference = choose_reference_index(poses, scan.truth, static_cast<int>(map.anchor_frame));
+  const TrajectoryMetrics errors =
+      evaluate_trajectory(poses, scan.truth, reference, simulator.spec().motion.frame_rate_hz);
+  result.update({{"tracked_share", errors.tracked_share()},
+                 {"drift_mm", errors.ate_mm},
+                 {"drift_aligned_mm", errors.ate_aligned_mm},
+                 {"at_end_mm", errors.final_mm},
+                 {"at_end_deg", errors.final_deg}});
+  if (reference == map.anchor_frame)
+    result.update(
+        mesh_errors(mesh, simulator,
+                    simulator.start_T_object().inverse() * *scan.truth[static_cast<std::size_t>(reference)]));
+  return result;
+}
+
+/// The object as a mesh file, which is the truth from then on: a shape of formulas takes ten times as long to
+/// draw as a picture takes to be tracked.
+ScanSpec with_meshed_object(ScanSpec scan, const std::filesystem::path& folder) {
+  constexpr float kSpacingMm = 0.25F;  // four pixels
+  write_study(folder, "long_scan", Json::array());
+  write_mesh(folder / "object.ply", make_shape(scan.object)->mesh(kSpacingMm), LengthUnit::metre);
+  scan.object = {};
+  scan.object.name = (folder / "object.ply").string();
+  return scan;
+}
+
+void run(const Arguments& arguments) {
+  const double start = wall_s();
+  const GradientModel model = arguments.model.empty() ? quickly_trained_model() : read_model(arguments.model);
+  const Simulator simulator(with_meshed_object(arguments.scan, arguments.out));
+  const SlamOptions options;
+  GelSlam slam(options);
+  const double ready = wall_s();
+  const Scan scan = run_scan(simulator, model, arguments, slam);
+  const double scanned = wall_s();
+  print_table(scan.rows);
+  Json row = summary(simulator, scan, options, slam);
+  row["preparing_s"] = ready - start;
+  row["scanning_s"] = scanned - ready;
+  for (const auto& [key, value] : row.items()) std::cout << key << " " << value.dump() << "\n";
+  write_study(arguments.out, "long_scan_summary", Json::array({row}));
+}
+
+}  // namespace
+
+void add_long_scan(CLI::App& lab) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      add_study(lab, "long-scan", "Simulate a long scan: keyframes, time, memory and errors", arguments, run);
+  ScanSpec& scan = arguments->scan;
+  command->add_option("--frames", scan.motion.frames, "Frames, 25 a second")
+      ->check(CLI::Range(100, 200'000))
+      ->capture_default_str();
+  command
+      ->add_option("--to-and-fro", scan.motion.turn_after,
+                   "Go back after this many frames, and so on (0: over all of the object)")
+      ->check(CLI::Range(0, 200'000))
+      ->capture_default_str();
+  command->add_option("--object", scan.object.name, "Simulated object (gelslam simulate --list)")
+      ->capture_default_str();
+  command->add_option("--size", scan.object.size, "Factor on its size (the pebble has 21 mm)")
+      ->check(CLI::Range(0.1, 10.0))
+      ->capture_default_str();
+  command->add_option("--motion", scan.motion.name, "How it is moved")->capture_default_str();
+  command->add_option("--seed", scan.motion.seed, "Of the hand's unsteadiness")->capture_default_str();
+  command->add_option("--model", arguments->model,
+                      "Gradient model of the simulated sensor (default: train one on a few presses)");
+  command->add_option("--reports", arguments->reports, "Rows of the table")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--ahead", arguments->ahead, "Pictures drawn ahead, one thread each (0: one per core)")
+      ->check(CLI::Range(0, 64))
+      ->capture_default_str();
+  command->add_option("-o,--output", arguments->out, "Folder for the tables and the object")->required();
+  command->footer("Example: gelslam-lab long-scan --frames 5000 -o STUDY && scripts/plot_long_scan.py STUDY");
+}
+
+}  // namespace gelslam::lab
