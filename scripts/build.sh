@@ -6,24 +6,26 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 
 usage() {
   cat <<END
-usage: scripts/build.sh [--no-install] [--lab] [--tests] [DIR [TARGET]]
+usage: scripts/build.sh [--no-install] [--lab] [--python] [--tests] [DIR [TARGET]]
 
 Installs what is missing (scripts/setup.sh) and builds into DIR, default: build in the repository; a relative DIR counts
 from the current folder. The program is then DIR/bin/gelslam.
   --no-install   do not install packages; stop if some are missing
   --lab          build gelslam-lab, too
-  --tests        build the tests, too
+  --python       build the Python module, too: PYTHONPATH=DIR/python
+  --tests        build the tests and, where pybind11 is installed, the Python module, too
 GELSLAM_WERROR=ON makes warnings errors.
 END
 }
 
-setup=()
+setup=() tests=false python=false
 options=() targets=(gelslam_app)
 while [[ ${1:-} == -* ]]; do
   case $1 in
     --no-install) setup+=(--no-install) ;;
     --lab) options+=(-DGELSLAM_BUILD_LAB=ON) targets+=(gelslam_lab_app) ;;
-    --tests) options+=(-DGELSLAM_BUILD_TESTS=ON) targets=(all) ;;
+    --python) python=true ;;
+    --tests) tests=true options+=(-DGELSLAM_BUILD_TESTS=ON) targets=(all) ;;
     -h | --help) usage; exit 0 ;;
     *) usage >&2; exit 2 ;;
   esac
@@ -36,8 +38,21 @@ fi
 dir=${1:-$root/build}
 [[ $dir == /* ]] || dir=$PWD/$dir
 ((${#options[@]} == 0)) || setup+=(--tests)
+! $python || setup+=(--python)
 
 "$root/scripts/setup.sh" "${setup[@]}"
+
+if $tests && ! $python; then
+  if /usr/bin/python3 -c 'import pybind11, numpy' 2>/dev/null; then
+    python=true
+  else
+    echo "build: no pybind11 (scripts/setup.sh --python): the Python module is neither built nor tested"
+  fi
+fi
+if $python; then
+  options+=(-DGELSLAM_BUILD_PYTHON=ON)
+  targets+=(gelslam_python)
+fi
 
 generator=()
 if [[ ! -f $dir/CMakeCache.txt ]] && command -v ninja >/dev/null; then generator=(-G Ninja); fi

@@ -4,10 +4,11 @@ set -euo pipefail
 
 usage() {
   cat <<END
-usage: scripts/setup.sh [--tests] [--checks] [--no-install]
+usage: scripts/setup.sh [--tests] [--python] [--checks] [--no-install]
 
 Installs what building and running the program needs, where it is missing, without questions.
-  --tests        also what the tests, the laboratory and the charts need
+  --tests        also what the tests, the laboratory, the charts and the Python module need
+  --python       also what the Python module needs
   --checks       also clang-format and clang-tidy
   --no-install   only say what is missing; exit code 1 if something is
 END
@@ -27,12 +28,14 @@ test_packages=(
   xvfb xauth                       # windows without a display
   python3-numpy python3-matplotlib # charts
 )
+python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 check_packages=(clang-format clang-tidy)
 
 install=true
 for argument in "$@"; do
   case $argument in
-    --tests) packages+=("${test_packages[@]}") ;;
+    --tests) packages+=("${test_packages[@]}" "${python_packages[@]}") ;;
+    --python) packages+=("${python_packages[@]}") ;;
     --checks) packages+=("${check_packages[@]}") ;;
     --no-install) install=false ;;
     -h | --help) usage; exit 0 ;;

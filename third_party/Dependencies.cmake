@@ -14,18 +14,39 @@ find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio featu
 find_package(yaml-cpp REQUIRED)                # configuration
 pkg_check_modules(FMT REQUIRED IMPORTED_TARGET fmt>=9)  # text for people; its CMake target adds a definition for Windows only
 find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
-find_package(CLI11 REQUIRED)                   # command line
 find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
-find_package(Open3D REQUIRED)                  # mesh files; apps/lab: ICP and FPFH (never in public headers)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # camera JPEGs at reduced scale (libs/sensor); simulated videos with full color resolution, which OpenCV 4.6 cannot write
 find_package(ZLIB REQUIRED)                     # checksums of PNG frames in logs (only libs/sensor)
-pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)  # Matroska logs (libs/sensor), simulated videos (libs/simulation)
-find_package(glfw3 3.3 REQUIRED)               # the window (only libs/viewer), with:
-pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)  # OpenGL functions
-pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)  # panels; backends included
-find_package(embree 3 REQUIRED)                # ray casting and point-to-triangle distances
 
+if(GELSLAM_BUILD_PROGRAM OR GELSLAM_BUILD_LAB)
+  find_package(CLI11 REQUIRED)                 # command line
+endif()
+if(GELSLAM_WITH_OPEN3D)
+  find_package(Open3D REQUIRED)                # mesh files; apps/lab: ICP and FPFH (never in public headers)
+endif()
+if(GELSLAM_BUILD_CAMERAS OR GELSLAM_BUILD_SIMULATION)
+  pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)  # Matroska logs (libs/sensor), simulated videos (libs/simulation)
+endif()
+if(GELSLAM_BUILD_VIEWER)
+  find_package(glfw3 3.3 REQUIRED)             # the window (only libs/viewer), with:
+  pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)  # OpenGL functions
+  pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)  # panels; backends included
+endif()
+if(GELSLAM_BUILD_SIMULATION)
+  find_package(embree 3 REQUIRED)              # ray casting and point-to-triangle distances
+endif()
+if(GELSLAM_BUILD_TESTS OR GELSLAM_BUILD_PYTHON)
+  # The system's Python: pyenv and conda have neither Debian's NumPy nor its pybind11.
+  if(NOT DEFINED Python_EXECUTABLE AND EXISTS /usr/bin/python3)
+    set(Python_EXECUTABLE /usr/bin/python3)
+  endif()
+  find_package(Python 3.9 REQUIRED COMPONENTS Interpreter OPTIONAL_COMPONENTS Development.Module)
+endif()
+if(GELSLAM_BUILD_PYTHON)
+  set(PYBIND11_FINDPYTHON ON)
+  find_package(pybind11 2.10 REQUIRED)         # the Python module (only python/)
+endif()
 if(GELSLAM_BUILD_TESTS)
   find_package(GTest REQUIRED)
 endif()

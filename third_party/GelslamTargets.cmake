@@ -1,4 +1,6 @@
-# gelslam_library(name SOURCES ... [PUBLIC deps] [PRIVATE deps]): one library of libs/, as gelslam::name.
+# gelslam_library(name SOURCES ... [PUBLIC deps] [PRIVATE deps] [COMPONENT c] [HEADERS ...]): one library of libs/, as
+#   gelslam::name. With COMPONENT it is installed as part of that component (docs/cpp.md); HEADERS, names in
+#   include/gelslam/<name>, are then its public API. Others are internal and are not installed.
 # gelslam_test(name SOURCES ... DEPS ...): one GoogleTest executable, its cases registered with ctest.
 
 function(gelslam_compile_options target)
@@ -12,14 +14,27 @@ function(gelslam_unity target)
 endfunction()
 
 function(gelslam_library name)
-  cmake_parse_arguments(ARG "NO_UNITY" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "NO_UNITY" "COMPONENT" "SOURCES;PUBLIC;PRIVATE;HEADERS" ${ARGN})
   add_library(gelslam_${name} STATIC ${ARG_SOURCES})
   add_library(gelslam::${name} ALIAS gelslam_${name})
-  target_include_directories(gelslam_${name} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  target_include_directories(gelslam_${name}
+    PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  # Position-independent: the libraries also end up in Python modules and in shared libraries of robots. Hidden, so that
+  # calls within them cost what they cost in a program.
+  set_target_properties(gelslam_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  target_compile_features(gelslam_${name} PUBLIC cxx_std_20)
   target_link_libraries(gelslam_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   gelslam_compile_options(gelslam_${name})
   if(NOT ARG_NO_UNITY)
     gelslam_unity(gelslam_${name})
+  endif()
+  if(ARG_COMPONENT)
+    install(TARGETS gelslam_${name} EXPORT gelslam_${ARG_COMPONENT}_targets
+      ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+    list(TRANSFORM ARG_HEADERS PREPEND include/gelslam/${name}/)
+    install(FILES ${ARG_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gelslam/${name} COMPONENT development)
   endif()
 endfunction()
 

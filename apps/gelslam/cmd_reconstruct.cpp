@@ -36,7 +36,6 @@ int run(const ReconstructArguments& arguments) {
   request.config = resolve_config(request.input);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
-  request.program_version = GELSLAM_VERSION;
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary = reconstruct(request, *progress, [&] { return interrupt.requested(); });

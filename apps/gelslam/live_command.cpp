@@ -130,7 +130,6 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   options.force = force;
   options.run_folder = run_folder;
   options.overwrite = overwrite;
-  options.program_version = GELSLAM_VERSION;
   return options;
 }
 

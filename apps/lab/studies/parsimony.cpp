@@ -19,6 +19,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/slam/reconstruct.hpp"
+#include "gelslam/slam/surface_stream.hpp"
 #include "registration_problems.hpp"
 #include "study.hpp"
 
@@ -132,7 +133,6 @@ Json measure(const fs::path& folder, const Setting& setting, double changed, con
   setting.turn(request.config);
   request.run_folder = run;
   request.overwrite = true;
-  request.program_version = "parsimony";
   NoProgress progress;
   const ReconstructSummary summary = reconstruct(request, progress, [] { return false; });
   Json row = {{"sequence", folder.filename().string()}, {"knob", setting.knob}, {"value", setting.value}};

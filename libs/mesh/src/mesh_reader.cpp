@@ -1,59 +1,16 @@
-#include <open3d/geometry/TriangleMesh.h>
-#include <open3d/io/TriangleMeshIO.h>
-#include <open3d/utility/Logging.h>
-
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <fstream>
 #include <string>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "open3d_reader.hpp"
 #include "ply_reader.hpp"
 
 namespace gelslam {
 namespace {
-
-/// Open3D reports to the terminal by default; a library has to be silent.
-class SilentOpen3d {
- public:
-  SilentOpen3d() : before_(open3d::utility::GetVerbosityLevel()) {
-    open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Error);
-  }
-  ~SilentOpen3d() { open3d::utility::SetVerbosityLevel(before_); }
-  SilentOpen3d(const SilentOpen3d&) = delete;
-  SilentOpen3d& operator=(const SilentOpen3d&) = delete;
-
- private:
-  open3d::utility::VerbosityLevel before_;
-};
-
-/// OBJ and STL in all their dialects. Open3D's failures (a false return, an exception, or a mesh without
-/// content) become one Error.
-Mesh read_with_open3d(const std::filesystem::path& path, double mm_per_unit) {
-  const SilentOpen3d silence;
-  open3d::geometry::TriangleMesh source;
-  bool ok = false;
-  try {
-    open3d::io::ReadTriangleMeshOptions options;
-    ok = open3d::io::ReadTriangleMesh(path.string(), source, options);
-  } catch (const std::exception&) {
-    ok = false;  // its message names Open3D's own source lines: nothing a person can use
-  }
-  if (!ok) throw Error("it is damaged, or not a mesh of the kind its name says");
-  source.RemoveDuplicatedVertices();  // STL repeats every vertex for every triangle
-  Mesh mesh;
-  mesh.vertices_mm.reserve(source.vertices_.size());
-  for (const auto& v : source.vertices_) mesh.vertices_mm.push_back((v * mm_per_unit).cast<float>());
-  if (source.vertex_normals_.size() == source.vertices_.size()) {
-    mesh.normals.reserve(source.vertex_normals_.size());
-    for (const auto& n : source.vertex_normals_) mesh.normals.push_back(n.cast<float>());
-  }
-  mesh.triangles = {source.triangles_.begin(), source.triangles_.end()};
-  return mesh;
-}
 
 void check_readable(const Mesh& mesh) {
   if (mesh.vertices_mm.empty()) throw Error("it holds no vertices");
@@ -103,8 +60,8 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file
     if (!std::filesystem::is_regular_file(path)) throw Error("it is not a regular file");
     const LengthUnit unit = file_unit ? *file_unit : noted_unit(path);
     const double mm_per_unit = unit == LengthUnit::metre ? 1000.0 : 1.0;
-    Mesh mesh =
-        extension == ".ply" ? mesh::detail::read_ply(path, mm_per_unit) : read_with_open3d(path, mm_per_unit);
+    Mesh mesh = extension == ".ply" ? mesh::detail::read_ply(path, mm_per_unit)
+                                    : mesh::detail::read_with_open3d(path, mm_per_unit);
     check_readable(mesh);
     return mesh;
   } catch (const Error& e) {

@@ -1,5 +1,8 @@
 #include "gelslam/sensor/frame_source.hpp"
 
+#include <array>
+#include <fstream>
+
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -29,6 +32,14 @@ std::string LeftOut::warning() const {
 namespace gelslam {
 
 namespace fs = std::filesystem;
+
+bool is_matroska(const fs::path& file) {
+  std::error_code code;
+  if (!fs::is_regular_file(file, code)) return false;
+  std::array<char, 4> head{};
+  std::ifstream(file, std::ios::binary).read(head.data(), head.size());
+  return head == std::array<char, 4>{'\x1a', '\x45', '\xdf', '\xa3'};
+}
 
 std::unique_ptr<FrameSource> open_frame_source(const fs::path& log, const SensorProfile& profile) {
   std::error_code code;

@@ -156,14 +156,6 @@ class DecodedLog final : public RawFrameSource {
 
 }  // namespace
 
-bool is_matroska(const fs::path& file) {
-  std::error_code code;
-  if (!fs::is_regular_file(file, code)) return false;
-  std::array<char, 4> head{};
-  std::ifstream(file, std::ios::binary).read(head.data(), head.size());
-  return head == std::array<char, 4>{'\x1a', '\x45', '\xdf', '\xa3'};
-}
-
 LogAttachments read_log_attachments(const fs::path& log) { return MatroskaFile(log).attachments(); }
 
 std::unique_ptr<RawFrameSource> detail::open_matroska_log(const fs::path& log, const SensorProfile& profile) {

@@ -315,8 +315,7 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
   const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped,
                          status.damaged};
   run->save(map, mesh,
-            {options.program_version, options.record ? run->log() : options.log, status.source,
-             timer.statistics(), counts, live});
+            {options.record ? run->log() : options.log, status.source, timer.statistics(), counts, live});
 }
 
 /// The window goes on with what was saved, instead of what was good enough while it grew.

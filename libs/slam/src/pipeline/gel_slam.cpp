@@ -1,28 +1,44 @@
 #include "gelslam/slam/gel_slam.hpp"
 
+#include <vector>
+
+#include "gelslam/slam/mapper.hpp"
+
 namespace gelslam {
 
-GelSlam::GelSlam(const SlamOptions& options)
-    : tracker_(options.tracker, options.registration, options.verification), mapper_(options) {}
+struct GelSlam::Impl {
+  explicit Impl(const SlamOptions& options)
+      : tracker(options.tracker, options.registration, options.verification), mapper(options) {}
+
+  Tracker tracker;
+  Mapper mapper;
+  std::vector<FrameRecord> frames;
+};
+
+GelSlam::GelSlam(const SlamOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+GelSlam::~GelSlam() = default;
+GelSlam::GelSlam(GelSlam&&) noexcept = default;
 
 TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
   TrackedFrame tracked;
   {
     const auto scope = timer.measure("tracking");
-    tracked = tracker_.track(frame, time_s, std::move(surface));
+    tracked = impl_->tracker.track(frame, time_s, std::move(surface));
   }
   for (const NewKeyframe& added : tracked.new_keyframes) {
     const auto scope = timer.measure("loop closure");
-    mapper_.add_keyframe(added);
+    impl_->mapper.add_keyframe(added);
   }
-  frames_.push_back(record_of(tracked));
+  impl_->frames.push_back(record_of(tracked));
   return tracked;
 }
 
-void GelSlam::skip(std::int64_t frame, double time_s) { frames_.push_back(background_record(frame, time_s)); }
+void GelSlam::skip(std::int64_t frame, double time_s) {
+  impl_->frames.push_back(background_record(frame, time_s));
+}
 
-SlamMap GelSlam::finish() const {
-  return mapper_.finish(frames_, true, [] { return false; });
+SlamMap GelSlam::finish(bool refine) const {
+  return impl_->mapper.finish(impl_->frames, refine, [] { return false; });
 }
 
 }  // namespace gelslam

@@ -4,6 +4,7 @@
 
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/slam/surface_stream.hpp"
 #include "run_folder/run_writer.hpp"
 
 namespace gelslam {
@@ -39,43 +40,56 @@ std::string warnings_of(const SurfaceStream& stream) {
   return text + (text.empty() || about_log.empty() ? "" : "; ") + about_log;
 }
 
+RunFolderOptions folder_options(const std::filesystem::path& log, bool overwrite) {
+  return {.overwrite = overwrite, .known_entries = run_entries(), .input = log};
+}
+
+void commit_run(RunFolder& folder, const Run& run) {
+  write_run(folder.path(), run.config, run.map, run.mesh, run.account);
+  folder.commit();
+}
+
 }  // namespace
 
-ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
-                               const std::function<bool()>& stop_requested) {
+Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
+                const std::function<bool()>& stop_requested) {
   const Clock::time_point start = Clock::now();
-  RunFolder folder(
-      request.run_folder,
-      {.overwrite = request.overwrite, .known_entries = run_entries(), .input = request.input.log});
   StageTimer timer;
-  SurfaceStream stream(request.input, request.config, timer);
-  GelSlam slam(request.config.slam);
+  SurfaceStream stream(input, config, timer);
+  GelSlam slam(config.slam);
   const bool partial = track_log(stream, slam, timer, progress, stop_requested);
-
-  SlamMap map;
+  Run run{config, {}, {}, {}};
   {
     progress.begin("closing loops", std::nullopt);
     const auto scope = timer.measure("finish/poses");
-    map = slam.finish();
+    run.map = slam.finish();
     progress.end();
   }
-  Mesh mesh;
   {
     progress.begin("fusing", std::nullopt);
     const auto scope = timer.measure("finish/fusion");
-    mesh = fuse_map(map, request.config.slam.fusion);
+    run.mesh = fuse_map(run.map, config.slam.fusion);
     progress.end();
   }
+  run.account = {input.log, stream.description(), timer.statistics(), summarise(run.map, run.mesh),
+                 std::nullopt};
+  run.account.summary.partial = partial;
+  run.account.summary.warning = warnings_of(stream);
+  run.account.summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return run;
+}
 
-  ReconstructSummary summary = summarise(map, mesh);
-  summary.partial = partial;
-  summary.warning = warnings_of(stream);
-  summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  write_run(folder.path(), request.config, map, mesh,
-            {request.program_version, request.input.log, stream.description(), timer.statistics(), summary,
-             std::nullopt});
-  folder.commit();
-  return summary;
+void save_run(const std::filesystem::path& path, const Run& run, bool overwrite) {
+  RunFolder folder(path, folder_options(run.account.log, overwrite));
+  commit_run(folder, run);
+}
+
+ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
+                               const std::function<bool()>& stop_requested) {
+  RunFolder folder(request.run_folder, folder_options(request.input.log, request.overwrite));
+  const Run run = reconstruct(request.input, request.config, progress, stop_requested);
+  commit_run(folder, run);
+  return run.account.summary;
 }
 
 }  // namespace gelslam

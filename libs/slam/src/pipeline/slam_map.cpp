@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "gelslam/slam/map_snapshot.hpp"
+
 namespace gelslam {
 
 PoseGraphEdge odometry_edge(const KeyframeLink& link, int to) {
@@ -47,6 +49,13 @@ MapSnapshot snapshot_of(const SlamMap& map) {
     snapshot.edges.push_back(
         {map.edges[i].from, map.edges[i].to, map.edges[i].kind, map.solution.edge_outlier[i]});
   return snapshot;
+}
+
+std::vector<StampedPose> SlamMap::trajectory() const {
+  std::vector<StampedPose> poses;
+  for (const FrameRecord& f : frames)
+    if (has_pose(f)) poses.push_back({f.time_s, anchor_T_keyframe(f.keyframe) * f.keyframe_T_frame});
+  return poses;
 }
 
 std::vector<PosedSurface> posed_surfaces(const SlamMap& map) {

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {

@@ -18,9 +18,7 @@ using nlohmann::ordered_json;
 
 std::string trajectory(const SlamMap& map) {
   std::string text;
-  for (const FrameRecord& frame : map.frames)
-    if (map.has_pose(frame))
-      text += tum_line(frame.time_s, map.anchor_T_keyframe(frame.keyframe) * frame.keyframe_T_frame);
+  for (const StampedPose& pose : map.trajectory()) text += tum_line(pose.time_s, pose.map_T_sensor);
   return text;
 }
 
@@ -76,7 +74,7 @@ ordered_json live_account(const LiveAccount& live) {
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {
   const ReconstructSummary& summary = account.summary;
   ordered_json json;
-  json["program"] = "gelslam " + account.program_version;
+  json["program"] = "gelslam " GELSLAM_VERSION;
   if (!account.log.empty()) json["log"] = fs::absolute(account.log).lexically_normal().string();
   json["log_description"] = account.log_description;
   json["model"] = config.sensor.calibration_model_path.string();
@@ -152,6 +150,8 @@ Mesh fuse_map(const SlamMap& map, const FusionOptions& options) {
   fusion.gradient_scale = map.surface_scale().mean();
   return fuse(posed_surfaces(map), fusion);
 }
+
+std::string report_json(const Run& run) { return report(run.config, run.map, run.account).dump(2) + "\n"; }
 
 void write_run(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh,
                const RunAccount& account) {

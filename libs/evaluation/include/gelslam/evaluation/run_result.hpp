@@ -4,21 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "gelslam/core/se3.hpp"
+#include "gelslam/core/trajectory.hpp"
 
 namespace gelslam {
-
-/// One line of a trajectory file: the sensor's pose in the map at a time since the log's first frame.
-struct StampedPose {
-  double time_s = 0.0;
-  Pose map_T_sensor = Pose::Identity();
-};
-
-/// Reads a TUM trajectory: lines of `time_s x y z qx qy qz qw`, metres, blank lines and lines with `#`
-/// skipped. Translations come back in millimetres. Throws Error, naming file and line, when the file cannot
-/// be read, a line has not eight finite numbers, a quaternion is not of unit length (within 1 %), or times do
-/// not increase.
-std::vector<StampedPose> read_tum(const std::filesystem::path& path);
 
 /// What a run left behind, as far as it is judged. Counts are absent where there is no report.json.
 struct RunResult {

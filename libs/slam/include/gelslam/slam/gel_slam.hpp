@@ -1,11 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
-#include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "gelslam/slam/slam_options.hpp"
 
@@ -16,6 +15,8 @@ namespace gelslam {
 class GelSlam {
  public:
   explicit GelSlam(const SlamOptions& options);
+  ~GelSlam();
+  GelSlam(GelSlam&&) noexcept;
 
   /// Tracks a frame and searches loops for the keyframe it may have made.
   TrackedFrame process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer);
@@ -23,13 +24,13 @@ class GelSlam {
   /// Notes a frame that has no surface (background).
   void skip(std::int64_t frame, double time_s);
 
-  /// Puts all poses right. May be called at any time; frames may follow.
-  SlamMap finish() const;
+  /// Puts all poses right. May be called at any time; frames may follow. `refine` false: with the edges that
+  /// are known, which takes tenths of a second.
+  SlamMap finish(bool refine = true) const;
 
  private:
-  Tracker tracker_;
-  Mapper mapper_;
-  std::vector<FrameRecord> frames_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace gelslam

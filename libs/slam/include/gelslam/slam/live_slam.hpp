@@ -26,7 +26,6 @@ struct LiveOptions {
   /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
   std::optional<LogAttachments> record;
   bool record_resized = false;  ///< at the profile's resolution, as PNG, instead of the sensor's own bytes
-  std::string program_version;
 };
 
 /// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/slam/config.hpp"
 
 namespace gelslam {
@@ -25,6 +24,7 @@ Config resolve_config(const LogInput& input);
 /// The same where a model is not needed, or there is no log yet (an empty name: a camera is to be read).
 Config find_config(const LogInput& input);
 
+struct LogAttachments;
 /// What a log that is recorded with this configuration should hold: the configuration, and the model's file
 /// (of a log: the model in it) so that the log can be reconstructed on its own anywhere. Throws Error when
 /// the model is not one.

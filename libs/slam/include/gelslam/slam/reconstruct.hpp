@@ -2,21 +2,19 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "gelslam/core/progress.hpp"
+#include "gelslam/core/stage_timer.hpp"
+#include "gelslam/mesh/mesh.hpp"
+#include "gelslam/slam/config.hpp"
+#include "gelslam/slam/log_input.hpp"
 #include "gelslam/slam/map_completeness.hpp"
-#include "gelslam/slam/surface_stream.hpp"
+#include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {
-
-struct ReconstructRequest {
-  LogInput input;
-  Config config;  ///< from resolve_config()
-  std::filesystem::path run_folder;
-  bool overwrite = false;
-  std::string program_version;
-};
 
 /// The figures of a finished run; report.json holds them too.
 struct ReconstructSummary {
@@ -29,9 +27,56 @@ struct ReconstructSummary {
   std::string warning;   ///< what was not right with the log, or ""
 };
 
-/// A recorded log becomes a run folder (DESIGN §6): tracking, loop closure, pose graph, refinement, fusion.
-/// When `stop_requested` turns true it ends with what it has, and the report says partial. Throws Error on a
-/// person's mistake, and then leaves no folder behind.
+/// How a live scan went, beside its map.
+struct LiveAccount {
+  double rate_hz = 0;
+  std::int64_t arrived = 0, lost_by_camera = 0, dropped = 0, damaged = 0;
+};
+
+/// What report.json tells beside the map.
+struct RunAccount {
+  std::filesystem::path log;  ///< empty: none was kept
+  std::string log_description;
+  std::vector<StageStatistics> times;
+  ReconstructSummary summary;
+  std::optional<LiveAccount> live;
+};
+
+/// A run in memory. save_run() makes a run folder of it.
+struct Run {
+  Config config;
+  SlamMap map;  ///< map.trajectory() has the poses
+  Mesh mesh;    ///< map frame (SlamMap), mm
+  RunAccount account;
+};
+
+/// A recorded log becomes a map and its mesh: tracking, loop closure, pose graph, refinement, fusion.
+/// `config` is that of resolve_config(). When `stop_requested` turns true it ends with what it has, and the
+/// summary says partial. Throws Error on a person's mistake.
+Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
+                const std::function<bool()>& stop_requested);
+
+/// The map's surface: all patches of the largest component, with the gradient scale taken out. Map frame, mm.
+Mesh fuse_map(const SlamMap& map, const FusionOptions& options);
+
+/// Counts of the map and its mesh.
+ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh);
+
+/// The text of report.json.
+std::string report_json(const Run& run);
+
+/// Writes a run folder (docs/file-formats.md), whole or not at all. Throws Error when the folder exists and
+/// is not to be replaced, or holds what is not ours, or the disk is full.
+void save_run(const std::filesystem::path& folder, const Run& run, bool overwrite = false);
+
+/// The same for the program, which checks the folder before the work begins. No folder is left behind when
+/// it throws.
+struct ReconstructRequest {
+  LogInput input;
+  Config config;  ///< from resolve_config()
+  std::filesystem::path run_folder;
+  bool overwrite = false;
+};
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested);
 

@@ -8,19 +8,13 @@
 #include "gelslam/frontend/keyframe.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/slam/slam_map.hpp"
+#include "gelslam/slam/slam_options.hpp"
 
 namespace gelslam {
-
-struct RefinementOptions {
-  bool enabled = true;
-  int max_pairs_per_keyframe = 12;
-};
 
 /// Share of the smaller contact that lies on the other's, close to its height. 0 where they face away from
 /// each other: opposite sides of a thin object.
 double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b);
-
-struct SlamOptions;
 
 /// Once the pose graph knows roughly where every keyframe is, verifies all pairs that should overlap but have
 /// no edge yet, and returns them as loop edges, or those found until `stop_requested` turns true. Null

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
-#include "gelslam/slam/map_snapshot.hpp"
 #include "gelslam/surface/slope_correction.hpp"
 
 namespace gelslam {
@@ -55,11 +55,14 @@ struct SlamMap {
   GradientScale surface_scale() const {
     return surfaces_corrected ? GradientScale{} : slope_correction.scale();
   }
+  /// Every frame that has a pose, in the map's frame.
+  std::vector<StampedPose> trajectory() const;
   bool has_pose(const FrameRecord& f) const {
     return f.keyframe >= 0 && in_map[static_cast<std::size_t>(f.keyframe)];
   }
 };
 
+struct MapSnapshot;
 /// The map as a window draws it; poses of the largest component are in the anchor's frame.
 MapSnapshot snapshot_of(const SlamMap& map);
 

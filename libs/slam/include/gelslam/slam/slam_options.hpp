@@ -4,9 +4,13 @@
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
-#include "gelslam/slam/refinement.hpp"
 
 namespace gelslam {
+
+struct RefinementOptions {
+  bool enabled = true;
+  int max_pairs_per_keyframe = 12;
+};
 
 /// What is estimated of a SlopeCorrection.
 struct SlopeCalibrationOptions {

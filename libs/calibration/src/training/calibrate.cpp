@@ -1,0 +1,72 @@
+#include "gelslam/calibration/calibrate.hpp"
+
+#include "gelslam/calibration/ball_sizes.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+void require_labels(const PressSet& set) {
+  std::size_t bare = 0;
+  std::string first;
+  for (const CalibrationPress& press : set.presses) {
+    if (press.label || press.left_out || !press.problem.empty()) continue;
+    if (bare++ == 0) first = press.name;
+  }
+  if (bare > 0)
+    throw Error("'" + set.folder.string() + "': " + std::to_string(bare) + " of " +
+                std::to_string(set.presses.size()) + " presses have no label (first: " + first +
+                "); label them or leave them out: gelslam calibrate label " + set.folder.string() +
+                "; or give --automatic, which takes every clear contact and names the rest");
+}
+
+CalibrationRecord record_of(const PressSet& set, const ModelCheck& check, const ModelTraining& training) {
+  CalibrationRecord record;
+  record.width_px = set.background.cols;
+  record.height_px = set.background.rows;
+  record.pixel_pitch_mm = training.pixel_pitch_mm;
+  record.presses = static_cast<int>(check.presses.size());
+  for (const DiameterCheck& ball : check.diameters) record.diameters_mm.push_back(ball.diameter_mm);
+  record.seed = training.seed;
+  record.background_cells = background_cells(set.background);
+  return record;
+}
+
+}  // namespace
+
+Calibration calibrate(const PressSet& set, const CalibrationOptions& options, ProgressSink& progress,
+                      const std::function<bool()>& stop,
+                      const std::function<void(const std::string&)>& say_left_out) {
+  const ModelTraining& training = options.training;
+  const auto count = [&](std::size_t done) {
+    if (stop()) throw Error("stopped; nothing was written");
+    progress.update(static_cast<std::int64_t>(done));
+  };
+  if (!options.automatic) require_labels(set);
+  progress.begin("looking at presses", static_cast<std::int64_t>(set.presses.size()));
+  const BallZones zones = find_ball_zones(set, training.pixel_pitch_mm, options.automatic, count);
+  progress.end();
+  for (const RejectedPress& press : zones.rejected)
+    say_left_out(set.presses[press.press].name + ": " + press.reason);
+  require_good_coverage(set, zones);
+  const std::string contradiction =
+      contradiction_between_sizes(compare_ball_sizes(set, zones.zones, training.pixel_pitch_mm));
+  if (!contradiction.empty()) throw Error("'" + set.folder.string() + "': " + contradiction);
+
+  GradientModel model = train_model(set, zones.zones, training, progress, stop);
+  model.sigma_rad = held_out_sigma_rad(set, zones.zones, training, progress, stop);
+  progress.begin("checking", static_cast<std::int64_t>(zones.zones.size()));
+  ModelCheck check = check_model(model, set, zones.zones, training.pixel_pitch_mm, count);
+  progress.end();
+  CalibrationRecord record = record_of(set, check, training);
+  return {{std::move(model), std::move(record)}, std::move(check)};
+}
+
+void write_calibration(const std::filesystem::path& path, const Calibration& calibration) {
+  if (path.extension() == ".pth")
+    write_pth_model(path, calibration.file.model);
+  else
+    write_model_file(path, calibration.file);
+}
+
+}  // namespace gelslam
