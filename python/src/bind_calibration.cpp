@@ -1,0 +1,79 @@
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "bind.hpp"
+#include "gelslam/calibration/calibrate.hpp"
+#include "gelslam/core/error.hpp"
+#include "work.hpp"
+
+namespace gelslam::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PythonCalibration {
+  ModelCheck check;
+  std::vector<std::string> left_out;
+};
+
+PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& output, double pixel_pitch_mm,
+                                    bool automatic, std::optional<int> steps, std::uint64_t seed,
+                                    bool overwrite, const py::object& progress) {
+  PythonProgress sink(progress);
+  const py::gil_scoped_release release;
+  if (!(pixel_pitch_mm > 0)) throw Error("pixel_pitch_mm: expected millimeters per pixel");
+  if (steps && *steps < 1) throw Error("steps: expected a number of training steps");
+  if (!overwrite && fs::exists(output)) throw Error(output.string() + " is already there: give overwrite");
+  CalibrationOptions options{{pixel_pitch_mm, seed, {}}, automatic};
+  if (steps) options.training.recipe.steps = *steps;
+  PythonCalibration result;
+  const auto stop = [] {
+    check_signals();
+    return false;
+  };
+  const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
+  Calibration calibration = calibrate(read_press_set(presses), options, sink, stop, leave_out);
+  write_calibration(output, calibration);
+  result.check = std::move(calibration.check);
+  return result;
+}
+
+}  // namespace
+
+void bind_calibration(py::module_& module) {
+  py::class_<PythonCalibration>(module, "Calibration",
+                                "How a new model reads the presses that it was trained on.")
+      .def_property_readonly(
+          "verdict", [](const PythonCalibration& self) { return verdict_name(self.check.verdict); },
+          "\"good\", \"usable\" or \"recalibrate\".")
+      .def_property_readonly(
+          "reasons", [](const PythonCalibration& self) { return self.check.reasons; },
+          "What is not good, worst first: list of str.")
+      .def_property_readonly(
+          "slope_error_deg",
+          [](const PythonCalibration& self) { return self.check.errors.all.mean_abs_error_deg(); },
+          "Mean absolute error of the slopes, degrees.")
+      .def_property_readonly(
+          "gain",
+          [](const PythonCalibration& self) {
+            return py::make_tuple(self.check.gains.all.gain_x(), self.check.gains.all.gain_y());
+          },
+          "Read over true slope along x and y.")
+      .def_property_readonly(
+          "presses", [](const PythonCalibration& self) { return self.check.presses.size(); },
+          "Number of presses that were used.")
+      .def_readonly("left_out", &PythonCalibration::left_out, "Presses that were not, and why: list of str.");
+
+  module.def(
+      "calibrate", &calibrate_presses, py::arg("presses"), py::arg("output"), py::kw_only(),
+      py::arg("pixel_pitch_mm") = ModelTraining{}.pixel_pitch_mm, py::arg("automatic") = true,
+      py::arg("steps") = py::none(), py::arg("seed") = ModelTraining{}.seed, py::arg("overwrite") = false,
+      py::arg("progress") = false,
+      R"(Trains a model on a folder of ball presses, as `gelslam calibrate train` does. Returns a Calibration.
+
+presses: catalog.csv, background.png and a folder per press. output: the model; PyTorch's format if it ends in .pth,
+else GelSLAM's own. automatic: also use presses that nobody has labeled. steps: default 12000, about 30 s. progress: as
+of reconstruct().)");
+}
+
+}  // namespace gelslam::python

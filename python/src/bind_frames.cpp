@@ -1,0 +1,170 @@
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <mutex>
+
+#include "arrays.hpp"
+#include "bind.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/slam/log_input.hpp"
+#include "work.hpp"
+#ifdef GELSLAM_BUILD_CAMERAS
+#include "gelslam/sensor/camera.hpp"
+#include "gelslam/sensor/frame_decoder.hpp"
+#endif
+
+namespace gelslam::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+py::tuple tuple_of(const TactileImage& image) { return py::make_tuple(array_of(image.bgr), image.time_s); }
+
+/// A recorded log, picture by picture.
+class Log {
+ public:
+  Log(const fs::path& log, const OptionalPath& config) {
+    LogInput input;
+    input.log = log;
+    input.config = config.value_or("");
+    source_ = open_frame_source(log, find_config(input).sensor);
+  }
+  std::optional<TactileImage> next() {
+    const std::lock_guard lock(mutex_);
+    return source_->next();
+  }
+  const FrameSource& source() const { return *source_; }
+
+ private:
+  std::mutex mutex_;
+  std::unique_ptr<FrameSource> source_;
+};
+
+template <class Source>
+py::tuple next_frame(Source& source) {
+  std::optional<TactileImage> image;
+  {
+    const py::gil_scoped_release release;
+    image = source.next();
+  }
+  if (!image) throw py::stop_iteration();
+  return tuple_of(*image);
+}
+
+void add_log(py::module_& module) {
+  py::class_<Log>(module, "Log", R"(A recorded log; iterating gives (image, time_s).
+
+image: HxWx3 uint8, BGR, at the configuration's size. time_s: seconds since the first frame.)")
+      .def(py::init<const fs::path&, const OptionalPath&>(), py::arg("path"), py::kw_only(),
+           py::arg("config") = py::none())
+      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__next__", &next_frame<Log>)
+      .def_property_readonly(
+          "rate_hz", [](const Log& self) { return self.source().rate_hz(); }, "Frames per second.")
+      .def_property_readonly(
+          "description", [](const Log& self) { return self.source().description(); }, "For people.")
+      .def_property_readonly(
+          "warning", [](const Log& self) { return self.source().warning(); },
+          "What was not right with the frames so far, or \"\".");
+}
+
+#ifdef GELSLAM_BUILD_CAMERAS
+/// A camera that streams until it is closed. close() may be called while another thread waits for a frame.
+class Camera {
+ public:
+  Camera(const std::string& device, const OptionalPath& config) {
+    LogInput input;
+    input.config = config.value_or("");
+    const SensorProfile profile = find_config(input).sensor;
+    CameraOptions options = camera_options(profile);
+    options.device = device;
+    options.gives_up = [] {
+      check_signals();
+      return false;
+    };
+    camera_ = open_camera(options);
+    decoder_.emplace(profile);
+  }
+  ~Camera() { close(); }
+
+  /// The next picture that is whole.
+  std::optional<TactileImage> next() {
+    const std::shared_ptr<CameraSource> camera = opened();
+    const std::lock_guard lock(reading_);
+    while (const std::optional<RawFrame> frame = camera->next()) {
+      if (std::optional<TactileImage> image = decoder_->decode(*frame)) return image;
+      check_signals();
+    }
+    return std::nullopt;
+  }
+  TactileImage read() {
+    std::optional<TactileImage> image = next();
+    if (!image) throw Error("the camera was closed");
+    return *std::move(image);
+  }
+  void close() {
+    std::shared_ptr<CameraSource> camera;
+    {
+      const std::lock_guard lock(opening_);
+      camera.swap(camera_);
+    }
+    if (camera) camera->stop();
+  }
+  std::string description() const { return opened()->description(); }
+
+ private:
+  std::shared_ptr<CameraSource> opened() const {
+    const std::lock_guard lock(opening_);
+    if (!camera_) throw Error("the camera is closed");
+    return camera_;
+  }
+
+  mutable std::mutex opening_;
+  std::mutex reading_;
+  std::shared_ptr<CameraSource> camera_;
+  std::optional<FrameDecoder> decoder_;
+};
+
+void add_camera(py::module_& module) {
+  using Release = py::call_guard<py::gil_scoped_release>;
+  py::class_<Camera>(module, "Camera", R"(A sensor's camera; iterating gives (image, time_s), as of a Log.
+
+device: "auto", "/dev/video2", "2", or part of the camera's name. Exposure, gain and focus are held. Close it, or use
+`with`. Frames that nobody has taken are lost: the newest ones are delivered.)")
+      .def(py::init<const std::string&, const OptionalPath&>(), py::arg("device") = "auto", py::kw_only(),
+           py::arg("config") = py::none(), Release())
+      .def("__enter__", [](const py::object& self) { return self; })
+      .def("__exit__",
+           [](Camera& self, const py::object&, const py::object&, const py::object&) {
+             const py::gil_scoped_release release;
+             self.close();
+           })
+      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__next__", &next_frame<Camera>)
+      .def(
+          "read",
+          [](Camera& self) {
+            TactileImage image;
+            {
+              const py::gil_scoped_release release;
+              image = self.read();
+            }
+            return tuple_of(image);
+          },
+          "Waits for the next picture. Returns (image, time_s).")
+      .def("close", &Camera::close, Release(), "Stops the camera. May be called twice.")
+      .def_property_readonly("description", &Camera::description, "For people: name, format, rate.");
+}
+#endif
+
+}  // namespace
+
+void bind_frames(py::module_& module) {
+  add_log(module);
+#ifdef GELSLAM_BUILD_CAMERAS
+  add_camera(module);
+#endif
+}
+
+}  // namespace gelslam::python

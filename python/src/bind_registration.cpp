@@ -1,0 +1,88 @@
+#include <pybind11/stl.h>
+
+#include <array>
+
+#include "bind.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/registration/normal_flow.hpp"
+#include "registration_result.hpp"
+#include "sensor.hpp"
+
+namespace gelslam::python {
+namespace {
+
+py::dict observable_of(const RegistrationResult& result) {
+  constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};
+  py::dict observable;
+  for (std::size_t i = 0; i < kMotions.size(); ++i) observable[kMotions[i]] = result.observable[i];
+  return observable;
+}
+
+py::array_t<double> covariance_of(const RegistrationResult& result) {
+  PoseGraphEdge edge;
+  edge.from_T_to = result.target_T_reference;
+  edge.information = result.information;
+  return scaled_array_of(uncertain_motion(edge).covariance, kMetersPerMm);
+}
+
+RegistrationResult register_surfaces(const TouchedSurface& reference, const TouchedSurface& target,
+                                     const std::optional<py::object>& initial) {
+  const Pose start = initial ? pose_of(*initial, "initial") : Pose::Identity();
+  const py::gil_scoped_release release;
+  if (reference.maps->height_mm.size() != target.maps->height_mm.size())
+    throw Error("register: the two surfaces have different sizes");
+  const NormalFlowOptions options;
+  return register_normal_flow(NormalFlowReference(reference.maps, options), *target.maps, start, options);
+}
+
+}  // namespace
+
+std::string reason_of(const RegistrationResult& result) {
+  return result.ok() ? describe_observability(result.observable) : std::string(describe(result.status));
+}
+
+void bind_registration(py::module_& module) {
+  py::class_<RegistrationResult>(module, "Registration", R"(How two surfaces lie to each other.
+
+Matrices of rotations and translations have the order rx, ry, rz, tx, ty, tz, in radians and meters.)")
+      .def_property_readonly(
+          "target_T_reference",
+          [](const RegistrationResult& self) { return array_of(self.target_T_reference); },
+          "4x4: takes coordinates in the first surface's frame to the second's; translation in meters.")
+      .def_property_readonly(
+          "information",
+          [](const RegistrationResult& self) {
+            return scaled_array_of(self.information, 1.0 / kMetersPerMm);
+          },
+          "6x6: inverse covariance of `noise` in true = target_T_reference * exp(noise), along the axes of "
+          "the\n"
+          "first surface's frame. Nearly 0 along motions that the surfaces do not show.")
+      .def_property_readonly("covariance", &covariance_of,
+                             "6x6: the same as covariance. Motions that are not shown have 1 rad and 20 mm.")
+      .def_property_readonly("observable", &observable_of,
+                             "dict of x, y, z, rx, ry, rz: whether both surfaces show this motion, along the "
+                             "second's axes.")
+      .def_property_readonly("ok", &RegistrationResult::ok, "Whether the registration succeeded.")
+      .def_property_readonly("reason", &reason_of,
+                             "Why it failed; or which motions are not observable; or \"\".")
+      .def_readonly("scr", &RegistrationResult::scr, "Shared curvature ratio, 0..1.")
+      .def_readonly("ccs", &RegistrationResult::ccs, "Curvature cosine similarity, -1..1.")
+      .def_readonly("normal_rmse_rad", &RegistrationResult::normal_rmse_rad,
+                    "Root mean square angle between aligned normals, rad.")
+      .def_readonly("height_rmse_mm", &RegistrationResult::height_rmse_mm,
+                    "Root mean square height difference, mm.")
+      .def_readonly("shared_pixels", &RegistrationResult::shared_pixels, "Pixels of the shared contact.")
+      .def_readonly("iterations", &RegistrationResult::iterations, "Iterations that it took.")
+      .def("__repr__", [](const RegistrationResult& self) {
+        return "<gelslam.Registration " + (self.ok() ? std::string("ok") : reason_of(self)) + ">";
+      });
+
+  module.def("register", &register_surfaces, py::arg("reference"), py::arg("target"), py::kw_only(),
+             py::arg("initial") = py::none(),
+             R"(Registers two surfaces with NormalFlow: how did the sensor move between them?
+
+initial: 4x4, meters: where to begin (target_T_reference); default: no motion. Returns a Registration. A failure is
+a result, not an exception: see its `ok` and `reason`.)");
+}
+
+}  // namespace gelslam::python

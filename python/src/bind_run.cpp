@@ -1,0 +1,165 @@
+#include <pybind11/functional.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "bind.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "run.hpp"
+#include "work.hpp"
+
+namespace gelslam::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+py::array vectors_view(const std::vector<Eigen::Vector3f>& rows, const py::object& owner) {
+  return rows_view(rows.empty() ? nullptr : rows.front().data(), rows.size(), 3, owner);
+}
+
+const MetricMesh& mesh_of(const py::object& self) { return self.cast<const MetricMesh&>(); }
+
+void add_mesh(py::module_& module) {
+  py::class_<MetricMesh, std::shared_ptr<MetricMesh>>(
+      module, "Mesh", "A triangle mesh in the map's frame. The arrays are read-only.")
+      .def_property_readonly(
+          "vertices", [](const py::object& self) { return vectors_view(mesh_of(self).vertices_m, self); },
+          "Nx3 float32, meters.")
+      .def_property_readonly(
+          "normals", [](const py::object& self) { return vectors_view(mesh_of(self).mesh.normals, self); },
+          "Nx3 float32: unit normals out of the object; 0x3 when there are none.")
+      .def_property_readonly(
+          "triangles",
+          [](const py::object& self) {
+            const auto& triangles = mesh_of(self).mesh.triangles;
+            return rows_view(triangles.empty() ? nullptr : triangles.front().data(), triangles.size(), 3,
+                             self);
+          },
+          "Mx3 int32: indices of vertices, counter-clockwise seen from outside.")
+      .def_property_readonly(
+          "confidence",
+          [](const py::object& self) {
+            const std::vector<float>& confidence = mesh_of(self).mesh.confidence;
+            return view(py::dtype::of<float>(), {static_cast<py::ssize_t>(confidence.size())},
+                        {static_cast<py::ssize_t>(sizeof(float))}, confidence.data(), self);
+          },
+          "N float32: summed weight of the observations behind a vertex; empty when there is none.")
+      .def(
+          "save",
+          [](const MetricMesh& self, const fs::path& path) {
+            const py::gil_scoped_release release;
+            Mesh mesh = self.mesh;
+            for (const Eigen::Vector3f& v : self.vertices_m) mesh.vertices_mm.push_back(v / 1e-3F);
+            write_mesh(path, mesh, usual_unit(path));
+          },
+          py::arg("path"), "Writes .ply (meters), .obj or .stl (millimeters).")
+      .def("__repr__", [](const MetricMesh& self) {
+        return "<gelslam.Mesh of " + std::to_string(self.vertices_m.size()) + " vertices, " +
+               std::to_string(self.mesh.triangles.size()) + " triangles>";
+      });
+}
+
+PythonRun read_run(const fs::path& folder) {
+  PythonRun run;
+  run.folder = folder;
+  run.trajectory = read_tum(folder / "trajectory.tum");
+  run.mesh = std::make_shared<MetricMesh>(read_mesh(folder / "mesh.ply"));
+  std::ifstream report(folder / "report.json");
+  run.report = {std::istreambuf_iterator<char>(report), {}};
+  return run;
+}
+
+void save(const PythonRun& self, const fs::path& folder, bool overwrite) {
+  if (!self.run) throw Error("this run was read from " + self.folder.string() + ": copy that folder");
+  const py::gil_scoped_release release;
+  save_run(folder, *self.run, overwrite);
+}
+
+py::object report_of(const PythonRun& self) {
+  try {
+    return py::module_::import("json").attr("loads")(self.report);
+  } catch (const py::error_already_set& error) {
+    throw Error((self.folder / "report.json").string() + ": not a JSON object");
+  }
+}
+
+void add_run(py::module_& module) {
+  py::class_<PythonRun>(module, "Run", R"(A reconstruction: surface, trajectory and figures.
+
+The map's frame is that of the sensor at its first full contact: x right, y down, z out of the gel.)")
+      .def_readonly("mesh", &PythonRun::mesh, "The surface, a Mesh.")
+      .def_property_readonly(
+          "trajectory", [](const PythonRun& self) { return poses_of(self.trajectory); },
+          "Nx4x4 float64: map_T_sensor of every frame in the map, translation in meters.")
+      .def_property_readonly(
+          "times", [](const PythonRun& self) { return times_of(self.trajectory); },
+          "N float64: their times, seconds since the log's first frame.")
+      .def_property_readonly(
+          "report", &report_of,
+          "dict: the figures of report.json: frames, keyframes, loops, partial, warning...")
+      .def("save", &save, py::arg("path"), py::kw_only(), py::arg("overwrite") = false,
+           "Writes a run folder: mesh, trajectory, keyframes, pose graph, configuration, report.")
+      .def("__repr__", [](const PythonRun& self) {
+        return "<gelslam.Run of " + std::to_string(self.trajectory.size()) + " poses, " +
+               std::to_string(self.mesh->vertices_m.size()) + " vertices>";
+      });
+}
+
+PythonRun reconstruct_log(const fs::path& log, const OptionalPath& model, const OptionalPath& background,
+                          const OptionalPath& config, bool force, const py::object& progress) {
+  PythonProgress sink(progress);
+  const py::gil_scoped_release release;
+  const LogInput input{log, config.value_or(""), model.value_or(""), background.value_or(""), force};
+  return python_run(reconstruct(input, resolve_config(input), sink, [] {
+    check_signals();
+    return false;
+  }));
+}
+
+}  // namespace
+
+MetricMesh::MetricMesh(Mesh mesh_mm) : mesh(std::move(mesh_mm)) {
+  vertices_m.reserve(mesh.vertices_mm.size());
+  // Rounded as in files.
+  for (const Eigen::Vector3f& v : mesh.vertices_mm)
+    vertices_m.push_back((v.cast<double>() * kMetersPerMm).cast<float>());
+  mesh.vertices_mm = {};
+}
+
+PythonRun python_run(Run run) {
+  PythonRun result;
+  result.mesh = std::make_shared<MetricMesh>(run.mesh);
+  result.trajectory = run.map.trajectory();
+  result.report = report_json(run);
+  result.run = std::make_shared<const Run>(std::move(run));
+  return result;
+}
+
+Config config_of(const OptionalPath& config, const OptionalPath& model) {
+  if (!config && !model) throw Error("no gradient model: give model, or config that names one");
+  LogInput input;
+  input.config = config.value_or("");
+  input.model = model.value_or("");
+  return resolve_config(input);
+}
+
+void bind_run(py::module_& module) {
+  add_mesh(module);
+  add_run(module);
+  module.def("reconstruct", &reconstruct_log, py::arg("log"), py::arg("model") = py::none(), py::kw_only(),
+             py::arg("background") = py::none(), py::arg("config") = py::none(), py::arg("force") = false,
+             py::arg("progress") = false,
+             R"(Turns a log into a Run, as `gelslam reconstruct` does; the same log gives the same result.
+
+log: a video, a folder of pictures, a log of `gelslam record`, or a data folder. model and config: default: those in or
+beside the log. background: an image; default: the log's first frames, which must show the bare gel. force: go on
+although they seem to show contact. progress: True for a line on stderr, or a function of (task, done, total or None).
+Ctrl-C raises KeyboardInterrupt.)");
+  module.def("read_run", &read_run, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
+             "Reads the folder of a finished run. Returns a Run.");
+}
+
+}  // namespace gelslam::python

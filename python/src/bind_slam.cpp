@@ -1,0 +1,183 @@
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <mutex>
+
+#include "bind.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+#include "registration_result.hpp"
+#include "run.hpp"
+#include "sensor.hpp"
+#include "work.hpp"
+
+namespace gelslam::python {
+namespace {
+
+struct PythonFrame {
+  TrackedFrame tracked;
+  std::optional<Vector6d> sigma;  ///< TrialDrift::add()
+};
+
+/// Tracking and mapping, frame by frame. Calls from several threads wait for each other.
+class Slam {
+ public:
+  explicit Slam(std::shared_ptr<Sensor> sensor)
+      : sensor_(std::move(sensor)),
+        slam_(sensor_->config().slam),
+        drift_(sensor_->config().slam.slope_calibration.gradient_scale_sigma) {}
+
+  PythonFrame process(const cv::Mat3b& bgr, double time_s) {
+    SurfacePtr surface;
+    {
+      const auto scope = timer_.measure("surface");
+      surface = sensor_->estimate(bgr, "image").maps;
+    }
+    return process(std::move(surface), time_s);
+  }
+
+  PythonFrame process(SurfacePtr surface, double time_s) {
+    const std::lock_guard lock(mutex_);
+    if (!std::isfinite(time_s) || (last_time_s_ && time_s <= *last_time_s_))
+      throw Error("time_s: expected seconds that grow from frame to frame, got " + std::to_string(time_s) +
+                  (last_time_s_ ? " after " + std::to_string(*last_time_s_) : ""));
+    const cv::Size size = sensor_->background().size();
+    if (surface->height_mm.size() != size)
+      throw Error("surface: expected " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+                  " pixels, as the sensor's");
+    last_time_s_ = time_s;
+    PythonFrame frame{slam_.process(frames_++, time_s, std::move(surface), timer_), {}};
+    frame.sigma = drift_.add(frame.tracked);
+    return frame;
+  }
+
+  MetricMesh mesh() const {
+    const std::lock_guard lock(mutex_);
+    return MetricMesh(fuse_map(slam_.finish(false), sensor_->config().slam.fusion));
+  }
+
+  PythonRun finish() const {
+    const std::lock_guard lock(mutex_);
+    Run run{sensor_->config(), slam_.finish(), {}, {}};
+    check_signals();
+    run.mesh = fuse_map(run.map, run.config.slam.fusion);
+    run.account.log_description = "frames of a Python program";
+    run.account.times = timer_.statistics();
+    run.account.summary = summarise(run.map, run.mesh);
+    return python_run(std::move(run));
+  }
+
+ private:
+  const std::shared_ptr<Sensor> sensor_;
+  mutable std::mutex mutex_;
+  StageTimer timer_;
+  GelSlam slam_;
+  TrialDrift drift_;
+  std::int64_t frames_ = 0;
+  std::optional<double> last_time_s_;
+};
+
+std::optional<py::array_t<double>> trial_pose(const PythonFrame& self) {
+  if (self.tracked.status != TrackStatus::tracked) return std::nullopt;
+  return array_of(self.tracked.trial_T_frame);
+}
+
+/// Three of the six numbers.
+std::optional<py::array_t<double>> sigma_part(const PythonFrame& self, int first) {
+  if (!self.sigma) return std::nullopt;
+  return py::array_t<double>(3, self.sigma->data() + first);
+}
+
+std::vector<std::int64_t> new_keyframes(const PythonFrame& self) {
+  std::vector<std::int64_t> frames;
+  for (const NewKeyframe& added : self.tracked.new_keyframes) frames.push_back(added.keyframe->frame);
+  return frames;
+}
+
+void add_frame(py::module_& module) {
+  py::class_<PythonFrame>(module, "TrackedFrame", R"(What is known of a frame right after it was tracked.
+
+A trial is an unbroken stretch of tracking. Its frame is that of the sensor in its first tracked frame.)")
+      .def_property_readonly(
+          "frame", [](const PythonFrame& self) { return self.tracked.frame; }, "Counts frames from 0.")
+      .def_property_readonly(
+          "time_s", [](const PythonFrame& self) { return self.tracked.time_s; }, "As given, seconds.")
+      .def_property_readonly(
+          "status", [](const PythonFrame& self) { return std::string(name(self.tracked.status)); },
+          "\"tracked\", \"no_contact\" or \"lost\".")
+      .def_property_readonly(
+          "trial",
+          [](const PythonFrame& self) -> std::optional<int> {
+            if (self.tracked.trial < 0) return std::nullopt;
+            return self.tracked.trial;
+          },
+          "Number of the trial, from 0; None without contact.")
+      .def_property_readonly("trial_T_sensor", &trial_pose,
+                             "4x4: sensor to trial, translation in meters; None when not tracked.")
+      .def_property_readonly(
+          "sigma_mm", [](const PythonFrame& self) { return sigma_part(self, 0); },
+          "3: one standard deviation of the pose in its trial along the sensor's x, y, z, mm; or None.")
+      .def_property_readonly(
+          "sigma_rad", [](const PythonFrame& self) { return sigma_part(self, 3); },
+          "3: the same about x, y, z, rad; or None.")
+      .def_property_readonly("new_keyframes", &new_keyframes,
+                             "list of int: the frames that became keyframes now: this one or earlier ones.")
+      .def_property_readonly(
+          "registration",
+          [](const PythonFrame& self) -> std::optional<RegistrationResult> {
+            if (self.tracked.trial < 0) return std::nullopt;
+            return self.tracked.registration;
+          },
+          "Registration to the keyframe, or None.")
+      .def_property_readonly(
+          "reason",
+          [](const PythonFrame& self) -> std::string {
+            switch (self.tracked.status) {
+              case TrackStatus::no_contact:
+                return "nothing touches the sensor";
+              case TrackStatus::tracked:
+                return describe_observability(self.tracked.registration.observable);
+              default:
+                return reason_of(self.tracked.registration);
+            }
+          },
+          "Why it is not tracked; or which motions are not observable; or \"\".")
+      .def("__repr__", [](const PythonFrame& self) {
+        return "<gelslam.TrackedFrame " + std::to_string(self.tracked.frame) + ", " +
+               std::string(name(self.tracked.status)) + ">";
+      });
+}
+
+}  // namespace
+
+void bind_slam(py::module_& module) {
+  add_frame(module);
+  using Release = py::call_guard<py::gil_scoped_release>;
+  py::class_<Slam>(module, "Slam", R"(Tracks and maps frame by frame, for instance those of a camera.
+
+Keeps keyframes only. Its map is the one that reconstruct() makes of the same pictures. Threads that call it wait for
+each other.)")
+      .def(py::init<std::shared_ptr<Sensor>>(), py::arg("sensor").none(false))
+      .def(
+          "process",
+          [](Slam& self, const TouchedSurface& surface, double time_s) {
+            return self.process(surface.maps, time_s);
+          },
+          py::arg("surface"), py::arg("time_s"), Release(),
+          "Tracks a Surface that was taken at time_s (seconds, growing). Returns a TrackedFrame.")
+      .def(
+          "process",
+          [](Slam& self, const py::object& image, double time_s) {
+            const Picture picture = picture_of(image, "image");
+            const py::gil_scoped_release release;
+            return self.process(picture.bgr, time_s);
+          },
+          py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).")
+      .def("mesh", &Slam::mesh, Release(),
+           "The surface as far as it is known, a Mesh. Takes tenths of a second; tracking may go on.")
+      .def("finish", &Slam::finish, Release(),
+           "Closes loops, calibrates slopes, fuses. Returns a Run. Frames may follow.");
+}
+
+}  // namespace gelslam::python

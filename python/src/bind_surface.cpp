@@ -1,0 +1,157 @@
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cmath>
+#include <limits>
+
+#include "bind.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/image_input.hpp"
+#include "sensor.hpp"
+
+namespace gelslam::python {
+namespace {
+
+/// HxW or HxWxC over a map of the surface; the Python object `self` keeps it alive.
+template <class Mat>
+py::array map_view(const py::object& self, const Mat& mat) {
+  using Number = typename cv::DataType<typename Mat::value_type>::channel_type;
+  const auto step = static_cast<py::ssize_t>(sizeof(Number));
+  const py::ssize_t channels = mat.channels();
+  std::vector<py::ssize_t> shape{mat.rows, mat.cols};
+  std::vector<py::ssize_t> strides{static_cast<py::ssize_t>(mat.step[0]), channels * step};
+  if (channels > 1) {
+    shape.push_back(channels);
+    strides.push_back(step);
+  }
+  return view(py::dtype::of<Number>(), std::move(shape), std::move(strides), mat.data, self);
+}
+
+const Surface& maps_of(const py::object& self) { return *self.cast<const TouchedSurface&>().maps; }
+
+py::array_t<bool> contact_of(const TouchedSurface& surface) {
+  const cv::Mat1b& contact = surface.maps->contact;
+  py::array_t<bool> array({contact.rows, contact.cols});
+  auto values = array.mutable_unchecked<2>();
+  for (int v = 0; v < contact.rows; ++v)
+    for (int u = 0; u < contact.cols; ++u) values(v, u) = contact(v, u) != 0;
+  return array;
+}
+
+/// Inverts Surface::confidence.
+py::array_t<float> sigma_of(const TouchedSurface& surface) {
+  const Surface& maps = *surface.maps;
+  const cv::Mat1b& confidence = maps.confidence.empty() ? maps.contact : maps.confidence;
+  const auto best = static_cast<float>(surface.best_sigma_rad);
+  py::array_t<float> array({confidence.rows, confidence.cols});
+  auto values = array.mutable_unchecked<2>();
+  for (int v = 0; v < confidence.rows; ++v)
+    for (int u = 0; u < confidence.cols; ++u)
+      values(v, u) = confidence(v, u) == 0 ? std::numeric_limits<float>::infinity()
+                                           : best * std::sqrt(255.0F / static_cast<float>(confidence(v, u)));
+  return array;
+}
+
+void add_surface(py::module_& module) {
+  py::class_<TouchedSurface>(module, "Surface", R"(What the gel's surface looks like in one picture.
+
+All maps have H rows and W columns. Frame: x right, y down, z out of the gel toward the object; the origin is the
+picture's center on the undeformed gel. Pixel (row v, column u) lies at x = (u - W/2 + 1/2) * pixel_pitch_mm,
+y = (v - H/2 + 1/2) * pixel_pitch_mm. The arrays are read-only.)")
+      .def_property_readonly(
+          "height_mm", [](const py::object& self) { return map_view(self, maps_of(self).height_mm); },
+          "HxW float32, mm: 0 where nothing touches, negative in contact.")
+      .def_property_readonly(
+          "normals", [](const py::object& self) { return map_view(self, maps_of(self).normals); },
+          "HxWx3 float32: unit normals (x, y, z), z > 0.")
+      .def_property_readonly(
+          "curvature", [](const py::object& self) { return map_view(self, maps_of(self).curvature); },
+          "HxW float32, 1/pixel: smoothed Laplacian of the height, 0 outside contact.")
+      .def_property_readonly("contact", &contact_of, "HxW bool: where the object touches.")
+      .def_property_readonly("sigma", &sigma_of,
+                             "HxW float32, rad: standard deviation of the slopes; inf outside contact.")
+      .def_property_readonly(
+          "contact_pixels", [](const TouchedSurface& self) { return self.maps->contact_pixels; },
+          "Number of pixels in contact.")
+      .def_property_readonly(
+          "pixel_pitch_mm", [](const TouchedSurface& self) { return self.maps->pixel_pitch_mm; },
+          "Millimeters per pixel.")
+      .def_property_readonly(
+          "zero_is_bare_gel", [](const TouchedSurface& self) { return self.maps->zero_is_bare_gel; },
+          "False: no bare gel was seen, and heights are right among themselves only.")
+      .def("__repr__", [](const TouchedSurface& self) {
+        return "<gelslam.Surface " + std::to_string(self.maps->height_mm.cols) + "x" +
+               std::to_string(self.maps->height_mm.rows) + ", " + std::to_string(self.maps->contact_pixels) +
+               " pixels in contact>";
+      });
+}
+
+/// An array, a list of arrays, or the name of an image.
+std::vector<Picture> background_of(const py::object& background) {
+  if (py::isinstance<py::array>(background)) return {picture_of(background, "background")};
+  if (py::isinstance<py::list>(background) || py::isinstance<py::tuple>(background)) {
+    std::vector<Picture> pictures;
+    for (const py::handle picture : background)
+      pictures.push_back(picture_of(py::reinterpret_borrow<py::object>(picture), "background"));
+    if (pictures.empty()) throw Error("background: an empty list of pictures");
+    return pictures;
+  }
+  try {
+    return {{py::array(), read_image(background.cast<std::filesystem::path>())}};
+  } catch (const py::cast_error&) {
+    throw py::type_error("background: expected a picture (array), a list of pictures, or an image's name");
+  }
+}
+
+std::shared_ptr<Sensor> make_sensor(const OptionalPath& model, const py::object& background,
+                                    const OptionalPath& config) {
+  const std::vector<Picture> pictures = background_of(background);
+  std::vector<cv::Mat3b> bgr;
+  for (const Picture& picture : pictures) bgr.push_back(picture.bgr);
+  std::shared_ptr<Sensor> sensor;
+  {
+    const py::gil_scoped_release release;
+    sensor = std::make_shared<Sensor>(config_of(config, model), bgr);
+  }
+  for (const std::string& doubt : sensor->doubts())
+    if (PyErr_WarnEx(PyExc_UserWarning, doubt.c_str(), 1) != 0) throw py::error_already_set();
+  return sensor;
+}
+
+void add_sensor(py::module_& module) {
+  py::class_<Sensor, std::shared_ptr<Sensor>>(module, "Sensor", R"(A tactile sensor: pictures become surfaces.
+
+model: nnmodel.pth, a model of `gelslam calibrate`, or a log that holds one.
+background: a picture of the bare gel (HxWx3 uint8, BGR), a list of such pictures (their mean counts), or an image's
+name. config: a configuration file; default: GelSight Mini.
+
+What makes the background doubtful (another sensor's model, too dark, dirt) is given as a warning. Pictures larger
+than the configuration's size are cropped and resized as those of a camera are. The sensor follows slow changes of the
+light: give it pictures in the order in which they were taken. Threads that call it wait for each other.)")
+      .def(py::init(&make_sensor), py::arg("model") = py::none(), py::kw_only(), py::arg("background"),
+           py::arg("config") = py::none())
+      .def(
+          "__call__",
+          [](Sensor& self, const py::object& image) {
+            const Picture picture = picture_of(image, "image");
+            const py::gil_scoped_release release;
+            return self.estimate(picture.bgr, "image");
+          },
+          py::arg("image"), "The Surface that a picture shows (HxWx3 uint8, BGR).")
+      .def_property_readonly(
+          "background", [](const Sensor& self) { return array_of(self.background().clone()); },
+          "HxWx3 uint8, BGR: the bare gel, a copy.")
+      .def_property_readonly(
+          "pixel_pitch_mm", [](const Sensor& self) { return self.config().surface.pixel_pitch_mm; },
+          "Millimeters per pixel.")
+      .def_property_readonly("doubts", &Sensor::doubts, "What makes the background doubtful: list of str.");
+}
+
+}  // namespace
+
+void bind_surface(py::module_& module) {
+  add_surface(module);
+  add_sensor(module);
+}
+
+}  // namespace gelslam::python

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arrays.hpp"
+#include "gelslam/slam/color_gain.hpp"
+#include "gelslam/slam/config.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+
+namespace gelslam::python {
+
+/// A surface, and what its confidence is relative to.
+struct TouchedSurface {
+  SurfacePtr maps;
+  double best_sigma_rad = 0;  ///< standard deviation of a slope where the confidence is 255
+};
+
+/// A sensor with its model and its bare gel. Calls from several threads wait for each other.
+class Sensor {
+ public:
+  /// Throws Error for a model or a background that cannot be used.
+  Sensor(const Config& config, const std::vector<cv::Mat3b>& background);
+
+  /// `name`: of the picture, in messages.
+  TouchedSurface estimate(const cv::Mat3b& bgr, const std::string& name);
+
+  const Config& config() const { return config_; }
+  const cv::Mat3b& background() const { return background_; }
+  /// What makes the background doubtful, as sentences.
+  const std::vector<std::string>& doubts() const { return doubts_; }
+
+ private:
+  cv::Mat3b fitted(const cv::Mat3b& bgr, const std::string& name) const;
+
+  const Config config_;
+  const ColorGain color_gain_;
+  cv::Mat3b background_;
+  std::vector<std::string> doubts_;
+  double best_sigma_rad_;
+  std::mutex mutex_;
+  std::optional<SurfaceEstimator> estimator_;
+};
+
+}  // namespace gelslam::python

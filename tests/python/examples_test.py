@@ -1,0 +1,63 @@
+"""Runs every example as a user would."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import simulated
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples/python"
+
+
+class Examples(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+
+    def example(self, name, *words):
+        done = subprocess.run([sys.executable, EXAMPLES / name, *map(str, words)], capture_output=True, text=True,
+                              cwd=self.folder, env=os.environ)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
+
+    def test_height_map(self):
+        images = [image for image, _ in simulated.frames()]
+        for name, frame in [("bare", 0), ("touch", 20)]:
+            plt.imsave(self.folder / f"{name}.png", np.ascontiguousarray(images[frame][..., ::-1]))
+        out = self.example("height_map.py", "touch.png", "--background", "bare.png", "--model", simulated.MODEL, "-o", "h.png")
+        self.assertIn(f"{simulated.sensor([images[0]])(images[20]).contact_pixels} pixels in contact", out)
+        self.assertGreater((self.folder / "h.png").stat().st_size, 5000)
+
+    def test_reconstruct_video(self):
+        out = self.example("reconstruct_video.py", simulated.SCAN, "--model", simulated.MODEL, "-o", "mesh.ply")
+        self.assertIn("vertices", out)
+        self.assertTrue((self.folder / "mesh.ply").read_bytes().startswith(b"ply"))
+
+    def test_live(self):
+        out = self.example("live.py", "--model", simulated.MODEL, "--log", simulated.SCAN, "-o", "run")
+        self.assertGreater(out.count("trial 0"), 30)
+        self.assertTrue((self.folder / "run/report.json").exists())
+
+    def test_compare_registrations(self):
+        out = self.example("compare_registrations.py", simulated.SCAN, 20, 22, 24, "--model", simulated.MODEL)
+        self.assertEqual(out.count("ok"), 2)
+        self.assertEqual(out.count("sigma"), 12)
+
+    def test_calibrate(self):
+        out = self.example("calibrate.py", simulated.FOLDER / "calibration", "-o", "model.json", "--steps", "300")
+        self.assertIn("presses, slopes are off by", out)
+        self.assertTrue((self.folder / "model.json").exists())
+
+    def test_all_are_tested(self):
+        tested = {name.removeprefix("test_") for name in dir(self) if name.startswith("test_")}
+        self.assertEqual({path.stem for path in EXAMPLES.glob("*.py")} - tested, set())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,102 @@
+"""Every mistake is one exception with one line; the interpreter lives on."""
+import pathlib
+import tempfile
+import unittest
+
+import gelslam
+import numpy as np
+
+import simulated
+
+
+class Misuse(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.images = [image for image, _ in simulated.frames()]
+        cls.sensor = simulated.sensor(cls.images)
+
+    def refused(self, kind, words, function, *arguments, **named):
+        with self.assertRaises(kind) as caught:
+            function(*arguments, **named)
+        self.assertIn(words, str(caught.exception))
+        if kind is gelslam.Error:
+            self.assertNotIn("\n", str(caught.exception))
+
+    def test_pictures(self):
+        image = self.images[20]
+        for words, wrong in [("NumPy array, got list", image.tolist()), ("got NoneType", None), ("got str", "touch.png"),
+                             ("got float64", image.astype(float)), ("got int8", image.view(np.int8))]:
+            self.refused(TypeError, words, self.sensor, wrong)
+        for words, wrong in [("(240, 320)", image[..., 0]), ("(320, 3)", image[0]), ("(3, 240, 320)", image.transpose(2, 0, 1)),
+                             ("(240, 320, 4)", np.zeros((240, 320, 4), np.uint8)), ("(0, 320, 3)", image[:0]),
+                             ("image", image[:100]), ("image", np.zeros((320, 240, 3), np.uint8)),
+                             ("this size", np.broadcast_to(image[:1], (10 ** 6, 320, 3)))]:
+            self.refused(gelslam.Error, words, self.sensor, wrong)
+        self.sensor(image)  # still works
+
+    def test_sensors(self):
+        background = self.images[0]
+        self.refused(gelslam.Error, "no-model", gelslam.Sensor, "no-model.pth", background=background)
+        self.refused(gelslam.Error, "give model", gelslam.Sensor, background=background)
+        self.refused(gelslam.Error, "background", gelslam.Sensor, simulated.MODEL, background=[])
+        self.refused(gelslam.Error, "background", gelslam.Sensor, simulated.MODEL, background=background[:90])
+        self.refused(gelslam.Error, "no-image", gelslam.Sensor, simulated.MODEL, background="no-image.png")
+        self.refused(TypeError, "background", gelslam.Sensor, simulated.MODEL, background=7)
+        self.refused(TypeError, "", gelslam.Sensor, simulated.MODEL)
+        self.refused(gelslam.Error, "", gelslam.Sensor, simulated.SCAN / "gelsight.avi", background=background)
+        with self.assertWarnsRegex(UserWarning, "dark"):  # doubts are warnings
+            gelslam.Sensor(simulated.MODEL, background=np.ascontiguousarray(background // 8))
+
+    def test_registrations(self):
+        surface = self.sensor(self.images[20])
+        self.refused(TypeError, "", gelslam.register, surface, self.images[20])
+        self.refused(TypeError, "", gelslam.register, surface, None)
+        self.refused(gelslam.Error, "4x4", gelslam.register, surface, surface, initial=np.eye(3))
+        self.refused(gelslam.Error, "rigid", gelslam.register, surface, surface, initial=2 * np.eye(4))
+        self.refused(gelslam.Error, "rigid", gelslam.register, surface, surface, initial=np.full((4, 4), np.nan))
+        self.refused(TypeError, "numbers", gelslam.register, surface, surface, initial=np.array([["a"] * 4] * 4))
+        bare = self.sensor(self.images[0])
+        result = gelslam.register(bare, surface)  # nothing touches: a result, not an exception
+        self.assertFalse(result.ok)
+        self.assertTrue(result.reason)
+
+    def test_frames_out_of_order(self):
+        slam = gelslam.Slam(self.sensor)
+        slam.process(self.images[20], 1.0)
+        for time_s in [1.0, 0.5, float("nan"), float("inf")]:
+            self.refused(gelslam.Error, "time_s", slam.process, self.images[20], time_s)
+        self.refused(TypeError, "", slam.process, self.images[20], "now")
+        self.refused(TypeError, "", gelslam.Slam, None)
+        slam.process(self.images[20], 1.5)
+
+    def test_a_map_of_nothing(self):
+        run = gelslam.Slam(self.sensor).finish()
+        self.assertEqual(run.trajectory.shape, (0, 4, 4))
+        self.assertEqual(run.mesh.vertices.shape, (0, 3))
+        self.assertEqual(run.mesh.triangles.shape, (0, 3))
+
+    def test_files(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "text.avi").write_text("no video")
+            self.refused(gelslam.Error, "none.avi", gelslam.reconstruct, "none.avi", simulated.MODEL)
+            self.refused(gelslam.Error, "text.avi", gelslam.reconstruct, folder / "text.avi", simulated.MODEL)
+            self.refused(gelslam.Error, "none.avi", gelslam.Log, "none.avi")
+            self.refused(gelslam.Error, "none", gelslam.read_run, folder / "none")
+            self.refused(TypeError, "progress", gelslam.reconstruct, simulated.SCAN, progress=3)
+            self.refused(TypeError, "", gelslam.reconstruct, 5)
+            run = gelslam.Slam(self.sensor).finish()
+            run.save(folder / "run")
+            self.refused(gelslam.Error, "run", run.save, folder / "run")
+            run.save(folder / "run", overwrite=True)
+            self.refused(gelslam.Error, ".ply", run.mesh.save, folder / "mesh.xyz")
+            self.refused(gelslam.Error, "none", gelslam.calibrate, folder / "none", folder / "model.json")
+            self.refused(gelslam.Error, "steps", gelslam.calibrate, folder, folder / "model.json", steps=0)
+
+    @unittest.skipUnless(hasattr(gelslam, "Camera"), "built without cameras")
+    def test_cameras(self):
+        self.refused(gelslam.Error, "video987", gelslam.Camera, "/dev/video987")
+
+
+if __name__ == "__main__":
+    unittest.main()

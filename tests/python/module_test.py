@@ -1,0 +1,174 @@
+"""The Python module against the program, the simulated truth, and itself."""
+import gc
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+import gelslam
+import numpy as np
+
+import simulated
+
+A, B = 20, 24  # frames of two touches that overlap
+
+
+class Module(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
+        cls.folder = pathlib.Path(cls.temporary.name)
+        subprocess.run([simulated.PROGRAM, "reconstruct", simulated.SCAN, "--model", simulated.MODEL, "-o",
+                        cls.folder / "program", "-q"], check=True)
+        cls.run_ = gelslam.reconstruct(simulated.SCAN, simulated.MODEL)
+        cls.frames = simulated.frames()
+        cls.images = [image for image, _ in cls.frames]
+
+    def test_writes_the_files_that_the_program_writes(self):
+        self.run_.save(self.folder / "module")
+        for name in ["mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "config.yaml",
+                     "session/session.json"]:
+            self.assertEqual((self.folder / "module" / name).read_bytes(),
+                             (self.folder / "program" / name).read_bytes(), name)
+
+    def test_arrays_are_what_the_files_say(self):
+        tum = np.loadtxt(self.folder / "program/trajectory.tum")
+        np.testing.assert_allclose(self.run_.times, tum[:, 0], atol=1e-9)
+        np.testing.assert_allclose(self.run_.trajectory[:, :3, 3], tum[:, 1:4], atol=1e-9)
+        x, y, z, w = tum[:, 4:].T
+        np.testing.assert_allclose(self.run_.trajectory[:, 0, 1], 2 * (x * y - z * w), atol=1e-9)
+        np.testing.assert_allclose(self.run_.trajectory[:, 2, 0], 2 * (x * z - y * w), atol=1e-9)
+        saved = gelslam.read_run(self.folder / "program")
+        for name in ["vertices", "normals", "triangles"]:
+            np.testing.assert_allclose(getattr(saved.mesh, name), getattr(self.run_.mesh, name), atol=1e-7)
+        self.assertEqual(saved.report["frames"], self.run_.report["frames"])
+        np.testing.assert_allclose(saved.trajectory, self.run_.trajectory, atol=1e-9)
+
+    def test_frame_by_frame_gives_the_same_map(self):
+        slam = gelslam.Slam(simulated.sensor(self.images))
+        tracked = [slam.process(image, time_s) for image, time_s in self.frames[simulated.BARE_FRAMES:]]
+        middle = slam.mesh()
+        run = slam.finish()
+        np.testing.assert_array_equal(run.mesh.vertices, self.run_.mesh.vertices)
+        np.testing.assert_array_equal(run.trajectory, self.run_.trajectory)
+        self.assertGreater(len(middle.vertices), 100)
+        keyframes = [number for frame in tracked for number in frame.new_keyframes]
+        self.assertEqual(len(keyframes), run.report["keyframes"])
+        self.assertEqual(keyframes[0], next(frame.frame for frame in tracked if frame.trial is not None))
+        seen = [frame for frame in tracked if frame.status == "tracked"]
+        self.assertEqual(len(seen), len(run.trajectory))
+        truth = [simulated.true_start_T_sensor(simulated.BARE_FRAMES + frame.frame) for frame in seen]
+        error = [frame.trial_T_sensor[:3, 3] - (np.linalg.inv(truth[0]) @ pose)[:3, 3]
+                 for frame, pose in zip(seen, truth)]
+        self.assertLess(np.abs(error).max(), 0.3e-3)
+        self.assertTrue(all((frame.sigma_mm > 0).all() for frame in seen[1:]))
+
+    def test_registers_two_touches_as_they_were_simulated(self):
+        sensor = simulated.sensor(self.images)
+        result = gelslam.register(sensor(self.images[A]), sensor(self.images[B]))
+        truth = np.linalg.inv(simulated.true_start_T_sensor(B)) @ simulated.true_start_T_sensor(A)
+        self.assertTrue(result.ok, result.reason)
+        np.testing.assert_allclose(result.target_T_reference[:3, 3], truth[:3, 3], atol=0.1e-3)
+        np.testing.assert_allclose(result.target_T_reference[:3, :3], truth[:3, :3], atol=0.03)
+        np.testing.assert_allclose(result.information, result.information.T, rtol=1e-6)
+        weak = np.diag([1, 1, 1] + 3 * [1 / 0.02 ** 2])  # 1 rad, 20 mm
+        np.testing.assert_allclose(result.covariance @ (result.information + weak), np.eye(6), atol=1e-6)
+        self.assertEqual(list(result.observable), ["x", "y", "z", "rx", "ry", "rz"])
+        again = gelslam.register(sensor(self.images[A]), sensor(self.images[B]),
+                                 initial=result.target_T_reference)
+        np.testing.assert_allclose(again.target_T_reference, result.target_T_reference, atol=1e-3)
+
+    def test_surface_arrays(self):
+        surface = simulated.sensor(self.images)(self.images[A])
+        height, width = self.images[A].shape[:2]
+        self.assertEqual(surface.height_mm.shape, (height, width))
+        self.assertEqual(surface.normals.shape, (height, width, 3))
+        self.assertEqual(surface.contact.dtype, bool)
+        self.assertEqual(surface.contact.sum(), surface.contact_pixels)
+        np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=2), 1, atol=1e-4)
+        self.assertLess(surface.height_mm[surface.contact].mean(), -0.1)
+        self.assertTrue(np.isinf(surface.sigma[~surface.contact]).all())
+        self.assertTrue((surface.sigma[surface.contact] > 0.005).all())
+        # Normals are those of the heights: an independent difference quotient agrees inside the contact.
+        slope = np.gradient(surface.height_mm, surface.pixel_pitch_mm, axis=1)
+        read = -surface.normals[..., 0] / surface.normals[..., 2]
+        self.assertLess(np.median(np.abs(slope - read)[surface.contact]), 0.05)
+
+    def test_arrays_keep_their_memory_and_are_read_only(self):
+        sensor = simulated.sensor(self.images)
+        height = sensor(self.images[A]).height_mm
+        copy = height.copy()
+        vertices, vertices_copy = (lambda mesh: (mesh.vertices, mesh.vertices.copy()))(self.run_.mesh)
+        gc.collect()
+        for image in self.images[A:A + 5]:
+            sensor(image)
+        np.testing.assert_array_equal(height, copy)
+        np.testing.assert_array_equal(vertices, vertices_copy)
+        for array in [height, vertices]:
+            with self.assertRaises(ValueError):
+                array[0] = 0
+
+    def test_any_strides_give_the_same_surface(self):
+        image = self.images[A]
+        expected = simulated.sensor(self.images)(image).height_mm
+        larger = np.zeros((300, 400, 3), np.uint8)
+        larger[7:7 + image.shape[0], 9:9 + image.shape[1]] = image
+        for same in [np.asfortranarray(image), image[::-1].copy()[::-1], image[:, ::-1].copy()[:, ::-1],
+                     image[..., ::-1].copy()[..., ::-1],
+                     larger[7:7 + image.shape[0], 9:9 + image.shape[1]]]:
+            np.testing.assert_array_equal(simulated.sensor(self.images)(same).height_mm, expected)
+
+    def test_other_threads_run_meanwhile(self):
+        worker = threading.Thread(target=gelslam.reconstruct, args=(simulated.SCAN, simulated.MODEL))
+        worker.start()
+        ticks = 0
+        while worker.is_alive():
+            time.sleep(0.001)
+            ticks += 1
+        self.assertGreater(ticks, 20)
+
+    def test_threads_may_share_a_sensor_and_a_slam(self):
+        slam = gelslam.Slam(simulated.sensor(self.images))
+        sensor, lock, clock, done = simulated.sensor(self.images), threading.Lock(), iter(range(1000)), []
+
+        def work():
+            for image in self.images[A:A + 5]:
+                surface = sensor(image)
+                with lock:
+                    done.append(slam.process(surface, float(next(clock))))
+
+        workers = [threading.Thread(target=work) for _ in range(3)]
+        [worker.start() for worker in workers]
+        [worker.join() for worker in workers]
+        self.assertEqual([frame.frame for frame in done], list(range(15)))
+
+    def test_ctrl_c_interrupts(self):
+        begin = time.monotonic()
+        timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            for _ in range(20):
+                gelslam.reconstruct(simulated.SCAN, simulated.MODEL)
+        self.assertLess(time.monotonic() - begin, 10)
+
+    def test_progress_is_told(self):
+        told = []
+        gelslam.reconstruct(simulated.SCAN, simulated.MODEL, progress=lambda *words: told.append(words))
+        self.assertEqual(told[0], ("tracking", 0, len(self.frames)))
+        self.assertIn(("tracking", len(self.frames), len(self.frames)), told)
+        self.assertEqual(told[-1][0], "fusing")
+
+        def fail(*words):
+            raise ZeroDivisionError
+
+        with self.assertRaises(ZeroDivisionError):
+            gelslam.reconstruct(simulated.SCAN, simulated.MODEL, progress=fail)
+
+
+if __name__ == "__main__":
+    unittest.main()
