@@ -92,8 +92,9 @@ void add_overlap_edges(SlamMap& map, const SlamOptions& options,
 /// `tracked`: links as the tracker measured them.
 void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const SlamOptions& options,
                const std::function<bool()>& stop_requested) {
-  std::optional<slam::detail::CalibratedMap> calibrated = slam::detail::calibrate_slopes(
-      map, options.pose_graph, options.slope_calibration, options.registration, stop_requested);
+  std::optional<slam::detail::CalibratedMap> calibrated =
+      slam::detail::calibrate_slopes(map, options.pose_graph, options.slope_calibration, options.registration,
+                                     stop_requested, options.fusion.threads);
   if (!calibrated) return;
   map.keyframes = std::move(calibrated->keyframes);
   map.edges = std::move(calibrated->edges);

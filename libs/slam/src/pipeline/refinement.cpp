@@ -1,10 +1,13 @@
 #include "gelslam/slam/refinement.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <limits>
 #include <set>
 
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
+#include "gelslam/core/parallel.hpp"
 #include "gelslam/slam/slam_options.hpp"
 #include "gelslam/surface/contact_points.hpp"
 
@@ -31,12 +34,43 @@ struct Candidate {
   double overlap;
 };
 
+/// A ball around a contact, in its component's frame.
+struct Reach {
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
+  double radius_mm = -std::numeric_limits<double>::infinity();  // no contact
+};
+
+Reach reach_of(const std::vector<Eigen::Vector3d>& points, double pixel_pitch_mm,
+               const Pose& component_T_points) {
+  if (points.empty()) return {};
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& point : points) box.extend(point);
+  const double beyond_mm = 2 * kContactPointStepPx * pixel_pitch_mm;  // the points are a coarse grid
+  return {component_T_points * box.center(), 0.5 * box.diagonal().norm() + beyond_mm};
+}
+
 /// Keyframes, and what the pose graph makes of them.
 struct PosedKeyframes {
   const std::vector<std::shared_ptr<const Keyframe>>& keyframes;
   const PoseGraphSolution& solution;
   std::vector<std::vector<Eigen::Vector3d>> points;  // coarse_contact_points_mm() of each
+  std::vector<Reach> reaches;
 
+  PosedKeyframes(const std::vector<std::shared_ptr<const Keyframe>>& of, const PoseGraphSolution& solved)
+      : keyframes(of), solution(solved), points(of.size()), reaches(of.size()) {
+    for (std::size_t id = 0; id < of.size(); ++id) {
+      if (!of[id]) continue;
+      points[id] = coarse_contact_points_mm(*of[id]->surface);
+      reaches[id] = reach_of(points[id], of[id]->surface->pixel_pitch_mm,
+                             solved.component_T_node.at(static_cast<int>(id)));
+    }
+  }
+
+  bool may_overlap(int a, int b) const {
+    const Reach &one = reaches[index(a)], &other = reaches[index(b)];
+    const double apart_mm = one.radius_mm + other.radius_mm;
+    return apart_mm > 0 && (one.center_mm - other.center_mm).squaredNorm() < apart_mm * apart_mm;
+  }
   bool same_component(int a, int b) const {
     return solution.component_of_node.at(a) == solution.component_of_node.at(b);
   }
@@ -55,7 +89,7 @@ std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed,
                                    const std::set<std::pair<int, int>>& linked, const SlamOptions& options) {
   std::vector<Candidate> candidates;
   for (int from = 0; from < to; ++from) {
-    if (!posed.keyframes[index(from)] || linked.contains({from, to}) || !posed.same_component(from, to))
+    if (!posed.may_overlap(from, to) || linked.contains({from, to}) || !posed.same_component(from, to))
       continue;
     const double share = posed.overlap_between(from, to);
     if (share >= options.verification.min_scr) candidates.push_back({from, share});
@@ -81,15 +115,12 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
   std::set<std::pair<int, int>> linked;
   for (const PoseGraphEdge& edge : edges)
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
-  PosedKeyframes posed{keyframes, solution, {}};
-  for (const auto& keyframe : keyframes)
-    posed.points.push_back(keyframe ? coarse_contact_points_mm(*keyframe->surface)
-                                    : std::vector<Eigen::Vector3d>());
-
+  const PosedKeyframes posed(keyframes, solution);
   const MotionCertainty certainty(edges, options.slope_calibration.gradient_scale_sigma);
-  std::vector<PoseGraphEdge> found;
-  for (int to = 0; to < static_cast<int>(keyframes.size()) && !stop_requested(); ++to) {
-    if (!keyframes[index(to)]) continue;
+  std::vector<std::vector<PoseGraphEdge>> found_of(keyframes.size());  // by the later keyframe
+  parallel_for(keyframes.size(), options.fusion.threads, [&](std::size_t id) {
+    const int to = static_cast<int>(id);
+    if (!keyframes[id] || stop_requested()) return;
     for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
       const int from = candidate.from;
       const RegistrationResult result =
@@ -97,10 +128,12 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
                  {posed.relative(from, to), PlacePrior::known, certainty.sigma_mm(from, to)},
                  options.registration, options.verification);
       if (result.ok())
-        found.push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
-                         result.shared_center_mm});
+        found_of[id].push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
+                                result.shared_center_mm});
     }
-  }
+  });
+  std::vector<PoseGraphEdge> found;
+  for (const auto& edges_of : found_of) found.insert(found.end(), edges_of.begin(), edges_of.end());
   return found;
 }
 

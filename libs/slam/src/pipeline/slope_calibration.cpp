@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "gelslam/core/index.hpp"
+#include "gelslam/core/parallel.hpp"
 #include "gelslam/registration/slope_sensitivity.hpp"
 
 namespace gelslam::slam::detail {
@@ -19,17 +20,20 @@ using TermMatrix = SlopeSensitivity::TermMatrix;
 using Keyframes = std::vector<std::shared_ptr<const Keyframe>>;
 
 Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
-                    const NormalFlowOptions& options) {
+                    const NormalFlowOptions& options, int threads) {
+  constexpr std::size_t kPerCorrector = 16;
   Keyframes result(read.size());
-  std::unique_ptr<SlopeCorrector> corrector;  // all keyframes of a log are of one size
-  for (std::size_t id = 0; id < read.size(); ++id) {
-    if (!read[id]) continue;
-    if (!corrector) corrector = std::make_unique<SlopeCorrector>(read[id]->surface->contact.size());
-    auto keyframe = std::make_shared<Keyframe>(*read[id]);
-    keyframe->surface = corrector->apply(*read[id]->surface, correction);
-    keyframe->reference = std::make_shared<const NormalFlowReference>(keyframe->surface, options);
-    result[id] = std::move(keyframe);
-  }
+  parallel_for_ranges(read.size(), kPerCorrector, threads, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<SlopeCorrector> corrector;  // all keyframes of a log are of one size
+    for (std::size_t id = begin; id < end; ++id) {
+      if (!read[id]) continue;
+      if (!corrector) corrector = std::make_unique<SlopeCorrector>(read[id]->surface->contact.size());
+      auto keyframe = std::make_shared<Keyframe>(*read[id]);
+      keyframe->surface = corrector->apply(*read[id]->surface, correction);
+      keyframe->reference = std::make_shared<const NormalFlowReference>(keyframe->surface, options);
+      result[id] = std::move(keyframe);
+    }
+  });
   return result;
 }
 
@@ -78,27 +82,48 @@ void set_knowledge(const Residuals& residuals, const SlopeCorrection& correction
   shared.mean = shared.information.ldlt().solve(residuals.pull - prior.cwiseProduct(factors));
 }
 
+struct Registered {
+  RegistrationResult result;
+  SlopeSensitivity sensitivity;  // where the result is ok
+};
+
+Registered registered_again(const CalibratedMap& map, std::size_t i, const NormalFlowOptions& options) {
+  const PoseGraphEdge& edge = map.edges[i];
+  Registered again;
+  if (map.solution.edge_outlier[i]) return again;
+  const Keyframe &from = *map.keyframes[index(edge.from)], &to = *map.keyframes[index(edge.to)];
+  const Pose start =
+      map.solution.component_T_node.at(edge.from).inverse() * map.solution.component_T_node.at(edge.to);
+  again.result = register_normal_flow(*to.reference, *from.surface, start, options);
+  if (again.result.ok())
+    again.sensitivity =
+        slope_sensitivity(*to.reference, *from.surface, again.result.target_T_reference, options);
+  return again;
+}
+
 /// Registers the map's edges again and returns how they depend on the factors. An edge that cannot be
 /// registered stays as it was.
-SharedUnknowns register_again(CalibratedMap& map, double scale_sigma, const NormalFlowOptions& options) {
+SharedUnknowns register_again(CalibratedMap& map, double scale_sigma, const NormalFlowOptions& options,
+                              int threads) {
+  constexpr std::size_t kAtOnce = 256;  // 4 kB each
   SharedUnknowns shared;
+  shared.edge_by_unknown.resize(map.edges.size(), Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0));
   Residuals residuals;
-  for (std::size_t i = 0; i < map.edges.size(); ++i) {
-    PoseGraphEdge& edge = map.edges[i];
-    shared.edge_by_unknown.emplace_back(6, 0);
-    if (map.solution.edge_outlier[i]) continue;
-    const Keyframe &from = *map.keyframes[index(edge.from)], &to = *map.keyframes[index(edge.to)];
-    const Pose start =
-        map.solution.component_T_node.at(edge.from).inverse() * map.solution.component_T_node.at(edge.to);
-    const RegistrationResult result = register_normal_flow(*to.reference, *from.surface, start, options);
-    if (!result.ok()) continue;
-    edge.from_T_to = result.target_T_reference;
-    edge.information = result.information;
-    edge.shared_center_mm = result.shared_center_mm;
-    const SlopeSensitivity sensitivity =
-        slope_sensitivity(*to.reference, *from.surface, edge.from_T_to, options);
-    shared.edge_by_unknown.back() = sensitivity.pose_by_factor;
-    residuals.add(sensitivity, result, options);
+  std::vector<Registered> registered;
+  for (std::size_t first = 0; first < map.edges.size(); first += kAtOnce) {
+    registered.assign(std::min(kAtOnce, map.edges.size() - first), {});
+    parallel_for(registered.size(), threads,
+                 [&](std::size_t k) { registered[k] = registered_again(map, first + k, options); });
+    for (std::size_t k = 0; k < registered.size(); ++k) {
+      const auto& [result, sensitivity] = registered[k];
+      if (!result.ok()) continue;
+      PoseGraphEdge& edge = map.edges[first + k];
+      edge.from_T_to = result.target_T_reference;
+      edge.information = result.information;
+      edge.shared_center_mm = result.shared_center_mm;
+      shared.edge_by_unknown[first + k] = sensitivity.pose_by_factor;
+      residuals.add(sensitivity, result, options);
+    }
   }
   residuals.marginalize_flattening();
   set_knowledge(residuals, map.correction, scale_sigma, shared);
@@ -161,8 +186,9 @@ double share_of(const Vector6d& motion, const Link& link) {
 std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGraphOptions& pose_graph,
                                               const SlopeCalibrationOptions& options,
                                               const NormalFlowOptions& normal_flow,
-                                              const std::function<bool()>& stop_requested) {
+                                              const std::function<bool()>& stop_requested, int threads) {
   constexpr int kRounds = 3;
+  constexpr double kSettledSigmas = 0.1;         // smaller steps change no pose by a noticeable amount
   constexpr double kRemainingScaleError = 0.02;  // of a gradient scale, once slopes were corrected
   const double scale_sigma = options.gradient_scale_sigma;
   NormalFlowOptions registration = normal_flow;
@@ -170,15 +196,19 @@ std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGra
   CalibratedMap map{read.slope_correction, {}, read.edges, read.solution};
   for (int round = 0; round < kRounds; ++round) {
     if (stop_requested()) return std::nullopt;
-    map.keyframes = corrected(read.keyframes, map.correction, registration);
-    const SharedUnknowns shared = register_again(map, scale_sigma, registration);
+    map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
+    const SharedUnknowns shared = register_again(map, scale_sigma, registration, threads);
     map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph, shared);
-    for (int k = 0; k < SlopeSensitivity::kTerms; ++k)
-      map.correction.factors[index(k)] += map.solution.shared_unknowns[k];
+    SlopeCorrection step;
+    for (int k = 0; k < SlopeSensitivity::kTerms; ++k) {
+      step.factors[index(k)] = map.solution.shared_unknowns[k];
+      map.correction.factors[index(k)] += step.factors[index(k)];
+    }
     if (!plausible(map.correction, scale_sigma)) return std::nullopt;
+    if (size_of(step, scale_sigma).together < kSettledSigmas) break;
   }
   if (!informative(map.correction, scale_sigma)) return std::nullopt;
-  map.keyframes = corrected(read.keyframes, map.correction, registration);
+  map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
   return map;
 }
 
