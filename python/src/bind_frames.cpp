@@ -131,7 +131,7 @@ void add_camera(py::module_& module) {
   py::class_<Camera>(module, "Camera", R"(A sensor's camera; iterating gives (image, time_s), as of a Log.
 
 device: "auto", "/dev/video2", "2", or part of the camera's name. Exposure, gain and focus are held. Close it, or use
-`with`. Frames that nobody has taken are lost: the newest ones are delivered.)")
+`with`. A reader that is too slow misses frames.)")
       .def(py::init<const std::string&, const OptionalPath&>(), py::arg("device") = "auto", py::kw_only(),
            py::arg("config") = py::none(), Release())
       .def("__enter__", [](const py::object& self) { return self; })
