@@ -4,7 +4,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
+#include "gelslam/registration/registration.hpp"
 #include "gelslam/slam/config.hpp"
 
 namespace gelslam::python {
@@ -22,5 +24,8 @@ void bind_calibration(py::module_& module);   // calibrate
 
 /// The named configuration and model; the default configuration without a name.
 Config config_of(const OptionalPath& config, const OptionalPath& model);
+
+/// Why a registration failed; of one that succeeded, which motions are not observable; else "".
+std::string reason_of(const RegistrationResult& result);
 
 }  // namespace gelslam::python

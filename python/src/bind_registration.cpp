@@ -4,8 +4,8 @@
 
 #include "bind.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/core/error.hpp"
 #include "gelslam/registration/normal_flow.hpp"
-#include "registration_result.hpp"
 #include "sensor.hpp"
 
 namespace gelslam::python {

@@ -7,7 +7,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/trial_drift.hpp"
-#include "registration_result.hpp"
 #include "run.hpp"
 #include "sensor.hpp"
 #include "work.hpp"
