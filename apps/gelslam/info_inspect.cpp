@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <opencv2/core.hpp>
 #include <optional>
 
 #include "gelslam/core/error.hpp"

@@ -69,6 +69,23 @@ TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
   EXPECT_EQ(in_map, poses.size());
 }
 
+TEST(Map, OfAMeshIsAFolderThatTrackAndViewRead) {
+  const TemporaryFolder folder;
+  const std::string mesh = (scan().log() / "gt_mesh.ply").string(), map = (folder / "map").string();
+  const ProgramResult made = gelslam({"map", mesh, "-o", map, "--touches", "20"});
+  EXPECT_EQ(made.exit_code, 1) << "20 touches do not cover a peanut";
+  EXPECT_THAT(made.err, testing::HasSubstr("more (--touches)"));
+  EXPECT_EQ(json::parse(read_bytes(folder / "map/map.json")).at("touches"), 20);
+  EXPECT_EQ(gelslam({"view", map, "--snapshot", (folder / "map.png").string()}).exit_code, 0);
+  const ProgramResult poses = gelslam({"track", scan().log().string(), "--map", map, "--format", "ndjson"});
+  EXPECT_EQ(lines_of(poses.out).size(), static_cast<std::size_t>(kBackgroundFrames + kScanFrames))
+      << poses.err;
+  expect_mistake(gelslam({"map", mesh, "-o", map}), "already");
+  expect_mistake(gelslam({"map", (folder / "none.stl").string(), "-o", map, "--overwrite"}), "none.stl");
+  expect_mistake(gelslam({"map", mesh, "--unit", "ft", "-o", map}), "ft");
+  expect_mistake(gelslam({"map", mesh, "--unit", "mm", "-o", map, "--overwrite", "-q"}), "unit");
+}
+
 TEST(TrackInAMap, WhatIsNoMapIsSaidInOneLine) {
   const TemporaryFolder folder;
   const std::string log = scan().log().string();

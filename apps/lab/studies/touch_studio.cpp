@@ -18,10 +18,8 @@ namespace {
 constexpr int kFrames = 1000;           // of the motion that places and their neighbors are taken from
 constexpr float kMeshSpacingMm = 0.5F;  // enough to know how an object rests
 constexpr int kCoarser = 2;             // pixels of the gel on which overlaps are searched
-constexpr int kSettlePx = 4;            // and of the grid that looks for the deepest point
 constexpr double kFlatTiltRad = 0.03;
 constexpr double kDriftPerFrame = 0.02;
-constexpr double kLiftMm = 0.5;
 
 SensorGeometry coarser(const SensorGeometry& geometry, int factor) {
   return {geometry.width_px / factor, geometry.height_px / factor, geometry.pixel_pitch_mm * factor};
@@ -73,21 +71,6 @@ Pose held(int place, ShapeKind kind) {
   const double side = 0.5 + 2 * M_PI * place / TouchSpec::kPlaces;
   tilt.rotate(Eigen::AngleAxisd(kFlatTiltRad, Eigen::Vector3d(std::cos(side), std::sin(side), 0)));
   return tilt;
-}
-
-/// Moves the object up or down until its deepest point is as deep as asked for. `view`: where it is looked
-/// for.
-Pose settled(const Shape& shape, Pose sensor_T_object, double indentation_mm, const SensorGeometry& view) {
-  const GelOptions gel;
-  for (int attempt = 0; attempt < 40; ++attempt) {
-    double lowest = 0;
-    cv::minMaxLoc(object_underside(shape, sensor_T_object, view, gel), &lowest);
-    const bool clamped = lowest <= -gel.max_indentation_mm, nothing = !std::isfinite(lowest);
-    const double step = clamped ? kLiftMm : nothing ? -kLiftMm : -indentation_mm - lowest;
-    sensor_T_object.translation().z() += step;
-    if (!clamped && !nothing && std::abs(step) < 1e-3) return sensor_T_object;
-  }
-  throw Error("the object cannot be laid on the gel");
 }
 
 }  // namespace
@@ -158,8 +141,10 @@ TouchStudio::Press TouchStudio::press(const TouchSpec& spec, int frame, const Po
   const double indentation_mm = spec.depth * ordinary_indentation_mm(touched.shape->kind());
   const Pose there = moved * held(spec.place, touched.shape->kind()) *
                      touched.sensor_T_object.at(static_cast<std::size_t>(frame));
-  const Pose pose = settled(*touched.shape, there, indentation_mm, coarser(geometry_, kSettlePx));
-  return {pose, press_object(*touched.shape, pose, geometry, GelOptions{})};
+  const std::optional<Pose> pose =
+      settle_object(*touched.shape, there, indentation_mm, geometry_, GelOptions{});
+  if (!pose) throw Error("the object cannot be laid on the gel");
+  return {*pose, press_object(*touched.shape, *pose, geometry, GelOptions{})};
 }
 
 /// The overlap falls with time, until the object comes back: searched from the first frame on.

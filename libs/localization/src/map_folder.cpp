@@ -1,14 +1,58 @@
 #include "gelslam/localization/map_folder.hpp"
 
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/session.hpp"
+#include "gelslam/slam/tum.hpp"
 
 namespace gelslam {
+namespace {
+
+SlamMap slam_map_of(const std::vector<PosedSurface>& patches) {
+  SlamMap map;
+  map.trials = map.components = 1;
+  for (const PosedSurface& patch : patches) {
+    auto keyframe = std::make_shared<Keyframe>();
+    keyframe->id = patch.id;
+    keyframe->frame = patch.id;
+    keyframe->surface = patch.surface;
+    map.keyframes.push_back(std::move(keyframe));
+    map.solution.component_T_node[patch.id] = patch.map_T_keyframe;
+    map.solution.component_of_node[patch.id] = 0;
+    map.in_map.push_back(true);
+  }
+  return map;
+}
+
+}  // namespace
 
 std::vector<PosedSurface> read_map(const std::filesystem::path& folder) {
   for (const std::filesystem::path& session : {folder / "session", folder})
     if (std::filesystem::exists(session / "session.json")) return load_session(session).patches;
   throw Error(folder.string() + ": no map; give a run folder, its session, or a folder made by gelslam map");
+}
+
+std::vector<std::string> map_entries() {
+  return {kMapMarker, "session", "mesh.ply", "keyframes.tum", "trajectory.tum"};
+}
+
+void write_map(const std::filesystem::path& folder, const MeshMap& map, const Mesh& mesh,
+               const std::string& source) {
+  save_session(folder / "session", slam_map_of(map.patches));
+  write_mesh(folder / "mesh.ply", mesh);
+  std::string trajectory;
+  for (const PosedSurface& patch : map.patches) trajectory += tum_line(patch.id, patch.map_T_keyframe);
+  write_file_atomically(folder / "keyframes.tum", trajectory);
+  write_file_atomically(folder / "trajectory.tum", trajectory);
+  nlohmann::ordered_json json;
+  json["mesh"] = source;
+  json["touches"] = map.patches.size();
+  json["covered_share"] = map.covered_share;
+  write_file_atomically(folder / kMapMarker, json.dump(1) + "\n");
 }
 
 }  // namespace gelslam

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/core.hpp>
 
 #include "gelslam/simulation/gel.hpp"
 
@@ -96,6 +97,23 @@ class Caster {
 cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
                            const GelOptions& options) {
   return Caster(shape, sensor_T_object, geometry, static_cast<float>(options.max_indentation_mm)).cast();
+}
+
+std::optional<Pose> settle_object(const Shape& shape, Pose sensor_T_object, double indentation_mm,
+                                  const SensorGeometry& geometry, const GelOptions& options) {
+  constexpr int kCoarser = 4;
+  constexpr double kLiftMm = 0.5, kCloseEnoughMm = 1e-3;
+  const SensorGeometry view{geometry.width_px / kCoarser, geometry.height_px / kCoarser,
+                            geometry.pixel_pitch_mm * kCoarser};
+  for (int attempt = 0; attempt < 40; ++attempt) {
+    double lowest = 0;
+    cv::minMaxLoc(object_underside(shape, sensor_T_object, view, options), &lowest);
+    const bool clamped = lowest <= -options.max_indentation_mm, nothing = !std::isfinite(lowest);
+    const double step = clamped ? kLiftMm : nothing ? -kLiftMm : -indentation_mm - lowest;
+    sensor_T_object.translation().z() += step;
+    if (!clamped && !nothing && std::abs(step) < kCloseEnoughMm) return sensor_T_object;
+  }
+  return std::nullopt;
 }
 
 }  // namespace gelslam

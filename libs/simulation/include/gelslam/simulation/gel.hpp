@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <optional>
 
 #include "gelslam/core/se3.hpp"
 #include "gelslam/simulation/sensor_geometry.hpp"
@@ -29,6 +30,11 @@ GelShape flat_gel(const SensorGeometry& geometry);
 /// higher than `z_max_mm` or absent. Parts below -max_indentation_mm are clamped to it.
 cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
                            const GelOptions& options);
+
+/// Moves the object along the sensor's z until its deepest point over the view is so deep. Nothing when
+/// that is not possible.
+std::optional<Pose> settle_object(const Shape& shape, Pose sensor_T_object, double indentation_mm,
+                                  const SensorGeometry& geometry, const GelOptions& options);
 
 /// Deforms the gel: minimises tension/2 |grad h|^2 + stiffness/2 h^2 subject to h <= underside (an obstacle
 /// problem; coarse-to-fine, projected SOR), free borders. Throws Error on a size that does not fit or options

@@ -1,0 +1,92 @@
+#include <fmt/core.h>
+
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "command_line.hpp"
+#include "commands.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/localization/map_folder.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/log_input.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam {
+namespace {
+
+struct MapArguments {
+  std::filesystem::path mesh, output, config;
+  std::string unit;
+  MeshMapOptions options;
+  bool overwrite = false, quiet = false;
+};
+
+const std::map<std::string, double> kMillimeters = {{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"m", 1000}};
+
+/// In millimeters, whatever unit the file is in.
+Mesh read_in_unit(const std::filesystem::path& file, const std::string& unit) {
+  Mesh mesh = read_mesh(file, LengthUnit::millimetre);
+  const auto factor =
+      static_cast<float>(kMillimeters.at(unit.empty() ? short_name(usual_unit(file)) : unit.c_str()));
+  for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= factor;
+  return mesh;
+}
+
+int run_map(const MapArguments& arguments) {
+  const Config config = find_config({{}, arguments.config, {}, {}, false});
+  MeshMapOptions options = arguments.options;
+  options.width_px = config.sensor.width_px;
+  options.height_px = config.sensor.height_px;
+  options.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
+  RunFolder folder(arguments.output, {.overwrite = arguments.overwrite,
+                                      .marker_file = kMapMarker,
+                                      .known_entries = map_entries(),
+                                      .input = arguments.mesh});
+  const Mesh mesh = read_in_unit(arguments.mesh, arguments.unit);
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const MeshMap map = make_mesh_map(mesh, options, *progress);
+  write_map(folder.path(), map, mesh, std::filesystem::absolute(arguments.mesh).string());
+  folder.commit();
+  const bool is_cut_off = static_cast<int>(map.patches.size()) >= options.max_touches;
+  if (is_cut_off)
+    std::cerr << "gelslam: warning: the surface is larger than " << options.max_touches
+              << " touches cover; give more (--touches), or a mesh of the part that is touched\n";
+  if (!arguments.quiet)
+    std::cerr << fmt::format("{}, {:.0f} % of the surface covered: {}\n",
+                             counted(static_cast<std::int64_t>(map.patches.size()), "touch"),
+                             100 * map.covered_share, arguments.output.string());
+  return is_cut_off ? exit_not_good : exit_done;
+}
+
+}  // namespace
+
+void add_map_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "map", "Make a map for localization from a mesh of an object that was never touched");
+  const auto a = std::make_shared<MapArguments>();
+  command->add_option("MESH", a->mesh, "Closed mesh of the object (STL, OBJ or PLY)")->required();
+  command->add_option("--unit", a->unit, "Unit of the mesh (default: mm for STL and OBJ, m for PLY)")
+      ->check(CLI::IsMember({"mm", "cm", "in", "m"}));
+  command->add_option("-o,--output", a->output, "Map folder to write")->required();
+  command->add_flag("--overwrite", a->overwrite, "Replace the map if it is there");
+  command->add_option("--config", a->config, "Configuration of the sensor: picture size and pixel pitch");
+  command
+      ->add_option("--indentation", a->options.indentation_mm, "How deep the sensor will be pressed on, mm")
+      ->check(number_between(0.05, 1.5))
+      ->capture_default_str();
+  command
+      ->add_option("--touches", a->options.max_touches,
+                   "Most touches to simulate, about 0.1 s each on one core")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  add_quiet_flag(*command, a->quiet);
+  command->footer(
+      "Example: gelslam map part.stl --unit mm -o part_map\n"
+      "         gelslam track --camera --map part_map --format ndjson");
+  command->callback([a, &exit_code] { exit_code = run_map(*a); });
+}
+
+}  // namespace gelslam

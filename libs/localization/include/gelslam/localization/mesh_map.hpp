@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "gelslam/core/progress.hpp"
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/mesh/mesh.hpp"
+
+namespace gelslam {
+
+struct MeshMapOptions {
+  int width_px = 320, height_px = 240;  ///< of the sensor's pictures
+  double pixel_pitch_mm = 0.0634;
+  double indentation_mm = 0.6;  ///< how deep the sensor is pressed on: as hands press
+  int max_touches = 2000;       ///< bounds the time: about 0.1 s each on one core
+};
+
+struct MeshMap {
+  std::vector<PosedSurface> patches;  ///< in the mesh's frame
+  double covered_share = 0;           ///< of the surface: that lies well inside of a touch
+};
+
+/// A map of an object that was never touched: what the gel would show, simulated from a closed mesh (mm), at
+/// touches spread over its surface so that wherever the sensor is pressed on along the normal, one of them is
+/// near. Deterministic for any number of threads. Throws Error for meshes that cannot be measured (as
+/// evaluate() does), have no area or touch nowhere.
+MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressSink& progress);
+
+}  // namespace gelslam

@@ -1,0 +1,253 @@
+#include "gelslam/localization/mesh_map.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/index.hpp"
+#include "gelslam/core/parallel.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/evaluation/mesh_metrics.hpp"
+#include "gelslam/simulation/gel.hpp"
+#include "gelslam/surface/contact_points.hpp"
+#include "gelslam/surface/gradient_surface.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr double kSampleSpacingMm = 0.8;  // of places where the sensor may be pressed on
+constexpr int kMostSamples = 100'000;
+constexpr double kNormalRadiusMm = 2.5;  // the sensor lies on the surface around a place: half a contact
+// A place is covered when it lies in the inner part of a contact, touched from about the same direction.
+constexpr double kInnerShare = 0.4;
+constexpr double kFacingRad = 0.35;
+constexpr std::size_t kBatch = 16;  // touches that are simulated together
+constexpr int kMinContactPx = 500;
+
+/// A place of the surface, with the mean normal around it.
+struct SurfacePlace {
+  Eigen::Vector3d point_mm, normal;
+  bool done = false;  // covered, or touched in vain
+};
+
+/// What a touch shows well.
+struct Covered {
+  Eigen::Vector3d center_mm, normal;
+  double radius_mm;
+};
+
+/// Cells of a grid with the places in them, for neighbors within one cell's width.
+class PlaceGrid {
+ public:
+  PlaceGrid(const std::vector<SurfacePlace>& places, double width_mm) : places_(places), width_mm_(width_mm) {
+    for (std::size_t i = 0; i < places.size(); ++i) cells_[cell(places[i].point_mm)].push_back(i);
+  }
+  template <typename Visit>
+  void visit(const Eigen::Vector3d& center_mm, double radius_mm, Visit&& visit) const {
+    const Key low = cell(center_mm.array() - radius_mm), high = cell(center_mm.array() + radius_mm);
+    for (int x = low[0]; x <= high[0]; ++x)
+      for (int y = low[1]; y <= high[1]; ++y)
+        for (int z = low[2]; z <= high[2]; ++z)
+          if (const auto found = cells_.find({x, y, z}); found != cells_.end())
+            for (const std::size_t i : found->second)
+              if ((places_[i].point_mm - center_mm).norm() <= radius_mm) visit(i);
+  }
+
+ private:
+  using Key = std::array<int, 3>;
+  Key cell(const Eigen::Vector3d& p) const {
+    return {static_cast<int>(std::floor(p.x() / width_mm_)), static_cast<int>(std::floor(p.y() / width_mm_)),
+            static_cast<int>(std::floor(p.z() / width_mm_))};
+  }
+
+  const std::vector<SurfacePlace>& places_;
+  double width_mm_;
+  std::map<Key, std::vector<std::size_t>> cells_;
+};
+
+double area_mm2(const Mesh& mesh) {
+  double area = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto corner = [&](int k) { return mesh.vertices_mm[index(t[k])].cast<double>().eval(); };
+    area += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
+  }
+  return area;
+}
+
+/// Positive when triangles are counter-clockwise seen from outside.
+double volume_mm3(const Mesh& mesh) {
+  double volume = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto corner = [&](int k) { return mesh.vertices_mm[index(t[k])].cast<double>().eval(); };
+    volume += corner(0).dot(corner(1).cross(corner(2))) / 6;
+  }
+  return volume;
+}
+
+Mesh facing_outward(Mesh mesh) {
+  if (volume_mm3(mesh) >= 0) return mesh;
+  for (Eigen::Vector3i& t : mesh.triangles) std::swap(t[1], t[2]);
+  mesh.normals.clear();
+  return mesh;
+}
+
+/// Smaller things are felt as a point: the unit is wrong.
+void check_size(const Mesh& mesh) {
+  constexpr double kLeastMm = 1;
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
+  if (!(box.diagonal().norm() >= kLeastMm))
+    throw Error("the mesh is " + short_number(box.diagonal().norm()) + " mm large; check its unit");
+}
+
+/// In random order, so that touches spread evenly.
+std::vector<SurfacePlace> places_on(const TriangleScene& scene) {
+  const double wanted = area_mm2(scene.mesh()) / (kSampleSpacingMm * kSampleSpacingMm);
+  const int count = static_cast<int>(std::clamp(wanted, 100.0, static_cast<double>(kMostSamples)));
+  std::vector<SurfacePlace> places;
+  for (const SurfaceSample& sample : sample_surface(scene.mesh(), count, 1))
+    places.push_back({sample.point_mm, scene.triangle_normal(sample.triangle)});
+  std::mt19937_64 random;  // with its standard seed
+  for (std::size_t i = places.size(); i > 1; --i) std::swap(places[i - 1], places[random() % i]);
+  const PlaceGrid grid(places, kNormalRadiusMm);
+  std::vector<Eigen::Vector3d> means(places.size());
+  parallel_for_ranges(places.size(), 256, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      grid.visit(places[i].point_mm, kNormalRadiusMm, [&](std::size_t k) {
+        if (places[k].normal.dot(places[i].normal) > -0.3) sum += places[k].normal;  // not the other side
+      });
+      means[i] = sum;
+    }
+  });
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    places[i].normal = means[i].normalized();
+    places[i].done = !(means[i].norm() > 1e-6);
+  }
+  return places;
+}
+
+/// The sensor at a place, looking along the inward normal.
+Pose object_T_sensor_at(const SurfacePlace& place) {
+  Pose pose = Pose::Identity();
+  pose.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), -place.normal).toRotationMatrix();
+  pose.translation() = place.point_mm;
+  return pose;
+}
+
+/// The gel's surface when it is pressed on there, or nothing where it is hardly touched.
+std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& shape,
+                                     const MeshMapOptions& options) {
+  const SensorGeometry geometry{options.width_px, options.height_px, options.pixel_pitch_mm};
+  const GelOptions gel_options;
+  const std::optional<Pose> sensor_T_object = settle_object(shape, object_T_sensor_at(place).inverse(),
+                                                            options.indentation_mm, geometry, gel_options);
+  if (!sensor_T_object) return std::nullopt;
+  const GelShape gel = press_object(shape, *sensor_T_object, geometry, gel_options);
+  std::array<cv::Mat1f, 2> slope;
+  cv::split(gel.slope, slope.data());
+  // GradientSurfaces erodes what it is given: together this closes the pits that the gel bridges.
+  const int closed_px = 2 * (options.height_px / 48) + 1;
+  cv::Mat1b touched;
+  cv::dilate(gel.contact, touched, cv::getStructuringElement(cv::MORPH_RECT, {closed_px, closed_px}));
+  PosedSurface patch;
+  patch.surface = GradientSurfaces(touched.size(), options.pixel_pitch_mm).make(slope[0], slope[1], touched);
+  patch.map_T_keyframe = sensor_T_object->inverse();
+  if (patch.surface->contact_pixels < kMinContactPx) return std::nullopt;
+  return patch;
+}
+
+Covered covered_by(const PosedSurface& patch) {
+  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(*patch.surface);
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : points) center += point / static_cast<double>(points.size());
+  const double area = patch.surface->contact_pixels * std::pow(patch.surface->pixel_pitch_mm, 2);
+  return {patch.map_T_keyframe * center, -patch.map_T_keyframe.linear().col(2),
+          kInnerShare * std::sqrt(area / std::numbers::pi)};
+}
+
+/// Touches one batch of places after the other, until all are covered.
+class MeshToucher {
+ public:
+  MeshToucher(const Mesh& mesh, const MeshMapOptions& options)
+      : options_(options),
+        scene_(mesh),
+        shape_((check_size(mesh), make_mesh_shape(mesh))),
+        places_(places_on(scene_)),
+        grid_(places_, kNormalRadiusMm) {}
+
+  MeshMap run(ProgressSink& progress) {
+    progress.begin("touching the mesh", static_cast<std::int64_t>(places_.size()));
+    while (true) {
+      const std::vector<std::size_t> batch = next_batch();
+      if (batch.empty()) break;
+      std::vector<std::optional<PosedSurface>> touched(batch.size());
+      parallel_for(batch.size(), 0,
+                   [&](std::size_t k) { touched[k] = touch_at(places_[batch[k]], *shape_, options_); });
+      for (std::size_t k = 0; k < batch.size(); ++k) {
+        if (touched[k]) keep(std::move(*touched[k]));
+        places_[batch[k]].done = true;
+      }
+      progress.update(std::count_if(places_.begin(), places_.end(), [](const auto& p) { return p.done; }));
+    }
+    progress.end();
+    if (map_.patches.empty()) throw Error("the gel touches the mesh nowhere; check its unit");
+    map_.covered_share = static_cast<double>(covered_) / static_cast<double>(places_.size());
+    return std::move(map_);
+  }
+
+ private:
+  /// Places that are not covered, far enough from each other that none would cover another.
+  std::vector<std::size_t> next_batch() {
+    std::vector<std::size_t> batch;
+    const std::size_t left =
+        index(options_.max_touches) - std::min(map_.patches.size(), index(options_.max_touches));
+    for (; first_ < places_.size() && places_[first_].done; ++first_) {
+    }
+    for (std::size_t i = first_; i < places_.size() && batch.size() < std::min(kBatch, left); ++i) {
+      if (places_[i].done) continue;
+      const bool is_apart = std::all_of(batch.begin(), batch.end(), [&](std::size_t other) {
+        return (places_[i].point_mm - places_[other].point_mm).norm() > 2 * kNormalRadiusMm;
+      });
+      if (is_apart) batch.push_back(i);
+    }
+    return batch;
+  }
+
+  void keep(PosedSurface patch) {
+    const Covered covered = covered_by(patch);
+    grid_.visit(covered.center_mm, covered.radius_mm, [&](std::size_t i) {
+      if (places_[i].normal.dot(covered.normal) < std::cos(kFacingRad)) return;
+      if (!std::exchange(places_[i].done, true)) ++covered_;
+    });
+    patch.id = static_cast<int>(map_.patches.size());
+    map_.patches.push_back(std::move(patch));
+  }
+
+  const MeshMapOptions options_;
+  TriangleScene scene_;
+  ShapePtr shape_;
+  std::vector<SurfacePlace> places_;
+  PlaceGrid grid_;
+  std::size_t first_ = 0;  // all before are done
+  std::int64_t covered_ = 0;
+  MeshMap map_;
+};
+
+}  // namespace
+
+MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressSink& progress) {
+  if (!(options.indentation_mm >= 0.05 && options.indentation_mm <= 1.5))
+    throw Error("indentation must be between 0.05 and 1.5 mm");
+  return MeshToucher(facing_outward(mesh), options).run(progress);
+}
+
+}  // namespace gelslam

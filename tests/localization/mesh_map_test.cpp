@@ -1,0 +1,141 @@
+#include "gelslam/localization/mesh_map.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/localization/localizer.hpp"
+#include "gelslam/localization/map_folder.hpp"
+#include "gelslam/simulation/gel.hpp"
+#include "gelslam/surface/gradient_surface.hpp"
+
+namespace gelslam {
+namespace {
+
+/// A pebble of 10 mm, which few touches cover.
+const Mesh& pebble() {
+  static const Mesh mesh = [] {
+    ShapeSpec spec;
+    spec.name = "pebble";
+    spec.size = 0.5;
+    return make_shape(spec)->mesh(0.15F);
+  }();
+  return mesh;
+}
+
+const MeshMap& pebble_map() {
+  static const MeshMap map = [] {
+    NoProgress progress;
+    return make_mesh_map(pebble(), {}, progress);
+  }();
+  return map;
+}
+
+/// What the gel shows of the pebble from about there, settled.
+PosedSurface touch_of_pebble(const Pose& object_T_sensor) {
+  static const ShapePtr shape = make_mesh_shape(pebble());
+  const SensorGeometry geometry;
+  const Pose sensor_T_object = *settle_object(*shape, object_T_sensor.inverse(), 0.5, geometry, {});
+  const GelShape gel = press_object(*shape, sensor_T_object, geometry, {});
+  std::array<cv::Mat1f, 2> slope;
+  cv::split(gel.slope, slope.data());
+  cv::Mat1b touched(gel.height_mm < -0.1);
+  return {0, sensor_T_object.inverse(),
+          GradientSurfaces(touched.size(), 0.0634).make(slope[0], slope[1], touched)};
+}
+
+Pose looking_inward(const Eigen::Vector3d& direction, double twist_rad) {
+  Pose pose = Pose::Identity();
+  pose.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), -direction).toRotationMatrix() *
+      so3_exp({0, 0, twist_rad});
+  pose.translation() = 5 * direction;
+  return pose;
+}
+
+TEST(MeshMap, ItsTouchesCoverTheSurfaceAndLieOnIt) {
+  const MeshMap& map = pebble_map();
+  EXPECT_GT(map.covered_share, 0.6);
+  EXPECT_GT(map.patches.size(), 20u);
+  EXPECT_LT(map.patches.size(), 300u);
+  const ShapePtr shape = make_mesh_shape(pebble());
+  for (const PosedSurface& patch : map.patches) {
+    const Surface& s = *patch.surface;
+    const cv::Point middle = [&] {
+      const cv::Moments m = cv::moments(s.contact, true);
+      return cv::Point(static_cast<int>(m.m10 / m.m00), static_cast<int>(m.m01 / m.m00));
+    }();
+    const Eigen::Vector3f from =
+        (patch.map_T_keyframe * Eigen::Vector3d((middle.x - 159.5) * 0.0634, (middle.y - 119.5) * 0.0634, -3))
+            .cast<float>();
+    const float t = shape->intersect(from, patch.map_T_keyframe.linear().col(2).cast<float>(), 10);
+    EXPECT_NEAR(t - 3, s.height_mm(middle), 0.1) << patch.id;
+  }
+}
+
+TEST(MeshMap, AnObjectThatWasNeverTouchedIsFound) {
+  const auto map = std::make_shared<const SurfaceMap>(pebble_map().patches, SlamOptions{});
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  int right = 0;
+  constexpr int kTouches = 8;
+  for (int k = 0; k < kTouches; ++k) {
+    const Eigen::Vector3d direction =
+        Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+    const PosedSurface truth = touch_of_pebble(looking_inward(direction, k));
+    Localizer localizer(map, {});
+    const LocalizedFrame found = localizer.process(0, 0, truth.surface);
+    if (found.hypotheses.empty()) continue;
+    const bool is_right = pose_distance_mm(found.hypotheses.front().map_T_sensor, truth.map_T_keyframe,
+                                           Eigen::Vector3d::Zero()) < 0.5;
+    right += is_right;
+    EXPECT_TRUE(is_right || found.status != PlaceStatus::localized) << k;
+  }
+  EXPECT_GE(right, kTouches * 2 / 3);
+}
+
+TEST(MeshMap, AMeshThatIsInsideOutGivesTheSameMap) {
+  Mesh turned = pebble();
+  for (Eigen::Vector3i& t : turned.triangles) std::swap(t[1], t[2]);
+  turned.normals.clear();
+  MeshMapOptions few;
+  few.max_touches = 8;
+  NoProgress progress;
+  const MeshMap map = make_mesh_map(turned, few, progress);
+  ASSERT_EQ(map.patches.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i)
+    EXPECT_LT(pose_distance_mm(map.patches[i].map_T_keyframe, pebble_map().patches[i].map_T_keyframe,
+                               Eigen::Vector3d::Zero()),
+              0.5);
+}
+
+TEST(MeshMap, AFolderOfItIsReadBack) {
+  const test::TemporaryFolder folder;
+  MeshMap map = pebble_map();
+  map.patches.resize(3);
+  write_map(folder / "map", map, pebble(), "pebble.stl");
+  const std::vector<PosedSurface> back = read_map(folder / "map");
+  ASSERT_EQ(back.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_TRUE(back[i].map_T_keyframe.isApprox(map.patches[i].map_T_keyframe, 1e-12));
+    EXPECT_EQ(back[i].surface->contact_pixels, map.patches[i].surface->contact_pixels);
+  }
+}
+
+TEST(MeshMap, MeshesThatCannotBeMeasuredAreRefused) {
+  NoProgress progress;
+  EXPECT_THROW(make_mesh_map({}, {}, progress), Error);
+  Mesh tiny = pebble();
+  for (Eigen::Vector3f& vertex : tiny.vertices_mm) vertex *= 0.001F;
+  EXPECT_THROW(make_mesh_map(tiny, {}, progress), Error);
+  Mesh broken = pebble();
+  broken.triangles.front()[0] = 1 << 30;
+  EXPECT_THROW(make_mesh_map(broken, {}, progress), Error);
+}
+
+}  // namespace
+}  // namespace gelslam
