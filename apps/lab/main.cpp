@@ -25,6 +25,7 @@ int run(int argc, char** argv) {
   add_information(lab);
   add_loops(lab);
   add_long_scan(lab);
+  add_localize(lab);
   add_calibration(lab);
   add_fusion(lab);
   add_soak(lab);

@@ -19,6 +19,7 @@ void add_fusion(CLI::App& lab);
 void add_honesty(CLI::App& lab);
 void add_information(CLI::App& lab);
 void add_long_scan(CLI::App& lab);
+void add_localize(CLI::App& lab);
 void add_loops(CLI::App& lab);
 void add_micro_benchmarks(CLI::App& lab);
 void add_parsimony(CLI::App& lab);

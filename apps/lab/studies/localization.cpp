@@ -1,0 +1,306 @@
+// Study: the sensor's place in a known map, from maps of runs and of meshes, on touches with truth. How often
+// is it found at the first touch and after rolling on, how exactly, how fast, and is anything given as
+// certain that is wrong?
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <numeric>
+#include <optional>
+#include <random>
+#include <string>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
+#include "gelslam/localization/localizer.hpp"
+#include "gelslam/localization/mesh_map.hpp"
+#include "gelslam/simulation/calibration_set.hpp"
+#include "gelslam/simulation/motion.hpp"
+#include "gelslam/simulation/optics.hpp"
+#include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/surface/surface_estimator.hpp"
+#include "simulated_frames.hpp"
+#include "study.hpp"
+#include "symmetric_meshes.hpp"
+#include "touch_studio.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
+constexpr float kMeshSpacingMm = 0.1F, kCoarseSpacingMm = 0.5F;
+constexpr double kFrame_s = 0.04;
+constexpr int kRollFrames = 24, kRollStride = 2;  // from one touch on: about two more that show other places
+
+struct Arguments {
+  std::vector<std::string> objects = {"pebble", "peanut", "pebble:2", "peanut:2", "coin",  "plank",
+                                      "golf",   "knurl",  "weave",    "sphere",   "brick", "nut"};
+  int trials = 100, map_frames = 300, tracked_frames = 200;
+  bool mesh_only = false;
+  std::filesystem::path out;
+};
+
+struct Object {
+  Mesh mesh, coarse;
+  ShapePtr shape;
+};
+
+Object make_object(const std::string& name) {
+  Mesh mesh;
+  const std::size_t colon = name.find(':');
+  const std::string shape = name.substr(0, colon);
+  if (shape == "brick") {
+    mesh = half_turn_plate();
+  } else if (shape == "nut") {
+    mesh = six_fold_rod();
+  } else {
+    ShapeSpec spec;
+    spec.name = shape;
+    if (colon != std::string::npos) spec.seed = std::stoul(name.substr(colon + 1));
+    mesh = make_shape(spec)->mesh(kMeshSpacingMm);
+  }
+  const ShapePtr made = make_mesh_shape(mesh);
+  return {mesh, made->mesh(kCoarseSpacingMm), made};
+}
+
+std::vector<Pose> motion(const Object& object, const std::string& name, int frames, std::uint64_t seed) {
+  MotionSpec spec;
+  spec.name = name;
+  spec.frames = frames;
+  spec.seed = seed;
+  return make_motion(spec, *object.shape, object.coarse, {});
+}
+
+/// What the program reads when the object is pressed on the simulated sensor.
+class Sensor {
+ public:
+  explicit Sensor(const GradientModel& model)
+      : model_(model), optics_({}, {}), background_(simulate_background({})) {
+    restart();
+  }
+  /// Forgets how the light has changed.
+  void restart() { estimator_.emplace(model_, background_, SurfaceOptions{}); }
+  SurfacePtr read(const Shape& shape, const Pose& sensor_T_object) {
+    return estimator_->estimate(
+        optics_.render(press_object(shape, sensor_T_object, {}, {}), ++picture_, 0, true));
+  }
+
+ private:
+  GradientModel model_;
+  Optics optics_;
+  cv::Mat3b background_;
+  std::optional<SurfaceEstimator> estimator_;
+  std::int64_t picture_ = 0;
+};
+
+/// A map, and where the object lies in it.
+struct StudyMap {
+  std::string kind;
+  std::shared_ptr<const SurfaceMap> map;
+  Pose map_T_object = Pose::Identity();
+};
+
+StudyMap map_of_run(const Object& object, Sensor& sensor, int frames) {
+  const std::vector<Pose> poses = motion(object, "allover", frames, 1);
+  GelSlam slam(SlamOptions{});
+  StageTimer timer;
+  sensor.restart();
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    slam.process(static_cast<std::int64_t>(k), kFrame_s * static_cast<double>(k),
+                 sensor.read(*object.shape, poses[k]), timer);
+  const SlamMap map = slam.finish();
+  if (map.anchor_frame < 0) throw Error("the object was never touched");
+  return {"run", std::make_shared<const SurfaceMap>(posed_surfaces(map), SlamOptions{}),
+          poses[static_cast<std::size_t>(map.anchor_frame)]};
+}
+
+StudyMap map_of_mesh(const Object& object) {
+  NoProgress progress;
+  return {"mesh",
+          std::make_shared<const SurfaceMap>(make_mesh_map(object.mesh, {}, progress).patches, SlamOptions{}),
+          Pose::Identity()};
+}
+
+struct PoseError {
+  double mm = 0, deg = 0;
+  bool right() const { return mm < kWrongMm && deg < kWrongDeg; }
+};
+
+PoseError error_of(const PlaceHypothesis& found, const Pose& map_T_sensor) {
+  const Pose error = map_T_sensor.inverse() * found.map_T_sensor;
+  return {error.translation().norm(), rotation_angle_rad(error) * 180 / M_PI};
+}
+
+/// What the trials in one map gave.
+struct Score {
+  int trials = 0, frames = 0, first_right = 0, first_sure = 0, later_sure = 0, sure_wrong = 0;
+  std::vector<double> mm, deg, first_ms, hypotheses;
+
+  void add_sure(const LocalizedFrame& found, const Pose& truth) {
+    ++frames;
+    if (found.status != PlaceStatus::localized) return;
+    const PoseError error = error_of(found.hypotheses.front(), truth);
+    sure_wrong += !error.right();
+    mm.push_back(error.mm);
+    deg.push_back(error.deg);
+  }
+};
+
+/// A touch, and what follows when the object is rolled on.
+struct Trial {
+  std::vector<Pose> sensor_T_object;
+  std::vector<SurfacePtr> surfaces;
+};
+
+/// Somewhere in another motion than that of the map, twisted by any angle and tilted a little.
+Trial make_trial(const Object& object, const std::vector<Pose>& poses, Sensor& sensor,
+                 std::mt19937_64& random) {
+  const auto uniform = [&random](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+  };
+  const auto first =
+      static_cast<std::size_t>(uniform(0, static_cast<double>(poses.size()) - kRollFrames - 1));
+  Pose held = Pose::Identity();
+  held.rotate(Eigen::AngleAxisd(uniform(-M_PI, M_PI), Eigen::Vector3d::UnitZ()));
+  held.rotate(Eigen::AngleAxisd(uniform(-0.08, 0.08), Eigen::Vector3d::UnitX()));
+  held.rotate(Eigen::AngleAxisd(uniform(-0.08, 0.08), Eigen::Vector3d::UnitY()));
+  held.pretranslate(Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), 0));
+  const double depth_mm = uniform(0.8, 1.2) * ordinary_indentation_mm(object.shape->kind());
+  Trial trial;
+  sensor.restart();
+  for (std::size_t k = 0; k <= kRollFrames; k += kRollStride) {
+    const std::optional<Pose> pose = settle_object(*object.shape, held * poses[first + k], depth_mm, {}, {});
+    if (!pose) break;
+    trial.sensor_T_object.push_back(*pose);
+    trial.surfaces.push_back(sensor.read(*object.shape, *pose));
+  }
+  return trial;
+}
+
+/// Only trials whose first touch the map shows are scored; none may be certain and wrong.
+void judge(const Trial& trial, const StudyMap& map, Score& score) {
+  if (trial.surfaces.empty() ||
+      trial.surfaces.front()->contact_pixels < TrackerOptions{}.contact_threshold_px)
+    return;
+  const auto truth = [&](std::size_t k) {
+    return Pose(map.map_T_object * trial.sensor_T_object[k].inverse());
+  };
+  const NormalFlowReference first(trial.surfaces.front(), {});
+  const bool shown = map.map->fit(first, truth(0), PlacePrior::known, 0).covered;
+  Localizer localizer(map.map, {});
+  bool sure = false;
+  for (std::size_t k = 0; k < trial.surfaces.size() && !sure; ++k) {
+    const auto start = std::chrono::steady_clock::now();
+    const LocalizedFrame found = localizer.process(
+        static_cast<std::int64_t>(k), kRollStride * kFrame_s * static_cast<double>(k), trial.surfaces[k]);
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    score.add_sure(found, truth(k));
+    sure = found.status == PlaceStatus::localized;
+    score.later_sure += shown && sure;
+    if (k > 0 || !shown) continue;
+    ++score.trials;
+    score.first_ms.push_back(ms);
+    score.hypotheses.push_back(static_cast<double>(found.hypotheses.size()));
+    score.first_sure += sure;
+    score.first_right += !found.hypotheses.empty() && error_of(found.hypotheses.front(), truth(0)).right();
+  }
+}
+
+/// Mean error in the first and in the last fifth of a motion that is tracked in the map, mm.
+std::pair<double, double> track(const Object& object, const StudyMap& map, Sensor& sensor, int frames,
+                                Score& score) {
+  const std::vector<Pose> poses = motion(object, "wobble", frames, 3);
+  Localizer localizer(map.map, {});
+  std::vector<double> errors_mm;
+  sensor.restart();
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const LocalizedFrame found =
+        localizer.process(static_cast<std::int64_t>(k), kFrame_s * static_cast<double>(k),
+                          sensor.read(*object.shape, poses[k]));
+    score.add_sure(found, map.map_T_object * poses[k].inverse());
+    if (found.status == PlaceStatus::localized) errors_mm.push_back(score.mm.back());
+  }
+  const auto fifth = static_cast<std::ptrdiff_t>(errors_mm.size() / 5);
+  if (fifth == 0) return {NAN, NAN};
+  const auto mean = [&](auto begin) {
+    return std::accumulate(begin, begin + fifth, 0.0) / static_cast<double>(fifth);
+  };
+  return {mean(errors_mm.begin()), mean(errors_mm.end() - fifth)};
+}
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json middle(std::vector<double> values) {
+  return values.empty() ? Json(nullptr) : Json(median(std::move(values)));
+}
+
+Json row_of(const std::string& name, const StudyMap& map, const Score& score,
+            std::pair<double, double> drift_mm) {
+  const auto percent = [&](int count) {
+    return score.trials > 0 ? Json(100.0 * count / score.trials) : Json(nullptr);
+  };
+  Json row;
+  row["object"] = name;
+  row["map"] = map.kind;
+  row["keyframes"] = map.map->keyframe_count();
+  row["trials"] = score.trials;
+  row["first right %"] = percent(score.first_right);
+  row["certain at first %"] = percent(score.first_sure);
+  row["certain rolled on %"] = percent(score.later_sure);
+  row["hypotheses"] = middle(score.hypotheses);
+  row["certain frames"] = score.mm.size();
+  row["certain but wrong"] = score.sure_wrong;
+  row["median mm"] = middle(score.mm);
+  row["median deg"] = middle(score.deg);
+  row["first touch ms"] = middle(score.first_ms);
+  row["tracked begin mm"] = number(drift_mm.first);
+  row["tracked end mm"] = number(drift_mm.second);
+  return row;
+}
+
+void run(const Arguments& arguments) {
+  Sensor sensor(quickly_trained_model());
+  Json rows = Json::array();
+  for (const std::string& name : arguments.objects) {
+    const Object object = make_object(name);
+    std::vector<StudyMap> maps = {map_of_mesh(object)};
+    if (!arguments.mesh_only) maps.push_back(map_of_run(object, sensor, arguments.map_frames));
+    std::vector<Score> scores(maps.size());
+    const std::vector<Pose> poses = motion(object, "allover", 1000, 2);
+    std::mt19937_64 random(7);
+    for (int k = 0; k < arguments.trials; ++k) {
+      const Trial trial = make_trial(object, poses, sensor, random);
+      for (std::size_t m = 0; m < maps.size(); ++m) judge(trial, maps[m], scores[m]);
+    }
+    for (std::size_t m = 0; m < maps.size(); ++m) {
+      const std::pair<double, double> drift_mm =
+          track(object, maps[m], sensor, arguments.tracked_frames, scores[m]);
+      rows.push_back(row_of(name, maps[m], scores[m], drift_mm));
+      std::cerr << rows.back().dump() << "\n";
+    }
+    write_study(arguments.out, "localize", rows);
+  }
+  print_table(rows);
+}
+
+}  // namespace
+
+void add_localize(CLI::App& lab) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = add_study(
+      lab, "localize",
+      "Find touches of known objects in maps of runs and of meshes; count what is certain but wrong",
+      arguments, run);
+  add_list(*command, "--objects", arguments->objects,
+           "Objects (see gelslam simulate --list), NAME:SEED, brick, nut");
+  command->add_option("--trials", arguments->trials, "Touches per object")->capture_default_str();
+  command->add_option("--map-frames", arguments->map_frames, "Length of the scan for the map of a run")
+      ->capture_default_str();
+  command
+      ->add_option("--tracked-frames", arguments->tracked_frames, "Length of the motion tracked in each map")
+      ->capture_default_str();
+  command->add_flag("--mesh-only", arguments->mesh_only, "Without maps of runs");
+  command->add_option("-o,--output", arguments->out, "Folder for localize.csv and localize.json");
+}
+
+}  // namespace gelslam::lab
