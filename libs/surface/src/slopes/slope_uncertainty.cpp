@@ -36,11 +36,13 @@ SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, do
 cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) {
   double least = 0;
   cv::minMaxLoc(uncertainty.sigma_rad, &least);
+  // What is known better counts alike: there, other errors than the model's decide (the gel smooths).
+  least = std::max(least, kBestSlopeSigmaRad);
   cv::Mat1f sigma;
   cv::resize(uncertainty.sigma_rad, sigma, picture, 0, 0, cv::INTER_LINEAR);
   cv::Mat1b map(picture);
   std::transform(sigma.begin(), sigma.end(), map.begin(), [least](float s) {
-    const double share = least / static_cast<double>(s);
+    const double share = std::min(1.0, least / static_cast<double>(s));
     return static_cast<unsigned char>(std::clamp(std::lround(255 * share * share), 1L, 255L));
   });
   return map;
