@@ -27,6 +27,7 @@ test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev
   xvfb xauth                       # windows without a display
   python3-numpy python3-matplotlib # charts
+  dpkg-dev                         # packages
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 check_packages=(clang-format clang-tidy)

@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# Makes the Debian packages of a build folder, looks into them, and runs the program that they hold.
+# usage: debian_test.sh PACKAGE_SCRIPT BUILD
+set -euo pipefail
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+fail() { echo "debian_test: $*" >&2; exit 1; }
+
+"$1" --build "$2" "$work"
+contents() { dpkg-deb -c "$work"/"$1"_*.deb | awk '{ print $NF }'; }
+contents gelslam >"$work/program"
+for file in usr/bin/gelslam usr/share/man/man1/gelslam.1.gz usr/share/bash-completion/completions/gelslam \
+  lib/udev/rules.d/61-gelslam.rules usr/share/applications/gelslam.desktop; do
+  grep -qx "./$file" "$work/program" || fail "gelslam lacks $file"
+done
+contents libgelslam-dev | grep -q 'cmake/gelslam/gelslamConfig.cmake$' || fail "libgelslam-dev lacks its CMake package"
+if compgen -G "$work/python3-gelslam_*.deb" >/dev/null; then
+  contents python3-gelslam | grep -q '^./usr/lib/python3/dist-packages/gelslam/_core' || fail "python3-gelslam lies elsewhere"
+fi
+
+dpkg-deb -x "$work"/gelslam_*.deb "$work/root"
+version=$("$work/root/usr/bin/gelslam" --version)
+[[ $(dpkg-deb -f "$work"/gelslam_*.deb Version) == "${version##* }" ]] || fail "the program is of another version: $version"
+dpkg-deb -f "$work"/gelslam_*.deb Depends | grep -q libopencv-core || fail "no dependencies"
+zcat "$work/root/usr/share/man/man1/gelslam.1.gz" | grep -q '^.SH CALIBRATE TRAIN' || fail "the manual page lacks a command"
+udev=$work/root/lib/udev/rules.d/61-gelslam.rules
+if command -v desktop-file-validate >/dev/null; then desktop-file-validate "$work/root/usr/share/applications/gelslam.desktop"; fi
+[[ $(grep -c 'SYMLINK' "$udev") == 1 ]] || fail "the udev rule gives no name"
+
+# Completion, by the program in the package.
+complete_words() {
+  PATH=$work/root/usr/bin:$PATH bash -c '. "$0"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _gelslam; echo "${COMPREPLY[@]}"' \
+    "$work/root/usr/share/bash-completion/completions/gelslam" "$@"
+}
+[[ $(complete_words gelslam rec) == "reconstruct record" ]] || fail "completes commands wrongly: $(complete_words gelslam rec)"
+[[ $(complete_words gelslam calibrate tr) == train ]] || fail "completes no subcommands"
+[[ $(complete_words gelslam reconstruct log.avi --overw) == --overwrite ]] || fail "completes no options"
+if command -v lintian >/dev/null; then lintian --fail-on error --allow-root "$work"/*.deb; fi
