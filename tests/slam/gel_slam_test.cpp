@@ -25,7 +25,7 @@ SurfacePtr nothing() {
 /// Feeds a log: each entry is where the sensor is over the texture, or nothing where it is lifted.
 class Scan {
  public:
-  explicit Scan(const SlamOptions& options = {}) : slam_(options) {}
+  explicit Scan(const SlamOptions& options = {}, const View& view = {}) : slam_(options), view_(view) {}
 
   void background(int count) {
     for (int i = 0; i < count; ++i) slam_.skip(next_++, 0);
@@ -33,7 +33,7 @@ class Scan {
   TrackedFrame see(const Pose& texture_T_sensor) {
     const std::int64_t frame = next_++;
     truth_[frame] = texture_T_sensor;
-    return slam_.process(frame, 0.04 * static_cast<double>(frame), touch(texture(), texture_T_sensor),
+    return slam_.process(frame, 0.04 * static_cast<double>(frame), touch(texture(), texture_T_sensor, view_),
                          timer_);
   }
   void lift() {
@@ -48,6 +48,7 @@ class Scan {
 
  private:
   GelSlam slam_;
+  View view_;
   StageTimer timer_;
   std::int64_t next_ = 0;
   std::map<std::int64_t, Pose> truth_;
@@ -187,6 +188,34 @@ TEST(GelSlam, KeyframesAreLinkedAlongTheTrial) {
   }
   EXPECT_FALSE(map.coverage_keyframes.empty());
   EXPECT_TRUE(std::is_sorted(map.coverage_keyframes.begin(), map.coverage_keyframes.end()));
+  expect_true_poses(scan, map);
+}
+
+// Memory and time follow the surface seen, not the duration.
+TEST(GelSlam, GoingToAndFroOverKnownGroundAddsNoKeyframes) {
+  View view;
+  view.contact_width_px = 60;  // 3.8 by 3.2 mm: a short way outgrows it
+  view.contact_height_px = 50;
+  Scan scan({}, view);
+  std::vector<std::int64_t> keyframes;
+  const auto pass = [&](bool back) {
+    for (int i = 0; i < 16; ++i) {
+      const double x_mm = 0.4 * (back ? 15 - i : i);
+      const TrackedFrame tracked = scan.see(motion(0, 0, 0.3 * x_mm, x_mm, 0.1 * x_mm, 0.4));
+      EXPECT_EQ(tracked.status, TrackStatus::tracked);
+      for (const NewKeyframe& added : tracked.new_keyframes) keyframes.push_back(added.keyframe->frame);
+    }
+  };
+  pass(false);
+  pass(true);  // it also leaves the frame at which it turned
+  const std::vector<std::int64_t> known = keyframes;
+  EXPECT_GE(known.size(), 3U);
+  pass(false);
+  pass(true);
+  pass(false);
+  EXPECT_EQ(keyframes, known);
+  const SlamMap map = scan.finish();
+  EXPECT_EQ(map.components, 1);
   expect_true_poses(scan, map);
 }
 

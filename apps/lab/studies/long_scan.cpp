@@ -5,11 +5,13 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include <algorithm>
 #include <deque>
 #include <filesystem>
 #include <future>
 #include <iostream>
 #include <optional>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -40,6 +42,7 @@ struct Arguments {
   ScanSpec scan;
   std::filesystem::path model, out;
   int reports = 20, ahead = 0;
+  bool recall = false;
 };
 
 /// Processor time of this thread: neither the simulation nor other programs count.
@@ -105,9 +108,20 @@ struct Stretch {
 struct Scan {
   std::vector<std::optional<Pose>> truth;
   Json rows = Json::array();
-  int keyframes = 0, trials = 0;
+  int keyframes = 0, trials = 0, wrong_frames = 0;
   double memory_before_mb = resident_memory_mb();  // the simulation's
 };
+
+/// Whether the frame is not where its keyframe says, by the limits of gelslam-lab loops.
+bool is_wrong(const TrackedFrame& tracked, const std::vector<std::optional<Pose>>& truth) {
+  constexpr double kWrongMm = 0.5, kWrongDeg = 3.0;
+  if (tracked.status != TrackStatus::tracked) return false;
+  const auto at = [&](std::int64_t frame) { return truth[static_cast<std::size_t>(frame)]; };
+  const std::optional<Pose> keyframe = at(tracked.keyframe->frame), frame = at(tracked.frame);
+  if (!keyframe || !frame) return false;
+  const Pose error = tracked.keyframe_T_frame.inverse() * keyframe->inverse() * *frame;
+  return error.translation().norm() > kWrongMm || rotation_angle_rad(error) > kWrongDeg * M_PI / 180.0;
+}
 
 /// Feeds all frames to `slam`, and notes the truth and the costs.
 Scan run_scan(const Simulator& simulator, const GradientModel& model, const Arguments& arguments,
@@ -136,6 +150,7 @@ Scan run_scan(const Simulator& simulator, const GradientModel& model, const Argu
     stretch.keyframes += made;
     stretch.lost += tracked.status == TrackStatus::lost;
     scan.keyframes += made;
+    scan.wrong_frames += is_wrong(tracked, scan.truth);
     scan.trials = std::max(scan.trials, tracked.trial + 1);
     if (++stretch.frames == per_row || frame->index + 1 == simulator.frame_count()) {
       scan.rows.push_back(stretch.row(frame->index + 1, scan.keyframes, scan.trials, scan.memory_before_mb));
@@ -173,7 +188,37 @@ Json mesh_errors(const Mesh& mesh, const Simulator& simulator, const Pose& objec
           {"triangles", mesh.triangles.size()}};
 }
 
-Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& options, const GelSlam& slam) {
+using Pairs = std::set<std::pair<int, int>>;
+
+/// All loops, each keyframe being compared with `candidates` earlier ones.
+Pairs loops_among(const SlamMap& map, SlamOptions options, int candidates, double& ms) {
+  options.loop_closure.max_candidates = candidates;
+  options.loop_closure.max_constraints = candidates;
+  LoopCloser closer(options.loop_closure, options.registration, options.verification);
+  Pairs found;
+  const double start = now_ms();
+  for (const auto& keyframe : map.keyframes)
+    for (const LoopConstraint& loop : closer.add(*keyframe)) found.emplace(loop.from, loop.to);
+  ms = now_ms() - start;
+  return found;
+}
+
+/// The share of the loops of an exhaustive search that the index finds, and of its time that it takes.
+Json recall_of_index(const SlamMap& map, const SlamOptions& options) {
+  double exhaustive_ms = 0, index_ms = 0;
+  const Pairs all = loops_among(map, options, static_cast<int>(map.keyframes.size()), exhaustive_ms);
+  const Pairs found = loops_among(map, options, options.loop_closure.max_candidates, index_ms);
+  const auto both =
+      std::count_if(all.begin(), all.end(), [&](const auto& pair) { return found.contains(pair); });
+  return {
+      {"exhaustive_loops", all.size()},
+      {"index_recall", static_cast<double>(both) / static_cast<double>(std::max<std::size_t>(1, all.size()))},
+      {"index_time_share", index_ms / exhaustive_ms},
+      {"index_ms_per_keyframe", index_ms / static_cast<double>(map.keyframes.size())}};
+}
+
+Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& options, const GelSlam& slam,
+             bool recall) {
   Json result = {{"frames", scan.truth.size()}, {"memory_mb", resident_memory_mb() - scan.memory_before_mb}};
   const double start = wall_s();
   const SlamMap map = slam.finish();
@@ -194,6 +239,7 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
   const TrajectoryMetrics errors =
       evaluate_trajectory(poses, scan.truth, reference, simulator.spec().motion.frame_rate_hz);
   result.update({{"tracked_share", errors.tracked_share()},
+                 {"wrong_frames", scan.wrong_frames},
                  {"drift_mm", errors.ate_mm},
                  {"drift_aligned_mm", errors.ate_aligned_mm},
                  {"at_end_mm", errors.final_mm},
@@ -202,6 +248,7 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
     result.update(
         mesh_errors(mesh, simulator,
                     simulator.start_T_object().inverse() * *scan.truth[static_cast<std::size_t>(reference)]));
+  if (recall) result.update(recall_of_index(map, options));
   return result;
 }
 
@@ -226,7 +273,7 @@ void run(const Arguments& arguments) {
   const Scan scan = run_scan(simulator, model, arguments, slam);
   const double scanned = wall_s();
   print_table(scan.rows);
-  Json row = summary(simulator, scan, options, slam);
+  Json row = summary(simulator, scan, options, slam, arguments.recall);
   row["preparing_s"] = ready - start;
   row["scanning_s"] = scanned - ready;
   for (const auto& [key, value] : row.items()) std::cout << key << " " << value.dump() << "\n";
@@ -263,6 +310,9 @@ void add_long_scan(CLI::App& lab) {
   command->add_option("--ahead", arguments->ahead, "Pictures drawn ahead, one thread each (0: one per core)")
       ->check(CLI::Range(0, 64))
       ->capture_default_str();
+  command->add_flag(
+      "--recall", arguments->recall,
+      "Also count the loops that place recognition finds of those of an exhaustive search (slow)");
   command->add_option("-o,--output", arguments->out, "Folder for the tables and the object")->required();
   command->footer("Example: gelslam-lab long-scan --frames 5000 -o STUDY && scripts/plot_long_scan.py STUDY");
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gelslam/registration/relocalization.hpp"
+#include "gelslam/surface/contact_points.hpp"
 
 namespace gelslam {
 namespace {
@@ -275,7 +276,8 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {
   const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
-  if (!keyframe_is_new && keyframe_is_outgrown(registration, *surface)) {
+  if (!keyframe_is_new && is_outgrown(*keyframe_, registration, *surface)) {
+    if (return_to_known(result, touch)) return;
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
     result.keyframe_T_frame = Pose::Identity();
@@ -294,11 +296,70 @@ void Tracker::break_trial() {
   turning_points_.end_trial();
 }
 
-bool Tracker::keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const {
+bool Tracker::is_outgrown(const Keyframe& keyframe, const RegistrationResult& registration,
+                          const Surface& surface) const {
   const double shared_share =
-      static_cast<double>(registration.shared_pixels) / keyframe_->reference->sample_count();
-  const double shared_area_px = shared_share * keyframe_->surface->contact_pixels;
+      static_cast<double>(registration.shared_pixels) / keyframe.reference->sample_count();
+  const double shared_area_px = shared_share * keyframe.surface->contact_pixels;
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
+}
+
+void Tracker::set_neighborhood(const Neighborhood& neighborhood) {
+  if (!in_trial_ || neighborhood.center != keyframe_->id) return;
+  known_.clear();
+  std::vector<TurningPoints::Touch> touches;
+  for (const auto& [keyframe, center_T_keyframe] : neighborhood.others) {
+    known_.push_back({keyframe, normalized(trial_T_keyframe_ * center_T_keyframe)});
+    touches.push_back({keyframe->frame, keyframe->surface, known_.back().trial_T_keyframe, {}});
+  }
+  turning_points_.set_known(std::move(touches));
+}
+
+/// Of the known keyframes, that which shows most of the frame's contact; null if none shows enough. A surface
+/// that repeats itself shows no place.
+const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Pose& trial_T_frame) const {
+  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(surface);
+  const Known* best = nullptr;
+  double most = options_.keyframe_min_shared * static_cast<double>(points.size());
+  for (const Known& known : known_) {
+    const Pose known_T_frame = known.trial_T_keyframe.inverse() * trial_T_frame;
+    const auto shown =
+        static_cast<double>(std::count_if(points.begin(), points.end(), [&](const auto& point) {
+          return shows(*known.keyframe->surface, known_T_frame * point);
+        }));
+    if (shown <= most || known.keyframe == keyframe_ ||
+        known.keyframe->reference->self_similarity() > verification_.max_self_similarity)
+      continue;
+    best = &known;
+    most = shown;
+  }
+  return best;
+}
+
+/// Goes on with a keyframe of the map, if the frame is verified to show the same place: as strictly as a
+/// loop.
+bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch) {
+  const Known* const known = most_overlapping(*touch.surface, touch.trial_T_frame);
+  if (!known) return false;
+  const Pose expected = known->trial_T_keyframe.inverse() * touch.trial_T_frame;
+  std::shared_ptr<const PreparedReference> reference = registrar_->prepare(known->keyframe->surface);
+  const RegistrationResult place = verify_registered(
+      *reference->samples(), *touch.surface, reference->register_to(*touch.surface, expected.inverse()),
+      PlacePrior::suspected, verification_);
+  if (!place.ok() || !is_located(place) || is_outgrown(*known->keyframe, place, *touch.surface) ||
+      !is_near(place, expected, kMinPeriodMm / 2))
+    return false;
+  keyframe_ = known->keyframe;
+  reference_ = std::move(reference);
+  previous_.link = link_to(keyframe_, place);
+  previous_.residual_rad = place.normal_rmse_rad;
+  result.keyframe = keyframe_;
+  result.keyframe_T_frame = previous_.link.previous_T_this;
+  result.registration = place;
+  trial_T_keyframe_ = normalized(touch.trial_T_frame * result.keyframe_T_frame.inverse());
+  hand_out_turning_point(
+      result, turning_points_.add_keyframe({keyframe_->frame, keyframe_->surface, trial_T_keyframe_, {}}));
+  return true;
 }
 
 std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, const PreparedReference& reference,
@@ -318,6 +379,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   end_trial(result);
   ++trial_;
   in_trial_ = true;
+  known_.clear();
   keyframe_ = make_keyframe(first.frame, *reference, first.surface);
   reference_ = std::move(reference);
   turning_points_.begin_trial({first.frame, first.surface, Pose::Identity(), {}});

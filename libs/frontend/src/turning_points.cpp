@@ -31,6 +31,7 @@ class View {
 void TurningPoints::begin_trial(const Touch& keyframe) {
   candidate_.reset();
   keyframes_.clear();
+  known_.clear();
   keep(keyframe);
 }
 
@@ -75,10 +76,15 @@ std::optional<TurningPoints::Touch> TurningPoints::end_trial() {
 std::vector<Eigen::Vector3d> TurningPoints::unseen(const Touch& touch) const {
   std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(*touch.surface);
   for (Eigen::Vector3d& point : points) point = touch.trial_T_frame * point;
-  for (const Touch& keyframe : keyframes_) {
-    const View view(keyframe);
-    std::erase_if(points, [&](const auto& p) { return view.shows(p); });
-  }
+  const auto leave_out = [&points](const auto& keyframes) {
+    for (const Touch& keyframe : keyframes) {
+      if (points.empty()) return;
+      const View view(keyframe);
+      std::erase_if(points, [&](const auto& p) { return view.shows(p); });
+    }
+  };
+  leave_out(keyframes_);
+  leave_out(known_);
   return points;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 namespace gelslam::slam::detail {
 namespace {
@@ -13,7 +14,13 @@ constexpr std::chrono::milliseconds kMaxUpdateInterval{200};
 void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted,
                        const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
                        const std::function<void(const std::vector<FrameRecord>&)>& save) {
+  bool changed = false;
   const auto handle = [&](const MapperMessage& message) {
+    if (const auto* question = std::get_if<FindNeighborhood>(&message)) {
+      question->answer->set_value(mapper_->neighborhood(question->keyframe));
+      return;
+    }
+    changed = true;
     if (const auto* added = std::get_if<NewKeyframe>(&message)) {
       const auto scope = timer_.measure("loop closure");
       mapper_->add_keyframe(*added, !aborted);
@@ -36,6 +43,7 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted,
       if (!more) break;
       handle(*more);
     }
+    if (!std::exchange(changed, false)) continue;
     {
       const auto scope = timer_.measure("pose graph");
       mapper_->update();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <future>
 #include <memory>
 #include <variant>
 #include <vector>
@@ -43,7 +44,13 @@ struct SaveSoFar {
   std::vector<FrameRecord> records;
 };
 
-using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, StartScan, SaveSoFar>;
+/// Mapper::neighborhood() of a keyframe that was sent before; no answer where the mapper has ended.
+struct FindNeighborhood {
+  int keyframe = 0;
+  std::shared_ptr<std::promise<Neighborhood>> answer;
+};
+
+using MapperMessage = std::variant<NewKeyframe, ForgetFromTrial, StartScan, SaveSoFar, FindNeighborhood>;
 
 using RawQueue = BoundedQueue<RawFramePtr>;
 using TrackerQueue = BoundedQueue<TrackerMessage>;

@@ -225,7 +225,10 @@ void LiveSlam::Impl::start() {
   threads.emplace_back([this] {
     lower_thread_priority();
     guarded([this] { map_keyframes(); });
-    source->stop();  // if that failed early: nothing would be made of further frames
+    source->stop();  // if that failed early: nothing would be made of further frames,
+    keyframes.close();
+    while (keyframes.try_pop()) {  // and nobody may wait for an answer
+    }
     mapped.count_down();
   });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <future>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -38,6 +39,8 @@ class TrackingStage {
   void handle(NewScan, MapperQueue& out);
   void handle(SaveNow, MapperQueue& out) { out.push_beyond_limit(SaveSoFar{records()}); }
   void record(const FrameRecord& record);
+  void take_neighborhood();
+  void ask_for_neighborhood(const TrackedFrame& tracked, MapperQueue& out);
 
   const SlamOptions options_;
   const std::optional<double> search_share_;
@@ -46,6 +49,8 @@ class TrackingStage {
   LiveBoard& board_;
   StageTimer& timer_;
   int scan_ = 0;
+  int keyframe_ = -1;                       // the tracker's
+  std::future<Neighborhood> neighborhood_;  // not valid: nothing is asked for
   mutable std::mutex mutex_;
   std::vector<FrameRecord> records_;
 };

@@ -12,6 +12,7 @@ struct GelSlam::Impl {
 
   Tracker tracker;
   Mapper mapper;
+  int keyframe = -1;  // the tracker's
   std::vector<FrameRecord> frames;
 };
 
@@ -28,6 +29,10 @@ TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surf
   for (const NewKeyframe& added : tracked.new_keyframes) {
     const auto scope = timer.measure("loop closure");
     impl_->mapper.add_keyframe(added);
+  }
+  if (tracked.keyframe && (tracked.keyframe->id != impl_->keyframe || !tracked.new_keyframes.empty())) {
+    impl_->keyframe = tracked.keyframe->id;
+    impl_->tracker.set_neighborhood(impl_->mapper.neighborhood(impl_->keyframe));
   }
   impl_->frames.push_back(record_of(tracked));
   return tracked;

@@ -116,7 +116,7 @@ void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   keyframes_.back() = keyframe;
   trial_T_keyframe_[id] = live_.component_T_node[id] = Pose::Identity();
   if (link.previous) {
-    edges_.push_back(odometry_edge(link, id));
+    add_edge(odometry_edge(link, id));
     trial_T_keyframe_[id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
     live_.component_T_node[id] = live_.component_T_node.at(link.previous->id) * link.previous_T_this;
   }
@@ -124,9 +124,39 @@ void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   for (const LoopConstraint& loop : loop_closer_.add(*keyframe)) {
     if (link.previous && loop.from == link.previous->id)
       continue;  // the link already holds this registration
-    edges_.push_back(edge_of(loop));
+    add_edge(edge_of(loop));
     ++new_loops_;
   }
+}
+
+void Mapper::add_edge(const PoseGraphEdge& edge) {
+  edges_of_[edge.from].push_back(edges_.size());
+  edges_of_[edge.to].push_back(edges_.size());
+  edges_.push_back(edge);
+}
+
+Neighborhood Mapper::neighborhood(int keyframe) const {
+  constexpr double kReachMm = 20.0;  // the sensor's width
+  Neighborhood result{keyframe, {}};
+  std::map<int, Pose> center_T_node{{keyframe, Pose::Identity()}};
+  std::vector<int> reached{keyframe};
+  for (std::size_t next = 0; next < reached.size(); ++next) {
+    const auto of_node = edges_of_.find(reached[next]);
+    if (of_node == edges_of_.end()) continue;
+    const Pose center_T_this = center_T_node.at(reached[next]);
+    for (const std::size_t i : of_node->second) {
+      const PoseGraphEdge& edge = edges_[i];
+      const bool forward = edge.from == reached[next];
+      const int other = forward ? edge.to : edge.from;
+      if (edge.tentative || center_T_node.contains(other)) continue;
+      const Pose center_T_other = center_T_this * (forward ? edge.from_T_to : Pose(edge.from_T_to.inverse()));
+      if (center_T_other.translation().norm() > kReachMm || center_T_other.linear()(2, 2) <= 0) continue;
+      center_T_node.emplace(other, center_T_other);
+      reached.push_back(other);
+      result.others.push_back({keyframes_[static_cast<std::size_t>(other)], center_T_other});
+    }
+  }
+  return result;
 }
 
 void Mapper::forget_from_trial(int trial) {
@@ -138,7 +168,11 @@ void Mapper::forget_from_trial(int trial) {
   loop_closer_.forget_from(id);
   trial_T_keyframe_.erase(trial_T_keyframe_.lower_bound(id), trial_T_keyframe_.end());
   live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
-  std::erase_if(edges_, [&](const PoseGraphEdge& edge) { return edge.from >= id || edge.to >= id; });
+  std::vector<PoseGraphEdge> kept;
+  std::swap(kept, edges_);
+  edges_of_.clear();
+  for (const PoseGraphEdge& edge : kept)
+    if (edge.from < id && edge.to < id) add_edge(edge);
   update();
 }
 

@@ -44,7 +44,8 @@ struct TrackedFrame {
   TrackStatus status = TrackStatus::no_contact;
   int trial = -1;  ///< counts unbroken stretches from 0; -1 without contact, and for a lost frame that
                    ///< begins none
-  std::shared_ptr<const Keyframe> keyframe;  ///< what keyframe_T_frame refers to; null where trial is -1
+  /// What keyframe_T_frame refers to, of this trial or an earlier one; null where trial is -1.
+  std::shared_ptr<const Keyframe> keyframe;
   Pose keyframe_T_frame = Pose::Identity();
   Pose trial_T_frame = Pose::Identity();  ///< sensor pose in the first frame of the trial
   RegistrationResult registration;        ///< of the decisive attempt; why a frame was lost
@@ -68,6 +69,11 @@ class Tracker {
           const NormalFlowOptions& registration = {}, const VerificationOptions& verification = {});
 
   TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface);
+
+  /// Where the current keyframe is left, a keyframe of the map takes over if it shows enough of the frame:
+  /// only ground that is new makes new keyframes. Ignored unless the current keyframe is the center. Call it
+  /// whenever TrackedFrame::keyframe has changed.
+  void set_neighborhood(const Neighborhood& neighborhood);
 
   /// The next frame in contact starts a new trial: frames were left out on purpose, and the object may have
   /// moved.
@@ -105,6 +111,12 @@ class Tracker {
     double elapsed_s;  ///< since the last tracked frame
   };
 
+  /// A keyframe of the map, where the trial would meet it.
+  struct Known {
+    std::shared_ptr<const Keyframe> keyframe;
+    Pose trial_T_keyframe = Pose::Identity();
+  };
+
   Reference reference_of(const PreparedReference& prepared, const Pose& reference_T_previous,
                          double time_s) const;
   RegistrationResult register_to(const Reference& reference, const Surface& surface) const;
@@ -124,7 +136,10 @@ class Tracker {
   void begin_trial(TrackedFrame& result, const Seen& first,
                    std::shared_ptr<const PreparedReference> reference);
   void end_trial(TrackedFrame& result);
-  bool keyframe_is_outgrown(const RegistrationResult& registration, const Surface& surface) const;
+  bool is_outgrown(const Keyframe& keyframe, const RegistrationResult& registration,
+                   const Surface& surface) const;
+  const Known* most_overlapping(const Surface& surface, const Pose& trial_T_frame) const;
+  bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch);
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, const PreparedReference& reference,
                                                 SurfacePtr surface);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
@@ -141,6 +156,7 @@ class Tracker {
   std::shared_ptr<const Keyframe> keyframe_;
   std::shared_ptr<const PreparedReference> reference_;  ///< the keyframe's
   Pose trial_T_keyframe_ = Pose::Identity();
+  std::vector<Known> known_;  ///< besides the current keyframe
   TurningPoints turning_points_;
   Tracked previous_;                ///< the last tracked frame of the trial
   double innovation_variance_ = 0;  ///< running mean square, (mm/s)²

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "gelslam/frontend/keyframe.hpp"
@@ -35,6 +36,9 @@ class TurningPoints {
   /// A keyframe of the trial. Returns a turning point that it does not show; it comes before this keyframe.
   std::optional<Touch> add_keyframe(const Touch& keyframe);
 
+  /// What these show (places of the map that lie near) is not unseen, until the next call or trial.
+  void set_known(std::vector<Touch> keyframes) { known_ = std::move(keyframes); }
+
   /// The trial is over. Returns a turning point that was not left behind yet.
   std::optional<Touch> end_trial();
 
@@ -50,6 +54,7 @@ class TurningPoints {
 
   double min_unseen_;
   std::deque<Touch> keyframes_;  ///< the trial's last
+  std::vector<Touch> known_;
   std::optional<Candidate> candidate_;
 };
 

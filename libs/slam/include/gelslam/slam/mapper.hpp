@@ -29,6 +29,11 @@ class Mapper {
   /// Takes back the keyframes of this trial and of later ones.
   void forget_from_trial(int trial);
 
+  /// The keyframes that edges lead to from this one, the fewest first, as far as they lie within the sensor's
+  /// width: by the edges as measured, without a solve. Only itself is missing. A loop that is too weak to
+  /// join two pieces does not lead on.
+  Neighborhood neighborhood(int keyframe) const;
+
   /// True when loops were found since the last optimize(): solving for all poses may improve the map.
   bool has_new_loops() const { return new_loops_ > 0; }
   /// Places the newest keyframes, and moves others only where a loop pulls: milliseconds.
@@ -44,11 +49,14 @@ class Mapper {
                  const std::function<bool()>& stop_requested) const;
 
  private:
+  void add_edge(const PoseGraphEdge& edge);
+
   SlamOptions options_;
   LoopCloser loop_closer_;
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
   std::map<int, Pose> trial_T_keyframe_;                    // the nodes
   std::vector<PoseGraphEdge> edges_;                        // all that were measured
+  std::map<int, std::vector<std::size_t>> edges_of_;        // of a node, as indices into edges_
   std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
   PoseGraphSolution live_;
   int new_loops_ = 0;  // since optimize()
