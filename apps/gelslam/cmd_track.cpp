@@ -1,4 +1,4 @@
-#include <array>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -7,14 +7,15 @@
 #include "camera_input.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/angles.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/map_folder.hpp"
+#include "gelslam/slam/frame_report.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/slam/trial_places.hpp"
 #include "gelslam/slam/tum.hpp"
+#include "stream_arguments.hpp"
 
 namespace gelslam {
 namespace {
@@ -22,70 +23,9 @@ namespace {
 struct TrackArguments {
   LogOptions log;
   std::optional<std::string> camera;
-  std::string map, format = "tum";
+  std::string map;
+  StreamArguments stream{.target = "-", .format = "tum"};
 };
-
-std::array<double, 16> row_major_metres(const Pose& pose_mm) {
-  std::array<double, 16> numbers{};
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c)
-      numbers[static_cast<std::size_t>(r * 4 + c)] = pose_mm.matrix()(r, c) * (r < 3 && c == 3 ? 1e-3 : 1.0);
-  return numbers;
-}
-
-/// What is uncertain about a tracked frame: the degenerate directions, and how far the trial may have
-/// drifted.
-std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
-  const std::array<bool, 6>& observable = frame.registration.observable;
-  Vector6d of_shown = sigma;
-  for (std::size_t axis = 0; axis < observable.size(); ++axis)
-    if (!observable[axis]) of_shown[static_cast<int>(axis)] = 0.0;  // said already
-  const std::string hidden = describe_observability(observable), drift = describe_drift(of_shown);
-  return hidden + (hidden.empty() || drift.empty() ? "" : "; ") + drift;
-}
-
-std::string reason(const TrackedFrame& frame, const std::optional<Vector6d>& sigma) {
-  switch (frame.status) {
-    case TrackStatus::background:
-      return "the bare gel; contact is detected by comparing with it";
-    case TrackStatus::no_contact:
-      return "nothing touches the sensor";
-    case TrackStatus::undone:
-      return "taken back";
-    case TrackStatus::tracked:
-      return sigma ? reservations(frame, *sigma) : "";
-    case TrackStatus::lost:
-      return std::string(describe(frame.registration.status));
-  }
-  return "";
-}
-
-nlohmann::ordered_json three_numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-void add_sigma(nlohmann::ordered_json& json, const std::optional<Vector6d>& sigma) {
-  json["sigma_mm"] = sigma ? three_numbers(sigma->head<3>()) : nlohmann::ordered_json(nullptr);
-  json["sigma_deg"] =
-      sigma ? three_numbers(kDegreesPerRadian * sigma->tail<3>()) : nlohmann::ordered_json(nullptr);
-}
-
-/// `sigma`: of the pose, as TrialDrift says.
-nlohmann::ordered_json ndjson(const TrackedFrame& frame, const std::optional<Vector6d>& sigma) {
-  nlohmann::ordered_json json;
-  json["frame"] = frame.frame;
-  json["time_s"] = frame.time_s;
-  json["status"] = name(frame.status);
-  json["reason"] = reason(frame, sigma);
-  const bool tracked = frame.status == TrackStatus::tracked;
-  json["trial"] = tracked ? nlohmann::ordered_json(frame.trial) : nlohmann::ordered_json(nullptr);
-  json["pose"] = tracked ? nlohmann::ordered_json(row_major_metres(frame.trial_T_frame))
-                         : nlohmann::ordered_json(nullptr);
-  json["observable"] = nlohmann::ordered_json::array();
-  for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
-  add_sigma(json, sigma);
-  json["scr"] = frame.registration.scr;
-  json["ccs"] = frame.registration.ccs;
-  return json;
-}
 
 std::string_view map_status(const LocalizedFrame& frame) {
   if (frame.tracked.status == TrackStatus::background || frame.tracked.status == TrackStatus::no_contact)
@@ -101,33 +41,27 @@ std::string_view map_status(const LocalizedFrame& frame) {
   return "";
 }
 
-/// One standard deviation: x y z in mm, rx ry rz in rad.
-Vector6d sigma_of(const Matrix6d& covariance) {
-  const Vector6d sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  return (Vector6d() << sigma.tail<3>(), sigma.head<3>()).finished();
-}
+using Json = nlohmann::ordered_json;
 
-nlohmann::ordered_json ndjson(const PlaceHypothesis& hypothesis) {
-  nlohmann::ordered_json json;
-  json["probability"] = hypothesis.probability;
-  json["pose"] = row_major_metres(hypothesis.map_T_sensor);
-  add_sigma(json, sigma_of(hypothesis.covariance));
+Json hypothesis_json(const PlaceHypothesis& hypothesis) {
+  Json json = {{"probability", hypothesis.probability}, {"pose", row_major_meters(hypothesis.map_T_sensor)}};
+  add_sigma(json, translation_first(hypothesis.covariance));
   return json;
 }
 
-nlohmann::ordered_json map_ndjson(const LocalizedFrame& frame) {
+/// As frame_json(), with what localization knows.
+Json map_json(const LocalizedFrame& frame, const Surface* surface) {
   const bool localized = frame.status == PlaceStatus::localized;
-  std::optional<Vector6d> sigma;
-  if (localized) sigma = sigma_of(frame.hypotheses.front().covariance);
-  nlohmann::ordered_json json = ndjson(frame.tracked, sigma);
-  const bool is_touch = frame.tracked.status != TrackStatus::background;
+  FrameReport report{frame.tracked, surface};
+  if (localized) report.covariance = translation_first(frame.hypotheses.front().covariance);
+  Json json = frame_json(report);
   json["status"] = map_status(frame);
-  if (is_touch) json["reason"] = frame.reason;
-  json["pose"] = localized ? nlohmann::ordered_json(row_major_metres(frame.hypotheses.front().map_T_sensor))
-                           : nlohmann::ordered_json(nullptr);
+  if (frame.tracked.status != TrackStatus::background) json["reason"] = frame.reason;
+  json["pose"] = localized ? Json(row_major_meters(frame.hypotheses.front().map_T_sensor)) : Json(nullptr);
   json["in_map"] = localized;
-  json["hypotheses"] = nlohmann::ordered_json::array();
-  for (const PlaceHypothesis& hypothesis : frame.hypotheses) json["hypotheses"].push_back(ndjson(hypothesis));
+  json["hypotheses"] = Json::array();
+  for (const PlaceHypothesis& hypothesis : frame.hypotheses)
+    json["hypotheses"].push_back(hypothesis_json(hypothesis));
   return json;
 }
 
@@ -145,23 +79,28 @@ class TumStream {
  public:
   explicit TumStream(const SlamOptions& options) : places_(options) {}
 
-  void write(const TrackedFrame& frame) {
+  /// "" for a frame that has no pose.
+  std::string line(const TrackedFrame& frame) {
     for (const NewKeyframe& added : frame.new_keyframes) places_.add(added);
-    if (frame.status != TrackStatus::tracked) return;
-    if (const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial))
-      std::cout << tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) << std::flush;
+    if (frame.status != TrackStatus::tracked) return "";
+    const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial);
+    return first_T_trial ? tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) : "";
   }
 
  private:
   TrialPlaces places_;
 };
 
-/// Where the poses go: frame by frame to stdout.
+/// A line of the stream, "" for none, and whether the frame has a pose.
+struct PoseLine {
+  std::string text;
+  bool has_pose = false;
+};
+
 class PoseOutput {
  public:
   virtual ~PoseOutput() = default;
-  /// True when the frame has a pose.
-  virtual bool write(const SurfaceStream::Item& item) = 0;
+  virtual PoseLine line(const SurfaceStream::Item& item) = 0;
 };
 
 /// Poses in the frame of the trial, or, as TUM, of the first contact.
@@ -173,14 +112,14 @@ class TrialOutput final : public PoseOutput {
         tum_(options),
         drift_(options.slope_calibration.gradient_scale_sigma) {}
 
-  bool write(const SurfaceStream::Item& item) override {
+  PoseLine line(const SurfaceStream::Item& item) override {
     const TrackedFrame frame =
         item.surface ? tracker_.track(item.frame, item.time_s, item.surface) : background_frame(item);
-    if (as_ndjson_)
-      std::cout << ndjson(frame, drift_.add(frame)).dump() << std::endl;
-    else
-      tum_.write(frame);
-    return frame.status == TrackStatus::tracked;
+    const bool tracked = frame.status == TrackStatus::tracked;
+    if (!as_ndjson_) return {tum_.line(frame), tracked};
+    FrameReport report{frame, item.surface.get()};
+    report.covariance = drift_.add(frame);
+    return {ndjson_line(report), tracked};
   }
 
  private:
@@ -197,18 +136,15 @@ class MapOutput final : public PoseOutput {
       : as_ndjson_(as_ndjson),
         localizer_(std::make_shared<const SurfaceMap>(read_map(map), options), options) {}
 
-  bool write(const SurfaceStream::Item& item) override {
+  PoseLine line(const SurfaceStream::Item& item) override {
     LocalizedFrame frame;
     if (item.surface)
       frame = localizer_.process(item.frame, item.time_s, item.surface);
     else
       frame.tracked = background_frame(item);
     const bool localized = frame.status == PlaceStatus::localized;
-    if (as_ndjson_)
-      std::cout << map_ndjson(frame).dump() << std::endl;
-    else if (localized)
-      std::cout << tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) << std::flush;
-    return localized;
+    if (as_ndjson_) return {map_json(frame, item.surface.get()).dump() + "\n", localized};
+    return {localized ? tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) : "", localized};
   }
 
  private:
@@ -217,18 +153,30 @@ class MapOutput final : public PoseOutput {
 };
 
 std::unique_ptr<PoseOutput> make_output(const TrackArguments& arguments, const SlamOptions& options) {
-  const bool as_ndjson = arguments.format == "ndjson";
+  const bool as_ndjson = arguments.stream.stream_format() == StreamFormat::ndjson;
   if (arguments.map.empty()) return std::make_unique<TrialOutput>(options, as_ndjson);
   return std::make_unique<MapOutput>(arguments.map, options, as_ndjson);
 }
 
-/// All frames of the stream to the output, until `stopped`. True when any had a pose.
-bool write_poses(SurfaceStream& stream, PoseOutput& output, const InterruptStopper& interrupt) {
+using LineSink = std::function<void(std::string)>;
+
+/// Standard output waits for its reader, so that a log's poses are complete. Other readers may lose lines.
+LineSink open_sink(const StreamArguments& arguments) {
+  const std::shared_ptr<StreamServer> server = arguments.open_server();
+  if (!server) return [](const std::string& line) { std::cout << line << std::flush; };
+  return [server](std::string line) { server->write(std::move(line)); };
+}
+
+/// All frames of the stream to the sink, until `stopped`. True when any had a pose.
+bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink,
+                 const InterruptStopper& interrupt) {
   for (const std::string& doubt : stream.background_doubts())
     std::cerr << "gelslam: warning: " << doubt << "\n";
   bool any = false;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
-    any = output.write(*item) || any;
+    PoseLine line = output.line(*item);
+    any = line.has_pose || any;
+    if (!line.text.empty()) sink(std::move(line.text));
     if (interrupt.requested() || !std::cout) break;
   }
   if (!stream.warning().empty()) std::cerr << "gelslam: warning: " << stream.warning() << "\n";
@@ -240,19 +188,20 @@ int run(const TrackArguments& arguments) {
   if (!arguments.camera && arguments.log.log.empty()) throw Error("give a LOG, or --camera");
   const LogInput input = arguments.log.input();
   const Config config = resolve_config(input);
+  const LineSink sink = open_sink(arguments.stream);
   const std::unique_ptr<PoseOutput> output = make_output(arguments, config.slam);
   StageTimer timer;
   if (!arguments.camera) {
     SurfaceStream stream(input, config, timer);
     const InterruptStopper interrupt([] {});
-    return write_poses(stream, *output, interrupt) ? exit_done : exit_not_good;
+    return write_poses(stream, *output, sink, interrupt) ? exit_done : exit_not_good;
   }
   CameraInput camera = open_camera_input(config, *arguments.camera);
   RawFrameSource& frames = *camera.frames;
   const InterruptStopper interrupt([&frames] { frames.stop(); });
   SurfaceStream stream(decode_frames(std::move(camera.frames), "camera", config.sensor), input, config, timer,
                        [](const std::string& request) { std::cerr << "gelslam: " << request << "\n"; });
-  return write_poses(stream, *output, interrupt) ? exit_done : exit_not_good;
+  return write_poses(stream, *output, sink, interrupt) ? exit_done : exit_not_good;
 }
 
 }  // namespace
@@ -260,7 +209,7 @@ int run(const TrackArguments& arguments) {
 void add_track_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<TrackArguments>();
   CLI::App* command =
-      app.add_subcommand("track", "Stream the sensor's pose against the object, frame by frame, to stdout");
+      app.add_subcommand("track", "Stream the sensor's pose against the object, frame by frame");
   arguments->log.add_to(*command);
   command->get_option("LOG")->required(false);
   command
@@ -270,13 +219,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
       ->expected(0, 1);
   command->add_option("--map", arguments->map,
                       "Poses in this map: a run folder, its session, or a folder made by gelslam map");
-  command
-      ->add_option(
-          "--format", arguments->format,
-          "tum: time and pose (meters, in the frame of the first contact, or of the map) of every frame that "
-          "has a pose; after a loss, poses continue once a place is recognized. ndjson: one object per frame")
-      ->check(CLI::IsMember({"tum", "ndjson"}))
-      ->capture_default_str();
+  arguments->stream.add_to(*command);
   command->footer(
       "Examples:\n  gelslam track data/pebble --format ndjson\n"
       "  gelslam track --camera --map runs/pebble --format ndjson");

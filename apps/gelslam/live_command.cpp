@@ -120,6 +120,8 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
+  stream.add_to(command);
+  stream.add_surface_to(command);
   add_quiet_flag(command, quiet);
 }
 
@@ -130,6 +132,7 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   options.force = force;
   options.run_folder = run_folder;
   options.overwrite = overwrite;
+  options.stream = stream.open(resolved_config.slam.slope_calibration.gradient_scale_sigma, quiet);
   return options;
 }
 

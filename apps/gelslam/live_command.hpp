@@ -6,6 +6,7 @@
 
 #include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/window.hpp"
+#include "stream_arguments.hpp"
 
 namespace gelslam {
 
@@ -15,9 +16,10 @@ struct LiveArguments {
   std::string config, model, background, run_folder, snapshot, script;
   bool force = false, overwrite = false, headless = false, quiet = false;
   double seconds = 0;  ///< 0: until a person or the source ends it
+  StreamArguments stream;
 
   void add_to(CLI::App& command);
-  /// The part of the options that does not depend on where frames come from.
+  /// The part of the options that does not depend on where frames come from. Opens the stream.
   LiveOptions options(const Config& resolved_config) const;
 };
 

@@ -16,7 +16,7 @@ namespace {
 
 struct PythonFrame {
   TrackedFrame tracked;
-  std::optional<Vector6d> sigma;  ///< TrialDrift::add()
+  std::optional<Vector6d> sigma;  ///< of the pose (TrialDrift)
 };
 
 /// Tracking and mapping, frame by frame. Calls from several threads wait for each other.
@@ -47,7 +47,7 @@ class Slam {
                   " pixels, as the sensor's");
     last_time_s_ = time_s;
     PythonFrame frame{slam_.process(frames_++, time_s, std::move(surface), timer_), {}};
-    frame.sigma = drift_.add(frame.tracked);
+    if (const auto covariance = drift_.add(frame.tracked)) frame.sigma = sigma_of(*covariance);
     return frame;
   }
 

@@ -41,6 +41,57 @@ TEST(Replay, WithEveryFrameTheRunIsThatOfReconstruct) {
     EXPECT_TRUE(read_bytes(folder / "live" / file) == read_bytes(folder / "offline" / file)) << file;
 }
 
+/// Frames of an NDJSON stream; keyframes and maps are counted.
+std::vector<json> frames_of(const std::string& stream, int& keyframes, int& maps) {
+  std::vector<json> frames;
+  for (const std::string& line : lines_of(stream)) {
+    json object = json::parse(line);
+    keyframes += object.at("type") == "keyframe";
+    maps += object.at("type") == "map";
+    if (object.at("type") == "frame") frames.push_back(std::move(object));
+  }
+  return frames;
+}
+
+// Live and offline trackers say the same; the map of a single trial differs from its poses by what loops
+// correct, a tenth of a millimeter here.
+TEST(Replay, StreamsThePosesOfTrackAndTheirPlacesInTheMap) {
+  const ProgramResult live =
+      gelslam(replay({scan().log().string(), "--every-frame", "-q", "--stream", "-", "--stream-surface"}));
+  ASSERT_EQ(live.exit_code, 0) << live.err;
+  EXPECT_EQ(live.err, "");
+  const ProgramResult offline = gelslam({"track", scan().log().string(), "--format", "ndjson"});
+  int keyframes = 0, maps = 0, none = 0, placed = 0;
+  const std::vector<json> streamed = frames_of(live.out, keyframes, maps),
+                          tracked = frames_of(offline.out, none, none);
+  ASSERT_EQ(streamed.size(), tracked.size());
+  EXPECT_EQ(none, 0);
+  EXPECT_GT(keyframes, 1);
+  EXPECT_GT(maps, 0);
+  for (std::size_t k = 0; k < streamed.size(); ++k) {
+    for (const char* key :
+         {"frame", "time_s", "status", "trial", "pose", "covariance", "observable", "contact"})
+      EXPECT_EQ(streamed[k].at(key), tracked[k].at(key)) << key << " of frame " << k;
+    EXPECT_GT(streamed[k].at("arrived_s").get<double>(), 1.7e9) << "Unix time";
+    EXPECT_TRUE(tracked[k].at("arrived_s").is_null()) << "a log says nothing of it";
+    if (streamed[k].at("map_pose").is_null()) continue;
+    ++placed;
+    for (const std::size_t shift : {3, 7, 11})
+      EXPECT_NEAR(streamed[k].at("map_pose").at(shift).get<double>(),
+                  streamed[k].at("pose").at(shift).get<double>(), 2e-4);
+  }
+  EXPECT_GT(placed, 0);
+}
+
+TEST(Replay, StreamsThatCannotBeAreRefusedInOneLine) {
+  const std::string log = scan().log().string();
+  expect_mistake(gelslam(replay({log, "--stream", "tcp:99999"})), "a port is a number from 1 to 65535");
+  expect_mistake(gelslam(replay({log, "--stream", "file:x"})), "should be -, unix:PATH or tcp:PORT");
+  expect_mistake(gelslam(replay({log, "--stream-surface"})), "--stream-surface needs --stream");
+  expect_mistake(gelslam(replay({log, "--stream", "-", "--listen", "0.0.0.0"})),
+                 "--listen needs --stream tcp:PORT");
+}
+
 TEST(Replay, AtTheSensorsRateItTakesAsLongAsTheScanTook) {
   const TemporaryFolder folder;
   const ProgramResult result =

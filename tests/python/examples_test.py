@@ -1,9 +1,12 @@
 """Runs every example as a user would."""
+import json
 import os
 import pathlib
+import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 
 import matplotlib.pyplot as plt
@@ -53,6 +56,20 @@ class Examples(unittest.TestCase):
         out = self.example("calibrate.py", simulated.FOLDER / "calibration", "-o", "model.json", "--steps", "300")
         self.assertIn("presses, slopes are off by", out)
         self.assertTrue((self.folder / "model.json").exists())
+
+    def test_stream_client(self):
+        pose = [1, 0, 0, 0.001, 0, 1, 0, -0.002, 0, 0, 1, 0.0035, 0, 0, 0, 1]
+        lines = [{"type": "dropped", "lines": 3}, {"type": "frame", "status": "lost"},
+                 {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "pose": pose}]
+
+        def serve():
+            with server.accept()[0] as reader:
+                reader.sendall("".join(json.dumps(line) + "\n" for line in lines).encode())
+
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            threading.Thread(target=serve).start()
+            out = self.example("stream_client.py", server.getsockname()[1])
+        self.assertEqual(out.split(), "1.50 s trial 2 x 1.00 y -2.00 z 3.50 mm".split())
 
     def test_all_are_tested(self):
         tested = {name.removeprefix("test_") for name in dir(self) if name.startswith("test_")}

@@ -92,7 +92,7 @@ TEST(TrialDrift, SaysHowFarDisturbedRollsEndFromTheTruth) {
     TrialDrift drift(0.0);
     drift.add(tracker.begin(0));
     Vector6d sigma;
-    for (int k = 0; k < kSteps; ++k) sigma = *drift.add(tracker.next());
+    for (int k = 0; k < kSteps; ++k) sigma = sigma_of(*drift.add(tracker.next()));
     const Vector6d error = se3_log(tracker.estimate().inverse() * truth);  // rad first
     const Vector6d ordered = (Vector6d() << error.tail<3>(), error.head<3>()).finished();
     mean_square += ordered.cwiseQuotient(sigma).cwiseAbs2() / kDraws;
@@ -108,7 +108,7 @@ TEST(TrialDrift, AGradientScaleAddsUpAlongARoll) {
   TrialDrift drift(0.1);
   drift.add(tracker.begin(0));
   Vector6d sigma;
-  for (int k = 0; k < 25; ++k) sigma = *drift.add(tracker.next());
+  for (int k = 0; k < 25; ++k) sigma = sigma_of(*drift.add(tracker.next()));
   const double noise = 5 * kSigmaRad, gain = 0.1 * 25 * 0.12;
   EXPECT_NEAR(sigma[4], std::hypot(noise, gain), 0.02 * gain);
   EXPECT_NEAR(sigma[5], noise, 0.2 * noise);
@@ -119,13 +119,15 @@ TEST(TrialDrift, AFrameAddsItsOwnErrorToItsKeyframes) {
   TrialDrift drift(0.0);
   EXPECT_EQ(drift.add(tracker.begin(0))->norm(), 0.0);  // the trial's own frame
   drift.add(tracker.next());
-  EXPECT_NEAR((*drift.add(tracker.beside(Pose::Identity())))[0], std::sqrt(2.0) * kSigmaMm, 1e-3 * kSigmaMm);
-  EXPECT_NEAR((*drift.add(tracker.beside(Pose::Identity())))[0], std::sqrt(2.0) * kSigmaMm, 1e-3 * kSigmaMm);
+  EXPECT_NEAR(sigma_of(*drift.add(tracker.beside(Pose::Identity())))[0], std::sqrt(2.0) * kSigmaMm,
+              1e-3 * kSigmaMm);
+  EXPECT_NEAR(sigma_of(*drift.add(tracker.beside(Pose::Identity())))[0], std::sqrt(2.0) * kSigmaMm,
+              1e-3 * kSigmaMm);
   // 10 mm beside the keyframe its tilt is a lever, and so is that of the registration, which is about the
   // keyframe.
   const Pose far = Pose(Eigen::Translation3d(10, 0, 0));
-  EXPECT_NEAR((*drift.add(tracker.beside(far)))[2], std::sqrt(2.0) * std::hypot(kSigmaMm, 10 * kSigmaRad),
-              1e-3);
+  EXPECT_NEAR(sigma_of(*drift.add(tracker.beside(far)))[2],
+              std::sqrt(2.0) * std::hypot(kSigmaMm, 10 * kSigmaRad), 1e-3);
 }
 
 TEST(TrialDrift, ANewTrialBeginsAnewAndALostFrameHasNone) {

@@ -9,6 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
+#include "gelslam/slam/pose_stream.hpp"
 #include "live/live_fusion.hpp"
 #include "live/live_mapping.hpp"
 #include "live/live_run.hpp"
@@ -48,7 +49,7 @@ struct LiveSlam::Impl {
         source(std::move(frames)),
         board(source->description()),
         surface(options.config, options.background, options.force, board, timer),
-        tracking(options.config.slam, search_share(options), board, timer),
+        tracking(options.config.slam, search_share(options), options.stream.get(), board, timer),
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer) {
     if (options.run_folder.empty()) return;
@@ -263,6 +264,7 @@ void LiveSlam::Impl::map_keyframes() {
   mapping.run(
       keyframes, aborted,
       [this](std::shared_ptr<const MapSnapshot> map) {
+        if (options.stream) options.stream->write_map(*map);
         fusion.set_map(map);
         board.set_map(std::move(map));
       },

@@ -21,7 +21,11 @@ void TrackingStage::run(TrackerQueue& in, MapperQueue& out) {
 void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
   if (!frame.surface) {
     record(background_record(frame.image.index, frame.image.time_s));
-    return;
+    TrackedFrame background;
+    background.frame = frame.image.index;
+    background.time_s = frame.image.time_s;
+    background.status = TrackStatus::background;
+    return stream(background, frame);
   }
   take_neighborhood();
   TrackedFrame tracked;
@@ -31,6 +35,7 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
   }
   timer_.add("arrival to pose",
              std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
+  stream(tracked, frame);
   record(record_of(tracked));
   if (tracked.status == TrackStatus::tracked)
     hidden_.pass(tracked.trial, tracked.time_s, tracked.registration.observable);
@@ -68,6 +73,14 @@ void TrackingStage::ask_for_neighborhood(const TrackedFrame& tracked, MapperQueu
   out.push_beyond_limit(std::move(question));
 }
 
+void TrackingStage::stream(const TrackedFrame& tracked, const SurfacedFrame& frame) {
+  if (stream_ == nullptr) return;
+  const auto arrived =
+      std::chrono::system_clock::now().time_since_epoch() - (LiveClock::now() - frame.arrived);
+  stream_->write({tracked, frame.surface.get(), std::chrono::duration<double>(arrived).count(), {}, {}},
+                 *board_.map());
+}
+
 void TrackingStage::handle(UndoTrial, MapperQueue& out) {
   int trial = -1;
   {
@@ -94,6 +107,7 @@ void TrackingStage::handle(NewScan, MapperQueue& out) {
     records_.clear();
   }
   board_.start_scan(++scan_);
+  if (stream_ != nullptr) stream_->start_scan(scan_);
   out.push_beyond_limit(StartScan{scan_});
 }
 

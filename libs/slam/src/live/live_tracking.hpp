@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gelslam/core/stage_timer.hpp"
+#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "gelslam/slam/slam_options.hpp"
 #include "gelslam/slam/trial_drift.hpp"
@@ -17,12 +18,13 @@ namespace gelslam::slam::detail {
 /// waits.
 class TrackingStage {
  public:
-  /// `search_share`: Tracker::limit_search(), or nothing.
-  TrackingStage(const SlamOptions& options, std::optional<double> search_share, LiveBoard& board,
-                StageTimer& timer)
+  /// `search_share`: Tracker::limit_search(), or nothing. `stream`: null for none.
+  TrackingStage(const SlamOptions& options, std::optional<double> search_share, PoseStream* stream,
+                LiveBoard& board, StageTimer& timer)
       : options_(options),
         search_share_(search_share),
         tracker_(new_tracker()),
+        stream_(stream),
         board_(board),
         timer_(timer) {}
 
@@ -41,10 +43,12 @@ class TrackingStage {
   void record(const FrameRecord& record);
   void take_neighborhood();
   void ask_for_neighborhood(const TrackedFrame& tracked, MapperQueue& out);
+  void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
   const SlamOptions options_;
   const std::optional<double> search_share_;
   Tracker tracker_;
+  PoseStream* stream_;
   HiddenMotions hidden_;
   LiveBoard& board_;
   StageTimer& timer_;

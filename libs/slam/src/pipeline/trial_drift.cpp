@@ -18,7 +18,7 @@ UncertainMotion onward(const UncertainMotion& trial_T_previous, const KeyframeLi
 
 }  // namespace
 
-std::optional<Vector6d> TrialDrift::add(const TrackedFrame& frame) {
+std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   if (frame.trial != trial_ && frame.trial >= 0) {
     trial_ = frame.trial;
     trial_T_keyframes_.clear();
@@ -33,10 +33,17 @@ std::optional<Vector6d> TrialDrift::add(const TrackedFrame& frame) {
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)
     motion = onward(motion, link_to(frame.keyframe, frame.registration));
-  const Vector6d sigma =
-      motion.covariance_with_scale(gradient_scale_sigma_).diagonal().cwiseMax(0.0).cwiseSqrt();
-  return (Vector6d() << sigma.tail<3>(), sigma.head<3>()).finished();
+  return translation_first(motion.covariance_with_scale(gradient_scale_sigma_));
 }
+
+Matrix6d translation_first(const Matrix6d& rotation_first) {
+  Matrix6d covariance;
+  covariance << rotation_first.bottomRightCorner<3, 3>(), rotation_first.bottomLeftCorner<3, 3>(),
+      rotation_first.topRightCorner<3, 3>(), rotation_first.topLeftCorner<3, 3>();
+  return covariance;
+}
+
+Vector6d sigma_of(const Matrix6d& covariance) { return covariance.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 
 std::string describe_drift(const Vector6d& sigma) {
   constexpr double kMuchMm = 1.0, kMuchDeg = 5.0, kTwoSigma = 2.0;

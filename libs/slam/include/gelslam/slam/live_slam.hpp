@@ -13,6 +13,8 @@
 
 namespace gelslam {
 
+class PoseStream;
+
 struct LiveOptions {
   Config config;                     ///< with its model's path made certain
   std::filesystem::path log;         ///< what is replayed; empty for a camera
@@ -26,6 +28,7 @@ struct LiveOptions {
   /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
   std::optional<LogAttachments> record;
   bool record_resized = false;  ///< at the profile's resolution, as PNG, instead of the sensor's own bytes
+  std::shared_ptr<PoseStream> stream;  ///< gets every frame's pose; null: none
 };
 
 /// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes

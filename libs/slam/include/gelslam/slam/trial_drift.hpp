@@ -18,15 +18,20 @@ class TrialDrift {
   /// `gradient_scale_sigma`: a slope is read 1 +- this times too steep (SlopeCalibrationOptions).
   explicit TrialDrift(double gradient_scale_sigma) : gradient_scale_sigma_(gradient_scale_sigma) {}
 
-  /// Every frame, in order. One standard deviation of trial_T_frame, x y z in mm, rx ry rz in rad, along the
-  /// axes of this frame's sensor; empty where nothing was tracked.
-  std::optional<Vector6d> add(const TrackedFrame& frame);
+  /// Every frame, in order. Covariance of trial_T_frame, x y z in mm, rx ry rz in rad, along the axes of this
+  /// frame's sensor; empty where nothing was tracked.
+  std::optional<Matrix6d> add(const TrackedFrame& frame);
 
  private:
   double gradient_scale_sigma_;
   int trial_ = -1;
   std::map<int, UncertainMotion> trial_T_keyframes_;  ///< of this trial, by keyframe id
 };
+
+/// A covariance of a pose's right perturbation (rx ry rz tx ty tz) with the translation first.
+Matrix6d translation_first(const Matrix6d& rotation_first);
+/// One standard deviation along each axis.
+Vector6d sigma_of(const Matrix6d& covariance);
 
 /// "may be off by 1.6 mm along x, 6 degrees about y since the trial began": where two standard deviations are
 /// more than 1 mm or 5 degrees; else "".

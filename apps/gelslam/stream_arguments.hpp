@@ -1,0 +1,34 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "gelslam/slam/pose_stream.hpp"
+
+namespace gelslam {
+
+/// Where poses go while they are computed: what `track`, `scan` and `replay` have in common.
+struct StreamArguments {
+  std::string target;  ///< StreamServer; "": none
+  std::string format = "ndjson";
+  std::string address = "127.0.0.1";
+  bool surface = false;
+
+  /// `target` and `format` are the command's defaults.
+  void add_to(CLI::App& command);
+  /// Only of live commands.
+  void add_surface_to(CLI::App& command);
+  StreamFormat stream_format() const { return format == "tum" ? StreamFormat::tum : StreamFormat::ndjson; }
+
+  /// Null without a target. Says on stderr where readers connect, unless quiet. Throws Error like
+  /// StreamServer, and when options contradict each other.
+  std::shared_ptr<PoseStream> open(double gradient_scale_sigma, bool quiet) const;
+  /// Only the lines' way out; null for standard output.
+  std::shared_ptr<StreamServer> open_server() const;
+
+ private:
+  void check() const;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "gelslam/slam/frame_report.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/stream_server.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+
+namespace gelslam {
+
+enum class StreamFormat { tum, ndjson };
+
+/// Tells a reader how many lines it lost.
+std::string dropped_notice(StreamFormat format, std::int64_t lines);
+
+/// The places of frames in the newest map, through the keyframes of their trial.
+class MapPlaces {
+ public:
+  /// Frames in order. Nothing before the map holds a keyframe of this trial.
+  std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& map);
+
+ private:
+  int trial_ = -1;
+  std::map<int, Pose> trial_T_keyframe_;  ///< of this trial
+};
+
+/// Poses of a live scan for other programs, as soon as they are known.
+class PoseStream {
+ public:
+  struct Options {
+    std::string target, address = "127.0.0.1";  ///< StreamServer
+    StreamFormat format = StreamFormat::ndjson;
+    bool surface = false;  ///< also every keyframe's points, and where the map places keyframes; ndjson only
+    double gradient_scale_sigma = 0;  ///< TrialDrift
+  };
+
+  /// Throws Error like StreamServer.
+  explicit PoseStream(const Options& options);
+
+  /// The tracking thread: every frame, in order. Does not wait.
+  void write(FrameReport report, const MapSnapshot& map);
+  /// Frames that follow belong to another scan.
+  void start_scan(int scan);
+  /// Any thread: the map has changed.
+  void write_map(const MapSnapshot& map);
+
+  const std::string& name() const { return server_.name(); }
+
+ private:
+  const Options options_;
+  StreamServer server_;
+  TrialDrift drift_;
+  MapPlaces places_;
+  int scan_ = 0;
+};
+
+}  // namespace gelslam

@@ -1,0 +1,118 @@
+#include <array>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "gelslam/core/angles.hpp"
+#include "gelslam/slam/frame_report.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+
+namespace gelslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What is uncertain about a tracked frame: the degenerate directions, and how far the trial may have
+/// drifted.
+std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
+  const std::array<bool, 6>& observable = frame.registration.observable;
+  Vector6d of_shown = sigma;
+  for (std::size_t axis = 0; axis < observable.size(); ++axis)
+    if (!observable[axis]) of_shown[static_cast<int>(axis)] = 0.0;  // said already
+  const std::string hidden = describe_observability(observable), drift = describe_drift(of_shown);
+  return hidden + (hidden.empty() || drift.empty() ? "" : "; ") + drift;
+}
+
+std::string reason(const TrackedFrame& frame, const std::optional<Matrix6d>& covariance) {
+  switch (frame.status) {
+    case TrackStatus::background:
+      return "the bare gel; contact is detected by comparing with it";
+    case TrackStatus::no_contact:
+      return "nothing touches the sensor";
+    case TrackStatus::undone:
+      return "taken back";
+    case TrackStatus::tracked:
+      return covariance ? reservations(frame, sigma_of(*covariance)) : "";
+    case TrackStatus::lost:
+      return std::string(describe(frame.registration.status));
+  }
+  return "";
+}
+
+Json three_numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// x y z in meters.
+Json si_covariance(const Matrix6d& covariance) {
+  Vector6d unit;
+  unit << 1e-3, 1e-3, 1e-3, 1, 1, 1;
+  Json numbers = Json::array();
+  for (int r = 0; r < 6; ++r)
+    for (int c = 0; c < 6; ++c) numbers.push_back(unit[r] * unit[c] * covariance(r, c));
+  return numbers;
+}
+
+Json contact_of(const Surface* surface) {
+  if (surface == nullptr) return nullptr;
+  const double pitch_mm = surface->pixel_pitch_mm;
+  Json contact = {{"area_mm2", surface->contact_pixels * pitch_mm * pitch_mm}, {"center_mm", nullptr}};
+  if (surface->contact_pixels == 0) return contact;
+  const cv::Moments moments = cv::moments(surface->contact, true);
+  const cv::Size size = surface->contact.size();
+  contact["center_mm"] = {(moments.m10 / moments.m00 - 0.5 * size.width + 0.5) * pitch_mm,
+                          (moments.m01 / moments.m00 - 0.5 * size.height + 0.5) * pitch_mm};
+  return contact;
+}
+
+template <class T>
+Json or_null(bool known, const T& value) {
+  return known ? Json(value) : Json(nullptr);
+}
+
+}  // namespace
+
+std::array<double, 16> row_major_meters(const Pose& pose_mm) {
+  std::array<double, 16> numbers{};
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c)
+      numbers[static_cast<std::size_t>(r * 4 + c)] = pose_mm.matrix()(r, c) * (r < 3 && c == 3 ? 1e-3 : 1.0);
+  return numbers;
+}
+
+void add_sigma(Json& json, const std::optional<Matrix6d>& covariance) {
+  json["sigma_mm"] = nullptr;
+  json["sigma_deg"] = nullptr;
+  if (!covariance) return;
+  const Vector6d sigma = sigma_of(*covariance);
+  json["sigma_mm"] = three_numbers(sigma.head<3>());
+  json["sigma_deg"] = three_numbers(kDegreesPerRadian * sigma.tail<3>());
+}
+
+Json frame_json(const FrameReport& report) {
+  const TrackedFrame& frame = report.tracked;
+  const bool tracked = frame.status == TrackStatus::tracked;
+  Json json = {{"type", "frame"},
+               {"frame", frame.frame},
+               {"time_s", frame.time_s},
+               {"arrived_s", report.arrived_s ? Json(*report.arrived_s) : Json(nullptr)},
+               {"scan", report.scan},
+               {"status", name(frame.status)},
+               {"reason", reason(frame, report.covariance)},
+               {"trial", or_null(tracked, frame.trial)},
+               {"keyframe", tracked ? Json(frame.keyframe->id) : Json(nullptr)},
+               {"new_keyframes", Json::array()},
+               {"pose", or_null(tracked, row_major_meters(frame.trial_T_frame))},
+               {"map_pose", report.place ? Json(row_major_meters(report.place->map_T_frame)) : Json(nullptr)},
+               {"component", report.place ? Json(report.place->component) : Json(nullptr)},
+               {"covariance", report.covariance ? si_covariance(*report.covariance) : Json(nullptr)},
+               {"observable", Json::array()},
+               {"contact", contact_of(report.surface)},
+               {"scr", frame.registration.scr},
+               {"ccs", frame.registration.ccs}};
+  for (const NewKeyframe& added : frame.new_keyframes) json["new_keyframes"].push_back(added.keyframe->id);
+  for (const bool axis : frame.registration.observable) json["observable"].push_back(tracked && axis ? 1 : 0);
+  add_sigma(json, report.covariance);
+  return json;
+}
+
+std::string ndjson_line(const FrameReport& report) { return frame_json(report).dump() + "\n"; }
+
+}  // namespace gelslam

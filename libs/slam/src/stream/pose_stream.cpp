@@ -1,0 +1,113 @@
+#include "gelslam/slam/pose_stream.hpp"
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/slam/tum.hpp"
+
+namespace gelslam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kMapKey = std::numeric_limits<int>::max();  // kept behind the keyframes
+
+/// Every n-th contact pixel in both directions, so that there are about 1000; meters, rounded to 0.01 mm.
+Json contact_points(const Surface& surface) {
+  constexpr double kPoints = 1000.0;
+  const int step = std::max(1, static_cast<int>(std::ceil(std::sqrt(surface.contact_pixels / kPoints))));
+  const auto rounded = [](double mm) { return std::round(1e2 * mm) / 1e5; };
+  Json points = Json::array();
+  for (int v = 0; v < surface.contact.rows; v += step)
+    for (int u = 0; u < surface.contact.cols; u += step)
+      if (surface.contact(v, u) != 0)
+        points.push_back({rounded((u - 0.5 * surface.contact.cols + 0.5) * surface.pixel_pitch_mm),
+                          rounded((v - 0.5 * surface.contact.rows + 0.5) * surface.pixel_pitch_mm),
+                          rounded(static_cast<double>(surface.height_mm(v, u)))});
+  return points;
+}
+
+std::string keyframe_line(const Keyframe& keyframe, int scan) {
+  return Json{{"type", "keyframe"},      {"scan", scan},
+              {"keyframe", keyframe.id}, {"frame", keyframe.frame},
+              {"trial", keyframe.trial}, {"points", contact_points(*keyframe.surface)}}
+             .dump() +
+         "\n";
+}
+
+std::string map_line(const MapSnapshot& map) {
+  Json keyframes = Json::array();
+  for (const MapSnapshot::Node& node : map.nodes)
+    keyframes.push_back({{"keyframe", node.keyframe},
+                         {"component", node.component},
+                         {"pose", row_major_meters(node.component_T_keyframe)}});
+  return Json{{"type", "map"},
+              {"scan", map.scan},
+              {"version", map.version},
+              {"shown_component", map.shown_component},
+              {"keyframes", std::move(keyframes)}}
+             .dump() +
+         "\n";
+}
+
+}  // namespace
+
+std::string dropped_notice(StreamFormat format, std::int64_t lines) {
+  if (format == StreamFormat::tum) return "# " + std::to_string(lines) + " lines dropped\n";
+  return Json{{"type", "dropped"}, {"lines", lines}}.dump() + "\n";
+}
+
+std::optional<MapPlace> MapPlaces::place_of(const TrackedFrame& frame, const MapSnapshot& map) {
+  if (frame.trial != trial_ && frame.trial >= 0) {
+    trial_ = frame.trial;
+    trial_T_keyframe_.clear();
+  }
+  if (frame.status != TrackStatus::tracked) return std::nullopt;
+  trial_T_keyframe_.insert_or_assign(frame.keyframe->id,
+                                     frame.trial_T_frame * frame.keyframe_T_frame.inverse());
+  for (auto known = trial_T_keyframe_.rbegin(); known != trial_T_keyframe_.rend(); ++known)
+    if (const MapSnapshot::Node* node = map.find(known->first))
+      return MapPlace{normalized(node->component_T_keyframe * known->second.inverse() * frame.trial_T_frame),
+                      node->component};
+  return std::nullopt;
+}
+
+PoseStream::PoseStream(const Options& options)
+    : options_(options),
+      server_(options.target, options.address,
+              [format = options.format](std::int64_t lines) { return dropped_notice(format, lines); }),
+      drift_(options.gradient_scale_sigma) {}
+
+void PoseStream::write(FrameReport report, const MapSnapshot& map) {
+  const TrackedFrame& frame = report.tracked;
+  report.scan = scan_;
+  report.covariance = drift_.add(frame);
+  static const MapSnapshot empty;
+  report.place = places_.place_of(frame, map.scan == scan_ ? map : empty);
+  if (options_.format == StreamFormat::tum) {
+    // One frame for all poses: that of the first contact.
+    if (report.place && report.place->component == map.nodes.front().component)
+      server_.write(tum_line(frame.time_s, report.place->map_T_frame));
+    return;
+  }
+  server_.write(ndjson_line(report));
+  if (!options_.surface) return;
+  for (const NewKeyframe& added : frame.new_keyframes)
+    server_.write_and_keep(added.keyframe->id, keyframe_line(*added.keyframe, scan_));
+}
+
+void PoseStream::start_scan(int scan) {
+  scan_ = scan;
+  drift_ = TrialDrift(options_.gradient_scale_sigma);
+  places_ = {};
+  server_.forget_kept();
+}
+
+void PoseStream::write_map(const MapSnapshot& map) {
+  if (options_.surface && options_.format == StreamFormat::ndjson)
+    server_.write_and_keep(kMapKey, map_line(map));
+}
+
+}  // namespace gelslam

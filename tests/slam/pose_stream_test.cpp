@@ -1,0 +1,138 @@
+// What a stream says of frames, and where the map puts them.
+
+#include "gelslam/slam/pose_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "gelslam/slam/tum.hpp"
+
+namespace gelslam {
+namespace {
+
+using nlohmann::json;
+
+Pose any_pose(std::mt19937& random) {
+  std::normal_distribution<double> number(0.0, 1.0);
+  Vector6d xi;
+  for (double& x : xi) x = number(random);
+  return se3_exp(xi);
+}
+
+/// Contact on [u0, u1) x [v0, v1), a tenth of a millimeter deep.
+SurfacePtr pressed(int u0, int v0, int u1, int v1) {
+  auto surface = std::make_shared<Surface>();
+  surface->contact = cv::Mat1b(240, 320, static_cast<unsigned char>(0));
+  surface->contact(cv::Rect(u0, v0, u1 - u0, v1 - v0)) = 255;
+  surface->height_mm = cv::Mat1f(240, 320, 0.0F);
+  surface->height_mm.setTo(-0.1F, surface->contact);
+  surface->contact_pixels = (u1 - u0) * (v1 - v0);
+  return surface;
+}
+
+std::shared_ptr<const Keyframe> keyframe(int id, int trial,
+                                         const SurfacePtr& surface = pressed(0, 0, 40, 40)) {
+  return std::make_shared<const Keyframe>(Keyframe{id, 10 * id, trial, surface, nullptr});
+}
+
+TrackedFrame tracked(std::int64_t frame, const std::shared_ptr<const Keyframe>& reference,
+                     const Pose& trial_T_keyframe, const Pose& keyframe_T_frame) {
+  TrackedFrame result;
+  result.frame = frame;
+  result.time_s = 0.04 * static_cast<double>(frame);
+  result.status = TrackStatus::tracked;
+  result.trial = reference->trial;
+  result.keyframe = reference;
+  result.keyframe_T_frame = keyframe_T_frame;
+  result.trial_T_frame = trial_T_keyframe * keyframe_T_frame;
+  return result;
+}
+
+MapSnapshot::Node node(int id, int component, const Pose& component_T_keyframe) {
+  return {id, 10 * id, 0, component, component_T_keyframe, nullptr};
+}
+
+TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
+  std::mt19937 random(1);
+  const SurfacePtr surface = pressed(100, 50, 140, 70);
+  TrackedFrame frame = tracked(7, keyframe(3, 2), any_pose(random), any_pose(random));
+  frame.registration.observable = {true, true, false, true, true, true};
+  Matrix6d root;
+  for (double& number : root.reshaped()) number = 0.01 * std::normal_distribution<double>()(random);
+  const Matrix6d covariance = root * root.transpose();
+  const MapPlace place{any_pose(random), 1};
+  const std::string line = ndjson_line({frame, surface.get(), 1e9 + 0.25, covariance, place, 4});
+  ASSERT_EQ(line.find('\n'), line.size() - 1);
+  const json object = json::parse(line);
+  EXPECT_EQ(object.at("type"), "frame");
+  EXPECT_EQ(object.at("scan"), 4);
+  EXPECT_EQ(object.at("keyframe"), 3);
+  EXPECT_EQ(object.at("component"), 1);
+  EXPECT_EQ(object.at("arrived_s"), 1e9 + 0.25);
+  EXPECT_EQ(object.at("observable"), json({1, 1, 0, 1, 1, 1}));
+  for (const auto& [key, pose] :
+       {std::pair<const char*, Pose>{"pose", frame.trial_T_frame}, {"map_pose", place.map_T_frame}})
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) EXPECT_EQ(object.at(key).at(4 * r + c), pose.linear()(r, c));
+      EXPECT_NEAR(object.at(key).at(4 * r + 3).get<double>(), 1e-3 * pose.translation()[r], 1e-15);
+    }
+  for (int r = 0; r < 6; ++r) {
+    for (int c = 0; c < 6; ++c) {
+      const double unit = (r < 3 ? 1e-3 : 1.0) * (c < 3 ? 1e-3 : 1.0);
+      EXPECT_NEAR(object.at("covariance").at(6 * r + c).get<double>(), unit * covariance(r, c), 1e-15);
+    }
+    const double sigma = r < 3 ? object.at("sigma_mm").at(r).get<double>()
+                               : object.at("sigma_deg").at(r - 3).get<double>() * std::acos(-1.0) / 180.0;
+    EXPECT_NEAR(sigma * sigma, covariance(r, r), 1e-9 * covariance(r, r));
+  }
+  const double pitch = surface->pixel_pitch_mm;
+  EXPECT_NEAR(object.at("contact").at("area_mm2").get<double>(), 40 * 20 * pitch * pitch, 1e-9);
+  EXPECT_NEAR(object.at("contact").at("center_mm").at(0).get<double>(), (119.5 - 159.5) * pitch, 1e-9);
+  EXPECT_NEAR(object.at("contact").at("center_mm").at(1).get<double>(), (59.5 - 119.5) * pitch, 1e-9);
+}
+
+TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
+  TrackedFrame frame;
+  frame.status = TrackStatus::background;
+  json object = json::parse(ndjson_line({frame}));
+  for (const char* key :
+       {"arrived_s", "trial", "keyframe", "pose", "map_pose", "component", "covariance", "contact"})
+    EXPECT_TRUE(object.at(key).is_null()) << key;
+  frame.status = TrackStatus::no_contact;
+  const SurfacePtr bare = pressed(0, 0, 0, 0);
+  object = json::parse(ndjson_line({frame, bare.get()}));
+  EXPECT_EQ(object.at("contact").at("area_mm2"), 0);
+  EXPECT_TRUE(object.at("contact").at("center_mm").is_null());
+}
+
+// A frame's keyframe may be so new that the map does not hold it yet: an older one of its trial tells.
+TEST(MapPlaces, FollowTheMapThroughTheNewestKeyframeThatItHolds) {
+  std::mt19937 random(2);
+  const Pose map_T_trial = any_pose(random), trial_T_old = any_pose(random), trial_T_new = any_pose(random);
+  const auto old_keyframe = keyframe(4, 1), new_keyframe = keyframe(5, 1);
+  MapPlaces places;
+  MapSnapshot map;
+  const Pose step = any_pose(random);
+  EXPECT_FALSE(places.place_of(tracked(1, old_keyframe, trial_T_old, step), map));
+  map.nodes = {node(0, 0, Pose::Identity()), node(4, 2, map_T_trial * trial_T_old)};
+  const TrackedFrame frame = tracked(2, new_keyframe, trial_T_new, step);
+  const auto place = places.place_of(frame, map);
+  ASSERT_TRUE(place);
+  EXPECT_EQ(place->component, 2);
+  EXPECT_TRUE(place->map_T_frame.isApprox(map_T_trial * frame.trial_T_frame, 1e-9));
+
+  const Pose corrected = any_pose(random);  // a loop has moved the new keyframe
+  map.nodes.push_back(node(5, 0, corrected));
+  EXPECT_TRUE(places.place_of(frame, map)->map_T_frame.isApprox(corrected * step, 1e-9));
+
+  // Another trial is elsewhere, whatever the map says of the one before.
+  EXPECT_FALSE(places.place_of(tracked(3, keyframe(6, 2), Pose::Identity(), step), map));
+  TrackedFrame lost;
+  lost.status = TrackStatus::lost;
+  EXPECT_FALSE(places.place_of(lost, map));
+}
+
+}  // namespace
+}  // namespace gelslam
