@@ -150,6 +150,6 @@ mmdebstrap --variant=apt --include=ca-certificates \
   --chrooted-customize-hook='apt-get install -y --no-install-recommends /packages/gelslam_*.deb /packages/python3-gelslam_*.deb &&
     gelslam --version && gelslam simulate scan --object coin --frames 20 -o /tmp/log -q && gelslam reconstruct /tmp/log -o /tmp/run -q &&
     python3 -c "import gelslam; print(gelslam.read_run(\"/tmp/run\").trajectory.shape)" &&
-    apt-get purge -y gelslam python3-gelslam && ! command -v gelslam && ! test -e /lib/udev/rules.d/61-gelslam.rules' \
+    apt-get purge -y gelslam python3-gelslam && ! test -e /usr/bin/gelslam && ! test -e /lib/udev/rules.d/61-gelslam.rules' \
   bookworm /dev/null
 say "installed, used and removed in a fresh root"
