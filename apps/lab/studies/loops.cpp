@@ -10,6 +10,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "study.hpp"
 

@@ -320,7 +320,8 @@ void Tracker::set_neighborhood(const Neighborhood& neighborhood) {
 const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Pose& trial_T_frame) const {
   const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(surface);
   const Known* best = nullptr;
-  double most = options_.keyframe_min_shared * static_cast<double>(points.size());
+  // Halfway between what a keyframe has to share and all: there has to be room to move on.
+  double most = 0.5 * (1 + options_.keyframe_min_shared) * static_cast<double>(points.size());
   for (const Known& known : known_) {
     const Pose known_T_frame = known.trial_T_keyframe.inverse() * trial_T_frame;
     const auto shown =
