@@ -131,6 +131,13 @@ END
 
 if [[ $(cached GELSLAM_BUILD_PYTHON) == ON ]]; then
   stage python3-gelslam python
+  # A build that is to be installed elsewhere has another place for the module than Debian's packages.
+  configured=$work/python3-gelslam/usr/$(cached GELSLAM_PYTHON_DIR) debian=$work/python3-gelslam/usr/lib/python3/dist-packages
+  if [[ $configured != "$debian" ]]; then
+    mkdir -p "$debian"
+    mv "$configured/gelslam" "$debian/"
+    rmdir -p --ignore-fail-on-non-empty "$configured"
+  fi
   finish python3-gelslam python "$(shared_libraries "$work/python3-gelslam"), python3, python3-numpy" "" <<'END'
 tactile SLAM for camera-based touch sensors (Python module)
  Surfaces from tactile images, registration, tracking and reconstruction with

@@ -247,7 +247,8 @@ class MeshToucher {
 MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressSink& progress) {
   if (!(options.indentation_mm >= 0.05 && options.indentation_mm <= 1.5))
     throw Error("indentation must be between 0.05 and 1.5 mm");
-  return MeshToucher(facing_outward(mesh), options).run(progress);
+  const TriangleScene checked(mesh);  // throws for indices out of range
+  return MeshToucher(facing_outward(checked.mesh()), options).run(progress);
 }
 
 }  // namespace gelslam
