@@ -7,19 +7,19 @@
 #include <string>
 #include <system_error>
 
-#include "file_descriptor.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/file_descriptor.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
 
-void write_all(const detail::FileDescriptor& file, std::string_view contents, const fs::path& path) {
+void write_all(const FileDescriptor& file, std::string_view contents, const fs::path& path) {
   while (!contents.empty()) {
     const ssize_t written = ::write(file.get(), contents.data(), contents.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) throw Error(path.string() + ": cannot be written: " + detail::errno_text());
+    if (written < 0) throw Error(path.string() + ": cannot be written: " + errno_text());
     contents.remove_prefix(static_cast<std::size_t>(written));
   }
 }
@@ -49,10 +49,9 @@ TemporaryFile::TemporaryFile(const fs::path& final_path) : final_path_(resolve_l
     name +=
         std::to_string(::getpid()) + "-" + std::to_string(attempt) + "-" + final_path_.filename().string();
     temporary_path_ = final_path_.parent_path() / name;
-    const detail::FileDescriptor file(
-        ::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    const FileDescriptor file(::open(temporary_path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (file.ok()) return;
-    if (errno != EEXIST) throw Error(final_path.string() + ": cannot be created: " + detail::errno_text());
+    if (errno != EEXIST) throw Error(final_path.string() + ": cannot be created: " + errno_text());
   }
 }
 
@@ -62,24 +61,24 @@ TemporaryFile::~TemporaryFile() {
 }
 
 void TemporaryFile::commit() {
-  const detail::FileDescriptor file(::open(temporary_path_.c_str(), O_RDONLY | O_CLOEXEC));
+  const FileDescriptor file(::open(temporary_path_.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.ok() || ::fsync(file.get()) != 0 || ::rename(temporary_path_.c_str(), final_path_.c_str()) != 0) {
-    throw Error(final_path_.string() + ": cannot be written: " + detail::errno_text());
+    throw Error(final_path_.string() + ": cannot be written: " + errno_text());
   }
   temporary_path_.clear();
-  detail::sync_folder(final_path_.parent_path());
+  sync_folder(final_path_.parent_path());
 }
 
 void write_file_atomically(const fs::path& path, std::string_view contents) {
   if (is_device_or_pipe(path)) {
-    const detail::FileDescriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-    if (!device.ok()) throw Error(path.string() + ": cannot be opened: " + detail::errno_text());
+    const FileDescriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    if (!device.ok()) throw Error(path.string() + ": cannot be opened: " + errno_text());
     write_all(device, contents, path);
     return;
   }
   TemporaryFile temporary(path);
-  const detail::FileDescriptor file(::open(temporary.path().c_str(), O_WRONLY | O_CLOEXEC));
-  if (!file.ok()) throw Error(path.string() + ": cannot be written: " + detail::errno_text());
+  const FileDescriptor file(::open(temporary.path().c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file.ok()) throw Error(path.string() + ": cannot be written: " + errno_text());
   write_all(file, contents, path);
   temporary.commit();
 }

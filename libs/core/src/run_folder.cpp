@@ -11,8 +11,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "file_descriptor.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/file_descriptor.hpp"
 
 namespace gelslam {
 namespace {
@@ -128,7 +128,7 @@ void remove_left_behind(const fs::path& folder) {
 
 void rename_or_throw(const fs::path& from, const fs::path& to) {
   if (std::rename(from.c_str(), to.c_str()) != 0) {
-    throw Error(to.string() + ": cannot be written: " + detail::errno_text());
+    throw Error(to.string() + ": cannot be written: " + errno_text());
   }
 }
 
@@ -192,7 +192,7 @@ void RunFolder::put_in_place() {
   temporary_.clear();
   lock_ = FolderLock();
   if (replaces) fs::remove_all(old, code);
-  detail::sync_folder(final_.parent_path());
+  sync_folder(final_.parent_path());
 }
 
 }  // namespace gelslam

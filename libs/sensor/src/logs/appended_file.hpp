@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "gelslam/core/file_descriptor.hpp"
+
 namespace gelslam::detail {
 
 /// A file that only grows, by whole pieces: a piece that does not fit any more (full disk, file size limit)
@@ -13,9 +15,6 @@ class AppendedFile {
  public:
   /// Throws Error when the file exists or cannot be created.
   explicit AppendedFile(const std::filesystem::path& path);
-  ~AppendedFile();
-  AppendedFile(const AppendedFile&) = delete;
-  AppendedFile& operator=(const AppendedFile&) = delete;
 
   /// "" or what the system says was wrong.
   std::string append(std::string_view first, std::string_view second);
@@ -28,7 +27,7 @@ class AppendedFile {
   std::int64_t size() const { return size_; }
 
  private:
-  int descriptor_;
+  FileDescriptor file_;
   std::int64_t size_ = 0;
 };
 

@@ -9,7 +9,6 @@
 
 #include <cerrno>
 #include <charconv>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 
@@ -19,8 +18,6 @@ namespace gelslam::slam::detail {
 namespace {
 
 constexpr int kWaitingReaders = 16;
-
-std::string system_words() { return std::strerror(errno); }
 
 int port_of(const std::string& text) {
   int port = -1;
@@ -55,7 +52,7 @@ Listener listen_at_tcp(const std::string& port_text, const std::string& address)
       ::listen(socket.get(), kWaitingReaders) != 0) {
     if (errno == EADDRINUSE)
       throw Error("port " + port_text + " is in use by another program; choose another one");
-    throw Error("cannot stream to port " + port_text + " of " + address + ": " + system_words());
+    throw Error("cannot stream to port " + port_text + " of " + address + ": " + errno_text());
   }
   const bool is_ipv6 = found->ai_family == AF_INET6;
   const std::string host = is_ipv6 ? "[" + address + "]" : address;
@@ -87,15 +84,11 @@ Listener listen_at_path(const std::string& path) {
   FileDescriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       ::listen(socket.get(), kWaitingReaders) != 0)
-    throw Error("cannot make the socket " + path + ": " + system_words());
+    throw Error("cannot make the socket " + path + ": " + errno_text());
   return {std::move(socket), "unix:" + path, std::filesystem::absolute(path).string()};
 }
 
 }  // namespace
-
-FileDescriptor::~FileDescriptor() {
-  if (fd_ >= 0) ::close(fd_);
-}
 
 Listener listen_at(const std::string& target, const std::string& address) {
   if (target.starts_with("tcp:")) return listen_at_tcp(target.substr(4), address);

@@ -1,25 +1,10 @@
 #pragma once
 
 #include <string>
-#include <utility>
+
+#include "gelslam/core/file_descriptor.hpp"
 
 namespace gelslam::slam::detail {
-
-/// Closes its file when it goes. -1: none.
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd = -1) : fd_(fd) {}
-  ~FileDescriptor();
-  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 /// A socket that accepts connections without blocking.
 struct Listener {

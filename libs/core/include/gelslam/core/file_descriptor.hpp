@@ -7,18 +7,22 @@
 #include <filesystem>
 #include <string>
 #include <system_error>
+#include <utility>
 
-namespace gelslam::detail {
+namespace gelslam {
 
-/// Owns an open file; closes it.
+/// Owns an open file or socket; closes it. Negative: none. Movable.
 class FileDescriptor {
  public:
-  explicit FileDescriptor(int descriptor) : descriptor_(descriptor) {}
+  explicit FileDescriptor(int descriptor = -1) : descriptor_(descriptor) {}
   ~FileDescriptor() {
-    if (descriptor_ >= 0) ::close(descriptor_);
+    if (ok()) ::close(descriptor_);
   }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  FileDescriptor(FileDescriptor&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
+    std::swap(descriptor_, other.descriptor_);
+    return *this;
+  }
   bool ok() const { return descriptor_ >= 0; }
   int get() const { return descriptor_; }
 
@@ -36,4 +40,4 @@ inline void sync_folder(const std::filesystem::path& folder) {
   if (directory.ok()) ::fsync(directory.get());
 }
 
-}  // namespace gelslam::detail
+}  // namespace gelslam
