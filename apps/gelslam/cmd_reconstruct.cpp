@@ -8,6 +8,7 @@
 #include "gelslam/core/interrupt.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/reconstruct.hpp"
+#include "many_logs.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -15,8 +16,10 @@ namespace gelslam {
 namespace {
 
 struct ReconstructArguments {
+  std::vector<std::string> logs;
   LogOptions log;
   std::string run_folder;
+  int jobs = 0;
   bool overwrite = false, quiet = false;
 };
 
@@ -30,9 +33,10 @@ std::string in_words(const ReconstructSummary& s, const std::string& run_folder)
   return text;
 }
 
-int run(const ReconstructArguments& arguments) {
+int run_one(const ReconstructArguments& arguments) {
   ReconstructRequest request;
   request.input = arguments.log.input();
+  request.input.log = arguments.logs.front();
   request.config = resolve_config(request.input);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
@@ -47,17 +51,42 @@ int run(const ReconstructArguments& arguments) {
   return exit_done;
 }
 
+int run(const ReconstructArguments& arguments, const CLI::App& command) {
+  const bool jobs_given = arguments.jobs > 0;
+  if (arguments.logs.size() == 1 && !jobs_given) return run_one(arguments);
+  return reconstruct_each({arguments.logs, arguments.run_folder,
+                           given_options(command, {"--output", "--jobs", "--overwrite"}), arguments.jobs,
+                           arguments.overwrite, arguments.quiet});
+}
+
 }  // namespace
 
 void add_reconstruct_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ReconstructArguments>();
-  CLI::App* command = app.add_subcommand("reconstruct", "Turn a recorded log into a mesh and a trajectory");
-  arguments->log.add_to(*command);
-  command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
-  command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
+  CLI::App* command = app.add_subcommand("reconstruct", "Turn recorded logs into meshes and trajectories");
+  command
+      ->add_option("LOG", arguments->logs,
+                   "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi); or "
+                   "several of them")
+      ->required();
+  arguments->log.add_settings_to(*command);
+  command
+      ->add_option("-o,--output", arguments->run_folder,
+                   "Run folder to write; of several logs the folder of their run folders, which are called "
+                   "like the logs")
+      ->required();
+  command
+      ->add_option("--jobs", arguments->jobs,
+                   "Logs at a time, as processes of their own (default: one for each core, as far as memory "
+                   "allows). With it, -o is the folder of run folders also for one log")
+      ->check(CLI::Range(1, 1024));
+  command->add_flag("--overwrite", arguments->overwrite,
+                    "Replace the run folder if it is there (of several logs: also what is finished)");
   add_quiet_flag(*command, arguments->quiet);
-  command->footer("Example: gelslam reconstruct data/pebble -o runs/pebble");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->footer(
+      "Example: gelslam reconstruct data/pebble -o runs/pebble\n"
+      "         gelslam reconstruct data/* -o runs --jobs 4");
+  command->callback([arguments, command, &exit_code] { exit_code = run(*arguments, *command); });
 }
 
 }  // namespace gelslam

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <charconv>
 #include <fstream>
 #include <iterator>
@@ -50,6 +51,10 @@ void LogOptions::add_to(CLI::App& command) {
       .add_option("LOG", log,
                   "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi)")
       ->required();
+  add_settings_to(command);
+}
+
+void LogOptions::add_settings_to(CLI::App& command) {
   command.add_option("--config", config,
                      "Configuration (default: the log's own, else config.yaml in or beside it)");
   command.add_option(
@@ -62,6 +67,18 @@ void LogOptions::add_to(CLI::App& command) {
 
 void add_quiet_flag(CLI::App& command, bool& quiet) {
   command.add_flag("-q,--quiet", quiet, "Print no progress and no summary, only warnings and errors");
+}
+
+std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& left_out) {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_name();  // "--quiet" rather than "-q"
+    if (!name.starts_with('-') || std::find(left_out.begin(), left_out.end(), name) != left_out.end())
+      continue;
+    for (const std::string& value : option->results())
+      words.push_back(option->get_expected_max() == 0 ? name : name + "=" + value);
+  }
+  return words;
 }
 
 std::string refuse_unless_png(const std::string& path) {

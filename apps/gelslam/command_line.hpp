@@ -17,11 +17,16 @@ struct LogOptions {
   bool force = false;
 
   void add_to(CLI::App& command);
+  void add_settings_to(CLI::App& command);  ///< all but LOG
   LogInput input() const { return {log, config, model, background, force}; }
 };
 
 /// The one meaning of -q, in all commands.
 void add_quiet_flag(CLI::App& command, bool& quiet);
+
+/// The options that were given to `command`, each as one word ("--model=nnmodel.pth"), but for `left_out`
+/// ("--jobs") and what has no name (LOG).
+std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& left_out);
 
 /// Checks of option values for CLI::Option::check(): "" or the reason for a refusal.
 /// A file of another type than the ending promises is refused.

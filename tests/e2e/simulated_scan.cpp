@@ -94,18 +94,32 @@ void write_long_log(const fs::path& folder, int frames) {
   }
 }
 
-int run_interrupted(const std::vector<std::string>& arguments, double after_s) {
+pid_t start_program(const std::vector<std::string>& arguments, const fs::path& out) {
   std::vector<char*> argv{const_cast<char*>(GELSLAM_PROGRAM)};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  if (!out.empty()) posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT, 0600);
   pid_t child = 0;
-  if (::posix_spawn(&child, GELSLAM_PROGRAM, nullptr, nullptr, argv.data(), environ) != 0) return -1;
-  for (double used = 0; used >= 0 && used < after_s; used = processor_seconds(child))
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  ::kill(child, SIGINT);
+  const int failed = ::posix_spawn(&child, GELSLAM_PROGRAM, &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed != 0) throw std::runtime_error("cannot start the program");
+  return child;
+}
+
+int exit_code_of(pid_t child) {
   int status = 0;
   ::waitpid(child, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+int run_interrupted(const std::vector<std::string>& arguments, double after_s) {
+  const pid_t child = start_program(arguments);
+  for (double used = 0; used >= 0 && used < after_s; used = processor_seconds(child))
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  ::kill(child, SIGINT);
+  return exit_code_of(child);
 }
 
 }  // namespace gelslam::test

@@ -38,6 +38,11 @@ void expect_complete(const std::filesystem::path& run);
 /// The scan to and fro, as a folder of pictures of any length.
 void write_long_log(const std::filesystem::path& folder, int frames);
 
+/// Starts the program and does not wait; its standard output goes to `out`, if that is given.
+pid_t start_program(const std::vector<std::string>& arguments, const std::filesystem::path& out = "");
+/// Waits for its end; minus the signal that ended it.
+int exit_code_of(pid_t child);
+
 /// Starts the program, asks it to stop (as Ctrl-C does) after `after_s` of processor time; its exit code.
 int run_interrupted(const std::vector<std::string>& arguments, double after_s);
 
