@@ -16,7 +16,7 @@ END
 
 packages=(
   g++ cmake ninja-build ccache pkg-config # build
-  libeigen3-dev libopencv-dev libceres-dev libopen3d-dev libembree-dev
+  libeigen3-dev libopencv-dev libceres-dev libopen3d-dev libembree-dev libmeshoptimizer-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev
   libturbojpeg0-dev zlib1g-dev libavformat-dev libavcodec-dev libavutil-dev # camera pictures, logs
   libglfw3-dev libepoxy-dev libimgui-dev fonts-dejavu-core                  # window

@@ -35,6 +35,7 @@ if(GELSLAM_BUILD_VIEWER)
 endif()
 if(GELSLAM_BUILD_SIMULATION)
   find_package(embree 3 REQUIRED)              # ray casting and point-to-triangle distances
+  find_package(meshoptimizer REQUIRED)         # meshes with fewer triangles (only libs/evaluation)
 endif()
 if(GELSLAM_BUILD_TESTS OR GELSLAM_BUILD_PYTHON)
   # The system's Python: pyenv and conda have neither Debian's NumPy nor its pybind11.

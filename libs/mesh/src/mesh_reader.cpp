@@ -47,7 +47,8 @@ std::string lower_extension(const std::filesystem::path& path) {
 const char* short_name(LengthUnit unit) { return unit == LengthUnit::metre ? "m" : "mm"; }
 
 LengthUnit usual_unit(const std::filesystem::path& path) {
-  return lower_extension(path) == ".ply" ? LengthUnit::metre : LengthUnit::millimetre;
+  const std::string extension = lower_extension(path);
+  return extension == ".obj" || extension == ".stl" ? LengthUnit::millimetre : LengthUnit::metre;
 }
 
 Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file_unit) {

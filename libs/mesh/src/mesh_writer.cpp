@@ -8,6 +8,7 @@
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam {
@@ -40,7 +41,7 @@ Eigen::Vector3f in_file_unit(const Eigen::Vector3f& v_mm, double units_per_mm) {
   return (v_mm.cast<double>() * units_per_mm).cast<float>();
 }
 
-std::string encode_ply(const Mesh& mesh, double units_per_mm) {
+std::string encode_ply(const Mesh& mesh, double units_per_mm, const VertexColors& colors) {
   const bool normals = !mesh.normals.empty();
   const bool confidence = !mesh.confidence.empty();
   std::string out = "ply\nformat binary_little_endian 1.0\n";
@@ -49,6 +50,7 @@ std::string encode_ply(const Mesh& mesh, double units_per_mm) {
   out += "property float x\nproperty float y\nproperty float z\n";
   if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
   if (confidence) out += "property float confidence\n";
+  if (!colors.empty()) out += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   out += "element face " + std::to_string(mesh.triangles.size()) +
          "\nproperty list uchar int vertex_indices\nend_header\n";
   out.reserve(out.size() + mesh.vertices_mm.size() * 28 + mesh.triangles.size() * 13);
@@ -56,6 +58,8 @@ std::string encode_ply(const Mesh& mesh, double units_per_mm) {
     append(out, in_file_unit(mesh.vertices_mm[i], units_per_mm));
     if (normals) append(out, mesh.normals[i]);
     if (confidence) append(out, mesh.confidence[i]);
+    if (!colors.empty())
+      for (const std::uint8_t level : colors[i]) append(out, level);
   }
   for (const auto& t : mesh.triangles) {
     append(out, std::uint8_t{3});
@@ -103,12 +107,12 @@ std::string encode_stl(const Mesh& mesh, double units_per_mm) {
   return out;
 }
 
-void check_consistent(const Mesh& mesh, const std::filesystem::path& path) {
+void check_consistent(const Mesh& mesh, const VertexColors& colors, const std::filesystem::path& path) {
   const std::string failure = "cannot write mesh '" + path.string() + "': ";
   const std::size_t n = mesh.vertices_mm.size();
   if ((!mesh.normals.empty() && mesh.normals.size() != n) ||
-      (!mesh.confidence.empty() && mesh.confidence.size() != n)) {
-    throw Error(failure + "it has not as many normals or confidences as vertices");
+      (!mesh.confidence.empty() && mesh.confidence.size() != n) || (!colors.empty() && colors.size() != n)) {
+    throw Error(failure + "it has not as many normals, confidences or colors as vertices");
   }
   for (const auto& t : mesh.triangles) {
     if (t.minCoeff() < 0 || static_cast<std::size_t>(t.maxCoeff()) >= n) {
@@ -119,19 +123,25 @@ void check_consistent(const Mesh& mesh, const std::filesystem::path& path) {
 
 }  // namespace
 
-void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit file_unit) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit file_unit,
+                const VertexColors& colors) {
+  const std::string extension = lower_case(path.extension().string());
   const double units_per_mm = file_unit == LengthUnit::metre ? 1e-3 : 1.0;
-  check_consistent(mesh, path);
+  const std::string failure = "cannot write mesh '" + path.string() + "': ";
+  check_consistent(mesh, colors, path);
+  if (!colors.empty() && (extension == ".obj" || extension == ".stl"))
+    throw Error(failure + "OBJ and STL hold no colors; PLY and GLB do");
   if (extension == ".ply") {
-    write_file_atomically(path, encode_ply(mesh, units_per_mm));
+    write_file_atomically(path, encode_ply(mesh, units_per_mm, colors));
   } else if (extension == ".obj") {
     write_file_atomically(path, encode_obj(mesh, units_per_mm));
   } else if (extension == ".stl") {
     write_file_atomically(path, encode_stl(mesh, units_per_mm));
+  } else if (extension == ".glb") {
+    if (file_unit != LengthUnit::metre) throw Error(failure + "glTF files are in meters");
+    write_file_atomically(path, encode_glb(mesh, colors));
   } else {
-    throw Error("cannot write mesh '" + path.string() + "': the name has to end in .ply, .obj or .stl");
+    throw Error(failure + "the name has to end in .ply, .obj, .stl or .glb");
   }
 }
 

@@ -11,6 +11,7 @@
 
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/base64.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam {
@@ -43,22 +44,11 @@ std::string number(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "–";
 }
 
-std::string base64(const std::vector<unsigned char>& bytes) {
-  constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t k = 0; k < bytes.size(); k += 3) {
-    unsigned group = 0;
-    for (std::size_t j = 0; j < 3; ++j) group = group << 8 | (k + j < bytes.size() ? bytes[k + j] : 0U);
-    for (std::size_t j = 0; j < 4; ++j)
-      text += k + j <= bytes.size() ? letters[group >> (18 - 6 * j) & 63U] : '=';
-  }
-  return text;
-}
-
 std::string picture(const cv::Mat3b& image) {
   std::vector<unsigned char> bytes;
   if (!cv::imencode(".png", image, bytes)) throw Error("cannot encode a picture of the report");
-  return "<img src=\"data:image/png;base64," + base64(bytes) + "\" width=\"" + std::to_string(image.cols) +
+  const std::string_view encoded(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return "<img src=\"data:image/png;base64," + base64(encoded) + "\" width=\"" + std::to_string(image.cols) +
          "\">";
 }
 

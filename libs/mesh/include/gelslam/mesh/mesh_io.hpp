@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "gelslam/mesh/mesh.hpp"
 
@@ -11,8 +15,12 @@ enum class LengthUnit { metre, millimetre };
 
 const char* short_name(LengthUnit unit);  ///< "m", "mm"
 
+/// Per vertex red, green, blue (sRGB); empty: none.
+using VertexColors = std::vector<std::array<std::uint8_t, 3>>;
+
 /// The unit a file of that kind is expected in: millimetres for OBJ and STL (slicers and CAD programs read
-/// them so), metres for PLY (the public datasets' unit). What export and the window write by default.
+/// them so), metres for PLY (the public datasets' unit) and glTF (its specification). What export and the
+/// window write by default.
 LengthUnit usual_unit(const std::filesystem::path& path);
 
 /// Reads PLY, OBJ or STL (by extension, through Open3D; confidence only from our own PLY). Without
@@ -20,10 +28,16 @@ LengthUnit usual_unit(const std::filesystem::path& path);
 /// when the file is missing, truncated, empty or not a triangle mesh.
 Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file_unit = std::nullopt);
 
-/// Writes PLY (binary, with normals and confidence), OBJ or STL (binary), by extension, to a temporary name
-/// that is renamed when whole. The unit is noted in the file. Byte-identical for identical meshes. Throws
-/// Error when the disk is full or the name unknown.
-void write_mesh(const std::filesystem::path& path, const Mesh& mesh,
-                LengthUnit file_unit = LengthUnit::metre);
+/// Writes PLY (binary, with normals, confidence and colors), OBJ or STL (binary), or GLB (encode_glb), by
+/// extension, to a temporary name that is renamed when whole. The unit is noted in the file. Byte-identical
+/// for identical meshes. Throws Error when the disk is full, the name unknown, colors are given for OBJ or
+/// STL, or GLB is asked for in millimetres.
+void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit file_unit = LengthUnit::metre,
+                const VertexColors& colors = {});
+
+/// Binary glTF 2.0: positions in metres in the mesh's frame, normals, COLOR_0 (linear, as glTF has it) where
+/// there are colors, and the attribute _CONFIDENCE where the mesh has confidence. The node turns the mesh by
+/// 180 degrees about x: what the sensor touched then faces the viewer (glTF's +z), with the picture's up up.
+std::string encode_glb(const Mesh& mesh, const VertexColors& colors = {});
 
 }  // namespace gelslam

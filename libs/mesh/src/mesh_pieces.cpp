@@ -1,0 +1,83 @@
+#include "gelslam/mesh/mesh_pieces.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+namespace gelslam {
+namespace {
+
+double area_of(const Mesh& mesh, const Eigen::Vector3i& t) {
+  const auto corner = [&](int k) { return mesh.vertices_mm[static_cast<std::size_t>(t[k])]; };
+  return 0.5 * static_cast<double>((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm());
+}
+
+/// Vertices joined by triangles, as a forest of which each tree is a piece.
+class VertexForest {
+ public:
+  explicit VertexForest(std::size_t vertices) : parent_(vertices) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t root(int vertex) {
+    auto v = static_cast<std::size_t>(vertex);
+    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
+    return v;
+  }
+  void join(int a, int b) { parent_[root(a)] = root(b); }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+}  // namespace
+
+MeshPieces find_pieces(const Mesh& mesh) {
+  VertexForest forest(mesh.vertices_mm.size());
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    for (const int corner : {t[1], t[2]}) forest.join(corner, t[0]);
+  MeshPieces pieces;
+  std::map<std::size_t, int> piece_of_root;
+  double total_mm2 = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto next = static_cast<int>(pieces.area_mm2.size());
+    const auto [place, is_new] = piece_of_root.emplace(forest.root(t[0]), next);
+    if (is_new) pieces.area_mm2.push_back(0);
+    pieces.of_triangle.push_back(place->second);
+    const double area_mm2 = area_of(mesh, t);
+    pieces.area_mm2[static_cast<std::size_t>(place->second)] += area_mm2;
+    total_mm2 += area_mm2;
+  }
+  const auto largest = std::max_element(pieces.area_mm2.begin(), pieces.area_mm2.end());
+  if (largest == pieces.area_mm2.end()) return pieces;
+  pieces.largest = static_cast<int>(largest - pieces.area_mm2.begin());
+  if (total_mm2 > 0) pieces.largest_share = *largest / total_mm2;
+  return pieces;
+}
+
+Mesh largest_piece(const Mesh& mesh) {
+  const MeshPieces pieces = find_pieces(mesh);
+  std::vector<Eigen::Vector3i> triangles;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    if (pieces.of_triangle[i] == pieces.largest) triangles.push_back(mesh.triangles[i]);
+  return submesh(mesh, triangles);
+}
+
+Mesh submesh(const Mesh& mesh, const std::vector<Eigen::Vector3i>& triangles) {
+  std::vector<int> kept(mesh.vertices_mm.size(), -1);
+  for (const Eigen::Vector3i& t : triangles)
+    for (const int corner : t) kept[static_cast<std::size_t>(corner)] = 0;
+  Mesh result;
+  for (std::size_t v = 0; v < kept.size(); ++v) {
+    if (kept[v] < 0) continue;
+    kept[v] = static_cast<int>(result.vertices_mm.size());
+    result.vertices_mm.push_back(mesh.vertices_mm[v]);
+    if (!mesh.normals.empty()) result.normals.push_back(mesh.normals[v]);
+    if (!mesh.confidence.empty()) result.confidence.push_back(mesh.confidence[v]);
+  }
+  const auto moved = [&](int corner) { return kept[static_cast<std::size_t>(corner)]; };
+  for (const Eigen::Vector3i& t : triangles) result.triangles.push_back(t.unaryExpr(moved));
+  return result;
+}
+
+}  // namespace gelslam
