@@ -1,127 +1,240 @@
 #include <fmt/core.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
-#include <numeric>
+#include <set>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include "command_line.hpp"
 #include "commands.hpp"
+#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/evaluation/simplify.hpp"
+#include "gelslam/exchange/run_export.hpp"
+#include "gelslam/mesh/mesh_pieces.hpp"
 #include "gelslam/slam/map_completeness.hpp"
+#include "gelslam/slam/tum.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct ExportArguments {
-  std::filesystem::path source, output;
-  std::string units;
-  bool overwrite = false, quiet = false;
+  fs::path source, output, page, log;
+  std::string units, color;
+  std::optional<double> max_error_mm;
+  bool largest_piece = false, ground_truth = false, overwrite = false, quiet = false;
 };
 
-std::filesystem::path mesh_file(const std::filesystem::path& source) {
-  std::error_code code;
-  if (!std::filesystem::exists(source, code)) throw Error(source.string() + ": no such file or folder");
-  if (!std::filesystem::is_directory(source)) return source;
-  const std::filesystem::path mesh = source / "mesh.ply";
-  if (!std::filesystem::exists(mesh)) {
-    throw Error("cannot export '" + source.string() +
-                "': it holds no mesh.ply; give a run folder or a mesh file");
-  }
-  return mesh;
+std::string ending_of(const fs::path& path) { return lower_case(path.extension().string()); }
+
+/// Which of the options that not every format takes are given, as they are written.
+std::set<std::string> chosen_options(const ExportArguments& a) {
+  std::set<std::string> given;
+  if (!a.units.empty()) given.insert("--units");
+  if (!a.color.empty()) given.insert("--color");
+  if (!a.log.empty()) given.insert("--log");
+  if (a.ground_truth) given.insert("--ground-truth");
+  if (a.max_error_mm) given.insert("--max-error-mm");
+  if (a.largest_piece) given.insert("--largest-piece");
+  return given;
+}
+
+/// Throws Error for an ending that is none, or an option that has no meaning for it.
+void check_output(const ExportArguments& a, const fs::path& output) {
+  static const std::set<std::string> mesh = {"--max-error-mm", "--largest-piece"};
+  static const std::map<std::string, std::set<std::string>> takes = {{".ply", {"--units", "--color"}},
+                                                                     {".obj", {"--units"}},
+                                                                     {".stl", {"--units"}},
+                                                                     {".glb", {"--color"}},
+                                                                     {".mcap", {"--color", "--log"}},
+                                                                     {".html", {"--color"}},
+                                                                     {".png", {}},
+                                                                     {".tum", {"--ground-truth"}}};
+  const std::string ending = ending_of(output);
+  const auto found = takes.find(ending);
+  if (found == takes.end())
+    throw Error("cannot export to " + quoted(output) +
+                ": the name has to end in .ply, .obj, .stl, .glb, .html, .mcap, .tum or .png");
+  for (const std::string& option : chosen_options(a))
+    if (!found->second.contains(option) && !(ending != ".tum" && mesh.contains(option)))
+      throw Error(fmt::format("{} has no meaning for {} files", option, ending));
+  if (fs::exists(output) && !a.overwrite)
+    throw Error(quoted(output) + " exists already; use --overwrite to replace it");
 }
 
 /// "3 loose pieces: the largest has 97.2 % of the area"; "" for a mesh in one piece.
 std::string loose_pieces(const Mesh& mesh) {
-  std::vector<std::size_t> parent(mesh.vertices_mm.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&](int vertex) {
-    auto v = static_cast<std::size_t>(vertex);
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    for (const int corner : {t[1], t[2]}) parent[root(corner)] = root(t[0]);
-  std::map<std::size_t, double> area;
-  double total = 0, largest = 0;
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto& v = mesh.vertices_mm;
-    const auto corner = [&](int k) { return v[static_cast<std::size_t>(t[k])]; };
-    const double twice = static_cast<double>((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm());
-    total += twice;
-    largest = std::max(largest, area[root(t[0])] += twice);
+  const MeshPieces pieces = find_pieces(mesh);
+  if (pieces.area_mm2.size() < 2) return "";
+  return fmt::format("{} loose pieces: the largest has {:.1f} % of the area", pieces.area_mm2.size(),
+                     100 * pieces.largest_share);
+}
+
+/// A picture and a mesh file need a mesh; an MCAP file does without.
+void check_contents(const ExportArguments& a, const RunContents& run, const std::string& ending) {
+  if (ending == ".mcap" || ending == ".tum") {
+    if (run.folder.empty())
+      throw Error("cannot make " + ending + " of " + quoted(a.source) + ": it is a mesh; give a run folder");
+  } else if (run.mesh.triangles.empty()) {
+    throw Error("cannot export " + quoted(a.source) +
+                ": it holds no mesh.ply with a surface; give a run folder or a mesh file");
   }
-  if (area.size() < 2) return "";
-  return fmt::format("{} loose pieces: the largest has {:.1f} % of the area", area.size(),
-                     total > 0 ? 100 * largest / total : 0.0);
 }
 
-LengthUnit unit_of(const ExportArguments& arguments) {
-  if (arguments.units.empty()) return usual_unit(arguments.output);
-  return arguments.units == "mm" ? LengthUnit::millimetre : LengthUnit::metre;
+/// --largest-piece and --max-error-mm. `say` hears what became of the mesh.
+void reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progress,
+                 const std::function<void(const std::string&)>& say) {
+  if (run.mesh.triangles.empty()) return;
+  if (a.largest_piece) {
+    const std::string pieces = loose_pieces(run.mesh);
+    if (!pieces.empty()) say(pieces + "; it alone is exported");
+    run.mesh = largest_piece(run.mesh);
+  }
+  if (!a.max_error_mm) return;
+  const std::size_t before = run.mesh.triangles.size();
+  SimplifiedMesh simplified = simplify(run.mesh, *a.max_error_mm, progress);
+  run.mesh = std::move(simplified.mesh);
+  const std::string words =
+      fmt::format("{} of {} triangles, at most {} mm from the full surface", run.mesh.triangles.size(),
+                  before, short_number(simplified.largest_distance_mm, 3));
+  say("simplified to " + words);
+  run.figures.emplace_back("Simplified", words);
 }
 
-void say_what_is_missing(const ExportArguments& arguments, const Mesh& mesh) {
-  const std::string pieces = loose_pieces(mesh);
+MeshColor color_of(const ExportArguments& a, const RunContents& run, const std::string& ending) {
+  static const std::map<std::string, MeshColor> colors = {
+      {"none", MeshColor::none}, {"confidence", MeshColor::confidence}, {"height", MeshColor::height}};
+  if (!a.color.empty()) return colors.at(a.color);
+  const bool is_colored = ending == ".glb" || (ending == ".mcap" && !run.mesh.triangles.empty());
+  return is_colored ? MeshColor::height : MeshColor::none;
+}
+
+LengthUnit unit_of(const ExportArguments& a, const fs::path& output) {
+  if (a.units.empty()) return usual_unit(output);
+  return a.units == "mm" ? LengthUnit::millimetre : LengthUnit::metre;
+}
+
+std::string tum_lines(const std::vector<StampedPose>& trajectory) {
+  std::string lines;
+  for (const StampedPose& pose : trajectory) lines += tum_line(pose.time_s, pose.map_T_sensor);
+  return lines;
+}
+
+/// Writes one file; what it holds, in words.
+std::string write_output(const ExportArguments& a, const RunContents& run, const fs::path& output,
+                         ProgressSink& progress) {
+  const std::string ending = ending_of(output);
+  const MeshColor color = color_of(a, run, ending);
+  if (ending == ".tum") {
+    write_file_atomically(output, tum_lines(run.trajectory));
+    return counted(static_cast<std::int64_t>(run.trajectory.size()), "pose") + ", in m";
+  }
+  if (ending == ".mcap") {
+    const McapOutcome outcome = write_mcap(output, run, vertex_colors(run.mesh, color), progress);
+    if (!outcome.missing.empty())
+      std::cerr << (outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") << outcome.missing << "\n";
+    if (run.mesh.triangles.empty()) std::cerr << "no surface: the run has no mesh\n";
+    return counted(outcome.poses, "pose") + ", " + counted(outcome.pictures, "picture") + ", in m";
+  }
+  progress.begin(ending == ".png" ? "drawing" : "writing", std::nullopt);
+  if (ending == ".png") {
+    write_picture(output, draw_mesh(run.mesh));
+  } else if (ending == ".html") {
+    write_page(output, run, color);
+  } else {
+    write_mesh(output, run.mesh, unit_of(a, output), vertex_colors(run.mesh, color));
+  }
+  progress.end();
+  if (ending == ".png") return "";
+  return fmt::format("{} vertices, {} triangles, in {}", run.mesh.vertices_mm.size(),
+                     run.mesh.triangles.size(), short_name(unit_of(a, output)));
+}
+
+void say_what_is_missing(const RunContents& run) {
+  const std::string pieces = loose_pieces(run.mesh);
   if (!pieces.empty()) std::cerr << pieces << "\n";
-  if (!std::filesystem::is_directory(arguments.source)) return;
-  const auto completeness = read_completeness(arguments.source);
+  if (run.folder.empty()) return;
+  const auto completeness = read_completeness(run.folder);
   if (completeness && !completeness->complete()) std::cerr << describe(*completeness) << "\n";
 }
 
-void run_export(const ExportArguments& arguments) {
-  if (std::filesystem::exists(arguments.output) && !arguments.overwrite) {
-    throw Error("'" + arguments.output.string() + "' exists already; use --overwrite to replace it");
-  }
-  const auto progress = make_progress(arguments.quiet);
+void export_truth(const ExportArguments& a) {
+  const std::string lines = ground_truth_tum(a.source);
+  write_file_atomically(a.output, lines);
+  if (!a.quiet)
+    std::cerr << "wrote " << a.output.string() << ": "
+              << counted(std::count(lines.begin(), lines.end(), '\n'), "true pose") << ", in m\n";
+}
+
+void run_export(const ExportArguments& a) {
+  std::vector<fs::path> outputs;
+  for (const fs::path& output : {a.output, a.page})
+    if (!output.empty()) outputs.push_back(output);
+  if (outputs.empty()) throw Error("nothing to write: give -o FILE or --html FILE");
+  for (const fs::path& output : outputs) check_output(a, output);
+  if (a.ground_truth) return export_truth(a);
+  const auto say = [&](const std::string& sentence) {
+    if (!a.quiet) std::cerr << sentence << "\n";
+  };
+  const auto progress = make_progress(a.quiet);
   progress->begin("reading the mesh", std::nullopt);
-  const Mesh mesh = read_mesh(mesh_file(arguments.source));
-  const bool picture = lower_case(arguments.output.extension().string()) == ".png";
-  progress->begin(picture ? "drawing" : "writing", std::nullopt);
-  if (picture) {
-    write_picture(arguments.output, draw_mesh(mesh));
-  } else {
-    write_mesh(arguments.output, mesh, unit_of(arguments));
-  }
+  RunContents run = read_run_contents(a.source);
   progress->end();
-  if (arguments.quiet) return;
-  std::cerr << "wrote " << arguments.output.string();
-  if (!picture)
-    std::cerr << fmt::format(": {} vertices, {} triangles, in {}", mesh.vertices_mm.size(),
-                             mesh.triangles.size(), short_name(unit_of(arguments)));
-  std::cerr << "\n";
-  say_what_is_missing(arguments, mesh);
+  if (!a.log.empty()) run.log = a.log;
+  for (const fs::path& output : outputs) check_contents(a, run, ending_of(output));
+  reduce_mesh(a, run, *progress, say);
+  for (const fs::path& output : outputs) {
+    const std::string words = write_output(a, run, output, *progress);
+    say("wrote " + output.string() + (words.empty() ? "" : ": " + words));
+  }
+  if (!a.quiet) say_what_is_missing(run);
+}
+
+void add_options(CLI::App& command, ExportArguments& a) {
+  command.add_option("SOURCE", a.source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
+  command.add_option(
+      "-o,--output", a.output,
+      "File to write; its ending is its format: ply, obj, stl or glb (the surface), html (a page to "
+      "turn it around), mcap (the run for Foxglove), tum (the trajectory), png (three views)");
+  command.add_option("--html", a.page, "Also, or only, write this page")->check(refuse_unless_html);
+  command.add_option("--color", a.color, "Vertex colors (default: none in PLY, height in GLB and MCAP)")
+      ->check(CLI::IsMember({"none", "confidence", "height"}));
+  command.add_flag("--largest-piece", a.largest_piece, "Leave out all loose pieces but the largest");
+  command
+      .add_option("--max-error-mm", a.max_error_mm,
+                  "Simplify to the fewest triangles that stay this near to the full surface")
+      ->check(number_between(1e-5, 100.0));
+  command.add_option("--units", a.units, "Unit of PLY, OBJ and STL (default: mm for OBJ and STL, m for PLY)")
+      ->check(CLI::IsMember({"m", "mm"}));
+  command.add_option("--log", a.log, "Log for the pictures in MCAP (default: where it was)");
+  command.add_flag(
+      "--ground-truth", a.ground_truth,
+      "Write the true trajectory (TUM) of the log's data folder: in the run's map frame, or, with "
+      "the data folder as SOURCE, in the sensor frame of the first contact");
+  command.add_flag("--overwrite", a.overwrite, "Replace the file if it exists");
+  add_quiet_flag(command, a.quiet);
 }
 
 }  // namespace
 
 void add_export_command(CLI::App& app, int& exit_code) {
-  CLI::App* command =
-      app.add_subcommand("export", "Write a run's surface as PLY, OBJ or STL, or a picture of it");
+  CLI::App* command = app.add_subcommand(
+      "export", "Write a run for other programs: mesh, web page, MCAP, trajectory, or a picture");
   const auto arguments = std::make_shared<ExportArguments>();
-  command->add_option("SOURCE", arguments->source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
-  command
-      ->add_option(
-          "-o,--output", arguments->output,
-          "File to write; its ending is its format: ply, obj, stl, or png (a picture from three sides)")
-      ->required();
-  command
-      ->add_option("--units", arguments->units,
-                   "Unit of the file's numbers (default: mm for OBJ and STL, m for PLY)")
-      ->check(CLI::IsMember({"m", "mm"}));
-  command->add_flag("--overwrite", arguments->overwrite, "Replace the file if it exists");
-  add_quiet_flag(*command, arguments->quiet);
-  command->footer("Example: gelslam export RUN -o object.stl");
+  add_options(*command, *arguments);
+  command->footer(
+      "Example: gelslam export RUN -o object.stl\n"
+      "Example: gelslam export RUN --html object.html --max-error-mm 0.01\n"
+      "Example: gelslam export RUN --ground-truth -o truth.tum");
   command->callback([arguments, &exit_code] {
     run_export(*arguments);
     exit_code = exit_done;

@@ -55,7 +55,7 @@ void add_mesh(py::module_& module) {
             for (const Eigen::Vector3f& v : self.vertices_m) mesh.vertices_mm.push_back(v / 1e-3F);
             write_mesh(path, mesh, usual_unit(path));
           },
-          py::arg("path"), "Writes .ply (meters), .obj or .stl (millimeters).")
+          py::arg("path"), "Writes .ply or .glb (meters), .obj or .stl (millimeters).")
       .def("__repr__", [](const MetricMesh& self) {
         return "<gelslam.Mesh of " + std::to_string(self.vertices_m.size()) + " vertices, " +
                std::to_string(self.mesh.triangles.size()) + " triangles>";

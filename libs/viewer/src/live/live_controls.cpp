@@ -12,7 +12,7 @@ std::vector<ActionRow> live_rows() {
       {save, "s", "S", "Save", 0, 3, "Save now, and go on"},
       {close, "q esc", "Q", "Stop", 0, 0, "Stop and save (asks first)"},
       common_row(screenshot),
-      {export_mesh, "e", "E", "Export", 1, 5, "Export the mesh (PLY, OBJ, STL)"},
+      {export_mesh, "e", "E", "Export", 1, 5, "Export the mesh (PLY, OBJ, STL, glTF)"},
       {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
   };
   for (const Action action : {show_all, trajectory, pose_graph, next_color, shading_clay, shading_polished,
@@ -160,10 +160,11 @@ void LiveControls::ask_for_format() {
     return Answer{label, keys, key, theme::kBlue, [this, extension](double) { export_ = extension; }};
   };
   ask({"Export the mesh",
-       "As it is now, at full resolution: PLY in meters, OBJ and STL in millimeters.",
+       "As it is now, at full resolution: PLY and glTF in meters, OBJ and STL in millimeters.",
        {answer("PLY", "p enter kp_enter y", "P", "ply"),
         answer("OBJ", "o", "O", "obj"),
         answer("STL", "s", "S", "stl"),
+        answer("glTF", "g", "G", "glb"),
         {"Cancel", "esc", "Esc", theme::kText, {}}}});
 }
 

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "gelslam/core/atomic_file.hpp"
+
+namespace gelslam::exchange::detail {
+
+/// Writes an MCAP file of JSON messages in uncompressed chunks, with message indexes, a summary and
+/// checksums. Source: https://mcap.dev/spec (version 0).
+class McapFile {
+ public:
+  explicit McapFile(const std::filesystem::path& path);
+
+  /// Id of a new channel. `schema` is a JSON schema; channels of one schema name share it.
+  std::uint16_t add_channel(const std::string& topic, const std::string& schema_name,
+                            const std::string& schema);
+  /// A message at `time_ns` since the log's first frame. Messages may come in any order; readers are fastest
+  /// when they come in order of time.
+  void write(std::uint16_t channel, std::uint64_t time_ns, std::string_view json);
+  /// The rest of the file, which then appears under its name. Throws Error when the disk is full.
+  void finish();
+
+ private:
+  using Entry = std::pair<std::uint64_t, std::uint64_t>;
+  struct Span {
+    std::uint64_t start = ~std::uint64_t{0}, end = 0;
+    void add(std::uint64_t time_ns);
+  };
+  void put(std::string_view bytes);
+  void end_chunk();
+  std::string statistics() const;
+  void write_summary();
+
+  std::filesystem::path path_;
+  TemporaryFile temporary_;
+  std::ofstream stream_;
+  std::uint64_t offset_ = 0;
+  unsigned long crc_ = 0;                           ///< of all since the file's or the summary's begin
+  std::string schemas_, channels_, chunk_indexes_;  ///< records for the summary
+  std::map<std::string, std::uint16_t> schema_ids_;
+  std::map<std::uint16_t, std::uint64_t> counts_;  ///< messages per channel
+  std::uint32_t chunks_ = 0;
+  Span span_;  ///< of the file
+  std::string chunk_;
+  Span chunk_span_;
+  std::map<std::uint16_t, std::vector<Entry>> chunk_entries_;  ///< time and offset in the chunk
+};
+
+}  // namespace gelslam::exchange::detail

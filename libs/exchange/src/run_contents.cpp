@@ -1,0 +1,194 @@
+#include "gelslam/exchange/run_contents.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/evaluation/evaluation.hpp"
+#include "gelslam/slam/map_completeness.hpp"
+#include "gelslam/slam/tum.hpp"
+#include "gelslam/viewer/scene_style.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+json read_report(const fs::path& folder) {
+  std::ifstream stream(folder / "report.json");
+  const json report = json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  return report.is_object() ? report : json::object();
+}
+
+/// A count of the report; nothing where it has none.
+std::optional<std::int64_t> count_at(const json& object, const char* key) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_number_integer()) return std::nullopt;
+  return found->get<std::int64_t>();
+}
+
+std::string text_at(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+void add_figures(RunContents& run, const json& report) {
+  const auto add = [&](const char* name, const std::string& words) {
+    if (!words.empty()) run.figures.emplace_back(name, words);
+  };
+  if (const auto frames = report.find("frames"); frames != report.end() && frames->is_object()) {
+    const auto total = count_at(*frames, "total"), tracked = count_at(*frames, "tracked"),
+               in_map = count_at(*frames, "in_map");
+    if (total && tracked && in_map)
+      add("Frames", fmt::format("{} of {} tracked, {} in the map", *tracked, *total, *in_map));
+  }
+  const auto trials = count_at(report, "trials"),
+             pieces = count_at(report, report.contains("components") ? "components" : "groups");
+  if (trials && pieces) add("Pieces", counted(*trials, "trial") + " in " + counted(*pieces, "piece"));
+  if (const auto keyframes = count_at(report, "keyframes")) add("Keyframes", std::to_string(*keyframes));
+  if (const auto loops = count_at(report, "loops")) {
+    const auto outliers = count_at(report, "loop_outliers").value_or(0);
+    add("Loops", std::to_string(*loops) + (outliers > 0 ? fmt::format(", {} contradicted", outliers) : ""));
+  }
+  add("Log", text_at(report, "log_description"));
+}
+
+void add_path(RunContents& run) {
+  if (run.trajectory.empty()) return;
+  double length_mm = 0;
+  for (std::size_t i = 1; i < run.trajectory.size(); ++i)
+    length_mm +=
+        (run.trajectory[i].map_T_sensor.translation() - run.trajectory[i - 1].map_T_sensor.translation())
+            .norm();
+  const double duration_s = run.trajectory.back().time_s - run.trajectory.front().time_s;
+  run.figures.emplace_back("Path",
+                           fmt::format("{} mm in {}", short_number(length_mm), duration_text(duration_s)));
+}
+
+void add_warnings(RunContents& run, const json& report) {
+  if (report.empty()) run.warnings.emplace_back("There is no report.json, or it is damaged.");
+  if (const std::string warning = text_at(report, "warning"); !warning.empty())
+    run.warnings.push_back(warning);
+  if (report.value("partial", json(false)) == true)
+    run.warnings.emplace_back("The run ended before its log did.");
+  const auto completeness = read_completeness(run.folder);
+  if (completeness && !completeness->complete()) run.warnings.push_back(describe(*completeness));
+}
+
+/// The log of a live scan is in the run's folder, wherever that has been moved.
+fs::path find_log(const fs::path& folder, const json& report) {
+  std::error_code code;
+  const fs::path named = text_at(report, "log"), own = folder / "log.mkv";
+  return fs::exists(own, code) && !fs::exists(named, code) ? own : named;
+}
+
+RunContents read_folder(const fs::path& folder) {
+  if (!fs::exists(folder / "trajectory.tum") && !fs::exists(folder / "mesh.ply"))
+    throw Error("cannot export '" + folder.string() +
+                "': it is no run folder (no mesh.ply, no trajectory.tum)");
+  RunContents run;
+  const fs::path clean = fs::weakly_canonical(folder);
+  run.name = clean.filename().string();
+  run.folder = folder;
+  const json report = read_report(folder);
+  const json mesh = report.value("mesh", json::object());
+  const bool is_empty = mesh.is_object() && count_at(mesh, "triangles") == 0;
+  if (fs::exists(folder / "mesh.ply") && !is_empty) run.mesh = read_mesh(folder / "mesh.ply");
+  if (fs::exists(folder / "trajectory.tum")) run.trajectory = read_tum(folder / "trajectory.tum");
+  if (fs::exists(folder / "keyframes.tum")) run.keyframes = read_tum(folder / "keyframes.tum");
+  run.log = find_log(folder, report);
+  add_figures(run, report);
+  add_path(run);
+  add_warnings(run, report);
+  return run;
+}
+
+std::vector<float> values_of(const Mesh& mesh, MeshColor color) {
+  if (color == MeshColor::confidence) {
+    if (mesh.confidence.size() != mesh.vertices_mm.size() || mesh.confidence.empty())
+      throw Error(
+          "the mesh has no confidence to color it by (only this program's PLY has); use --color height");
+    return mesh.confidence;
+  }
+  std::vector<float> heights_mm;
+  for (const Eigen::Vector3f& v : mesh.vertices_mm) heights_mm.push_back(-v.z());
+  return heights_mm;
+}
+
+/// The values at the ends of the color map.
+std::pair<float, float> range_of(std::vector<float> values, MeshColor color) {
+  if (values.empty()) return {0.0F, 1.0F};
+  if (color == MeshColor::height) {
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    return {*low, std::max(*high, *low + 1e-6F)};
+  }
+  const auto p95 =
+      values.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), p95, values.end());
+  return {0.0F, std::max(*p95, 1e-3F)};
+}
+
+fs::path data_folder_of(const fs::path& run) {
+  const fs::path log = read_run_contents(run).log;
+  std::error_code code;
+  for (const fs::path& folder : {log, log.parent_path()})
+    if (!folder.empty() && fs::exists(truth_file(folder), code)) return folder;
+  throw Error("no ground truth for '" + run.string() + "': no true_start_T_currs.npy beside its log" +
+              (log.empty() ? "" : " " + quoted(log)) + "; give the data folder");
+}
+
+}  // namespace
+
+RunContents read_run_contents(const fs::path& run_or_mesh) {
+  std::error_code code;
+  if (!fs::exists(run_or_mesh, code)) throw Error(run_or_mesh.string() + ": no such file or folder");
+  if (fs::is_directory(run_or_mesh)) return read_folder(run_or_mesh);
+  RunContents run;
+  run.name = run_or_mesh.filename().string();
+  run.mesh = read_mesh(run_or_mesh);
+  return run;
+}
+
+VertexColors vertex_colors(const Mesh& mesh, MeshColor color) {
+  if (color == MeshColor::none) return {};
+  const std::vector<float> values = values_of(mesh, color);
+  const auto [low, high] = range_of(values, color);
+  const auto map = color_map_rgb(color == MeshColor::height ? SceneColor::height : SceneColor::confidence);
+  VertexColors colors;
+  for (const float value : values) {
+    const float share = std::clamp((value - low) / (high - low), 0.0F, 1.0F);
+    colors.push_back(map[static_cast<std::size_t>(std::lround(share * 255))]);
+  }
+  return colors;
+}
+
+std::string ground_truth_tum(const fs::path& data_or_run) {
+  std::error_code code;
+  if (!fs::exists(data_or_run, code)) throw Error(data_or_run.string() + ": no such file or folder");
+  const bool is_data = fs::exists(truth_file(data_or_run), code);
+  const Comparison comparison = is_data
+                                    ? Comparison{read_ground_truth(data_or_run), {}, {}, 0, Pose::Identity()}
+                                    : compare(data_or_run, data_folder_of(data_or_run));
+  const GroundTruth& truth = comparison.truth;
+  std::map<long, double> time_s;  // of the run's frames, which may differ a little from the nominal rate
+  for (const StampedPose& pose : comparison.run.trajectory)
+    time_s[std::lround(pose.time_s * truth.fps)] = pose.time_s;
+  std::string lines;
+  for (std::size_t i = 0; i < truth.start_T_currs.size(); ++i) {
+    if (!truth.start_T_currs[i]) continue;
+    const long frame = truth.background_frames + static_cast<long>(i);
+    const auto known = time_s.find(frame);
+    lines += tum_line(known != time_s.end() ? known->second : static_cast<double>(frame) / truth.fps,
+                      comparison.start_T_map.inverse() * *truth.start_T_currs[i]);
+  }
+  return lines;
+}
+
+}  // namespace gelslam

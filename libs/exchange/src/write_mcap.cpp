@@ -1,0 +1,278 @@
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "exchange_json.hpp"
+#include "gelslam/core/base64.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/exchange/run_export.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/slam/config.hpp"
+#include "mcap_file.hpp"
+
+namespace gelslam {
+namespace {
+
+using exchange::detail::McapFile;
+using exchange::detail::meters;
+using exchange::detail::strips;
+using Json = nlohmann::ordered_json;
+
+constexpr int kJpegQuality = 95;  // as cv::imencode has it
+
+std::uint64_t nanoseconds(double time_s) {
+  return static_cast<std::uint64_t>(std::llround(std::max(time_s, 0.0) * 1e9));
+}
+
+Json stamp(double time_s) {
+  const std::uint64_t time_ns = nanoseconds(time_s);
+  return {{"sec", time_ns / 1'000'000'000}, {"nsec", time_ns % 1'000'000'000}};
+}
+
+// JSON schemas of Foxglove's messages, as far as the messages here go. Foxglove knows the types by their
+// names.
+
+Json object_schema(const char* title, Json properties) {
+  Json required = Json::array();
+  for (const auto& [name, schema] : properties.items()) required.push_back(name);
+  return {
+      {"title", title}, {"type", "object"}, {"properties", std::move(properties)}, {"required", required}};
+}
+
+Json array_schema(Json items) { return {{"type", "array"}, {"items", std::move(items)}}; }
+Json simple_schema(const char* type) { return {{"type", type}}; }
+
+Json numbers_schema(const char* title, const std::string& letters) {
+  Json properties;
+  for (const char letter : letters) properties[std::string(1, letter)] = simple_schema("number");
+  return object_schema(title, properties);
+}
+
+Json time_schema(const char* title) {
+  return object_schema(title, {{"sec", simple_schema("integer")}, {"nsec", simple_schema("integer")}});
+}
+
+Json pose_schema() {
+  return object_schema("foxglove.Pose", {{"position", numbers_schema("foxglove.Vector3", "xyz")},
+                                         {"orientation", numbers_schema("foxglove.Quaternion", "xyzw")}});
+}
+
+Json message_schema(const std::string& name) {
+  Json properties{{"timestamp", time_schema("time")}};
+  if (name == "foxglove.FrameTransform") {
+    properties["parent_frame_id"] = properties["child_frame_id"] = simple_schema("string");
+    properties["translation"] = numbers_schema("foxglove.Vector3", "xyz");
+    properties["rotation"] = numbers_schema("foxglove.Quaternion", "xyzw");
+    return object_schema(name.c_str(), properties);
+  }
+  properties["frame_id"] = simple_schema("string");
+  if (name == "foxglove.PoseInFrame") properties["pose"] = pose_schema();
+  if (name == "foxglove.PosesInFrame") properties["poses"] = array_schema(pose_schema());
+  if (name == "foxglove.CompressedImage") {
+    properties["data"] = {{"type", "string"}, {"contentEncoding", "base64"}};
+    properties["format"] = simple_schema("string");
+  }
+  return object_schema(name.c_str(), properties);
+}
+
+Json scene_schema() {
+  const Json points = array_schema(numbers_schema("foxglove.Point3", "xyz")),
+             color = numbers_schema("foxglove.Color", "rgba");
+  const Json triangles =
+      object_schema("foxglove.TriangleListPrimitive", {{"pose", pose_schema()},
+                                                       {"points", points},
+                                                       {"color", color},
+                                                       {"colors", array_schema(color)},
+                                                       {"indices", array_schema(simple_schema("integer"))}});
+  const Json lines = object_schema("foxglove.LinePrimitive", {{"type", simple_schema("integer")},
+                                                              {"pose", pose_schema()},
+                                                              {"thickness", simple_schema("number")},
+                                                              {"scale_invariant", simple_schema("boolean")},
+                                                              {"points", points},
+                                                              {"color", color}});
+  const Json entity = object_schema("foxglove.SceneEntity", {{"timestamp", time_schema("time")},
+                                                             {"frame_id", simple_schema("string")},
+                                                             {"id", simple_schema("string")},
+                                                             {"lifetime", time_schema("duration")},
+                                                             {"frame_locked", simple_schema("boolean")},
+                                                             {"lines", array_schema(lines)},
+                                                             {"triangles", array_schema(triangles)}});
+  return object_schema("foxglove.SceneUpdate", {{"entities", array_schema(entity)}});
+}
+
+// Messages.
+
+Json xyz(const Eigen::Vector3d& v_mm) {
+  return {{"x", meters(v_mm.x())}, {"y", meters(v_mm.y())}, {"z", meters(v_mm.z())}};
+}
+
+Json quaternion(const Pose& pose) {
+  const Eigen::Quaterniond q(pose.linear());
+  return {{"x", q.x()}, {"y", q.y()}, {"z", q.z()}, {"w", q.w()}};
+}
+
+Json pose_message(const Pose& pose) {
+  return {{"position", xyz(pose.translation())}, {"orientation", quaternion(pose)}};
+}
+
+Json poses_message(const std::vector<StampedPose>& poses, double time_s) {
+  Json list = Json::array();
+  for (const StampedPose& pose : poses) list.push_back(pose_message(pose.map_T_sensor));
+  return {{"timestamp", stamp(time_s)}, {"frame_id", "map"}, {"poses", list}};
+}
+
+Json rgba(const std::array<std::uint8_t, 3>& color) {
+  const auto share = [&](std::size_t i) { return std::round(color[i] / 255.0 * 1000) / 1000; };
+  return {{"r", share(0)}, {"g", share(1)}, {"b", share(2)}, {"a", 1.0}};
+}
+
+Json triangles_message(const Mesh& mesh, const VertexColors& vertex_colors) {
+  Json points = Json::array(), colors = Json::array(), indices = Json::array();
+  for (const Eigen::Vector3f& v : mesh.vertices_mm) points.push_back(xyz(v.cast<double>()));
+  for (const auto& color : vertex_colors) colors.push_back(rgba(color));
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    for (const int corner : t) indices.push_back(corner);
+  return {{"pose", pose_message(Pose::Identity())},
+          {"points", points},
+          {"color", rgba({204, 196, 184})},
+          {"colors", colors},
+          {"indices", indices}};
+}
+
+Json lines_message(const std::vector<StampedPose>& trajectory) {
+  Json lines = Json::array();
+  for (const auto& strip : strips(trajectory)) {
+    Json points = Json::array();
+    for (const Eigen::Vector3d& point_mm : strip) points.push_back(xyz(point_mm));
+    lines.push_back({{"type", 0},  // a strip
+                     {"pose", pose_message(Pose::Identity())},
+                     {"thickness", 2.0},
+                     {"scale_invariant", true},  // thickness in pixels
+                     {"points", points},
+                     {"color", rgba({230, 120, 20})}});
+  }
+  return lines;
+}
+
+Json scene_message(const char* id, double time_s, const char* kind, Json primitives) {
+  Json entity{{"timestamp", stamp(time_s)},
+              {"frame_id", "map"},
+              {"id", id},
+              {"lifetime", {{"sec", 0}, {"nsec", 0}}},
+              {"frame_locked", true},
+              {"metadata", Json::array()}};
+  for (const char* name :
+       {"arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models"})
+    entity[name] = Json::array();
+  entity[kind] = std::move(primitives);
+  return {{"deletions", Json::array()}, {"entities", Json::array({entity})}};
+}
+
+/// A run on its way into a file: what is small first or in between, pictures as they come from the log.
+class RunRecorder {
+ public:
+  RunRecorder(const std::filesystem::path& path, const RunContents& run) : file_(path), run_(run) {
+    for (const char* topic : {"/sensor", "/keyframe"}) add(topic, "foxglove.PoseInFrame");
+    for (const char* topic : {"/trajectory", "/keyframes"}) add(topic, "foxglove.PosesInFrame");
+    add("/tf", "foxglove.FrameTransform");
+    add("/tactile", "foxglove.CompressedImage");
+    channels_["/surface"] = file_.add_channel("/surface", "foxglove.SceneUpdate", scene_schema().dump());
+    channels_["/path"] = file_.add_channel("/path", "foxglove.SceneUpdate", "");
+  }
+
+  /// What holds for the whole run, at its first moment, so that it is there wherever playing starts.
+  void write_whole(const VertexColors& colors) {
+    if (!run_.mesh.triangles.empty())
+      write("/surface", 0,
+            scene_message("surface", 0, "triangles", Json::array({triangles_message(run_.mesh, colors)})));
+    write("/path", 0, scene_message("path", 0, "lines", lines_message(run_.trajectory)));
+    write("/trajectory", 0, poses_message(run_.trajectory, 0));
+    write("/keyframes", 0, poses_message(run_.keyframes, 0));
+  }
+
+  /// Poses up to a time.
+  void write_poses(double until_s) {
+    for (; pose_ < run_.trajectory.size() && run_.trajectory[pose_].time_s <= until_s; ++pose_) {
+      const StampedPose& p = run_.trajectory[pose_];
+      write_pose("/sensor", p);
+      write("/tf", p.time_s,
+            {{"timestamp", stamp(p.time_s)},
+             {"parent_frame_id", "map"},
+             {"child_frame_id", "sensor"},
+             {"translation", xyz(p.map_T_sensor.translation())},
+             {"rotation", quaternion(p.map_T_sensor)}});
+    }
+    for (; keyframe_ < run_.keyframes.size() && run_.keyframes[keyframe_].time_s <= until_s; ++keyframe_)
+      write_pose("/keyframe", run_.keyframes[keyframe_]);
+  }
+
+  void write_picture(const TactileImage& image) {
+    write_poses(image.time_s);
+    std::vector<unsigned char> jpeg;
+    if (!cv::imencode(".jpg", image.bgr, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality}))
+      throw Error("cannot encode a picture");
+    write("/tactile", image.time_s,
+          {{"timestamp", stamp(image.time_s)},
+           {"frame_id", "sensor"},
+           {"data", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})},
+           {"format", "jpeg"}});
+  }
+
+  void finish() { file_.finish(); }
+
+ private:
+  void add(const char* topic, const char* schema) {
+    channels_[topic] = file_.add_channel(topic, schema, message_schema(schema).dump());
+  }
+  void write(const char* topic, double time_s, const Json& message) {
+    file_.write(channels_.at(topic), nanoseconds(time_s), message.dump());
+  }
+  void write_pose(const char* topic, const StampedPose& p) {
+    write(topic, p.time_s,
+          {{"timestamp", stamp(p.time_s)}, {"frame_id", "map"}, {"pose", pose_message(p.map_T_sensor)}});
+  }
+
+  McapFile file_;
+  const RunContents& run_;
+  std::map<std::string, std::uint16_t> channels_;
+  std::size_t pose_ = 0, keyframe_ = 0;
+};
+
+/// Writes all pictures that can be read; the reason why there are no more, or "".
+std::string write_pictures(RunRecorder& recorder, const RunContents& run, ProgressSink& progress,
+                           std::int64_t& written) {
+  if (run.log.empty()) return "the run does not say which log it was made from";
+  try {
+    const auto config = run.folder / "config.yaml";
+    const SensorProfile profile =
+        std::filesystem::exists(config) ? read_config(config).sensor : SensorProfile{};
+    const auto source = open_frame_source(run.log, profile);
+    progress.begin("pictures", source->frame_count());
+    for (auto image = source->next(); image; image = source->next()) {
+      recorder.write_picture(*image);
+      progress.update(++written);
+    }
+    progress.end();
+    return source->warning();
+  } catch (const Error& error) {
+    progress.end();
+    return error.what();
+  }
+}
+
+}  // namespace
+
+McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run, const VertexColors& colors,
+                       ProgressSink& progress) {
+  RunRecorder recorder(path, run);
+  recorder.write_whole(colors);
+  McapOutcome outcome;
+  outcome.poses = static_cast<std::int64_t>(run.trajectory.size());
+  outcome.missing = write_pictures(recorder, run, progress, outcome.pictures);
+  recorder.write_poses(std::numeric_limits<double>::infinity());
+  recorder.finish();
+  return outcome;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,212 @@
+"""What `gelslam export` writes of a simulated run, read back by readers of our own and compared with the run folder."""
+import base64
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import unittest
+
+import numpy as np
+import readers
+
+PROGRAM = os.environ["GELSLAM_PROGRAM"]
+SCAN = pathlib.Path(os.environ["GELSLAM_LOG"]) / "scan"
+WORK = pathlib.Path(os.environ["GELSLAM_WORK"])
+RUN = WORK / "run"
+
+
+def gelslam(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+
+
+def export(name, *options, source=RUN):
+    """The exported file's bytes and what the program said."""
+    result = gelslam("export", source, "-o", WORK / name, "--overwrite", *options)
+    assert result.returncode == 0, result.stderr
+    return (WORK / name).read_bytes(), result.stderr
+
+
+def linear(level):
+    s = level / 255
+    return s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4
+
+
+def matrix(tum):
+    _, x, y, z, qx, qy, qz, qw = tum
+    q = np.array([qx, qy, qz])
+    cross = np.array([[0, -qz, qy], [qz, 0, -qx], [-qy, qx, 0]])
+    pose = np.eye(4)
+    pose[:3, :3] = (qw * qw - q @ q) * np.eye(3) + 2 * np.outer(q, q) + 2 * qw * cross
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+def setUpModule():
+    shutil.rmtree(WORK, ignore_errors=True)
+    WORK.mkdir(parents=True)
+    result = gelslam("reconstruct", SCAN, "-o", RUN, "-q")
+    assert result.returncode == 0, result.stderr
+
+
+class Export(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.ply, cls.triangles = readers.read_ply((RUN / "mesh.ply").read_bytes())
+        cls.vertices = list(zip(cls.ply["x"], cls.ply["y"], cls.ply["z"]))
+        cls.trajectory = readers.read_tum((RUN / "trajectory.tum").read_text())
+
+    def test_glb_is_the_mesh_in_meters(self):
+        gltf, columns = readers.read_glb(export("run.glb", "--color", "confidence")[0])
+        np.testing.assert_allclose(columns["POSITION"], self.vertices, atol=1e-9)
+        self.assertEqual(columns["indices"], [i for t in self.triangles for i in t])
+        self.assertEqual([c for (c,) in columns["_CONFIDENCE"]], self.ply["confidence"])
+        np.testing.assert_allclose(np.linalg.norm(columns["NORMAL"], axis=1), 1, atol=1e-5)
+        self.assertEqual(len(columns["COLOR_0"]), len(self.vertices))
+        self.assertEqual(gltf["asset"]["version"], "2.0")
+        # The same colors in a PLY, which has them as sRGB levels.
+        colored, _ = readers.read_ply(export("colored.ply", "--color", "confidence")[0])
+        for i in range(0, len(self.vertices), 997):
+            for share, name in zip(columns["COLOR_0"][i], ("red", "green", "blue")):
+                self.assertAlmostEqual(share / 65535, linear(colored[name][i]), places=4)
+        self.assertEqual(colored["confidence"], self.ply["confidence"])
+
+    def test_height_colors_follow_the_height(self):
+        colored, _ = readers.read_ply(export("height.ply", "--color", "height")[0])
+        low, high = np.argmax(colored["z"]), np.argmin(colored["z"])  # -z is out of the object
+        self.assertLess(colored["red"][low], 30)
+        self.assertGreater(colored["red"][high], 220)
+        self.assertNotIn("red", readers.read_ply(export("plain.ply")[0])[0])
+
+    def test_a_simplified_mesh_says_how_near_it_is(self):
+        glb, said = export("small.glb", "--max-error-mm", "0.02", "--color", "none")
+        _, columns = readers.read_glb(glb)
+        self.assertRegex(said, r"simplified to \d+ of \d+ triangles, at most 0\.0[0-2]\d* mm from the full surface")
+        self.assertLess(len(columns["indices"]) / 3, len(self.triangles) / 3)
+        self.assertNotIn("COLOR_0", columns)
+        # Every vertex of the full mesh has the smaller one's surface within the bound: tested against its densely
+        # sampled triangles, whose samples are at most a tenth of an edge apart.
+        corners = np.array(columns["POSITION"])[np.array(columns["indices"]).reshape(-1, 3)] * 1000
+        steps = [(i / 10, j / 10) for i in range(11) for j in range(11 - i)]
+        samples = np.concatenate([corners[:, 0] + u * (corners[:, 1] - corners[:, 0]) + v * (corners[:, 2] - corners[:, 0]) for u, v in steps])
+        edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
+        for vertex in np.array(self.vertices)[::499] * 1000:
+            self.assertLess(np.linalg.norm(samples - vertex, axis=1).min(), math.hypot(0.0201, edge / 10))
+
+    def test_ground_truth_lies_on_the_run(self):
+        truth = {round(p[0], 6): matrix(p) for p in map(tuple, readers.read_tum(export("truth.tum", "--ground-truth")[0].decode()))}
+        apart_mm = [1000 * np.linalg.norm((np.linalg.inv(truth[round(p[0], 6)]) @ matrix(p))[:3, 3]) for p in self.trajectory]
+        self.assertLess(np.median(apart_mm), 0.3)
+        # Of the data folder: the array itself.
+        poses = np.load(SCAN / "true_start_T_currs.npy")
+        lines = readers.read_tum(export("data.tum", "--ground-truth", source=SCAN)[0].decode())
+        touching = [i for i in range(len(poses)) if np.isfinite(poses[i]).all()]
+        self.assertEqual(len(lines), len(touching))
+        for line, i in zip(lines, touching):
+            np.testing.assert_allclose(matrix(line), poses[i], atol=1e-6)
+            self.assertAlmostEqual(line[0], (i + 10) / 25, places=6)
+        self.assertEqual(readers.read_tum(export("own.tum")[0].decode()), self.trajectory)
+
+    def test_mcap_holds_poses_pictures_and_surface(self):
+        mcap = readers.Mcap(export("run.mcap")[0])
+        for key in ("/sensor", "/tf"):
+            self.assertEqual([t for t, _ in mcap.of(key)], [round(p[0] * 1e9) for p in self.trajectory])
+        for (_, message), pose in zip(mcap.of("/sensor"), self.trajectory):
+            position, q = message["pose"]["position"], message["pose"]["orientation"]
+            again = matrix((0, position["x"], position["y"], position["z"], q["x"], q["y"], q["z"], q["w"]))
+            np.testing.assert_allclose(again, matrix(pose), atol=1e-8)
+        keyframes = readers.read_tum((RUN / "keyframes.tum").read_text())
+        self.assertEqual(len(mcap.of("/keyframe")), len(keyframes))
+        self.assertEqual(len(mcap.of("/keyframes")[0][1]["poses"]), len(keyframes))
+        triangles = mcap.of("/surface")[0][1]["entities"][0]["triangles"][0]
+        np.testing.assert_allclose([(p["x"], p["y"], p["z"]) for p in triangles["points"]], self.vertices, atol=1e-9)
+        self.assertEqual(triangles["indices"], [i for t in self.triangles for i in t])
+        frames = json.loads((RUN / "report.json").read_text())["frames"]["total"]
+        pictures = mcap.of("/tactile")
+        self.assertEqual(len(pictures), frames)
+        self.assertEqual([t for t, _ in pictures], [round(i / 25 * 1e9) for i in range(frames)])
+        self.assertEqual(base64.b64decode(pictures[0][1]["data"])[:3], b"\xff\xd8\xff")
+        self.assertEqual({s for s, _ in mcap.schemas.values()}, {s for _, s in mcap.channels.values()})
+        for _, (name, schema) in sorted(mcap.schemas.items()):
+            self.assertEqual(schema["title"], name)
+
+    def test_mcap_without_the_log_says_so(self):
+        moved = WORK / "moved"
+        shutil.copytree(RUN, moved, dirs_exist_ok=True)
+        report = json.loads((moved / "report.json").read_text())
+        (moved / "report.json").write_text(json.dumps({**report, "log": "/nowhere/log.avi"}))
+        data, said = export("moved.mcap", source=moved)
+        self.assertIn("no pictures: ", said)
+        self.assertIn("/nowhere/log.avi", said)
+        mcap = readers.Mcap(data)
+        self.assertEqual(mcap.of("/tactile"), [])
+        self.assertEqual(len(mcap.of("/sensor")), len(self.trajectory))
+        again = readers.Mcap(export("found.mcap", "--log", SCAN, source=moved)[0])
+        self.assertGreater(len(again.of("/tactile")), 0)
+        (moved / "mesh.ply").unlink()
+        data, said = export("moved.mcap", source=moved)
+        self.assertIn("no surface: the run has no mesh", said)
+        self.assertEqual(readers.Mcap(data).of("/surface"), [])
+
+    def test_the_page_holds_the_run(self):
+        text = export("run.html")[0].decode()
+        data, glb = readers.read_page(text)
+        _, columns = readers.read_glb(glb)
+        np.testing.assert_allclose(columns["POSITION"], self.vertices, atol=1e-9)
+        self.assertEqual(sum(len(s) for s in data["strips"]), 3 * len(self.trajectory))
+        np.testing.assert_allclose(data["strips"][0][:3], self.trajectory[0][1:4], atol=1e-8)
+        figures = dict(data["figures"])
+        report = json.loads((RUN / "report.json").read_text())
+        self.assertEqual(figures["Keyframes"], str(report["keyframes"]))
+        self.assertIn(f"{report['frames']['tracked']} of {report['frames']['total']} tracked", figures["Frames"])
+        self.assertIn(f"{len(self.triangles)} triangles", figures["Mesh"])
+        for word in ("http:", "https:", "src=", "import("):
+            self.assertNotIn(word, text, "the page needs no network")
+
+    @unittest.skipUnless(shutil.which("chromium"), "needs chromium")
+    def test_a_browser_draws_the_page(self):
+        export("run.html", "--max-error-mm", "0.02")
+        picture = WORK / "page.png"
+        subprocess.run(
+            ["chromium", "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+             "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+             f"--user-data-dir={WORK}/chromium", "--window-size=900,600", "--virtual-time-budget=3000",
+             f"--screenshot={picture}", (WORK / "run.html").as_uri()], capture_output=True, timeout=60, check=True)
+        import matplotlib.image
+        pixels = matplotlib.image.imread(picture)[100:500, 50:500, :3]
+        background = np.array([0.93, 0.94, 0.95])
+        self.assertGreater((np.abs(pixels - background).max(axis=2) > 0.05).mean(), 0.03, "the surface is there")
+
+    def test_mistakes_are_one_line(self):
+        mesh = RUN / "mesh.ply"
+        (WORK / "there.glb").write_text("mine")
+        for arguments, words in [
+            ((RUN, "-o", WORK / "a.abc"), "has to end in .ply"),
+            ((RUN, "-o", WORK / "noending"), "has to end in .ply"),
+            ((RUN,), "give -o FILE or --html FILE"),
+            ((RUN, "--html", WORK / "a.glb"), "ends in .html"),
+            ((RUN, "-o", WORK / "there.glb"), "--overwrite"),
+            ((RUN, "-o", WORK / "a.stl", "--color", "height"), "--color has no meaning for .stl files"),
+            ((RUN, "-o", WORK / "a.glb", "--units", "mm"), "--units has no meaning for .glb files"),
+            ((RUN, "-o", WORK / "a.tum", "--max-error-mm", "0.1"), "--max-error-mm has no meaning for .tum files"),
+            ((RUN, "-o", WORK / "a.ply", "--ground-truth"), "--ground-truth has no meaning for .ply files"),
+            ((RUN, "-o", WORK / "a.ply", "--max-error-mm", "0,1"), "write a point"),
+            ((RUN, "-o", WORK / "a.ply", "--max-error-mm", "-1"), "is no number from"),
+            ((RUN, "-o", WORK / "nowhere/a.glb"), "cannot be created"),
+            ((mesh, "-o", WORK / "a.mcap"), "give a run folder"),
+            ((mesh, "-o", WORK / "a.tum"), "give a run folder"),
+            ((SCAN, "-o", WORK / "a.glb"), "no run folder"),
+            ((WORK / "missing", "-o", WORK / "a.glb"), "no such file or folder"),
+            ((mesh, "-o", WORK / "a.tum", "--ground-truth"), "no ground truth"),
+        ]:
+            result = gelslam("export", *arguments)
+            self.assertEqual(result.returncode, 2, arguments)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+            self.assertIn(words, result.stderr)
+        self.assertEqual((WORK / "there.glb").read_text(), "mine")
+        self.assertEqual(list(WORK.glob("a.*")) + list(WORK.glob(".tmp*")), [], "nothing is left behind")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,50 @@
+// mcap_reader.mjs FILE RUN: reads FILE with @mcap/core, by its index and as a stream, and compares with the run folder.
+import assert from "node:assert";
+import {open, readFile} from "node:fs/promises";
+import {McapIndexedReader, McapStreamReader} from "@mcap/core";
+
+const [file, run] = process.argv.slice(2);
+const handle = await open(file);
+const readable = {
+  size: async () => BigInt((await handle.stat()).size),
+  read: async (offset, size) => {
+    const {buffer} = await handle.read({buffer: Buffer.alloc(Number(size)), position: Number(offset)});
+    return new Uint8Array(buffer);
+  },
+};
+const lines = async name => (await readFile(`${run}/${name}`, "utf8")).trim().split("\n").length;
+const poses = await lines("trajectory.tum");
+const reader = await McapIndexedReader.Initialize({readable});
+const counts = {};
+let last = 0n;
+for await (const message of reader.readMessages()) {
+  const topic = reader.channelsById.get(message.channelId).topic;
+  counts[topic] = (counts[topic] ?? 0) + 1;
+  assert(message.logTime >= last, "in order of time");
+  last = message.logTime;
+  JSON.parse(new TextDecoder().decode(message.data));
+}
+assert.equal(counts["/sensor"], poses);
+assert.equal(counts["/tf"], poses);
+assert.equal(counts["/keyframe"], await lines("keyframes.tum"));
+assert.equal(counts["/surface"], 1);
+const report = JSON.parse(await readFile(`${run}/report.json`, "utf8"));
+assert.equal(counts["/tactile"], report.frames.total);
+assert.equal(Number(reader.statistics.messageCount), Object.values(counts).reduce((a, b) => a + b));
+
+// A part of the time, by the index.
+let some = 0;
+for await (const message of reader.readMessages({topics: ["/sensor"], startTime: 1_000_000_000n, endTime: 2_000_000_000n})) {
+  assert(message.logTime >= 1_000_000_000n && message.logTime <= 2_000_000_000n);
+  ++some;
+}
+assert(some > 0 && some < poses);
+
+// As a stream, with checksums.
+const stream = new McapStreamReader({validateCrcs: true});
+stream.append(await readFile(file));
+let streamed = 0;
+for (let record; (record = stream.nextRecord());) if (record.type === "Message") ++streamed;
+assert(stream.done() && BigInt(streamed) === reader.statistics.messageCount);
+await handle.close();
+console.log(counts);

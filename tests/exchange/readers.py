@@ -1,0 +1,174 @@
+"""Small readers of what `gelslam export` writes, from the formats' specifications. They share nothing with the program."""
+import base64
+import json
+import re
+import struct
+import zlib
+
+
+def read_glb(data):
+    """(glTF object, {attribute or "indices": list of tuples}) of a binary glTF with one mesh; checks its structure."""
+    magic, version, length = struct.unpack_from("<4sII", data)
+    assert (magic, version, length) == (b"glTF", 2, len(data))
+    json_length, kind = struct.unpack_from("<I4s", data, 12)
+    assert kind == b"JSON" and json_length % 4 == 0
+    gltf = json.loads(data[20:20 + json_length])
+    binary_length, kind = struct.unpack_from("<I4s", data, 20 + json_length)
+    binary = data[28 + json_length:]
+    assert kind == b"BIN\0" and binary_length == len(binary) and binary_length % 4 == 0
+    assert len(gltf["buffers"]) == 1 and 0 <= binary_length - gltf["buffers"][0]["byteLength"] < 4
+
+    def column(index):
+        accessor = gltf["accessors"][index]
+        view = gltf["bufferViews"][accessor["bufferView"]]
+        letter, size = {5123: ("H", 2), 5125: ("I", 4), 5126: ("f", 4)}[accessor["componentType"]]
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        assert view["byteLength"] == accessor["count"] * width * size and view["byteOffset"] % size == 0
+        assert view["byteOffset"] + view["byteLength"] <= gltf["buffers"][0]["byteLength"]
+        raw = binary[view["byteOffset"]:view["byteOffset"] + view["byteLength"]]
+        rows = list(struct.iter_unpack("<" + width * letter, raw))
+        for i in range(width if "min" in accessor else 0):
+            assert min(row[i] for row in rows) == accessor["min"][i] and max(row[i] for row in rows) == accessor["max"][i]
+        return rows
+
+    primitive = gltf["meshes"][gltf["nodes"][gltf["scenes"][gltf["scene"]]["nodes"][0]]["mesh"]]["primitives"][0]
+    columns = {name: column(index) for name, index in primitive["attributes"].items()}
+    columns["indices"] = [i for (i,) in column(primitive["indices"])]
+    assert all("min" in gltf["accessors"][i] for n, i in primitive["attributes"].items() if n == "POSITION")
+    return gltf, columns
+
+
+def read_ply(data):
+    """({property: list of numbers}, list of triangles) of a binary PLY."""
+    head, body = data.split(b"end_header\n", 1)
+    head = head.decode()
+    vertices, faces = (int(re.search(rf"element {e} (\d+)", head)[1]) for e in ("vertex", "face"))
+    names = re.findall(r"property (float|uchar) (\w+)", head)
+    row = struct.Struct("<" + "".join({"float": "f", "uchar": "B"}[t] for t, _ in names))
+    rows = list(row.iter_unpack(body[:vertices * row.size]))
+    triangles = list(struct.iter_unpack("<Biii", body[vertices * row.size:]))
+    assert len(triangles) == faces and all(t[0] == 3 for t in triangles)
+    return {name: [r[i] for r in rows] for i, (_, name) in enumerate(names)}, [t[1:] for t in triangles]
+
+
+def read_tum(text):
+    return [tuple(map(float, line.split())) for line in text.splitlines()]
+
+
+def read_page(text):
+    """(data, glb bytes) embedded in a page."""
+    data = re.search(r'<script type="application/json" id="run">(.*?)</script>', text, re.S)[1]
+    glb = re.search(r'<script type="text/plain" id="glb">(.*?)</script>', text, re.S)[1]
+    return json.loads(data), base64.b64decode(glb, validate=True)
+
+
+class Mcap:
+    """An MCAP file, read twice: from front to back, and by its summary. Checks every checksum and offset."""
+
+    MAGIC = b"\x89MCAP0\r\n"
+
+    def __init__(self, data):
+        self.data, self.schemas, self.channels, self.messages = data, {}, {}, []
+        assert data.startswith(self.MAGIC) and data.endswith(self.MAGIC)
+        self.chunks, self.indexed, self.summary, footer = {}, {}, [], None
+        position, in_summary = len(self.MAGIC), False
+        while position < len(data) - len(self.MAGIC):
+            opcode, length = struct.unpack_from("<BQ", data, position)
+            content, start = data[position + 9:position + 9 + length], position
+            position += 9 + length
+            if in_summary:
+                self.summary.append((start, opcode, content))
+            elif opcode == 0x0F:
+                assert struct.unpack("<I", content)[0] == zlib.crc32(data[:start]), "of the data section"
+                in_summary = True
+            elif opcode == 6:
+                self._chunk(start, content)
+            elif opcode == 7:
+                self._message_index(start, content)
+            else:
+                self._record(opcode, content)
+        self._check_summary()
+
+    @staticmethod
+    def _string(content, at):
+        (length,) = struct.unpack_from("<I", content, at)
+        return content[at + 4:at + 4 + length], at + 4 + length
+
+    def _record(self, opcode, content):
+        if opcode == 3:
+            (number,) = struct.unpack_from("<H", content)
+            name, at = self._string(content, 2)
+            encoding, at = self._string(content, at)
+            schema, at = self._string(content, at)
+            assert encoding == b"jsonschema" and at == len(content) and number > 0
+            self.schemas[number] = (name.decode(), json.loads(schema))
+        elif opcode == 4:
+            number, schema = struct.unpack_from("<HH", content)
+            topic, at = self._string(content, 4)
+            encoding, at = self._string(content, at)
+            assert encoding == b"json" and schema in self.schemas
+            self.channels[number] = (topic.decode(), self.schemas[schema][0])
+        else:
+            assert opcode in (1, 5), opcode
+
+    def _chunk(self, start, content):
+        first, last, size, crc = struct.unpack_from("<QQQI", content)
+        compression, at = self._string(content, 28)
+        (length,) = struct.unpack_from("<Q", content, at)
+        records = content[at + 8:]
+        assert compression == b"" and length == size == len(records) and crc == zlib.crc32(records)
+        self.entries, at, times = [], 0, []
+        while at < len(records):
+            opcode, length = struct.unpack_from("<BQ", records, at)
+            assert opcode == 5
+            channel, sequence, log_time, publish_time = struct.unpack_from("<HIQQ", records, at + 9)
+            message = json.loads(records[at + 31:at + 9 + length])
+            assert log_time == publish_time and channel in self.channels
+            self.messages.append((self.channels[channel][0], log_time, message))
+            self.entries.append((channel, log_time, at))
+            times.append(log_time)
+            at += 9 + length
+        assert (first, last) == (min(times), max(times))
+        self.chunk_start = start
+        self.chunks[start] = (first, last, 9 + len(content), size)
+
+    def _message_index(self, start, content):
+        channel, length = struct.unpack_from("<HI", content)
+        assert len(content) == 6 + length
+        entries = [(channel, *e) for e in struct.iter_unpack("<QQ", content[6:])]
+        assert sorted(entries) == sorted(e for e in self.entries if e[0] == channel)
+        self.indexed.setdefault(self.chunk_start, {})[channel] = start
+
+    def _check_summary(self):
+        start, opcode, footer = self.summary.pop()
+        summary_start, offsets_start, crc = struct.unpack("<QQI", footer)
+        assert opcode == 2 and crc == zlib.crc32(self.data[summary_start:start + 9 + 16])
+        groups, chunks = {}, {}
+        for at, opcode, content in self.summary:
+            if opcode == 14:
+                assert at >= offsets_start
+                group, begin, length = struct.unpack("<BQQ", content)
+                assert groups.pop(group) == [begin, length]
+                continue
+            groups.setdefault(opcode, [at, 0])[1] += 9 + len(content)
+            assert summary_start <= at < offsets_start
+            if opcode == 8:
+                first, last, chunk, length, size = struct.unpack_from("<QQQQI", content)
+                offsets = {c: o for c, o in struct.iter_unpack("<HQ", content[36:36 + size])}
+                assert offsets == self.indexed[chunk]
+                chunks[chunk] = (first, last, length, struct.unpack("<Q", content[-8:])[0])
+            elif opcode == 11:
+                count, schemas, channels, _, _, chunk_count, first, last = struct.unpack_from("<QHIIIIQQ", content)
+                times = [t for _, t, _ in self.messages]
+                assert (count, schemas, channels) == (len(times), len(self.schemas), len(self.channels))
+                assert (chunk_count, first, last) == (len(self.chunks), min(times), max(times))
+                counts = {self.channels[c][0]: n for c, n in struct.iter_unpack("<HQ", content[46:])}
+                assert counts == {topic: len(self.of(topic)) for topic, _ in self.channels.values()}
+            else:
+                assert opcode in (3, 4)
+                self._record(opcode, content)
+        assert not groups and chunks == self.chunks, "every group and chunk is indexed"
+
+    def of(self, topic):
+        """[(time in ns, message)] of a topic, in the file's order."""
+        return [(t, m) for name, t, m in self.messages if name == topic]
