@@ -134,12 +134,13 @@ std::string write_output(const ExportArguments& a, const RunContents& run, const
                          ProgressSink& progress) {
   const std::string ending = ending_of(output);
   const MeshColor color = color_of(a, run, ending);
+  const VertexColors colors = vertex_colors(run.mesh, color);
   if (ending == ".tum") {
     write_file_atomically(output, tum_lines(run.trajectory));
     return counted(static_cast<std::int64_t>(run.trajectory.size()), "pose") + ", in m";
   }
   if (ending == ".mcap") {
-    const McapOutcome outcome = write_mcap(output, run, vertex_colors(run.mesh, color), progress);
+    const McapOutcome outcome = write_mcap(output, run, colors, progress);
     if (!outcome.missing.empty())
       std::cerr << (outcome.pictures > 0 ? "not all pictures: " : "no pictures: ") << outcome.missing << "\n";
     if (run.mesh.triangles.empty()) std::cerr << "no surface: the run has no mesh\n";
@@ -151,7 +152,7 @@ std::string write_output(const ExportArguments& a, const RunContents& run, const
   } else if (ending == ".html") {
     write_page(output, run, color);
   } else {
-    write_mesh(output, run.mesh, unit_of(a, output), vertex_colors(run.mesh, color));
+    write_mesh(output, run.mesh, unit_of(a, output), colors);
   }
   progress.end();
   if (ending == ".png") return "";
@@ -206,7 +207,9 @@ void add_options(CLI::App& command, ExportArguments& a) {
       "File to write; its ending is its format: ply, obj, stl or glb (the surface), html (a page to "
       "turn it around), mcap (the run for Foxglove), tum (the trajectory), png (three views)");
   command.add_option("--html", a.page, "Also, or only, write this page")->check(refuse_unless_html);
-  command.add_option("--color", a.color, "Vertex colors (default: none in PLY, height in GLB and MCAP)")
+  command
+      .add_option("--color", a.color,
+                  "Vertex colors (default: height in GLB and MCAP, none in PLY; what a page shows first)")
       ->check(CLI::IsMember({"none", "confidence", "height"}));
   command.add_flag("--largest-piece", a.largest_piece, "Leave out all loose pieces but the largest");
   command
@@ -234,6 +237,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Example: gelslam export RUN -o object.stl\n"
       "Example: gelslam export RUN --html object.html --max-error-mm 0.01\n"
+      "Example: gelslam export RUN -o run.mcap\n"
       "Example: gelslam export RUN --ground-truth -o truth.tum");
   command->callback([arguments, &exit_code] {
     run_export(*arguments);

@@ -181,6 +181,7 @@ class Export(unittest.TestCase):
     def test_mistakes_are_one_line(self):
         mesh = RUN / "mesh.ply"
         (WORK / "there.glb").write_text("mine")
+        export("one.stl")
         for arguments, words in [
             ((RUN, "-o", WORK / "a.abc"), "has to end in .ply"),
             ((RUN, "-o", WORK / "noending"), "has to end in .ply"),
@@ -195,6 +196,7 @@ class Export(unittest.TestCase):
             ((RUN, "-o", WORK / "a.ply", "--max-error-mm", "-1"), "is no number from"),
             ((RUN, "-o", WORK / "nowhere/a.glb"), "cannot be created"),
             ((mesh, "-o", WORK / "a.mcap"), "give a run folder"),
+            ((WORK / "one.stl", "--html", WORK / "a.html", "--color", "confidence"), "no confidence to color it by"),
             ((mesh, "-o", WORK / "a.tum"), "give a run folder"),
             ((SCAN, "-o", WORK / "a.glb"), "no run folder"),
             ((WORK / "missing", "-o", WORK / "a.glb"), "no such file or folder"),
