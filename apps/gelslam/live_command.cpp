@@ -62,7 +62,8 @@ class StatusLine {
       std::cerr << "warning: " << s.warning << "\n";
       warned_ = s.warning;
     }
-    const std::string line = terminal_ ? s.words + figures(s) : s.words;
+    const std::string progress = s.progress.empty() ? "" : ": " + s.progress;
+    const std::string line = terminal_ ? s.words + progress + figures(s) : s.words;
     if (line == last_ || line.empty()) return;
     std::cerr << (terminal_ ? "\r\033[K" : "") << line << (terminal_ ? "" : "\n") << std::flush;
     last_ = line;

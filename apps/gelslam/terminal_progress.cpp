@@ -41,6 +41,7 @@ std::string progress_line(std::string_view task, std::int64_t done, std::optiona
     const double share = std::clamp(static_cast<double>(done) / static_cast<double>(*total), 0.0, 1.0);
     line += bar(share) + "  " + std::to_string(static_cast<int>(100.0 * share)) + "%  ";
     line += std::to_string(done) + "/" + std::to_string(*total);
+    if (done == 0 && elapsed_s >= 1.0) line += "  " + duration_text(elapsed_s);
   } else if (done > 0 || total) {
     line += std::to_string(done);
   } else {
@@ -96,7 +97,8 @@ void TerminalProgress::end() {
 void TerminalProgress::draw() {
   drawn_s_ = now_s_();
   // One column is left free: a full line would wrap. "Erase to the end" removes what a longer line left.
-  out_ << "\r" << progress_line(task_, done_, total_, drawn_s_ - start_s_, columns_ - 1) << "\x1b[K"
+  // In one piece, for others may write to the terminal, too.
+  out_ << "\r" + progress_line(task_, done_, total_, drawn_s_ - start_s_, columns_ - 1) + "\x1b[K"
        << std::flush;
 }
 

@@ -22,6 +22,8 @@ TEST(ProgressLine, SaysHowFarHowFastAndHowLong) {
             "fusing  [........................]  0%  1/1000  0.5/s  33:18 min left");
   EXPECT_EQ(progress_line("tracking", 240, 240, 8.0, 80),
             "tracking  [########################]  100%  240/240  30/s");
+  EXPECT_EQ(progress_line("closing loops", 0, 60, 7.0, 80),
+            "closing loops  [........................]  0%  0/60  7 s");
   EXPECT_EQ(progress_line("reading", 50, std::nullopt, 2.0, 80), "reading  50  25/s");
   EXPECT_EQ(progress_line("closing loops", 0, std::nullopt, 75.0, 80), "closing loops  1:15 min");
 }

@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <thread>
+
 #include "../support/analytic_surface.hpp"
+#include "gelslam/slam/reconstruct.hpp"
 
 namespace gelslam {
 namespace {
@@ -40,7 +44,7 @@ class Scan {
     const std::int64_t frame = next_++;
     slam_.process(frame, 0.04 * static_cast<double>(frame), nothing(), timer_);
   }
-  SlamMap finish() const { return slam_.finish(); }
+  SlamMap finish(ProgressSink* progress = nullptr) const { return slam_.finish(true, progress); }
   Pose true_motion(std::int64_t from, std::int64_t to) const {
     return truth_.at(from).inverse() * truth_.at(to);
   }
@@ -232,6 +236,47 @@ TEST(GelSlam, FinishingInTheMiddleChangesNothing) {
   for (std::size_t id = 0; id < a.keyframes.size(); ++id)
     EXPECT_EQ(a.anchor_T_keyframe(static_cast<int>(id)).matrix(),
               b.anchor_T_keyframe(static_cast<int>(id)).matrix());
+}
+
+/// Keeps what it is told.
+class Told final : public ProgressSink {
+ public:
+  struct Task {
+    std::string name;
+    std::int64_t total = 0, done = 0;
+    bool ended = false;
+  };
+  void begin(std::string_view task, std::optional<std::int64_t> total) override {
+    EXPECT_TRUE(tasks.empty() || tasks.back().ended) << "one task at a time";
+    tasks.push_back({std::string(task), total.value_or(-1), 0, false});
+  }
+  void update(std::int64_t done) override {
+    EXPECT_EQ(std::this_thread::get_id(), thread);
+    EXPECT_GE(done, tasks.back().done);
+    EXPECT_LE(done, tasks.back().total);
+    tasks.back().done = done;
+  }
+  void end() override { tasks.back().ended = true; }
+
+  const std::thread::id thread = std::this_thread::get_id();
+  std::vector<Task> tasks;
+};
+
+TEST(GelSlam, WhatTakesLongTellsHowFarItIs) {
+  Scan scan;
+  stroke(scan, 0, 0, 0);
+  stroke(scan, 0.5, 0.5, 30);
+  Told told;
+  const SlamMap map = scan.finish(&told);
+  fuse_map(map, {}, &told);
+  ASSERT_EQ(told.tasks.size(), 3U);
+  const std::array<const char*, 3> names = {"closing loops", "calibrating slopes", "fusing"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(told.tasks[i].name, names[i]);
+    EXPECT_GT(told.tasks[i].total, 0);
+    EXPECT_EQ(told.tasks[i].done, told.tasks[i].total);
+    EXPECT_TRUE(told.tasks[i].ended);
+  }
 }
 
 }  // namespace

@@ -46,6 +46,9 @@ TEST(StateWords, LeaveTheColorToTheStatus) {
 }
 
 TEST(StateWords, TellThePhaseUnderASteadyHeadline) {
+  LiveStatus closing = saying(LivePhase::finishing, "closing loops");
+  closing.progress = "34%, 12 s left";
+  EXPECT_EQ(state_words(closing).advice, "Closing loops: 34%, 12 s left.");
   const StateWords words = state_words(saying(LivePhase::finishing, "closing loops"));
   EXPECT_EQ(words.headline, "Finishing");
   EXPECT_EQ(words.advice, "Closing loops.");

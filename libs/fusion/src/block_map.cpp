@@ -7,6 +7,7 @@
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
+#include "gelslam/core/parallel_progress.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
@@ -217,7 +218,7 @@ std::array<const BlockSurface*, kBlockNeighbors> BlockMap::lower_surfaces(std::i
   return lower;
 }
 
-Mesh BlockMap::finish(int threads) {
+Mesh BlockMap::finish(int threads, ProgressSink* progress) {
   std::vector<std::int64_t> keys;
   for (auto& [key, block] : blocks_) {
     block.sums.reset();
@@ -227,6 +228,7 @@ Mesh BlockMap::finish(int threads) {
   dirty_.clear();
   uses_.clear();
   warm_ = 0;
+  ParallelProgress fusing(progress, "fusing", keys.size());
   const auto for_each_block = [&](const auto& work) {
     parallel_for(keys.size(), threads, [&](std::size_t i) { work(i, *find(keys[i])); });
   };
@@ -237,6 +239,7 @@ Mesh BlockMap::finish(int threads) {
     thread_local BlockSums sums;
     sample_block(lattice(keys[i]), plain(block.held), field_, sums, block.distances);
     drop_if_unobserved(block.distances);
+    fusing.step();  // what follows takes a small part of the time
   });
   for_each_block([&](std::size_t i, Block& block) { block.surface = vertices_of(keys[i], block); });
 
@@ -261,6 +264,7 @@ Mesh BlockMap::finish(int threads) {
   });
   for (const auto& of_block : triangles)
     mesh.triangles.insert(mesh.triangles.end(), of_block.begin(), of_block.end());
+  fusing.end();
   return mesh;
 }
 

@@ -12,6 +12,7 @@
 
 #include "block_mesher.hpp"
 #include "block_sums.hpp"
+#include "gelslam/core/progress.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "patch_places.hpp"
 
@@ -39,8 +40,8 @@ class BlockMap {
   std::optional<MeshBlock> mesh(std::int64_t key);
 
   /// All passes over every block, on `threads` threads (0: all cores), and the result as one mesh whose
-  /// vertices the blocks share. The same for any number of threads.
-  Mesh finish(int threads);
+  /// vertices the blocks share. The same for any number of threads. Tells `progress` of the task "fusing".
+  Mesh finish(int threads, ProgressSink* progress);
 
   /// Forgets a block in which no patch is left.
   void drop_if_empty(std::int64_t key);

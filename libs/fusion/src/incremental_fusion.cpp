@@ -113,11 +113,11 @@ class IncrementalFusion::Impl {
     return true;
   }
 
-  Mesh finish(int threads) {
+  Mesh finish(int threads, ProgressSink* progress) {
     while (phase_ != Phase::idle) step();
     place_all(threads);
     queue_.clear();
-    return blocks_.finish(threads);
+    return blocks_.finish(threads, progress);
   }
 
   std::vector<MeshBlock> take_changed_blocks() {
@@ -256,11 +256,11 @@ void IncrementalFusion::set_patches(const std::vector<PosedSurface>& patches, do
 bool IncrementalFusion::work() { return impl_->work(); }
 std::vector<MeshBlock> IncrementalFusion::take_changed_blocks() { return impl_->take_changed_blocks(); }
 
-Mesh IncrementalFusion::finish(int threads, double min_piece_mm2) {
-  return without_small_pieces(impl_->finish(threads), min_piece_mm2);
+Mesh IncrementalFusion::finish(int threads, double min_piece_mm2, ProgressSink* progress) {
+  return without_small_pieces(impl_->finish(threads, progress), min_piece_mm2);
 }
 
-Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options) {
+Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options, ProgressSink* progress) {
   std::vector<PosedSurface> numbered = patches;  // in the given order; an id may come twice
   for (std::size_t i = 0; i < numbered.size(); ++i) {
     check_patch(numbered[i]);
@@ -268,7 +268,7 @@ Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options
   }
   IncrementalFusion fusion(options, {});
   fusion.set_patches(numbered, options.gradient_scale);
-  return fusion.finish(options.threads, options.min_piece_mm2);
+  return fusion.finish(options.threads, options.min_piece_mm2, progress);
 }
 
 }  // namespace gelslam

@@ -1,9 +1,13 @@
 #include "live/live_board.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/process.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -71,6 +75,26 @@ void LiveBoard::set_words(std::string words, TrackStatus track) {
   const std::lock_guard lock(mutex_);
   status_.words = std::move(words);
   status_.track = track;
+  status_.progress.clear();
+}
+
+void LiveBoard::set_progress(std::int64_t done, std::int64_t total, double elapsed_s) {
+  if (done <= 0 || total <= 0) return;
+  const double share = static_cast<double>(done) / static_cast<double>(total);
+  const std::string text =
+      fmt::format("{:.0f}%, {} left", std::floor(100 * share), duration_text(elapsed_s / share - elapsed_s));
+  const std::lock_guard lock(mutex_);
+  status_.progress = text;
+}
+
+void BoardProgress::begin(std::string_view task, std::optional<std::int64_t> total) {
+  board_.set_words(std::string(task), TrackStatus::background);
+  total_ = total.value_or(0);
+  start_ = LiveClock::now();
+}
+
+void BoardProgress::update(std::int64_t done) {
+  board_.set_progress(done, total_, seconds(LiveClock::now() - start_));
 }
 
 void LiveBoard::warn(const std::string& sentence) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/core/progress.hpp"
 #include "gelslam/slam/live_session.hpp"
 
 namespace gelslam::slam::detail {
@@ -39,7 +40,8 @@ class LiveBoard {
   void set_phase(LivePhase phase);
   LivePhase phase() const;
   void set_words(std::string words, TrackStatus track);  ///< what people are told before anything is tracked
-  void warn(const std::string& sentence);                ///< each sentence once, the newest last
+  void set_progress(std::int64_t done, std::int64_t total, double elapsed_s);  ///< of what `words` say
+  void warn(const std::string& sentence);  ///< each sentence once, the newest last
   /// What is said anew as it changes ("3 frames came damaged"): the newest sentence about it takes the place
   /// of the last.
   void warn_about(const std::string& what, const std::string& sentence);
@@ -85,6 +87,20 @@ class LiveBoard {
   int scan_ = 0;
   bool mesh_cleared_ = false;
   std::map<std::int64_t, MeshBlock> changed_blocks_;
+};
+
+/// Puts on the board what is done while finishing, and how far it is.
+class BoardProgress final : public ProgressSink {
+ public:
+  explicit BoardProgress(LiveBoard& board) : board_(board) {}
+  void begin(std::string_view task, std::optional<std::int64_t> total) override;
+  void update(std::int64_t done) override;
+  void end() override {}
+
+ private:
+  LiveBoard& board_;
+  LiveClock::time_point start_;
+  std::int64_t total_ = 0;
 };
 
 }  // namespace gelslam::slam::detail

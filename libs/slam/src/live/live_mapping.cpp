@@ -69,8 +69,8 @@ void MappingStage::optimize_if_needed() {
 }
 
 SlamMap MappingStage::finish(const std::vector<FrameRecord>& records,
-                             const std::function<bool()>& stop_requested) const {
-  return mapper_->finish(records, !stop_requested(), stop_requested);
+                             const std::function<bool()>& stop_requested, ProgressSink* progress) const {
+  return mapper_->finish(records, !stop_requested(), stop_requested, progress);
 }
 
 }  // namespace gelslam::slam::detail

@@ -24,7 +24,8 @@ class MappingStage {
 
   /// The final map; `stop_requested` leaves out the rest of the refinement. From the thread of run()
   /// or after it.
-  SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested) const;
+  SlamMap finish(const std::vector<FrameRecord>& records, const std::function<bool()>& stop_requested,
+                 ProgressSink* progress = nullptr) const;
   int scan() const { return scan_; }  ///< from 0; from the thread of run() or after it
 
  private:

@@ -283,19 +283,19 @@ void LiveSlam::Impl::save_for_now(const std::vector<FrameRecord>& records) {
 
 void LiveSlam::Impl::finish() {
   board.set_phase(LivePhase::finishing);
-  board.set_words("closing loops", TrackStatus::background);
+  BoardProgress progress(board);
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
-    map = mapping.finish(tracking.records(), [this] { return aborted.load(); });
+    map = mapping.finish(
+        tracking.records(), [this] { return aborted.load(); }, &progress);
   }
-  board.set_words("making the mesh", TrackStatus::background);
   fusion.stop();
   fusion_thread.join();  // what it drew must not come after what is saved
   Mesh mesh;
   {
     const auto scope = timer.measure("finish/fusion");
-    mesh = fuse_map(map, options.config.slam.fusion);
+    mesh = fuse_map(map, options.config.slam.fusion, &progress);
   }
   board.set_words("saving", TrackStatus::background);
   captured.wait();

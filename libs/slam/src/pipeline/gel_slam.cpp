@@ -42,8 +42,9 @@ void GelSlam::skip(std::int64_t frame, double time_s) {
   impl_->frames.push_back(background_record(frame, time_s));
 }
 
-SlamMap GelSlam::finish(bool refine) const {
-  return impl_->mapper.finish(impl_->frames, refine, [] { return false; });
+SlamMap GelSlam::finish(bool refine, ProgressSink* progress) const {
+  return impl_->mapper.finish(
+      impl_->frames, refine, [] { return false; }, progress);
 }
 
 }  // namespace gelslam

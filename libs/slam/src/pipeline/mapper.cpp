@@ -5,6 +5,7 @@
 #include "gelslam/backend/loop_consistency.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/parallel_progress.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "pipeline/slope_calibration.hpp"
 
@@ -77,11 +78,11 @@ SlopeCorrection gradient_scale_in(const PoseGraphSolution& solution) {
   return correction;
 }
 
-void add_overlap_edges(SlamMap& map, const SlamOptions& options,
-                       const std::function<bool()>& stop_requested) {
+void add_overlap_edges(SlamMap& map, const SlamOptions& options, const std::function<bool()>& stop_requested,
+                       ParallelProgress& progress) {
   for (int round = 0; round < kOverlapRounds; ++round) {
     const std::vector<PoseGraphEdge> found =
-        find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested);
+        find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
     if (found.empty() || stop_requested()) return;
     map.edges.insert(map.edges.end(), found.begin(), found.end());
     map.edges = consistent(map.edges, options);
@@ -91,10 +92,10 @@ void add_overlap_edges(SlamMap& map, const SlamOptions& options,
 
 /// `tracked`: links as the tracker measured them.
 void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const SlamOptions& options,
-               const std::function<bool()>& stop_requested) {
+               const std::function<bool()>& stop_requested, ProgressSink* progress) {
   std::optional<slam::detail::CalibratedMap> calibrated =
       slam::detail::calibrate_slopes(map, options.pose_graph, options.slope_calibration, options.registration,
-                                     stop_requested, options.fusion.threads);
+                                     stop_requested, progress, options.fusion.threads);
   if (!calibrated) return;
   map.keyframes = std::move(calibrated->keyframes);
   map.edges = std::move(calibrated->edges);
@@ -213,7 +214,8 @@ MapSnapshot Mapper::snapshot() const {
 }
 
 SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
-                       const std::function<bool()>& stop_requested) const {
+                       const std::function<bool()>& stop_requested, ProgressSink* progress) const {
+  ParallelProgress closing(progress, "closing loops", kOverlapRounds * keyframes_.size());
   SlamMap map;
   map.frames = frames;
   for (FrameRecord& frame : map.frames)
@@ -229,13 +231,17 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   }
   map.edges = consistent(edges, options_);
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
-  if (keyframes_.empty()) return map;
+  if (keyframes_.empty()) {
+    closing.end();
+    return map;
+  }
 
   map.solution = solve(trial_T_keyframe_, map.edges, options_);
-  if (refine && options_.refinement.enabled) add_overlap_edges(map, options_, stop_requested);
+  if (refine && options_.refinement.enabled) add_overlap_edges(map, options_, stop_requested, closing);
+  closing.end();
   map.slope_correction = gradient_scale_in(map.solution);
   if (refine && options_.slope_calibration.enabled && !stop_requested())
-    calibrate(map, edges_, options_, stop_requested);
+    calibrate(map, edges_, options_, stop_requested, progress);
   map.loops = static_cast<int>(std::count_if(
       map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
 

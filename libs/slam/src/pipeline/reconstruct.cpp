@@ -60,16 +60,12 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
   const bool partial = track_log(stream, slam, timer, progress, stop_requested);
   Run run{config, {}, {}, {}};
   {
-    progress.begin("closing loops", std::nullopt);
     const auto scope = timer.measure("finish/poses");
-    run.map = slam.finish();
-    progress.end();
+    run.map = slam.finish(/*refine=*/true, &progress);
   }
   {
-    progress.begin("fusing", std::nullopt);
     const auto scope = timer.measure("finish/fusion");
-    run.mesh = fuse_map(run.map, config.slam.fusion);
-    progress.end();
+    run.mesh = fuse_map(run.map, config.slam.fusion, &progress);
   }
   run.account = {input.log, stream.description(), timer.statistics(), summarise(run.map, run.mesh),
                  std::nullopt};

@@ -111,7 +111,8 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
                                               const PoseGraphSolution& solution,
                                               const std::vector<PoseGraphEdge>& edges,
                                               const SlamOptions& options,
-                                              const std::function<bool()>& stop_requested) {
+                                              const std::function<bool()>& stop_requested,
+                                              ParallelProgress* progress) {
   std::set<std::pair<int, int>> linked;
   for (const PoseGraphEdge& edge : edges)
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
@@ -131,6 +132,7 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
         found_of[id].push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
                                 result.shared_center_mm});
     }
+    if (progress) progress->step();
   });
   std::vector<PoseGraphEdge> found;
   for (const auto& edges_of : found_of) found.insert(found.end(), edges_of.begin(), edges_of.end());

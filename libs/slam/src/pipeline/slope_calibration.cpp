@@ -10,6 +10,7 @@
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
+#include "gelslam/core/parallel_progress.hpp"
 #include "gelslam/registration/slope_sensitivity.hpp"
 
 namespace gelslam::slam::detail {
@@ -18,6 +19,8 @@ namespace {
 using PerTerm = SlopeSensitivity::PerTerm;
 using TermMatrix = SlopeSensitivity::TermMatrix;
 using Keyframes = std::vector<std::shared_ptr<const Keyframe>>;
+
+constexpr int kRounds = 3;
 
 Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
                     const NormalFlowOptions& options, int threads) {
@@ -104,7 +107,7 @@ Registered registered_again(const CalibratedMap& map, std::size_t i, const Norma
 /// Registers the map's edges again and returns how they depend on the factors. An edge that cannot be
 /// registered stays as it was.
 SharedUnknowns register_again(CalibratedMap& map, double scale_sigma, const NormalFlowOptions& options,
-                              int threads) {
+                              int threads, ParallelProgress& progress) {
   constexpr std::size_t kAtOnce = 256;  // 4 kB each
   SharedUnknowns shared;
   shared.edge_by_unknown.resize(map.edges.size(), Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0));
@@ -112,8 +115,10 @@ SharedUnknowns register_again(CalibratedMap& map, double scale_sigma, const Norm
   std::vector<Registered> registered;
   for (std::size_t first = 0; first < map.edges.size(); first += kAtOnce) {
     registered.assign(std::min(kAtOnce, map.edges.size() - first), {});
-    parallel_for(registered.size(), threads,
-                 [&](std::size_t k) { registered[k] = registered_again(map, first + k, options); });
+    parallel_for(registered.size(), threads, [&](std::size_t k) {
+      registered[k] = registered_again(map, first + k, options);
+      progress.step();
+    });
     for (std::size_t k = 0; k < registered.size(); ++k) {
       const auto& [result, sensitivity] = registered[k];
       if (!result.ok()) continue;
@@ -181,13 +186,11 @@ double share_of(const Vector6d& motion, const Link& link) {
   return std::clamp(alike * along / link2, 0.0, 1.0);
 }
 
-}  // namespace
-
-std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGraphOptions& pose_graph,
-                                              const SlopeCalibrationOptions& options,
-                                              const NormalFlowOptions& normal_flow,
-                                              const std::function<bool()>& stop_requested, int threads) {
-  constexpr int kRounds = 3;
+std::optional<CalibratedMap> calibrated_in_rounds(const SlamMap& read, const PoseGraphOptions& pose_graph,
+                                                  const SlopeCalibrationOptions& options,
+                                                  const NormalFlowOptions& normal_flow,
+                                                  const std::function<bool()>& stop_requested, int threads,
+                                                  ParallelProgress& progress) {
   constexpr double kSettledSigmas = 0.1;         // smaller steps change no pose by a noticeable amount
   constexpr double kRemainingScaleError = 0.02;  // of a gradient scale, once slopes were corrected
   const double scale_sigma = options.gradient_scale_sigma;
@@ -197,7 +200,7 @@ std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGra
   for (int round = 0; round < kRounds; ++round) {
     if (stop_requested()) return std::nullopt;
     map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
-    const SharedUnknowns shared = register_again(map, scale_sigma, registration, threads);
+    const SharedUnknowns shared = register_again(map, scale_sigma, registration, threads, progress);
     map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph, shared);
     SlopeCorrection step;
     for (int k = 0; k < SlopeSensitivity::kTerms; ++k) {
@@ -209,6 +212,20 @@ std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGra
   }
   if (!informative(map.correction, scale_sigma)) return std::nullopt;
   map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
+  return map;
+}
+
+}  // namespace
+
+std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGraphOptions& pose_graph,
+                                              const SlopeCalibrationOptions& options,
+                                              const NormalFlowOptions& normal_flow,
+                                              const std::function<bool()>& stop_requested,
+                                              ProgressSink* progress, int threads) {
+  ParallelProgress calibrating(progress, "calibrating slopes", kRounds * read.edges.size());
+  std::optional<CalibratedMap> map =
+      calibrated_in_rounds(read, pose_graph, options, normal_flow, stop_requested, threads, calibrating);
+  calibrating.end();
   return map;
 }
 

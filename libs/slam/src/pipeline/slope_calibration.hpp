@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "gelslam/core/progress.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "gelslam/slam/slam_options.hpp"
 
@@ -22,12 +23,13 @@ struct CalibratedMap {
 /// keyframes that see one place in different parts of the gel or at different tilts, and loops, tell what the
 /// slope model reads wrong; where nothing tells it, the prior (no correction) holds. Every edge is registered
 /// again on corrected surfaces, in several rounds. Returns nothing when stopped, when the log does not tell
-/// the correction, or when the result is not plausible. `threads` 0: all cores; the result does not depend on
-/// it.
+/// the correction, or when the result is not plausible. Tells `progress` (null: nobody) of the task
+/// "calibrating slopes". `threads` 0: all cores; the result does not depend on it.
 std::optional<CalibratedMap> calibrate_slopes(const SlamMap& map, const PoseGraphOptions& pose_graph,
                                               const SlopeCalibrationOptions& options,
                                               const NormalFlowOptions& normal_flow,
-                                              const std::function<bool()>& stop_requested, int threads = 0);
+                                              const std::function<bool()>& stop_requested,
+                                              ProgressSink* progress = nullptr, int threads = 0);
 
 /// A frame between two keyframes was registered to the first of them with the same error of the slopes that
 /// the link from it to the second has, in proportion to how much of that motion it has made: what corrected

@@ -145,10 +145,10 @@ ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
   return summary;
 }
 
-Mesh fuse_map(const SlamMap& map, const FusionOptions& options) {
+Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress) {
   FusionOptions fusion = options;
   fusion.gradient_scale = map.surface_scale().mean();
-  return fuse(posed_surfaces(map), fusion);
+  return fuse(posed_surfaces(map), fusion, progress);
 }
 
 std::string report_json(const Run& run) { return report(run.config, run.map, run.account).dump(2) + "\n"; }

@@ -47,7 +47,7 @@ StateWords usual_words(const LiveStatus& status) {
     case LivePhase::paused:
       return {"paused", theme::kGray, "Paused", "Press Space to go on."};
     case LivePhase::finishing:
-      return {"finishing", theme::kBlue, "Finishing", "Closing loops, making the mesh, saving."};
+      return {"finishing", theme::kBlue, "Finishing", "Closing loops, fusing, saving."};
     case LivePhase::finished:
       return {"finished", theme::kGreen, "Finished", "Everything is saved. Look around; Q closes."};
     case LivePhase::scanning:
@@ -76,7 +76,8 @@ StateWords state_words(const LiveStatus& status) {
   if (status.phase == LivePhase::scanning) {
     say_while_scanning(status.words, words);
   } else if (status.phase == LivePhase::background || status.phase == LivePhase::finishing) {
-    if (std::string said = sentences(status.words); !said.empty()) words.advice = std::move(said);
+    const std::string progress = status.progress.empty() ? "" : ": " + status.progress;
+    if (std::string said = sentences(status.words + progress); !said.empty()) words.advice = std::move(said);
   } else if (status.phase == LivePhase::finished && !status.failure.empty()) {
     words.color = theme::kRed;
     words.headline = "Ended with an error";

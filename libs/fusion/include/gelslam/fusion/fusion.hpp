@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "gelslam/core/progress.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/surface/surface.hpp"
@@ -31,7 +32,9 @@ struct FusionOptions {
 /// distances, opposite sides of thin objects kept apart by their touch directions (own; docs/algorithms.md).
 /// Independent of the patches' order up to rounding; deterministic for a given order. Returns an empty mesh
 /// when no patch has contact; throws Error for options that make no sense and for poses that are not finite.
-Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options);
+/// Tells `progress` (null: nobody) of the task "fusing".
+Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options,
+          ProgressSink* progress = nullptr);
 
 struct CoverageOptions {
   double min_uncovered_weight = 50.0;  ///< weighted pixels that no other kept keyframe shows

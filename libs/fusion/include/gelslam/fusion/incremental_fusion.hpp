@@ -41,8 +41,9 @@ class IncrementalFusion {
 
   /// Does all work that is left, on `threads` threads (0: all cores), and returns the whole surface as one
   /// mesh with shared vertices, without pieces smaller than `min_piece_mm2`: the end of fuse(). The same
-  /// bytes for any number of threads and any history. Nothing may follow. Throws Error like work().
-  Mesh finish(int threads, double min_piece_mm2);
+  /// bytes for any number of threads and any history. Nothing may follow. Throws Error like work(). Tells
+  /// `progress` (null: nobody) of the task "fusing".
+  Mesh finish(int threads, double min_piece_mm2, ProgressSink* progress = nullptr);
 
   /// Blocks whose surface has changed since the last call, by key. Together with all taken before they meet
   /// without gaps, also while there is work left (where a large correction has come half way there is a step,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "gelslam/core/progress.hpp"
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/slam/slam_map.hpp"
@@ -25,8 +26,9 @@ class GelSlam {
   void skip(std::int64_t frame, double time_s);
 
   /// Puts all poses right. May be called at any time; frames may follow. `refine` false: with the edges that
-  /// are known, which takes tenths of a second.
-  SlamMap finish(bool refine = true) const;
+  /// are known, which takes tenths of a second. Tells `progress` (null: nobody) of the tasks "closing loops"
+  /// and "calibrating slopes".
+  SlamMap finish(bool refine = true, ProgressSink* progress = nullptr) const;
 
  private:
   struct Impl;

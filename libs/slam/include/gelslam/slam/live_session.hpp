@@ -24,8 +24,9 @@ struct LiveStatus {
   /// "tracking"; "tracking; sliding along x is not observable on this surface"; "no contact";
   /// "lost: too little overlap; touch a place you have seen"
   std::string words;
-  std::string warning;  ///< what is wrong for longer than a frame (log stopped: disk full; background
-                        ///< doubtful), or ""
+  std::string progress;  ///< of what is done while finishing: "34%, 12 s left"; or ""
+  std::string warning;   ///< what is wrong for longer than a frame (log stopped: disk full; background
+                         ///< doubtful), or ""
   std::string
       failure;  ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
   std::string run_folder;           ///< where this scan is saved; "" without one

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/core/progress.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
@@ -44,9 +45,10 @@ class Mapper {
   MapSnapshot snapshot() const;
 
   /// Solves for all poses, with refinement (slow; `refine` false: with the edges that are known). May be
-  /// called at any time; keyframes may follow. `stop_requested` leaves out the rest of the refinement.
+  /// called at any time; keyframes may follow. `stop_requested` leaves out the rest of the refinement. Tells
+  /// `progress` (null: nobody) of the tasks "closing loops" and "calibrating slopes".
   SlamMap finish(const std::vector<FrameRecord>& frames, bool refine,
-                 const std::function<bool()>& stop_requested) const;
+                 const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;
 
  private:
   void add_edge(const PoseGraphEdge& edge);

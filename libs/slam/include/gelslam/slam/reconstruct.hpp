@@ -57,7 +57,8 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
                 const std::function<bool()>& stop_requested);
 
 /// The map's surface: all patches of the largest component, with the gradient scale taken out. Map frame, mm.
-Mesh fuse_map(const SlamMap& map, const FusionOptions& options);
+/// Tells `progress` (null: nobody) of the task "fusing".
+Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr);
 
 /// Counts of the map and its mesh.
 ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh);
