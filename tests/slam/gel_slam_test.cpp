@@ -8,6 +8,7 @@
 
 #include "../support/analytic_surface.hpp"
 #include "gelslam/slam/reconstruct.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
 namespace {
@@ -40,9 +41,9 @@ class Scan {
     return slam_.process(frame, 0.04 * static_cast<double>(frame), touch(texture(), texture_T_sensor, view_),
                          timer_);
   }
-  void lift() {
+  TrackedFrame lift() {
     const std::int64_t frame = next_++;
-    slam_.process(frame, 0.04 * static_cast<double>(frame), nothing(), timer_);
+    return slam_.process(frame, 0.04 * static_cast<double>(frame), nothing(), timer_);
   }
   SlamMap finish(ProgressSink* progress = nullptr) const { return slam_.finish(true, progress); }
   Pose true_motion(std::int64_t from, std::int64_t to) const {
@@ -195,17 +196,31 @@ TEST(GelSlam, KeyframesAreLinkedAlongTheTrial) {
   expect_true_poses(scan, map);
 }
 
+/// A contact of 3.8 by 3.2 mm, which a short way outgrows.
+View small_contact() {
+  View view;
+  view.contact_width_px = 60;
+  view.contact_height_px = 50;
+  return view;
+}
+
+/// Sensor poses along a way of 6 mm.
+std::vector<Pose> way(bool back) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 16; ++i) {
+    const double x_mm = 0.4 * (back ? 15 - i : i);
+    poses.push_back(motion(0, 0, 0.3 * x_mm, x_mm, 0.1 * x_mm, 0.4));
+  }
+  return poses;
+}
+
 // Memory and time follow the surface seen, not the duration.
 TEST(GelSlam, GoingToAndFroOverKnownGroundAddsNoKeyframes) {
-  View view;
-  view.contact_width_px = 60;  // 3.8 by 3.2 mm: a short way outgrows it
-  view.contact_height_px = 50;
-  Scan scan({}, view);
+  Scan scan({}, small_contact());
   std::vector<std::int64_t> keyframes;
   const auto pass = [&](bool back) {
-    for (int i = 0; i < 16; ++i) {
-      const double x_mm = 0.4 * (back ? 15 - i : i);
-      const TrackedFrame tracked = scan.see(motion(0, 0, 0.3 * x_mm, x_mm, 0.1 * x_mm, 0.4));
+    for (const Pose& pose : way(back)) {
+      const TrackedFrame tracked = scan.see(pose);
       EXPECT_EQ(tracked.status, TrackStatus::tracked);
       for (const NewKeyframe& added : tracked.new_keyframes) keyframes.push_back(added.keyframe->frame);
     }
@@ -221,6 +236,22 @@ TEST(GelSlam, GoingToAndFroOverKnownGroundAddsNoKeyframes) {
   const SlamMap map = scan.finish();
   EXPECT_EQ(map.components, 1);
   expect_true_poses(scan, map);
+}
+
+TEST(GelSlam, ATrialGoesOnWithKeyframesOfAnEarlierOneAndItsDriftStaysKnown) {
+  Scan scan({}, small_contact());
+  TrialDrift drift(0.1);
+  int on_known = 0;
+  for (const bool back : {false, true}) {
+    for (const Pose& pose : way(back)) {
+      const TrackedFrame tracked = scan.see(pose);
+      EXPECT_TRUE(drift.add(tracked)) << tracked.frame;
+      on_known += tracked.keyframe->trial < tracked.trial ? 1 : 0;
+    }
+    drift.add(scan.lift());
+  }
+  EXPECT_GE(on_known, 8);
+  expect_true_poses(scan, scan.finish());
 }
 
 TEST(GelSlam, FinishingInTheMiddleChangesNothing) {

@@ -350,6 +350,7 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   if (!place.ok() || !is_located(place) || is_outgrown(*known->keyframe, place, *touch.surface) ||
       !is_near(place, expected, kMinPeriodMm / 2))
     return false;
+  result.left = touch.link;
   keyframe_ = known->keyframe;
   reference_ = std::move(reference);
   previous_.link = link_to(keyframe_, place);

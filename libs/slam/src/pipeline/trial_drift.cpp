@@ -29,6 +29,10 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
         added.link.previous ? onward(trial_T_keyframes_.at(added.link.previous->id), added.link)
                             : UncertainMotion();
   }
+  if (frame.left && !trial_T_keyframes_.contains(frame.keyframe->id))  // a keyframe of another trial
+    trial_T_keyframes_[frame.keyframe->id] =
+        compose(onward(trial_T_keyframes_.at(frame.left->previous->id), *frame.left),
+                inverse(uncertain_motion(odometry_edge(link_to(frame.keyframe, frame.registration), -1))));
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)

@@ -40,6 +40,9 @@ UncertainMotion uncertain_motion(const PoseGraphEdge& edge);
 /// a_T_b and b_T_c to a_T_c, measured independently.
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 
+/// a_T_b to b_T_a.
+UncertainMotion inverse(const UncertainMotion& motion);
+
 /// How well a graph's edges know the motion between two of its nodes: by the edges on one way from one to the
 /// other with few steps, without a solve. A gradient scale common to all edges counts (see pose_graph.hpp).
 class MotionCertainty {

@@ -53,6 +53,8 @@ struct TrackedFrame {
   /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
   /// that).
   std::vector<NewKeyframe> new_keyframes;
+  /// Where a known keyframe takes over: how this frame hangs on the one that was left.
+  std::optional<KeyframeLink> left;
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
