@@ -63,5 +63,5 @@ function(gelslam_test name)
   # Where tests/support/data_folder.hpp looks when GELSLAM_DATA is not set.
   target_compile_definitions(${name} PRIVATE GELSLAM_DEFAULT_DATA="${PROJECT_SOURCE_DIR}/../shared/data")
   include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 240)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
 endfunction()

@@ -16,7 +16,7 @@
 namespace gelslam::lab {
 namespace {
 
-struct Arguments {
+struct BenchmarkArguments {
   std::vector<std::filesystem::path> data;
   std::vector<std::string> methods = {"normalflow", "icp", "fpfh", "filterreg"};
   std::string protocol = "frame0";
@@ -26,7 +26,7 @@ struct Arguments {
   bool overwrite = false, json = false, quiet = false;
 };
 
-BenchmarkRequest request_of(const Arguments& arguments) {
+BenchmarkRequest request_of(const BenchmarkArguments& arguments) {
   BenchmarkRequest request;
   check_methods(arguments.methods);
   for (const std::string& method : arguments.methods)
@@ -50,7 +50,7 @@ std::vector<std::string> known_entries() {
   return names;
 }
 
-void run(const Arguments& arguments) {
+void run(const BenchmarkArguments& arguments) {
   const BenchmarkRequest request = request_of(arguments);
   std::optional<RunFolder> folder;
   if (!arguments.out.empty())
@@ -74,7 +74,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_benchmark(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BenchmarkArguments>();
   CLI::App* command =
       add_study(lab, "benchmark", "Compare registration methods over data with ground truth", arguments, run);
   command

@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-struct Arguments {
+struct CalibrationArguments {
   fs::path folder, model;
   std::string only;
   double pitch_mm = 0.0634;
@@ -158,7 +158,7 @@ std::vector<BallZone> drawn_zones(const PressSet& set, const std::vector<BallZon
   return drawn;
 }
 
-void run(const Arguments& arguments) {
+void run(const CalibrationArguments& arguments) {
   PressSet set = read_press_set(arguments.folder);
   fill_markers(set);
   compare_labels(set, arguments.pitch_mm);
@@ -198,7 +198,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_calibration(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CalibrationArguments>();
   CLI::App* command = add_study(
       lab, "calibration", "Compare training recipes of the gradient model on presses they have not seen",
       arguments, run);

@@ -21,7 +21,7 @@
 namespace gelslam::lab {
 namespace {
 
-struct Arguments {
+struct FusionArguments {
   std::filesystem::path run;
   std::size_t keyframes = 100;
 };
@@ -86,7 +86,7 @@ void print_costs(const char* name, std::vector<Cost> costs) {
               costs[n / 2].ms, costs[n * 95 / 100].ms, costs.back().ms, longest_call, blocks / n);
 }
 
-void run(const Arguments& arguments) {
+void run(const FusionArguments& arguments) {
   const std::filesystem::path& run = arguments.run;
   const std::filesystem::path folder = exists(run / "session") ? run / "session" : run;
   const Session session = load_session(folder);
@@ -125,7 +125,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_fusion(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<FusionArguments>();
   CLI::App* command =
       add_study(lab, "fusion", "Time the growing mesh on the keyframes of a run", arguments, run);
   command->add_option("RUN", arguments->run, "Run folder, or its session")->required();

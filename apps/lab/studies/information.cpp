@@ -41,7 +41,7 @@ constexpr std::array<double, 6> kChi90 = {2.706, 4.605, 6.251, 7.779, 9.236, 10.
 // x y z rx ry rz, as people read them, in the order of information matrices.
 constexpr std::array<int, 6> kColumns = {3, 4, 5, 0, 1, 2};
 
-struct Arguments {
+struct InformationArguments {
   std::vector<fs::path> data;
   ProblemChoice choice{30, {1, 5, 12, 25}};
   fs::path csv;
@@ -115,7 +115,7 @@ std::string csv_lines(const std::string& name, const std::vector<Outcome>& outco
   return text;
 }
 
-void run(const Arguments& arguments) {
+void run(const InformationArguments& arguments) {
   std::string csv =
       "sequence,tracked,wrong,shown,chi_square,ex_mm,ey_mm,ez_mm,erx_rad,ery_rad,erz_rad,sx_mm,sy_mm,sz_mm,"
       "srx_rad,"
@@ -145,7 +145,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_information(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<InformationArguments>();
   CLI::App* command = add_study(
       lab, "information", "Compare errors of registrations with the sigmas they report", arguments, run);
   command->add_option("DATA", arguments->data, "Data folders with true_start_T_currs.npy")->required();

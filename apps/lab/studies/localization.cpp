@@ -27,12 +27,12 @@
 namespace gelslam::lab {
 namespace {
 
-constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
-constexpr float kMeshSpacingMm = 0.1F, kCoarseSpacingMm = 0.5F;
+constexpr double kWrongPlaceMm = 1.0, kWrongPlaceDeg = 5.0;
+constexpr float kMapMeshSpacingMm = 0.1F, kCoarseSpacingMm = 0.5F;
 constexpr double kFrame_s = 0.04;
 constexpr int kRollFrames = 24, kRollStride = 2;  // from one touch on: about two more that show other places
 
-struct Arguments {
+struct LocalizationArguments {
   std::vector<std::string> objects = {"pebble", "peanut", "pebble:2", "peanut:2", "coin",  "plank",
                                       "golf",   "knurl",  "weave",    "sphere",   "brick", "nut"};
   int trials = 100, map_frames = 300, tracked_frames = 200;
@@ -57,7 +57,7 @@ Object make_object(const std::string& name) {
     ShapeSpec spec;
     spec.name = shape;
     if (colon != std::string::npos) spec.seed = std::stoul(name.substr(colon + 1));
-    mesh = make_shape(spec)->mesh(kMeshSpacingMm);
+    mesh = make_shape(spec)->mesh(kMapMeshSpacingMm);
   }
   const ShapePtr made = make_mesh_shape(mesh);
   return {mesh, made->mesh(kCoarseSpacingMm), made};
@@ -123,7 +123,7 @@ StudyMap map_of_mesh(const Object& object) {
 
 struct PoseError {
   double mm = 0, deg = 0;
-  bool right() const { return mm < kWrongMm && deg < kWrongDeg; }
+  bool right() const { return mm < kWrongPlaceMm && deg < kWrongPlaceDeg; }
 };
 
 PoseError error_of(const PlaceHypothesis& found, const Pose& map_T_sensor) {
@@ -257,7 +257,7 @@ Json row_of(const std::string& name, const StudyMap& map, const Score& score,
   return row;
 }
 
-void run(const Arguments& arguments) {
+void run(const LocalizationArguments& arguments) {
   Sensor sensor(quickly_trained_model());
   Json rows = Json::array();
   for (const std::string& name : arguments.objects) {
@@ -285,7 +285,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_localize(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<LocalizationArguments>();
   CLI::App* command = add_study(
       lab, "localize",
       "Find touches of known objects in maps of runs and of meshes; count what is certain but wrong",

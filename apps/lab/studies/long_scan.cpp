@@ -32,8 +32,8 @@
 namespace gelslam::lab {
 namespace {
 
-struct Arguments {
-  Arguments() {
+struct LongScanArguments {
+  LongScanArguments() {
     scan.object.size = 3.3;
     scan.motion.name = "tour";
     scan.motion.frames = 5000;
@@ -46,7 +46,7 @@ struct Arguments {
 };
 
 /// Processor time of this thread: neither the simulation nor other programs count.
-double now_ms() {
+double thread_ms() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
@@ -124,7 +124,7 @@ bool is_wrong(const TrackedFrame& tracked, const std::vector<std::optional<Pose>
 }
 
 /// Feeds all frames to `slam`, and notes the truth and the costs.
-Scan run_scan(const Simulator& simulator, const GradientModel& model, const Arguments& arguments,
+Scan run_scan(const Simulator& simulator, const GradientModel& model, const LongScanArguments& arguments,
               GelSlam& slam) {
   SurfaceEstimator estimator(model, simulator.frame(0).bgr, {});
   Pictures pictures(simulator, arguments.ahead);
@@ -140,13 +140,13 @@ Scan run_scan(const Simulator& simulator, const GradientModel& model, const Argu
       slam.skip(frame->index, frame->time_s);
       continue;
     }
-    const double start = now_ms();
+    const double start = thread_ms();
     const SurfacePtr surface = estimator.estimate(frame->bgr);
-    const double estimated = now_ms();
+    const double estimated = thread_ms();
     const TrackedFrame tracked = slam.process(frame->index, frame->time_s, surface, timer);
     const int made = static_cast<int>(tracked.new_keyframes.size());
     stretch.surface_ms += estimated - start;
-    (made > 0 ? stretch.keyframe_ms : stretch.frame_ms) += now_ms() - estimated;
+    (made > 0 ? stretch.keyframe_ms : stretch.frame_ms) += thread_ms() - estimated;
     stretch.keyframes += made;
     stretch.lost += tracked.status == TrackStatus::lost;
     scan.keyframes += made;
@@ -196,10 +196,10 @@ Pairs loops_among(const SlamMap& map, SlamOptions options, int candidates, doubl
   options.loop_closure.max_constraints = candidates;
   LoopCloser closer(options.loop_closure, options.registration, options.verification);
   Pairs found;
-  const double start = now_ms();
+  const double start = thread_ms();
   for (const auto& keyframe : map.keyframes)
     for (const LoopConstraint& loop : closer.add(*keyframe)) found.emplace(loop.from, loop.to);
-  ms = now_ms() - start;
+  ms = thread_ms() - start;
   return found;
 }
 
@@ -263,7 +263,7 @@ ScanSpec with_meshed_object(ScanSpec scan, const std::filesystem::path& folder) 
   return scan;
 }
 
-void run(const Arguments& arguments) {
+void run(const LongScanArguments& arguments) {
   const double start = wall_s();
   const GradientModel model = arguments.model.empty() ? quickly_trained_model() : read_model(arguments.model);
   const Simulator simulator(with_meshed_object(arguments.scan, arguments.out));
@@ -283,7 +283,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_long_scan(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<LongScanArguments>();
   CLI::App* command =
       add_study(lab, "long-scan", "Simulate a long scan: keyframes, time, memory and errors", arguments, run);
   ScanSpec& scan = arguments->scan;

@@ -17,16 +17,16 @@
 namespace gelslam::lab {
 namespace {
 
-constexpr double kWrongMm = 0.5, kWrongDeg = 3.0;
+constexpr double kWrongLoopMm = 0.5, kWrongLoopDeg = 3.0;
 constexpr double kOverlap = 0.3;  // of the smaller contact: then a loop should be found
 
-struct Arguments {
+struct LoopsArguments {
   std::vector<std::filesystem::path> folders;
   std::filesystem::path model;
   bool list = false;
 };
 
-struct Scan {
+struct LoopScan {
   SlamOptions options;
   std::vector<NewKeyframe> keyframes;
   std::vector<FrameRecord> frames;
@@ -35,14 +35,14 @@ struct Scan {
   const Keyframe& keyframe(int id) const { return *keyframes[static_cast<std::size_t>(id)].keyframe; }
 };
 
-Scan track(const std::filesystem::path& folder, const std::filesystem::path& model) {
+LoopScan track(const std::filesystem::path& folder, const std::filesystem::path& model) {
   const GroundTruth truth = read_ground_truth(folder);
   const LogInput input{.log = folder, .config = {}, .model = model, .background = {}};
   const Config config = resolve_config(input);
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
   Tracker tracker(config.slam.tracker, config.slam.registration, config.slam.verification);
-  Scan scan;
+  LoopScan scan;
   scan.options = config.slam;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
     if (!item->surface) {
@@ -62,16 +62,17 @@ Scan track(const std::filesystem::path& folder, const std::filesystem::path& mod
   return scan;
 }
 
-bool right(const Scan& scan, int from, int to, const Pose& from_T_to) {
+bool right(const LoopScan& scan, int from, int to, const Pose& from_T_to) {
   const Pose truth =
       scan.true_pose[static_cast<std::size_t>(from)].inverse() * scan.true_pose[static_cast<std::size_t>(to)];
   const Pose error = from_T_to.inverse() * truth;
-  return error.translation().norm() < kWrongMm && rotation_angle_rad(error) < kWrongDeg * M_PI / 180.0;
+  return error.translation().norm() < kWrongLoopMm &&
+         rotation_angle_rad(error) < kWrongLoopDeg * M_PI / 180.0;
 }
 
 /// Pairs of keyframes, not neighbors in one trial, whose contacts share kOverlap of the smaller one where
 /// they truly are.
-std::vector<std::pair<int, int>> true_overlaps(const Scan& scan) {
+std::vector<std::pair<int, int>> true_overlaps(const LoopScan& scan) {
   std::vector<std::pair<int, int>> pairs;
   for (int to = 0; to < static_cast<int>(scan.keyframes.size()); ++to)
     for (int from = 0; from < to; ++from) {
@@ -89,7 +90,7 @@ struct Count {
 };
 
 template <typename Loops>
-Count count(const Scan& scan, const Loops& loops) {
+Count count(const LoopScan& scan, const Loops& loops) {
   Count result;
   std::vector<bool> seen(scan.keyframes.size(), false);
   for (const auto& loop : loops) {
@@ -103,7 +104,7 @@ Count count(const Scan& scan, const Loops& loops) {
   return result;
 }
 
-std::vector<LoopConstraint> search(const Scan& scan, const SlamOptions& options) {
+std::vector<LoopConstraint> search(const LoopScan& scan, const SlamOptions& options) {
   LoopCloser closer(options.loop_closure, options.registration, options.verification);
   std::vector<LoopConstraint> all;
   for (const NewKeyframe& added : scan.keyframes)
@@ -132,7 +133,7 @@ void print(const char* stage, const Count& count, std::size_t returning) {
 }
 
 void study(const std::filesystem::path& folder, const std::filesystem::path& model, bool list) {
-  const Scan scan = track(folder, model);
+  const LoopScan scan = track(folder, model);
   const std::vector<std::pair<int, int>> overlaps = true_overlaps(scan);
   std::vector<bool> returns(scan.keyframes.size(), false);
   for (const auto& [from, to] : overlaps) returns[static_cast<std::size_t>(to)] = true;
@@ -165,7 +166,7 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   std::fflush(stdout);
 }
 
-void run(const Arguments& arguments) {
+void run(const LoopsArguments& arguments) {
   for (const std::filesystem::path& folder : arguments.folders)
     study(folder, arguments.model, arguments.list);
 }
@@ -173,7 +174,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_loops(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<LoopsArguments>();
   CLI::App* command =
       add_study(lab, "loops", "Count right and wrong loops on data folders with truth", arguments, run);
   command->add_option("DATA", arguments->folders, "Data folders with true_start_T_currs.npy")->required();

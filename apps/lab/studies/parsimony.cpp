@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ParsimonyArguments {
   std::vector<fs::path> data;
   std::vector<std::string> knobs;  // empty: all
   bool quick = false;
@@ -64,7 +64,7 @@ std::vector<Setting> all_settings() {
 }
 
 /// What of all was asked for: the default, and of each knob in turn all settings or two.
-std::vector<Setting> chosen_settings(const Arguments& arguments) {
+std::vector<Setting> chosen_settings(const ParsimonyArguments& arguments) {
   std::vector<Setting> chosen;
   for (const Setting& setting : all_settings()) {
     const auto& knobs = arguments.knobs;
@@ -148,8 +148,8 @@ Json measure(const fs::path& folder, const Setting& setting, double changed, con
   return row;
 }
 
-void run(const Arguments& chosen) {
-  Arguments arguments = chosen;
+void run(const ParsimonyArguments& chosen) {
+  ParsimonyArguments arguments = chosen;
   if (arguments.data.empty())
     arguments.data = sequence_folders({"track_peanut", "hard_breaks", "scan_peanut360"});
   const std::vector<Setting> settings = chosen_settings(arguments);
@@ -170,7 +170,7 @@ void run(const Arguments& chosen) {
 }  // namespace
 
 void add_parsimony(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ParsimonyArguments>();
   CLI::App* command =
       add_study(lab, "parsimony",
                 "Measure errors of trajectory and mesh against keyframes, samples, pixels and triangles",

@@ -26,7 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Jpeg = std::vector<std::uint8_t>;
 
-struct Arguments {
+struct SoakArguments {
   std::string log, model, run_folder;
   double minutes = 10, rate_hz = 25;
   int frames = 120;
@@ -62,7 +62,7 @@ Jpeg compressed(cv::Mat3b picture, double noise_levels, cv::RNG& random) {
   return jpeg;
 }
 
-std::vector<Jpeg> camera_pictures(const Arguments& arguments, const Config& config) {
+std::vector<Jpeg> camera_pictures(const SoakArguments& arguments, const Config& config) {
   const std::unique_ptr<RawFrameSource> log = open_raw_log(arguments.log, config.sensor);
   FrameDecoder decoder(config.sensor);
   cv::RNG random(7);
@@ -148,7 +148,7 @@ void print(const Sample& sample) {
 }
 
 /// Samples while the scan runs, six a minute.
-std::vector<Sample> watch(LiveSlam& session, const Arguments& arguments) {
+std::vector<Sample> watch(LiveSlam& session, const SoakArguments& arguments) {
   const Clock::time_point start = Clock::now();
   const auto minutes = [&] { return std::chrono::duration<double>(Clock::now() - start).count() / 60; };
   std::vector<Sample> samples;
@@ -192,7 +192,7 @@ Json account(const std::vector<Sample>& samples, const std::vector<StageStatisti
   return json;
 }
 
-void run(const Arguments& arguments) {
+void run(const SoakArguments& arguments) {
   LiveOptions options;
   options.config = resolve_config({arguments.log, {}, arguments.model, {}, false});
   options.run_folder = arguments.run_folder;
@@ -216,7 +216,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_soak(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SoakArguments>();
   CLI::App* command = add_study(
       lab, "soak", "Run the live chain on full-size camera pictures: rate, latency and memory over time",
       arguments, run);

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr double kSlowMs = 5;  // what takes longer is timed once: caches hardly matter to it
 
-struct Arguments {
+struct SpeedAccuracyArguments {
   std::vector<fs::path> data;
   std::vector<std::string> methods = {"normalflow", "icp", "filterreg", "fpfh"};
   ProblemChoice choice{.stride = 24, .gaps = {1, 5, 12}, .most_references = 24};
@@ -111,7 +111,7 @@ bool wanted(const SpeedSetting& setting, const std::vector<std::string>& knobs) 
 /// By resolution and folder, so that only one set of surfaces is held at once; the sensor's own resolution
 /// first. `done` is told after each resolution what is known by then.
 template <class Done>
-std::vector<Measured> measure_all(const Arguments& arguments, const Done& done) {
+std::vector<Measured> measure_all(const SpeedAccuracyArguments& arguments, const Done& done) {
   std::map<std::pair<int, int>, std::vector<Measured>> by_size;
   std::vector<std::pair<int, int>> sizes;
   for (SpeedSetting& setting : speed_settings(arguments.methods)) {
@@ -176,8 +176,8 @@ Json to_json(const std::vector<Measured>& all) {
   return rows;
 }
 
-void run(const Arguments& chosen) {
-  Arguments arguments = chosen;
+void run(const SpeedAccuracyArguments& chosen) {
+  SpeedAccuracyArguments arguments = chosen;
   if (arguments.data.empty()) arguments.data = sequence_folders({"track_", "hard_", "scan_"});
   const std::vector<Measured> all = measure_all(arguments, [&](const std::vector<Measured>& so_far) {
     write_study(arguments.out, "speed_accuracy", to_json(so_far));
@@ -190,7 +190,7 @@ void run(const Arguments& chosen) {
 }  // namespace
 
 void add_speed_accuracy(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SpeedAccuracyArguments>();
   CLI::App* command =
       add_study(lab, "speed-accuracy", "Measure time against error of every registration method and setting",
                 arguments, run);

@@ -15,7 +15,7 @@
 namespace gelslam::lab {
 namespace {
 
-constexpr int kFrames = 1000;           // of the motion that places and their neighbors are taken from
+constexpr int kStudioFrames = 1000;     // of the motion that places and their neighbors are taken from
 constexpr float kMeshSpacingMm = 0.5F;  // enough to know how an object rests
 constexpr int kCoarser = 2;             // pixels of the gel on which overlaps are searched
 constexpr double kFlatTiltRad = 0.03;
@@ -28,7 +28,7 @@ SensorGeometry coarser(const SensorGeometry& geometry, int factor) {
 MotionSpec motion_all_over() {
   MotionSpec motion;
   motion.name = "allover";
-  motion.frames = kFrames;
+  motion.frames = kStudioFrames;
   return motion;
 }
 
@@ -163,11 +163,11 @@ int TouchStudio::frame_with_overlap(const TouchSpec& spec, int first) {
   int near = first, far = first + 1;
   double near_excess = 1 - spec.overlap, far_excess = excess(far);
   while (far_excess > 0) {
-    if (far == kFrames - 1)
+    if (far == kStudioFrames - 1)
       throw Error("object '" + spec.object + "' never overlaps as little as " + std::to_string(spec.overlap));
     near = far;
     near_excess = far_excess;
-    far = std::min(first + 2 * (far - first), kFrames - 1);
+    far = std::min(first + 2 * (far - first), kStudioFrames - 1);
     far_excess = excess(far);
   }
   while (far - near > 1) {
@@ -217,7 +217,7 @@ const std::vector<TouchStudio::Press>& TouchStudio::presses_of(const TouchSpec& 
   const RollKey key{spec.object, spec.place, spec.depth, spec.texture, pictures, stride};
   if (const auto kept = last_roll_.find(key); kept != last_roll_.end()) return kept->second;
   const int first = first_frame(spec);
-  if (first + (pictures - 1) * stride >= kFrames) throw Error("the motion is shorter than that");
+  if (first + (pictures - 1) * stride >= kStudioFrames) throw Error("the motion is shorter than that");
   std::vector<Press> presses;
   for (int k = 0; k < pictures; ++k)
     presses.push_back(press(spec, first + k * stride, Pose::Identity(), geometry_));

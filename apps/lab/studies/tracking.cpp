@@ -13,6 +13,7 @@
 #include <tuple>
 #include <vector>
 
+#include "gelslam/core/angles.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "judgement.hpp"
@@ -28,13 +29,12 @@ namespace {
 namespace fs = std::filesystem;
 using Names = std::vector<std::string>;
 
-const Names kObjects = {"pebble", "peanut", "coin", "plank", "golf", "knurl"};
-const Names kRoundObjects = {"pebble", "peanut", "golf", "knurl"};
+const Names kTrackedObjects = {"pebble", "peanut", "coin", "plank", "golf", "knurl"};
+const Names kTrackedRoundObjects = {"pebble", "peanut", "golf", "knurl"};
 constexpr int kPictures = 24;      // of a motion seen as it comes, at 25 Hz
 constexpr int kLeftOutSteps = 12;  // of a motion of which pictures are left out
-constexpr double kRadiansPerDegree = M_PI / 180;
 
-struct Arguments {
+struct TrackingArguments {
   std::vector<fs::path> data;
   Names charts;
   int places = TouchSpec::kPlaces;  // of each object
@@ -125,11 +125,11 @@ struct Chart {
   std::string name;
   std::vector<double> levels;
   void (*set)(TouchSpec& spec, double level);
-  const Names* objects = &kObjects;
+  const Names* objects = &kTrackedObjects;
 };
 
 Pose turned_by(double deg, const Eigen::Vector3d& axis) {
-  return Pose(Eigen::AngleAxisd(deg * kRadiansPerDegree, axis));
+  return Pose(Eigen::AngleAxisd(deg / kDegreesPerRadian, axis));
 }
 
 /// Along the gel, at each place another way.
@@ -171,7 +171,7 @@ const std::vector<Chart> kConditions = {
     {"texture",
      {1, 0.7, 0.4, 0.2, 0.1, 0.05, 0},
      [](TouchSpec& spec, double texture) { spec.texture = texture; },
-     &kRoundObjects}};
+     &kTrackedRoundObjects}};
 
 const std::vector<double> kLeftOut = {0, 1, 2, 3, 5, 7, 9, 11, 14, 17};
 constexpr const char* kLeftOutSimulated = "pictures left out";
@@ -186,12 +186,12 @@ Names chart_names() {
 
 class Simulated {
  public:
-  Simulated(const Arguments& arguments, TrackingStudy& study)
+  Simulated(const TrackingArguments& arguments, TrackingStudy& study)
       : arguments_(arguments), study_(study), studio_(quickly_trained_model()) {}
 
   /// Charts inside places: one motion is pressed once for all that can be done to its pictures.
   void run() {
-    for (const std::string& object : kObjects)
+    for (const std::string& object : kTrackedObjects)
       for (int place = 0; place < (arguments_.quick ? 1 : arguments_.places); ++place) {
         std::cerr << object << ", place " << place << "\n";
         TouchSpec spec;
@@ -238,7 +238,7 @@ class Simulated {
     return {{pair.reference, pair.target}, {pair.reference_T_object, pair.target_T_object}, 0.04};
   }
 
-  const Arguments& arguments_;
+  const TrackingArguments& arguments_;
   TrackingStudy& study_;
   TouchStudio studio_;
 };
@@ -267,7 +267,7 @@ TouchStream every(const TouchStream& all, std::size_t stride) {
   return some;
 }
 
-void run(const Arguments& arguments) {
+void run(const TrackingArguments& arguments) {
   TrackingStudy study(chart_names(), arguments.out);
   Simulated simulated(arguments, study);
   simulated.run();
@@ -286,7 +286,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_tracking(CLI::App& lab) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<TrackingArguments>();
   CLI::App* command = add_study(
       lab, "tracking", "Measure how far the tracker follows, against what makes it hard", arguments, run);
   command->add_option(
