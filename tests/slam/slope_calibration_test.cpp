@@ -22,7 +22,9 @@ class CalibrateSlopes : public testing::Test {
       auto keyframe = std::make_shared<Keyframe>();
       keyframe->id = static_cast<int>(keyframes.size());
       const auto seen = touch(stone, stone_T_sensor);
-      keyframe->surface = SlopeCorrector(seen->contact.size()).apply(*seen, opposite);
+      auto surface = std::make_shared<Surface>(*SlopeCorrector(seen->contact.size()).apply(*seen, opposite));
+      surface->model_sigma = model_sigma;
+      keyframe->surface = std::move(surface);
       keyframe->reference =
           std::make_shared<const NormalFlowReference>(keyframe->surface, NormalFlowOptions{});
       truth[keyframe->id] = stone_T_sensor;
@@ -64,6 +66,7 @@ class CalibrateSlopes : public testing::Test {
     return std::sqrt(sum2 / static_cast<double>(truth.size()));
   }
 
+  double model_sigma = 1.0;
   const Field stone = bumpy_ellipsoid(5);
   const PoseGraphOptions options;
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
@@ -114,6 +117,14 @@ TEST_F(CalibrateSlopes, LeavesAGoodModelAlone) {
   for (std::size_t k = 0; map && k < SlopeCorrection::kTerms; ++k)
     EXPECT_LT(std::abs(map->correction.factors[k]), 0.3 * sigma[k]) << k;
   EXPECT_LT(error_deg(map ? map->solution : solution), 0.1);
+}
+
+// With what a model states, an error 15 times as large is something else.
+TEST_F(CalibrateSlopes, AModelIsNotCorrectedByMoreThanItStates) {
+  model_sigma = 0.1;
+  look(many_looks(), uneven());
+  const std::optional<CalibratedMap> map = calibrate();
+  EXPECT_TRUE(!map || std::abs(map->correction.factors[2]) < 0.03);
 }
 
 TEST_F(CalibrateSlopes, WhatNothingTellsStaysAtThePrior) {

@@ -56,7 +56,8 @@ struct SurfaceEstimator::Impl {
         light_tracker(background_blocks, true),
         gradient(model, pixels.background()),
         poisson(size),
-        confidence(confidence_map(uncertainty_of(model, size, options.pixel_pitch_mm), size)),
+        uncertainty(uncertainty_of(model, size, options.pixel_pitch_mm)),
+        confidence(confidence_map(uncertainty, size)),
         leveler(size, confidence),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
         changed(size, static_cast<unsigned char>(0)),
@@ -98,6 +99,7 @@ struct SurfaceEstimator::Impl {
   LightTracker light_tracker;
   GradientMap gradient;
   PoissonSolver poisson;
+  SlopeUncertainty uncertainty;
   cv::Mat1b confidence;  // Surface::confidence where all is contact
   BareGelLeveler leveler;
   ContactDetector contact_detector;
@@ -143,6 +145,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   self.contact_detector.detect(surface->height_mm, self.options.pixel_pitch_mm, self.scatter_mm, self.blocks,
                                surface->contact);
   surface->contact_pixels = cv::countNonZero(surface->contact);
+  surface->model_sigma = relative_sigma(self.uncertainty);
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
   if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty())

@@ -74,11 +74,19 @@ struct Residuals {
   }
 };
 
+/// Prior standard deviations of the factors. Keyframes of several sensors: that of the worst model.
+PerTerm prior_sigma(const Keyframes& keyframes, double gradient_scale_sigma) {
+  double model_sigma = 0;
+  for (const auto& keyframe : keyframes)
+    if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface->model_sigma);
+  const auto sigma = SlopeCorrection::prior_sigma(gradient_scale_sigma, model_sigma);
+  return Eigen::Map<const PerTerm>(sigma.data());
+}
+
 /// Residuals and prior together, of the change from these factors.
-void set_knowledge(const Residuals& residuals, const SlopeCorrection& correction, double scale_sigma,
+void set_knowledge(const Residuals& residuals, const SlopeCorrection& correction, const PerTerm& sigma,
                    SharedUnknowns& shared) {
-  const auto sigma = SlopeCorrection::prior_sigma(scale_sigma);
-  const PerTerm prior = Eigen::Map<const PerTerm>(sigma.data()).cwiseAbs2().cwiseInverse();
+  const PerTerm prior = sigma.cwiseAbs2().cwiseInverse();
   shared.information = residuals.information;
   shared.information.diagonal() += prior;
   const PerTerm factors = Eigen::Map<const PerTerm>(correction.factors.data());
@@ -106,7 +114,7 @@ Registered registered_again(const CalibratedMap& map, std::size_t i, const Norma
 
 /// Registers the map's edges again and returns how they depend on the factors. An edge that cannot be
 /// registered stays as it was.
-SharedUnknowns register_again(CalibratedMap& map, double scale_sigma, const NormalFlowOptions& options,
+SharedUnknowns register_again(CalibratedMap& map, const PerTerm& sigma, const NormalFlowOptions& options,
                               int threads, ParallelProgress& progress) {
   constexpr std::size_t kAtOnce = 256;  // 4 kB each
   SharedUnknowns shared;
@@ -131,7 +139,7 @@ SharedUnknowns register_again(CalibratedMap& map, double scale_sigma, const Norm
     }
   }
   residuals.marginalize_flattening();
-  set_knowledge(residuals, map.correction, scale_sigma, shared);
+  set_knowledge(residuals, map.correction, sigma, shared);
   return shared;
 }
 
@@ -141,24 +149,22 @@ struct Size {
   double together = 0;
 };
 
-Size size_of(const SlopeCorrection& correction, double scale_sigma) {
-  const auto sigma = SlopeCorrection::prior_sigma(scale_sigma);
-  const PerTerm in_sigmas = Eigen::Map<const PerTerm>(correction.factors.data())
-                                .cwiseQuotient(Eigen::Map<const PerTerm>(sigma.data()));
+Size size_of(const SlopeCorrection& correction, const PerTerm& sigma) {
+  const PerTerm in_sigmas = Eigen::Map<const PerTerm>(correction.factors.data()).cwiseQuotient(sigma);
   return {in_sigmas.cwiseAbs().maxCoeff(), in_sigmas.norm()};
 }
 
 /// Slope models err by less than this; a larger correction has fitted something else. False for NaN.
-bool plausible(const SlopeCorrection& correction, double scale_sigma) {
+bool plausible(const SlopeCorrection& correction, const PerTerm& sigma) {
   constexpr double kMostSigmas = 3.0;  // no sequence with ground truth needs more than 2
-  const Size size = size_of(correction, scale_sigma);
+  const Size size = size_of(correction, sigma);
   return std::isfinite(size.together) && size.largest < kMostSigmas;
 }
 
 /// Where all factors together stay within one sigma of none, the log does not tell them, and registering all
 /// edges again would only add noise.
-bool informative(const SlopeCorrection& correction, double scale_sigma) {
-  return size_of(correction, scale_sigma).together > 1.0;
+bool informative(const SlopeCorrection& correction, const PerTerm& sigma) {
+  return size_of(correction, sigma).together > 1.0;
 }
 
 /// From a keyframe to the next one.
@@ -193,24 +199,24 @@ std::optional<CalibratedMap> calibrated_in_rounds(const SlamMap& read, const Pos
                                                   ParallelProgress& progress) {
   constexpr double kSettledSigmas = 0.1;         // smaller steps change no pose by a noticeable amount
   constexpr double kRemainingScaleError = 0.02;  // of a gradient scale, once slopes were corrected
-  const double scale_sigma = options.gradient_scale_sigma;
+  const PerTerm sigma = prior_sigma(read.keyframes, options.gradient_scale_sigma);
   NormalFlowOptions registration = normal_flow;
   registration.gradient_scale_error = kRemainingScaleError;
   CalibratedMap map{read.slope_correction, {}, read.edges, read.solution};
   for (int round = 0; round < kRounds; ++round) {
     if (stop_requested()) return std::nullopt;
     map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
-    const SharedUnknowns shared = register_again(map, scale_sigma, registration, threads, progress);
+    const SharedUnknowns shared = register_again(map, sigma, registration, threads, progress);
     map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph, shared);
     SlopeCorrection step;
     for (int k = 0; k < SlopeSensitivity::kTerms; ++k) {
       step.factors[index(k)] = map.solution.shared_unknowns[k];
       map.correction.factors[index(k)] += step.factors[index(k)];
     }
-    if (!plausible(map.correction, scale_sigma)) return std::nullopt;
-    if (size_of(step, scale_sigma).together < kSettledSigmas) break;
+    if (!plausible(map.correction, sigma)) return std::nullopt;
+    if (size_of(step, sigma).together < kSettledSigmas) break;
   }
-  if (!informative(map.correction, scale_sigma)) return std::nullopt;
+  if (!informative(map.correction, sigma)) return std::nullopt;
   map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
   return map;
 }

@@ -61,30 +61,17 @@ SlopeCorrection::AxisTerms SlopeCorrection::terms(float x, float y, float gx, fl
   return {gx, gy, x * gx, y * gx, x * gy, y * gy, m * gx * gx, m * gx * gy, m * gy * gy, x, y};
 }
 
-std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gradient_scale_sigma) {
+std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gradient_scale_sigma,
+                                                                         double model_sigma) {
   constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kBias = 0.02;
-  return {gradient_scale_sigma,
-          kCross,
-          kPlace,
-          kPlace,
-          kPlace,
-          kPlace,
-          kSlope,
-          kSlope,
-          kSlope,
-          kBias,
-          kBias,
-          kCross,
-          gradient_scale_sigma,
-          kPlace,
-          kPlace,
-          kPlace,
-          kPlace,
-          kSlope,
-          kSlope,
-          kSlope,
-          kBias,
-          kBias};
+  constexpr std::array<double, kTermsPerAxis> kOfAxis = {kCross, kCross, kPlace, kPlace, kPlace, kPlace,
+                                                         kSlope, kSlope, kSlope, kBias,  kBias};
+  std::array<double, kTerms> sigma;
+  std::copy(kOfAxis.begin(), kOfAxis.end(), sigma.begin());
+  std::copy(kOfAxis.begin(), kOfAxis.end(), sigma.begin() + kTermsPerAxis);
+  sigma[kScaleX] = sigma[kScaleY] = gradient_scale_sigma;
+  for (double& of_factor : sigma) of_factor *= model_sigma;
+  return sigma;
 }
 
 struct SlopeCorrector::Impl {

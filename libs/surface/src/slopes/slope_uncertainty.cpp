@@ -33,11 +33,15 @@ SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, do
   return {cv::Mat1f(model.sigma_rad, true).reshape(1, GradientModel::kSigmaRows)};
 }
 
-cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) {
+double relative_sigma(const SlopeUncertainty& uncertainty) {
   double least = 0;
   cv::minMaxLoc(uncertainty.sigma_rad, &least);
+  return least / kBestSlopeSigmaRad;
+}
+
+cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) {
   // What is known better counts alike: there, other errors than the model's decide (the gel smooths).
-  least = std::max(least, kBestSlopeSigmaRad);
+  const double least = std::max(1.0, relative_sigma(uncertainty)) * kBestSlopeSigmaRad;
   cv::Mat1f sigma;
   cv::resize(uncertainty.sigma_rad, sigma, picture, 0, 0, cv::INTER_LINEAR);
   cv::Mat1b map(picture);

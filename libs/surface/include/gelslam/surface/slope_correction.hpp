@@ -37,8 +37,9 @@ struct SlopeCorrection {
   /// (x, y) of a pixel, as terms() takes it.
   static cv::Point2f place(cv::Size size, cv::Point pixel);
   static AxisTerms terms(float x, float y, float gx, float gy);
-  /// How far a factor may be from 0, before anything is known: one standard deviation each.
-  static std::array<double, kTerms> prior_sigma(double gradient_scale_sigma);
+  /// How far a factor may be from 0, before anything is known: one standard deviation each. A model that
+  /// states a smaller standard deviation of its slopes (Surface::model_sigma) also errs less in common.
+  static std::array<double, kTerms> prior_sigma(double gradient_scale_sigma, double model_sigma = 1.0);
 };
 
 /// Applies corrections to surfaces of one size. Not thread-safe: it keeps work buffers.

@@ -22,6 +22,9 @@ SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm);
 /// What the model states, else the default.
 SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, double pixel_pitch_mm);
 
+/// At the best place of the gel, relative to kBestSlopeSigmaRad: Surface::model_sigma.
+double relative_sigma(const SlopeUncertainty& uncertainty);
+
 /// 255 (best / sigma)² of every pixel, 1 to 255: Surface::confidence where all is contact. The best is the
 /// least sigma, at least kBestSlopeSigmaRad.
 cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture);
