@@ -13,6 +13,7 @@
 #include "commands.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/interrupt.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/simplify.hpp"
 #include "gelslam/exchange/run_export.hpp"
@@ -32,6 +33,27 @@ struct ExportArguments {
   std::string units, color;
   std::optional<double> max_error_mm;
   bool largest_piece = false, ground_truth = false, overwrite = false, quiet = false;
+};
+
+/// What Ctrl-C throws out of the work; no Error, which some of the work takes for a damaged log.
+struct Stopped {};
+
+/// Shows progress and ends the work at Ctrl-C, so that no temporary file stays.
+class StoppableProgress final : public ProgressSink {
+ public:
+  explicit StoppableProgress(bool quiet) : shown_(make_progress(quiet)) {}
+  void begin(std::string_view task, std::optional<std::int64_t> total) override {
+    shown_->begin(task, total);
+  }
+  void update(std::int64_t done) override {
+    if (watch_.requested()) throw Stopped{};
+    shown_->update(done);
+  }
+  void end() override { shown_->end(); }
+
+ private:
+  std::unique_ptr<ProgressSink> shown_;
+  InterruptWatch watch_;
 };
 
 std::string ending_of(const fs::path& path) { return lower_case(path.extension().string()); }
@@ -186,15 +208,15 @@ void run_export(const ExportArguments& a) {
   const auto say = [&](const std::string& sentence) {
     if (!a.quiet) std::cerr << sentence << "\n";
   };
-  const auto progress = make_progress(a.quiet);
-  progress->begin("reading the mesh", std::nullopt);
+  StoppableProgress progress(a.quiet);
+  progress.begin("reading the mesh", std::nullopt);
   RunContents run = read_run_contents(a.source);
-  progress->end();
+  progress.end();
   if (!a.log.empty()) run.log = a.log;
   for (const fs::path& output : outputs) check_contents(a, run, ending_of(output));
-  reduce_mesh(a, run, *progress, say);
+  reduce_mesh(a, run, progress, say);
   for (const fs::path& output : outputs) {
-    const std::string words = write_output(a, run, output, *progress);
+    const std::string words = write_output(a, run, output, progress);
     say("wrote " + output.string() + (words.empty() ? "" : ": " + words));
   }
   if (!a.quiet) say_what_is_missing(run);
@@ -240,7 +262,11 @@ void add_export_command(CLI::App& app, int& exit_code) {
       "Example: gelslam export RUN -o run.mcap\n"
       "Example: gelslam export RUN --ground-truth -o truth.tum");
   command->callback([arguments, &exit_code] {
-    run_export(*arguments);
+    try {
+      run_export(*arguments);
+    } catch (const Stopped&) {
+      throw Error("stopped: the file is not written");
+    }
     exit_code = exit_done;
   });
 }

@@ -104,6 +104,9 @@ TEST_F(Controls, ExportAsksForTheFormatAndIsHandedOutOnce) {
   press(GLFW_KEY_E);
   press(GLFW_KEY_ESCAPE);
   EXPECT_EQ(controls_.take_export(), std::nullopt);
+  press(GLFW_KEY_E);
+  press(GLFW_KEY_G);
+  EXPECT_EQ(controls_.take_export(), "glb");
   EXPECT_THAT(session_.calls, IsEmpty()) << "S in the dialog is not 'save'";
 }
 

@@ -113,6 +113,8 @@ TEST(Export, WritesPlyInMeters) {
   EXPECT_EQ(path, folder / "mesh_001.ply");
   EXPECT_THAT(export_in_background(mesh.blocks(), path).get().sentence, testing::HasSubstr("in meters"));
   EXPECT_NEAR(area_mm2(read_mesh(path)), 0.9, 1e-4);
+  EXPECT_THAT(export_in_background(mesh.blocks(), export_path(folder.path(), "glb")).get().sentence,
+              testing::HasSubstr("in meters): " + (folder / "mesh_001.glb").string()));
 }
 
 TEST(Export, SaysWhatIsWrong) {
