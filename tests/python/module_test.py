@@ -26,24 +26,25 @@ class Module(unittest.TestCase):
         subprocess.run([simulated.PROGRAM, "reconstruct", simulated.SCAN, "--model", simulated.MODEL, "-o",
                         cls.folder / "program", "-q"], check=True)
         cls.run_ = gelslam.reconstruct(simulated.SCAN, simulated.MODEL)
+        cls.run_.save(cls.folder / "module")
         cls.frames = simulated.frames()
         cls.images = [image for image, _ in cls.frames]
 
+    @unittest.skipIf("GELSLAM_OTHER_FLAGS" in os.environ, "the program is compiled with other flags (.ci/sanitize)")
     def test_writes_the_files_that_the_program_writes(self):
-        self.run_.save(self.folder / "module")
         for name in ["mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "config.yaml",
                      "session/session.json"]:
             self.assertEqual((self.folder / "module" / name).read_bytes(),
                              (self.folder / "program" / name).read_bytes(), name)
 
     def test_arrays_are_what_the_files_say(self):
-        tum = np.loadtxt(self.folder / "program/trajectory.tum")
+        tum = np.loadtxt(self.folder / "module/trajectory.tum")
         np.testing.assert_allclose(self.run_.times, tum[:, 0], atol=1e-9)
         np.testing.assert_allclose(self.run_.trajectory[:, :3, 3], tum[:, 1:4], atol=1e-9)
         x, y, z, w = tum[:, 4:].T
         np.testing.assert_allclose(self.run_.trajectory[:, 0, 1], 2 * (x * y - z * w), atol=1e-9)
         np.testing.assert_allclose(self.run_.trajectory[:, 2, 0], 2 * (x * z - y * w), atol=1e-9)
-        saved = gelslam.read_run(self.folder / "program")
+        saved = gelslam.read_run(self.folder / "module")
         for name in ["vertices", "normals", "triangles"]:
             np.testing.assert_allclose(getattr(saved.mesh, name), getattr(self.run_.mesh, name), atol=1e-7)
         self.assertEqual(saved.report["frames"], self.run_.report["frames"])
