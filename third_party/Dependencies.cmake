@@ -17,7 +17,7 @@ find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
 find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # camera JPEGs at reduced scale (libs/sensor); simulated videos with full color resolution, which OpenCV 4.6 cannot write
-find_package(ZLIB REQUIRED)                     # checksums of PNG frames in logs (only libs/sensor)
+find_package(ZLIB REQUIRED)                     # packed surfaces, checksums (libs/sensor, surface, slam)
 
 if(GELSLAM_BUILD_PROGRAM OR GELSLAM_BUILD_LAB)
   find_package(CLI11 REQUIRED)                 # command line

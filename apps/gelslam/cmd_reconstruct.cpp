@@ -1,12 +1,10 @@
-#include <fmt/core.h>
-
 #include <iostream>
 #include <memory>
 
 #include "command_line.hpp"
 #include "commands.hpp"
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/interrupt.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "many_logs.hpp"
 #include "reports.hpp"
@@ -18,20 +16,10 @@ namespace {
 struct ReconstructArguments {
   std::vector<std::string> logs;
   LogOptions log;
-  std::string run_folder;
+  std::string run_folder, continued;
   int jobs = 0;
   bool overwrite = false, quiet = false;
 };
-
-std::string in_words(const ReconstructSummary& s, const std::string& run_folder) {
-  std::string text;
-  if (s.partial) text += "stopped early: this is what was seen so far\n";
-  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
-                      mesh_words(s), short_number(s.seconds, 3), run_folder);
-  if (!s.completeness.complete()) text += describe(s.completeness) + "\n";
-  return text;
-}
 
 int run_one(const ReconstructArguments& arguments) {
   ReconstructRequest request;
@@ -40,10 +28,11 @@ int run_one(const ReconstructArguments& arguments) {
   request.config = resolve_config(request.input);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
+  request.continued_run = arguments.continued;
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary = reconstruct(request, *progress, [&] { return interrupt.requested(); });
-  if (!arguments.quiet) std::cerr << in_words(summary, arguments.run_folder);
+  if (!arguments.quiet) std::cerr << run_words(summary, arguments.run_folder);
   if (summary.tracked == 0) {
     std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
     return exit_not_good;
@@ -54,6 +43,8 @@ int run_one(const ReconstructArguments& arguments) {
 int run(const ReconstructArguments& arguments, const CLI::App& command) {
   const bool jobs_given = arguments.jobs > 0;
   if (arguments.logs.size() == 1 && !jobs_given) return run_one(arguments);
+  if (!arguments.continued.empty())
+    throw Error("--continue takes one log; continue with the others one after the other");
   return reconstruct_each({arguments.logs, arguments.run_folder,
                            given_options(command, {"--output", "--jobs", "--overwrite"}), arguments.jobs,
                            arguments.overwrite, arguments.quiet});
@@ -75,17 +66,23 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
                    "Run folder to write; of several logs the folder of their run folders, which are called "
                    "like the logs")
       ->required();
+  CLI::Option* jobs =
+      command
+          ->add_option("--jobs", arguments->jobs,
+                       "Logs at a time, as processes of their own (default: one for each core, as far as "
+                       "memory allows). With it, -o is the folder of run folders also for one log")
+          ->check(CLI::Range(1, 1024));
   command
-      ->add_option("--jobs", arguments->jobs,
-                   "Logs at a time, as processes of their own (default: one for each core, as far as memory "
-                   "allows). With it, -o is the folder of run folders also for one log")
-      ->check(CLI::Range(1, 1024));
+      ->add_option("--continue", arguments->continued,
+                   "Run folder that one log continues: the same object, sensor and model. It stays as it is")
+      ->excludes(jobs);
   command->add_flag("--overwrite", arguments->overwrite,
                     "Replace the run folder if it is there (of several logs: also what is finished)");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam reconstruct data/pebble -o runs/pebble\n"
-      "         gelslam reconstruct data/* -o runs --jobs 4");
+      "         gelslam reconstruct data/* -o runs --jobs 4\n"
+      "         gelslam reconstruct more.mkv --continue runs/pebble -o runs/pebble-more");
   command->callback([arguments, command, &exit_code] { exit_code = run(*arguments, *command); });
 }
 

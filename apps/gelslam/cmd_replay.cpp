@@ -57,7 +57,9 @@ void add_replay_command(CLI::App& app, int& exit_code) {
                  "Replay as fast as possible without dropping a frame")
       ->excludes(speed);
   arguments->live.add_to(*command);
-  command->footer("Example: gelslam replay runs/pebble/log.mkv -o runs/pebble-again");
+  command->footer(
+      "Example: gelslam replay runs/pebble/log.mkv -o runs/pebble-again\n"
+      "         gelslam replay more.mkv --continue runs/pebble-again");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

@@ -16,8 +16,8 @@ struct ScanArguments {
 
 int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
-  if (live.run_folder.empty()) live.run_folder = name_by_time();
-  const Config config = resolve_config({{}, live.config, live.model, live.background, live.force});
+  if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
+  const Config config = resolve_config({{}, live.config_file(), live.model, live.background, live.force});
   LiveOptions options = live.options(config);
   WindowOptions window = prepare_window(options, live);
   CameraInput camera = open_camera_input(config, arguments.device);
@@ -43,7 +43,8 @@ void add_scan_command(CLI::App& app, int& exit_code) {
   arguments->live.add_to(*command);
   command->footer(
       "Begin with nothing on the gel. Ctrl-C stops and saves; a second one saves at once what there is.\n"
-      "Example: gelslam scan --model nnmodel.pth -o runs/shell");
+      "Example: gelslam scan --model nnmodel.pth -o runs/shell\n"
+      "         gelslam scan --continue runs/shell");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -17,6 +18,7 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/slam/map_completeness.hpp"
+#include "gelslam/slam/session.hpp"
 #include "gelslam/surface/slope_uncertainty.hpp"
 #include "info_report.hpp"
 
@@ -162,22 +164,35 @@ void add_report(InfoReport& report, const fs::path& file) {
                describe(*completeness));
 }
 
+/// What the scan measured; of a run of an older version there is nothing to say.
+void add_record(InfoReport& report, const fs::path& folder) {
+  const ScanRecord scan = read_scan(folder, {});
+  for (const std::string& warning : scan.warnings) report.add_problem(warning);
+  const auto keyframes = std::count_if(scan.keyframes.begin(), scan.keyframes.end(),
+                                       [](const auto& keyframe) { return keyframe != nullptr; });
+  const auto loops = std::count_if(scan.edges.begin(), scan.edges.end(),
+                                   [](const PoseGraphEdge& edge) { return edge.kind == EdgeKind::loop; });
+  Json parts = Json::array();
+  for (const ScanPart& part : scan.parts)
+    parts.push_back({{"first_frame", part.first_frame}, {"sensor", part.sensor}, {"log", part.log}});
+  report.add(
+      "scan",
+      Json{{"frames", scan.frames.size()}, {"keyframes", keyframes}, {"loops", loops}, {"parts", parts}},
+      fmt::format("{}, {}, {}, {}", counted(std::ssize(scan.frames), "frame"), counted(keyframes, "keyframe"),
+                  counted(loops, "loop"), counted(std::ssize(scan.parts), "part")));
+}
+
 void add_session(InfoReport& report, const fs::path& folder) {
-  const Json session = read_json_object(folder / "session.json");
-  const auto keyframes = session.find("keyframes");
-  if (keyframes == session.end() || !keyframes->is_array())
-    throw Error((folder / "session.json").string() + ": lists no keyframes");
-  std::size_t missing = 0;
   std::error_code code;
-  for (const Json& keyframe : *keyframes) {
-    const auto id = keyframe.is_object() ? keyframe.find("id") : keyframe.end();
-    if (id == keyframe.end() || !fs::exists(folder / (id->dump() + ".tiff"), code)) ++missing;
-  }
-  report.add("keyframes", Json{{"listed", keyframes->size()}, {"missing", missing}},
-             counted(static_cast<std::int64_t>(keyframes->size()), "keyframe"));
-  if (missing > 0)
-    report.add_problem(counted(static_cast<std::int64_t>(missing), "keyframe") +
-                       " without its surface (ID.tiff)");
+  if (fs::exists(folder / "scan.jsonl", code)) attempt(report, [&] { add_record(report, folder); });
+  if (!fs::exists(folder / "session.json", code))
+    return report.add_problem(
+        "the scan was not finished; gelslam fuse makes its map, gelslam scan --continue "
+        "goes on with it");
+  const Session session = load_session(folder);
+  for (const std::string& warning : session.warnings) report.add_problem(warning);
+  report.add("keyframes", Json{{"in_map", session.patches.size()}},
+             counted(std::ssize(session.patches), "keyframe") + " in the map");
 }
 
 void add_trajectory(InfoReport& report, const fs::path& file) {
@@ -202,7 +217,7 @@ InfoReport inspect_surface(const fs::path& folder) {
 }
 
 InfoReport inspect_session(const fs::path& folder) {
-  InfoReport report(folder, "the session of a run: its keyframes' surfaces");
+  InfoReport report(folder, "the session of a run: what it measured, and its map");
   add_session(report, folder);
   return report;
 }
@@ -219,6 +234,7 @@ InfoReport inspect_run(const fs::path& folder) {
   if (fs::exists(folder / "mesh.ply", code)) attempt(report, [&] { add_mesh(report, folder / "mesh.ply"); });
   if (fs::exists(folder / "config.yaml", code))
     attempt(report, [&] { add_config(report, folder / "config.yaml"); });
+  if (fs::exists(folder / "session", code)) attempt(report, [&] { add_session(report, folder / "session"); });
   return report;
 }
 
@@ -342,7 +358,8 @@ InfoReport inspect(const fs::path& path) {
   if (!fs::exists(path, code)) throw Error(path.string() + ": no such file or folder");
   if (!fs::is_directory(path, code)) return inspect_file(path);
   if (fs::exists(path / "report.json", code)) return inspect_run(path);
-  if (fs::exists(path / "session.json", code)) return inspect_session(path);
+  if (fs::exists(path / "session.json", code) || fs::exists(path / "scan.jsonl", code))
+    return inspect_session(path);
   if (fs::exists(path / "height_mm.tiff", code)) return inspect_surface(path);
   if (fs::exists(path / "catalog.csv", code)) return inspect_presses(path);
   return inspect_data(path);

@@ -95,6 +95,7 @@ void wait_in_terminal(const LiveSlam& session, bool quiet) {
 std::string report_text(const ReconstructSummary& s, const LiveStatus& status) {
   std::string text;
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  for (const std::string& part : s.parts) text += part + "\n";
   if (!s.completeness.complete()) text += "warning: " + describe(s.completeness) + "\n";
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",
                       counted(status.frames, "frame"), s.seconds, status.lost_by_camera, status.dropped,
@@ -107,9 +108,14 @@ std::string report_text(const ReconstructSummary& s, const LiveStatus& status) {
 }  // namespace
 
 void LiveArguments::add_to(CLI::App& command) {
-  command.add_option("-o,--output", run_folder,
-                     "Run folder to write: mesh, trajectory, report; with a scan, its log");
-  command.add_flag("--overwrite", overwrite, "Replace the run folder if it is there");
+  CLI::Option* output = command.add_option(
+      "-o,--output", run_folder, "Run folder to write: mesh, trajectory, report; with a scan, its log");
+  CLI::Option* replace = command.add_flag("--overwrite", overwrite, "Replace the run folder if it is there");
+  command
+      .add_option("--continue", continued,
+                  "Run folder to go on with, also after a crash: new frames join its map, in place")
+      ->excludes(output)
+      ->excludes(replace);
   command.add_option("--config", config, "Configuration");
   command.add_option("--model", model,
                      "Gradient model nnmodel.pth (default: the one the configuration names)");
@@ -132,21 +138,38 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   options.background = background;
   options.force = force;
   options.run_folder = run_folder;
+  if (!continued.empty()) {
+    options.run_folder = continued;
+    options.continued = continue_scan(continued, resolved_config, "");
+  }
   options.overwrite = overwrite;
   options.stream = stream.open(resolved_config.slam.slope_calibration.gradient_scale_sigma, quiet);
   return options;
 }
 
+std::string LiveArguments::config_file() const {
+  if (!config.empty() || continued.empty()) return config;
+  if (!std::filesystem::is_directory(continued)) throw Error(continued + ": no such run folder");
+  const std::filesystem::path file = std::filesystem::path(continued) / "config.yaml";
+  return std::filesystem::exists(file) ? file.string() : "";
+}
+
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
   check_run_folder(options);
   WindowOptions window;
-  window.output_folder = arguments.run_folder.empty() ? "." : arguments.run_folder;
-  window.keeps_run = !arguments.run_folder.empty();
+  window.output_folder = options.run_folder.empty() ? "." : options.run_folder.string();
+  window.keeps_run = !options.run_folder.empty();
   window.script = read_script_file(arguments.script);
   window.script_name = arguments.script;
   if (!window.script.empty()) check_window_script(window.script, window.script_name);
   window.snapshot = arguments.snapshot;
 
+  if (!arguments.quiet && options.continued) {
+    for (const std::string& warning : options.continued->record.warnings)
+      std::cerr << "warning: " << warning << "\n";
+    std::cerr << fmt::format("{} goes on: {}\n", options.run_folder.string(),
+                             counted(std::ssize(options.continued->record.keyframes), "keyframe"));
+  }
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   return window;
 }

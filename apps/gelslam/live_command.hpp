@@ -13,14 +13,17 @@ namespace gelslam {
 /// What `scan` and `replay` have in common: the session, its window or its words in the terminal, and its
 /// end.
 struct LiveArguments {
-  std::string config, model, background, run_folder, snapshot, script;
+  std::string config, model, background, run_folder, continued, snapshot, script;
   bool force = false, overwrite = false, headless = false, quiet = false;
   double seconds = 0;  ///< 0: until a person or the source ends it
   StreamArguments stream;
 
   void add_to(CLI::App& command);
-  /// The part of the options that does not depend on where frames come from. Opens the stream.
+  /// The part of the options that does not depend on where frames come from. Opens the stream and reads the
+  /// session that is continued.
   LiveOptions options(const Config& resolved_config) const;
+  /// With --continue, that of the run unless --config names another.
+  std::string config_file() const;
 };
 
 /// How the window begins. Throws Error where a session with these options could not: the run folder, the

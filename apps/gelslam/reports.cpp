@@ -22,6 +22,17 @@ std::string mesh_words(const ReconstructSummary& s) {
   return "mesh of " + std::to_string(s.vertices) + " vertices and " + counted(s.triangles, "triangle");
 }
 
+std::string run_words(const ReconstructSummary& s, const std::string& run_folder) {
+  std::string text;
+  if (s.partial) text += "stopped early: this is what was seen so far\n";
+  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  for (const std::string& part : s.parts) text += part + "\n";
+  text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
+                      mesh_words(s), short_number(s.seconds, 3), run_folder);
+  if (!s.completeness.complete()) text += describe(s.completeness) + "\n";
+  return text;
+}
+
 RecordReport::RecordReport(const std::string& log, bool quiet)
     : log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
 

@@ -115,10 +115,14 @@ int exit_code_of(pid_t child) {
 }
 
 int run_interrupted(const std::vector<std::string>& arguments, double after_s) {
+  return run_signalled(arguments, after_s, SIGINT);
+}
+
+int run_signalled(const std::vector<std::string>& arguments, double after_s, int signal) {
   const pid_t child = start_program(arguments);
   for (double used = 0; used >= 0 && used < after_s; used = processor_seconds(child))
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  ::kill(child, SIGINT);
+  ::kill(child, signal);
   return exit_code_of(child);
 }
 

@@ -45,5 +45,7 @@ int exit_code_of(pid_t child);
 
 /// Starts the program, asks it to stop (as Ctrl-C does) after `after_s` of processor time; its exit code.
 int run_interrupted(const std::vector<std::string>& arguments, double after_s);
+/// The same with any signal; minus its number when it ended the program.
+int run_signalled(const std::vector<std::string>& arguments, double after_s, int signal);
 
 }  // namespace gelslam::test

@@ -68,7 +68,7 @@ TEST(TurningPoints, ItHangsOnTheKeyframeOfItsTime) {
   ASSERT_NE(link.previous, nullptr);
   EXPECT_EQ(link.previous->id, 0);
   EXPECT_EQ(turning_point->trial, 0);
-  EXPECT_NE(turning_point->reference, nullptr);
+  EXPECT_TRUE(static_cast<bool>(turning_point->reference));
   const PoseGap error = gap(link.previous_T_this, place(0).inverse() * place(1.2));
   EXPECT_LT(error.mm, 0.01);
   EXPECT_LT(error.deg, 0.03);

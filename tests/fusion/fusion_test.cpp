@@ -254,7 +254,7 @@ TEST(Fusion, GradientScaleIsTakenOut) {
     auto surface = std::make_shared<Surface>(*touch(ball, pose));
     surface->height_mm = surface->height_mm * 1.1;
     for (cv::Vec3f& n : surface->normals) n = cv::normalize(cv::Vec3f(n[0] * 1.1f, n[1] * 1.1f, n[2]));
-    patches.push_back({patches.empty() ? 0 : 1, pose, surface});
+    patches.push_back({patches.empty() ? 0 : 1, pose, SurfacePtr(surface)});
   }
   FusionOptions options;
   EXPECT_GT(accuracy(fuse(patches, options), ball).mean_mm, 0.03);
@@ -311,14 +311,14 @@ TEST(Fusion, DamagedInputIsNamedOrIgnored) {
   holes->normals = good->normals.clone();
   holes->height_mm(120, 160) = std::numeric_limits<float>::quiet_NaN();
   holes->normals(110, 150) = cv::Vec3f(0, 0, 0);
-  const Mesh mesh = fuse({{0, pose, holes}}, {});
+  const Mesh mesh = fuse({{0, pose, SurfacePtr(holes)}}, {});
   for (const auto& p : mesh.vertices_mm) ASSERT_TRUE(p.allFinite());
   EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.002);
 
   auto uneven = std::make_shared<Surface>(*good);
   uneven->height_mm = cv::Mat1f::zeros(10, 10);
-  EXPECT_THROW(fuse({{0, pose, uneven}}, {}), Error);
-  EXPECT_THROW(fuse({{0, pose, nullptr}}, {}), Error);
+  EXPECT_THROW(fuse({{0, pose, SurfacePtr(uneven)}}, {}), Error);
+  EXPECT_THROW(fuse({{0, pose, {}}}, {}), Error);
   Pose lost = pose;
   lost.translation().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(fuse({{0, lost, good}}, {}), Error);
@@ -342,9 +342,9 @@ TEST(Fusion, DebrisIsDropped) {
   surface->contact(cv::Rect(0, 0, 320, 60)) = 0;
   surface->contact(cv::Rect(40, 30, 14, 14)) = 255;  // less than a square millimetre
   FusionOptions options;
-  EXPECT_EQ(topology(fuse({{0, pose, surface}}, options)).pieces, 1);
+  EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(surface)}}, options)).pieces, 1);
   options.min_piece_mm2 = 0;
-  EXPECT_EQ(topology(fuse({{0, pose, surface}}, options)).pieces, 2);
+  EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(surface)}}, options)).pieces, 2);
 }
 
 }  // namespace

@@ -314,7 +314,7 @@ TEST(IncrementalFusion, DamagedInputChangesNothing) {
   PosedSurface lost = good;
   lost.map_T_keyframe.translation().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(fusion.set_patches({lost}, 1.0), Error);
-  EXPECT_THROW(fusion.set_patches({{1, pose, nullptr}}, 1.0), Error);
+  EXPECT_THROW(fusion.set_patches({{1, pose, {}}}, 1.0), Error);
   EXPECT_THROW(fusion.set_patches({good, good}, 1.0), Error);
   EXPECT_THROW(fusion.set_patches({}, 0.0), Error);
   EXPECT_THROW(fusion.set_patches({}, std::numeric_limits<double>::infinity()), Error);

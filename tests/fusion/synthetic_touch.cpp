@@ -139,7 +139,7 @@ PosedSurface with_errors(int id, const Shape& shape, const Pose& object_T_sensor
   }
   Vector6d wrong;
   for (int i = 0; i < 6; ++i) wrong[i] = noise() * (i < 3 ? errors.rotation_rad : errors.translation_mm);
-  return {id, object_T_sensor * se3_exp(wrong), surface};
+  return {id, object_T_sensor * se3_exp(wrong), SurfacePtr(surface)};
 }
 
 std::vector<PosedSurface> roll(const Shape& shape, int n, double half_length_mm, double depth_mm,

@@ -168,7 +168,7 @@ TEST(SurfaceMap, AMapWithoutContactIsRefused) {
   EXPECT_THROW(SurfaceMap({}, {}), Error);
   auto bare = std::make_shared<Surface>(*touch({}, place(0, 0)));
   bare->contact_pixels = 0;
-  EXPECT_THROW(SurfaceMap({{0, Pose::Identity(), bare}}, {}), Error);
+  EXPECT_THROW(SurfaceMap({{0, Pose::Identity(), SurfacePtr(bare)}}, {}), Error);
 }
 
 }  // namespace

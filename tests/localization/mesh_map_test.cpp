@@ -64,7 +64,8 @@ TEST(MeshMap, ItsTouchesCoverTheSurfaceAndLieOnIt) {
   EXPECT_LT(map.patches.size(), 300u);
   const ShapePtr shape = make_mesh_shape(pebble());
   for (const PosedSurface& patch : map.patches) {
-    const Surface& s = *patch.surface;
+    const SurfacePtr surface = patch.surface.get();
+    const Surface& s = *surface;
     const cv::Point middle = [&] {
       const cv::Moments m = cv::moments(s.contact, true);
       return cv::Point(static_cast<int>(m.m10 / m.m00), static_cast<int>(m.m01 / m.m00));
@@ -88,7 +89,7 @@ TEST(MeshMap, AnObjectThatWasNeverTouchedIsFound) {
         Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
     const PosedSurface truth = touch_of_pebble(looking_inward(direction, k));
     Localizer localizer(map, {});
-    const LocalizedFrame found = localizer.process(0, 0, truth.surface);
+    const LocalizedFrame found = localizer.process(0, 0, truth.surface.get());
     if (found.hypotheses.empty()) continue;
     const bool is_right = pose_distance_mm(found.hypotheses.front().map_T_sensor, truth.map_T_keyframe,
                                            Eigen::Vector3d::Zero()) < 0.5;

@@ -213,7 +213,7 @@ TEST(LoopCloser, ABallIsNoEvidence) {
     return surface;
   };
   const Keyframe older = keyframe(0, 0, ball(1)), newer = keyframe(1, 1, ball(2));
-  ASSERT_TRUE(register_normal_flow(*newer.reference, *older.surface, Pose::Identity(), {}).ok());
+  ASSERT_TRUE(register_normal_flow(*newer.reference.get(), *older.surface.get(), Pose::Identity(), {}).ok());
   EXPECT_FALSE(verify_guess(older, newer, Pose::Identity()));
 }
 

@@ -112,7 +112,7 @@ inline Pose place(double x_mm, double y_mm, double twist_deg = 0, double tilt_x_
 }
 
 inline Keyframe keyframe(int id, int trial, SurfacePtr surface) {
-  Keyframe k{id, id, trial, surface, nullptr};
+  Keyframe k{id, id, trial, surface, {}};
   k.reference = std::make_shared<const NormalFlowReference>(surface, NormalFlowOptions{});
   return k;
 }

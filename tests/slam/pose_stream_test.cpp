@@ -34,7 +34,7 @@ SurfacePtr pressed(int u0, int v0, int u1, int v1) {
 
 std::shared_ptr<const Keyframe> keyframe(int id, int trial,
                                          const SurfacePtr& surface = pressed(0, 0, 40, 40)) {
-  return std::make_shared<const Keyframe>(Keyframe{id, 10 * id, trial, surface, nullptr});
+  return std::make_shared<const Keyframe>(Keyframe{id, 10 * id, trial, surface, {}});
 }
 
 TrackedFrame tracked(std::int64_t frame, const std::shared_ptr<const Keyframe>& reference,
@@ -51,7 +51,7 @@ TrackedFrame tracked(std::int64_t frame, const std::shared_ptr<const Keyframe>& 
 }
 
 MapSnapshot::Node node(int id, int component, const Pose& component_T_keyframe) {
-  return {id, 10 * id, 0, component, component_T_keyframe, nullptr};
+  return {id, 10 * id, 0, component, component_T_keyframe, {}};
 }
 
 TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {

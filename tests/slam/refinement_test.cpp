@@ -16,8 +16,9 @@ class OverlapEdges : public testing::Test {
   void add(const Pose& texture_T_keyframe, const Pose& error = Pose::Identity()) {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = static_cast<int>(keyframes.size());
-    keyframe->surface = touch(texture, texture_T_keyframe, everywhere());
-    keyframe->reference = std::make_shared<const NormalFlowReference>(keyframe->surface, NormalFlowOptions{});
+    keyframe->surface = SurfacePtr(touch(texture, texture_T_keyframe, everywhere()));
+    keyframe->reference =
+        std::make_shared<const NormalFlowReference>(keyframe->surface.get(), NormalFlowOptions{});
     truth.push_back(texture_T_keyframe);
     solution.component_T_node[keyframe->id] = texture_T_keyframe * error;
     solution.component_of_node[keyframe->id] = 0;

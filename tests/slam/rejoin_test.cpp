@@ -37,8 +37,9 @@ class Rejoin : public testing::Test {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = keyframe->trial = static_cast<int>(keyframes.size());
     keyframe->frame = keyframe->id;
-    keyframe->surface = touch(field, object_T_sensor, everywhere());
-    keyframe->reference = std::make_shared<const NormalFlowReference>(keyframe->surface, NormalFlowOptions{});
+    keyframe->surface = SurfacePtr(touch(field, object_T_sensor, everywhere()));
+    keyframe->reference =
+        std::make_shared<const NormalFlowReference>(keyframe->surface.get(), NormalFlowOptions{});
     FrameRecord frame;
     frame.frame = keyframe->frame;
     frame.status = keyframe->id == 0 ? TrackStatus::tracked : TrackStatus::lost;

@@ -23,7 +23,7 @@ SlamMap map_with_a_false_loop() {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = id;
     keyframe->frame = id;
-    keyframe->surface = touch(plane(), motion(0, 0, 0, 0, 0, 0), view);
+    keyframe->surface = SurfacePtr(touch(plane(), motion(0, 0, 0, 0, 0, 0), view));
     map.keyframes.push_back(keyframe);
     map.solution.component_T_node[id] = motion(0, 0, 0, id, 0);
     map.solution.component_of_node[id] = 0;

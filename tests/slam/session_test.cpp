@@ -2,14 +2,18 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <random>
 
 #include "../support/analytic_surface.hpp"
+#include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "run_folder/session_text.hpp"
 
 namespace gelslam {
 namespace {
@@ -35,13 +39,36 @@ SlamMap small_map() {
     keyframe->id = id;
     keyframe->frame = 12 + 3 * id;
     keyframe->trial = id == 1 ? 1 : 0;
-    keyframe->surface = touch(texture, pose, view);
+    keyframe->surface = SurfacePtr(touch(texture, pose, view));
     map.keyframes.push_back(keyframe);
     map.solution.component_T_node[id] = pose;
     map.solution.component_of_node[id] = id == 1 ? 1 : 0;
     map.in_map.push_back(id != 1);
   }
+  map.measured.parts = {{0, "a \"sensor\"", 0xFFFFFFFFu, "/a/log.mkv"}};
+  map.measured.keyframes = map.keyframes;
+  map.measured.searched = {true, true, false};
+  Matrix6d information = Matrix6d::Identity();
+  information(1, 4) = information(4, 1) = 1.0 / 3.0;
+  map.measured.edges = {
+      {0, 1, motion(1, 2, 3, 0.1, 0.2, 0.3), information, EdgeKind::loop, {1.0 / 7, 2, 3}, true},
+      {0, 2, motion(3, 2, 1, 0.3, 0.2, 0.1), information, EdgeKind::odometry, {0, 0, 0.1}}};
+  for (int i = 0; i < 60; ++i) {
+    const bool touches = i >= 10;
+    map.measured.frames.push_back({i, i / 25.0, touches ? TrackStatus::tracked : TrackStatus::background,
+                                   touches ? i / 30 : -1, touches ? i / 20 : -1,
+                                   touches ? motion(0.1 * i, 0, 0, 0, 0, 0.01) : Pose(Pose::Identity())});
+  }
   return map;
+}
+
+void expect_same_surface(const Surface& after, const Surface& before) {
+  EXPECT_EQ(after.pixel_pitch_mm, before.pixel_pitch_mm);
+  EXPECT_EQ(after.contact_pixels, before.contact_pixels);
+  EXPECT_EQ(cv::norm(after.contact, before.contact, cv::NORM_INF), 0);
+  EXPECT_LE(cv::norm(after.curvature, before.curvature, cv::NORM_INF), PackedSurface::kCurvatureStep);
+  EXPECT_LE(cv::norm(after.height_mm, before.height_mm, cv::NORM_INF, before.contact),
+            PackedSurface::kHeightStepMm);
 }
 
 TEST(Session, ComesBackAsItWasSaved) {
@@ -50,24 +77,176 @@ TEST(Session, ComesBackAsItWasSaved) {
   save_session(folder / "session", map);
   const Session session = load_session(folder / "session");
   ASSERT_EQ(session.patches.size(), 2u);
+  EXPECT_TRUE(session.warnings.empty());
   EXPECT_DOUBLE_EQ(session.gradient_scale, 1.0);
   for (const PosedSurface& patch : session.patches) {
     EXPECT_TRUE(patch.id == 0 || patch.id == 2);
     EXPECT_TRUE(patch.map_T_keyframe.matrix().isApprox(map.anchor_T_keyframe(patch.id).matrix(), 1e-14));
-    const Surface& before = *map.keyframes[static_cast<std::size_t>(patch.id)]->surface;
-    const Surface& after = *patch.surface;
-    EXPECT_EQ(after.pixel_pitch_mm, before.pixel_pitch_mm);
-    EXPECT_EQ(after.contact_pixels, before.contact_pixels);
-    EXPECT_EQ(cv::norm(after.contact, before.contact, cv::NORM_INF), 0);
-    EXPECT_EQ(cv::norm(after.curvature, before.curvature, cv::NORM_INF), 0);
-    EXPECT_EQ(cv::norm(after.height_mm, before.height_mm, cv::NORM_INF, before.contact), 0);
-    cv::Mat difference;
-    cv::absdiff(after.normals, before.normals, difference);
-    difference.setTo(0, before.contact == 0);
-    EXPECT_LT(cv::norm(difference.reshape(1), cv::NORM_INF), 1e-6);
-    const cv::Vec3f bare = after.normals(0, 0);  // outside the box: untouched gel
-    EXPECT_EQ(bare, cv::Vec3f(0, 0, 1));
-    EXPECT_EQ(after.height_mm(0, 0), 0.0f);
+    expect_same_surface(*patch.surface.get(),
+                        *map.keyframes[static_cast<std::size_t>(patch.id)]->surface.get());
+  }
+}
+
+TEST(Session, HoldsTheWholeRecord) {
+  const TemporaryFolder folder;
+  const ScanRecord before = small_map().measured;
+  write_scan(folder / "session", before);
+  const ScanRecord after = read_scan(folder / "session", {});
+  EXPECT_TRUE(after.warnings.empty());
+  ASSERT_EQ(after.parts.size(), 1u);
+  EXPECT_EQ(after.parts[0].sensor, "a \"sensor\"");
+  EXPECT_EQ(after.parts[0].model_crc32, 0xFFFFFFFFu);
+  ASSERT_EQ(after.keyframes.size(), 3u);
+  EXPECT_EQ(after.keyframes[1]->trial, 1);
+  EXPECT_EQ(after.keyframes[1]->frame, 15);
+  EXPECT_EQ(after.searched, before.searched);
+  ASSERT_EQ(after.edges.size(), before.edges.size());
+  for (std::size_t i = 0; i < after.edges.size(); ++i) {
+    EXPECT_EQ(after.edges[i].from, before.edges[i].from);
+    EXPECT_EQ(after.edges[i].kind, before.edges[i].kind);
+    EXPECT_EQ(after.edges[i].tentative, before.edges[i].tentative);
+    EXPECT_EQ(after.edges[i].from_T_to.matrix(), before.edges[i].from_T_to.matrix());  // to the last bit
+    EXPECT_EQ(after.edges[i].information, before.edges[i].information);
+    EXPECT_EQ(after.edges[i].shared_center_mm, before.edges[i].shared_center_mm);
+  }
+  ASSERT_EQ(after.frames.size(), before.frames.size());
+  for (std::size_t i = 0; i < after.frames.size(); ++i) {
+    EXPECT_EQ(after.frames[i].frame, before.frames[i].frame);
+    EXPECT_EQ(after.frames[i].time_s, before.frames[i].time_s);
+    EXPECT_EQ(after.frames[i].status, before.frames[i].status);
+    EXPECT_EQ(after.frames[i].keyframe, before.frames[i].keyframe);
+    EXPECT_EQ(after.frames[i].keyframe_T_frame.matrix(), before.frames[i].keyframe_T_frame.matrix());
+  }
+}
+
+TEST(Session, WritingWhatWasReadGivesTheSameBytes) {
+  const TemporaryFolder folder;
+  write_scan(folder / "a", small_map().measured);
+  write_scan(folder / "b", read_scan(folder / "a", {}));
+  for (const char* file : {"scan.jsonl", "0.surface", "1.surface", "2.surface"})
+    EXPECT_EQ(read_bytes(folder / "a" / file), read_bytes(folder / "b" / file)) << file;
+}
+
+TEST(Session, ATrialTakenBackIsGone) {
+  const TemporaryFolder folder;
+  const ScanRecord before = small_map().measured;
+  write_scan(folder / "session", before);
+  ScanWriter::append(folder / "session").forget_from_trial(1);
+  const ScanRecord after = read_scan(folder / "session", {});
+  EXPECT_TRUE(after.keyframes[0]);
+  EXPECT_FALSE(after.keyframes[1]);
+  for (const PoseGraphEdge& edge : after.edges) EXPECT_TRUE(edge.from != 1 && edge.to != 1);
+  for (const FrameRecord& frame : after.frames)
+    EXPECT_EQ(frame.status == TrackStatus::undone, frame.trial == 1);
+}
+
+/// A kill cuts the record off anywhere: whatever is left is read, and can be written on.
+TEST(Session, IsReadWhereverItWasCutOff) {
+  const TemporaryFolder folder;
+  const ScanRecord whole = small_map().measured;
+  write_scan(folder / "session", whole);
+  const std::string text = read_bytes(folder / "session" / "scan.jsonl");
+  const std::size_t header = text.find('\n') + 1;
+  for (std::size_t length = header; length < text.size(); length += 61) {
+    write_bytes(folder / "session" / "scan.jsonl", text.substr(0, length));
+    const ScanRecord cut = read_scan(folder / "session", {});
+    EXPECT_TRUE(cut.warnings.empty()) << cut.warnings.front();
+    ScanWriter writer = ScanWriter::append(folder / "session");
+    FrameRecord frame;
+    frame.frame = 1000;
+    writer.add_frame(frame);
+    writer.flush();
+    const ScanRecord continued = read_scan(folder / "session", {});
+    ASSERT_EQ(continued.frames.size(), cut.frames.size() + 1) << length;
+    EXPECT_EQ(continued.keyframes.size(), cut.keyframes.size());
+  }
+}
+
+TEST(Session, ADamagedKeyframeIsLeftOutAndTheRestIsUsed) {
+  const TemporaryFolder folder;
+  save_session(folder.path(), small_map());
+  std::string bytes = read_bytes(folder / "2.surface");
+  bytes[bytes.size() / 2] ^= 1;
+  write_bytes(folder / "2.surface", bytes);
+  const Session session = load_session(folder.path());
+  ASSERT_EQ(session.patches.size(), 1u);
+  ASSERT_EQ(session.warnings.size(), 1u);
+  EXPECT_THAT(session.warnings[0], HasSubstr("1 keyframe of"));
+  EXPECT_THAT(session.warnings[0], HasSubstr("2.surface: damaged: its checksum does not match"));
+  std::filesystem::remove(folder / "2.surface");
+  const ScanRecord record = read_scan(folder.path(), {});
+  EXPECT_TRUE(record.keyframes[0] && record.keyframes[1]);
+  ASSERT_EQ(record.warnings.size(), 1u);
+  EXPECT_THAT(record.warnings[0], HasSubstr("2.surface: cannot be read"));
+  for (const PoseGraphEdge& edge : record.edges) EXPECT_NE(edge.to, 2);
+  for (const FrameRecord& frame : record.frames) EXPECT_NE(frame.keyframe, 2);
+}
+
+TEST(Session, ANewerVersionIsRefusedInClearWords) {
+  const TemporaryFolder folder;
+  save_session(folder.path(), small_map());
+  write_bytes(folder / "session.json", R"({"version":3,"something":"else"})");
+  EXPECT_THAT(message_of<Error>([&] { load_session(folder.path()); }),
+              HasSubstr("session.json: written by a newer version of the program (session version 3"));
+  write_bytes(folder / "scan.jsonl", slam::detail::with_checksum({{"version", 3}}));
+  EXPECT_THAT(message_of<Error>([&] { read_scan(folder.path(), {}); }),
+              HasSubstr("scan.jsonl: written by a newer version"));
+}
+
+TEST(Session, AChangedNumberIsNoticed) {
+  const TemporaryFolder folder;
+  save_session(folder.path(), small_map());
+  std::string text = read_bytes(folder / "session.json");
+  text.replace(text.find("\"anchor_frame\":12"), 17, "\"anchor_frame\":13");
+  write_bytes(folder / "session.json", text);
+  EXPECT_THAT(message_of<Error>([&] { load_session(folder.path()); }), HasSubstr("checksum does not match"));
+  std::filesystem::remove(folder / "session.json");
+  EXPECT_THAT(message_of<Error>([&] { load_session(folder.path()); }), HasSubstr("was not finished"));
+}
+
+/// Any byte of any file: an Error or a warning, and never anything else.
+TEST(Session, SurvivesChangedBytes) {
+  const TemporaryFolder folder;
+  save_session(folder.path(), small_map());
+  std::mt19937 random(7);
+  for (const char* name : {"session.json", "scan.jsonl", "0.surface"}) {
+    const std::string good = read_bytes(folder / name);
+    for (int round = 0; round < 150; ++round) {
+      std::string bad = good;
+      for (auto changes = 1 + random() % 3; changes > 0; --changes)
+        bad[random() % bad.size()] = static_cast<char>(random());
+      if (round % 5 == 0) bad.resize(random() % bad.size());
+      write_bytes(folder / name, bad);
+      bool noticed = bad == good;
+      try {
+        noticed |= !load_session(folder.path()).warnings.empty();
+        noticed |= !read_scan(folder.path(), {}).warnings.empty();
+      } catch (const Error& error) {
+        noticed = true;
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      }
+      EXPECT_TRUE(noticed || round % 5 == 0) << name << ", round " << round;
+    }
+    write_bytes(folder / name, good);
+  }
+}
+
+/// The checksum made to fit: what a surface's bytes then say is checked, too.
+TEST(PackedSurface, SurvivesChangedBytesWhoseChecksumFits) {
+  const std::string good = PackedSurface(*small_map().keyframes[0]->surface.get()).bytes();
+  std::mt19937 random(8);
+  for (int round = 0; round < 1500; ++round) {
+    std::string bad = good;
+    for (auto changes = 1 + random() % 3; changes > 0; --changes)
+      bad[8 + random() % (round % 2 ? bad.size() - 8 : 48)] = static_cast<char>(random());
+    if (round % 5 == 0) bad.resize(12 + random() % (bad.size() - 12));
+    const std::uint32_t sum = static_cast<std::uint32_t>(
+        ::crc32(0, reinterpret_cast<const Bytef*>(bad.data() + 12), static_cast<uInt>(bad.size() - 12)));
+    std::memcpy(bad.data() + 8, &sum, sizeof sum);
+    try {
+      PackedSurface::from_bytes(bad).unpack();
+    } catch (const Error&) {
+    }
   }
 }
 
@@ -75,6 +254,7 @@ TEST(Session, AMapWithoutKeyframesIsASessionToo) {
   const TemporaryFolder folder;
   save_session(folder / "session", SlamMap{});
   EXPECT_TRUE(load_session(folder / "session").patches.empty());
+  EXPECT_TRUE(read_scan(folder / "session", {}).keyframes.empty());
 }
 
 TEST(Session, SavingWhereNothingCanBeWrittenIsAnError) {
@@ -84,7 +264,59 @@ TEST(Session, SavingWhereNothingCanBeWrittenIsAnError) {
               HasSubstr("file"));
 }
 
-/// A good session, to be damaged.
+TEST(Session, AFullDiskIsAnErrorAndWhatWasWrittenIsRead) {
+  const TemporaryFolder folder;
+  const SlamMap map = small_map();
+  std::string message;
+  {
+    const FileSizeLimit limit(2500);
+    message = message_of<Error>([&] { save_session(folder / "session", map); });
+  }
+  EXPECT_THAT(message, HasSubstr("cannot be written"));
+  EXPECT_NO_THROW(read_scan(folder / "session", {}));
+}
+
+/// Version 1, written as gelslam 0.2 did.
+void save_session_v1(const std::filesystem::path& folder, const SlamMap& map) {
+  json text = {{"version", 1}, {"anchor_frame", 12}, {"gradient_scale", 1.0}, {"keyframes", json::array()}};
+  for (const PosedSurface& patch : posed_surfaces(map)) {
+    const SurfacePtr surface = patch.surface.get();
+    const cv::Rect box = cv::boundingRect(surface->contact);
+    std::vector<double> pose;
+    for (int r = 0; r < 4; ++r)
+      for (int c = 0; c < 4; ++c) pose.push_back(patch.map_T_keyframe.matrix()(r, c));
+    text["width_px"] = surface->contact.cols;
+    text["height_px"] = surface->contact.rows;
+    text["pixel_pitch_mm"] = surface->pixel_pitch_mm;
+    text["keyframes"].push_back({{"id", patch.id},
+                                 {"frame", 12},
+                                 {"trial", 0},
+                                 {"box_px", {box.x, box.y, box.width, box.height}},
+                                 {"map_T_keyframe_mm", pose}});
+    cv::Mat4f packed(box.size());
+    for (int v = 0; v < box.height; ++v)
+      for (int u = 0; u < box.width; ++u) {
+        const cv::Point p(box.x + u, box.y + v);
+        packed(v, u) = {surface->normals(p)[0], surface->normals(p)[1], surface->height_mm(p),
+                        surface->contact(p) ? surface->curvature(p) : std::nanf("")};
+      }
+    cv::imwrite((folder / (std::to_string(patch.id) + ".tiff")).string(), packed);
+  }
+  write_bytes(folder / "session.json", text.dump(1));
+}
+
+TEST(SessionOfVersion1, IsStillRead) {
+  const TemporaryFolder folder;
+  const SlamMap map = small_map();
+  save_session_v1(folder.path(), map);
+  const Session session = load_session(folder.path());
+  ASSERT_EQ(session.patches.size(), 2u);
+  for (const PosedSurface& patch : session.patches)
+    expect_same_surface(*patch.surface.get(),
+                        *map.keyframes[static_cast<std::size_t>(patch.id)]->surface.get());
+}
+
+/// A good session of version 1, to be damaged.
 class DamagedSession : public testing::Test {
  protected:
   std::string error() {
@@ -104,13 +336,13 @@ class DamagedSession : public testing::Test {
   }
 
   TemporaryFolder folder;
-  const std::string good = (save_session(folder.path(), small_map()), read_bytes(folder / "session.json"));
+  const std::string good = (save_session_v1(folder.path(), small_map()), read_bytes(folder / "session.json"));
 };
 
 TEST_F(DamagedSession, MissingOrTruncatedJson) {
   for (std::size_t length = 0; length < good.size() - 2; length += 37) {
     write_bytes(folder / "session.json", good.substr(0, length));
-    EXPECT_THAT(error(), EndsWith("session.json: damaged, or not a session of gelslam")) << length;
+    EXPECT_THAT(error(), HasSubstr("session.json: damaged")) << length;
   }
   std::filesystem::remove(folder / "session.json");
   EXPECT_THAT(error(), HasSubstr("session.json"));

@@ -12,7 +12,7 @@ namespace {
 constexpr double kSigmaRad = 0.004, kSigmaMm = 0.03;
 
 std::shared_ptr<const Keyframe> keyframe(int id, std::int64_t frame, int trial) {
-  return std::make_shared<Keyframe>(Keyframe{id, frame, trial, nullptr, nullptr});
+  return std::make_shared<Keyframe>(Keyframe{id, frame, trial, {}, {}});
 }
 
 Matrix6d step_information() {

@@ -80,7 +80,8 @@ std::vector<std::pair<int, int>> true_overlaps(const LoopScan& scan) {
       if (a.trial == b.trial && from + 1 == to) continue;
       const Pose from_T_to = scan.true_pose[static_cast<std::size_t>(from)].inverse() *
                              scan.true_pose[static_cast<std::size_t>(to)];
-      if (contact_overlap(*a.surface, *b.surface, from_T_to) >= kOverlap) pairs.emplace_back(from, to);
+      if (contact_overlap(*a.surface.get(), *b.surface.get(), from_T_to) >= kOverlap)
+        pairs.emplace_back(from, to);
     }
   return pairs;
 }

@@ -76,6 +76,11 @@ Tracker::Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar>
       registrar_(std::move(registrar)),
       turning_points_(options.keyframe_min_unseen) {}
 
+void Tracker::continue_after(int keyframe_id, int trial) {
+  next_keyframe_id_ = keyframe_id + 1;
+  trial_ = trial;
+}
+
 void Tracker::limit_search(double share_of_time, Clock clock) {
   search_share_ = share_of_time;
   clock_ = std::move(clock);
@@ -276,7 +281,7 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {
   const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
-  if (!keyframe_is_new && is_outgrown(*keyframe_, registration, *surface)) {
+  if (!keyframe_is_new && is_outgrown(*reference_->samples(), registration, *surface)) {
     if (return_to_known(result, touch)) return;
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
@@ -296,22 +301,22 @@ void Tracker::break_trial() {
   turning_points_.end_trial();
 }
 
-bool Tracker::is_outgrown(const Keyframe& keyframe, const RegistrationResult& registration,
+bool Tracker::is_outgrown(const NormalFlowReference& keyframe, const RegistrationResult& registration,
                           const Surface& surface) const {
-  const double shared_share =
-      static_cast<double>(registration.shared_pixels) / keyframe.reference->sample_count();
-  const double shared_area_px = shared_share * keyframe.surface->contact_pixels;
+  const double shared_share = static_cast<double>(registration.shared_pixels) / keyframe.sample_count();
+  const double shared_area_px = shared_share * keyframe.surface().contact_pixels;
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
 
 void Tracker::set_neighborhood(const Neighborhood& neighborhood) {
   if (!in_trial_ || neighborhood.center != keyframe_->id) return;
-  known_.clear();
+  std::vector<Known> known;
   std::vector<TurningPoints::Touch> touches;
   for (const auto& [keyframe, center_T_keyframe] : neighborhood.others) {
-    known_.push_back({keyframe, normalized(trial_T_keyframe_ * center_T_keyframe)});
-    touches.push_back({keyframe->frame, keyframe->surface, known_.back().trial_T_keyframe, {}});
+    known.push_back({keyframe, keyframe->surface.get(), normalized(trial_T_keyframe_ * center_T_keyframe)});
+    touches.push_back({keyframe->frame, known.back().surface, known.back().trial_T_keyframe, {}});
   }
+  known_ = std::move(known);  // those that stay are not unpacked again
   turning_points_.set_known(std::move(touches));
 }
 
@@ -326,7 +331,7 @@ const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Po
     const Pose known_T_frame = known.trial_T_keyframe.inverse() * trial_T_frame;
     const auto shown =
         static_cast<double>(std::count_if(points.begin(), points.end(), [&](const auto& point) {
-          return shows(*known.keyframe->surface, known_T_frame * point);
+          return shows(*known.surface, known_T_frame * point);
         }));
     if (shown <= most || known.keyframe == keyframe_ ||
         known.keyframe->reference->self_similarity() > verification_.max_self_similarity)
@@ -343,11 +348,11 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   const Known* const known = most_overlapping(*touch.surface, touch.trial_T_frame);
   if (!known) return false;
   const Pose expected = known->trial_T_keyframe.inverse() * touch.trial_T_frame;
-  std::shared_ptr<const PreparedReference> reference = registrar_->prepare(known->keyframe->surface);
+  std::shared_ptr<const PreparedReference> reference = registrar_->prepare(known->surface);
   const RegistrationResult place = verify_registered(
       *reference->samples(), *touch.surface, reference->register_to(*touch.surface, expected.inverse()),
       PlacePrior::suspected, verification_);
-  if (!place.ok() || !is_located(place) || is_outgrown(*known->keyframe, place, *touch.surface) ||
+  if (!place.ok() || !is_located(place) || is_outgrown(*reference->samples(), place, *touch.surface) ||
       !is_near(place, expected, kMinPeriodMm / 2))
     return false;
   result.left = touch.link;
@@ -360,18 +365,17 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   result.registration = place;
   trial_T_keyframe_ = normalized(touch.trial_T_frame * result.keyframe_T_frame.inverse());
   hand_out_turning_point(
-      result, turning_points_.add_keyframe({keyframe_->frame, keyframe_->surface, trial_T_keyframe_, {}}));
+      result, turning_points_.add_keyframe({keyframe_->frame, known->surface, trial_T_keyframe_, {}}));
   return true;
 }
 
-std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, const PreparedReference& reference,
-                                                       SurfacePtr surface) {
+std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, SurfacePtr surface) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
   keyframe->frame = frame;
   keyframe->trial = trial_;
-  keyframe->surface = std::move(surface);
-  keyframe->reference = reference.samples();
+  keyframe->surface = StoredSurface::packed_later(std::move(surface));
+  keyframe->reference = StoredReference(keyframe->surface, normal_flow_);
   return keyframe;
 }
 
@@ -382,7 +386,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   ++trial_;
   in_trial_ = true;
   known_.clear();
-  keyframe_ = make_keyframe(first.frame, *reference, first.surface);
+  keyframe_ = make_keyframe(first.frame, first.surface);
   reference_ = std::move(reference);
   turning_points_.begin_trial({first.frame, first.surface, Pose::Identity(), {}});
   trial_T_keyframe_ = Pose::Identity();
@@ -400,7 +404,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
 void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                               std::shared_ptr<const PreparedReference> reference) {
   hand_out_turning_point(result, turning_points_.add_keyframe(touch));
-  keyframe_ = make_keyframe(touch.frame, *reference, touch.surface);
+  keyframe_ = make_keyframe(touch.frame, touch.surface);
   reference_ = std::move(reference);
   result.new_keyframes.push_back({keyframe_, touch.link});
   trial_T_keyframe_ = normalized(trial_T_keyframe_ * touch.link.previous_T_this);
@@ -409,8 +413,7 @@ void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& 
 
 void Tracker::hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch) {
   if (!touch) return;
-  result.new_keyframes.push_back(
-      {make_keyframe(touch->frame, *registrar_->prepare(touch->surface), touch->surface), touch->link});
+  result.new_keyframes.push_back({make_keyframe(touch->frame, touch->surface), touch->link});
 }
 
 }  // namespace gelslam

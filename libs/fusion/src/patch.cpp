@@ -39,11 +39,11 @@ void check_patch(const PosedSurface& posed) {
   if (!posed.surface) throw Error("cannot fuse " + name + ": it has no surface");
   if (!posed.map_T_keyframe.matrix().allFinite())
     throw Error("cannot fuse " + name + ": its pose is not finite");
-  const Surface& s = *posed.surface;
-  if (s.height_mm.size() != s.contact.size() || s.normals.size() != s.contact.size()) {
+  if (!posed.surface.maps_agree()) {
     throw Error("cannot fuse " + name + ": its height, normal and contact maps differ in size");
   }
-  if (!(s.pixel_pitch_mm > 0)) throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
+  if (!(posed.surface.pixel_pitch_mm() > 0))
+    throw Error("cannot fuse " + name + ": its pixel pitch is not positive");
 }
 
 void check_gradient_scale(double gradient_scale) {
@@ -53,7 +53,8 @@ void check_gradient_scale(double gradient_scale) {
 
 std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_scale) {
   check_patch(posed);
-  const Surface& s = *posed.surface;
+  const SurfacePtr unpacked = posed.surface.get();
+  const Surface& s = *unpacked;
   if (s.contact.empty() || cv::countNonZero(s.contact) == 0) return std::nullopt;
   // One pixel of margin keeps the look-up of four neighbors inside.
   cv::Rect box = cv::boundingRect(s.contact);

@@ -45,16 +45,15 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double gradi
 }
 
 bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) const {
-  if (placed.posed.surface != wanted.surface) return true;
+  if (!(placed.posed.surface == wanted.surface)) return true;
   if (std::fabs(gradient_scale_ / placed.gradient_scale - 1.0) > options_.max_gain_change) return true;
   const Pose& from = placed.posed.map_T_keyframe;
   const Pose& to = wanted.map_T_keyframe;
   if ((to.translation() - from.translation()).norm() > options_.max_displacement_mm) return true;
   // |R - S| = 2 sqrt(2) sin(angle / 2): exact for small angles, where the arc cosine of the trace is not.
   const double chord = (to.linear() - from.linear()).norm();
-  const Surface& surface = *wanted.surface;
-  const double corner_mm =
-      0.5 * surface.pixel_pitch_mm * std::hypot(surface.contact.cols, surface.contact.rows);
+  const cv::Size size = wanted.surface.size();
+  const double corner_mm = 0.5 * wanted.surface.pixel_pitch_mm() * std::hypot(size.width, size.height);
   return corner_mm * chord / std::sqrt(2.0) > options_.max_displacement_mm;
 }
 

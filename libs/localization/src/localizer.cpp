@@ -110,7 +110,7 @@ void Localizer::begin_trial(const Touch& touch) {
 void Localizer::begin_touch(const Touch& touch) {
   if (!touches_.empty()) {
     Touch& before = touches_.back();
-    before.weight = 1 - contact_overlap(*before.keyframe.surface, *touch.keyframe.surface,
+    before.weight = 1 - contact_overlap(*before.keyframe.surface.get(), *touch.keyframe.surface.get(),
                                         before.trial_T_sensor.inverse() * touch.trial_T_sensor);
     for (Hypothesis& h : hypotheses_) h.past_log_odds += before.weight * std::exchange(h.log_odds, 0);
   }
@@ -136,7 +136,7 @@ void Localizer::predict(const TrackedFrame& tracked) {
 /// that follow each other share their errors.
 void Localizer::correct(const Touch& touch) {
   for (Hypothesis& h : hypotheses_) {
-    h.fit = map_->fit(*touch.keyframe.reference, h.map_T_sensor, PlacePrior::known,
+    h.fit = map_->fit(*touch.keyframe.reference.get(), h.map_T_sensor, PlacePrior::known,
                       translation_sigma_mm(h.covariance));
     if (!h.fit.covered || h.fit.ok()) h.last_agreed_s = touch.time_s;
     if (!h.fit.ok()) continue;
@@ -147,7 +147,7 @@ void Localizer::correct(const Touch& touch) {
 }
 
 bool Localizer::shows_new_surface(const Touch& touch) const {
-  return touch.keyframe.surface->contact_pixels > kSearchGrowth * searched_contact_px_;
+  return touch.keyframe.surface.contact_pixels() > kSearchGrowth * searched_contact_px_;
 }
 
 /// By place recognition; the places of the trial before are worth a try, too.
@@ -167,7 +167,7 @@ bool Localizer::is_known(const Touch& touch, const Pose& map_T_sensor) const {
 void Localizer::add(const Touch& touch, const Pose& map_T_sensor) {
   if (hypotheses_.size() == kMostHypotheses || is_known(touch, map_T_sensor)) return;
   Hypothesis h;
-  h.fit = map_->fit(*touch.keyframe.reference, map_T_sensor, PlacePrior::suspected,
+  h.fit = map_->fit(*touch.keyframe.reference.get(), map_T_sensor, PlacePrior::suspected,
                     std::numeric_limits<double>::infinity());
   if (!h.fit.ok() || is_known(touch, h.fit.map_T_sensor)) return;
   h.map_T_sensor = h.fit.map_T_sensor;
@@ -176,7 +176,7 @@ void Localizer::add(const Touch& touch, const Pose& map_T_sensor) {
   const Pose map_T_trial = h.map_T_sensor * touch.trial_T_sensor.inverse();
   for (std::size_t i = 0; i + 1 < touches_.size(); ++i) {
     const Touch& before = touches_[i];
-    const MapFit fit = map_->fit(*before.keyframe.reference, map_T_trial * before.trial_T_sensor,
+    const MapFit fit = map_->fit(*before.keyframe.reference.get(), map_T_trial * before.trial_T_sensor,
                                  PlacePrior::known, translation_sigma_mm(h.covariance));
     h.past_log_odds += before.weight * log_odds(fit, before);
   }

@@ -166,7 +166,7 @@ std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& sha
 }
 
 Covered covered_by(const PosedSurface& patch) {
-  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(*patch.surface);
+  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(*patch.surface.get());
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& point : points) center += point / static_cast<double>(points.size());
   const double area = patch.surface->contact_pixels * std::pow(patch.surface->pixel_pitch_mm, 2);

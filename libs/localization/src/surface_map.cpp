@@ -47,8 +47,8 @@ MapPlace make_place(const PosedSurface& patch, const NormalFlowOptions& registra
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = patch.id;
   keyframe->surface = patch.surface;
-  keyframe->reference = std::make_shared<const NormalFlowReference>(patch.surface, registration);
-  Extent extent = extent_of(coarse_contact_points_mm(*patch.surface));
+  keyframe->reference = StoredReference(patch.surface, registration);
+  Extent extent = extent_of(coarse_contact_points_mm(*patch.surface.get()));
   extent.center_mm = patch.map_T_keyframe * extent.center_mm;
   return {std::move(keyframe), patch.map_T_keyframe, extent};
 }
@@ -72,7 +72,7 @@ SurfaceMap::SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptio
   auto impl = std::make_unique<Impl>(options);
   std::vector<PosedSurface> touched;
   std::copy_if(patches.begin(), patches.end(), std::back_inserter(touched), [&](const PosedSurface& patch) {
-    return patch.surface->contact_pixels >= options.tracker.contact_threshold_px;
+    return patch.surface.contact_pixels() >= options.tracker.contact_threshold_px;
   });
   if (touched.empty()) throw Error("the map is empty: none of its keyframes shows a contact");
   impl->places.resize(touched.size());
@@ -115,8 +115,9 @@ Overlap SurfaceMap::Impl::most_overlapping(const Surface& touch, const Pose& map
   Overlap best;
   for (const auto& [distance_mm, place] : near) {
     const Pose keyframe_T_sensor = place->map_T_keyframe.inverse() * map_T_sensor;
+    const SurfacePtr surface = place->keyframe->surface.get();
     const auto shown = std::count_if(points.begin(), points.end(), [&, place = place](const auto& point) {
-      return shows(*place->keyframe->surface, keyframe_T_sensor * point);
+      return shows(*surface, keyframe_T_sensor * point);
     });
     const double share = static_cast<double>(shown) / static_cast<double>(points.size());
     if (share > best.share) best = {place, share};
@@ -133,7 +134,7 @@ MapFit SurfaceMap::fit(const NormalFlowReference& touch, const Pose& map_T_senso
   if (!fit.covered) return fit;
   fit.keyframe = place->keyframe->id;
   const Pose sensor_T_keyframe = map_T_sensor.inverse() * place->map_T_keyframe;
-  fit.registration = verify(*place->keyframe->reference, touch, {sensor_T_keyframe, prior, sigma_mm},
+  fit.registration = verify(*place->keyframe->reference.get(), touch, {sensor_T_keyframe, prior, sigma_mm},
                             impl_->options.registration, impl_->options.verification);
   if (!fit.registration.ok()) return fit;
   const KeyframeLink link = link_to(place->keyframe, fit.registration);

@@ -78,8 +78,8 @@ std::vector<LoopConstraint> LoopCloser::Impl::search(const PlaceFeatures& featur
   for (const Candidate& candidate : compare(features, among)) {
     if (static_cast<int>(loops.size()) >= wanted) break;
     const Keyframe& older = candidate.place->keyframe;
-    const std::optional<Pose> pose =
-        lift(*older.surface, *newer.surface, candidate.place->features, features, candidate.inliers);
+    const std::optional<Pose> pose = lift(*older.surface.get(), *newer.surface.get(),
+                                          candidate.place->features, features, candidate.inliers);
     std::optional<LoopConstraint> loop =
         pose ? verify_loop(older, newer, {*pose, PlacePrior::suspected}, registration, verification)
              : std::nullopt;
@@ -105,7 +105,7 @@ std::optional<LoopConstraint> verify_loop(const Keyframe& older, const Keyframe&
                                           const NormalFlowOptions& registration,
                                           const VerificationOptions& verification) {
   const RegistrationResult result =
-      verify(*newer.reference, *older.reference, candidate, registration, verification);
+      verify(*newer.reference.get(), *older.reference.get(), candidate, registration, verification);
   if (!result.ok()) return std::nullopt;
   LoopConstraint loop;
   loop.from = older.id;
@@ -137,7 +137,7 @@ LoopCloser::LoopCloser(const LoopClosureOptions& options, const NormalFlowOption
 LoopCloser::~LoopCloser() = default;
 
 std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
-  PlaceFeatures features = extract_features(*keyframe.surface, impl_->options);
+  PlaceFeatures features = extract_features(*keyframe.surface.get(), impl_->options);
   const std::size_t neighbors = impl_->neighbors(keyframe), elsewhere = impl_->places.size() - neighbors;
 
   std::vector<LoopConstraint> loops = impl_->search(
@@ -157,13 +157,14 @@ std::vector<LoopConstraint> LoopCloser::add(const Keyframe& keyframe) {
 
 void LoopCloser::keep(const std::vector<Keyframe>& keyframes) {
   std::vector<PlaceFeatures> features(keyframes.size());
-  parallel_for(keyframes.size(), 0,
-               [&](std::size_t i) { features[i] = extract_features(*keyframes[i].surface, impl_->options); });
+  parallel_for(keyframes.size(), 0, [&](std::size_t i) {
+    features[i] = extract_features(*keyframes[i].surface.get(), impl_->options);
+  });
   for (std::size_t i = 0; i < keyframes.size(); ++i) impl_->keep(keyframes[i], std::move(features[i]));
 }
 
 std::vector<LoopConstraint> LoopCloser::recognize(const Keyframe& keyframe) const {
-  const PlaceFeatures features = extract_features(*keyframe.surface, impl_->options);
+  const PlaceFeatures features = extract_features(*keyframe.surface.get(), impl_->options);
   const int count = static_cast<int>(impl_->places.size()), most = impl_->options.max_candidates;
   return impl_->search(features, keyframe, impl_->index.most_alike(features, count, most), most);
 }

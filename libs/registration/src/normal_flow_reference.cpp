@@ -102,8 +102,12 @@ void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, c
 
 }  // namespace
 
-NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options) {
+SelfSimilarityPtr make_self_similarity() { return std::make_shared<SelfSimilarity>(); }
+
+NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options,
+                                         SelfSimilarityPtr self_similarity) {
   auto impl = std::make_unique<Impl>();
+  impl->self_similarity = std::move(self_similarity);
   const std::vector<cv::Point> pixels = select_samples(*surface, options.max_samples);
   const SampleWeight weight(*surface);
   const float pitch = static_cast<float>(surface->pixel_pitch_mm);
@@ -138,9 +142,9 @@ const Surface& NormalFlowReference::surface() const { return *impl_->surface; }
 int NormalFlowReference::sample_count() const { return impl_->samples.size(); }
 
 double NormalFlowReference::self_similarity() const {
-  std::call_once(impl_->self_similarity_once,
-                 [&] { impl_->self_similarity = gelslam::self_similarity(*impl_->surface); });
-  return impl_->self_similarity;
+  SelfSimilarity& of_surface = *impl_->self_similarity;
+  std::call_once(of_surface.once, [&] { of_surface.value = gelslam::self_similarity(*impl_->surface); });
+  return of_surface.value;
 }
 
 }  // namespace gelslam

@@ -16,8 +16,12 @@ struct NormalFlowReference::Impl {
   SurfacePtr surface;
   registration::detail::Samples samples;
   std::vector<float> curvature;  ///< per sample, for SCR and CCS
-  mutable std::once_flag self_similarity_once;
-  mutable double self_similarity = 0;
+  SelfSimilarityPtr self_similarity;
+};
+
+struct SelfSimilarity {
+  std::once_flag once;
+  double value = 0;
 };
 
 namespace registration::detail {

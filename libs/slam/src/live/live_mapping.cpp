@@ -11,7 +11,19 @@ constexpr std::chrono::milliseconds kMaxUpdateInterval{200};
 
 }  // namespace
 
-void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted,
+void MappingStage::restore(const ScanRecord& record, const Found& found) {
+  const auto scope = timer_.measure("loop closure");
+  for (auto& [keyframe, loops] : mapper_->restore(record)) found(scan_, keyframe, loops);
+  mapper_->optimize();
+}
+
+MapSnapshot MappingStage::snapshot() const {
+  MapSnapshot map = mapper_->snapshot();
+  map.scan = scan_;
+  return map;
+}
+
+void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const Found& found,
                        const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
                        const std::function<void(const std::vector<FrameRecord>&)>& save) {
   bool changed = false;
@@ -23,7 +35,9 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted,
     changed = true;
     if (const auto* added = std::get_if<NewKeyframe>(&message)) {
       const auto scope = timer_.measure("loop closure");
-      mapper_->add_keyframe(*added, !aborted);
+      const bool search_loops = !aborted;
+      std::vector<PoseGraphEdge> loops = mapper_->add_keyframe(*added, search_loops);
+      if (search_loops) found(scan_, added->keyframe->id, std::move(loops));
     } else if (const auto* forget = std::get_if<ForgetFromTrial>(&message)) {
       mapper_->forget_from_trial(forget->trial);
     } else if (const auto* start = std::get_if<StartScan>(&message)) {
@@ -33,6 +47,7 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted,
       save(std::get<SaveSoFar>(message).records);
     }
   };
+  publish(std::make_shared<const MapSnapshot>(snapshot()));
   while (const std::optional<MapperMessage> message = in.pop()) {
     handle(*message);
     // Handle what has arrived meanwhile before the graph is solved once for all of it. A time limit keeps the
@@ -49,9 +64,7 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted,
       mapper_->update();
     }
     if (in.size() == 0) optimize_if_needed();
-    MapSnapshot map = mapper_->snapshot();
-    map.scan = scan_;
-    publish(std::make_shared<const MapSnapshot>(std::move(map)));
+    publish(std::make_shared<const MapSnapshot>(snapshot()));
   }
 }
 

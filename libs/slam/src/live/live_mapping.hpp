@@ -17,8 +17,14 @@ class MappingStage {
   MappingStage(const SlamOptions& options, StageTimer& timer)
       : options_(options), mapper_(std::in_place, options), timer_(timer) {}
 
-  /// `publish` is called with every new map, `save` when a person asked for it; both from this thread.
-  void run(MapperQueue& in, const std::atomic<bool>& aborted,
+  /// What was found of a keyframe that was searched for loops.
+  using Found = std::function<void(int scan, int keyframe, std::vector<PoseGraphEdge> loops)>;
+
+  /// Before run(): continues a scan.
+  void restore(const ScanRecord& record, const Found& found);
+
+  /// `publish` is called with every new map, `save` when a person asked for it; all from this thread.
+  void run(MapperQueue& in, const std::atomic<bool>& aborted, const Found& found,
            const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
            const std::function<void(const std::vector<FrameRecord>&)>& save);
 
@@ -30,6 +36,7 @@ class MappingStage {
 
  private:
   void optimize_if_needed();
+  MapSnapshot snapshot() const;
 
   const SlamOptions options_;
   std::optional<Mapper> mapper_;

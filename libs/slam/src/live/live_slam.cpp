@@ -12,9 +12,10 @@
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_fusion.hpp"
 #include "live/live_mapping.hpp"
-#include "live/live_run.hpp"
+#include "live/live_record.hpp"
 #include "live/live_surface.hpp"
 #include "live/live_tracking.hpp"
+#include "run_folder/live_run.hpp"
 
 namespace gelslam {
 
@@ -49,12 +50,17 @@ struct LiveSlam::Impl {
         source(std::move(frames)),
         board(source->description()),
         surface(options.config, options.background, options.force, board, timer),
-        tracking(options.config.slam, search_share(options), options.stream.get(), board, timer),
+        tracking(options.config.slam, search_share(options),
+                 options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
+                 timer),
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer) {
     if (options.run_folder.empty()) return;
-    runs.push_back(
-        std::make_shared<LiveRun>(options.run_folder, options.overwrite, options.log, options.config));
+    runs.push_back(options.continued ? LiveRun::resume(options.run_folder, options.config)
+                                     : std::make_shared<LiveRun>(options.run_folder, options.overwrite,
+                                                                 options.log, options.config));
+    part = part_of(options.config, options.record ? runs.back()->log() : options.log);
+    session.emplace([this](int scan) { return run_of_scan(scan)->session(); }, part, board);
     if (!options.record) return;
     recorded = runs.back();
     recorder = make_recorder(recorded->log(), *options.record, *source, options);
@@ -72,6 +78,7 @@ struct LiveSlam::Impl {
   void map_keyframes();
   void save_for_now(const std::vector<FrameRecord>& records);
   void finish();
+  std::vector<ScanPart> parts(const std::vector<FrameRecord>& records) const;
   void save(const SlamMap& map, const Mesh& mesh, bool partial);
   void show(const SlamMap& map, const Mesh& mesh);
   bool failed();
@@ -83,11 +90,14 @@ struct LiveSlam::Impl {
   const LiveClock::time_point begin = LiveClock::now();
   std::unique_ptr<RawFrameSource> source;
   StageTimer timer;
+  RecordQueue measured{1};  // its limit is never asked for
   LiveBoard board;
   SurfaceStage surface;
   TrackingStage tracking;
   MappingStage mapping;
   FusionStage fusion;
+  ScanPart part;
+  std::optional<RecordStage> session;  // none: nothing is kept
 
   // Of the capture thread.
   std::unique_ptr<LogRecorder> recorder;
@@ -108,6 +118,7 @@ struct LiveSlam::Impl {
 
   std::latch captured{1};  // nothing more comes, and the log is whole
   std::latch mapped{1};    // the mapper has seen every keyframe
+  std::latch written{1};   // the session's record is whole
   std::jthread fusion_thread;
   std::vector<std::jthread> threads;
 };
@@ -204,6 +215,12 @@ void LiveSlam::Impl::start() {
     captured.count_down();
   });
   threads.emplace_back([this] {
+    lower_thread_priority();
+    if (session) session->run(measured, options.continued.has_value());
+    measured.close();  // nobody reads it
+    written.count_down();
+  });
+  threads.emplace_back([this] {
     guarded([this] { surface.run(raw, surfaced); });
     source->stop();
     raw.close();
@@ -214,6 +231,8 @@ void LiveSlam::Impl::start() {
     surfaced.close();
     keyframes.close();
     mapped.wait();
+    measured.close();
+    written.wait();
     // Here and not in the mapper's thread, whose priority is low: now a person waits.
     guarded([this] { finish(); });
     fusion.stop();
@@ -261,8 +280,12 @@ void LiveSlam::Impl::take_frames() {
 }
 
 void LiveSlam::Impl::map_keyframes() {
+  const auto found = [this](int scan, int keyframe, std::vector<PoseGraphEdge> loops) {
+    measured.push_beyond_limit(LoopsFound{scan, keyframe, std::move(loops)});
+  };
+  if (options.continued) mapping.restore(options.continued->record, found);
   mapping.run(
-      keyframes, aborted,
+      keyframes, aborted, found,
       [this](std::shared_ptr<const MapSnapshot> map) {
         if (options.stream) options.stream->write_map(*map);
         fusion.set_map(map);
@@ -274,7 +297,8 @@ void LiveSlam::Impl::map_keyframes() {
 /// Not being able to save is no reason to end a scan.
 void LiveSlam::Impl::save_for_now(const std::vector<FrameRecord>& records) {
   try {
-    const SlamMap map = mapping.finish(records, [this] { return stopped.load(); });
+    SlamMap map = mapping.finish(records, [this] { return stopped.load(); });
+    map.measured.parts = parts(records);
     save(map, fuse_map(map, options.config.slam.fusion), true);
   } catch (const std::exception& error) {
     board.warn(error.what());
@@ -287,8 +311,10 @@ void LiveSlam::Impl::finish() {
   SlamMap map;
   {
     const auto scope = timer.measure("finish/poses");
+    const std::vector<FrameRecord> records = tracking.records();
     map = mapping.finish(
-        tracking.records(), [this] { return aborted.load(); }, &progress);
+        records, [this] { return aborted.load(); }, &progress);
+    map.measured.parts = parts(records);
   }
   fusion.stop();
   fusion_thread.join();  // what it drew must not come after what is saved
@@ -303,6 +329,18 @@ void LiveSlam::Impl::finish() {
   show(map, mesh);
   const std::shared_ptr<LiveRun> run = run_of_scan(mapping.scan());
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
+}
+
+/// Of the present scan. Only the first one continues another.
+std::vector<ScanPart> LiveSlam::Impl::parts(const std::vector<FrameRecord>& records) const {
+  if (mapping.scan() == 0 && options.continued) {
+    std::vector<ScanPart> parts = options.continued->record.parts;
+    parts.back().log = part.log;
+    return parts;
+  }
+  ScanPart only = part;
+  if (!records.empty()) only.first_frame = records.front().frame;
+  return {only};
 }
 
 void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
@@ -320,7 +358,8 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
   const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped,
                          status.damaged};
   run->save(map, mesh,
-            {options.record ? run->log() : options.log, status.source, timer.statistics(), counts, live});
+            {options.record ? run->log() : options.log, status.source, timer.statistics(), counts, live,
+             session && session->is_whole()});
 }
 
 /// The window goes on with what was saved, instead of what was good enough while it grew.
@@ -346,7 +385,8 @@ void LiveSlam::Impl::join() {
 }
 
 void check_run_folder(const LiveOptions& options) {
-  if (!options.run_folder.empty()) LiveRun::check(options.run_folder, options.overwrite, options.log);
+  if (!options.run_folder.empty() && !options.continued)
+    LiveRun::check(options.run_folder, options.overwrite, options.log);
 }
 
 LiveSlam::LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& options)

@@ -4,6 +4,23 @@
 
 namespace gelslam::slam::detail {
 
+TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> search_share,
+                             const ContinuedScan* continued, PoseStream* stream, RecordQueue& session,
+                             LiveBoard& board, StageTimer& timer)
+    : options_(options),
+      search_share_(search_share),
+      tracker_(new_tracker()),
+      stream_(stream),
+      board_(board),
+      timer_(timer),
+      session_(session) {
+  if (!continued) return;
+  tracker_.continue_after(continued->last_keyframe(), continued->last_trial());
+  first_frame_ = continued->first_frame;
+  first_time_s_ = continued->first_time_s;
+  records_ = continued->record.frames;
+}
+
 Tracker TrackingStage::new_tracker() const {
   Tracker tracker(options_.tracker, options_.registration, options_.verification);
   if (search_share_)
@@ -19,11 +36,13 @@ void TrackingStage::run(TrackerQueue& in, MapperQueue& out) {
 }
 
 void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
+  const std::int64_t index = first_frame_ + frame.image.index;
+  const double time_s = first_time_s_ + frame.image.time_s;
   if (!frame.surface) {
-    record(background_record(frame.image.index, frame.image.time_s));
+    record(background_record(index, time_s));
     TrackedFrame background;
-    background.frame = frame.image.index;
-    background.time_s = frame.image.time_s;
+    background.frame = index;
+    background.time_s = time_s;
     background.status = TrackStatus::background;
     return stream(background, frame);
   }
@@ -31,12 +50,13 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
   TrackedFrame tracked;
   {
     const auto scope = timer_.measure("tracking");
-    tracked = tracker_.track(frame.image.index, frame.image.time_s, frame.surface);
+    tracked = tracker_.track(index, time_s, frame.surface);
   }
   timer_.add("arrival to pose",
              std::chrono::duration<double, std::milli>(LiveClock::now() - frame.arrived).count());
   stream(tracked, frame);
   record(record_of(tracked));
+  for (const NewKeyframe& added : tracked.new_keyframes) session_.push_beyond_limit(added);
   if (tracked.status == TrackStatus::tracked)
     hidden_.pass(tracked.trial, tracked.time_s, tracked.registration.observable);
   LiveTouch touch{tracked.frame,
@@ -94,7 +114,9 @@ void TrackingStage::handle(UndoTrial, MapperQueue& out) {
     }
   }
   tracker_.break_trial();
-  if (trial >= 0) out.push_beyond_limit(ForgetFromTrial{trial});
+  if (trial < 0) return;
+  session_.push_beyond_limit(ForgetFromTrial{trial});
+  out.push_beyond_limit(ForgetFromTrial{trial});
 }
 
 void TrackingStage::handle(NewScan, MapperQueue& out) {
@@ -108,10 +130,12 @@ void TrackingStage::handle(NewScan, MapperQueue& out) {
   }
   board_.start_scan(++scan_);
   if (stream_ != nullptr) stream_->start_scan(scan_);
+  session_.push_beyond_limit(StartScan{scan_});
   out.push_beyond_limit(StartScan{scan_});
 }
 
 void TrackingStage::record(const FrameRecord& record) {
+  session_.push_beyond_limit(record);
   const std::lock_guard lock(mutex_);
   records_.push_back(record);
 }

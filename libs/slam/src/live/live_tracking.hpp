@@ -11,6 +11,7 @@
 #include "gelslam/slam/slam_options.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "live/live_messages.hpp"
+#include "live/live_record.hpp"
 
 namespace gelslam::slam::detail {
 
@@ -18,15 +19,11 @@ namespace gelslam::slam::detail {
 /// waits.
 class TrackingStage {
  public:
-  /// `search_share`: Tracker::limit_search(), or nothing. `stream`: null for none.
-  TrackingStage(const SlamOptions& options, std::optional<double> search_share, PoseStream* stream,
-                LiveBoard& board, StageTimer& timer)
-      : options_(options),
-        search_share_(search_share),
-        tracker_(new_tracker()),
-        stream_(stream),
-        board_(board),
-        timer_(timer) {}
+  /// `search_share`: Tracker::limit_search(), or nothing. `continued`: null for a new scan. `stream`: null
+  /// for none.
+  TrackingStage(const SlamOptions& options, std::optional<double> search_share,
+                const ContinuedScan* continued, PoseStream* stream, RecordQueue& session, LiveBoard& board,
+                StageTimer& timer);
 
   void run(TrackerQueue& in, MapperQueue& out);
 
@@ -52,6 +49,9 @@ class TrackingStage {
   HiddenMotions hidden_;
   LiveBoard& board_;
   StageTimer& timer_;
+  RecordQueue& session_;
+  std::int64_t first_frame_ = 0;
+  double first_time_s_ = 0;
   int scan_ = 0;
   int keyframe_ = -1;                       // the tracker's
   std::future<Neighborhood> neighborhood_;  // not valid: nothing is asked for

@@ -13,10 +13,18 @@ struct GelSlam::Impl {
   Tracker tracker;
   Mapper mapper;
   int keyframe = -1;  // the tracker's
+  std::vector<ScanPart> parts;
   std::vector<FrameRecord> frames;
 };
 
-GelSlam::GelSlam(const SlamOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+GelSlam::GelSlam(const SlamOptions& options, const ContinuedScan* continued)
+    : impl_(std::make_unique<Impl>(options)) {
+  if (!continued) return;
+  impl_->tracker.continue_after(continued->last_keyframe(), continued->last_trial());
+  impl_->mapper.restore(continued->record);
+  impl_->parts = continued->record.parts;
+  impl_->frames = continued->record.frames;
+}
 GelSlam::~GelSlam() = default;
 GelSlam::GelSlam(GelSlam&&) noexcept = default;
 
@@ -43,8 +51,10 @@ void GelSlam::skip(std::int64_t frame, double time_s) {
 }
 
 SlamMap GelSlam::finish(bool refine, ProgressSink* progress) const {
-  return impl_->mapper.finish(
+  SlamMap map = impl_->mapper.finish(
       impl_->frames, refine, [] { return false; }, progress);
+  map.measured.parts = impl_->parts;
+  return map;
 }
 
 }  // namespace gelslam

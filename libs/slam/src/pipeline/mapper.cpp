@@ -1,9 +1,11 @@
 #include "gelslam/slam/mapper.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "gelslam/backend/loop_consistency.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/parallel_progress.hpp"
 #include "gelslam/slam/refinement.hpp"
@@ -36,16 +38,11 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
                   const std::vector<bool>& in_map) {
   std::vector<double> contact_pixels;
   for (std::size_t id = 0; id < keyframes.size(); ++id)
-    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface->contact_pixels);
+    if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface.contact_pixels());
   const double typical_pixels = median(std::move(contact_pixels));
   std::size_t id = 0;
-  while (!in_map[id] || 4 * keyframes[id]->surface->contact_pixels < 3 * typical_pixels) ++id;
+  while (!in_map[id] || 4 * keyframes[id]->surface.contact_pixels() < 3 * typical_pixels) ++id;
   return static_cast<int>(id);
-}
-
-PoseGraphEdge edge_of(const LoopConstraint& loop) {
-  return {loop.from,     loop.to, loop.from_T_to, loop.information, EdgeKind::loop, loop.shared_center_mm,
-          loop.tentative};
 }
 
 /// The consistent edges, in the same order.
@@ -107,10 +104,17 @@ void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const Sl
 
 }  // namespace
 
+PoseGraphEdge loop_edge(const LoopConstraint& loop) {
+  return {loop.from,      loop.to,
+          loop.from_T_to, symmetric(loop.information),
+          EdgeKind::loop, loop.shared_center_mm,
+          loop.tentative};
+}
+
 Mapper::Mapper(const SlamOptions& options)
     : options_(options), loop_closer_(options.loop_closure, options.registration, options.verification) {}
 
-void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
+std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
   const auto& [keyframe, link] = added;
   const int id = keyframe->id;
   keyframes_.resize(static_cast<std::size_t>(id) + 1);
@@ -121,13 +125,55 @@ void Mapper::add_keyframe(const NewKeyframe& added, bool search_loops) {
     trial_T_keyframe_[id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
     live_.component_T_node[id] = live_.component_T_node.at(link.previous->id) * link.previous_T_this;
   }
-  if (!search_loops) return;
-  for (const LoopConstraint& loop : loop_closer_.add(*keyframe)) {
-    if (link.previous && loop.from == link.previous->id)
-      continue;  // the link already holds this registration
-    add_edge(edge_of(loop));
-    ++new_loops_;
+  searched_.resize(keyframes_.size());
+  searched_.back() = search_loops;
+  if (!search_loops) return {};
+  std::vector<PoseGraphEdge> loops = this->search_loops(*keyframe, link.previous ? link.previous->id : -1);
+  for (const PoseGraphEdge& loop : loops) add_edge(loop);
+  return loops;
+}
+
+std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int previous) {
+  loop_closer_.keep(std::exchange(restored_, {}));
+  std::vector<PoseGraphEdge> loops;
+  for (const LoopConstraint& loop : loop_closer_.add(keyframe))
+    if (loop.from != previous)  // the link already holds this registration
+      loops.push_back(loop_edge(loop));
+  new_loops_ += static_cast<int>(loops.size());
+  return loops;
+}
+
+std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& record) {
+  keyframes_ = record.keyframes;
+  searched_ = record.searched;
+  std::vector<PoseGraphEdge> edges = record.edges;
+  new_loops_ = static_cast<int>(edges.size());
+  std::map<int, const PoseGraphEdge*> links;
+  for (const PoseGraphEdge& edge : record.edges)
+    if (edge.kind == EdgeKind::odometry) links[edge.to] = &edge;
+  for (const auto& keyframe : keyframes_) {
+    if (!keyframe) continue;
+    const auto link = links.find(keyframe->id);
+    const Pose trial_T_keyframe =
+        link == links.end() ? Pose::Identity()
+                            : Pose(trial_T_keyframe_.at(link->second->from) * link->second->from_T_to);
+    trial_T_keyframe_[keyframe->id] = live_.component_T_node[keyframe->id] = trial_T_keyframe;
+    if (searched_[index(keyframe->id)]) restored_.push_back(*keyframe);
   }
+  const int newest_searched = restored_.empty() ? -1 : restored_.back().id;
+  std::map<int, std::vector<PoseGraphEdge>> found;
+  for (const auto& keyframe : keyframes_) {
+    if (!keyframe || searched_[index(keyframe->id)]) continue;
+    if (keyframe->id < newest_searched) continue;  // damaged record: it stays without
+    const auto link = links.find(keyframe->id);
+    found[keyframe->id] = search_loops(*keyframe, link == links.end() ? -1 : link->second->from);
+    edges.insert(edges.end(), found[keyframe->id].begin(), found[keyframe->id].end());
+    searched_[index(keyframe->id)] = true;
+  }
+  // As if all had been found in one go.
+  std::stable_sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.to < b.to; });
+  for (const PoseGraphEdge& edge : edges) add_edge(edge);
+  return found;
 }
 
 void Mapper::add_edge(const PoseGraphEdge& edge) {
@@ -166,6 +212,8 @@ void Mapper::forget_from_trial(int trial) {
   if (first == keyframes_.end()) return;
   const int id = (*first)->id;
   keyframes_.erase(first, keyframes_.end());
+  searched_.resize(keyframes_.size());
+  loop_closer_.keep(std::exchange(restored_, {}));
   loop_closer_.forget_from(id);
   trial_T_keyframe_.erase(trial_T_keyframe_.lower_bound(id), trial_T_keyframe_.end());
   live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
@@ -217,6 +265,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
                        const std::function<bool()>& stop_requested, ProgressSink* progress) const {
   ParallelProgress closing(progress, "closing loops", kOverlapRounds * keyframes_.size());
   SlamMap map;
+  map.measured = {{}, keyframes_, edges_, searched_, frames, {}};
   map.frames = frames;
   for (FrameRecord& frame : map.frames)
     if (!trial_T_keyframe_.contains(frame.keyframe))
@@ -227,7 +276,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
       return edge.from == loop.from && edge.to == loop.to;
     });
-    if (!known) edges.push_back(edge_of(loop));
+    if (!known) edges.push_back(loop_edge(loop));
   }
   map.edges = consistent(edges, options_);
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);

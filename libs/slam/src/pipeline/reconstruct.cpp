@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "run_folder/run_writer.hpp"
@@ -13,16 +14,18 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// Feeds the whole log to `slam`; true when stopped before its end.
-bool track_log(SurfaceStream& stream, GelSlam& slam, StageTimer& timer, ProgressSink& progress,
-               const std::function<bool()>& stop_requested) {
+bool track_log(SurfaceStream& stream, GelSlam& slam, const ContinuedScan& scan, StageTimer& timer,
+               ProgressSink& progress, const std::function<bool()>& stop_requested) {
   progress.begin("tracking", stream.frame_count());
   bool stopped = false;
   std::int64_t done = 0;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
+    const std::int64_t frame = scan.first_frame + item->frame;
+    const double time_s = scan.first_time_s + item->time_s;
     if (item->surface)
-      slam.process(item->frame, item->time_s, item->surface, timer);
+      slam.process(frame, time_s, item->surface, timer);
     else
-      slam.skip(item->frame, item->time_s);
+      slam.skip(frame, time_s);
     progress.update(++done);
     if (stop_requested()) {
       stopped = true;
@@ -33,8 +36,9 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, StageTimer& timer, Progress
   return stopped;
 }
 
-std::string warnings_of(const SurfaceStream& stream) {
+std::string warnings_of(const SurfaceStream& stream, const ScanRecord& record) {
   std::string text;
+  for (const std::string& warning : record.warnings) text += (text.empty() ? "" : "; ") + warning;
   for (const std::string& doubt : stream.background_doubts()) text += (text.empty() ? "" : "; ") + doubt;
   const std::string about_log = stream.warning();
   return text + (text.empty() || about_log.empty() ? "" : "; ") + about_log;
@@ -52,12 +56,15 @@ void commit_run(RunFolder& folder, const Run& run) {
 }  // namespace
 
 Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
-                const std::function<bool()>& stop_requested) {
+                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
   const Clock::time_point start = Clock::now();
+  ContinuedScan scan;
+  if (!continued_run.empty()) scan = continue_scan(continued_run, config, input.log);
   StageTimer timer;
   SurfaceStream stream(input, config, timer);
-  GelSlam slam(config.slam);
-  const bool partial = track_log(stream, slam, timer, progress, stop_requested);
+  if (continued_run.empty()) scan.record.parts = {part_of(config, input.log)};
+  GelSlam slam(config.slam, &scan);
+  const bool partial = track_log(stream, slam, scan, timer, progress, stop_requested);
   Run run{config, {}, {}, {}};
   {
     const auto scope = timer.measure("finish/poses");
@@ -67,10 +74,10 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
     const auto scope = timer.measure("finish/fusion");
     run.mesh = fuse_map(run.map, config.slam.fusion, &progress);
   }
-  run.account = {input.log, stream.description(), timer.statistics(), summarise(run.map, run.mesh),
-                 std::nullopt};
+  run.account = {
+      input.log, stream.description(), timer.statistics(), summarise(run.map, run.mesh), std::nullopt, false};
   run.account.summary.partial = partial;
-  run.account.summary.warning = warnings_of(stream);
+  run.account.summary.warning = warnings_of(stream, scan.record);
   run.account.summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return run;
 }
@@ -83,7 +90,7 @@ void save_run(const std::filesystem::path& path, const Run& run, bool overwrite)
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested) {
   RunFolder folder(request.run_folder, folder_options(request.input.log, request.overwrite));
-  const Run run = reconstruct(request.input, request.config, progress, stop_requested);
+  const Run run = reconstruct(request.input, request.config, progress, stop_requested, request.continued_run);
   commit_run(folder, run);
   return run.account.summary;
 }

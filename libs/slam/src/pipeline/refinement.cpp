@@ -1,8 +1,8 @@
 #include "gelslam/slam/refinement.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <limits>
+#include <cmath>
+#include <optional>
 #include <set>
 
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -14,85 +14,102 @@
 namespace gelslam {
 namespace {
 
-/// Share of the points that land on the other patch's contact, close to its height.
-double overlap(const std::vector<Eigen::Vector3d>& points, const Surface& other, const Pose& other_T_points) {
-  const auto inside = std::count_if(points.begin(), points.end(),
-                                    [&](const auto& point) { return shows(other, other_T_points * point); });
-  return points.empty() ? 0.0 : static_cast<double>(inside) / static_cast<double>(points.size());
-}
+/// Where a contact lies and how deep, on a grid coarse enough to be kept for every keyframe of a large map:
+/// pairs of keyframes are many, and unpacking their surfaces for each would take minutes.
+class ContactGrid {
+ public:
+  explicit ContactGrid(const Surface& surface)
+      : points_mm_(coarse_contact_points_mm(surface)),
+        cell_mm_(kCellPx * surface.pixel_pitch_mm),
+        corner_mm_(-0.5 * surface.pixel_pitch_mm *
+                   Eigen::Vector2d(surface.contact.cols, surface.contact.rows)),
+        height_mm_((surface.contact.rows + kCellPx - 1) / kCellPx,
+                   (surface.contact.cols + kCellPx - 1) / kCellPx, std::nanf("")) {
+    for (int v = 0; v < height_mm_.rows; ++v)
+      for (int u = 0; u < height_mm_.cols; ++u) {
+        const cv::Point middle(std::min(kCellPx * u + kCellPx / 2, surface.contact.cols - 1),
+                               std::min(kCellPx * v + kCellPx / 2, surface.contact.rows - 1));
+        if (surface.contact(middle)) height_mm_(v, u) = surface.height_mm(middle);
+      }
+    for (const Eigen::Vector3d& point : points_mm_)
+      center_mm_ += point / static_cast<double>(points_mm_.size());
+    for (const Eigen::Vector3d& point : points_mm_)
+      radius_mm_ = std::max(radius_mm_, (point - center_mm_).norm());
+  }
 
-/// contact_overlap() of surfaces whose coarse points are known.
-double overlap_share(const Surface& a, const std::vector<Eigen::Vector3d>& points_a, const Surface& b,
-                     const std::vector<Eigen::Vector3d>& points_b, const Pose& a_T_b) {
-  if (a_T_b.linear()(2, 2) < 0.3) return 0.0;
-  return points_a.size() < points_b.size() ? overlap(points_a, b, a_T_b.inverse())
-                                           : overlap(points_b, a, a_T_b);
-}
+  /// Whether a point of the sensor frame lies in the contact and close to its height.
+  bool shows(const Eigen::Vector3d& point_mm) const {
+    constexpr double kHeightToleranceMm = 0.5;
+    const Eigen::Vector2d cell = (point_mm.head<2>() - corner_mm_) / cell_mm_;
+    if (!(cell.x() >= 0 && cell.y() >= 0 && cell.x() < height_mm_.cols && cell.y() < height_mm_.rows))
+      return false;
+    const double height_mm = height_mm_(static_cast<int>(cell.y()), static_cast<int>(cell.x()));
+    return std::abs(point_mm.z() - height_mm) < kHeightToleranceMm;  // false for NaN
+  }
+
+  /// Share of the smaller contact that lies on the other's.
+  static double overlap(const ContactGrid& a, const ContactGrid& b, const Pose& a_T_b) {
+    constexpr double kLeastFacing = 0.3;
+    if (a_T_b.linear()(2, 2) < kLeastFacing) return 0.0;
+    if ((a_T_b * b.center_mm_ - a.center_mm_).norm() > a.radius_mm_ + b.radius_mm_ + a.cell_mm_) return 0.0;
+    return a.points_mm_.size() < b.points_mm_.size() ? a.share_on(b, a_T_b.inverse()) : b.share_on(a, a_T_b);
+  }
+
+ private:
+  static constexpr int kCellPx = 4;
+
+  double share_on(const ContactGrid& other, const Pose& other_T_this) const {
+    const auto shown = std::count_if(points_mm_.begin(), points_mm_.end(),
+                                     [&](const auto& point) { return other.shows(other_T_this * point); });
+    return points_mm_.empty() ? 0.0 : static_cast<double>(shown) / static_cast<double>(points_mm_.size());
+  }
+
+  std::vector<Eigen::Vector3d> points_mm_;
+  double cell_mm_;
+  Eigen::Vector2d corner_mm_;
+  cv::Mat1f height_mm_;  ///< NaN outside the contact
+  Eigen::Vector3d center_mm_ = Eigen::Vector3d::Zero();
+  double radius_mm_ = 0;
+};
 
 struct Candidate {
   int from;
   double overlap;
 };
 
-/// A ball around a contact, in its component's frame.
-struct Reach {
-  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
-  double radius_mm = -std::numeric_limits<double>::infinity();  // no contact
+/// A keyframe where the pose graph puts it.
+struct PosedKeyframe {
+  std::shared_ptr<const Keyframe> keyframe;  ///< null: there is none of this id
+  Pose component_T_keyframe = Pose::Identity();
+  int component = -1;
+  std::optional<ContactGrid> contact;
 };
 
-Reach reach_of(const std::vector<Eigen::Vector3d>& points, double pixel_pitch_mm,
-               const Pose& component_T_points) {
-  if (points.empty()) return {};
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& point : points) box.extend(point);
-  const double beyond_mm = 2 * kContactPointStepPx * pixel_pitch_mm;  // the points are a coarse grid
-  return {component_T_points * box.center(), 0.5 * box.diagonal().norm() + beyond_mm};
+std::vector<PosedKeyframe> posed(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                                 const PoseGraphSolution& solution, int threads) {
+  std::vector<PosedKeyframe> all(keyframes.size());
+  parallel_for(keyframes.size(), threads, [&](std::size_t i) {
+    const auto& keyframe = keyframes[i];
+    if (keyframe)
+      all[i] = {keyframe, solution.component_T_node.at(keyframe->id),
+                solution.component_of_node.at(keyframe->id), ContactGrid(*keyframe->surface.get())};
+  });
+  return all;
 }
-
-/// Keyframes, and what the pose graph makes of them.
-struct PosedKeyframes {
-  const std::vector<std::shared_ptr<const Keyframe>>& keyframes;
-  const PoseGraphSolution& solution;
-  std::vector<std::vector<Eigen::Vector3d>> points;  // coarse_contact_points_mm() of each
-  std::vector<Reach> reaches;
-
-  PosedKeyframes(const std::vector<std::shared_ptr<const Keyframe>>& of, const PoseGraphSolution& solved)
-      : keyframes(of), solution(solved), points(of.size()), reaches(of.size()) {
-    for (std::size_t id = 0; id < of.size(); ++id) {
-      if (!of[id]) continue;
-      points[id] = coarse_contact_points_mm(*of[id]->surface);
-      reaches[id] = reach_of(points[id], of[id]->surface->pixel_pitch_mm,
-                             solved.component_T_node.at(static_cast<int>(id)));
-    }
-  }
-
-  bool may_overlap(int a, int b) const {
-    const Reach &one = reaches[index(a)], &other = reaches[index(b)];
-    const double apart_mm = one.radius_mm + other.radius_mm;
-    return apart_mm > 0 && (one.center_mm - other.center_mm).squaredNorm() < apart_mm * apart_mm;
-  }
-  bool same_component(int a, int b) const {
-    return solution.component_of_node.at(a) == solution.component_of_node.at(b);
-  }
-  Pose relative(int from, int to) const {
-    return solution.component_T_node.at(from).inverse() * solution.component_T_node.at(to);
-  }
-  double overlap_between(int from, int to) const {
-    return overlap_share(*keyframes[index(from)]->surface, points[index(from)],
-                         *keyframes[index(to)]->surface, points[index(to)], relative(from, to));
-  }
-};
 
 /// Earlier keyframes that should share enough with `to` to be verified and are not linked to it, most overlap
 /// first, as many as allowed.
-std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed,
+std::vector<Candidate> overlapping(int to, const std::vector<PosedKeyframe>& keyframes,
                                    const std::set<std::pair<int, int>>& linked, const SlamOptions& options) {
+  const PosedKeyframe& newer = keyframes[index(to)];
   std::vector<Candidate> candidates;
   for (int from = 0; from < to; ++from) {
-    if (!posed.may_overlap(from, to) || linked.contains({from, to}) || !posed.same_component(from, to))
-      continue;
-    const double share = posed.overlap_between(from, to);
-    if (share >= options.verification.min_scr) candidates.push_back({from, share});
+    const PosedKeyframe& older = keyframes[index(from)];
+    if (!older.keyframe || older.component != newer.component) continue;
+    const double share = ContactGrid::overlap(
+        *older.contact, *newer.contact, older.component_T_keyframe.inverse() * newer.component_T_keyframe);
+    if (share >= options.verification.min_scr && !linked.contains({from, to}))
+      candidates.push_back({from, share});
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.overlap > b.overlap; });
@@ -104,7 +121,7 @@ std::vector<Candidate> overlapping(int to, const PosedKeyframes& posed,
 }  // namespace
 
 double contact_overlap(const Surface& a, const Surface& b, const Pose& a_T_b) {
-  return overlap_share(a, coarse_contact_points_mm(a), b, coarse_contact_points_mm(b), a_T_b);
+  return ContactGrid::overlap(ContactGrid(a), ContactGrid(b), a_T_b);
 }
 
 std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
@@ -116,27 +133,31 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
   std::set<std::pair<int, int>> linked;
   for (const PoseGraphEdge& edge : edges)
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
-  const PosedKeyframes posed(keyframes, solution);
+  const std::vector<PosedKeyframe> all = posed(keyframes, solution, options.fusion.threads);
   const MotionCertainty certainty(edges, options.slope_calibration.gradient_scale_sigma);
-  std::vector<std::vector<PoseGraphEdge>> found_of(keyframes.size());  // by the later keyframe
-  parallel_for(keyframes.size(), options.fusion.threads, [&](std::size_t id) {
-    const int to = static_cast<int>(id);
-    if (!keyframes[id] || stop_requested()) return;
-    for (const Candidate& candidate : overlapping(to, posed, linked, options)) {
+  std::vector<std::vector<PoseGraphEdge>> found(all.size());  // by the newer keyframe
+  parallel_for(all.size(), options.fusion.threads, [&](std::size_t i) {
+    const PosedKeyframe& newer = all[i];
+    if (!newer.keyframe || stop_requested()) return;
+    const int to = newer.keyframe->id;
+    for (const Candidate& candidate : overlapping(to, all, linked, options)) {
       const int from = candidate.from;
+      const PosedKeyframe& older = all[index(from)];
       const RegistrationResult result =
-          verify(*keyframes[index(to)]->reference, *keyframes[index(from)]->reference,
-                 {posed.relative(from, to), PlacePrior::known, certainty.sigma_mm(from, to)},
+          verify(*newer.keyframe->reference.get(), *older.keyframe->reference.get(),
+                 {older.component_T_keyframe.inverse() * newer.component_T_keyframe, PlacePrior::known,
+                  certainty.sigma_mm(from, to)},
                  options.registration, options.verification);
       if (result.ok())
-        found_of[id].push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
-                                result.shared_center_mm});
+        found[i].push_back({from, to, result.target_T_reference, result.information, EdgeKind::loop,
+                            result.shared_center_mm});
     }
     if (progress) progress->step();
   });
-  std::vector<PoseGraphEdge> found;
-  for (const auto& edges_of : found_of) found.insert(found.end(), edges_of.begin(), edges_of.end());
-  return found;
+  std::vector<PoseGraphEdge> in_order;
+  for (const auto& of_keyframe : found)
+    in_order.insert(in_order.end(), of_keyframe.begin(), of_keyframe.end());
+  return in_order;
 }
 
 }  // namespace gelslam

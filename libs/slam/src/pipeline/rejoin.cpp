@@ -31,9 +31,10 @@ std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames) {
 std::optional<Pose> candidate_pose(const Keyframe& older, const Keyframe& newer, const Pose& older_T_newer,
                                    const SlamOptions& options) {
   const RegistrationResult here =
-      register_normal_flow(*newer.reference, *older.surface, older_T_newer, options.registration);
-  const RegistrationResult place = relocalize(*newer.reference, *older.surface, older_T_newer, here,
-                                              options.registration, options.verification, kRivalDistance);
+      register_normal_flow(*newer.reference.get(), *older.surface.get(), older_T_newer, options.registration);
+  const RegistrationResult place =
+      relocalize(*newer.reference.get(), *older.surface.get(), older_T_newer, here, options.registration,
+                 options.verification, kRivalDistance);
   if (place.status == RegistrationStatus::ambiguous) return std::nullopt;
   return place.ok() ? place.target_T_reference : older_T_newer;
 }

@@ -30,10 +30,11 @@ Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
     std::unique_ptr<SlopeCorrector> corrector;  // all keyframes of a log are of one size
     for (std::size_t id = begin; id < end; ++id) {
       if (!read[id]) continue;
-      if (!corrector) corrector = std::make_unique<SlopeCorrector>(read[id]->surface->contact.size());
+      if (!corrector) corrector = std::make_unique<SlopeCorrector>(read[id]->surface.size());
       auto keyframe = std::make_shared<Keyframe>(*read[id]);
-      keyframe->surface = corrector->apply(*read[id]->surface, correction);
-      keyframe->reference = std::make_shared<const NormalFlowReference>(keyframe->surface, options);
+      keyframe->surface =
+          StoredSurface(PackedSurface(*corrector->apply(*read[id]->surface.get(), correction)));
+      keyframe->reference = StoredReference(keyframe->surface, options);
       result[id] = std::move(keyframe);
     }
   });
@@ -78,7 +79,7 @@ struct Residuals {
 PerTerm prior_sigma(const Keyframes& keyframes, double gradient_scale_sigma) {
   double model_sigma = 0;
   for (const auto& keyframe : keyframes)
-    if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface->model_sigma);
+    if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface.model_sigma());
   const auto sigma = SlopeCorrection::prior_sigma(gradient_scale_sigma, model_sigma);
   return Eigen::Map<const PerTerm>(sigma.data());
 }
@@ -105,10 +106,10 @@ Registered registered_again(const CalibratedMap& map, std::size_t i, const Norma
   const Keyframe &from = *map.keyframes[index(edge.from)], &to = *map.keyframes[index(edge.to)];
   const Pose start =
       map.solution.component_T_node.at(edge.from).inverse() * map.solution.component_T_node.at(edge.to);
-  again.result = register_normal_flow(*to.reference, *from.surface, start, options);
+  again.result = register_normal_flow(*to.reference.get(), *from.surface.get(), start, options);
   if (again.result.ok())
     again.sensitivity =
-        slope_sensitivity(*to.reference, *from.surface, again.result.target_T_reference, options);
+        slope_sensitivity(*to.reference.get(), *from.surface.get(), again.result.target_T_reference, options);
   return again;
 }
 

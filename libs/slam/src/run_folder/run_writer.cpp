@@ -7,6 +7,7 @@
 #include "gelslam/backend/g2o.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/session.hpp"
 #include "gelslam/slam/tum.hpp"
 
@@ -80,6 +81,7 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["model"] = config.sensor.calibration_model_path.string();
   json["partial"] = summary.partial;
   if (!summary.warning.empty()) json["warning"] = summary.warning;
+  if (!summary.parts.empty()) json["parts"] = summary.parts;
   json["anchor_frame"] = map.anchor_frame;
   json["frames"] = frame_counts(map, summary);
   json["keyframes"] = summary.keyframes;
@@ -121,8 +123,9 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
 }  // namespace
 
 std::vector<std::string> run_entries() {
-  return {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "config.yaml",
-          "session",  "report.json",    "log.mkv",       "screenshot_*",   "mesh_mm_*",         "saving.tmp"};
+  return {"mesh.ply",     "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o",
+          "config.yaml",  "session",        "report.json",   "log.mkv",        "log-*",
+          "screenshot_*", "mesh_mm_*",      "saving.tmp"};
 }
 
 ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
@@ -142,6 +145,7 @@ ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
   summary.loops = map.loops;
   summary.vertices = mesh.vertices_mm.size();
   summary.triangles = mesh.triangles.size();
+  summary.parts = describe_parts(map);
   return summary;
 }
 
@@ -155,13 +159,18 @@ std::string report_json(const Run& run) { return report(run.config, run.map, run
 
 void write_run(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh,
                const RunAccount& account) {
+  write_results(folder, config, map, mesh, account);
+  save_session(folder / "session", map);
+}
+
+void write_results(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh,
+                   const RunAccount& account) {
   write_mesh(folder / "mesh.ply", mesh);
   write_file_atomically(folder / "trajectory.tum", trajectory(map));
   write_file_atomically(folder / "keyframes.tum", keyframe_trajectory(map));
   write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map, false));
   write_g2o_edges(folder / "loop_outliers.g2o", map_edges(map, true));
   write_file_atomically(folder / "config.yaml", write_config(config));
-  save_session(folder / "session", map);
   write_file_atomically(folder / "report.json", report(config, map, account).dump(2) + "\n");
 }
 

@@ -15,5 +15,8 @@ std::vector<std::string> run_entries();
 /// is full.
 void write_run(const std::filesystem::path& folder, const Config& config, const SlamMap& map,
                const Mesh& mesh, const RunAccount& account);
+/// The same without the session, which a live scan has written while it went on.
+void write_results(const std::filesystem::path& folder, const Config& config, const SlamMap& map,
+                   const Mesh& mesh, const RunAccount& account);
 
 }  // namespace gelslam

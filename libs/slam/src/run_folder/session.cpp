@@ -1,190 +1,159 @@
 #include "gelslam/slam/session.hpp"
 
-#include <algorithm>
+#include <fmt/format.h>
+
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-#include <string_view>
-#include <vector>
+#include <iterator>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "run_folder/session_text.hpp"
+#include "run_folder/session_v1.hpp"
 
 namespace gelslam {
+
+using namespace slam::detail;
+
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
-constexpr int kVersion = 1;
-constexpr int kMaxSide = 8192;
+constexpr std::string_view kNotASession = "damaged, or not a session of gelslam";
 
-fs::path patch_file(const fs::path& folder, int id) { return folder / (std::to_string(id) + ".tiff"); }
-
-/// The part of a surface that carries anything, as four planes; curvature is NaN outside contact, so that the
-/// mask needs no plane of its own.
-cv::Mat4f pack(const Surface& surface, const cv::Rect& box) {
-  cv::Mat4f packed(box.size());
-  for (int v = 0; v < box.height; ++v)
-    for (int u = 0; u < box.width; ++u) {
-      const cv::Point p(box.x + u, box.y + v);
-      const cv::Vec3f n = surface.normals(p);
-      packed(v, u) = {n[0], n[1], surface.height_mm(p),
-                      surface.contact(p) ? surface.curvature(p) : std::nanf("")};
-    }
-  return packed;
-}
-
-/// What pack() can have written: a unit normal's x and y, a height, and a curvature or NaN.
-bool possible(const cv::Vec4f& value) {
-  const bool unit = value[0] * value[0] + value[1] * value[1] <= 1.0001f;  // false for NaN
-  return unit && std::isfinite(value[2]) && !std::isinf(value[3]);
-}
-
-SurfacePtr unpack(const cv::Mat4f& packed, const cv::Rect& box, cv::Size size, double pixel_pitch_mm) {
-  auto surface = std::make_shared<Surface>();
-  surface->pixel_pitch_mm = pixel_pitch_mm;
-  surface->height_mm = cv::Mat1f::zeros(size);
-  surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
-  surface->contact = cv::Mat1b::zeros(size);
-  surface->curvature = cv::Mat1f::zeros(size);
-  for (int v = 0; v < box.height; ++v)
-    for (int u = 0; u < box.width; ++u) {
-      const cv::Point p(box.x + u, box.y + v);
-      const cv::Vec4f value = packed(v, u);
-      surface->normals(p) = {value[0], value[1],
-                             std::sqrt(std::fmax(0.0f, 1.0f - value[0] * value[0] - value[1] * value[1]))};
-      surface->height_mm(p) = value[2];
-      if (std::isnan(value[3])) continue;
-      surface->contact(p) = 255;
-      surface->curvature(p) = value[3];
-      ++surface->contact_pixels;
-    }
-  return surface;
-}
-
-std::vector<double> numbers(const Pose& pose) {
-  std::vector<double> values;
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) values.push_back(pose.matrix()(r, c));
-  return values;
-}
-
-Pose pose_from(const ordered_json& json) {
-  const auto values = json.get<std::vector<double>>();
-  if (values.size() != 16) throw Error("a pose needs 16 numbers");
-  Pose pose = Pose::Identity();
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c) pose(r, c) = values[static_cast<std::size_t>(r * 4 + c)];
-  const bool rotation = pose.linear().isUnitary(1e-6) && std::abs(pose.linear().determinant() - 1.0) < 1e-6;
-  if (!pose.matrix().allFinite() || !rotation) throw Error("a pose is no rigid motion");
-  return pose;
-}
-
-cv::Rect box_from(const ordered_json& json, cv::Size size) {
-  const auto numbers = json.get<std::vector<int>>();
-  if (numbers.size() != 4) throw Error("box_px needs 4 numbers");
-  const cv::Rect box(numbers[0], numbers[1], numbers[2], numbers[3]);
-  const bool inside = box.x >= 0 && box.y >= 0 && box.width >= 0 && box.height >= 0 && box.x <= size.width &&
-                      box.y <= size.height && box.width <= size.width - box.x &&
-                      box.height <= size.height - box.y;
-  if (!inside) throw Error("box_px leaves the image");
-  return box;
-}
-
-/// Encoded in memory: libtiff says more than one line about a full disk.
-void write_patch(const fs::path& file, const cv::Mat4f& packed) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".tiff", packed, bytes)) throw Error(file.string() + ": cannot be encoded");
-  write_file_atomically(file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-}
-
-cv::Mat4f read_patch(const fs::path& file, cv::Size size) {
-  cv::Mat packed;
-  try {
-    if (fs::is_regular_file(file)) packed = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {  // sizes beyond OpenCV's limits
+Json json_of(const SlamMap& map) {
+  Json json = {{"version", kSessionVersion},
+               {"anchor_frame", map.anchor_frame},
+               {"gradient_scale", map.surface_scale().mean()},
+               {"slope_correction", map.slope_correction.factors},
+               {"surfaces_corrected", map.surfaces_corrected},
+               {"keyframes", Json::array()},
+               {"edges", Json::array()}};
+  for (const auto& [id, component] : map.solution.component_of_node) {
+    const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(id)];
+    const bool in_map = map.in_map[static_cast<std::size_t>(id)];
+    const Pose pose = in_map ? map.anchor_T_keyframe(id) : map.solution.component_T_node.at(id);
+    json["keyframes"].push_back({{"id", id},
+                                 {"frame", keyframe.frame},
+                                 {"trial", keyframe.trial},
+                                 {"component", component},
+                                 {"in_map", in_map},
+                                 {in_map ? "map_T_keyframe_mm" : "component_T_keyframe_mm", numbers(pose)}});
   }
-  if (packed.empty() || packed.type() != CV_32FC4 || packed.size() != size)
-    throw Error(file.string() + ": missing, damaged or not the patch that session.json describes");
-  const cv::Mat4f values = packed;
-  if (!std::all_of(values.begin(), values.end(), possible))
-    throw Error(file.string() + ": holds numbers that no surface has");
-  return values;
+  for (std::size_t i = 0; i < map.edges.size(); ++i) {
+    json["edges"].push_back(slam::detail::json_of(map.edges[i]));
+    json["edges"].back()["outlier"] = static_cast<bool>(map.solution.edge_outlier[i]);
+  }
+  return json;
 }
 
-PosedSurface load_patch(const fs::path& folder, const ordered_json& entry, cv::Size size,
-                        double pixel_pitch_mm) {
-  PosedSurface patch;
-  patch.id = entry.at("id").get<int>();
-  patch.map_T_keyframe = pose_from(entry.at("map_T_keyframe_mm"));
-  const cv::Rect box = box_from(entry.at("box_px"), size);
-  cv::Mat4f packed;
-  if (!box.empty()) packed = read_patch(patch_file(folder, patch.id), box.size());
-  patch.surface = unpack(packed, box, size, pixel_pitch_mm);
-  return patch;
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream && fs::exists(file.parent_path() / "scan.jsonl"))
+    throw Error(file.string() + ": is not there: the scan was not finished; gelslam fuse makes its map");
+  if (!stream) throw Error(file.string() + ": cannot be read");
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+SavedMap map_from(const Json& json) {
+  SavedMap map;
+  map.gradient_scale = json.at("gradient_scale").get<double>();
+  if (!(map.gradient_scale > 0.1 && map.gradient_scale < 10)) throw Error("impossible gradient scale");
+  map.slope_correction.factors = json.at("slope_correction").get<decltype(SlopeCorrection::factors)>();
+  map.surfaces_corrected = json.at("surfaces_corrected").get<bool>();
+  for (const Json& entry : json.at("keyframes")) {
+    SavedMap::Node node;
+    node.keyframe = entry.at("id").get<int>();
+    node.component = entry.at("component").get<int>();
+    node.in_map = entry.at("in_map").get<bool>();
+    node.component_T_keyframe =
+        pose_from(entry.at(node.in_map ? "map_T_keyframe_mm" : "component_T_keyframe_mm"));
+    if (node.keyframe < 0 || (!map.nodes.empty() && node.keyframe <= map.nodes.back().keyframe))
+      throw Error("keyframe ids do not ascend");
+    map.nodes.push_back(node);
+  }
+  for (const Json& entry : json.at("edges")) {
+    map.edges.push_back(edge_from(entry));
+    map.edge_outlier.push_back(entry.at("outlier").get<bool>());
+  }
+  return map;
+}
+
+/// Of this version: `text` is the whole file.
+SavedMap checked_map(const std::string& text) {
+  const std::optional<Json> json = without_damage(text);
+  if (!json) throw Error("damaged: its checksum does not match");
+  return map_from(*json);
+}
+
+Session patches_of(const SavedMap& map, const fs::path& folder) {
+  Session session;
+  session.gradient_scale = map.gradient_scale;
+  int unreadable = 0;
+  std::string why;
+  for (const SavedMap::Node& node : map.nodes) {
+    if (!node.in_map) continue;
+    const fs::path file =
+        map.surfaces_corrected ? corrected_file(folder, node.keyframe) : surface_file(folder, node.keyframe);
+    try {
+      session.patches.push_back(
+          {node.keyframe, node.component_T_keyframe, StoredSurface(read_packed_surface(file))});
+    } catch (const Error& error) {
+      if (unreadable++ == 0) why = error.what();
+    }
+  }
+  if (unreadable > 0)
+    session.warnings.push_back(counted(unreadable, "keyframe") + " of " + folder.string() +
+                               " cannot be used: " + why);
+  return session;
+}
+
+/// Parses session.json and calls `read` with its version, text and JSON; what is wrong is said with its name.
+template <typename Read>
+auto with_session_file(const fs::path& folder, Read&& read) {
+  const fs::path file = folder / "session.json";
+  const std::string text = read_text(file);
+  try {
+    const Json json = Json::parse(text);
+    const int version = json.at("version").get<int>();
+    check_session_version(version);
+    return read(version, text, json);
+  } catch (const nlohmann::json::exception&) {
+    throw Error(file.string() + ": " + std::string(kNotASession));
+  } catch (const Error& error) {
+    throw Error(file.string() + ": " + error.what());
+  }
 }
 
 }  // namespace
 
 void save_session(const fs::path& folder, const SlamMap& map) {
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) throw Error(folder.string() + ": cannot create the folder: " + code.message());
-  ordered_json json;
-  json["version"] = kVersion;
-  json["anchor_frame"] = map.anchor_frame;
-  json["gradient_scale"] = map.surface_scale().mean();
-  json["keyframes"] = ordered_json::array();
-  for (const PosedSurface& patch : posed_surfaces(map)) {
-    const Keyframe& keyframe = *map.keyframes[static_cast<std::size_t>(patch.id)];
-    const cv::Rect box = cv::boundingRect(patch.surface->contact);
-    json["width_px"] = patch.surface->contact.cols;
-    json["height_px"] = patch.surface->contact.rows;
-    json["pixel_pitch_mm"] = patch.surface->pixel_pitch_mm;
-    json["keyframes"].push_back({{"id", patch.id},
-                                 {"frame", keyframe.frame},
-                                 {"trial", keyframe.trial},
-                                 {"box_px", {box.x, box.y, box.width, box.height}},
-                                 {"map_T_keyframe_mm", numbers(patch.map_T_keyframe)}});
-    if (!box.empty()) write_patch(patch_file(folder, patch.id), pack(*patch.surface, box));
-  }
-  write_file_atomically(folder / "session.json", json.dump(1) + "\n");
+  ScanRecord record = map.measured;
+  if (record.keyframes.empty()) record.keyframes = map.keyframes;  // a map that no scan has measured
+  write_scan(folder, record);
+  save_map(folder, map);
+}
+
+void save_map(const fs::path& folder, const SlamMap& map) {
+  if (map.surfaces_corrected)
+    for (const PosedSurface& patch : posed_surfaces(map))
+      write_file_atomically(corrected_file(folder, patch.id), patch.surface.packed()->bytes());
+  write_file_atomically(folder / "session.json", with_checksum(json_of(map)));
+}
+
+SavedMap load_map(const fs::path& folder) {
+  return with_session_file(folder, [](int version, const std::string& text, const Json&) {
+    if (version < kSessionVersion)
+      throw Error("written by an older version of the program, which kept only the map's surfaces");
+    return checked_map(text);
+  });
 }
 
 Session load_session(const fs::path& folder) {
-  const fs::path file = folder / "session.json";
-  std::ifstream stream(file);
-  if (!stream) throw Error(file.string() + ": cannot be read");
-  try {
-    const ordered_json json = ordered_json::parse(stream);
-    if (json.at("version").get<int>() != kVersion) throw Error("written by another version of the program");
-    Session session;
-    // Older versions wrote "slope_gain".
-    const char* scale_key = json.contains("gradient_scale") ? "gradient_scale" : "slope_gain";
-    session.gradient_scale = json.at(scale_key).get<double>();
-    if (!(session.gradient_scale > 0.1 && session.gradient_scale < 10))
-      throw Error("impossible gradient scale");
-    if (json.at("keyframes").empty()) return session;
-    const cv::Size size(json.at("width_px").get<int>(), json.at("height_px").get<int>());
-    if (size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide)
-      throw Error("impossible image size");
-    const double pixel_pitch_mm = json.at("pixel_pitch_mm").get<double>();
-    if (!(pixel_pitch_mm > 0 && pixel_pitch_mm <= 10)) throw Error("impossible pixel pitch");
-    for (const ordered_json& entry : json.at("keyframes")) {
-      PosedSurface patch = load_patch(folder, entry, size, pixel_pitch_mm);
-      if (!session.patches.empty() && patch.id <= session.patches.back().id)
-        throw Error("keyframe ids do not ascend");
-      session.patches.push_back(std::move(patch));
-    }
-    return session;
-  } catch (const nlohmann::json::exception&) {
-    throw Error(file.string() + ": damaged, or not a session of gelslam");
-  } catch (const Error& error) {
-    throw Error(file.string() + ": " + error.what());
-  }
+  return with_session_file(folder, [&](int version, const std::string& text, const Json& json) {
+    return version == 1 ? load_session_v1(folder, json) : patches_of(checked_map(text), folder);
+  });
 }
 
 }  // namespace gelslam

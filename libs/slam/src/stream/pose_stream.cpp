@@ -32,7 +32,7 @@ Json contact_points(const Surface& surface) {
 std::string keyframe_line(const Keyframe& keyframe, int scan) {
   return Json{{"type", "keyframe"},      {"scan", scan},
               {"keyframe", keyframe.id}, {"frame", keyframe.frame},
-              {"trial", keyframe.trial}, {"points", contact_points(*keyframe.surface)}}
+              {"trial", keyframe.trial}, {"points", contact_points(*keyframe.surface.get())}}
              .dump() +
          "\n";
 }

@@ -1,6 +1,7 @@
 #include "gelslam/surface/contact_points.hpp"
 
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 namespace gelslam {
 
@@ -13,6 +14,13 @@ std::vector<Eigen::Vector3d> coarse_contact_points_mm(const Surface& surface) {
         points.emplace_back((u - center_u) * surface.pixel_pitch_mm, (v - center_v) * surface.pixel_pitch_mm,
                             static_cast<double>(surface.height_mm(v, u)));
   return points;
+}
+
+Eigen::Vector2d contact_center_mm(const Surface& surface) {
+  const cv::Moments m = cv::moments(surface.contact, true);
+  if (!(m.m00 > 0)) return Eigen::Vector2d::Zero();
+  return {(m.m10 / m.m00 - 0.5 * surface.contact.cols + 0.5) * surface.pixel_pitch_mm,
+          (m.m01 / m.m00 - 0.5 * surface.contact.rows + 0.5) * surface.pixel_pitch_mm};
 }
 
 bool shows(const Surface& surface, const Eigen::Vector3d& point_mm) {

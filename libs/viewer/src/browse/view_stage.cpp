@@ -99,7 +99,7 @@ struct ViewStage::Impl {
       return;
     }
     const PosedSurface& patch = std::prev(next)->patch;
-    first_scene.set_touch(TouchPatch{patch.surface, patch.map_T_keyframe, history.gradient_scale});
+    first_scene.set_touch(TouchPatch{patch.surface.get(), patch.map_T_keyframe, history.gradient_scale});
   }
 };
 

@@ -3,19 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
 
 namespace gelslam::viewer::detail {
 namespace {
 
 using Eigen::Vector3f;
 
-/// The middle of the contact in the sensor's frame.
-Eigen::Vector3d contact_center(const Surface& surface) {
-  const cv::Moments m = cv::moments(surface.contact, true);
-  if (!(m.m00 > 0)) return Eigen::Vector3d::Zero();
-  return {(m.m10 / m.m00 - 0.5 * surface.contact.cols + 0.5) * surface.pixel_pitch_mm,
-          (m.m01 / m.m00 - 0.5 * surface.contact.rows + 0.5) * surface.pixel_pitch_mm, 0};
+/// The middle of what a keyframe touched, in the sensor's frame.
+Eigen::Vector3d contact_center(const MapSnapshot::Node& node) {
+  if (!node.surface) return Eigen::Vector3d::Zero();
+  const Eigen::Vector2d center_mm = node.surface.contact_center_mm();
+  return {center_mm.x(), center_mm.y(), 0};
 }
 
 }  // namespace
@@ -45,8 +43,8 @@ std::vector<float> drawable_values(std::vector<float> distance_mm, std::size_t v
 KeyframePlaces::KeyframePlaces(const MapSnapshot& map) {
   for (const MapSnapshot::Node& node : map.nodes) {
     if (node.component != map.shown_component || !node.component_T_keyframe.matrix().allFinite()) continue;
-    const Eigen::Vector3d center = node.surface ? contact_center(*node.surface) : Eigen::Vector3d::Zero();
-    places_.push_back({static_cast<float>(node.keyframe), (node.component_T_keyframe * center).cast<float>(),
+    places_.push_back({static_cast<float>(node.keyframe),
+                       (node.component_T_keyframe * contact_center(node)).cast<float>(),
                        -node.component_T_keyframe.linear().col(2).cast<float>()});
   }
 }

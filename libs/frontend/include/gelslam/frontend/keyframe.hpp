@@ -4,18 +4,19 @@
 #include <memory>
 #include <vector>
 
-#include "gelslam/registration/normal_flow.hpp"
-#include "gelslam/surface/surface.hpp"
+#include "gelslam/registration/stored_reference.hpp"
+#include "gelslam/surface/stored_surface.hpp"
 
 namespace gelslam {
 
-/// A frame that later frames are registered to.
+/// A frame that later frames are registered to. What is large is kept in compact form: `surface` and
+/// `reference` are made again when they are asked for.
 struct Keyframe {
   int id = 0;              ///< counts keyframes of the whole log from 0, across trials
   std::int64_t frame = 0;  ///< index in the log
   int trial = 0;
-  SurfacePtr surface;
-  std::shared_ptr<const NormalFlowReference> reference;  ///< prepared once, shared with loop closure
+  StoredSurface surface;
+  StoredReference reference;
 };
 
 /// How a keyframe hangs on an earlier one of the same trial: that which it was registered to.

@@ -81,6 +81,9 @@ class Tracker {
   /// moved.
   void break_trial();
 
+  /// Before the first frame: a scan is continued whose last keyframe and trial had these numbers.
+  void continue_after(int keyframe_id, int trial);
+
   using Clock = std::function<double()>;  ///< seconds
 
   /// For live tracking: searches may take this share of the time that passes between frames. A search that
@@ -116,6 +119,7 @@ class Tracker {
   /// A keyframe of the map, where the trial would meet it.
   struct Known {
     std::shared_ptr<const Keyframe> keyframe;
+    SurfacePtr surface;  ///< the keyframe's
     Pose trial_T_keyframe = Pose::Identity();
   };
 
@@ -138,12 +142,11 @@ class Tracker {
   void begin_trial(TrackedFrame& result, const Seen& first,
                    std::shared_ptr<const PreparedReference> reference);
   void end_trial(TrackedFrame& result);
-  bool is_outgrown(const Keyframe& keyframe, const RegistrationResult& registration,
+  bool is_outgrown(const NormalFlowReference& keyframe, const RegistrationResult& registration,
                    const Surface& surface) const;
   const Known* most_overlapping(const Surface& surface, const Pose& trial_T_frame) const;
   bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch);
-  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, const PreparedReference& reference,
-                                                SurfacePtr surface);
+  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, SurfacePtr surface);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
   void hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch);

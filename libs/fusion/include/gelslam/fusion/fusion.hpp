@@ -5,7 +5,7 @@
 #include "gelslam/core/progress.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/mesh/mesh.hpp"
-#include "gelslam/surface/surface.hpp"
+#include "gelslam/surface/stored_surface.hpp"
 
 namespace gelslam {
 
@@ -13,7 +13,7 @@ namespace gelslam {
 struct PosedSurface {
   int id = 0;
   Pose map_T_keyframe = Pose::Identity();
-  SurfacePtr surface;
+  StoredSurface surface;
 };
 
 struct FusionOptions {

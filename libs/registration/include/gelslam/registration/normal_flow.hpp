@@ -34,12 +34,18 @@ struct NormalFlowOptions {
   double observable_sigma_mm = 0.25;  ///< a motion (a turn by kMmPerRad) is observable when known better
 };
 
+/// self_similarity() of a surface, computed when it is first asked for. Shared by references of one surface.
+struct SelfSimilarity;
+using SelfSimilarityPtr = std::shared_ptr<SelfSimilarity>;
+SelfSimilarityPtr make_self_similarity();
+
 /// What is computed once per keyframe: samples, their points and normals, and the Jacobian, which depends
 /// only on the reference (inverse compositional; Baker & Matthews 2004; Huang et al., RA-L 2024, §IV).
 /// Immutable, shareable between threads.
 class NormalFlowReference {
  public:
-  NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options);
+  NormalFlowReference(SurfacePtr surface, const NormalFlowOptions& options,
+                      SelfSimilarityPtr self_similarity = make_self_similarity());
   ~NormalFlowReference();
   NormalFlowReference(NormalFlowReference&&) noexcept;
   const Surface& surface() const;

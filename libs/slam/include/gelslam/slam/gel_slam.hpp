@@ -15,7 +15,8 @@ namespace gelslam {
 /// kept. Deterministic.
 class GelSlam {
  public:
-  explicit GelSlam(const SlamOptions& options);
+  /// `continued`: null for a new scan.
+  explicit GelSlam(const SlamOptions& options, const ContinuedScan* continued = nullptr);
   ~GelSlam();
   GelSlam(GelSlam&&) noexcept;
 

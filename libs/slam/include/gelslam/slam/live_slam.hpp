@@ -8,6 +8,7 @@
 #include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/slam/config.hpp"
+#include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/live_session.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 
@@ -25,6 +26,7 @@ struct LiveOptions {
   bool drop_when_behind = true;
   std::filesystem::path run_folder;  ///< empty: nothing is kept
   bool overwrite = false;
+  std::optional<ContinuedScan> continued = {};  ///< the scan in `run_folder` goes on
   /// Record every frame that arrives into the run folder's log.mkv, with these attachments.
   std::optional<LogAttachments> record;
   bool record_resized = false;  ///< at the profile's resolution, as PNG, instead of the sensor's own bytes

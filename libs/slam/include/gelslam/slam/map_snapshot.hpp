@@ -5,7 +5,7 @@
 
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/surface/slope_correction.hpp"
-#include "gelslam/surface/surface.hpp"
+#include "gelslam/surface/stored_surface.hpp"
 
 namespace gelslam {
 
@@ -18,7 +18,7 @@ struct MapSnapshot {
     int trial = 0;
     int component = 0;  ///< smallest keyframe id of the component
     Pose component_T_keyframe = Pose::Identity();
-    SurfacePtr surface;
+    StoredSurface surface;
   };
   struct Edge {
     int from = 0, to = 0;  ///< keyframe ids

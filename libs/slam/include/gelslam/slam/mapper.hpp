@@ -16,6 +16,8 @@
 
 namespace gelslam {
 
+PoseGraphEdge loop_edge(const LoopConstraint& loop);
+
 /// The part of the chain behind the tracker: it searches loops for each keyframe and solves the pose graph,
 /// fast and approximately while a scan goes on (update(), optimize()), completely at its end (finish()). The
 /// result of finish() does not depend on how often the others were called. Deterministic. Not thread-safe.
@@ -25,7 +27,12 @@ class Mapper {
 
   /// Keyframes in order of their ids, as the tracker hands them out. `search_loops` false leaves out what
   /// takes time: for the last keyframes of a scan that has to end at once.
-  void add_keyframe(const NewKeyframe& added, bool search_loops = true);
+  /// Returns the loops found.
+  std::vector<PoseGraphEdge> add_keyframe(const NewKeyframe& added, bool search_loops = true);
+
+  /// Continues a scan, before the first keyframe: its keyframes with what is known of them. Loops of
+  /// keyframes that were not searched yet are searched now, and returned by keyframe.
+  std::map<int, std::vector<PoseGraphEdge>> restore(const ScanRecord& record);
 
   /// Takes back the keyframes of this trial and of later ones.
   void forget_from_trial(int trial);
@@ -52,10 +59,13 @@ class Mapper {
 
  private:
   void add_edge(const PoseGraphEdge& edge);
+  std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
 
   SlamOptions options_;
   LoopCloser loop_closer_;
+  std::vector<Keyframe> restored_;  // not in loop_closer_ yet: it is slow, and not always needed
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
+  std::vector<bool> searched_;                              // by id: for loops
   std::map<int, Pose> trial_T_keyframe_;                    // the nodes
   std::vector<PoseGraphEdge> edges_;                        // all that were measured
   std::map<int, std::vector<std::size_t>> edges_of_;        // of a node, as indices into edges_

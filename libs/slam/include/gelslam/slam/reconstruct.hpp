@@ -23,8 +23,9 @@ struct ReconstructSummary {
   MapCompleteness completeness;  ///< what was tracked but is not in the mesh
   std::size_t vertices = 0, triangles = 0;
   double seconds = 0;
-  bool partial = false;  ///< stopped before the log's end
-  std::string warning;   ///< what was not right with the log, or ""
+  bool partial = false;            ///< stopped before the log's end
+  std::string warning;             ///< what was not right with the log, or ""
+  std::vector<std::string> parts;  ///< describe_parts()
 };
 
 /// How a live scan went, beside its map.
@@ -40,6 +41,7 @@ struct RunAccount {
   std::vector<StageStatistics> times;
   ReconstructSummary summary;
   std::optional<LiveAccount> live;
+  bool session_is_whole = false;  ///< a live scan has written it while it went on, without a failure
 };
 
 /// A run in memory. save_run() makes a run folder of it.
@@ -51,10 +53,11 @@ struct Run {
 };
 
 /// A recorded log becomes a map and its mesh: tracking, loop closure, pose graph, refinement, fusion.
-/// `config` is that of resolve_config(). When `stop_requested` turns true it ends with what it has, and the
-/// summary says partial. Throws Error on a person's mistake.
+/// `config` is that of resolve_config(); `continued_run`: the run folder whose scan this log continues. When
+/// `stop_requested` turns true it ends with what it has, and the summary says partial. Throws Error on a
+/// person's mistake.
 Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
-                const std::function<bool()>& stop_requested);
+                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run = {});
 
 /// The map's surface: all patches of the largest component, with the gradient scale taken out. Map frame, mm.
 /// Tells `progress` (null: nobody) of the task "fusing".
@@ -77,6 +80,7 @@ struct ReconstructRequest {
   Config config;  ///< from resolve_config()
   std::filesystem::path run_folder;
   bool overwrite = false;
+  std::filesystem::path continued_run = {};  ///< empty: a new scan
 };
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested);

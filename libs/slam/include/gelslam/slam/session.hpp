@@ -1,25 +1,51 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "gelslam/fusion/fusion.hpp"
-#include "gelslam/slam/gel_slam.hpp"
+#include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {
 
 /// What is needed to fuse a map again or to relocalize in it: every keyframe's surface and pose.
 struct Session {
-  double gradient_scale = 1.0;
+  double gradient_scale = 1.0;        ///< that is still in the surfaces
   std::vector<PosedSurface> patches;  ///< keyframes of the map, in the anchor's frame, by id
+  std::vector<std::string> warnings;  ///< what could not be read, as sentences for the user
 };
 
-/// Writes the map's keyframes into a new folder: session.json and, per keyframe, its contact's bounding box
-/// as <id>.tiff (32-bit float: nx, ny, height_mm, curvature). Throws Error when the disk is full.
+/// What was concluded from a ScanRecord, as session.json holds it.
+struct SavedMap {
+  struct Node {
+    int keyframe = 0;
+    int component = 0;
+    bool in_map = false;
+    Pose component_T_keyframe = Pose::Identity();  ///< in the anchor's frame for keyframes of the map
+  };
+  double gradient_scale = 1.0;
+  SlopeCorrection slope_correction;
+  bool surfaces_corrected = false;  ///< SlamMap::surfaces_corrected
+  std::vector<Node> nodes;          ///< by keyframe id, ascending
+  std::vector<PoseGraphEdge> edges;
+  std::vector<bool> edge_outlier;
+};
+
+/// Writes a session: write_scan() and save_map(). Throws Error when the disk is full.
 void save_session(const std::filesystem::path& folder, const SlamMap& map);
 
-/// Reads it back. Normals and heights outside the contact's bounding box are those of untouched gel. Throws
-/// Error on missing, truncated or contradicting files.
+/// Writes what was concluded beside the record that is there: session.json, replaced whole, and the map's
+/// surfaces if their slopes were corrected.
+void save_map(const std::filesystem::path& folder, const SlamMap& map);
+SavedMap load_map(const std::filesystem::path& folder);
+
+/// Reads the map's patches, of this version or an older one. Keyframes whose surface is missing or damaged
+/// are left out with a warning. Throws Error when there is no map, session.json is damaged, or a newer
+/// version of the program has written it. Surfaces are unpacked when they are used.
 Session load_session(const std::filesystem::path& folder);
+
+/// One surface of a session. Throws Error.
+PackedSurface read_packed_surface(const std::filesystem::path& file);
 
 }  // namespace gelslam

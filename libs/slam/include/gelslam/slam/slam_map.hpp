@@ -8,32 +8,24 @@
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
+#include "gelslam/slam/scan_record.hpp"
 #include "gelslam/surface/slope_correction.hpp"
 
 namespace gelslam {
 
-/// The result of tracking one frame: small enough to keep one per frame of a long log.
-struct FrameRecord {
-  std::int64_t frame = 0;
-  double time_s = 0;
-  TrackStatus status = TrackStatus::no_contact;
-  int trial = -1;
-  int keyframe = -1;  ///< id; -1 without contact
-  Pose keyframe_T_frame = Pose::Identity();
-};
+/// Without what rounding made of its two halves: sessions keep one.
+Matrix6d symmetric(const Matrix6d& information);
 
 /// The edge that a link to an earlier keyframe gives the node `to`.
 PoseGraphEdge odometry_edge(const KeyframeLink& link, int to);
 
-FrameRecord record_of(const TrackedFrame& tracked);
-FrameRecord background_record(std::int64_t frame, double time_s);
-
 /// The map when a scan has ended. Everything is in the sensor frame of `anchor_frame`: the first keyframe of
 /// the largest trial component that shows a full contact.
 struct SlamMap {
-  std::int64_t anchor_frame = -1;                          ///< index in the log; -1 when nothing ever touched
-  std::vector<FrameRecord> frames;                         ///< every frame of the log, in order
-  std::vector<std::shared_ptr<const Keyframe>> keyframes;  ///< by id; null where a person took them back
+  std::int64_t anchor_frame = -1;   ///< index in the log; -1 when nothing ever touched
+  std::vector<FrameRecord> frames;  ///< every frame of the log, in order
+  /// By id, with corrected surfaces; null where a person took them back.
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<PoseGraphEdge> edges;
   PoseGraphSolution solution;
   SlopeCorrection slope_correction;  ///< as estimated
@@ -47,6 +39,8 @@ struct SlamMap {
   int loops = 0;  ///< edges between keyframes found by loop closure and refinement
 
   Pose component_T_anchor = Pose::Identity();
+
+  ScanRecord measured;  ///< what all this was concluded from
 
   Pose anchor_T_keyframe(int id) const {
     return component_T_anchor.inverse() * solution.component_T_node.at(id);

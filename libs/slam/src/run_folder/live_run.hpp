@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 
+#include "gelslam/core/folder_lock.hpp"
 #include "run_folder/run_writer.hpp"
 
 namespace gelslam::slam::detail {
@@ -19,19 +21,26 @@ class LiveRun {
   /// Throws Error like RunFolder.
   LiveRun(const std::filesystem::path& folder, bool overwrite, const std::filesystem::path& input,
           const Config& config);
+  /// The folder of a scan that is continued. Throws Error when it cannot be written, or another program
+  /// continues it now.
+  static std::shared_ptr<LiveRun> resume(const std::filesystem::path& folder, const Config& config);
 
   const std::filesystem::path& folder() const { return folder_; }
-  std::filesystem::path log() const { return folder_ / "log.mkv"; }
+  std::filesystem::path session() const { return folder_ / "session"; }
+  /// log.mkv; of a part that continues a scan log-2.mkv, log-3.mkv, ...
+  const std::filesystem::path& log() const { return log_; }
 
   /// Throws Error when the disk is full or the folder may not be written; what was saved before is then still
   /// there.
   void save(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
 
  private:
+  LiveRun(std::filesystem::path folder, std::filesystem::path log, const Config& config);
   void replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
 
-  const std::filesystem::path folder_;
+  const std::filesystem::path folder_, log_;
   const Config config_;
+  const FolderLock lock_;
 };
 
 }  // namespace gelslam::slam::detail

@@ -1,8 +1,14 @@
-#include "live/live_run.hpp"
+#include "run_folder/live_run.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/slam/session.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -62,8 +68,25 @@ void LiveRun::check(const fs::path& folder, bool overwrite, const fs::path& inpu
   gelslam::check_run_folder(folder, options_for(overwrite, input));
 }
 
+LiveRun::LiveRun(fs::path folder, fs::path log, const Config& config)
+    : folder_(std::move(folder)), log_(std::move(log)), config_(config), lock_(folder_) {}
+
 LiveRun::LiveRun(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config)
-    : folder_(begin(folder, overwrite, input, config)), config_(config) {}
+    : folder_(begin(folder, overwrite, input, config)),
+      log_(folder_ / "log.mkv"),
+      config_(config),
+      lock_(folder_) {}
+
+std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Config& config) {
+  std::error_code code;
+  const fs::path path = fs::canonical(folder, code);
+  if (code) throw Error(folder.string() + ": cannot be reached: " + code.message());
+  if (::access((path / "session" / "scan.jsonl").c_str(), W_OK) != 0 || ::access(path.c_str(), W_OK) != 0)
+    throw Error(folder.string() + ": cannot be continued: " + std::strerror(errno));
+  fs::path log = path / "log.mkv";
+  for (int part = 2; fs::exists(log, code); ++part) log = path / ("log-" + std::to_string(part) + ".mkv");
+  return std::shared_ptr<LiveRun>(new LiveRun(path, log, config));
+}
 
 void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
   try {
@@ -79,13 +102,18 @@ void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAcc
   fs::create_directories(
       folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
   const TemporaryFolder whole(folder_ / kSavingFolder);
-  write_run(whole.path, config_, map, mesh, account);
+  write_results(whole.path, config_, map, mesh, account);
   for (const std::string& entry : run_entries()) {
     if (!fs::exists(whole.path / entry)) continue;
     // A folder cannot be replaced in one step: the old one goes out of the way, and away with `whole`.
     if (fs::is_directory(folder_ / entry)) fs::rename(folder_ / entry, whole.path / ("old_" + entry));
     fs::rename(whole.path / entry, folder_ / entry);
   }
+  // The record was written while the scan went on, unless that has failed.
+  if (fs::exists(session() / "scan.jsonl") && account.session_is_whole)
+    save_map(session(), map);
+  else
+    save_session(session(), map);
 }
 
 }  // namespace gelslam::slam::detail

@@ -1,0 +1,69 @@
+#include <fmt/core.h>
+
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "command_line.hpp"
+#include "commands.hpp"
+#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/slam/merge_scans.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam {
+namespace {
+
+struct FuseArguments {
+  std::string run, output;
+  std::optional<double> voxel_size_mm, truncation_mm;
+  bool overwrite = false, quiet = false;
+};
+
+int run(const FuseArguments& arguments) {
+  FuseRequest request;
+  request.run = arguments.run;
+  request.output = arguments.output;
+  request.overwrite = arguments.overwrite;
+  request.voxel_size_mm = arguments.voxel_size_mm;
+  request.truncation_mm = arguments.truncation_mm;
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const FuseSummary summary = fuse_run(request, *progress, [&] { return interrupt.requested(); });
+  for (const std::string& warning : summary.warnings) std::cerr << "warning: " << warning << "\n";
+  if (!arguments.quiet) {
+    if (summary.map_was_made) std::cerr << "the scan had not been finished: its map was made first\n";
+    std::cerr << fmt::format("{} fused, mesh of {} vertices and {} triangles: {}\n",
+                             counted(static_cast<std::int64_t>(summary.keyframes), "keyframe"),
+                             summary.vertices, summary.triangles,
+                             arguments.output.empty() ? arguments.run : arguments.output);
+  }
+  return summary.triangles == 0 ? exit_not_good : exit_done;
+}
+
+}  // namespace
+
+void add_fuse_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<FuseArguments>();
+  CLI::App* command =
+      app.add_subcommand("fuse", "Make a run's mesh again with other settings, without its log");
+  command->add_option("RUN", arguments->run, "Run folder")->required();
+  CLI::Option* output =
+      command->add_option("-o,--output", arguments->output,
+                          "Run folder to write: RUN with the new mesh, without its logs (default: RUN's own "
+                          "mesh is replaced)");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace that folder if it is there")->needs(output);
+  command->add_option("--voxel-size-mm", arguments->voxel_size_mm, "Edge of the mesh's cells")
+      ->check(number_between(0.01, 10));
+  command
+      ->add_option("--truncation-mm", arguments->truncation_mm,
+                   "Sheets of one side closer than this become one; at least two voxels")
+      ->check(number_between(0.01, 20));
+  add_quiet_flag(*command, arguments->quiet);
+  command->footer(
+      "Of a scan that was killed, it first makes the map.\n"
+      "Example: gelslam fuse runs/pebble --voxel-size-mm 0.05 -o runs/pebble-fine");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace gelslam

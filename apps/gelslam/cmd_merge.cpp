@@ -1,0 +1,50 @@
+#include <iostream>
+#include <memory>
+
+#include "command_line.hpp"
+#include "commands.hpp"
+#include "gelslam/core/interrupt.hpp"
+#include "gelslam/slam/merge_scans.hpp"
+#include "reports.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam {
+namespace {
+
+struct MergeArguments {
+  std::vector<std::string> runs;
+  std::string run_folder;
+  bool overwrite = false, quiet = false;
+};
+
+int run(const MergeArguments& arguments) {
+  MergeRequest request;
+  request.runs.assign(arguments.runs.begin(), arguments.runs.end());
+  request.run_folder = arguments.run_folder;
+  request.overwrite = arguments.overwrite;
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const ReconstructSummary summary = merge_scans(request, *progress, [&] { return interrupt.requested(); });
+  if (!arguments.quiet) std::cerr << run_words(summary, arguments.run_folder);
+  return summary.completeness.complete() ? exit_done : exit_not_good;
+}
+
+}  // namespace
+
+void add_merge_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<MergeArguments>();
+  CLI::App* command = app.add_subcommand("merge", "Join scans of one object, also of different sensors");
+  command
+      ->add_option("RUN", arguments->runs, "Run folders, two or more; the first one's configuration is used")
+      ->required()
+      ->expected(2, 1000);
+  command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
+  command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
+  add_quiet_flag(*command, arguments->quiet);
+  command->footer(
+      "Scans join where they show the same places. The exit code is 1 when something did not join.\n"
+      "Example: gelslam merge runs/top runs/bottom -o runs/whole");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace gelslam

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gelslam/slam/config.hpp"
+#include "gelslam/slam/scan_record.hpp"
+#include "gelslam/slam/slam_map.hpp"
+
+namespace gelslam {
+
+/// The part that a log or a camera with this configuration makes. `log` may be empty. Throws Error when the
+/// model cannot be read.
+ScanPart part_of(const Config& config, const std::filesystem::path& log);
+
+/// Reads the session of a run folder to continue it with this configuration. Throws Error when there is none,
+/// and when its surfaces were read by another model, or at another pitch or resolution: only surfaces that
+/// err alike belong to one scan (others are joined by merge_scans()).
+ContinuedScan continue_scan(const std::filesystem::path& run, const Config& config,
+                            const std::filesystem::path& log);
+
+/// What became of each part, a sentence each: how many of its trials joined the map, and which did not. Empty
+/// for a scan of one part.
+std::vector<std::string> describe_parts(const SlamMap& map);
+
+}  // namespace gelslam

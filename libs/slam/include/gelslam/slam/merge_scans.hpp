@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gelslam/core/progress.hpp"
+#include "gelslam/slam/config.hpp"
+#include "gelslam/slam/reconstruct.hpp"
+
+namespace gelslam {
+
+struct MergeRequest {
+  std::vector<std::filesystem::path> runs;  ///< at least two; the first one's configuration is used
+  std::filesystem::path run_folder;
+  bool overwrite = false;
+};
+
+/// Joins scans of one object by the places that they have in common, and writes a run folder. Scans of one
+/// sensor and model go on as if they were one scan. Otherwise each scan's surfaces are taken as its own map
+/// has corrected them, at the pixel pitch of the first, and no common correction is estimated. Throws Error
+/// when a run holds no session, or another run into the folder is refused.
+ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progress,
+                               const std::function<bool()>& stop_requested);
+
+struct FuseRequest {
+  std::filesystem::path run;
+  std::filesystem::path output;  ///< a new run folder; empty: the run's own mesh is replaced
+  bool overwrite = false;
+  std::optional<double> voxel_size_mm, truncation_mm;  ///< instead of those of the run's configuration
+};
+
+struct FuseSummary {
+  std::size_t keyframes = 0, vertices = 0, triangles = 0;
+  bool map_was_made = false;  ///< the scan had not been finished
+  std::vector<std::string> warnings;
+};
+
+/// Makes a run's mesh again from its session; of a scan that was killed, its map, too. Throws Error.
+FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
+                     const std::function<bool()>& stop_requested);
+
+}  // namespace gelslam

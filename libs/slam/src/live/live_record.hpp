@@ -1,0 +1,53 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "gelslam/core/bounded_queue.hpp"
+#include "gelslam/frontend/tracker.hpp"
+#include "gelslam/slam/scan_record.hpp"
+#include "live/live_board.hpp"
+#include "live/live_messages.hpp"
+
+namespace gelslam::slam::detail {
+
+struct LoopsFound {
+  int scan = 0, keyframe = 0;
+  std::vector<PoseGraphEdge> loops;
+};
+
+using RecordMessage = std::variant<NewKeyframe, LoopsFound, FrameRecord, ForgetFromTrial, StartScan>;
+using RecordQueue = BoundedQueue<RecordMessage>;
+
+/// The thread that writes the session while the scan goes on. A full disk ends the session, not the scan.
+class RecordStage {
+ public:
+  /// `folder_of`: the session folder of a scan. `part`: what the first scan begins or continues with.
+  RecordStage(std::function<std::filesystem::path(int)> folder_of, ScanPart part, LiveBoard& board)
+      : folder_of_(std::move(folder_of)), part_(std::move(part)), board_(board) {}
+
+  /// `continued`: the first scan's record is there and goes on.
+  void run(RecordQueue& in, bool continued);
+  bool is_whole() const { return is_whole_; }  ///< thread-safe
+
+ private:
+  void handle(const NewKeyframe& added);
+  void handle(const LoopsFound& found);
+  void handle(const FrameRecord& frame);
+  void handle(ForgetFromTrial forget) { writer_->forget_from_trial(forget.trial); }
+  void handle(StartScan start);
+
+  const std::function<std::filesystem::path(int)> folder_of_;
+  ScanPart part_;
+  LiveBoard& board_;
+  std::optional<ScanWriter> writer_;  // none after a failure
+  std::atomic<bool> is_whole_{true};
+  int scan_ = 0;
+  bool part_is_written_ = false;
+};
+
+}  // namespace gelslam::slam::detail

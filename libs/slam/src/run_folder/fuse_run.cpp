@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/merge_scans.hpp"
+#include "gelslam/slam/session.hpp"
+#include "run_folder/live_run.hpp"
+#include "run_folder/run_writer.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+Config config_of(const FuseRequest& request) {
+  Config config = read_config(request.run / "config.yaml");
+  FusionOptions& fusion = config.slam.fusion;
+  if (request.voxel_size_mm) fusion.voxel_size_mm = *request.voxel_size_mm;
+  if (request.truncation_mm) fusion.truncation_mm = *request.truncation_mm;
+  if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not after the session was read
+    throw Error("the truncation has to be at least twice the voxel size; give --truncation-mm, too");
+  return config;
+}
+
+/// The mesh, and what else depends on how it was made.
+void write_fused(const fs::path& folder, const Config& config, const Mesh& mesh) {
+  write_mesh(folder / "mesh.ply", mesh);
+  write_file_atomically(folder / "config.yaml", write_config(config));
+  std::ifstream stream(folder / "report.json");
+  auto report = nlohmann::ordered_json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  if (!report.is_object()) return;
+  report["mesh"] = {{"vertices", mesh.vertices_mm.size()}, {"triangles", mesh.triangles.size()}};
+  write_file_atomically(folder / "report.json", report.dump(2) + "\n");
+}
+
+/// All of a run but its logs, which are large, and what does not belong to a run.
+void copy_run(const fs::path& from, const fs::path& to) {
+  for (const char* entry :
+       {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "session", "report.json"}) {
+    std::error_code code;
+    if (!fs::exists(from / entry, code)) continue;
+    fs::copy(from / entry, to / entry, fs::copy_options::recursive, code);
+    if (code) throw Error((to / entry).string() + ": cannot be written: " + code.message());
+  }
+}
+
+/// Of a scan that was killed before its map was saved.
+FuseSummary finish_scan(const FuseRequest& request, const Config& config, ProgressSink& progress,
+                        const std::function<bool()>& stop_requested) {
+  const ScanRecord record = read_scan(request.run / "session", config.slam.registration);
+  Mapper mapper(config.slam);
+  mapper.restore(record);
+  SlamMap map = mapper.finish(record.frames, true, stop_requested, &progress);
+  map.measured.parts = record.parts;
+  const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
+  RunAccount account;
+  account.log_description = "the session of a scan that was not finished";
+  account.summary = summarise(map, mesh);
+  account.session_is_whole = true;
+  if (request.output.empty()) {
+    slam::detail::LiveRun::resume(request.run, config)->save(map, mesh, account);
+  } else {
+    RunFolder folder(request.output,
+                     {.overwrite = request.overwrite, .known_entries = run_entries(), .input = request.run});
+    write_run(folder.path(), config, map, mesh, account);
+    folder.commit();
+  }
+  return {record.keyframes.size(), mesh.vertices_mm.size(), mesh.triangles.size(), true, record.warnings};
+}
+
+}  // namespace
+
+FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
+                     const std::function<bool()>& stop_requested) {
+  const Config config = config_of(request);
+  const fs::path session_folder = request.run / "session";
+  if (!fs::exists(session_folder / "session.json") && fs::exists(session_folder / "scan.jsonl"))
+    return finish_scan(request, config, progress, stop_requested);
+  const Session session = load_session(session_folder);
+  FusionOptions fusion = config.slam.fusion;
+  fusion.gradient_scale = session.gradient_scale;
+  std::optional<RunFolder> folder;
+  if (!request.output.empty())
+    folder.emplace(request.output,
+                   RunFolderOptions{
+                       .overwrite = request.overwrite, .known_entries = run_entries(), .input = request.run});
+  const Mesh mesh = fuse(session.patches, fusion, &progress);
+  if (folder) copy_run(request.run, folder->path());
+  write_fused(folder ? folder->path() : request.run, config, mesh);
+  if (folder) folder->commit();
+  return {session.patches.size(), mesh.vertices_mm.size(), mesh.triangles.size(), false, session.warnings};
+}
+
+}  // namespace gelslam

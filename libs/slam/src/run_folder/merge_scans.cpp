@@ -1,0 +1,197 @@
+#include "gelslam/slam/merge_scans.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/index.hpp"
+#include "gelslam/core/parallel.hpp"
+#include "gelslam/core/run_folder.hpp"
+#include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/session.hpp"
+#include "gelslam/surface/resampling.hpp"
+#include "run_folder/run_writer.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What two scans need to have in common to be corrected together.
+struct Reading {
+  std::uint32_t model_crc32 = 0;
+  int width_px = 0, height_px = 0;
+  double pixel_pitch_mm = 0;
+  bool operator==(const Reading&) const = default;
+};
+
+std::vector<Reading> readings_of(const std::vector<ScanRecord>& records) {
+  std::vector<Reading> found;
+  for (const ScanRecord& record : records) {
+    std::vector<std::uint32_t> models;
+    for (const ScanPart& part : record.parts) models.push_back(part.model_crc32);
+    for (const auto& keyframe : record.keyframes)
+      for (const std::uint32_t model : models) {
+        if (!keyframe) continue;
+        const cv::Size size = keyframe->surface.size();
+        const Reading reading{model, size.width, size.height, keyframe->surface.pixel_pitch_mm()};
+        if (std::find(found.begin(), found.end(), reading) == found.end()) found.push_back(reading);
+      }
+  }
+  return found;
+}
+
+/// A record's keyframes and edges as its own map has corrected them: true surfaces, whatever the sensor.
+void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitch_mm,
+                      const SlamOptions& options) {
+  parallel_for_ranges(record.keyframes.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<SlopeCorrector> corrector;
+    for (std::size_t id = begin; id < end; ++id) {
+      if (!record.keyframes[id]) continue;
+      const SurfacePtr read = record.keyframes[id]->surface.get();
+      if (!corrector) corrector = std::make_unique<SlopeCorrector>(read->contact.size());
+      auto keyframe = std::make_shared<Keyframe>(*record.keyframes[id]);
+      keyframe->surface = StoredSurface(
+          PackedSurface(*resampled(*corrector->apply(*read, map.slope_correction), pixel_pitch_mm)));
+      keyframe->reference = StoredReference(keyframe->surface, options.registration);
+      record.keyframes[id] = std::move(keyframe);
+    }
+  });
+  if (map.surfaces_corrected) {  // every edge was registered again on corrected surfaces
+    record.edges = map.edges;
+    for (std::size_t i = record.edges.size(); i-- > 0;)
+      if (map.edge_outlier[i]) record.edges.erase(record.edges.begin() + static_cast<std::ptrdiff_t>(i));
+    return;
+  }
+  Eigen::VectorXd factors(2);
+  factors << map.slope_correction.factors[SlopeCorrection::kScaleX],
+      map.slope_correction.factors[SlopeCorrection::kScaleY];
+  record.edges = corrected(
+      record.edges, gradient_scale_unknowns(record.edges, options.slope_calibration.gradient_scale_sigma),
+      factors);
+}
+
+/// Appends `next` to `all`, whose numbers go on.
+struct Offsets {
+  int keyframe = 0, trial = 0;
+  std::int64_t frame = 0;
+  double time_s = 0;
+};
+
+Offsets offsets_after(const ScanRecord& all) {
+  Offsets next;
+  next.keyframe = static_cast<int>(all.keyframes.size());
+  for (const FrameRecord& frame : all.frames) next.trial = std::max(next.trial, frame.trial + 1);
+  if (all.frames.empty()) return next;
+  next.frame = all.frames.back().frame + 1;
+  next.time_s = all.frames.back().time_s + 1.0;
+  return next;
+}
+
+void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
+  for (ScanPart part : next.parts) {
+    part.first_frame += by.frame;
+    all.parts.push_back(std::move(part));
+  }
+  for (const auto& keyframe : next.keyframes) {
+    auto renamed = keyframe ? std::make_shared<Keyframe>(*keyframe) : nullptr;
+    if (renamed) {
+      renamed->id += by.keyframe;
+      renamed->frame += by.frame;
+      renamed->trial += by.trial;
+    }
+    all.keyframes.push_back(std::move(renamed));
+    all.searched.push_back(true);
+  }
+  for (PoseGraphEdge edge : next.edges) {
+    edge.from += by.keyframe;
+    edge.to += by.keyframe;
+    all.edges.push_back(edge);
+  }
+  for (FrameRecord frame : next.frames) {
+    frame.frame += by.frame;
+    frame.time_s += by.time_s;
+    if (frame.trial >= 0) frame.trial += by.trial;
+    if (frame.keyframe >= 0) frame.keyframe += by.keyframe;
+    all.frames.push_back(frame);
+  }
+  all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
+}
+
+std::vector<Keyframe> present(const ScanRecord& record, int from) {
+  std::vector<Keyframe> keyframes;
+  for (std::size_t id = index(from); id < record.keyframes.size(); ++id)
+    if (record.keyframes[id]) keyframes.push_back(*record.keyframes[id]);
+  return keyframes;
+}
+
+/// One record of all, with the loops between them.
+ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& options, ProgressSink& progress,
+                  const std::function<bool()>& stop_requested) {
+  LoopCloser closer(options.loop_closure, options.registration, options.verification);
+  ScanRecord all;
+  for (const ScanRecord& record : records) {
+    const Offsets offsets = offsets_after(all);
+    append(all, record, offsets);
+    const std::vector<Keyframe> added = present(all, offsets.keyframe);
+    if (offsets.keyframe > 0) {
+      std::vector<std::vector<LoopConstraint>> loops(added.size());
+      std::int64_t done = 0;
+      progress.begin("looking for common places", static_cast<std::int64_t>(added.size()));
+      for (std::size_t i = 0; i < added.size() && !stop_requested(); ++i) {
+        loops[i] = closer.recognize(added[i]);
+        progress.update(++done);
+      }
+      progress.end();
+      for (const auto& of_keyframe : loops)
+        for (std::size_t i = 0; i < std::min(of_keyframe.size(), index(options.loop_closure.max_constraints));
+             ++i)
+          all.edges.push_back(loop_edge(of_keyframe[i]));
+    }
+    closer.keep(added);
+  }
+  return all;
+}
+
+}  // namespace
+
+ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progress,
+                               const std::function<bool()>& stop_requested) {
+  const auto start = std::chrono::steady_clock::now();
+  if (request.runs.size() < 2) throw Error("name at least two runs to merge");
+  Config config = read_config(request.runs.front() / "config.yaml");
+  std::vector<ScanRecord> records;
+  for (const fs::path& run : request.runs) {
+    if (!fs::is_directory(run)) throw Error(run.string() + ": no such run folder");
+    records.push_back(read_scan(run / "session", config.slam.registration));
+    for (ScanPart& part : records.back().parts)
+      if (part.log.empty()) part.log = run.string();
+  }
+  RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .known_entries = run_entries()});
+  if (readings_of(records).size() > 1) {
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      take_corrections(records[i], load_map(request.runs[i] / "session"), config.sensor.pixel_pitch_mm,
+                       config.slam);
+      for (ScanPart& part : records[i].parts) part.model_crc32 = 0;
+    }
+    config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
+  }
+  const ScanRecord all = joined(records, config.slam, progress, stop_requested);
+  Mapper mapper(config.slam);
+  mapper.restore(all);
+  SlamMap map = mapper.finish(all.frames, true, stop_requested, &progress);
+  map.measured.parts = all.parts;
+  const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
+  ReconstructSummary summary = summarise(map, mesh);
+  summary.partial = stop_requested();
+  for (const std::string& warning : all.warnings)
+    summary.warning += (summary.warning.empty() ? "" : "; ") + warning;
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  write_run(folder.path(), config, map, mesh,
+            {{}, "a merge of " + std::to_string(records.size()) + " runs", {}, summary, std::nullopt, false});
+  folder.commit();
+  return summary;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,211 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
+#include "gelslam/slam/scan_record.hpp"
+#include "gelslam/slam/session.hpp"
+#include "run_folder/session_text.hpp"
+
+namespace gelslam {
+
+using namespace slam::detail;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMaxKeyframeId = 1'000'000;
+
+TrackStatus status_from(const std::string& word) {
+  for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked,
+                                   TrackStatus::lost, TrackStatus::undone})
+    if (name(status) == word) return status;
+  throw Error("unknown status of a frame");
+}
+
+FrameRecord frame_from(const Json& json) {
+  FrameRecord frame;
+  frame.frame = json.at(0).get<std::int64_t>();
+  frame.time_s = json.at(1).get<double>();
+  frame.status = status_from(json.at(2).get<std::string>());
+  frame.trial = json.at(3).get<int>();
+  frame.keyframe = json.at(4).get<int>();
+  if (frame.keyframe >= 0) frame.keyframe_T_frame = pose_from(json.at(5));
+  return frame;
+}
+
+/// Takes the lines in, one after the other.
+class ScanReader {
+ public:
+  ScanReader(fs::path folder, const NormalFlowOptions& registration)
+      : folder_(std::move(folder)), registration_(registration) {}
+
+  /// Throws Error or a JSON exception for what no scan holds.
+  void take(const Json& line) {
+    if (line.contains("version")) {
+      check_session_version(line.at("version").get<int>());
+      is_scan_ = true;
+    } else if (line.contains("part")) {
+      take_part(line.at("part"));
+    } else if (line.contains("keyframe")) {
+      take_keyframe(line);
+    } else if (line.contains("loops_of")) {
+      take_loops(line);
+    } else if (line.contains("frames")) {
+      for (const Json& frame : line.at("frames")) record_.frames.push_back(frame_from(frame));
+    } else if (line.contains("forget_from_trial")) {
+      forget_from_trial(line.at("forget_from_trial").get<int>());
+    }
+  }
+
+  bool is_scan() const { return is_scan_; }
+
+  /// Leaves out what hangs on keyframes that are not there.
+  ScanRecord finish(int damaged_lines) {
+    for (auto& [id, edges] : edges_)
+      for (PoseGraphEdge& edge : edges)
+        if (is_here(edge.from) && is_here(edge.to)) record_.edges.push_back(edge);
+    for (FrameRecord& frame : record_.frames)
+      if (!is_here(frame.keyframe)) frame.keyframe = -1;
+    add_missing_frames();
+    if (damaged_lines > 0)
+      record_.warnings.push_back(
+          fmt::format("{}: {} damaged and left out", (folder_ / "scan.jsonl").string(),
+                      damaged_lines == 1 ? "1 line is" : fmt::format("{} lines are", damaged_lines)));
+    if (!unreadable_.empty())
+      record_.warnings.push_back(fmt::format("{} of {} cannot be used: {}",
+                                             counted(unreadable_count_, "keyframe"), folder_.string(),
+                                             unreadable_));
+    return std::move(record_);
+  }
+
+ private:
+  bool is_here(int id) const {
+    return id >= 0 && id < static_cast<int>(record_.keyframes.size()) &&
+           record_.keyframes[static_cast<std::size_t>(id)];
+  }
+
+  /// A kill may come between a keyframe and the line that holds its frame.
+  void add_missing_frames() {
+    std::vector<FrameRecord>& frames = record_.frames;
+    std::stable_sort(frames.begin(), frames.end(), by_frame);
+    const double frame_s =
+        frames.size() < 2
+            ? 0.0
+            : (frames.back().time_s - frames.front().time_s) /
+                  static_cast<double>(std::max<std::int64_t>(1, frames.back().frame - frames.front().frame));
+    for (const auto& keyframe : record_.keyframes) {
+      if (!keyframe) continue;
+      FrameRecord missing{keyframe->frame, 0, TrackStatus::tracked, keyframe->trial, keyframe->id,
+                          Pose::Identity()};
+      const auto next = std::lower_bound(frames.begin(), frames.end(), missing, by_frame);
+      if (next != frames.end() && next->frame == keyframe->frame) continue;
+      if (next != frames.begin())
+        missing.time_s =
+            std::prev(next)->time_s + frame_s * static_cast<double>(missing.frame - std::prev(next)->frame);
+      frames.insert(next, missing);
+    }
+  }
+
+  static bool by_frame(const FrameRecord& a, const FrameRecord& b) { return a.frame < b.frame; }
+
+  void take_part(const Json& json) {
+    record_.parts.push_back({json.at("first_frame").get<std::int64_t>(), json.at("sensor").get<std::string>(),
+                             json.at("model_crc32").get<std::uint32_t>(), json.at("log").get<std::string>()});
+  }
+
+  void take_keyframe(const Json& line) {
+    auto keyframe = std::make_shared<Keyframe>();
+    keyframe->id = line.at("keyframe").get<int>();
+    keyframe->frame = line.at("frame").get<std::int64_t>();
+    keyframe->trial = line.at("trial").get<int>();
+    if (keyframe->id < static_cast<int>(record_.keyframes.size()) || keyframe->id > kMaxKeyframeId)
+      throw Error("keyframe ids do not ascend");
+    const std::optional<PoseGraphEdge> link =
+        line.at("link").is_null() ? std::nullopt : std::optional(edge_from(line.at("link")));
+    try {
+      keyframe->surface = StoredSurface(read_packed_surface(surface_file(folder_, keyframe->id)));
+    } catch (const Error& error) {
+      if (unreadable_count_++ == 0) unreadable_ = error.what();
+      return;
+    }
+    keyframe->reference = StoredReference(keyframe->surface, registration_);
+    const auto id = static_cast<std::size_t>(keyframe->id);
+    record_.keyframes.resize(id + 1);
+    record_.searched.resize(id + 1);
+    if (link) edges_[keyframe->id].push_back(*link);
+    record_.keyframes[id] = std::move(keyframe);
+  }
+
+  void take_loops(const Json& line) {
+    const int id = line.at("loops_of").get<int>();
+    std::vector<PoseGraphEdge> loops;
+    for (const Json& edge : line.at("edges")) loops.push_back(edge_from(edge));
+    if (!is_here(id)) return;
+    record_.searched[static_cast<std::size_t>(id)] = true;
+    std::vector<PoseGraphEdge>& edges = edges_[id];
+    edges.insert(edges.end(), loops.begin(), loops.end());
+  }
+
+  void forget_from_trial(int trial) {
+    for (auto& keyframe : record_.keyframes)
+      if (keyframe && keyframe->trial >= trial) keyframe.reset();
+    for (FrameRecord& frame : record_.frames) {
+      if (frame.keyframe < 0 || frame.trial < trial) continue;
+      frame.status = TrackStatus::undone;
+      frame.keyframe = -1;
+    }
+  }
+
+  const fs::path folder_;
+  const NormalFlowOptions registration_;
+  bool is_scan_ = false;
+  ScanRecord record_;
+  std::map<int, std::vector<PoseGraphEdge>> edges_;  // by the newer keyframe
+  int unreadable_count_ = 0;
+  std::string unreadable_;  // why the first of them is
+};
+
+}  // namespace
+
+PackedSurface read_packed_surface(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw Error(file.string() + ": cannot be read");
+  std::ostringstream bytes;
+  bytes << stream.rdbuf();
+  try {
+    return PackedSurface::from_bytes(std::move(bytes).str());
+  } catch (const Error& error) {
+    throw Error(file.string() + ": " + error.what());
+  }
+}
+
+ScanRecord read_scan(const fs::path& folder, const NormalFlowOptions& registration) {
+  const fs::path file = folder / "scan.jsonl";
+  std::ifstream stream(file);
+  if (!stream) throw Error(file.string() + ": cannot be read; only a run of version 0.3 or newer holds one");
+  ScanReader reader(folder, registration);
+  int damaged = 0;
+  for (std::string line; std::getline(stream, line);) {
+    const std::optional<Json> whole = without_damage(line);
+    const bool is_cut_off = !whole && stream.eof();  // by a kill
+    if (!whole && !is_cut_off && !line.empty()) ++damaged;
+    if (!whole) continue;
+    try {
+      reader.take(*whole);
+    } catch (const nlohmann::json::exception&) {
+      ++damaged;
+    } catch (const Error& error) {
+      throw Error(file.string() + ": " + error.what());
+    }
+  }
+  if (!reader.is_scan()) throw Error(file.string() + ": damaged, or not a scan of gelslam");
+  return reader.finish(damaged);
+}
+
+}  // namespace gelslam

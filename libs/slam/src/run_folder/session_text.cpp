@@ -1,0 +1,112 @@
+#include "run_folder/session_text.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <cmath>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam::slam::detail {
+namespace {
+
+constexpr std::string_view kChecksumMember = ",\"crc32\":";
+
+std::uint32_t crc32_of(std::string_view text) {
+  return static_cast<std::uint32_t>(
+      ::crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size())));
+}
+
+double finite(const Json& json) {
+  const auto value = json.get<double>();  // null, as infinity is written, is not a number
+  if (!std::isfinite(value)) throw Error("holds a number that is not finite");
+  return value;
+}
+
+}  // namespace
+
+std::string with_checksum(const Json& object) {
+  std::string line = object.dump();
+  line.pop_back();  // the brace
+  const std::uint32_t sum = crc32_of(line);
+  return fmt::format("{}{}{}}}\n", line, kChecksumMember, sum);
+}
+
+std::optional<Json> without_damage(std::string_view line) {
+  while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
+  const std::size_t at = line.rfind(kChecksumMember);
+  if (at == std::string_view::npos || !line.ends_with('}')) return std::nullopt;
+  const std::size_t digits = at + kChecksumMember.size();
+  if (line.substr(digits, line.size() - 1 - digits) != std::to_string(crc32_of(line.substr(0, at))))
+    return std::nullopt;
+  Json object = Json::parse(line, nullptr, /*allow_exceptions=*/false);
+  if (!object.is_object()) return std::nullopt;
+  return object;
+}
+
+void check_session_version(int version) {
+  if (version > kSessionVersion)
+    throw Error(
+        fmt::format("written by a newer version of the program (session version {}, this one reads "
+                    "up to {}); update gelslam",
+                    version, kSessionVersion));
+  if (version < 1) throw Error("impossible version");
+}
+
+Json numbers(const Pose& pose) {
+  Json values = Json::array();
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c) values.push_back(pose.matrix()(r, c));
+  return values;
+}
+
+Pose pose_from(const Json& json) {
+  const bool with_last_row = json.is_array() && json.size() == 16;  // version 1
+  if (!json.is_array() || (json.size() != 12 && !with_last_row)) throw Error("a pose needs 12 numbers");
+  Pose pose = Pose::Identity();
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c) pose(r, c) = finite(json[static_cast<std::size_t>(r * 4 + c)]);
+  const bool rotation = pose.linear().isUnitary(1e-6) && std::abs(pose.linear().determinant() - 1.0) < 1e-6;
+  if (!rotation) throw Error("a pose is no rigid motion");
+  return pose;
+}
+
+Json json_of(const PoseGraphEdge& edge) {
+  Json information = Json::array();
+  for (int r = 0; r < 6; ++r)
+    for (int c = r; c < 6; ++c) information.push_back(edge.information(r, c));
+  const Eigen::Vector3d& center = edge.shared_center_mm;
+  return {{"from", edge.from},
+          {"to", edge.to},
+          {"kind", edge.kind == EdgeKind::loop ? "loop" : "odometry"},
+          {"from_T_to_mm", numbers(edge.from_T_to)},
+          {"information", information},
+          {"shared_center_mm", {center.x(), center.y(), center.z()}},
+          {"tentative", edge.tentative}};
+}
+
+PoseGraphEdge edge_from(const Json& json) {
+  PoseGraphEdge edge;
+  edge.from = json.at("from").get<int>();
+  edge.to = json.at("to").get<int>();
+  edge.kind = json.at("kind").get<std::string>() == "loop" ? EdgeKind::loop : EdgeKind::odometry;
+  edge.from_T_to = pose_from(json.at("from_T_to_mm"));
+  const Json &information = json.at("information"), &center = json.at("shared_center_mm");
+  if (information.size() != 21 || center.size() != 3) throw Error("an edge's numbers are incomplete");
+  std::size_t k = 0;
+  for (int r = 0; r < 6; ++r)
+    for (int c = r; c < 6; ++c) edge.information(r, c) = edge.information(c, r) = finite(information[k++]);
+  for (int c = 0; c < 3; ++c) edge.shared_center_mm[c] = finite(center[static_cast<std::size_t>(c)]);
+  edge.tentative = json.at("tentative").get<bool>();
+  return edge;
+}
+
+std::filesystem::path surface_file(const std::filesystem::path& session, int keyframe) {
+  return session / (std::to_string(keyframe) + ".surface");
+}
+
+std::filesystem::path corrected_file(const std::filesystem::path& session, int keyframe) {
+  return session / (std::to_string(keyframe) + ".corrected");
+}
+
+}  // namespace gelslam::slam::detail

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+
+#include "gelslam/surface/surface.hpp"
+
+namespace gelslam {
+
+/// A surface as maps keep it, in memory and in files: every pixel of the contact's bounding box, means over
+/// 4x4 pixels beyond, where the gel is smooth; quantized and compressed without further loss, with a
+/// checksum. About 25 times smaller than a Surface. Normals are rounded to kNormalStep, a hundredth of their
+/// noise (0.02 rad), heights to kHeightStepMm, a thirtieth (0.004 mm). Curvature is rounded to
+/// kCurvatureStep, so finely that few pixels become equal: samples are chosen by its rank, equal ones in
+/// order of rows. Packing what was unpacked gives the same bytes. Immutable, shareable between threads.
+/// Layout: docs/file-formats.md.
+class PackedSurface {
+ public:
+  static constexpr float kNormalStep = 1.0F / 4096;
+  static constexpr float kHeightStepMm = 1.0F / 8192;
+  static constexpr float kCurvatureStep = 1.0F / 32768;
+  static constexpr float kCoarseNormalStep = 1.0F / 1024;  ///< beyond the contact's box
+  static constexpr float kCoarseHeightStepMm = 1.0F / 2048;
+
+  explicit PackedSurface(const Surface& surface);
+  /// What bytes() gave. Throws Error when it is damaged.
+  static PackedSurface from_bytes(std::string bytes);
+
+  const std::string& bytes() const { return bytes_; }
+  /// Deterministic; some milliseconds. Throws Error for what no surface packs to, although the checksum fits.
+  SurfacePtr unpack() const;
+
+  cv::Size size() const;
+  double pixel_pitch_mm() const;
+  double model_sigma() const;
+  int contact_pixels() const;
+  Eigen::Vector2d contact_center_mm() const;
+
+ private:
+  PackedSurface() = default;
+
+  std::string bytes_;
+};
+
+}  // namespace gelslam

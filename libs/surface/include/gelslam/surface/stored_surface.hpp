@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+
+#include "gelslam/surface/packed_surface.hpp"
+
+namespace gelslam {
+
+/// A surface that is kept for long: packed, and unpacked for as long as somebody uses it or it was used a
+/// short while ago. Cheap to copy; copies are the same surface. Thread-safe.
+class StoredSurface {
+ public:
+  StoredSurface() = default;          ///< none
+  StoredSurface(SurfacePtr surface);  ///< as it is: not packed
+  explicit StoredSurface(PackedSurface packed);
+  /// To be packed when it is first asked for: tracking does not wait for that. From then on it is the same as
+  /// StoredSurface(PackedSurface(*surface)).
+  static StoredSurface packed_later(SurfacePtr surface);
+
+  explicit operator bool() const { return entry_ != nullptr; }
+  /// Not of none. Hold the result while you use it: `const Surface& s = *stored.get();` would dangle.
+  SurfacePtr get() const;
+  SurfacePtr operator->() const { return get(); }
+  /// Of one that is not packed, its packed form is made.
+  std::shared_ptr<const PackedSurface> packed() const;
+  // Without unpacking:
+  int contact_pixels() const;
+  Eigen::Vector2d contact_center_mm() const;  ///< contact_points.hpp
+  cv::Size size() const;
+  double pixel_pitch_mm() const;
+  double model_sigma() const;
+  bool maps_agree() const;  ///< heights, normals and contact are of one size: always so of a packed one
+
+  /// The same stored surface, not an equal one.
+  friend bool operator==(const StoredSurface& a, const StoredSurface& b) { return a.entry_ == b.entry_; }
+
+ private:
+  struct Entry;
+  std::shared_ptr<Entry> entry_;
+};
+
+}  // namespace gelslam

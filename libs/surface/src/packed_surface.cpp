@@ -1,0 +1,317 @@
+#include "gelslam/surface/packed_surface.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/surface/contact_points.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr std::string_view kMagic = "GELSURF1";
+constexpr int kMaxSide = 8192;
+constexpr std::size_t kShortPlanes = 4;   // nx, ny, height, curvature
+constexpr std::size_t kCoarsePlanes = 3;  // nx, ny, height
+constexpr int kCellPx = 4;
+
+/// After the magic and the checksum of all that follows. Little-endian, as all machines that we build for.
+struct PackedHeader {
+  std::uint16_t width = 0, height = 0;
+  std::uint16_t box_x = 0, box_y = 0, box_width = 0, box_height = 0;
+  std::uint8_t zero_is_bare_gel = 0, has_confidence = 0;
+  std::uint16_t reserved = 0;
+  std::uint32_t contact_pixels = 0;
+  float model_sigma = 1;
+  float center_x_mm = 0, center_y_mm = 0;
+  double pixel_pitch_mm = 0;
+};
+static_assert(sizeof(PackedHeader) == 40);
+
+constexpr std::size_t kHeaderAt = kMagic.size() + sizeof(std::uint32_t);
+constexpr std::size_t kStreamAt = kHeaderAt + sizeof(PackedHeader);
+
+std::uint32_t checksum(std::string_view bytes) {
+  return static_cast<std::uint32_t>(
+      ::crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
+}
+
+PackedHeader header_of(const std::string& bytes) {
+  PackedHeader header;
+  std::memcpy(&header, bytes.data() + kHeaderAt, sizeof header);
+  return header;
+}
+
+cv::Rect box_of(const PackedHeader& h) { return {h.box_x, h.box_y, h.box_width, h.box_height}; }
+
+std::int16_t steps(float value, float step) {
+  constexpr float kMost = 32767.0F;
+  return static_cast<std::int16_t>(std::lround(std::clamp(value / step, -kMost, kMost)));
+}
+
+/// The median edge detector of JPEG-LS (Weinberger et al. 2000): what the three neighbors that are known
+/// already make of a value.
+int predicted(const cv::Mat_<std::int16_t>& plane, int v, int u) {
+  const int left = u > 0 ? plane(v, u - 1) : (v > 0 ? plane(v - 1, u) : 0);
+  const int above = v > 0 ? plane(v - 1, u) : left;
+  const int corner = u > 0 && v > 0 ? plane(v - 1, u - 1) : left;
+  if (corner >= std::max(left, above)) return std::min(left, above);
+  if (corner <= std::min(left, above)) return std::max(left, above);
+  return left + above - corner;
+}
+
+/// Differences from the prediction, small ones of either sign as small numbers; low bytes, then high bytes.
+void append_plane(const cv::Mat_<std::int16_t>& plane, std::string& planes) {
+  const std::size_t low = planes.size(), pixels = plane.total();
+  planes.resize(low + 2 * pixels);
+  std::size_t i = 0;
+  for (int v = 0; v < plane.rows; ++v)
+    for (int u = 0; u < plane.cols; ++u, ++i) {
+      const auto difference = static_cast<std::int16_t>(plane(v, u) - predicted(plane, v, u));
+      const auto folded = static_cast<std::uint16_t>((difference * 2) ^ (difference >> 15));
+      planes[low + i] = static_cast<char>(folded & 0xFF);
+      planes[low + pixels + i] = static_cast<char>(folded >> 8);
+    }
+}
+
+cv::Mat_<std::int16_t> read_plane(const std::string& planes, std::size_t low, cv::Size size) {
+  cv::Mat_<std::int16_t> plane(size);
+  const std::size_t pixels = plane.total();
+  std::size_t i = 0;
+  for (int v = 0; v < plane.rows; ++v)
+    for (int u = 0; u < plane.cols; ++u, ++i) {
+      const auto folded =
+          static_cast<std::uint16_t>(static_cast<std::uint8_t>(planes[low + i]) |
+                                     static_cast<std::uint8_t>(planes[low + pixels + i]) << 8);
+      const int difference = (folded >> 1) ^ -(folded & 1);
+      plane(v, u) = static_cast<std::int16_t>(predicted(plane, v, u) + difference);
+    }
+  return plane;
+}
+
+/// The contact and a little around it, in whole cells.
+cv::Rect detailed_box(const cv::Mat1b& contact) {
+  const cv::Rect box = cv::boundingRect(contact);
+  if (box.empty()) return {};
+  const cv::Point begin(box.x / kCellPx - 1, box.y / kCellPx - 1),
+      end((box.br().x - 1) / kCellPx + 2, (box.br().y - 1) / kCellPx + 2);
+  return cv::Rect(kCellPx * begin, kCellPx * end) & cv::Rect({}, contact.size());
+}
+
+cv::Size cells_of(cv::Size size) {
+  return {(size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx};
+}
+
+cv::Rect cell_at(int column, int row, cv::Size size) {
+  return cv::Rect(kCellPx * column, kCellPx * row, kCellPx, kCellPx) & cv::Rect({}, size);
+}
+
+/// Means over the cells beyond the box: there the gel is smooth.
+void append_coarse_planes(const Surface& surface, const cv::Rect& box, std::string& planes) {
+  const cv::Size size = surface.contact.size(), cells = cells_of(size);
+  cv::Mat_<std::int16_t> nx(cells, 0), ny(cells, 0), height(cells, 0);
+  for (int v = 0; v < cells.height; ++v)
+    for (int u = 0; u < cells.width; ++u) {
+      const cv::Rect cell = cell_at(u, v, size);
+      if (box.contains(cell.tl())) continue;
+      const cv::Scalar normal = cv::mean(surface.normals(cell));
+      nx(v, u) = steps(static_cast<float>(normal[0]), PackedSurface::kCoarseNormalStep);
+      ny(v, u) = steps(static_cast<float>(normal[1]), PackedSurface::kCoarseNormalStep);
+      height(v, u) =
+          steps(static_cast<float>(cv::mean(surface.height_mm(cell))[0]), PackedSurface::kCoarseHeightStepMm);
+    }
+  for (const auto* plane : {&nx, &ny, &height}) append_plane(*plane, planes);
+}
+
+std::string planes_of(const Surface& surface, const cv::Rect& box, bool has_confidence) {
+  cv::Mat_<std::int16_t> nx(box.size()), ny(box.size()), height(box.size()), curvature(box.size());
+  for (int v = 0; v < box.height; ++v)
+    for (int u = 0; u < box.width; ++u) {
+      const cv::Point p(box.x + u, box.y + v);
+      const cv::Vec3f& n = surface.normals(p);
+      nx(v, u) = steps(n[0], PackedSurface::kNormalStep);
+      ny(v, u) = steps(n[1], PackedSurface::kNormalStep);
+      height(v, u) = steps(surface.height_mm(p), PackedSurface::kHeightStepMm);
+      curvature(v, u) = steps(surface.contact(p) ? surface.curvature(p) : 0, PackedSurface::kCurvatureStep);
+    }
+  std::string planes;
+  append_coarse_planes(surface, box, planes);
+  for (const auto* plane : {&nx, &ny, &height, &curvature}) append_plane(*plane, planes);
+  const auto append_bytes = [&](const cv::Mat1b& map) {
+    for (int v = 0; v < box.height; ++v)
+      planes.append(reinterpret_cast<const char*>(&map(box.y + v, box.x)),
+                    static_cast<std::size_t>(box.width));
+  };
+  append_bytes(surface.contact);
+  if (has_confidence) append_bytes(surface.confidence);
+  return planes;
+}
+
+std::size_t coarse_size(const PackedHeader& header) {
+  return 2 * kCoarsePlanes * static_cast<std::size_t>(cells_of({header.width, header.height}).area());
+}
+
+std::size_t planes_size(const PackedHeader& header) {
+  const std::size_t pixels = std::size_t{header.box_width} * header.box_height;
+  return coarse_size(header) + pixels * (2 * kShortPlanes + 1 + (header.has_confidence ? 1 : 0));
+}
+
+/// The normal of two components as they were rounded. One along the gel stays one with a slope.
+cv::Vec3f normal_of(float x, float y) {
+  const float z2 = 1.0F - x * x - y * y;
+  if (z2 >= PackedSurface::kNormalStep) return {x, y, std::sqrt(z2)};
+  return cv::normalize(cv::Vec3f(x, y, std::sqrt(PackedSurface::kNormalStep)));
+}
+
+void unpack_coarse(const std::string& planes, const cv::Rect& box, Surface& surface) {
+  const cv::Size size = surface.contact.size(), cells = cells_of(size);
+  const std::size_t bytes = 2 * static_cast<std::size_t>(cells.area());
+  const auto nx = read_plane(planes, 0, cells), ny = read_plane(planes, bytes, cells),
+             height = read_plane(planes, 2 * bytes, cells);
+  for (int v = 0; v < cells.height; ++v)
+    for (int u = 0; u < cells.width; ++u) {
+      const cv::Rect cell = cell_at(u, v, size);
+      if (box.contains(cell.tl())) continue;
+      constexpr float kStep = PackedSurface::kCoarseNormalStep;
+      surface.normals(cell).setTo(
+          cv::Scalar(normal_of(kStep * static_cast<float>(nx(v, u)), kStep * static_cast<float>(ny(v, u)))));
+      surface.height_mm(cell).setTo(PackedSurface::kCoarseHeightStepMm * static_cast<float>(height(v, u)));
+    }
+}
+
+void unpack_box(const std::string& planes, std::size_t begin, const cv::Rect& box, Surface& surface) {
+  const auto pixels = static_cast<std::size_t>(box.area());
+  const auto short_plane = [&](std::size_t k) {
+    return read_plane(planes, begin + 2 * k * pixels, box.size());
+  };
+  const auto byte_plane = [&](std::size_t k) {
+    return cv::Mat1b(box.height, box.width,
+                     reinterpret_cast<std::uint8_t*>(
+                         const_cast<char*>(planes.data() + begin + (2 * kShortPlanes + k) * pixels)));
+  };
+  const auto nx = short_plane(0), ny = short_plane(1), height = short_plane(2), curvature = short_plane(3);
+  byte_plane(0).copyTo(surface.contact(box));
+  if (!surface.confidence.empty()) byte_plane(1).copyTo(surface.confidence(box));
+  for (int v = 0; v < box.height; ++v)
+    for (int u = 0; u < box.width; ++u) {
+      const cv::Point p(box.x + u, box.y + v);
+      surface.normals(p) = normal_of(PackedSurface::kNormalStep * static_cast<float>(nx(v, u)),
+                                     PackedSurface::kNormalStep * static_cast<float>(ny(v, u)));
+      surface.height_mm(p) = PackedSurface::kHeightStepMm * static_cast<float>(height(v, u));
+      surface.curvature(p) = PackedSurface::kCurvatureStep * static_cast<float>(curvature(v, u));
+    }
+}
+
+std::string deflated(const std::string& planes) {
+  uLongf size = ::compressBound(static_cast<uLong>(planes.size()));
+  std::string bytes(size, '\0');
+  if (::compress2(reinterpret_cast<Bytef*>(bytes.data()), &size,
+                  reinterpret_cast<const Bytef*>(planes.data()), static_cast<uLong>(planes.size()),
+                  Z_BEST_SPEED) != Z_OK)
+    throw std::bad_alloc();
+  bytes.resize(size);
+  return bytes;
+}
+
+std::string inflated(const std::string& bytes, std::size_t expected) {
+  constexpr std::size_t kMostInflation = 1100;  // of zlib: a damaged header must not take all memory
+  if (expected / kMostInflation > bytes.size()) throw Error("damaged: its planes are incomplete");
+  std::string planes(expected, '\0');
+  uLongf size = static_cast<uLongf>(expected);
+  const int code = ::uncompress(reinterpret_cast<Bytef*>(planes.data()), &size,
+                                reinterpret_cast<const Bytef*>(bytes.data() + kStreamAt),
+                                static_cast<uLong>(bytes.size() - kStreamAt));
+  if (code != Z_OK || size != expected) throw Error("damaged: its planes are incomplete");
+  return planes;
+}
+
+bool is_possible(const PackedHeader& h) {
+  const bool size = h.width >= 1 && h.height >= 1 && h.width <= kMaxSide && h.height <= kMaxSide;
+  const bool box = h.box_x + h.box_width <= h.width && h.box_y + h.box_height <= h.height;
+  const bool center = std::isfinite(h.center_x_mm) && std::isfinite(h.center_y_mm);
+  const bool sigma = h.model_sigma > 0 && h.model_sigma <= 1000;
+  return size && box && center && sigma && h.pixel_pitch_mm > 0 && h.pixel_pitch_mm <= 10 &&
+         h.has_confidence <= 1 && h.zero_is_bare_gel <= 1;
+}
+
+}  // namespace
+
+PackedSurface::PackedSurface(const Surface& surface) {
+  const cv::Rect box = detailed_box(surface.contact);
+  PackedHeader header;
+  header.width = static_cast<std::uint16_t>(surface.contact.cols);
+  header.height = static_cast<std::uint16_t>(surface.contact.rows);
+  header.box_x = static_cast<std::uint16_t>(box.x);
+  header.box_y = static_cast<std::uint16_t>(box.y);
+  header.box_width = static_cast<std::uint16_t>(box.width);
+  header.box_height = static_cast<std::uint16_t>(box.height);
+  header.zero_is_bare_gel = surface.zero_is_bare_gel ? 1 : 0;
+  header.has_confidence = surface.confidence.empty() ? 0 : 1;
+  header.contact_pixels = static_cast<std::uint32_t>(surface.contact_pixels);
+  header.pixel_pitch_mm = surface.pixel_pitch_mm;
+  header.model_sigma = static_cast<float>(surface.model_sigma);
+  const Eigen::Vector2d center_mm = gelslam::contact_center_mm(surface);
+  header.center_x_mm = static_cast<float>(center_mm.x());
+  header.center_y_mm = static_cast<float>(center_mm.y());
+
+  std::string content(sizeof header, '\0');
+  std::memcpy(content.data(), &header, sizeof header);
+  content += deflated(planes_of(surface, box, header.has_confidence != 0));
+  const std::uint32_t sum = checksum(content);
+  bytes_ = std::string(kMagic);
+  bytes_.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+  bytes_ += content;
+}
+
+PackedSurface PackedSurface::from_bytes(std::string bytes) {
+  if (bytes.size() < kStreamAt || !bytes.starts_with(kMagic)) throw Error("damaged, or not a packed surface");
+  std::uint32_t sum = 0;
+  std::memcpy(&sum, bytes.data() + kMagic.size(), sizeof sum);
+  if (sum != checksum(std::string_view(bytes).substr(kHeaderAt)))
+    throw Error("damaged: its checksum does not match");
+  if (!is_possible(header_of(bytes))) throw Error("holds numbers that no surface has");
+  PackedSurface packed;
+  packed.bytes_ = std::move(bytes);
+  return packed;
+}
+
+SurfacePtr PackedSurface::unpack() const {
+  const PackedHeader header = header_of(bytes_);
+  const cv::Size size(header.width, header.height);
+  const cv::Rect box = box_of(header);
+  auto surface = std::make_shared<Surface>();
+  surface->pixel_pitch_mm = header.pixel_pitch_mm;
+  surface->model_sigma = model_sigma();
+  surface->zero_is_bare_gel = header.zero_is_bare_gel != 0;
+  surface->height_mm = cv::Mat1f::zeros(size);
+  surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
+  surface->contact = cv::Mat1b::zeros(size);
+  surface->curvature = cv::Mat1f::zeros(size);
+  if (header.has_confidence) surface->confidence = cv::Mat1b::zeros(size);
+  const std::string planes = inflated(bytes_, planes_size(header));
+  unpack_coarse(planes, box, *surface);
+  if (!box.empty()) unpack_box(planes, coarse_size(header), box, *surface);
+  surface->contact_pixels = cv::countNonZero(surface->contact);
+  if (surface->contact_pixels != contact_pixels()) throw Error("holds numbers that no surface has");
+  return surface;
+}
+
+cv::Size PackedSurface::size() const {
+  const PackedHeader header = header_of(bytes_);
+  return {header.width, header.height};
+}
+double PackedSurface::pixel_pitch_mm() const { return header_of(bytes_).pixel_pitch_mm; }
+double PackedSurface::model_sigma() const { return static_cast<double>(header_of(bytes_).model_sigma); }
+Eigen::Vector2d PackedSurface::contact_center_mm() const {
+  const PackedHeader header = header_of(bytes_);
+  return {header.center_x_mm, header.center_y_mm};
+}
+int PackedSurface::contact_pixels() const { return static_cast<int>(header_of(bytes_).contact_pixels); }
+
+}  // namespace gelslam

@@ -1,0 +1,102 @@
+// Scans that are continued, also after kill -9, and joined.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "../support/expect_mistake.hpp"
+#include "simulated_scan.hpp"
+
+namespace gelslam {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using nlohmann::json;
+using testing::HasSubstr;
+
+constexpr int kFrames = kBackgroundFrames + kScanFrames;
+
+std::vector<std::string> replay(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"replay",  scan().log().string(),  "--headless", "--every-frame",
+                                     "--model", scan().model().string()};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+json report_of(const fs::path& run) { return json::parse(read_bytes(run / "report.json")); }
+
+/// Three times, at random moments; GELSLAM_KILLS for more.
+TEST(KilledScan, GoesOnFromItsLastKeyframe) {
+  const char* wanted = std::getenv("GELSLAM_KILLS");
+  std::mt19937 random(std::random_device{}());
+  for (int round = wanted ? std::atoi(wanted) : 3; round > 0; --round) {
+    const TemporaryFolder folder;
+    const std::string run = (folder / "run").string();
+    const double after_s =
+        0.3 + 1e-3 * static_cast<double>(random() % 1200);  // of processor time: before tracking to the end
+    const int code = run_signalled(replay({"-o", run, "-q"}), after_s, SIGKILL);
+    if (code == 0 || !fs::exists(run + "/session/scan.jsonl")) continue;  // too late, or too early
+    ASSERT_EQ(code, -SIGKILL);
+    const ProgramResult left = gelslam({"info", run + "/session"});
+    EXPECT_THAT(left.out, HasSubstr("the session of a run"));
+    const auto seen = lines_of(read_bytes(run + "/session/scan.jsonl"));
+    const auto keyframes = std::count_if(seen.begin(), seen.end(), [](const std::string& line) {
+      return line.starts_with("{\"keyframe\"") && line.ends_with("}");
+    });
+    const ProgramResult more = gelslam(replay({"--continue", run}));
+    ASSERT_EQ(more.exit_code, 0) << more.err << " killed after " << after_s << " s";
+    EXPECT_THAT(more.err, testing::Not(HasSubstr("damaged and left out")));
+    expect_complete(run);
+    const json report = report_of(run);
+    EXPECT_GE(report.at("keyframes").get<int>(), keyframes + 1);
+    EXPECT_GE(report.at("frames").at("total").get<int>(), kFrames);
+    if (keyframes < 2) continue;
+    EXPECT_EQ(report.at("components"), 1) << more.err;
+  }
+}
+
+TEST(ContinuedRun, IsThatOfOneScanLiveAndOffline) {
+  const TemporaryFolder folder;
+  const std::string first = (folder / "first").string(), log = scan().log().string();
+  ASSERT_EQ(gelslam({"reconstruct", log, "-o", first, "-q"}).exit_code, 0);
+  const std::string before = read_bytes(first + "/session/scan.jsonl");
+  const ProgramResult offline =
+      gelslam({"reconstruct", log, "--continue", first, "-o", (folder / "both").string()});
+  ASSERT_EQ(offline.exit_code, 0) << offline.err;
+  EXPECT_THAT(offline.err, HasSubstr("part 2 of 2 (" + log + "): joined, "));
+  EXPECT_TRUE(read_bytes(first + "/session/scan.jsonl") == before) << "the run stays as it is";
+  expect_complete(folder / "both");
+  EXPECT_EQ(report_of(folder / "both").at("frames").at("total"), 2 * kFrames);
+  EXPECT_EQ(report_of(folder / "both").at("frames").at("left_out"), 0);
+  EXPECT_EQ(report_of(folder / "both").at("components"), 1);
+
+  ASSERT_EQ(gelslam(replay({"--continue", first, "-q"})).exit_code, 0);
+  for (const char* file : {"mesh.ply", "trajectory.tum", "pose_graph.g2o", "session/session.json"})
+    EXPECT_TRUE(read_bytes(first + "/" + file) == read_bytes(folder / "both" / file)) << file;
+}
+
+TEST(ContinuedRun, MistakesAreToldInALine) {
+  const TemporaryFolder folder;
+  const std::string log = scan().log().string(), run = (folder / "run").string();
+  expect_mistake(gelslam(replay({"--continue", run})), "no such run folder");
+  ASSERT_EQ(gelslam({"reconstruct", log, "-o", run, "-q"}).exit_code, 0);
+  expect_mistake(gelslam(replay({"--continue", run, "-o", run})), "excludes");
+  fs::permissions(run, fs::perms::owner_read | fs::perms::owner_exec);
+  if (::access(run.c_str(), W_OK) != 0)  // root may write everywhere
+    expect_mistake(gelslam(replay({"--continue", run})), "cannot be continued");
+  fs::permissions(run, fs::perms::owner_all);
+  fs::remove(run + "/session/scan.jsonl");
+  expect_mistake(gelslam({"reconstruct", log, "--continue", run, "-o", run + "2"}),
+                 "scan.jsonl: cannot be read");
+  expect_mistake(gelslam({"merge", run, run, "-o", run + "2"}), "scan.jsonl: cannot be read");
+  expect_mistake(gelslam({"merge", run, "-o", run + "2"}), "RUN");
+  EXPECT_FALSE(fs::exists(run + "2"));
+}
+
+}  // namespace
+}  // namespace gelslam
