@@ -13,7 +13,6 @@
 #include "commands.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/interrupt.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/simplify.hpp"
 #include "gelslam/exchange/run_export.hpp"
@@ -37,24 +36,6 @@ struct ExportArguments {
 
 /// What Ctrl-C throws out of the work; no Error, which some of the work takes for a damaged log.
 struct Stopped {};
-
-/// Shows progress and ends the work at Ctrl-C, so that no temporary file stays.
-class StoppableProgress final : public ProgressSink {
- public:
-  explicit StoppableProgress(bool quiet) : shown_(make_progress(quiet)) {}
-  void begin(std::string_view task, std::optional<std::int64_t> total) override {
-    shown_->begin(task, total);
-  }
-  void update(std::int64_t done) override {
-    if (watch_.requested()) throw Stopped{};
-    shown_->update(done);
-  }
-  void end() override { shown_->end(); }
-
- private:
-  std::unique_ptr<ProgressSink> shown_;
-  InterruptWatch watch_;
-};
 
 std::string ending_of(const fs::path& path) { return lower_case(path.extension().string()); }
 
@@ -208,7 +189,7 @@ void run_export(const ExportArguments& a) {
   const auto say = [&](const std::string& sentence) {
     if (!a.quiet) std::cerr << sentence << "\n";
   };
-  StoppableProgress progress(a.quiet);
+  StoppableProgress progress(a.quiet, [] { throw Stopped{}; });
   progress.begin("reading the mesh", std::nullopt);
   RunContents run = read_run_contents(a.source);
   progress.end();

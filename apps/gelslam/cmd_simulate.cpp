@@ -10,7 +10,6 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/interrupt.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/press_log.hpp"
@@ -42,23 +41,7 @@ void print_lists() {
   print_catalogue("motions:", motion_catalogue());
 }
 
-/// Ends the work at the next step when Ctrl-C was pressed, so that half-written files are taken away.
-class StoppableProgress final : public ProgressSink {
- public:
-  explicit StoppableProgress(bool quiet) : shown_(make_progress(quiet)) {}
-  void begin(std::string_view task, std::optional<std::int64_t> total) override {
-    shown_->begin(task, total);
-  }
-  void update(std::int64_t done) override {
-    if (interrupt_.requested()) throw Error("stopped; the folder is not complete");
-    shown_->update(done);
-  }
-  void end() override { shown_->end(); }
-
- private:
-  InterruptWatch interrupt_;
-  std::unique_ptr<ProgressSink> shown_;
-};
+void throw_stopped() { throw Error("stopped; the folder is not complete"); }
 
 /// Long work must not end in somebody's finished log.
 void refuse_to_replace(const std::filesystem::path& file, bool overwrite) {
@@ -89,7 +72,7 @@ void run_scan(SimulateArguments& arguments) {
   spread_seed(arguments);
   if (!arguments.place_mm.empty())
     arguments.scan.motion.place_mm = {arguments.place_mm[0], arguments.place_mm[1]};
-  StoppableProgress progress(arguments.quiet);
+  StoppableProgress progress(arguments.quiet, throw_stopped);
   const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
   const bool given = !arguments.calibration_folder.empty();
   const std::filesystem::path calibration =
@@ -175,7 +158,7 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
   calibration->footer("Example: gelslam simulate calibration -o calibration");
   calibration->callback([arguments, &exit_code] {
     spread_seed(*arguments);
-    StoppableProgress progress(arguments->quiet);
+    StoppableProgress progress(arguments->quiet, throw_stopped);
     calibrate_into(arguments->output, *arguments, progress);
     exit_code = exit_done;
   });
@@ -199,7 +182,7 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   presses->callback([arguments, &exit_code] {
     refuse_to_replace(arguments->output / "gelsight.avi", arguments->overwrite);
     spread_seed(*arguments);
-    StoppableProgress progress(arguments->quiet);
+    StoppableProgress progress(arguments->quiet, throw_stopped);
     write_press_log(arguments->output, arguments->press_log, arguments->folder.lossless, progress);
     exit_code = exit_done;
   });

@@ -110,4 +110,18 @@ std::unique_ptr<ProgressSink> make_progress(bool quiet) {
   return std::make_unique<TerminalProgress>(std::cerr, terminal_columns(), now_s, /*ticks=*/true);
 }
 
+StoppableProgress::StoppableProgress(bool quiet, std::function<void()> stop)
+    : stop_(std::move(stop)), shown_(make_progress(quiet)) {}
+
+void StoppableProgress::begin(std::string_view task, std::optional<std::int64_t> total) {
+  shown_->begin(task, total);
+}
+
+void StoppableProgress::update(std::int64_t done) {
+  if (interrupt_.requested()) stop_();
+  shown_->update(done);
+}
+
+void StoppableProgress::end() { shown_->end(); }
+
 }  // namespace gelslam

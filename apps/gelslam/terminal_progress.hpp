@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "gelslam/core/interrupt.hpp"
 #include "gelslam/core/progress.hpp"
 
 namespace gelslam {
@@ -45,5 +46,20 @@ class TerminalProgress final : public ProgressSink {
 
 /// Progress on stderr; nothing when it is no terminal or the person asked for quiet.
 std::unique_ptr<ProgressSink> make_progress(bool quiet);
+
+/// The same, and ends the work at Ctrl-C: update() then calls `stop`, which throws. What is half-written is
+/// taken away on the way out.
+class StoppableProgress final : public ProgressSink {
+ public:
+  StoppableProgress(bool quiet, std::function<void()> stop);
+  void begin(std::string_view task, std::optional<std::int64_t> total) override;
+  void update(std::int64_t done) override;
+  void end() override;
+
+ private:
+  std::function<void()> stop_;
+  InterruptWatch interrupt_;
+  std::unique_ptr<ProgressSink> shown_;
+};
 
 }  // namespace gelslam

@@ -36,16 +36,26 @@ bool read_line(int fd) {
   }
 }
 
-/// A frame of tracked contact to a line read at the other end of a socket.
-void pose_to_line_read(benchmark::State& state) {
-  StreamServer server("tcp:0", "127.0.0.1", [](std::int64_t) { return std::string("\n"); });
-  const int fd = connect_to(server);
+TrackedFrame tracked_frame() {
   TrackedFrame frame;
   frame.status = TrackStatus::tracked;
   frame.trial = 0;
   frame.keyframe = std::make_shared<const Keyframe>();
+  return frame;
+}
+
+FrameReport report_of(const TrackedFrame& frame) {
   FrameReport report{frame, lab::simulated_frames().surfaces[0].get()};
   report.covariance = Matrix6d::Identity() / 3.0;
+  return report;
+}
+
+/// A frame of tracked contact to a line read at the other end of a socket.
+void pose_to_line_read(benchmark::State& state) {
+  StreamServer server("tcp:0", "127.0.0.1", [](std::int64_t) { return std::string("\n"); });
+  const int fd = connect_to(server);
+  const TrackedFrame frame = tracked_frame();
+  const FrameReport report = report_of(frame);
   for (auto _ : state) {
     server.write(ndjson_line(report));
     if (!read_line(fd)) state.SkipWithError("the line did not come");
@@ -55,12 +65,8 @@ void pose_to_line_read(benchmark::State& state) {
 
 /// The tracker's share of it.
 void line_of_a_frame(benchmark::State& state) {
-  TrackedFrame frame;
-  frame.status = TrackStatus::tracked;
-  frame.trial = 0;
-  frame.keyframe = std::make_shared<const Keyframe>();
-  FrameReport report{frame, lab::simulated_frames().surfaces[0].get()};
-  report.covariance = Matrix6d::Identity() / 3.0;
+  const TrackedFrame frame = tracked_frame();
+  const FrameReport report = report_of(frame);
   for (auto _ : state) benchmark::DoNotOptimize(ndjson_line(report).size());
 }
 
