@@ -7,7 +7,7 @@
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "union_find.hpp"
+#include "gelslam/core/union_find.hpp"
 
 namespace gelslam {
 namespace {
@@ -31,7 +31,7 @@ void write_gauge(std::ostream& out, const std::map<int, Pose>& map_T_node,
                  const std::vector<PoseGraphEdge>& edges) {
   std::map<int, int> index_of;
   for (const auto& [id, pose] : map_T_node) index_of.emplace(id, static_cast<int>(index_of.size()));
-  backend::detail::UnionFind components(static_cast<int>(index_of.size()));
+  UnionFind components(static_cast<int>(index_of.size()));
   for (const PoseGraphEdge& edge : edges) components.join(index_of.at(edge.from), index_of.at(edge.to));
   for (const auto& [id, index] : index_of)
     if (components.root(index) == index) out << "FIX " << id << '\n';

@@ -6,8 +6,8 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
+#include "gelslam/core/union_find.hpp"
 #include "motion_forest.hpp"
-#include "union_find.hpp"
 
 namespace gelslam {
 namespace {

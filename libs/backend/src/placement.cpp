@@ -5,7 +5,8 @@
 #include <tuple>
 
 #include "gelslam/core/index.hpp"
-#include "union_find.hpp"
+#include "gelslam/core/union_find.hpp"
+#include "motion_forest.hpp"
 #include "whitened_graph.hpp"
 
 namespace gelslam::backend::detail {

@@ -9,7 +9,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
-#include "union_find.hpp"
+#include "gelslam/core/union_find.hpp"
 #include "whitened_graph.hpp"
 
 namespace gelslam {

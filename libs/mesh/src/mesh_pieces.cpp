@@ -3,7 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
-#include <numeric>
+
+#include "gelslam/core/union_find.hpp"
 
 namespace gelslam {
 namespace {
@@ -13,35 +14,18 @@ double area_of(const Mesh& mesh, const Eigen::Vector3i& t) {
   return 0.5 * static_cast<double>((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm());
 }
 
-/// Vertices joined by triangles, as a forest of which each tree is a piece.
-class VertexForest {
- public:
-  explicit VertexForest(std::size_t vertices) : parent_(vertices) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t root(int vertex) {
-    auto v = static_cast<std::size_t>(vertex);
-    while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
-    return v;
-  }
-  void join(int a, int b) { parent_[root(a)] = root(b); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 }  // namespace
 
 MeshPieces find_pieces(const Mesh& mesh) {
-  VertexForest forest(mesh.vertices_mm.size());
+  UnionFind vertices(static_cast<int>(mesh.vertices_mm.size()));
   for (const Eigen::Vector3i& t : mesh.triangles)
-    for (const int corner : {t[1], t[2]}) forest.join(corner, t[0]);
+    for (const int corner : {t[1], t[2]}) vertices.join(corner, t[0]);
   MeshPieces pieces;
-  std::map<std::size_t, int> piece_of_root;
+  std::map<int, int> piece_of_root;
   double total_mm2 = 0;
   for (const Eigen::Vector3i& t : mesh.triangles) {
     const auto next = static_cast<int>(pieces.area_mm2.size());
-    const auto [place, is_new] = piece_of_root.emplace(forest.root(t[0]), next);
+    const auto [place, is_new] = piece_of_root.emplace(vertices.root(t[0]), next);
     if (is_new) pieces.area_mm2.push_back(0);
     pieces.of_triangle.push_back(place->second);
     const double area_mm2 = area_of(mesh, t);

@@ -4,11 +4,7 @@
 #include <utility>
 #include <vector>
 
-namespace gelslam::backend::detail {
-
-/// Of the links between two pieces, this many are compared with each other: enough to see which place most
-/// agree on.
-inline constexpr int kMostCompared = 24;
+namespace gelslam {
 
 /// Disjoint sets over 0..n-1. The root of a set is always its smallest member, so that names of components do
 /// not depend on the order in which edges arrive.
@@ -39,4 +35,4 @@ class UnionFind {
   std::vector<int> parent_;
 };
 
-}  // namespace gelslam::backend::detail
+}  // namespace gelslam
