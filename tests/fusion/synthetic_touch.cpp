@@ -4,6 +4,8 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "gelslam/core/decompositions.hpp"
+
 namespace gelslam::test {
 namespace {
 
@@ -76,8 +78,8 @@ Pose press(const Shape& shape, const Eigen::Vector3d& side, double depth_mm, dou
            const Eigen::Vector2d& offset_mm) {
   Pose pose = Pose::Identity();
   const Eigen::Vector3d z = -side.normalized();  // out of the gel toward the object
-  pose.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), z).toRotationMatrix() *
-                  Eigen::AngleAxisd(twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  pose.linear() =
+      rotation_of_z_to(z) * Eigen::AngleAxisd(twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   pose.translation() = pose.linear() * Eigen::Vector3d(offset_mm.x(), offset_mm.y(), 0);
   constexpr double far_mm = 100;
   double lowest = far_mm;

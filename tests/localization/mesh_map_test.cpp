@@ -7,6 +7,7 @@
 #include <random>
 
 #include "../support/temporary_folder.hpp"
+#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/map_folder.hpp"
@@ -50,9 +51,7 @@ PosedSurface touch_of_pebble(const Pose& object_T_sensor) {
 
 Pose looking_inward(const Eigen::Vector3d& direction, double twist_rad) {
   Pose pose = Pose::Identity();
-  pose.linear() =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), -direction).toRotationMatrix() *
-      so3_exp({0, 0, twist_rad});
+  pose.linear() = rotation_of_z_to(-direction) * so3_exp({0, 0, twist_rad});
   pose.translation() = 5 * direction;
   return pose;
 }

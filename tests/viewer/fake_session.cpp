@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "gelslam/core/decompositions.hpp"
+
 namespace gelslam::test {
 namespace {
 
@@ -25,7 +27,7 @@ Pose pressed_from(const Field& field, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d point = radius_along(field, direction) * direction;
   const Eigen::Vector3d inward = -field(point).second.normalized();
   Pose pose = Pose::Identity();
-  pose.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d(0, 0, 1), inward).toRotationMatrix();
+  pose.linear() = rotation_of_z_to(inward);
   pose.translation() = point + depth_mm * inward;
   return pose;
 }

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
@@ -69,11 +70,10 @@ Outcome judge(const RegistrationResult& result, const RegistrationProblem& probl
   Vector6d unknown;
   unknown << kUnknownRad, kUnknownRad, kUnknownRad, kUnknownMm, kUnknownMm, kUnknownMm;
   const Matrix6d scaled = unknown.asDiagonal() * information * unknown.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
-  outcome.shown = static_cast<int>((eigen.eigenvalues().array() > 1.0).count());
-  const Vector6d along = eigen.eigenvectors().transpose() * outcome.error.cwiseQuotient(unknown);
-  for (int i = 6 - outcome.shown; i < 6; ++i)
-    outcome.chi_square += eigen.eigenvalues()[i] * along[i] * along[i];
+  const SymmetricEigen eigen = symmetric_eigen(scaled);
+  outcome.shown = static_cast<int>((eigen.values.array() > 1.0).count());
+  const Vector6d along = eigen.vectors.transpose() * outcome.error.cwiseQuotient(unknown);
+  for (int i = 6 - outcome.shown; i < 6; ++i) outcome.chi_square += eigen.values[i] * along[i] * along[i];
   const Matrix6d covariance = (scaled + 1e-9 * Matrix6d::Identity()).inverse();
   outcome.sigma = unknown.cwiseProduct(covariance.diagonal().cwiseSqrt());
   return outcome;

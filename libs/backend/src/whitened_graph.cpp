@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam::backend::detail {
@@ -27,11 +28,11 @@ Matrix6d whitening_matrix(const Matrix6d& information) {
   weakest_sigma << 1.0, 1.0, 1.0, kWeakestSigmaMm, kWeakestSigmaMm, kWeakestSigmaMm;
   const Matrix6d symmetric = 0.5 * (information + information.transpose());
   const Matrix6d scaled = weakest_sigma.asDiagonal() * symmetric * weakest_sigma.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
-  if (eigen.eigenvalues().minCoeff() < -kRoundingTolerance * scaled.cwiseAbs().maxCoeff())
+  const SymmetricEigen eigen = symmetric_eigen(scaled);
+  if (eigen.values.minCoeff() < -kRoundingTolerance * scaled.cwiseAbs().maxCoeff())
     throw Error("pose graph: an edge's information is not positive semi-definite");
-  const Vector6d root = eigen.eigenvalues().cwiseMax(1.0).cwiseSqrt();
-  return root.asDiagonal() * eigen.eigenvectors().transpose() * weakest_sigma.cwiseInverse().asDiagonal();
+  const Vector6d root = eigen.values.cwiseMax(1.0).cwiseSqrt();
+  return root.asDiagonal() * eigen.vectors.transpose() * weakest_sigma.cwiseInverse().asDiagonal();
 }
 
 NodeState to_state(const Pose& pose) {

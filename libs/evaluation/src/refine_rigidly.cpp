@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "gelslam/core/angles.hpp"
+#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 
@@ -74,13 +75,13 @@ Vector6d gauss_newton_step(const Matches& matches, const TriangleScene& truth, c
     information += weight * jacobians[i] * jacobians[i].transpose();
     gradient += weight * residuals[i] * jacobians[i];
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(information);
-  const double strongest = solver.eigenvalues().maxCoeff();
+  const SymmetricEigen eigen = symmetric_eigen(information);
+  const double strongest = eigen.values.maxCoeff();
   Vector6d result = Vector6d::Zero();
   for (int k = 0; k < 6; ++k) {
-    const double eigenvalue = solver.eigenvalues()[k];
+    const double eigenvalue = eigen.values[k];
     if (eigenvalue <= kUnobservableShare * strongest) continue;
-    const Vector6d direction = solver.eigenvectors().col(k);
+    const Vector6d direction = eigen.vectors.col(k);
     result -= direction.dot(gradient) / eigenvalue * direction;
   }
   return result;

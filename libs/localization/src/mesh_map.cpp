@@ -10,6 +10,7 @@
 #include <random>
 #include <utility>
 
+#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
@@ -137,8 +138,7 @@ std::vector<SurfacePlace> places_on(const TriangleScene& scene) {
 /// The sensor at a place, looking along the inward normal.
 Pose object_T_sensor_at(const SurfacePlace& place) {
   Pose pose = Pose::Identity();
-  pose.linear() =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), -place.normal).toRotationMatrix();
+  pose.linear() = rotation_of_z_to(-place.normal);
   pose.translation() = place.point_mm;
   return pose;
 }
