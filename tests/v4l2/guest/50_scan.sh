@@ -2,7 +2,6 @@
 # When they end, the camera stalls: what was scanned must be saved all the same.
 . "$here/guest/common.sh"
 
-"$gelslam" --help | grep -q "^  scan " || { echo "  this program has no scan command"; exit 77; }
 [[ -e $work/scan/00020.jpg ]] || { echo "  no data; set GELSLAM_DATA"; exit 77; }
 
 load_loopback
@@ -21,7 +20,6 @@ cut -c-200 "$tmp/err" | tr '\r' '\n' | tail -8
 has "no frame for 5 s" "$tmp/err"
 
 [[ -s $tmp/run/mesh.ply ]] || { ls -R "$tmp/run"; fail "no mesh"; }
-runs_with 0 "$gelslam" info --json "$tmp/run/mesh.ply"
 runs_with 0 "$gelslam" info --json "$tmp/run/log.mkv"
 python3 - "$tmp/run" "$frames" "$tmp/out" <<'P' || fail "the run is not as expected"
 import json, pathlib, sys
