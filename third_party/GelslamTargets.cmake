@@ -1,7 +1,9 @@
 # gelslam_library(name SOURCES ... [PUBLIC deps] [PRIVATE deps] [COMPONENT c] [HEADERS ...]): one library of libs/, as
 #   gelslam::name. With COMPONENT it is installed as part of that component (docs/cpp.md); HEADERS, names in
 #   include/gelslam/<name>, are then its public API. Others are internal and are not installed.
-# gelslam_test(name SOURCES ... DEPS ...): one GoogleTest executable, its cases registered with ctest.
+# gelslam_test(name SOURCES ... DEPS ... [INCLUDES folders] [PROGRAM] [LAUNCHER command]): one GoogleTest executable and
+#   one test of ctest. One process for all its cases: loading the 250 libraries behind OpenCV takes 0.3 s, longer than
+#   most cases, and cases share what they simulate. PROGRAM: it runs the built program, GELSLAM_PROGRAM.
 
 function(gelslam_compile_options target)
   # -Wno-restrict: g++ 12 reports "const char* + std::string" falsely (GCC bug 105651).
@@ -56,12 +58,17 @@ function(gelslam_test_options target)
 endfunction()
 
 function(gelslam_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAM" "" "SOURCES;DEPS;INCLUDES;LAUNCHER" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_include_directories(${name} PRIVATE ${ARG_INCLUDES})
   gelslam_test_options(${name})
   # Where tests/support/data_folder.hpp looks when GELSLAM_DATA is not set.
   target_compile_definitions(${name} PRIVATE GELSLAM_DEFAULT_DATA="${PROJECT_SOURCE_DIR}/../shared/data")
-  include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  if(ARG_PROGRAM)
+    target_compile_definitions(${name} PRIVATE GELSLAM_PROGRAM="$<TARGET_FILE:gelslam_app>")
+    add_dependencies(${name} gelslam_app)
+  endif()
+  add_test(NAME ${name} COMMAND ${ARG_LAUNCHER} $<TARGET_FILE:${name}> --gtest_brief=1)
+  set_tests_properties(${name} PROPERTIES TIMEOUT 600)
 endfunction()

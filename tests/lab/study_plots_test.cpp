@@ -17,7 +17,10 @@ using testing::StartsWith;
 
 const std::string kPython = "/usr/bin/python3";
 
-bool can_draw() { return run_program(kPython, {"-c", "import matplotlib"}).exit_code == 0; }
+bool can_draw() {
+  static const bool can = run_program(kPython, {"-c", "import matplotlib"}).exit_code == 0;
+  return can;
+}
 
 ProgramResult draw(const std::string& script, const std::vector<std::string>& arguments) {
   std::vector<std::string> all = {std::string(GELSLAM_SCRIPTS) + "/" + script};

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <opencv2/imgproc.hpp>
 #include <tuple>
 
 #include "../support/analytic_surface.hpp"

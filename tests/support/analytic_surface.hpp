@@ -1,10 +1,9 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 #include <random>
 #include <utility>
 #include <vector>
@@ -20,72 +19,24 @@ inline constexpr double kDegree = M_PI / 180.0;
 /// negative, but always growing or always falling along the sensor's z until the first crossing.
 using Field = std::function<std::pair<double, Eigen::Vector3d>(const Eigen::Vector3d&)>;
 
-inline Field sphere(double radius_mm) {
-  return [radius_mm](const Eigen::Vector3d& p) {
-    return std::pair{p.norm() - radius_mm, Eigen::Vector3d(p.normalized())};
-  };
-}
+Field sphere(double radius_mm);
 
 /// Infinite cylinder about the x axis.
-inline Field cylinder(double radius_mm) {
-  return [radius_mm](const Eigen::Vector3d& p) {
-    const double r = std::hypot(p.y(), p.z());
-    return std::pair{r - radius_mm, Eigen::Vector3d(0, p.y() / r, p.z() / r)};
-  };
-}
+Field cylinder(double radius_mm);
 
 /// A profile without symmetry (two flanks and a rounded edge between them), the same at every x.
-inline Field extruded_edge() {
-  return [](const Eigen::Vector3d& p) {
-    const double root = std::hypot(p.y(), 0.4);
-    return std::pair{p.z() - (0.3 * root + 0.1 * p.y()), Eigen::Vector3d(0, -(0.3 * p.y() / root + 0.1), 1)};
-  };
-}
+Field extruded_edge();
 
 /// A flat face with raised strokes, as on a coin: most of it shows nothing.
-inline Field coin_face() {
-  struct Stroke {
-    Eigen::Vector2d from, to;
-  };
-  const std::vector<Stroke> strokes = {{{-4, -2}, {-2.5, 2}},  {{-2.5, 2}, {-1, -2}}, {{0.5, -1.5}, {0.5, 2}},
-                                       {{0.5, 0.2}, {2, 0.2}}, {{3, -2}, {4.5, -1}},  {{3.2, 1}, {4.2, 2.2}}};
-  constexpr double kHeightMm = 0.12, kWidthMm = 0.25;
-  return [strokes](const Eigen::Vector3d& p) {
-    double height = 0;
-    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
-    for (const Stroke& s : strokes) {
-      const Eigen::Vector2d along = s.to - s.from;
-      const double t = std::clamp((p.head<2>() - s.from).dot(along) / along.squaredNorm(), 0.0, 1.0);
-      const Eigen::Vector2d off = p.head<2>() - (s.from + t * along);
-      const double bump = kHeightMm * std::exp(-0.5 * off.squaredNorm() / (kWidthMm * kWidthMm));
-      height += bump;
-      slope -= bump / (kWidthMm * kWidthMm) * off;
-    }
-    return std::pair{p.z() + height, Eigen::Vector3d(slope.x(), slope.y(), 1)};
-  };
-}
+Field coin_face();
 
 /// The same bump again and again, in both directions.
-inline Field waffle(double period_mm) {
-  return [k = 2 * M_PI / period_mm](const Eigen::Vector3d& p) {
-    constexpr double a = 0.03;
-    return std::pair{p.z() - a * (std::cos(k * p.x()) + std::cos(k * p.y())),
-                     Eigen::Vector3d(a * k * std::sin(k * p.x()), a * k * std::sin(k * p.y()), 1)};
-  };
-}
+Field waffle(double period_mm);
 
 /// One texture upon another.
-inline Field together(const Field& one, const Field& other) {
-  return [one, other](const Eigen::Vector3d& p) {
-    const auto [a, da] = one(p);
-    const auto [b, db] = other(p);
-    return std::pair{a + b - p.z(), Eigen::Vector3d(da + db - Eigen::Vector3d::UnitZ())};
-  };
-}
+Field together(const Field& one, const Field& other);
 
-inline Field plane() {
-  return [](const Eigen::Vector3d& p) { return std::pair{p.z(), Eigen::Vector3d(0, 0, 1)}; };
-}
+Field plane();
 
 /// Sum of waves in space, each a direction (1/mm), a phase and an amplitude (mm).
 struct Waves {
@@ -95,58 +46,22 @@ struct Waves {
   };
   std::vector<Wave> waves;
 
-  std::pair<double, Eigen::Vector3d> operator()(const Eigen::Vector3d& p) const {
-    std::pair<double, Eigen::Vector3d> sum{0.0, Eigen::Vector3d::Zero()};
-    for (const Wave& w : waves) {
-      const double angle = w.k.dot(p) + w.phase;
-      sum.first += w.amplitude_mm * std::cos(angle);
-      sum.second -= w.amplitude_mm * std::sin(angle) * w.k;
-    }
-    return sum;
-  }
+  std::pair<double, Eigen::Vector3d> operator()(const Eigen::Vector3d& p) const;
 };
 
 /// Waves with lengths between the two given ones in all directions (in the xy plane only when `flat`), root
 /// mean square slope `slope`: no place looks like another.
-inline Waves random_waves(std::uint64_t seed, double slope, double shortest_mm, double longest_mm,
-                          bool flat) {
-  constexpr int kWaves = 14;
-  std::mt19937_64 random(seed);
-  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-  Waves result;
-  for (int i = 0; i < kWaves; ++i) {
-    const double k = 2 * M_PI / (shortest_mm + (longest_mm - shortest_mm) * uniform()),
-                 around = 2 * M_PI * uniform();
-    const double up = flat ? 0.0 : 2 * uniform() - 1, flat_part = std::sqrt(1 - up * up);
-    result.waves.push_back(
-        {k * Eigen::Vector3d(flat_part * std::cos(around), flat_part * std::sin(around), up),
-         2 * M_PI * uniform(), slope * std::sqrt(2.0 / kWaves) / k});
-  }
-  return result;
-}
+Waves random_waves(std::uint64_t seed, double slope, double shortest_mm, double longest_mm, bool flat);
 
 /// A plane with a texture that has no end: z = sum of waves of x and y.
-inline Field textured_plane(std::uint64_t seed, double slope = 0.15, double shortest_mm = 1.0,
-                            double longest_mm = 3.0) {
-  return [waves = random_waves(seed, slope, shortest_mm, longest_mm, true)](const Eigen::Vector3d& p) {
-    const auto [height, gradient] = waves(p);
-    return std::pair{p.z() - height, Eigen::Vector3d(Eigen::Vector3d(0, 0, 1) - gradient)};
-  };
-}
+Field textured_plane(std::uint64_t seed, double slope = 0.15, double shortest_mm = 1.0,
+                     double longest_mm = 3.0);
 
 /// Bumps that are not quite alike: one further NormalFlow settles, too, and its gates see nothing.
-inline Field uneven_waffle(double period_mm) { return together(waffle(period_mm), textured_plane(5, 0.08)); }
+Field uneven_waffle(double period_mm);
 
-inline Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm = {9, 7, 6},
-                             double slope = 0.12) {
-  return [waves = random_waves(seed, slope, 1.2, 3.5, false), semi_axes_mm](const Eigen::Vector3d& p) {
-    const Eigen::Vector3d q = p.cwiseQuotient(semi_axes_mm);
-    const double scale = semi_axes_mm.minCoeff();
-    const auto [bump, gradient] = waves(p);
-    return std::pair{scale * (q.norm() - 1) + bump,
-                     Eigen::Vector3d(scale * q.cwiseQuotient(semi_axes_mm) / q.norm() + gradient)};
-  };
-}
+Field bumpy_ellipsoid(std::uint64_t seed, const Eigen::Vector3d& semi_axes_mm = {9, 7, 6},
+                      double slope = 0.12);
 
 /// The sensor and where it may see contact: inside an ellipse at the image center, and below the untouched
 /// gel.
@@ -159,148 +74,40 @@ struct View {
 
 /// Contact wherever the sensor looks: where it ends within the picture, other touches would find the gel bare
 /// that the object goes on over.
-inline View everywhere() {
-  View view;
-  view.contact_width_px = view.contact_height_px = 300;
-  return view;
-}
+View everywhere();
 
 /// A body's lowest point lies in the sensor's middle, `depth_mm` below the untouched gel: pose body_T_sensor
 /// for a body whose lowest point in its own frame is (0, 0, -radius).
-inline Pose pressed(double radius_mm, double depth_mm) {
-  Pose pose = Pose::Identity();
-  pose.translation().z() = -radius_mm + depth_mm;
-  return pose;
-}
+Pose pressed(double radius_mm, double depth_mm);
 
 /// Small motion: rotations about x, y, z in degrees (twist outermost), then translation in mm.
-inline Pose motion(double rx_deg, double ry_deg, double rz_deg, double x_mm, double y_mm, double z_mm = 0) {
-  Pose pose = Pose::Identity();
-  pose.linear() = so3_exp({0, 0, rz_deg * kDegree}) * so3_exp({rx_deg * kDegree, ry_deg * kDegree, 0});
-  pose.translation() = Eigen::Vector3d(x_mm, y_mm, z_mm);
-  return pose;
-}
+Pose motion(double rx_deg, double ry_deg, double rz_deg, double x_mm, double y_mm, double z_mm = 0);
 
 /// First crossing of the sensor's ray at (x, y) with the field: z in the sensor's frame and the surface's
 /// normal there (z up), by Newton's method with bounded steps from below; false where the ray misses.
-inline bool follow_ray(const Field& field, const Pose& object_T_sensor, double x, double y, double start_z,
-                       double& z, Eigen::Vector3d& normal) {
-  const Eigen::Vector3d up = object_T_sensor.linear().col(2);
-  z = start_z;
-  for (int i = 0; i < 60; ++i) {
-    const auto [value, gradient] = field(object_T_sensor * Eigen::Vector3d(x, y, z));
-    const double rise = gradient.dot(up);
-    if (std::abs(rise) < 1e-3) return false;
-    const double step = std::clamp(-value / rise, -0.5, 0.5);
-    z += step;
-    if (std::abs(step) > 1e-9) continue;
-    normal = object_T_sensor.linear().transpose() * gradient.normalized();
-    if (normal.z() < 0) normal = -normal;
-    return true;
-  }
-  return false;
-}
+bool follow_ray(const Field& field, const Pose& object_T_sensor, double x, double y, double start_z,
+                double& z, Eigen::Vector3d& normal);
 
 /// Curvature as the surface stage defines it: smoothed divergence of the slopes, per pixel.
-inline void set_curvature(Surface& surface, const cv::Mat1f& gx, const cv::Mat1f& gy) {
-  cv::Mat1f along_x, along_y;
-  cv::Sobel(gx, along_x, CV_32F, 1, 0, 1, 0.5);
-  cv::Sobel(gy, along_y, CV_32F, 0, 1, 1, 0.5);
-  cv::Mat1f curvature;
-  cv::add(along_x, along_y, curvature);
-  cv::GaussianBlur(curvature, curvature, {5, 5}, 0);
-  curvature.setTo(0, surface.contact == 0);
-  cv::min(curvature, 0.7, curvature);
-  cv::max(curvature, -0.7, curvature);
-  surface.curvature = curvature;
-}
+void set_curvature(Surface& surface, const cv::Mat1f& gx, const cv::Mat1f& gy);
 
 /// What a perfect sensor at object_T_sensor would tell of the object. The surface goes on a little beyond the
 /// contact, as the gel does: maps are continuous at its border.
-inline std::shared_ptr<Surface> touch(const Field& field, const Pose& object_T_sensor,
-                                      const View& view = {}) {
-  auto surface = std::make_shared<Surface>();
-  const cv::Size size(view.width_px, view.height_px);
-  surface->pixel_pitch_mm = view.pixel_pitch_mm;
-  surface->height_mm = cv::Mat1f::zeros(size);
-  surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
-  surface->contact = cv::Mat1b::zeros(size);
-  cv::Mat1f gx(size, 0.0F), gy(size, 0.0F);
-  for (int v = 0; v < size.height; ++v) {
-    double start_z = -3;
-    for (int u = 0; u < size.width; ++u) {
-      const double du = u - size.width * 0.5 + 0.5, dv = v - size.height * 0.5 + 0.5;
-      const double radius2 = std::pow((du - view.contact_center_px.x()) / view.contact_width_px, 2) +
-                             std::pow((dv - view.contact_center_px.y()) / view.contact_height_px, 2);
-      double z = 0;
-      Eigen::Vector3d n;
-      if (radius2 > 1.2 ||
-          !follow_ray(field, object_T_sensor, du * view.pixel_pitch_mm, dv * view.pixel_pitch_mm, start_z, z,
-                      n) ||
-          z > 0.1 || n.z() < 0.2) {
-        start_z = -3;
-        continue;
-      }
-      start_z = z - 0.2;
-      gx(v, u) = static_cast<float>(-n.x() / n.z());
-      gy(v, u) = static_cast<float>(-n.y() / n.z());
-      surface->height_mm(v, u) = static_cast<float>(z);
-      surface->normals(v, u) = cv::Vec3f(n.cast<float>().eval().data());
-      if (radius2 <= 1 && z <= 0) surface->contact(v, u) = 255;
-    }
-  }
-  set_curvature(*surface, gx, gy);
-  surface->contact_pixels = cv::countNonZero(surface->contact);
-  return surface;
-}
+std::shared_ptr<Surface> touch(const Field& field, const Pose& object_T_sensor, const View& view = {});
 
 /// Normal deviate by the sum of twelve uniform ones: the same on every platform.
-inline double normal_deviate(std::mt19937_64& random) {
-  double sum = -6.0;
-  for (int i = 0; i < 12; ++i) sum += static_cast<double>(random() >> 11) * 0x1p-53;
-  return sum;
-}
+double normal_deviate(std::mt19937_64& random);
 
 /// Two fields of standard normal noise: white, or correlated over about so many pixels.
-inline cv::Mat2f noise_field(const cv::Size& size, double correlation_px, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  cv::Mat2f noise(size);
-  for (cv::Vec2f& pair : noise)
-    for (float& value : pair.val) value = static_cast<float>(normal_deviate(random));
-  if (correlation_px <= 0) return noise;
-  cv::GaussianBlur(noise, noise, {}, 0.5 * correlation_px);
-  noise *= std::sqrt(2.0 * static_cast<double>(noise.total())) / cv::norm(noise);
-  return noise;
-}
+cv::Mat2f noise_field(const cv::Size& size, double correlation_px, std::uint64_t seed);
 
 /// The same surface with noise on its normals: `sigma_rad` about each of the two axes in the tangent plane.
-inline SurfacePtr with_noise(const Surface& clean, double sigma_rad, std::uint64_t seed,
-                             double correlation_px = 0) {
-  auto surface = std::make_shared<Surface>(clean);
-  surface->normals = cv::Mat3f(clean.normals.size());
-  const cv::Mat2f noise = noise_field(clean.normals.size(), correlation_px, seed);
-  cv::Mat1f gx(clean.normals.size()), gy(clean.normals.size());
-  for (int v = 0; v < gx.rows; ++v)
-    for (int u = 0; u < gx.cols; ++u) {
-      const cv::Vec3f before = clean.normals(v, u);
-      const Eigen::Vector3d n(before[0], before[1], before[2]);
-      const Eigen::Vector3d a = n.unitOrthogonal(), b = n.cross(a);
-      const Eigen::Vector3d noisy = (n + sigma_rad * (noise(v, u)[0] * a + noise(v, u)[1] * b)).normalized();
-      surface->normals(v, u) = cv::Vec3f(noisy.cast<float>().eval().data());
-      gx(v, u) = static_cast<float>(-noisy.x() / noisy.z());
-      gy(v, u) = static_cast<float>(-noisy.y() / noisy.z());
-    }
-  set_curvature(*surface, gx, gy);
-  return surface;
-}
+SurfacePtr with_noise(const Surface& clean, double sigma_rad, std::uint64_t seed, double correlation_px = 0);
 
 /// Rotation (degrees) and translation (mm) between two poses.
 struct PoseGap {
   double deg, mm;
 };
-inline PoseGap gap(const Pose& a, const Pose& b) {
-  const Pose between = a.inverse() * b;
-  return {rotation_angle_rad(between) / kDegree, between.translation().norm()};
-}
+PoseGap gap(const Pose& a, const Pose& b);
 
 }  // namespace gelslam::test
