@@ -26,7 +26,7 @@ struct Pair {
 
   RegistrationResult registered() const { return register_normal_flow({reference, {}}, *target, truth, {}); }
   Pair with(const SlopeCorrection& correction) const {
-    SlopeCorrector corrector(reference->contact.size());
+    SlopeCorrector corrector;
     return {corrector.apply(*reference, correction), corrector.apply(*target, correction), truth};
   }
   SlopeSensitivity sensitivity(const RegistrationResult& result) const {

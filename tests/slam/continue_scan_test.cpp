@@ -222,25 +222,25 @@ TEST_F(Merge, JoinsTwoHalvesOfAScan) {
   EXPECT_GT(read_mesh(folder / "merged/mesh.ply").triangles.size(), 1000u);
 }
 
-TEST_F(Merge, JoinsScansOfTwoSensors) {
+TEST_F(Merge, JoinsScansOfTwoSensorsAndTheirMergeWithAThird) {
   View fine;
-  fine.pixel_pitch_mm = 0.0634 * 0.8;
-  fine.width_px = 400;
-  fine.height_px = 300;
+  fine.pixel_pitch_mm = 0.0634 * 0.8;  // at this pitch the surfaces of the others have 400x300 pixels
   fine.contact_width_px /= 0.8;
   fine.contact_height_px /= 0.8;
   Config fine_config;
   fine_config.sensor.pixel_pitch_mm = fine.pixel_pitch_mm;
-  fine_config.sensor.width_px = fine.width_px;
-  fine_config.sensor.height_px = fine.height_px;
-  Strokes left, right(nullptr, fine);
-  left.stroke(0, 0, 0);
+  Strokes left, right(nullptr, fine), more;
   left.stroke(0.8, 0.6, 50);
   right.stroke(1.5, -0.5, -30);
   right.stroke(2.5, 0.1, 10);
-  save("left", left, Config{}, {0, "one", 5, ""});
+  more.stroke(0, 0, 0);
   save("right", right, fine_config, {0, "two", 6, ""});
-  EXPECT_EQ(merge({"left", "right"}).components, 1);
+  save("left", left, Config{}, {0, "one", 5, ""});
+  save("more", more, Config{}, {0, "one", 5, ""});
+  EXPECT_EQ(merge({"right", "left"}).components, 1);
+  expect_true(0.08, 0.2);
+  std::filesystem::rename(folder / "merged", folder / "both");  // holds surfaces of two sizes
+  EXPECT_EQ(merge({"both", "more"}).components, 1);
   expect_true(0.08, 0.2);
 }
 

@@ -22,7 +22,7 @@ class CalibrateSlopes : public testing::Test {
       auto keyframe = std::make_shared<Keyframe>();
       keyframe->id = static_cast<int>(keyframes.size());
       const auto seen = touch(stone, stone_T_sensor);
-      auto surface = std::make_shared<Surface>(*SlopeCorrector(seen->contact.size()).apply(*seen, opposite));
+      auto surface = std::make_shared<Surface>(*SlopeCorrector().apply(*seen, opposite));
       surface->model_sigma = model_sigma;
       keyframe->surface = SurfacePtr(std::move(surface));
       keyframe->reference =

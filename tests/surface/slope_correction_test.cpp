@@ -35,15 +35,14 @@ Surface dent(double gain_x, double gain_y) {
 
 TEST(SlopeCorrection, NoneLeavesTheSurfaceAsItIs) {
   const Surface read = dent(1.0, 1.0);
-  const SurfacePtr same = SlopeCorrector(read.contact.size()).apply(read, {});
+  const SurfacePtr same = SlopeCorrector().apply(read, {});
   EXPECT_LT(cv::norm(same->normals, read.normals, cv::NORM_INF), 1e-6);
   EXPECT_LT(cv::norm(same->height_mm, read.height_mm, cv::NORM_INF), 1e-6);
 }
 
 TEST(SlopeCorrection, TakesAGainFromSlopesAndHeights) {
   const Surface truth = dent(1.0, 1.0);
-  const SurfacePtr corrected =
-      SlopeCorrector(truth.contact.size()).apply(dent(1.2, 1.2), SlopeCorrection::of_scale({1.2, 1.2}));
+  const SurfacePtr corrected = SlopeCorrector().apply(dent(1.2, 1.2), SlopeCorrection::of_scale({1.2, 1.2}));
   EXPECT_LT(cv::norm(corrected->normals, truth.normals, cv::NORM_INF), 1e-5);
   // The dent's rim is 6 sigma wide and the pixels are 0.1 mm: what the integral of sampled slopes leaves.
   EXPECT_LT(cv::norm(corrected->height_mm, truth.height_mm, cv::NORM_INF), 0.002);
@@ -51,8 +50,7 @@ TEST(SlopeCorrection, TakesAGainFromSlopesAndHeights) {
 
 TEST(SlopeCorrection, GainsAlongTheAxesDoNotMix) {
   const Surface truth = dent(1.0, 1.0);
-  const SurfacePtr corrected =
-      SlopeCorrector(truth.contact.size()).apply(dent(1.1, 0.9), SlopeCorrection::of_scale({1.1, 0.9}));
+  const SurfacePtr corrected = SlopeCorrector().apply(dent(1.1, 0.9), SlopeCorrection::of_scale({1.1, 0.9}));
   EXPECT_LT(cv::norm(corrected->normals, truth.normals, cv::NORM_INF), 1e-5);
 }
 
@@ -60,11 +58,29 @@ TEST(SlopeCorrection, BareGelStaysFlatAndAtZeroWhateverTheFactors) {
   const Surface read = dent(1.0, 1.0);
   SlopeCorrection correction;
   correction.factors.fill(0.05);
-  const SurfacePtr corrected = SlopeCorrector(read.contact.size()).apply(read, correction);
+  const SurfacePtr corrected = SlopeCorrector().apply(read, correction);
   const cv::Rect corner(0, 0, 20, 20);  // 9 sigma away
   EXPECT_LT(cv::norm(corrected->normals(corner), read.normals(corner), cv::NORM_INF), 1e-6);
   EXPECT_LT(cv::norm(corrected->height_mm(corner), cv::NORM_INF), 0.02);
   EXPECT_GT(cv::norm(corrected->normals, read.normals, cv::NORM_INF), 0.02);
+}
+
+TEST(SlopeCorrection, TakesSurfacesOfAnySizeInTurn) {
+  const Surface large = dent(1.1, 0.9);
+  Surface small = large;
+  const cv::Rect part(20, 10, 101, 93);
+  small.height_mm = large.height_mm(part).clone();
+  small.normals = large.normals(part).clone();
+  small.contact = large.contact(part).clone();
+  small.curvature = large.curvature(part).clone();
+  const SlopeCorrection correction = SlopeCorrection::of_scale({1.1, 0.9});
+  SlopeCorrector corrector;
+  for (const Surface* read : {&large, static_cast<const Surface*>(&small)}) {
+    const SurfacePtr corrected = corrector.apply(*read, correction),
+                     alone = SlopeCorrector().apply(*read, correction);
+    ASSERT_EQ(corrected->normals.size(), read->normals.size());
+    EXPECT_EQ(cv::norm(corrected->height_mm, alone->height_mm, cv::NORM_INF), 0);
+  }
 }
 
 TEST(SlopeCorrection, EvenASteepSlopeIsMovedByAShareOfItselfOnly) {

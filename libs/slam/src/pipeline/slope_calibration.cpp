@@ -27,13 +27,12 @@ Keyframes corrected(const Keyframes& read, const SlopeCorrection& correction,
   constexpr std::size_t kPerCorrector = 16;
   Keyframes result(read.size());
   parallel_for_ranges(read.size(), kPerCorrector, threads, [&](std::size_t begin, std::size_t end) {
-    std::unique_ptr<SlopeCorrector> corrector;  // all keyframes of a log are of one size
+    SlopeCorrector corrector;
     for (std::size_t id = begin; id < end; ++id) {
       if (!read[id]) continue;
-      if (!corrector) corrector = std::make_unique<SlopeCorrector>(read[id]->surface.size());
       auto keyframe = std::make_shared<Keyframe>(*read[id]);
       keyframe->surface =
-          StoredSurface(PackedSurface(*corrector->apply(*read[id]->surface.get(), correction)));
+          StoredSurface(PackedSurface(*corrector.apply(*read[id]->surface.get(), correction)));
       keyframe->reference = StoredReference(keyframe->surface, options);
       result[id] = std::move(keyframe);
     }

@@ -46,14 +46,13 @@ std::vector<Reading> readings_of(const std::vector<ScanRecord>& records) {
 void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitch_mm,
                       const SlamOptions& options) {
   parallel_for_ranges(record.keyframes.size(), 16, 0, [&](std::size_t begin, std::size_t end) {
-    std::unique_ptr<SlopeCorrector> corrector;
+    SlopeCorrector corrector;
     for (std::size_t id = begin; id < end; ++id) {
       if (!record.keyframes[id]) continue;
       const SurfacePtr read = record.keyframes[id]->surface.get();
-      if (!corrector) corrector = std::make_unique<SlopeCorrector>(read->contact.size());
       auto keyframe = std::make_shared<Keyframe>(*record.keyframes[id]);
       keyframe->surface = StoredSurface(
-          PackedSurface(*resampled(*corrector->apply(*read, map.slope_correction), pixel_pitch_mm)));
+          PackedSurface(*resampled(*corrector.apply(*read, map.slope_correction), pixel_pitch_mm)));
       keyframe->reference = StoredReference(keyframe->surface, options.registration);
       record.keyframes[id] = std::move(keyframe);
     }

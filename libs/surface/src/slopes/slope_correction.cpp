@@ -77,16 +77,17 @@ std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double 
 struct SlopeCorrector::Impl {
   explicit Impl(cv::Size size) : poisson(size), gx(size), gy(size), dx(size), dy(size) {}
 
-  PoissonSolver poisson;
+  PoissonSolver poisson;     // of this size
   cv::Mat1f gx, gy, dx, dy;  // corrected slopes, and what was taken off
   cv::Mat1f touched;         // 1 in contact, 0 on bare gel, and a membrane rim between
   std::vector<float> scratch;
 };
 
-SlopeCorrector::SlopeCorrector(cv::Size size) : impl_(std::make_unique<Impl>(size)) {}
+SlopeCorrector::SlopeCorrector() = default;
 SlopeCorrector::~SlopeCorrector() = default;
 
 SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& correction) {
+  if (!impl_ || impl_->gx.size() != read.contact.size()) impl_ = std::make_unique<Impl>(read.contact.size());
   Impl& self = *impl_;
   read.contact.convertTo(self.touched, CV_32F, 1.0 / 255.0);
   // From contact to bare gel there is a membrane rim.

@@ -42,14 +42,14 @@ struct SlopeCorrection {
   static std::array<double, kTerms> prior_sigma(double gradient_scale_sigma, double model_sigma = 1.0);
 };
 
-/// Applies corrections to surfaces of one size. Not thread-safe: it keeps work buffers.
+/// Applies corrections to surfaces. Not thread-safe: it keeps the work buffers of the last size.
 class SlopeCorrector {
  public:
-  explicit SlopeCorrector(cv::Size size);
+  SlopeCorrector();
   ~SlopeCorrector();
 
   /// The surface with slopes corrected and heights integrated from them; contact and curvature (which decide
-  /// what is looked at) stay. `size` as given.
+  /// what is looked at) stay.
   SurfacePtr apply(const Surface& read, const SlopeCorrection& correction);
 
  private:
