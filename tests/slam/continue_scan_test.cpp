@@ -244,6 +244,25 @@ TEST_F(Merge, JoinsScansOfTwoSensorsAndTheirMergeWithAThird) {
   expect_true(0.08, 0.2);
 }
 
+/// With the edges of the run's own map, which may still name it.
+TEST_F(Merge, LeavesOutADamagedSurface) {
+  Strokes left, right;
+  left.stroke(0, 0, 0);
+  left.stroke(0.8, 0.6, 50);
+  right.stroke(1.5, -0.5, -30);
+  save("left", left, Config{}, {0, "one", 5, ""});
+  save("right", right, Config{}, {0, "two", 6, ""});
+  SlamMap map = left.finish({0, "one", 5, ""});
+  map.surfaces_corrected = true;
+  save_session(folder / "left/session", map);
+  const int damaged = map.edges.front().to;
+  write_bytes(folder / "left/session" / (std::to_string(damaged) + ".surface"), "nothing");
+  const ReconstructSummary summary = merge({"left", "right"});
+  EXPECT_THAT(summary.warning, HasSubstr("1 keyframe of"));
+  for (const SavedMap::Node& node : load_map(folder / "merged/session").nodes)
+    EXPECT_NE(node.keyframe, damaged);
+}
+
 TEST_F(Merge, SaysWhatDidNotJoin) {
   Strokes left, right;
   left.stroke(0, 0, 0);

@@ -58,9 +58,13 @@ void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitc
     }
   });
   if (map.surfaces_corrected) {  // every edge was registered again on corrected surfaces
-    record.edges = map.edges;
-    for (std::size_t i = record.edges.size(); i-- > 0;)
-      if (map.edge_outlier[i]) record.edges.erase(record.edges.begin() + static_cast<std::ptrdiff_t>(i));
+    const auto is_here = [&](int id) {
+      return index(id) < record.keyframes.size() && record.keyframes[index(id)] != nullptr;
+    };
+    record.edges.clear();
+    for (std::size_t i = 0; i < map.edges.size(); ++i)
+      if (!map.edge_outlier[i] && is_here(map.edges[i].from) && is_here(map.edges[i].to))
+        record.edges.push_back(map.edges[i]);
     return;
   }
   Eigen::VectorXd factors(2);
