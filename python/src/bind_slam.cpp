@@ -5,6 +5,7 @@
 
 #include "bind.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "run.hpp"
@@ -59,6 +60,7 @@ class Slam {
   PythonRun finish() const {
     const std::lock_guard lock(mutex_);
     Run run{sensor_->config(), slam_.finish(), {}, {}};
+    run.map.measured.parts = {part_of(run.config, "")};
     check_signals();
     run.mesh = fuse_map(run.map, run.config.slam.fusion);
     run.account.log_description = "frames of a Python program";

@@ -1,5 +1,6 @@
 """The Python module against the program, the simulated truth, and itself."""
 import gc
+import json
 import os
 import pathlib
 import signal
@@ -57,6 +58,13 @@ class Module(unittest.TestCase):
         run = slam.finish()
         np.testing.assert_array_equal(run.mesh.vertices, self.run_.mesh.vertices)
         np.testing.assert_array_equal(run.trajectory, self.run_.trajectory)
+        run.save(self.folder / "slam")
+        models = []
+        for folder in ("slam", "module"):
+            lines = (self.folder / folder / "session/scan.jsonl").read_text().splitlines()
+            models += [json.loads(line)["part"]["model_crc32"] for line in lines if line.startswith('{"part"')]
+        self.assertEqual(models, 2 * models[:1], "only scans of one model are continued")
+        self.assertNotEqual(models[0], 0)
         self.assertGreater(len(middle.vertices), 100)
         keyframes = [number for frame in tracked for number in frame.new_keyframes]
         self.assertEqual(len(keyframes), run.report["keyframes"])

@@ -164,6 +164,20 @@ TEST(ContinuedScan, OfAnotherSensorIsRefused) {
               HasSubstr("another gradient model"));
 }
 
+/// Its line was damaged.
+TEST(ContinuedScan, WithoutItsPartIsOfAnUnknownSensor) {
+  const TemporaryFolder folder;
+  Strokes scan;
+  scan.stroke(0, 0, 0);
+  SlamMap map = scan.finish();
+  map.measured.parts.clear();
+  save_session(folder / "run/session", map);
+  EXPECT_THAT(read_back(folder / "run/session").record.warnings,
+              testing::ElementsAre(HasSubstr("does not say which sensor and model")));
+  EXPECT_THAT(message_of<Error>([&] { continue_scan(folder / "run", Config{}, ""); }),
+              HasSubstr("does not say by which gradient model it was scanned"));
+}
+
 class Merge : public testing::Test {
  protected:
   /// A run folder of these strokes; returns where its anchor was.

@@ -31,6 +31,8 @@ void check_same_sensor(const fs::path& run, const ScanRecord& record, const Scan
   const auto last = std::find_if(record.keyframes.rbegin(), record.keyframes.rend(),
                                  [](const auto& keyframe) { return keyframe != nullptr; });
   if (last == record.keyframes.rend()) return;
+  if (record.parts.empty())
+    throw Error(run.string() + ": does not say by which gradient model it was scanned" + what_to_do);
   const StoredSurface& surface = (*last)->surface;
   if (surface.size() != cv::Size(sensor.width_px, sensor.height_px) ||
       surface.pixel_pitch_mm() != sensor.pixel_pitch_mm)

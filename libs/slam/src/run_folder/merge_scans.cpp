@@ -26,10 +26,13 @@ struct Reading {
   bool operator==(const Reading&) const = default;
 };
 
-std::vector<Reading> readings_of(const std::vector<ScanRecord>& records) {
+/// A record that does not say by which model it was read has nothing known in common with another one.
+bool can_be_corrected_together(const std::vector<ScanRecord>& records) {
   std::vector<Reading> found;
   for (const ScanRecord& record : records) {
+    if (record.parts.empty() && !record.keyframes.empty()) return false;
     std::vector<std::uint32_t> models;
+    if (record.parts.empty()) return false;
     for (const ScanPart& part : record.parts) models.push_back(part.model_crc32);
     for (const auto& keyframe : record.keyframes)
       for (const std::uint32_t model : models) {
@@ -39,7 +42,7 @@ std::vector<Reading> readings_of(const std::vector<ScanRecord>& records) {
         if (std::find(found.begin(), found.end(), reading) == found.end()) found.push_back(reading);
       }
   }
-  return found;
+  return found.size() <= 1;
 }
 
 /// A record's keyframes and edges as its own map has corrected them: true surfaces, whatever the sensor.
@@ -172,7 +175,7 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
       if (part.log.empty()) part.log = run.string();
   }
   RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .known_entries = run_entries()});
-  if (readings_of(records).size() > 1) {
+  if (!can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
       take_corrections(records[i], load_map(request.runs[i] / "session"), config.sensor.pixel_pitch_mm,
                        config.slam);

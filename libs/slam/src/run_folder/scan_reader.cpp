@@ -73,6 +73,8 @@ class ScanReader {
     for (FrameRecord& frame : record_.frames)
       if (!is_here(frame.keyframe)) frame.keyframe = -1;
     add_missing_frames();
+    if (record_.parts.empty() && !record_.keyframes.empty())
+      record_.warnings.push_back((folder_ / "scan.jsonl").string() + ": does not say which sensor and model");
     if (damaged_lines > 0)
       record_.warnings.push_back(
           fmt::format("{}: {} damaged and left out", (folder_ / "scan.jsonl").string(),
