@@ -44,7 +44,7 @@ int run_map(const MapArguments& arguments) {
   RunFolder folder(arguments.output, {.overwrite = arguments.overwrite,
                                       .marker_file = kMapMarker,
                                       .known_entries = map_entries(),
-                                      .input = arguments.mesh});
+                                      .inputs = {arguments.mesh}});
   const Mesh mesh = read_in_unit(arguments.mesh, arguments.unit);
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const MeshMap map = make_mesh_map(mesh, options, *progress);

@@ -119,7 +119,7 @@ int run_surface(const SurfaceArguments& arguments) {
                                       .marker_file = kHeightFile,
                                       .known_entries = {kHeightFile, "height.png", "normals.png",
                                                         "contact.png", "curvature.png", "surface.ply"},
-                                      .input = arguments.image});
+                                      .inputs = {arguments.image}});
   const SurfacePtr surface = estimate(arguments);
   write_surface(folder.path(), *surface);
   folder.commit();

@@ -134,13 +134,14 @@ TEST(RunFolder, OverwritesOnlyWhatIsARunAndOnlyWhenAsked) {
               HasSubstr("holds no report.json"));
   write_bytes(folder / "RUN/report.json", "old");
   EXPECT_THAT(message_of<Error>([&] {
-                RunFolder(folder / "RUN", {.overwrite = true, .input = folder / "RUN/log/gelsight.avi"});
+                RunFolder(folder / "RUN",
+                          {.overwrite = true, .inputs = {folder / "RUN2", folder / "RUN/log/gelsight.avi"}});
               }),
               HasSubstr("holds the input"));
   EXPECT_THAT(
-      message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true, .input = folder / "RUN"}); }),
+      message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true, .inputs = {folder / "RUN"}}); }),
       HasSubstr("holds the input"));
-  { const RunFolder abandoned(folder / "RUN", {.overwrite = true, .input = folder / "RUN2"}); }
+  { const RunFolder abandoned(folder / "RUN", {.overwrite = true, .inputs = {"", folder / "RUN2"}}); }
   EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "old");
   RunFolder run(folder / "RUN", {.overwrite = true});
   write_bytes(run.path() / "report.json", "new");

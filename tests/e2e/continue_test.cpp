@@ -86,6 +86,8 @@ TEST(ContinuedRun, MistakesAreToldInALine) {
   expect_mistake(gelslam(replay({"--continue", run})), "no such run folder");
   ASSERT_EQ(gelslam({"reconstruct", log, "-o", run, "-q"}).exit_code, 0);
   expect_mistake(gelslam(replay({"--continue", run, "-o", run})), "excludes");
+  expect_mistake(gelslam({"reconstruct", log, "--continue", run, "-o", run, "--overwrite"}),
+                 "holds the input");
   fs::permissions(run, fs::perms::owner_read | fs::perms::owner_exec);
   if (::access(run.c_str(), W_OK) != 0)  // root may write everywhere
     expect_mistake(gelslam(replay({"--continue", run})), "cannot be continued");

@@ -189,10 +189,10 @@ class Merge : public testing::Test {
     for (const auto& [frame, pose] : scan.truth()) truth[frames + frame] = pose;
     frames += map.frames.back().frame + 1;
   }
-  ReconstructSummary merge(std::vector<std::string> names) {
-    MergeRequest request;
+  ReconstructSummary merge(std::vector<std::string> names, const char* output = "merged",
+                           bool overwrite = false) {
+    MergeRequest request{{}, folder / output, overwrite};
     for (const std::string& name : names) request.runs.push_back(folder / name);
-    request.run_folder = folder / "merged";
     NoProgress progress;
     return merge_scans(request, progress, [] { return false; });
   }
@@ -288,6 +288,21 @@ TEST_F(Merge, SaysWhatDidNotJoin) {
   EXPECT_EQ(summary.components, 2);
   EXPECT_THAT(summary.parts[1], HasSubstr("right): did not join"));
   EXPECT_THAT(message_of<Error>([&] { merge({"left"}); }), HasSubstr("at least two"));
+}
+
+/// Their logs would be lost.
+TEST_F(Merge, ReplacesNoRunThatItReads) {
+  Strokes scan;
+  scan.stroke(0, 0, 0);
+  for (const char* name : {"left", "right"}) save(name, scan, Config{}, {0, "one", 5, ""});
+  for (const char* name : {"left", "right"}) {
+    write_bytes(folder / name / "log.mkv", "pictures");
+    EXPECT_THAT(message_of<Error>([&] {
+                  merge({"left", "right"}, name, true);
+                }),
+                HasSubstr("for it holds the input"));
+    EXPECT_EQ(read_bytes(folder / name / "log.mkv"), "pictures");
+  }
 }
 
 TEST_F(Merge, FusesAgainWithOtherSettings) {

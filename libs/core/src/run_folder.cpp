@@ -66,10 +66,9 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
                 " and so was not made by this command");
   }
   if (!options.known_entries.empty()) check_entries(folder, options.known_entries);
-  if (!options.input.empty() && lies_inside(options.input, folder)) {
-    throw Error(folder.string() + ": will not be overwritten, for it holds the input " +
-                options.input.string());
-  }
+  for (const fs::path& input : options.inputs)
+    if (!input.empty() && lies_inside(input, folder))
+      throw Error(folder.string() + ": will not be overwritten, for it holds the input " + input.string());
 }
 
 /// The topmost folder on the way to `parent` that does not exist yet; empty when all do.

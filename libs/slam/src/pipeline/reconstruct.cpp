@@ -44,8 +44,8 @@ std::string warnings_of(const SurfaceStream& stream, const ScanRecord& record) {
   return text + (text.empty() || about_log.empty() ? "" : "; ") + about_log;
 }
 
-RunFolderOptions folder_options(const std::filesystem::path& log, bool overwrite) {
-  return {.overwrite = overwrite, .known_entries = run_entries(), .input = log};
+RunFolderOptions folder_options(std::vector<std::filesystem::path> inputs, bool overwrite) {
+  return {.overwrite = overwrite, .known_entries = run_entries(), .inputs = std::move(inputs)};
 }
 
 void commit_run(RunFolder& folder, const Run& run) {
@@ -83,13 +83,14 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
 }
 
 void save_run(const std::filesystem::path& path, const Run& run, bool overwrite) {
-  RunFolder folder(path, folder_options(run.account.log, overwrite));
+  RunFolder folder(path, folder_options({run.account.log}, overwrite));
   commit_run(folder, run);
 }
 
 ReconstructSummary reconstruct(const ReconstructRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested) {
-  RunFolder folder(request.run_folder, folder_options(request.input.log, request.overwrite));
+  RunFolder folder(request.run_folder,
+                   folder_options({request.input.log, request.continued_run}, request.overwrite));
   const Run run = reconstruct(request.input, request.config, progress, stop_requested, request.continued_run);
   commit_run(folder, run);
   return run.account.summary;

@@ -66,8 +66,9 @@ FuseSummary finish_scan(const FuseRequest& request, const Config& config, Progre
   if (request.output.empty()) {
     slam::detail::LiveRun::resume(request.run, config)->save(map, mesh, account);
   } else {
-    RunFolder folder(request.output,
-                     {.overwrite = request.overwrite, .known_entries = run_entries(), .input = request.run});
+    RunFolder folder(
+        request.output,
+        {.overwrite = request.overwrite, .known_entries = run_entries(), .inputs = {request.run}});
     write_run(folder.path(), config, map, mesh, account);
     folder.commit();
   }
@@ -87,9 +88,9 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   fusion.gradient_scale = session.gradient_scale;
   std::optional<RunFolder> folder;
   if (!request.output.empty())
-    folder.emplace(request.output,
-                   RunFolderOptions{
-                       .overwrite = request.overwrite, .known_entries = run_entries(), .input = request.run});
+    folder.emplace(request.output, RunFolderOptions{.overwrite = request.overwrite,
+                                                    .known_entries = run_entries(),
+                                                    .inputs = {request.run}});
   const Mesh mesh = fuse(session.patches, fusion, &progress);
   if (folder) copy_run(request.run, folder->path());
   write_fused(folder ? folder->path() : request.run, config, mesh);

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 RunFolderOptions options_for(bool overwrite, const fs::path& input) {
-  return {.overwrite = overwrite, .known_entries = run_entries(), .input = input};
+  return {.overwrite = overwrite, .known_entries = run_entries(), .inputs = {input}};
 }
 
 /// Makes the folder with what is known at the start. Its report says that nothing was saved yet.

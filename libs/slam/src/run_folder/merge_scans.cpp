@@ -32,7 +32,6 @@ bool can_be_corrected_together(const std::vector<ScanRecord>& records) {
   for (const ScanRecord& record : records) {
     if (record.parts.empty() && !record.keyframes.empty()) return false;
     std::vector<std::uint32_t> models;
-    if (record.parts.empty()) return false;
     for (const ScanPart& part : record.parts) models.push_back(part.model_crc32);
     for (const auto& keyframe : record.keyframes)
       for (const std::uint32_t model : models) {
@@ -166,6 +165,8 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
                                const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
   if (request.runs.size() < 2) throw Error("name at least two runs to merge");
+  RunFolder folder(request.run_folder,
+                   {.overwrite = request.overwrite, .known_entries = run_entries(), .inputs = request.runs});
   Config config = read_config(request.runs.front() / "config.yaml");
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
@@ -174,7 +175,6 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();
   }
-  RunFolder folder(request.run_folder, {.overwrite = request.overwrite, .known_entries = run_entries()});
   if (!can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
       take_corrections(records[i], load_map(request.runs[i] / "session"), config.sensor.pixel_pitch_mm,

@@ -15,8 +15,8 @@ struct RunFolderOptions {
   /// All that such a folder may hold ("picture_*" stands for every name that begins so). With anything else
   /// in it, it is not replaced: a person has put that there. Empty: not checked.
   std::vector<std::string> known_entries = {};
-  /// Must not lie inside the folder that is replaced; empty: nothing to protect.
-  std::filesystem::path input = {};
+  /// Files and folders that must not be, or lie inside, the folder that is replaced; empty names are ignored.
+  std::vector<std::filesystem::path> inputs = {};
 };
 
 /// Throws Error when the folder exists, is not empty and may not be replaced. Makes nothing.
