@@ -25,6 +25,7 @@ int run_one(const ReconstructArguments& arguments) {
   ReconstructRequest request;
   request.input = arguments.log.input();
   request.input.log = arguments.logs.front();
+  request.input = with_settings_of_run(request.input, arguments.continued);
   request.config = resolve_config(request.input);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;

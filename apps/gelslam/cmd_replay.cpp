@@ -30,7 +30,7 @@ void check_pictures_fit(const std::string& log, const SensorProfile& profile) {
 
 int run(const ReplayArguments& arguments) {
   const LiveArguments& live = arguments.live;
-  const Config config = resolve_config({arguments.log, live.config, live.model, live.background, live.force});
+  const Config config = resolve_config(live.input(arguments.log));
   LiveOptions options = live.options(config);
   options.log = arguments.log;
   options.drop_when_behind = !arguments.every_frame;

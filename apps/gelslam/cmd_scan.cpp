@@ -17,7 +17,7 @@ struct ScanArguments {
 int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
-  const Config config = resolve_config({{}, live.config_file(), live.model, live.background, live.force});
+  const Config config = resolve_config(live.input(""));
   LiveOptions options = live.options(config);
   WindowOptions window = prepare_window(options, live);
   CameraInput camera = open_camera_input(config, arguments.device);

@@ -9,6 +9,8 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
 namespace {
@@ -63,6 +65,17 @@ void LogOptions::add_settings_to(CLI::App& command) {
   command.add_option("--background", background,
                      "Image of the bare gel (default: the mean of the log's first frames)");
   command.add_flag("--force", force, "Continue although the log's first frames seem to show contact");
+}
+
+LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run) {
+  if (run.empty() || !input.config.empty()) return input;
+  if (!std::filesystem::is_directory(run)) throw Error(run.string() + ": no such run folder");
+  const std::filesystem::path config = run / "config.yaml";
+  if (!std::filesystem::exists(config)) return input;
+  input.config = config;
+  if (input.model.empty() && is_matroska(input.log) && !read_log_attachments(input.log).model.empty())
+    input.model = input.log;
+  return input;
 }
 
 void add_quiet_flag(CLI::App& command, bool& quiet) {

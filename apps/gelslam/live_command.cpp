@@ -147,11 +147,8 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   return options;
 }
 
-std::string LiveArguments::config_file() const {
-  if (!config.empty() || continued.empty()) return config;
-  if (!std::filesystem::is_directory(continued)) throw Error(continued + ": no such run folder");
-  const std::filesystem::path file = std::filesystem::path(continued) / "config.yaml";
-  return std::filesystem::exists(file) ? file.string() : "";
+LogInput LiveArguments::input(const std::string& log) const {
+  return with_settings_of_run({log, config, model, background, force}, continued);
 }
 
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {

@@ -22,8 +22,8 @@ struct LiveArguments {
   /// The part of the options that does not depend on where frames come from. Opens the stream and reads the
   /// session that is continued.
   LiveOptions options(const Config& resolved_config) const;
-  /// With --continue, that of the run unless --config names another.
-  std::string config_file() const;
+  /// Where the configuration is looked up. `log`: empty for a camera.
+  LogInput input(const std::string& log) const;
 };
 
 /// How the window begins. Throws Error where a session with these options could not: the run folder, the

@@ -65,17 +65,22 @@ TEST(ContinuedRun, IsThatOfOneScanLiveAndOffline) {
   const std::string first = (folder / "first").string(), log = scan().log().string();
   ASSERT_EQ(gelslam({"reconstruct", log, "-o", first, "-q"}).exit_code, 0);
   const std::string before = read_bytes(first + "/session/scan.jsonl");
+  std::string config = read_bytes(first + "/config.yaml");
+  config.replace(config.find("voxel_size_mm: 0.08"), 19, "voxel_size_mm: 0.12");
+  write_bytes(first + "/config.yaml", config);
   const ProgramResult offline =
       gelslam({"reconstruct", log, "--continue", first, "-o", (folder / "both").string()});
   ASSERT_EQ(offline.exit_code, 0) << offline.err;
   EXPECT_THAT(offline.err, HasSubstr("part 2 of 2 (" + log + "): joined, "));
   EXPECT_TRUE(read_bytes(first + "/session/scan.jsonl") == before) << "the run stays as it is";
+  EXPECT_TRUE(read_bytes(folder / "both/config.yaml") == config) << "the run's, not the log's";
   expect_complete(folder / "both");
   EXPECT_EQ(report_of(folder / "both").at("frames").at("total"), 2 * kFrames);
   EXPECT_EQ(report_of(folder / "both").at("frames").at("left_out"), 0);
   EXPECT_EQ(report_of(folder / "both").at("components"), 1);
 
   ASSERT_EQ(gelslam(replay({"--continue", first, "-q"})).exit_code, 0);
+  EXPECT_TRUE(read_bytes(first + "/config.yaml") == config);
   for (const char* file : {"mesh.ply", "trajectory.tum", "pose_graph.g2o", "session/session.json"})
     EXPECT_TRUE(read_bytes(first + "/" + file) == read_bytes(folder / "both" / file)) << file;
 }
