@@ -28,7 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ExportArguments {
-  fs::path source, output, page, log;
+  fs::path source, output, page;
+  std::vector<fs::path> logs;
   std::string units, color;
   std::optional<double> max_error_mm;
   bool largest_piece = false, ground_truth = false, overwrite = false, quiet = false;
@@ -44,7 +45,7 @@ std::set<std::string> chosen_options(const ExportArguments& a) {
   std::set<std::string> given;
   if (!a.units.empty()) given.insert("--units");
   if (!a.color.empty()) given.insert("--color");
-  if (!a.log.empty()) given.insert("--log");
+  if (!a.logs.empty()) given.insert("--log");
   if (a.ground_truth) given.insert("--ground-truth");
   if (a.max_error_mm) given.insert("--max-error-mm");
   if (a.largest_piece) given.insert("--largest-piece");
@@ -179,6 +180,14 @@ void export_truth(const ExportArguments& a) {
               << counted(std::count(lines.begin(), lines.end(), '\n'), "true pose") << ", in m\n";
 }
 
+void take_logs(const ExportArguments& a, RunContents& run) {
+  if (a.logs.empty()) return;
+  if (a.logs.size() != run.logs.size())
+    throw Error(fmt::format("{} was made from {}: give --log for each, in order", a.source.string(),
+                            counted(std::ssize(run.logs), "log")));
+  for (std::size_t i = 0; i < a.logs.size(); ++i) run.logs[i].file = a.logs[i];
+}
+
 void run_export(const ExportArguments& a) {
   std::vector<fs::path> outputs;
   for (const fs::path& output : {a.output, a.page})
@@ -193,7 +202,7 @@ void run_export(const ExportArguments& a) {
   progress.begin("reading the mesh", std::nullopt);
   RunContents run = read_run_contents(a.source);
   progress.end();
-  if (!a.log.empty()) run.log = a.log;
+  take_logs(a, run);
   for (const fs::path& output : outputs) check_contents(a, run, ending_of(output));
   reduce_mesh(a, run, progress, say);
   for (const fs::path& output : outputs) {
@@ -221,7 +230,11 @@ void add_options(CLI::App& command, ExportArguments& a) {
       ->check(number_between(1e-5, 100.0));
   command.add_option("--units", a.units, "Unit of PLY, OBJ and STL (default: mm for OBJ and STL, m for PLY)")
       ->check(CLI::IsMember({"m", "mm"}));
-  command.add_option("--log", a.log, "Log for the pictures in MCAP (default: where it was)");
+  command
+      .add_option("--log", a.logs,
+                  "Log for the pictures in MCAP (default: where it was); of a continued or merged run once "
+                  "for each log, in order")
+      ->allow_extra_args(false);
   command.add_flag(
       "--ground-truth", a.ground_truth,
       "Write the true trajectory (TUM) of the log's data folder: in the run's map frame, or, with "

@@ -149,6 +149,32 @@ class Export(unittest.TestCase):
         self.assertIn("no surface: the run has no mesh", said)
         self.assertEqual(readers.Mcap(data).of("/surface"), [])
 
+    def test_mcap_of_a_continued_run_has_the_pictures_of_each_log_at_its_time(self):
+        both = WORK / "both"
+        result = gelslam("reconstruct", SCAN, "--continue", RUN, "-o", both, "-q")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        frames = json.loads((RUN / "report.json").read_text())["frames"]["total"]
+        once = [i / 25 for i in range(frames)]
+        times = [round(t * 1e9) for t in once + [once[-1] + 1 + t for t in once]]
+        mcap = readers.Mcap(export("both.mcap", source=both)[0])
+        pictures = mcap.of("/tactile")
+        self.assertEqual([t for t, _ in pictures], times)
+        self.assertEqual([m["data"] for _, m in pictures[:frames]], [m["data"] for _, m in pictures[frames:]])
+        poses = [t for t, _ in mcap.of("/sensor")]
+        self.assertLessEqual(set(poses), set(times))
+        self.assertGreater(max(poses), times[frames])
+        result = gelslam("export", both, "-o", WORK / "a.mcap", "--log", SCAN)
+        self.assertIn("was made from 2 logs: give --log for each", result.stderr)
+        report = json.loads((both / "report.json").read_text())
+        report["logs"][0]["file"] = "/nowhere/log.avi"
+        (both / "report.json").write_text(json.dumps(report))
+        data, said = export("half.mcap", source=both)
+        self.assertIn("not all pictures: ", said)
+        self.assertIn("/nowhere/log.avi", said)
+        self.assertEqual([t for t, _ in readers.Mcap(data).of("/tactile")], times[frames:])
+        again = readers.Mcap(export("found.mcap", "--log", SCAN, "--log", SCAN, source=both)[0])
+        self.assertEqual([t for t, _ in again.of("/tactile")], times)
+
     def test_the_page_holds_the_run(self):
         text = export("run.html")[0].decode()
         data, glb = readers.read_page(text)

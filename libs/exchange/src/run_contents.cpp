@@ -83,10 +83,19 @@ void add_warnings(RunContents& run, const json& report) {
 }
 
 /// The log of a live scan is in the run's folder, wherever that has been moved.
-fs::path find_log(const fs::path& folder, const json& report) {
+fs::path find_log(const fs::path& folder, const fs::path& named) {
   std::error_code code;
-  const fs::path named = text_at(report, "log"), own = folder / "log.mkv";
+  const fs::path own = folder / (named.extension() == ".mkv" ? named.filename() : "log.mkv");
   return fs::exists(own, code) && !fs::exists(named, code) ? own : named;
+}
+
+std::vector<RunLog> find_logs(const fs::path& folder, const json& report) {
+  std::vector<RunLog> logs;
+  for (const json& entry : report.value("logs", json::array()))
+    if (entry.is_object() && entry.value("first_time_s", json()).is_number())
+      logs.push_back({find_log(folder, text_at(entry, "file")), entry["first_time_s"].get<double>()});
+  if (logs.empty()) logs.push_back({find_log(folder, text_at(report, "log")), 0.0});
+  return logs;
 }
 
 RunContents read_folder(const fs::path& folder) {
@@ -103,7 +112,7 @@ RunContents read_folder(const fs::path& folder) {
   if (fs::exists(folder / "mesh.ply") && !is_empty) run.mesh = read_mesh(folder / "mesh.ply");
   if (fs::exists(folder / "trajectory.tum")) run.trajectory = read_tum(folder / "trajectory.tum");
   if (fs::exists(folder / "keyframes.tum")) run.keyframes = read_tum(folder / "keyframes.tum");
-  run.log = find_log(folder, report);
+  run.logs = find_logs(folder, report);
   add_figures(run, report);
   add_path(run);
   add_warnings(run, report);
@@ -136,7 +145,10 @@ std::pair<float, float> range_of(std::vector<float> values, MeshColor color) {
 }
 
 fs::path data_folder_of(const fs::path& run) {
-  const fs::path log = read_run_contents(run).log;
+  const std::vector<RunLog> logs = read_run_contents(run).logs;
+  if (logs.size() > 1)
+    throw Error("no ground truth for '" + run.string() + "': it was made from several logs");
+  const fs::path log = logs.empty() ? fs::path() : logs.front().file;
   std::error_code code;
   for (const fs::path& folder : {log, log.parent_path()})
     if (!folder.empty() && fs::exists(truth_file(folder), code)) return folder;

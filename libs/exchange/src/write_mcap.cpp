@@ -239,19 +239,19 @@ class RunRecorder {
   std::size_t pose_ = 0, keyframe_ = 0;
 };
 
-/// Writes all pictures that can be read; the reason why there are no more, or "".
-std::string write_pictures(RunRecorder& recorder, const RunContents& run, ProgressSink& progress,
-                           std::int64_t& written) {
-  if (run.log.empty()) return "the run does not say which log it was made from";
+/// Writes the pictures of a log that can be read; the reason why there are no more, or "".
+std::string write_pictures(RunRecorder& recorder, const RunLog& log, const SensorProfile& profile,
+                           ProgressSink& progress, std::int64_t& written) {
+  if (log.file.empty()) return "the run does not say which log it was made from";
   try {
-    const auto config = run.folder / "config.yaml";
-    const SensorProfile profile =
-        std::filesystem::exists(config) ? read_config(config).sensor : SensorProfile{};
-    const auto source = open_frame_source(run.log, profile);
+    const auto source = open_frame_source(log.file, profile);
     progress.begin("pictures", source->frame_count());
+    std::int64_t done = 0;
     for (auto image = source->next(); image; image = source->next()) {
+      image->time_s += log.first_time_s;
       recorder.write_picture(*image);
-      progress.update(++written);
+      ++written;
+      progress.update(++done);
     }
     progress.end();
     return source->warning();
@@ -269,7 +269,13 @@ McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run
   recorder.write_whole(colors);
   McapOutcome outcome;
   outcome.poses = static_cast<std::int64_t>(run.trajectory.size());
-  outcome.missing = write_pictures(recorder, run, progress, outcome.pictures);
+  const auto config = run.folder / "config.yaml";
+  const SensorProfile profile =
+      std::filesystem::exists(config) ? read_config(config).sensor : SensorProfile{};
+  for (const RunLog& log : run.logs) {
+    const std::string missing = write_pictures(recorder, log, profile, progress, outcome.pictures);
+    if (!missing.empty()) outcome.missing += (outcome.missing.empty() ? "" : "; ") + missing;
+  }
   recorder.write_poses(std::numeric_limits<double>::infinity());
   recorder.finish();
   return outcome;

@@ -16,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kBetweenParts_s = 1.0;
-
 std::uint32_t crc32_of(const GradientModel& model) {
   return static_cast<std::uint32_t>(::crc32(0, reinterpret_cast<const Bytef*>(model.numbers.data()),
                                             static_cast<uInt>(sizeof model.numbers)));

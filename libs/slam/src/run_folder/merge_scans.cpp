@@ -8,6 +8,7 @@
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/session.hpp"
 #include "gelslam/surface/resampling.hpp"
@@ -90,7 +91,7 @@ Offsets offsets_after(const ScanRecord& all) {
   for (const FrameRecord& frame : all.frames) next.trial = std::max(next.trial, frame.trial + 1);
   if (all.frames.empty()) return next;
   next.frame = all.frames.back().frame + 1;
-  next.time_s = all.frames.back().time_s + 1.0;
+  next.time_s = all.frames.back().time_s + kBetweenParts_s;
   return next;
 }
 

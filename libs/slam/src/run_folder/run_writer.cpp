@@ -72,6 +72,18 @@ ordered_json live_account(const LiveAccount& live) {
           {"damaged", live.damaged}};
 }
 
+/// The log of each part, and the time at which it begins.
+ordered_json part_logs(const SlamMap& map) {
+  ordered_json logs = ordered_json::array();
+  for (const ScanPart& part : map.measured.parts) {
+    const auto next = std::find_if(map.frames.begin(), map.frames.end(),
+                                   [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
+    const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenParts_s;
+    logs.push_back({{"file", part.log}, {"first_time_s", first_time_s}});
+  }
+  return logs;
+}
+
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {
   const ReconstructSummary& summary = account.summary;
   ordered_json json;
@@ -81,7 +93,10 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["model"] = config.sensor.calibration_model_path.string();
   json["partial"] = summary.partial;
   if (!summary.warning.empty()) json["warning"] = summary.warning;
-  if (!summary.parts.empty()) json["parts"] = summary.parts;
+  if (!summary.parts.empty()) {
+    json["parts"] = summary.parts;
+    json["logs"] = part_logs(map);
+  }
   json["anchor_frame"] = map.anchor_frame;
   json["frames"] = frame_counts(map, summary);
   json["keyframes"] = summary.keyframes;

@@ -10,13 +10,19 @@
 
 namespace gelslam {
 
+/// A log that a run was made from.
+struct RunLog {
+  std::filesystem::path file;  ///< where it is, or was when the run was made; empty: not known
+  double first_time_s = 0;     ///< of its first picture, in the run's trajectory
+};
+
 /// What a run folder holds for other programs. Of a mesh file only the name and the mesh.
 struct RunContents {
   std::string name;              ///< of the folder or file, for people
   std::filesystem::path folder;  ///< empty for a mesh file
   Mesh mesh;                     ///< map frame, mm; empty where the run has none
   std::vector<StampedPose> trajectory, keyframes;
-  std::filesystem::path log;  ///< where the log is, or was when the run was made; empty: not known
+  std::vector<RunLog> logs;  ///< at least one of a run folder; more of one that was continued, or merged
   /// Counts of report.json in words: {"Loops", "89"}.
   std::vector<std::pair<std::string, std::string>> figures;
   std::vector<std::string> warnings;  ///< sentences: pieces that are not joined, a partial run
