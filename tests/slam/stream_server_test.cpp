@@ -5,11 +5,13 @@
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <ctime>
 #include <fstream>
 #include <thread>
 #include <vector>
@@ -158,6 +160,29 @@ TEST(StreamServer, KeptLinesComeFirstToWhoeverConnectsLater) {
   wait_for_readers(server, 2);
   server.write("last frame\n");
   EXPECT_EQ(late.line(), "last frame");
+}
+
+double processor_time_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+TEST(StreamServer, WaitsWhileThereIsNoFileDescriptorForAReader) {
+  StreamServer server("tcp:0", "127.0.0.1", notice);
+  const Client first(port_of(server));
+  wait_for_readers(server, 1);
+  rlimit limit{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &limit), 0);
+  const int next_fd = ::dup(0);
+  ::close(next_fd);
+  const rlimit full{static_cast<rlim_t>(next_fd) + 1, limit.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &full), 0);
+  Client second(port_of(server));  // takes the last descriptor
+  const double before_s = processor_time_s();
+  std::this_thread::sleep_for(300ms);
+  EXPECT_LT(processor_time_s() - before_s, 0.1) << "the server spins";
+  EXPECT_EQ(server.reader_count(), 1);
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &limit), 0);
+  wait_for_readers(server, 2);
+  server.write("hello\n");
+  EXPECT_EQ(second.line(), "hello");
 }
 
 TEST(StreamServer, WhatIsQueuedStillComesAtTheEnd) {

@@ -30,6 +30,7 @@ namespace slam::detail {
 constexpr std::size_t kQueuedLines = 256;  // ten seconds of frames
 constexpr std::size_t kMostReaders = 64;
 constexpr auto kTimeToFinish = std::chrono::seconds(1);
+constexpr auto kNoDescriptor = std::chrono::milliseconds(100);  // until a reader is accepted after EMFILE
 
 using Line = std::shared_ptr<const std::string>;
 
@@ -105,6 +106,7 @@ struct StreamServer::Impl {
   Listener listener;
   FileDescriptor wake_up{::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)};
   std::atomic<bool> ending{false};
+  Clock::time_point listen_at{};    // of the server's thread: readers are accepted from then on
   mutable std::mutex mutex;         // for what follows
   std::list<StreamReader> readers;  // the server's thread alone adds and removes
   std::map<int, Line> kept;
@@ -114,7 +116,10 @@ struct StreamServer::Impl {
 
 void StreamServer::Impl::accept_reader() {
   FileDescriptor socket(::accept4(listener.socket.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
-  if (socket.get() < 0) return;
+  if (socket.get() < 0) {
+    if (errno != EAGAIN && errno != EINTR && errno != ECONNABORTED) listen_at = Clock::now() + kNoDescriptor;
+    return;
+  }
   const int yes = 1;
   ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   const std::lock_guard lock(mutex);
@@ -139,14 +144,15 @@ bool StreamServer::Impl::next_line(StreamReader& reader) {
 }
 
 void StreamServer::Impl::wait_for_work() {
-  std::vector<pollfd> files = {{wake_up.get(), POLLIN, 0}, {listener.socket.get(), POLLIN, 0}};
+  constexpr int kLookAgainMs = 50;
+  const bool listens = Clock::now() >= listen_at;
+  std::vector<pollfd> files = {{wake_up.get(), POLLIN, 0}, {listens ? listener.socket.get() : -1, POLLIN, 0}};
   for (StreamReader& reader : readers)
     files.push_back({reader.fd(),
                      static_cast<short>((next_line(reader) ? POLLOUT : 0) |
                                         (reader.socket.get() < 0 || reader.listens_only ? 0 : POLLIN)),
                      0});
-  constexpr int kLookAtEndMs = 50;
-  ::poll(files.data(), files.size(), ending ? kLookAtEndMs : -1);
+  ::poll(files.data(), files.size(), ending || !listens ? kLookAgainMs : -1);
   std::uint64_t woken = 0;
   [[maybe_unused]] const ssize_t read = ::read(wake_up.get(), &woken, sizeof woken);
   std::size_t k = 2;
