@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <functional>
 #include <iostream>
 #include <memory>
@@ -8,6 +10,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/map_folder.hpp"
 #include "gelslam/slam/frame_report.hpp"
@@ -132,9 +135,9 @@ class TrialOutput final : public PoseOutput {
 /// Poses in the frame of a map.
 class MapOutput final : public PoseOutput {
  public:
-  MapOutput(const std::filesystem::path& map, const SlamOptions& options, bool as_ndjson)
+  MapOutput(std::vector<PosedSurface> map, const SlamOptions& options, bool as_ndjson)
       : as_ndjson_(as_ndjson),
-        localizer_(std::make_shared<const SurfaceMap>(read_map(map), options), options) {}
+        localizer_(std::make_shared<const SurfaceMap>(std::move(map), options), options) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
     LocalizedFrame frame;
@@ -152,10 +155,20 @@ class MapOutput final : public PoseOutput {
   Localizer localizer_;
 };
 
-std::unique_ptr<PoseOutput> make_output(const TrackArguments& arguments, const SlamOptions& options) {
+/// Surfaces of another pixel pitch than the sensor's would never be found.
+std::vector<PosedSurface> read_map_for(const SensorProfile& sensor, const std::string& map) {
+  std::vector<PosedSurface> patches = read_map(map);
+  for (const PosedSurface& patch : patches)
+    if (const double pitch_mm = patch.surface.pixel_pitch_mm(); pitch_mm != sensor.pixel_pitch_mm)
+      throw Error(fmt::format("{}: has pixels of {} mm, not of {} mm as the sensor", map,
+                              short_number(pitch_mm), short_number(sensor.pixel_pitch_mm)));
+  return patches;
+}
+
+std::unique_ptr<PoseOutput> make_output(const TrackArguments& arguments, const Config& config) {
   const bool as_ndjson = arguments.stream.stream_format() == StreamFormat::ndjson;
-  if (arguments.map.empty()) return std::make_unique<TrialOutput>(options, as_ndjson);
-  return std::make_unique<MapOutput>(arguments.map, options, as_ndjson);
+  if (arguments.map.empty()) return std::make_unique<TrialOutput>(config.slam, as_ndjson);
+  return std::make_unique<MapOutput>(read_map_for(config.sensor, arguments.map), config.slam, as_ndjson);
 }
 
 using LineSink = std::function<void(std::string)>;
@@ -189,7 +202,7 @@ int run(const TrackArguments& arguments) {
   const LogInput input = arguments.log.input();
   const Config config = resolve_config(input);
   const LineSink sink = open_sink(arguments.stream);
-  const std::unique_ptr<PoseOutput> output = make_output(arguments, config.slam);
+  const std::unique_ptr<PoseOutput> output = make_output(arguments, config);
   StageTimer timer;
   if (!arguments.camera) {
     SurfaceStream stream(input, config, timer);

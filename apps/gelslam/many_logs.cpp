@@ -54,6 +54,7 @@ struct LogTask {
   fs::path run;
   bool replaces = false;         // a run that was stopped early
   bool was_finished = false;     // before this command
+  bool has_settings = false;     // this command's, which a finished run does not get
   std::optional<int> exit_code;  // of its process; none: not started
   std::string last_line;
   std::unique_ptr<ChildProgram> process;  // while it runs
@@ -86,6 +87,8 @@ std::vector<LogTask> tasks_of(const ManyLogs& request) {
     LogTask task;
     task.log = log;
     task.run = request.folder / name;
+    task.has_settings = std::any_of(request.options.begin(), request.options.end(),
+                                    [](const std::string& option) { return option != "--quiet"; });
     const std::optional<RunFigures> figures = read_figures(task.run);
     if (figures && !request.overwrite && same_file(figures->log, log)) {
       task.was_finished = !figures->partial;
@@ -123,6 +126,8 @@ struct Outcome {
 
 Outcome outcome_of_run(const LogTask& task) {
   Outcome outcome{exit_done, read_figures(task.run), task.was_finished ? "finished before" : ""};
+  if (task.was_finished && task.has_settings)
+    outcome.note += " (with the settings of then; --overwrite makes it again)";
   if (!outcome.figures) return {exit_internal_error, {}, "failed: its run cannot be read"};
   const auto add = [&](const std::string& more) {
     outcome.note += (outcome.note.empty() ? "" : "; ") + more;

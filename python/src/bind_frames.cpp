@@ -34,10 +34,14 @@ class Log {
     const std::lock_guard lock(mutex_);
     return source_->next();
   }
+  std::string warning() const {
+    const std::lock_guard lock(mutex_);
+    return source_->warning();
+  }
   const FrameSource& source() const { return *source_; }
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;  // of a picture that is being read
   std::unique_ptr<FrameSource> source_;
 };
 
@@ -65,7 +69,11 @@ image: HxWx3 uint8, BGR, at the configuration's size. time_s: seconds since the 
       .def_property_readonly(
           "description", [](const Log& self) { return self.source().description(); }, "For people.")
       .def_property_readonly(
-          "warning", [](const Log& self) { return self.source().warning(); },
+          "warning",
+          [](const Log& self) {
+            const py::gil_scoped_release release;
+            return self.warning();
+          },
           "What was not right with the frames so far, or \"\".");
 }
 

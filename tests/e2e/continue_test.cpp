@@ -100,7 +100,9 @@ TEST(ContinuedRun, MistakesAreToldInALine) {
   fs::remove(run + "/session/scan.jsonl");
   expect_mistake(gelslam({"reconstruct", log, "--continue", run, "-o", run + "2"}),
                  "scan.jsonl: cannot be read");
-  expect_mistake(gelslam({"merge", run, run, "-o", run + "2"}), "scan.jsonl: cannot be read");
+  expect_mistake(gelslam({"merge", run, run + "/../run", "-o", run + "2"}), "is given twice");
+  fs::copy(run, run + "3", fs::copy_options::recursive);
+  expect_mistake(gelslam({"merge", run, run + "3", "-o", run + "2"}), "scan.jsonl: cannot be read");
   expect_mistake(gelslam({"merge", run, "-o", run + "2"}), "RUN");
   EXPECT_FALSE(fs::exists(run + "2"));
 }

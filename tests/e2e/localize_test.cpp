@@ -67,6 +67,11 @@ TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
   }
   EXPECT_GT(in_map, 0.9 * kScanFrames);
   EXPECT_EQ(in_map, poses.size());
+
+  write_bytes(folder / "fine.yaml", "device_config:\n  ppmm: 0.05\n");
+  expect_mistake(gelslam({"track", log, "--map", run, "--config", (folder / "fine.yaml").string(), "--model",
+                          scan().model().string()}),
+                 "pixels of 0.0634 mm, not of 0.05 mm as the sensor");
 }
 
 TEST(Map, OfAMeshIsAFolderThatTrackAndViewRead) {

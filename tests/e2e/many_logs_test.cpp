@@ -67,7 +67,8 @@ TEST(ManyLogs, EachBecomesARunAndABrokenOneStopsNone) {
   const ProgramResult again = gelslam(words);
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_THAT(again.err, HasSubstr("1 log, 1 at a time\n"));
-  EXPECT_THAT(line_of(again.out, "first"), HasSubstr("finished before"));
+  EXPECT_THAT(line_of(again.out, "first"),
+              HasSubstr("finished before (with the settings of then; --overwrite"));
   EXPECT_EQ(read_bytes(folder / "runs/first/report.json"), before);
 }
 

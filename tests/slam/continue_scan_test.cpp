@@ -326,6 +326,9 @@ TEST_F(Merge, FusesAgainWithOtherSettings) {
   request.voxel_size_mm.reset();
   fuse_run(request, progress, [] { return false; });
   EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
+  write_bytes(folder / "same/.tmp-12-0-mesh.ply", "");  // a fuse in place was killed
+  request.overwrite = true;
+  EXPECT_EQ(fuse_run(request, progress, [] { return false; }).keyframes, coarse.keyframes);
   // A killed scan has a record, but no map.
   std::filesystem::remove(folder / "run/session/session.json");
   request.output.clear();

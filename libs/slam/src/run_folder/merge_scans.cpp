@@ -160,12 +160,20 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
   return all;
 }
 
+void check_distinct(const std::vector<fs::path>& runs) {
+  std::error_code code;
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (fs::equivalent(runs[k], runs[i], code)) throw Error(runs[i].string() + ": is given twice");
+}
+
 }  // namespace
 
 ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
   if (request.runs.size() < 2) throw Error("name at least two runs to merge");
+  check_distinct(request.runs);
   RunFolder folder(request.run_folder,
                    {.overwrite = request.overwrite, .known_entries = run_entries(), .inputs = request.runs});
   Config config = read_config(request.runs.front() / "config.yaml");

@@ -140,7 +140,7 @@ std::vector<PoseGraphEdge> map_edges(const SlamMap& map, bool outliers) {
 std::vector<std::string> run_entries() {
   return {"mesh.ply",     "trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o",
           "config.yaml",  "session",        "report.json",   "log.mkv",        "log-*",
-          "screenshot_*", "mesh_mm_*",      "saving.tmp"};
+          "screenshot_*", "mesh_mm_*",      "saving.tmp",    ".tmp-*"};
 }
 
 ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
