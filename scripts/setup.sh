@@ -16,7 +16,7 @@ END
 
 packages=(
   g++ cmake ninja-build ccache pkg-config # build
-  libeigen3-dev libopencv-dev libceres-dev libopen3d-dev libembree-dev libmeshoptimizer-dev
+  libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev
   libturbojpeg0-dev zlib1g-dev libavformat-dev libavcodec-dev libavutil-dev # camera pictures, logs
   libglfw3-dev libepoxy-dev libimgui-dev fonts-dejavu-core                  # window
@@ -25,6 +25,7 @@ packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev
+  libopen3d-dev                    # methods that the laboratory compares with
   xvfb xauth                       # windows without a display
   python3-numpy python3-matplotlib # charts
   dpkg-dev                         # packages

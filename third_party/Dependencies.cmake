@@ -22,8 +22,8 @@ find_package(ZLIB REQUIRED)                     # packed surfaces, checksums (li
 if(GELSLAM_BUILD_PROGRAM OR GELSLAM_BUILD_LAB)
   find_package(CLI11 REQUIRED)                 # command line
 endif()
-if(GELSLAM_WITH_OPEN3D)
-  find_package(Open3D REQUIRED)                # mesh files; apps/lab: ICP and FPFH (never in public headers)
+if(GELSLAM_WITH_ASSIMP)
+  pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp>=5)  # OBJ and STL files (only libs/mesh)
 endif()
 if(GELSLAM_BUILD_CAMERAS OR GELSLAM_BUILD_SIMULATION)
   pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)  # Matroska logs (libs/sensor), simulated videos (libs/simulation)
@@ -53,5 +53,6 @@ if(GELSLAM_BUILD_TESTS)
 endif()
 if(GELSLAM_BUILD_LAB)
   find_package(benchmark REQUIRED)              # micro-benchmarks
+  find_package(Open3D REQUIRED)                 # ICP and FPFH to compare with
   find_package(OpenMP REQUIRED COMPONENTS CXX)  # keeps Open3D to one thread
 endif()

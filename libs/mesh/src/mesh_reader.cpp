@@ -3,10 +3,10 @@
 #include <fstream>
 #include <string>
 
+#include "assimp_reader.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "open3d_reader.hpp"
 #include "ply_reader.hpp"
 
 namespace gelslam {
@@ -62,7 +62,7 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file
     const LengthUnit unit = file_unit ? *file_unit : noted_unit(path);
     const double mm_per_unit = unit == LengthUnit::metre ? 1000.0 : 1.0;
     Mesh mesh = extension == ".ply" ? mesh::detail::read_ply(path, mm_per_unit)
-                                    : mesh::detail::read_with_open3d(path, mm_per_unit);
+                                    : mesh::detail::read_with_assimp(path, extension, mm_per_unit);
     check_readable(mesh);
     return mesh;
   } catch (const Error& e) {

@@ -23,7 +23,7 @@ using VertexColors = std::vector<std::array<std::uint8_t, 3>>;
 /// window write by default.
 LengthUnit usual_unit(const std::filesystem::path& path);
 
-/// Reads PLY, OBJ or STL (by extension, through Open3D; confidence only from our own PLY). Without
+/// Reads PLY, OBJ or STL (by extension, through Assimp; confidence only from our own PLY). Without
 /// `file_unit` the numbers are in the unit that write_mesh() left in the file, else in metres. Throws Error
 /// when the file is missing, truncated, empty or not a triangle mesh.
 Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file_unit = std::nullopt);
