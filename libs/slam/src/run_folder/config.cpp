@@ -11,7 +11,7 @@ namespace {
 void describe_sensor(OptionVisitor& visit, Config& config) {
   SensorProfile& sensor = config.sensor;
   visit.text("device_name", sensor.device_name, "for people");
-  visit.number("ppmm", sensor.pixel_pitch_mm, 0.001, 10, "millimetres per pixel after crop and resize");
+  visit.number("ppmm", sensor.pixel_pitch_mm, 0.001, 10, "mm per pixel after crop and resize");
   visit.integer("imgh", sensor.height_px, 32, 4096, "height of the calibrated image, pixels");
   visit.integer("imgw", sensor.width_px, 32, 4096, "width of the calibrated image, pixels");
   visit.integer("raw_imgh", sensor.raw_height_px, 32, 16384, "height of the camera's image before the crop");

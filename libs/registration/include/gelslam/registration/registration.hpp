@@ -46,7 +46,7 @@ struct RegistrationResult {
   /// Along directions that neither surface shows, the pose was left at its start.
   bool degenerate_directions_fixed = false;
   /// x y z rx ry rz along the axes of the target's sensor frame: whether both surfaces show this motion well
-  /// enough to know it to 0.3 mm or 0.05 rad even where a pattern of the gel pulls against it. z: whether
+  /// enough to know it to 0.25 mm or 0.05 rad even where a pattern of the gel pulls against it. z: whether
   /// both show bare gel.
   std::array<bool, 6> observable{};
 
