@@ -108,6 +108,12 @@ class Live : public testing::Test {
     pictures.open();
     return *session;
   }
+  /// start() then goes on with the run of the session before.
+  void continue_run() {
+    session.reset();
+    options.continued = continue_scan(options.run_folder, options.config, "");
+    source = std::make_unique<Pictures>(peanut_pictures());
+  }
   /// In the source's thread: until the tracker has seen this frame.
   void wait_for_touch(std::int64_t index) {
     EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->index >= index; }));

@@ -189,6 +189,27 @@ TEST_F(Live, ANewScanAfterASaveGetsAFolderAndALogOfItsOwn) {
   EXPECT_GE(frames_in(second / "log.mkv"), kBackgroundFrames + kScanFrames - 40 + kBackgroundFrames);
 }
 
+TEST_F(Live, ANewScanInAContinuedRunLeavesThatRunAsItIs) {
+  options.record = LogAttachments{};
+  start().wait();
+  const std::string record = read("session/scan.jsonl"), mesh = read("mesh.ply"), log = read("log.mkv");
+  continue_run();
+  source->before(30, [&] {
+    wait_for_touch(kBackgroundFrames + kScanFrames + 29);
+    EXPECT_EQ(session->status().next_run_folder, (folder / "run-2").string()) << "as the dialog says";
+    session->start_new_scan();
+    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
+  });
+  const ReconstructSummary second = start().wait();
+  EXPECT_TRUE(read("session/scan.jsonl").starts_with(record));
+  EXPECT_TRUE(read("mesh.ply") == mesh);
+  EXPECT_TRUE(read("log.mkv") == log);
+  EXPECT_EQ(second.frames, kBackgroundFrames + kScanFrames - 30);
+  const ScanRecord own = read_scan(folder / "run-2/session", NormalFlowOptions{});
+  EXPECT_EQ(static_cast<int>(own.keyframes.size()), second.keyframes);
+  EXPECT_TRUE(fs::exists(folder / "run-2/mesh.ply"));
+}
+
 TEST_F(Live, ASecondNewScanWithoutASaveKeepsTheFolder) {
   source->before(40, [&] {
     wait_for_touch(39);

@@ -61,6 +61,7 @@ struct LiveSlam::Impl {
                                                                  options.log, options.config));
     part = part_of(options.config, options.record ? runs.back()->log() : options.log);
     session.emplace([this](int scan) { return run_of_scan(scan)->session(); }, part, board);
+    if (options.continued) next_run = next_run_folder(runs.front()->folder());
     if (!options.record) return;
     recorded = runs.back();
     recorder = make_recorder(recorded->log(), *options.record, *source, options);
@@ -168,7 +169,7 @@ std::shared_ptr<LiveRun> LiveSlam::Impl::run_of_scan(int scan) {
   return runs.empty() ? nullptr : runs.at(static_cast<std::size_t>(scan));
 }
 
-/// What was saved of the scan before stays as it is: the new one gets a folder of its own.
+/// What was saved before stays as it is: the new scan gets a folder of its own.
 void LiveSlam::Impl::ask_for_new_scan() {
   try {
     const std::lock_guard lock(mutex);
@@ -430,7 +431,7 @@ void LiveSlam::start_new_scan() { impl_->ask_for_new_scan(); }
 void LiveSlam::save_now() {
   {
     const std::lock_guard lock(impl_->mutex);
-    if (!impl_->runs.empty()) impl_->next_run = next_run_folder(impl_->options.run_folder);
+    if (!impl_->runs.empty()) impl_->next_run = next_run_folder(impl_->runs.front()->folder());
   }
   impl_->surfaced.push_beyond_limit(SaveNow{});
 }

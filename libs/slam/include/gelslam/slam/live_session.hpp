@@ -30,7 +30,7 @@ struct LiveStatus {
   std::string
       failure;  ///< what ended the scan, or kept it from being saved whole; also among the warnings; or ""
   std::string run_folder;           ///< where this scan is saved; "" without one
-  std::string next_run_folder;      ///< where a new scan would go, if this one was saved before; or ""
+  std::string next_run_folder;      ///< where a new scan would go, if this run holds a saved one; or ""
   std::string source;               ///< RawFrameSource::description()
   double rate_hz = 0;               ///< measured over the last seconds
   std::int64_t frames = 0;          ///< that arrived since the scan began
