@@ -140,7 +140,7 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   options.run_folder = run_folder;
   if (!continued.empty()) {
     options.run_folder = continued;
-    options.continued = continue_scan(continued, resolved_config, "");
+    options.continued = continue_in_place(continued, resolved_config);
   }
   options.overwrite = overwrite;
   options.stream = stream.open(resolved_config.slam.slope_calibration.gradient_scale_sigma, quiet);

@@ -111,7 +111,8 @@ class Live : public testing::Test {
   /// start() then goes on with the run of the session before.
   void continue_run() {
     session.reset();
-    options.continued = continue_scan(options.run_folder, options.config, "");
+    options.continued.reset();  // it holds the folder, if this is the second time
+    options.continued = continue_in_place(options.run_folder, options.config);
     source = std::make_unique<Pictures>(peanut_pictures());
   }
   /// In the source's thread: until the tracker has seen this frame.

@@ -183,6 +183,42 @@ TEST(Session, ADamagedKeyframeIsLeftOutAndTheRestIsUsed) {
   for (const FrameRecord& frame : record.frames) EXPECT_NE(frame.keyframe, 2);
 }
 
+/// A scan that goes on numbers its keyframes from the end of the list, and files and frames bear those
+/// numbers.
+TEST(Session, TheIdOfADamagedKeyframeIsNotFree) {
+  const TemporaryFolder folder;
+  write_scan(folder.path(), small_map().measured);
+  const std::string surface = read_bytes(folder / "2.surface"), text = read_bytes(folder / "scan.jsonl");
+  write_bytes(folder / "2.surface", surface.substr(0, 100));
+  const ScanRecord without_surface = read_scan(folder.path(), {});
+  ASSERT_EQ(without_surface.keyframes.size(), 3u);
+  EXPECT_FALSE(without_surface.keyframes[2]);
+  write_bytes(folder / "2.surface", surface);
+
+  std::string bad = text;
+  bad[bad.find("\"keyframe\":2") + 20] ^= 1;
+  write_bytes(folder / "scan.jsonl", bad);
+  const ScanRecord without_line = read_scan(folder.path(), {});
+  EXPECT_EQ(without_line.keyframes.size(), 3u) << "frames name it";
+  EXPECT_THAT(without_line.warnings, testing::ElementsAre(HasSubstr("1 line is damaged")));
+  for (const FrameRecord& frame : without_line.frames) EXPECT_NE(frame.keyframe, 2);
+}
+
+/// Checksums that fit do not make sense of a line: it is left out like a damaged one.
+TEST(Session, LinesThatCannotBeAreLeftOut) {
+  const TemporaryFolder folder;
+  write_scan(folder.path(), small_map().measured);
+  const std::string text = read_bytes(folder / "scan.jsonl");
+  json frame = {{"frames", {{100, 4.0, "tracked", 1, 2, {2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}}}}};
+  json keyframe = {{"keyframe", 1}, {"frame", 100}, {"trial", 1}, {"link", nullptr}};
+  write_bytes(folder / "scan.jsonl",
+              text + slam::detail::with_checksum(frame) + slam::detail::with_checksum(keyframe));
+  const ScanRecord record = read_scan(folder.path(), {});
+  EXPECT_THAT(record.warnings, testing::ElementsAre(HasSubstr("2 lines are damaged")));
+  EXPECT_EQ(record.keyframes[1]->frame, 15) << "the first of that id";
+  EXPECT_EQ(record.frames.back().frame, 59);
+}
+
 TEST(Session, ANewerVersionIsRefusedInClearWords) {
   const TemporaryFolder folder;
   save_session(folder.path(), small_map());

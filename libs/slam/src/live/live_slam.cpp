@@ -56,9 +56,10 @@ struct LiveSlam::Impl {
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer) {
     if (options.run_folder.empty()) return;
-    runs.push_back(options.continued ? LiveRun::resume(options.run_folder, options.config)
-                                     : std::make_shared<LiveRun>(options.run_folder, options.overwrite,
-                                                                 options.log, options.config));
+    runs.push_back(
+        options.continued
+            ? LiveRun::resume(options.run_folder, options.config, options.continued->lock)
+            : std::make_shared<LiveRun>(options.run_folder, options.overwrite, options.log, options.config));
     part = part_of(options.config, options.record ? runs.back()->log() : options.log);
     session.emplace([this](int scan) { return run_of_scan(scan)->session(); }, part, board);
     if (options.continued) next_run = next_run_folder(runs.front()->folder());

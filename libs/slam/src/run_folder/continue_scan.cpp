@@ -8,6 +8,7 @@
 #include <set>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/folder_lock.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/model_file.hpp"
 
@@ -81,6 +82,15 @@ ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs:
   }
   part.first_frame = scan.first_frame;
   scan.record.parts.push_back(std::move(part));
+  return scan;
+}
+
+ContinuedScan continue_in_place(const fs::path& run, const Config& config) {
+  std::error_code code;
+  const bool is_there = fs::is_directory(run, code);  // else continue_scan() throws
+  auto lock = is_there ? std::make_shared<const FolderLock>(run) : nullptr;
+  ContinuedScan scan = continue_scan(run, config, "");
+  scan.lock = std::move(lock);
   return scan;
 }
 

@@ -53,6 +53,7 @@ void copy_run(const fs::path& from, const fs::path& to) {
 /// Of a scan that was killed before its map was saved.
 FuseSummary finish_scan(const FuseRequest& request, const Config& config, ProgressSink& progress,
                         const std::function<bool()>& stop_requested) {
+  const auto lock = request.output.empty() ? std::make_shared<const FolderLock>(request.run) : nullptr;
   const ScanRecord record = read_scan(request.run / "session", config.slam.registration);
   Mapper mapper(config.slam);
   mapper.restore(record);
@@ -64,7 +65,7 @@ FuseSummary finish_scan(const FuseRequest& request, const Config& config, Progre
   account.summary = summarise(map, mesh);
   account.session_is_whole = true;
   if (request.output.empty()) {
-    slam::detail::LiveRun::resume(request.run, config)->save(map, mesh, account);
+    slam::detail::LiveRun::resume(request.run, config, lock)->save(map, mesh, account);
   } else {
     RunFolder folder(
         request.output,

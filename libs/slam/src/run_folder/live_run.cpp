@@ -68,16 +68,17 @@ void LiveRun::check(const fs::path& folder, bool overwrite, const fs::path& inpu
   gelslam::check_run_folder(folder, options_for(overwrite, input));
 }
 
-LiveRun::LiveRun(fs::path folder, fs::path log, const Config& config)
-    : folder_(std::move(folder)), log_(std::move(log)), config_(config), lock_(folder_) {}
+LiveRun::LiveRun(fs::path folder, fs::path log, const Config& config, std::shared_ptr<const FolderLock> lock)
+    : folder_(std::move(folder)), log_(std::move(log)), config_(config), lock_(std::move(lock)) {}
 
 LiveRun::LiveRun(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config)
     : folder_(begin(folder, overwrite, input, config)),
       log_(folder_ / "log.mkv"),
       config_(config),
-      lock_(folder_) {}
+      lock_(std::make_shared<FolderLock>(folder_)) {}
 
-std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Config& config) {
+std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Config& config,
+                                         std::shared_ptr<const FolderLock> lock) {
   std::error_code code;
   const fs::path path = fs::canonical(folder, code);
   if (code) throw Error(folder.string() + ": cannot be reached: " + code.message());
@@ -85,7 +86,7 @@ std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Config& c
     throw Error(folder.string() + ": cannot be continued: " + std::strerror(errno));
   fs::path log = path / "log.mkv";
   for (int part = 2; fs::exists(log, code); ++part) log = path / ("log-" + std::to_string(part) + ".mkv");
-  return std::shared_ptr<LiveRun>(new LiveRun(path, log, config));
+  return std::shared_ptr<LiveRun>(new LiveRun(path, log, config, std::move(lock)));
 }
 
 void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {

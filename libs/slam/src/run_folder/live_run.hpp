@@ -21,9 +21,10 @@ class LiveRun {
   /// Throws Error like RunFolder.
   LiveRun(const std::filesystem::path& folder, bool overwrite, const std::filesystem::path& input,
           const Config& config);
-  /// The folder of a scan that is continued. Throws Error when it cannot be written, or another program
-  /// continues it now.
-  static std::shared_ptr<LiveRun> resume(const std::filesystem::path& folder, const Config& config);
+  /// The folder of a scan that is continued. `lock`: taken before the scan was read. Throws Error when the
+  /// folder cannot be written.
+  static std::shared_ptr<LiveRun> resume(const std::filesystem::path& folder, const Config& config,
+                                         std::shared_ptr<const FolderLock> lock);
 
   const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path session() const { return folder_ / "session"; }
@@ -35,12 +36,13 @@ class LiveRun {
   void save(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
 
  private:
-  LiveRun(std::filesystem::path folder, std::filesystem::path log, const Config& config);
+  LiveRun(std::filesystem::path folder, std::filesystem::path log, const Config& config,
+          std::shared_ptr<const FolderLock> lock);
   void replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account);
 
   const std::filesystem::path folder_, log_;
   const Config config_;
-  const FolderLock lock_;
+  const std::shared_ptr<const FolderLock> lock_;
 };
 
 }  // namespace gelslam::slam::detail

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
@@ -48,8 +49,7 @@ class ScanReader {
   /// Throws Error or a JSON exception for what no scan holds.
   void take(const Json& line) {
     if (line.contains("version")) {
-      check_session_version(line.at("version").get<int>());
-      is_scan_ = true;
+      version_ = line.at("version").get<int>();
     } else if (line.contains("part")) {
       take_part(line.at("part"));
     } else if (line.contains("keyframe")) {
@@ -57,13 +57,13 @@ class ScanReader {
     } else if (line.contains("loops_of")) {
       take_loops(line);
     } else if (line.contains("frames")) {
-      for (const Json& frame : line.at("frames")) record_.frames.push_back(frame_from(frame));
+      take_frames(line.at("frames"));
     } else if (line.contains("forget_from_trial")) {
       forget_from_trial(line.at("forget_from_trial").get<int>());
     }
   }
 
-  bool is_scan() const { return is_scan_; }
+  int version() const { return version_; }  ///< 0: not a scan
 
   /// Leaves out what hangs on keyframes that are not there.
   ScanRecord finish(int damaged_lines) {
@@ -90,6 +90,17 @@ class ScanReader {
   bool is_here(int id) const {
     return id >= 0 && id < static_cast<int>(record_.keyframes.size()) &&
            record_.keyframes[static_cast<std::size_t>(id)];
+  }
+
+  /// Makes its place in the list: an id that was given is never free again, whatever became of the keyframe.
+  std::size_t place_of(int id) {
+    if (id < 0 || id > kMaxKeyframeId) throw Error("impossible keyframe id");
+    const auto place = static_cast<std::size_t>(id);
+    if (place >= record_.keyframes.size()) {
+      record_.keyframes.resize(place + 1);
+      record_.searched.resize(place + 1);
+    }
+    return place;
   }
 
   /// A kill may come between a keyframe and the line that holds its frame.
@@ -126,8 +137,9 @@ class ScanReader {
     keyframe->id = line.at("keyframe").get<int>();
     keyframe->frame = line.at("frame").get<std::int64_t>();
     keyframe->trial = line.at("trial").get<int>();
-    if (keyframe->id < static_cast<int>(record_.keyframes.size()) || keyframe->id > kMaxKeyframeId)
-      throw Error("keyframe ids do not ascend");
+    const std::size_t id = place_of(keyframe->id);
+    if (keyframe->id <= newest_) throw Error("keyframe ids do not ascend");
+    newest_ = keyframe->id;
     const std::optional<PoseGraphEdge> link =
         line.at("link").is_null() ? std::nullopt : std::optional(edge_from(line.at("link")));
     try {
@@ -137,9 +149,6 @@ class ScanReader {
       return;
     }
     keyframe->reference = StoredReference(keyframe->surface, registration_);
-    const auto id = static_cast<std::size_t>(keyframe->id);
-    record_.keyframes.resize(id + 1);
-    record_.searched.resize(id + 1);
     if (link) edges_[keyframe->id].push_back(*link);
     record_.keyframes[id] = std::move(keyframe);
   }
@@ -148,10 +157,19 @@ class ScanReader {
     const int id = line.at("loops_of").get<int>();
     std::vector<PoseGraphEdge> loops;
     for (const Json& edge : line.at("edges")) loops.push_back(edge_from(edge));
+    const std::size_t place = place_of(id);
     if (!is_here(id)) return;
-    record_.searched[static_cast<std::size_t>(id)] = true;
+    record_.searched[place] = true;
     std::vector<PoseGraphEdge>& edges = edges_[id];
     edges.insert(edges.end(), loops.begin(), loops.end());
+  }
+
+  void take_frames(const Json& list) {
+    std::vector<FrameRecord> frames;
+    for (const Json& frame : list) frames.push_back(frame_from(frame));
+    for (const FrameRecord& frame : frames)
+      if (frame.keyframe >= 0) place_of(frame.keyframe);
+    record_.frames.insert(record_.frames.end(), frames.begin(), frames.end());
   }
 
   void forget_from_trial(int trial) {
@@ -166,7 +184,8 @@ class ScanReader {
 
   const fs::path folder_;
   const NormalFlowOptions registration_;
-  bool is_scan_ = false;
+  int version_ = 0;
+  int newest_ = -1;  // keyframe that a line was about
   ScanRecord record_;
   std::map<int, std::vector<PoseGraphEdge>> edges_;  // by the newer keyframe
   int unreadable_count_ = 0;
@@ -200,13 +219,16 @@ ScanRecord read_scan(const fs::path& folder, const NormalFlowOptions& registrati
     if (!whole) continue;
     try {
       reader.take(*whole);
-    } catch (const nlohmann::json::exception&) {
+    } catch (const std::exception&) {
       ++damaged;
-    } catch (const Error& error) {
-      throw Error(file.string() + ": " + error.what());
     }
   }
-  if (!reader.is_scan()) throw Error(file.string() + ": damaged, or not a scan of gelslam");
+  if (reader.version() == 0) throw Error(file.string() + ": damaged, or not a scan of gelslam");
+  try {
+    check_session_version(reader.version());
+  } catch (const Error& error) {
+    throw Error(file.string() + ": " + error.what());
+  }
   return reader.finish(damaged);
 }
 

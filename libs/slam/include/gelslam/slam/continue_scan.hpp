@@ -23,6 +23,9 @@ ScanPart part_of(const Config& config, const std::filesystem::path& log);
 /// err alike belong to one scan (others are joined by merge_scans()).
 ContinuedScan continue_scan(const std::filesystem::path& run, const Config& config,
                             const std::filesystem::path& log);
+/// The same to go on in the run folder itself, which is locked before it is read: throws Error while another
+/// program writes to it.
+ContinuedScan continue_in_place(const std::filesystem::path& run, const Config& config);
 
 /// What became of each part, a sentence each: how many of its trials joined the map, and which did not. Empty
 /// for a scan of one part.

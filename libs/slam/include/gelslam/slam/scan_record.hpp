@@ -12,6 +12,8 @@
 
 namespace gelslam {
 
+class FolderLock;
+
 /// The result of tracking one frame: small enough to keep one per frame of a long log.
 struct FrameRecord {
   std::int64_t frame = 0;
@@ -39,7 +41,8 @@ struct ScanPart {
 /// found, before the pose graph draws conclusions.
 struct ScanRecord {
   std::vector<ScanPart> parts;
-  std::vector<std::shared_ptr<const Keyframe>> keyframes;  ///< by id; null where taken back, or damaged
+  /// By id, as many as ids were given; null where taken back, or damaged.
+  std::vector<std::shared_ptr<const Keyframe>> keyframes;
   /// Keyframe by keyframe: the link to the keyframe it was tracked from, then its loops.
   std::vector<PoseGraphEdge> edges;
   std::vector<bool> searched;  ///< by id: loops were looked for
@@ -51,7 +54,8 @@ struct ScanRecord {
 struct ContinuedScan {
   ScanRecord record;  ///< `parts` includes the new one
   std::int64_t first_frame = 0;
-  double first_time_s = 0;  ///< a second after the last frame
+  double first_time_s = 0;                 ///< a second after the last frame
+  std::shared_ptr<const FolderLock> lock;  ///< of the run folder, if the scan goes on in it
 
   int last_keyframe() const { return static_cast<int>(record.keyframes.size()) - 1; }
   int last_trial() const;
