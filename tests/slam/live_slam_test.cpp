@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "gelslam/core/error.hpp"
@@ -354,6 +356,15 @@ TEST_F(Live, AWarningThatCountsIsSaidOnceWithItsNewestCount) {
   const ReconstructSummary summary = start().wait();
   EXPECT_THAT(summary.warning, HasSubstr("40 frames came damaged"));
   EXPECT_THAT(summary.warning, testing::Not(HasSubstr("30 frames came damaged")));
+}
+
+TEST_F(Live, ALogWhoseNameIsNotUtf8IsPlayedToItsEnd) {
+  options.log = folder / "co\xe9in";
+  const ReconstructSummary summary = start().wait();
+  EXPECT_THAT(summary.warning, testing::Not(HasSubstr("UTF")));
+  EXPECT_EQ(read_scan(options.run_folder / "session", {}).keyframes.size(),
+            static_cast<std::size_t>(summary.keyframes));
+  EXPECT_EQ(nlohmann::json::parse(read("report.json")).at("frames").at("total"), summary.frames);
 }
 
 TEST_F(Live, StoppedInAHurryItSavesWhatThereIs) {

@@ -1,6 +1,5 @@
 #include "live/live_record.hpp"
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam::slam::detail {
@@ -9,7 +8,7 @@ void RecordStage::run(RecordQueue& in, bool continued) {
   const auto guarded = [&](const auto& work) {
     try {
       work();
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {  // whatever it is, the scan goes on
       board_.warn(error.what());
       writer_.reset();
       is_whole_ = false;

@@ -116,6 +116,11 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   return json;
 }
 
+/// What is not UTF-8 (of file names) is replaced.
+std::string text(const ordered_json& json) {
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
 std::map<int, Pose> map_poses(const SlamMap& map) {
   std::map<int, Pose> poses;
   for (std::size_t id = 0; id < map.keyframes.size(); ++id)
@@ -170,7 +175,7 @@ Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* pr
   return fuse(posed_surfaces(map), fusion, progress);
 }
 
-std::string report_json(const Run& run) { return report(run.config, run.map, run.account).dump(2) + "\n"; }
+std::string report_json(const Run& run) { return text(report(run.config, run.map, run.account)); }
 
 void write_run(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh,
                const RunAccount& account) {
@@ -186,7 +191,7 @@ void write_results(const fs::path& folder, const Config& config, const SlamMap& 
   write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map, false));
   write_g2o_edges(folder / "loop_outliers.g2o", map_edges(map, true));
   write_file_atomically(folder / "config.yaml", write_config(config));
-  write_file_atomically(folder / "report.json", report(config, map, account).dump(2) + "\n");
+  write_file_atomically(folder / "report.json", text(report(config, map, account)));
 }
 
 }  // namespace gelslam

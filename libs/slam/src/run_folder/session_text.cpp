@@ -26,7 +26,7 @@ double finite(const Json& json) {
 }  // namespace
 
 std::string with_checksum(const Json& object) {
-  std::string line = object.dump();
+  std::string line = object.dump(-1, ' ', false, Json::error_handler_t::replace);
   line.pop_back();  // the brace
   const std::uint32_t sum = crc32_of(line);
   return fmt::format("{}{}{}}}\n", line, kChecksumMember, sum);

@@ -14,7 +14,8 @@ using Json = nlohmann::ordered_json;
 
 inline constexpr int kSessionVersion = 2;
 
-/// A JSON object on one line whose last member, `crc32`, is that of all bytes before its comma.
+/// A JSON object on one line whose last member, `crc32`, is that of all bytes before its comma. What is not
+/// UTF-8 (of file names) is replaced.
 std::string with_checksum(const Json& object);
 /// Nothing when the checksum is missing or does not match.
 std::optional<Json> without_damage(std::string_view line);
