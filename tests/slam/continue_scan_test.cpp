@@ -16,6 +16,7 @@
 #include "gelslam/slam/session.hpp"
 #include "gelslam/surface/resampling.hpp"
 #include "run_folder/run_writer.hpp"
+#include "run_folder/scan_writer.hpp"
 
 namespace gelslam {
 namespace {

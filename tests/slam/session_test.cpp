@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <limits>
@@ -14,7 +16,22 @@
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "run_folder/scan_writer.hpp"
 #include "run_folder/session_text.hpp"
+
+namespace {
+
+/// Sizes of files when they were last synced: what a power loss leaves of them.
+std::map<std::filesystem::path, std::uintmax_t> synced_sizes;
+
+}  // namespace
+
+/// In front of that of the C library.
+extern "C" int fdatasync(int descriptor) {
+  const auto file = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(descriptor));
+  synced_sizes[file] = std::filesystem::file_size(file);
+  return static_cast<int>(::syscall(SYS_fdatasync, descriptor));
+}
 
 namespace gelslam {
 namespace {
@@ -161,6 +178,35 @@ TEST(Session, IsReadWhereverItWasCutOff) {
     ASSERT_EQ(continued.frames.size(), cut.frames.size() + 1) << length;
     EXPECT_EQ(continued.keyframes.size(), cut.keyframes.size());
   }
+}
+
+/// Files that were not synced may be short after a power loss, however long ago they were written.
+TEST(Session, APowerLossTakesNoKeyframe) {
+  const TemporaryFolder folder;
+  const ScanRecord record = small_map().measured;
+  const std::filesystem::path file = folder / "scan.jsonl";
+  ScanWriter writer = ScanWriter::begin(folder.path());
+  for (const auto& keyframe : record.keyframes) {
+    for (int i = 0; i < 30; ++i) writer.add_frame(record.frames[static_cast<std::size_t>(20 + i)]);
+    writer.add_keyframe(*keyframe, nullptr);
+    const std::string text = read_bytes(file);
+    write_bytes(file, text.substr(0, synced_sizes[file]));
+    EXPECT_TRUE(read_scan(folder.path(), {}).keyframes.at(static_cast<std::size_t>(keyframe->id)));
+    write_bytes(file, text);
+  }
+  writer.add_frame(record.frames.back());
+  writer.flush();
+  EXPECT_EQ(synced_sizes[file], std::filesystem::file_size(file)) << "at the end all is on the disk";
+}
+
+TEST(Session, NamesThatAreNotUtf8AreKeptAsFarAsJsonCan) {
+  const TemporaryFolder folder;
+  ScanRecord record = small_map().measured;
+  record.parts[0].log = "/logs/co\xe9in.mkv";
+  write_scan(folder.path(), record);
+  const ScanRecord after = read_scan(folder.path(), {});
+  EXPECT_TRUE(after.warnings.empty());
+  EXPECT_EQ(after.parts.at(0).log, "/logs/co\uFFFDin.mkv");
 }
 
 TEST(Session, ADamagedKeyframeIsLeftOutAndTheRestIsUsed) {

@@ -9,9 +9,9 @@
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/frontend/tracker.hpp"
-#include "gelslam/slam/scan_record.hpp"
 #include "live/live_board.hpp"
 #include "live/live_messages.hpp"
+#include "run_folder/scan_writer.hpp"
 
 namespace gelslam::slam::detail {
 

@@ -1,14 +1,9 @@
-#include <fcntl.h>
-#include <unistd.h>
+#include "run_folder/scan_writer.hpp"
 
-#include <cerrno>
-#include <cstring>
 #include <map>
-#include <set>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "run_folder/session_text.hpp"
 
@@ -21,14 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFramesPerLine = 25;  // about one second: as much as a kill may cost
-
-/// Written when a line was cut off, so that the next one is whole.
-bool ends_within_line(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary | std::ios::ate);
-  if (!stream || stream.tellg() == std::streampos(0)) return false;
-  stream.seekg(-1, std::ios::end);
-  return stream.get() != '\n';
-}
 
 Json json_of(const FrameRecord& frame) {
   Json values = {frame.frame, frame.time_s, name(frame.status), frame.trial, frame.keyframe};
@@ -52,35 +39,49 @@ void write_keyframe(ScanWriter& writer, const Keyframe& keyframe, const std::vec
 
 }  // namespace
 
+ScanWriter::ScanWriter(const fs::path& folder, int open_flags)
+    : folder_(folder),
+      file_(folder / "scan.jsonl"),
+      record_(::open(file_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC | open_flags, 0666)) {
+  if (!record_.ok()) throw Error(file_.string() + ": cannot be written: " + errno_text());
+  char last = '\n';
+  if (const off_t size = ::lseek(record_.get(), 0, SEEK_END); size > 0) [[maybe_unused]]
+    const ssize_t read = ::pread(record_.get(), &last, 1, size - 1);
+  ends_within_line_ = last != '\n';
+}
+
 ScanWriter ScanWriter::begin(const fs::path& folder) {
   std::error_code code;
   fs::remove_all(folder, code);
   if (!code) fs::create_directories(folder, code);
   if (code) throw Error(folder.string() + ": cannot create the folder: " + code.message());
-  ScanWriter writer(folder);
+  ScanWriter writer(folder, O_CREAT);
+  sync_folder(folder);
+  sync_folder(folder.parent_path());
   writer.write(with_checksum({{"version", kSessionVersion}}));
   return writer;
 }
 
-ScanWriter ScanWriter::append(const fs::path& folder) {
-  if (!fs::exists(folder / "scan.jsonl")) throw Error(folder.string() + ": holds no scan.jsonl");
-  return ScanWriter(folder);
-}
+ScanWriter ScanWriter::append(const fs::path& folder) { return {folder, 0}; }
 
 /// Line by line with one system call each: what was written survives a kill.
 void ScanWriter::write(const std::string& line) {
-  const fs::path file = folder_ / "scan.jsonl";
-  const std::string bytes = (ends_within_line(file) ? "\n" : "") + line;
-  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  const ssize_t written = descriptor < 0 ? -1 : ::write(descriptor, bytes.data(), bytes.size());
-  const int error = written < 0 ? errno : ENOSPC;
-  if (descriptor >= 0) ::close(descriptor);
-  if (written != static_cast<ssize_t>(bytes.size()))
-    throw Error(file.string() + ": cannot be written: " + std::strerror(error));
+  const std::string bytes = (ends_within_line_ ? "\n" : "") + line;
+  const ssize_t written = ::write(record_.get(), bytes.data(), bytes.size());
+  if (written > 0) ends_within_line_ = written != static_cast<ssize_t>(bytes.size());
+  if (written == static_cast<ssize_t>(bytes.size())) return;
+  if (written >= 0) errno = ENOSPC;
+  throw Error(file_.string() + ": cannot be written: " + errno_text());
+}
+
+/// Not every file system can.
+void ScanWriter::sync() const {
+  if (::fdatasync(record_.get()) != 0 && errno != EINVAL && errno != ENOSYS)
+    throw Error(file_.string() + ": cannot be written: " + errno_text());
 }
 
 void ScanWriter::add_part(const ScanPart& part) {
-  flush();
+  write_waiting();
   write(with_checksum({{"part",
                         {{"first_frame", part.first_frame},
                          {"sensor", part.sensor},
@@ -89,12 +90,13 @@ void ScanWriter::add_part(const ScanPart& part) {
 }
 
 void ScanWriter::add_keyframe(const Keyframe& keyframe, const PoseGraphEdge* link) {
-  flush();
+  write_waiting();
   write_file_atomically(surface_file(folder_, keyframe.id), keyframe.surface.packed()->bytes());
   write(with_checksum({{"keyframe", keyframe.id},
                        {"frame", keyframe.frame},
                        {"trial", keyframe.trial},
                        {"link", link ? slam::detail::json_of(*link) : Json()}}));
+  sync();
 }
 
 void ScanWriter::add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops) {
@@ -105,15 +107,20 @@ void ScanWriter::add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops
 
 void ScanWriter::add_frame(const FrameRecord& frame) {
   waiting_.push_back(frame);
-  if (waiting_.size() >= kFramesPerLine) flush();
+  if (waiting_.size() >= kFramesPerLine) write_waiting();
 }
 
 void ScanWriter::forget_from_trial(int trial) {
-  flush();
+  write_waiting();
   write(with_checksum({{"forget_from_trial", trial}}));
 }
 
 void ScanWriter::flush() {
+  write_waiting();
+  sync();
+}
+
+void ScanWriter::write_waiting() {
   if (waiting_.empty()) return;
   Json frames = Json::array();
   for (const FrameRecord& frame : waiting_) frames.push_back(json_of(frame));

@@ -9,6 +9,7 @@
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "run_folder/scan_writer.hpp"
 #include "run_folder/session_text.hpp"
 #include "run_folder/session_v1.hpp"
 

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -60,36 +59,6 @@ struct ContinuedScan {
   int last_keyframe() const { return static_cast<int>(record.keyframes.size()) - 1; }
   int last_trial() const;
 };
-
-/// Writes a record while the scan goes on: session/scan.jsonl grows line by line, each with its checksum, and
-/// every keyframe's surface gets a file of its own. After kill -9 what was written is there. Not thread-safe.
-/// Its functions throw Error when the disk is full or the folder may not be written.
-class ScanWriter {
- public:
-  /// Begins the record of a new scan; what the folder held of another one is removed.
-  static ScanWriter begin(const std::filesystem::path& folder);
-  /// Goes on with the one that is there.
-  static ScanWriter append(const std::filesystem::path& folder);
-
-  void add_part(const ScanPart& part);
-  /// `link`: null at the start of a trial.
-  void add_keyframe(const Keyframe& keyframe, const PoseGraphEdge* link);
-  /// The loops of a keyframe; to be called for every one, also if none were found.
-  void add_loops(int keyframe, const std::vector<PoseGraphEdge>& loops);
-  void add_frame(const FrameRecord& frame);  ///< is written with the next line, or the next 25th frame
-  void forget_from_trial(int trial);         ///< Mapper::forget_from_trial(); its frames become `undone`
-  void flush();                              ///< writes frames that wait
-
- private:
-  explicit ScanWriter(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  void write(const std::string& line);
-
-  std::filesystem::path folder_;
-  std::vector<FrameRecord> waiting_;
-};
-
-/// Writes a whole record at once.
-void write_scan(const std::filesystem::path& folder, const ScanRecord& record);
 
 /// Reads a record, also one that a kill has cut off: a last line that is not whole is left out. Lines and
 /// surfaces that are damaged or missing are left out with a warning. Throws Error when there is no record, or
