@@ -4,7 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
+#include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/slam/session.hpp"
+#include "run_folder/live_run.hpp"
 
 namespace gelslam {
 namespace {
@@ -55,6 +59,33 @@ TEST(RunFolderFiles, LoopsThatAreContradictedAreNotInTheGraph) {
   EXPECT_THAT(outliers, testing::StartsWith("EDGE_SE3:QUAT 1 3 "));
   EXPECT_EQ(std::count(outliers.begin(), outliers.end(), '\n'), 1);
   EXPECT_THAT(run_entries(), testing::Contains("loop_outliers.g2o")) << "else the run cannot be replaced";
+}
+
+/// A session that the scan could not write is written at its end; the one that is there goes only then.
+TEST(LiveRunFolder, ASessionThatCannotBeWrittenAgainStays) {
+  const TemporaryFolder folder;
+  SlamMap map = map_with_a_false_loop();
+  map.measured.keyframes = map.keyframes;
+  for (int i = 0; i < 200; ++i) map.measured.frames.push_back({.frame = i, .time_s = 0.04 * i});
+  write_run(folder.path(), Config{}, map, Mesh{}, RunAccount{});
+  const std::string record = read_bytes(folder / "session/scan.jsonl"),
+                    saved = read_bytes(folder / "session/session.json"),
+                    surface = read_bytes(folder / "session/3.surface");
+  const auto run = slam::detail::LiveRun::resume(folder.path(), Config{},
+                                                 std::make_shared<const FolderLock>(folder.path()));
+  map.measured.frames.push_back({.frame = 200, .time_s = 8});
+  std::string message;
+  {
+    const FileSizeLimit limit(record.size() - 1);
+    message = message_of<Error>([&] { run->save(map, Mesh{}, RunAccount{}); });
+  }
+  EXPECT_THAT(message, HasSubstr("session/scan.jsonl: cannot be written"));
+  EXPECT_TRUE(read_bytes(folder / "session/scan.jsonl") == record);
+  EXPECT_TRUE(read_bytes(folder / "session/session.json") == saved);
+  EXPECT_TRUE(read_bytes(folder / "session/3.surface") == surface);
+  run->save(map, Mesh{}, RunAccount{});
+  EXPECT_EQ(read_scan(folder / "session", {}).frames.size(), 201u);
+  EXPECT_FALSE(std::filesystem::exists(folder / "saving.tmp"));
 }
 
 /// The last keyframe is a trial of its own that nothing joins; two tracked frames belong to it.

@@ -104,17 +104,16 @@ void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAcc
       folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
   const TemporaryFolder whole(folder_ / kSavingFolder);
   write_results(whole.path, config_, map, mesh, account);
+  // The record was written while the scan went on, unless that has failed.
+  const bool record_is_whole = account.session_is_whole && fs::exists(session() / "scan.jsonl");
+  if (!record_is_whole) save_session(whole.path / "session", map);
   for (const std::string& entry : run_entries()) {
     if (!fs::exists(whole.path / entry)) continue;
     // A folder cannot be replaced in one step: the old one goes out of the way, and away with `whole`.
     if (fs::is_directory(folder_ / entry)) fs::rename(folder_ / entry, whole.path / ("old_" + entry));
     fs::rename(whole.path / entry, folder_ / entry);
   }
-  // The record was written while the scan went on, unless that has failed.
-  if (fs::exists(session() / "scan.jsonl") && account.session_is_whole)
-    save_map(session(), map);
-  else
-    save_session(session(), map);
+  if (record_is_whole) save_map(session(), map);
 }
 
 }  // namespace gelslam::slam::detail
