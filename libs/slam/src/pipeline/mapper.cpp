@@ -280,7 +280,8 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   }
   map.edges = consistent(edges, options_);
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
-  if (keyframes_.empty()) {
+  map.in_map.resize(map.keyframes.size());
+  if (trial_T_keyframe_.empty()) {
     closing.end();
     return map;
   }
@@ -297,7 +298,6 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   const std::map<int, int> per_component = tracked_frames_per_component(map.frames, map.solution);
   map.components = static_cast<int>(per_component.size());
   const int component = largest_component(per_component);
-  map.in_map.resize(map.keyframes.size());
   for (const auto& [id, component_of_id] : map.solution.component_of_node)
     map.in_map[static_cast<std::size_t>(id)] = component_of_id == component;
   const int anchor = choose_anchor(map.keyframes, map.in_map);
