@@ -1,5 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <future>
@@ -7,8 +10,10 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/pose_stream.hpp"
 #include "live/live_board.hpp"
 #include "live_fixture.hpp"
 
@@ -17,6 +22,20 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
+
+/// Everything that a socket says until it closes.
+std::string hear_all(const fs::path& path) {
+  const FileDescriptor client(::socket(AF_UNIX, SOCK_STREAM, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.string().copy(address.sun_path, sizeof address.sun_path - 1);
+  EXPECT_EQ(::connect(client.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  std::string text;
+  char bytes[4096];
+  for (ssize_t count; (count = ::recv(client.get(), bytes, sizeof bytes, 0)) > 0;)
+    text.append(bytes, static_cast<std::size_t>(count));
+  return text;
+}
 
 TEST_F(Live, WithoutDropsTheMapIsThatOfTheOfflineProgram) {
   fs::create_directory(folder / "log");
@@ -210,6 +229,41 @@ TEST_F(Live, ANewScanInAContinuedRunLeavesThatRunAsItIs) {
   const ScanRecord own = read_scan(folder / "run-2/session", NormalFlowOptions{});
   EXPECT_EQ(static_cast<int>(own.keyframes.size()), second.keyframes);
   EXPECT_TRUE(fs::exists(folder / "run-2/mesh.ply"));
+}
+
+TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
+  const int before = start().wait().keyframes;
+  continue_run();
+  PoseStream::Options to;
+  to.target = "unix:" + (folder / "pose").string();
+  to.surface = true;
+  options.stream = std::make_shared<PoseStream>(to);
+  std::future<std::string> heard;
+  source->before(30, [&] { heard = std::async(std::launch::async, hear_all, folder / "pose"); });
+  const int all = start().wait().keyframes;
+  session.reset();
+  options.stream.reset();
+  std::set<int> ids;
+  std::istringstream lines(heard.get());
+  for (std::string line; std::getline(lines, line);) {
+    const auto json = nlohmann::json::parse(line);
+    if (json.at("type") != "keyframe") continue;
+    EXPECT_TRUE(ids.insert(json.at("keyframe").get<int>()).second) << "one line each";
+    EXPECT_GT(json.at("points").size(), 300u);
+  }
+  EXPECT_GT(before, 2);
+  EXPECT_EQ(static_cast<int>(ids.size()), all);
+}
+
+TEST_F(Live, WhoeverReadsARunToGoOnInItKeepsOthersOut) {
+  start().wait();
+  continue_run();
+  const auto another = [&] { continue_in_place(options.run_folder, options.config); };
+  EXPECT_THAT(message_of<Error>(another), HasSubstr("another program is writing to"));
+  start().wait();
+  const std::size_t keyframes = read_scan(options.run_folder / "session", {}).keyframes.size();
+  continue_run();
+  EXPECT_EQ(options.continued->record.keyframes.size(), keyframes) << "what the one before has added, too";
 }
 
 TEST_F(Live, ASecondNewScanWithoutASaveKeepsTheFolder) {

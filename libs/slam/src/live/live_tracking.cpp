@@ -9,6 +9,7 @@ TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> s
                              LiveBoard& board, StageTimer& timer)
     : options_(options),
       search_share_(search_share),
+      continued_(continued),
       tracker_(new_tracker()),
       stream_(stream),
       board_(board),
@@ -31,6 +32,9 @@ Tracker TrackingStage::new_tracker() const {
 }
 
 void TrackingStage::run(TrackerQueue& in, MapperQueue& out) {
+  if (continued_ && stream_)
+    for (const auto& keyframe : continued_->record.keyframes)
+      if (keyframe) stream_->keep(*keyframe);
   while (const std::optional<TrackerMessage> message = in.pop())
     std::visit([&](const auto& content) { handle(content, out); }, *message);
 }

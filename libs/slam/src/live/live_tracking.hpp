@@ -44,6 +44,7 @@ class TrackingStage {
 
   const SlamOptions options_;
   const std::optional<double> search_share_;
+  const ContinuedScan* const continued_;
   Tracker tracker_;
   PoseStream* stream_;
   HiddenMotions hidden_;

@@ -93,9 +93,12 @@ void PoseStream::write(FrameReport report, const MapSnapshot& map) {
     return;
   }
   server_.write(ndjson_line(report));
-  if (!options_.surface) return;
-  for (const NewKeyframe& added : frame.new_keyframes)
-    server_.write_and_keep(added.keyframe->id, keyframe_line(*added.keyframe, scan_));
+  for (const NewKeyframe& added : frame.new_keyframes) keep(*added.keyframe);
+}
+
+void PoseStream::keep(const Keyframe& keyframe) {
+  if (options_.surface && options_.format == StreamFormat::ndjson)
+    server_.write_and_keep(keyframe.id, keyframe_line(keyframe, scan_));
 }
 
 void PoseStream::start_scan(int scan) {

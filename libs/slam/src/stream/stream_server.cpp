@@ -219,8 +219,11 @@ void StreamServer::write_and_keep(int key, std::string line) {
   const auto shared = std::make_shared<const std::string>(std::move(line));
   {
     const std::lock_guard lock(impl_->mutex);
-    impl_->kept[key] = shared;
-    for (StreamReader& reader : impl_->readers) reader.push(shared);
+    const bool is_new = impl_->kept.insert_or_assign(key, shared).second;
+    for (StreamReader& reader : impl_->readers) {
+      if (is_new) ++reader.most_queued;  // as for a reader that connects later
+      reader.push(shared);
+    }
   }
   impl_->wake();
 }

@@ -40,6 +40,8 @@ class PoseStream {
   /// Throws Error like StreamServer.
   explicit PoseStream(const Options& options);
 
+  /// Before the first frame: a keyframe of the scan that goes on.
+  void keep(const Keyframe& keyframe);
   /// The tracking thread: every frame, in order. Does not wait.
   void write(FrameReport report, const MapSnapshot& map);
   /// Frames that follow belong to another scan.
