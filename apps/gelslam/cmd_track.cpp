@@ -157,12 +157,13 @@ class MapOutput final : public PoseOutput {
 
 /// Surfaces of another pixel pitch than the sensor's would never be found.
 std::vector<PosedSurface> read_map_for(const SensorProfile& sensor, const std::string& map) {
-  std::vector<PosedSurface> patches = read_map(map);
-  for (const PosedSurface& patch : patches)
+  Session session = read_map(map);
+  for (const std::string& warning : session.warnings) std::cerr << "gelslam: warning: " << warning << "\n";
+  for (const PosedSurface& patch : session.patches)
     if (const double pitch_mm = patch.surface.pixel_pitch_mm(); pitch_mm != sensor.pixel_pitch_mm)
       throw Error(fmt::format("{}: has pixels of {} mm, not of {} mm as the sensor", map,
                               short_number(pitch_mm), short_number(sensor.pixel_pitch_mm)));
-  return patches;
+  return std::move(session.patches);
 }
 
 std::unique_ptr<PoseOutput> make_output(const TrackArguments& arguments, const Config& config) {

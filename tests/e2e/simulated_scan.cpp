@@ -78,6 +78,13 @@ void expect_complete(const fs::path& run) {
   }
 }
 
+std::string saved_map(const fs::path& run) {
+  json map = json::parse(read_bytes(run / "session/session.json"));
+  map.erase("scan_bytes");
+  map.erase("crc32");
+  return map.dump();
+}
+
 void write_long_log(const fs::path& folder, int frames) {
   fs::create_directory(folder);
   cv::VideoCapture video((scan().log() / "gelsight.avi").string());

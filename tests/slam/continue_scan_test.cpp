@@ -341,6 +341,108 @@ TEST_F(Merge, FusesAgainWithOtherSettings) {
               HasSubstr("at least twice the voxel size"));
 }
 
+/// A run of one stroke, and what happens to it.
+class Fuse : public Merge {
+ protected:
+  Fuse() {
+    scan.stroke(0, 0, 0);
+    save("run", scan, Config{}, {});
+    request.run = folder / "run";
+    mesh = read_bytes(request.run / "mesh.ply");
+  }
+  FuseSummary fuse(bool stop = false) {
+    NoProgress progress;
+    return fuse_run(request, progress, [stop] { return stop; });
+  }
+  std::string refusal(bool stop = false) {
+    const std::string message = message_of<Error>([&] { fuse(stop); });
+    EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == mesh) << "the run stays as it is";
+    return message;
+  }
+  /// As a live scan does that is killed then.
+  void go_on_without_saving() {
+    const SlamMap before = scan.finish();
+    scan.stroke(0.8, 0.6, 50);
+    const SlamMap after = scan.finish();
+    ScanWriter writer = ScanWriter::append(session);
+    for (std::size_t i = before.frames.size(); i < after.frames.size(); ++i)
+      writer.add_frame(after.frames[i]);
+    for (std::size_t id = before.keyframes.size(); id < after.keyframes.size(); ++id)
+      writer.add_keyframe(*after.measured.keyframes[id], nullptr);
+    writer.flush();
+  }
+
+  Strokes scan;
+  FuseRequest request;
+  std::string mesh;
+  const std::filesystem::path session = folder / "run/session";
+};
+
+TEST_F(Fuse, AMapThatIsOlderThanItsScanIsMadeAgain) {
+  EXPECT_FALSE(fuse().map_was_made);
+  const std::size_t before = load_session(session).patches.size();
+  go_on_without_saving();
+  EXPECT_THAT(load_session(session).warnings, testing::ElementsAre(HasSubstr("went on after")));
+  EXPECT_THAT(message_of<Error>([&] { load_map(session); }), HasSubstr("went on after"));
+  EXPECT_TRUE(fuse().map_was_made);
+  EXPECT_GT(load_session(session).patches.size(), before);
+  EXPECT_TRUE(load_session(session).warnings.empty());
+  EXPECT_GT(read_bytes(request.run / "mesh.ply").size(), mesh.size());
+  EXPECT_FALSE(fuse().map_was_made);
+}
+
+TEST_F(Fuse, ReplacesNoMeshByALesserOne) {
+  const std::string surface = read_bytes(session / "0.surface");
+  ASSERT_GT(load_session(session).patches.size(), 1u);
+  std::filesystem::remove(session / "0.surface");
+  EXPECT_THAT(refusal(), testing::AllOf(HasSubstr("0.surface: cannot be read"), HasSubstr("name a folder")));
+  request.output = folder / "rest";
+  EXPECT_EQ(fuse().warnings.size(), 1u);
+  EXPECT_GT(read_mesh(folder / "rest/mesh.ply").triangles.size(), 100u);
+  for (const auto& entry : std::filesystem::directory_iterator(session))
+    if (entry.path().extension() == ".surface") std::filesystem::remove(entry);
+  for (const char* output : {"", "none"}) {
+    request.output = *output == 0 ? "" : folder / output;
+    EXPECT_THAT(refusal(), HasSubstr("no keyframe"));
+    std::filesystem::remove(session / "session.json");  // the second time as a scan that was killed
+  }
+  request.output.clear();
+  EXPECT_THAT(refusal(), HasSubstr("no keyframe"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
+}
+
+TEST_F(Fuse, StoppedOnItsWayItChangesNothing) {
+  std::filesystem::remove(session / "session.json");
+  EXPECT_THAT(refusal(true), HasSubstr("stopped"));
+  EXPECT_FALSE(std::filesystem::exists(session / "session.json"));
+}
+
+TEST_F(Fuse, TheReportSaysWhatCouldNotBeRead) {
+  std::filesystem::remove(session / "session.json");
+  std::filesystem::remove(request.run / "mesh.ply");  // nothing to lose
+  std::filesystem::remove(session / "1.surface");
+  EXPECT_EQ(fuse().warnings.size(), 1u);
+  EXPECT_THAT(read_bytes(request.run / "report.json"), HasSubstr("1.surface: cannot be read"));
+}
+
+/// The only trial was taken back, then the scan was killed.
+TEST(ContinuedScan, MayHoldNoKeyframeAnyMore) {
+  const TemporaryFolder folder;
+  Strokes scan;
+  scan.stroke(0, 0, 0);
+  save_session(folder / "run/session", scan.finish());
+  ScanWriter::append(folder / "run/session").forget_from_trial(0);
+  std::filesystem::remove(folder / "run/session/session.json");
+  const ContinuedScan undone = read_back(folder / "run/session");
+  const SlamMap map = Strokes(&undone).finish();
+  EXPECT_EQ(map.components, 0);
+  write_run(folder / "run", Config{}, map, fuse_map(map, FusionOptions{}), {});
+  EXPECT_EQ(read_bytes(folder / "run/trajectory.tum"), "");
+  Strokes again(&undone);
+  again.stroke(0, 0, 0);
+  EXPECT_EQ(again.finish().components, 1);
+}
+
 TEST(Resampled, ShowsTheSamePlaceAtAnotherPitch) {
   View fine;
   fine.pixel_pitch_mm = 0.04;

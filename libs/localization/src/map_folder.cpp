@@ -30,9 +30,9 @@ SlamMap slam_map_of(const std::vector<PosedSurface>& patches) {
 
 }  // namespace
 
-std::vector<PosedSurface> read_map(const std::filesystem::path& folder) {
+Session read_map(const std::filesystem::path& folder) {
   for (const std::filesystem::path& session : {folder / "session", folder})
-    if (std::filesystem::exists(session / "session.json")) return load_session(session).patches;
+    if (std::filesystem::exists(session / "session.json")) return load_session(session);
   throw Error(folder.string() + ": no map; give a run folder, its session, or a folder made by gelslam map");
 }
 

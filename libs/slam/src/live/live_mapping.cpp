@@ -25,7 +25,7 @@ MapSnapshot MappingStage::snapshot() const {
 
 void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const Found& found,
                        const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
-                       const std::function<void(const std::vector<FrameRecord>&)>& save) {
+                       const std::function<void(const SaveSoFar&)>& save) {
   bool changed = false;
   const auto handle = [&](const MapperMessage& message) {
     if (const auto* question = std::get_if<FindNeighborhood>(&message)) {
@@ -44,7 +44,7 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const 
       mapper_.emplace(options_);
       scan_ = start->scan;
     } else {
-      save(std::get<SaveSoFar>(message).records);
+      save(std::get<SaveSoFar>(message));
     }
   };
   publish(std::make_shared<const MapSnapshot>(snapshot()));

@@ -26,7 +26,7 @@ class MappingStage {
   /// `publish` is called with every new map, `save` when a person asked for it; all from this thread.
   void run(MapperQueue& in, const std::atomic<bool>& aborted, const Found& found,
            const std::function<void(std::shared_ptr<const MapSnapshot>)>& publish,
-           const std::function<void(const std::vector<FrameRecord>&)>& save);
+           const std::function<void(const SaveSoFar&)>& save);
 
   /// The final map; `stop_requested` leaves out the rest of the refinement. From the thread of run()
   /// or after it.

@@ -28,7 +28,9 @@ struct SurfacedFrame {
 struct BreakTrial {};
 struct UndoTrial {};
 struct NewScan {};
-struct SaveNow {};
+struct SaveNow {
+  std::uintmax_t scan_bytes = 0;  // the session's record by then
+};
 
 using TrackerMessage = std::variant<SurfacedFrame, BreakTrial, UndoTrial, NewScan, SaveNow>;
 
@@ -42,6 +44,7 @@ struct StartScan {
 /// may have gone on to another scan, whose frames do not belong to this map.
 struct SaveSoFar {
   std::vector<FrameRecord> records;
+  std::uintmax_t scan_bytes = 0;
 };
 
 /// Mapper::neighborhood() of a keyframe that was sent before; no answer where the mapper has ended.

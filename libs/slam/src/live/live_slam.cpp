@@ -23,6 +23,8 @@ using namespace slam::detail;
 
 namespace {
 
+namespace fs = std::filesystem;
+
 // What is older than this is not worth its latency.
 constexpr std::size_t kQueuedFrames = 2;
 
@@ -33,9 +35,8 @@ std::optional<double> search_share(const LiveOptions& options) {
   return 0.5;
 }
 
-std::unique_ptr<LogRecorder> make_recorder(const std::filesystem::path& log,
-                                           const LogAttachments& attachments, const RawFrameSource& source,
-                                           const LiveOptions& options) {
+std::unique_ptr<LogRecorder> make_recorder(const fs::path& log, const LogAttachments& attachments,
+                                           const RawFrameSource& source, const LiveOptions& options) {
   LogRecorderOptions recorder;
   if (options.record_resized) recorder.resize_to = options.config.sensor;
   return std::make_unique<LogRecorder>(std::make_unique<LogWriter>(log, attachments, source.rate_hz()),
@@ -76,12 +77,13 @@ struct LiveSlam::Impl {
   void ask_for_new_scan();
   std::shared_ptr<LiveRun> newest_run();
   std::shared_ptr<LiveRun> run_of_scan(int scan);
+  std::uintmax_t record_bytes();
   void report_recording();
   void map_keyframes();
-  void save_for_now(const std::vector<FrameRecord>& records);
+  void save_for_now(const SaveSoFar& so_far);
   void finish();
   std::vector<ScanPart> parts(const std::vector<FrameRecord>& records) const;
-  void save(const SlamMap& map, const Mesh& mesh, bool partial);
+  void save(const SlamMap& map, const Mesh& mesh, bool partial, std::uintmax_t scan_bytes);
   void show(const SlamMap& map, const Mesh& mesh);
   bool failed();
   void join();
@@ -116,7 +118,7 @@ struct LiveSlam::Impl {
   std::exception_ptr failure;
   std::string failure_in_words;
   std::vector<std::shared_ptr<LiveRun>> runs;  // by scan; a new scan shares its folder unless that was saved
-  std::filesystem::path next_run;              // of a new scan; empty: it shares the folder
+  fs::path next_run;                           // of a new scan; empty: it shares the folder
 
   std::latch captured{1};  // nothing more comes, and the log is whole
   std::latch mapped{1};    // the mapper has seen every keyframe
@@ -163,6 +165,14 @@ void LiveSlam::Impl::record_next_run(const RawFrame& first) {
 std::shared_ptr<LiveRun> LiveSlam::Impl::newest_run() {
   const std::lock_guard lock(mutex);
   return runs.empty() ? nullptr : runs.back();
+}
+
+/// Size of the newest run's record. What it holds now will be in every map that is asked for from now on.
+std::uintmax_t LiveSlam::Impl::record_bytes() {
+  const std::shared_ptr<LiveRun> run = newest_run();
+  std::error_code code;
+  const std::uintmax_t bytes = run ? fs::file_size(run->session() / "scan.jsonl", code) : 0;
+  return code ? 0 : bytes;  // not begun
 }
 
 std::shared_ptr<LiveRun> LiveSlam::Impl::run_of_scan(int scan) {
@@ -293,15 +303,15 @@ void LiveSlam::Impl::map_keyframes() {
         fusion.set_map(map);
         board.set_map(std::move(map));
       },
-      [this](const std::vector<FrameRecord>& records) { save_for_now(records); });
+      [this](const SaveSoFar& so_far) { save_for_now(so_far); });
 }
 
 /// Not being able to save is no reason to end a scan.
-void LiveSlam::Impl::save_for_now(const std::vector<FrameRecord>& records) {
+void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
   try {
-    SlamMap map = mapping.finish(records, [this] { return stopped.load(); });
-    map.measured.parts = parts(records);
-    save(map, fuse_map(map, options.config.slam.fusion), true);
+    SlamMap map = mapping.finish(so_far.records, [this] { return stopped.load(); });
+    map.measured.parts = parts(so_far.records);
+    save(map, fuse_map(map, options.config.slam.fusion), true, so_far.scan_bytes);
   } catch (const std::exception& error) {
     board.warn(error.what());
   }
@@ -327,7 +337,7 @@ void LiveSlam::Impl::finish() {
   }
   board.set_words("saving", TrackStatus::background);
   captured.wait();
-  save(map, mesh, aborted || lost || failed());
+  save(map, mesh, aborted || lost || failed(), record_bytes());
   show(map, mesh);
   const std::shared_ptr<LiveRun> run = run_of_scan(mapping.scan());
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
@@ -345,7 +355,7 @@ std::vector<ScanPart> LiveSlam::Impl::parts(const std::vector<FrameRecord>& reco
   return {only};
 }
 
-void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
+void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial, std::uintmax_t scan_bytes) {
   const LiveStatus status = board.status();
   ReconstructSummary counts = summarise(map, mesh);
   counts.partial = partial;
@@ -361,7 +371,7 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial) {
                          status.damaged};
   run->save(map, mesh,
             {options.record ? run->log() : options.log, status.source, timer.statistics(), counts, live,
-             session && session->is_whole()});
+             session->is_whole() ? std::optional(scan_bytes) : std::nullopt});
 }
 
 /// The window goes on with what was saved, instead of what was good enough while it grew.
@@ -434,7 +444,7 @@ void LiveSlam::save_now() {
     const std::lock_guard lock(impl_->mutex);
     if (!impl_->runs.empty()) impl_->next_run = next_run_folder(impl_->runs.front()->folder());
   }
-  impl_->surfaced.push_beyond_limit(SaveNow{});
+  impl_->surfaced.push_beyond_limit(SaveNow{impl_->record_bytes()});
 }
 
 void LiveSlam::stop() {

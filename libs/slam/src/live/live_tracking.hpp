@@ -36,7 +36,9 @@ class TrackingStage {
   void handle(BreakTrial, MapperQueue&) { tracker_.break_trial(); }
   void handle(UndoTrial, MapperQueue& out);
   void handle(NewScan, MapperQueue& out);
-  void handle(SaveNow, MapperQueue& out) { out.push_beyond_limit(SaveSoFar{records()}); }
+  void handle(SaveNow save, MapperQueue& out) {
+    out.push_beyond_limit(SaveSoFar{records(), save.scan_bytes});
+  }
   void record(const FrameRecord& record);
   void take_neighborhood();
   void ask_for_neighborhood(const TrackedFrame& tracked, MapperQueue& out);

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/folder_lock.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/mapper.hpp"
@@ -50,30 +52,58 @@ void copy_run(const fs::path& from, const fs::path& to) {
   }
 }
 
-/// Of a scan that was killed before its map was saved.
-FuseSummary finish_scan(const FuseRequest& request, const Config& config, ProgressSink& progress,
-                        const std::function<bool()>& stop_requested) {
-  const auto lock = request.output.empty() ? std::make_shared<const FolderLock>(request.run) : nullptr;
-  const ScanRecord record = read_scan(request.run / "session", config.slam.registration);
+/// A mesh that is there is not replaced by a lesser one.
+void check_readable(const FuseRequest& request, bool any_keyframe, const std::vector<std::string>& warnings) {
+  const std::string why = warnings.empty() ? "" : warnings.front();
+  if (!any_keyframe)
+    throw Error((request.run / "session").string() + ": holds no keyframe to fuse" +
+                (why.empty() ? "" : ": " + why));
+  if (request.output.empty() && !why.empty() && fs::exists(request.run / "mesh.ply"))
+    throw Error(why + "; the mesh stays as it is: name a folder with -o for one of the rest");
+}
+
+/// What this writes into: the run itself, locked, or another folder.
+struct Target {
+  explicit Target(const FuseRequest& request) {
+    if (request.output.empty())
+      lock = std::make_shared<const FolderLock>(request.run);
+    else
+      folder.emplace(request.output, RunFolderOptions{.overwrite = request.overwrite,
+                                                      .known_entries = run_entries(),
+                                                      .inputs = {request.run}});
+  }
+  std::shared_ptr<const FolderLock> lock;
+  std::optional<RunFolder> folder;
+};
+
+/// Of a scan that was killed before its map was saved, or went on after that.
+FuseSummary finish_scan(const FuseRequest& request, const Config& config, Target& target,
+                        ProgressSink& progress, const std::function<bool()>& stop_requested) {
+  const fs::path session = request.run / "session";
+  RunAccount account;
+  account.scan_bytes = fs::file_size(session / "scan.jsonl");
+  const ScanRecord record = read_scan(session, config.slam.registration);
+  const auto keyframes = std::count_if(record.keyframes.begin(), record.keyframes.end(),
+                                       [](const auto& keyframe) { return keyframe != nullptr; });
+  check_readable(request, keyframes > 0, record.warnings);
   Mapper mapper(config.slam);
   mapper.restore(record);
   SlamMap map = mapper.finish(record.frames, true, stop_requested, &progress);
+  if (stop_requested()) throw Error("stopped; nothing was changed");
   map.measured.parts = record.parts;
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
-  RunAccount account;
   account.log_description = "the session of a scan that was not finished";
   account.summary = summarise(map, mesh);
-  account.session_is_whole = true;
-  if (request.output.empty()) {
-    slam::detail::LiveRun::resume(request.run, config, lock)->save(map, mesh, account);
+  for (const std::string& warning : record.warnings)
+    account.summary.warning += (account.summary.warning.empty() ? "" : "; ") + warning;
+  if (target.folder) {
+    write_run(target.folder->path(), config, map, mesh, account);
+    target.folder->commit();
   } else {
-    RunFolder folder(
-        request.output,
-        {.overwrite = request.overwrite, .known_entries = run_entries(), .inputs = {request.run}});
-    write_run(folder.path(), config, map, mesh, account);
-    folder.commit();
+    slam::detail::LiveRun::resume(request.run, config, target.lock)->save(map, mesh, account);
   }
-  return {record.keyframes.size(), mesh.vertices_mm.size(), mesh.triangles.size(), true, record.warnings};
+  return {static_cast<std::size_t>(keyframes), mesh.vertices_mm.size(), mesh.triangles.size(), true,
+          record.warnings};
 }
 
 }  // namespace
@@ -82,20 +112,19 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
                      const std::function<bool()>& stop_requested) {
   const Config config = config_of(request);
   const fs::path session_folder = request.run / "session";
+  Target target(request);
   if (!fs::exists(session_folder / "session.json") && fs::exists(session_folder / "scan.jsonl"))
-    return finish_scan(request, config, progress, stop_requested);
+    return finish_scan(request, config, target, progress, stop_requested);
   const Session session = load_session(session_folder);
+  if (!session.is_current) return finish_scan(request, config, target, progress, stop_requested);
+  check_readable(request, !session.patches.empty(), session.warnings);
   FusionOptions fusion = config.slam.fusion;
   fusion.gradient_scale = session.gradient_scale;
-  std::optional<RunFolder> folder;
-  if (!request.output.empty())
-    folder.emplace(request.output, RunFolderOptions{.overwrite = request.overwrite,
-                                                    .known_entries = run_entries(),
-                                                    .inputs = {request.run}});
   const Mesh mesh = fuse(session.patches, fusion, &progress);
-  if (folder) copy_run(request.run, folder->path());
-  write_fused(folder ? folder->path() : request.run, config, mesh);
-  if (folder) folder->commit();
+  const fs::path to = target.folder ? target.folder->path() : request.run;
+  if (target.folder) copy_run(request.run, to);
+  write_fused(to, config, mesh);
+  if (target.folder) target.folder->commit();
   return {session.patches.size(), mesh.vertices_mm.size(), mesh.triangles.size(), false, session.warnings};
 }
 

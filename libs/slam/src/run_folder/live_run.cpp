@@ -105,7 +105,7 @@ void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAcc
   const TemporaryFolder whole(folder_ / kSavingFolder);
   write_results(whole.path, config_, map, mesh, account);
   // The record was written while the scan went on, unless that has failed.
-  const bool record_is_whole = account.session_is_whole && fs::exists(session() / "scan.jsonl");
+  const bool record_is_whole = account.scan_bytes && fs::exists(session() / "scan.jsonl");
   if (!record_is_whole) save_session(whole.path / "session", map);
   for (const std::string& entry : run_entries()) {
     if (!fs::exists(whole.path / entry)) continue;
@@ -113,7 +113,7 @@ void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAcc
     if (fs::is_directory(folder_ / entry)) fs::rename(folder_ / entry, whole.path / ("old_" + entry));
     fs::rename(whole.path / entry, folder_ / entry);
   }
-  if (record_is_whole) save_map(session(), map);
+  if (record_is_whole) save_map(session(), map, *account.scan_bytes);
 }
 
 }  // namespace gelslam::slam::detail

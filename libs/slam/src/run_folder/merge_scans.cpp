@@ -204,7 +204,7 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
     summary.warning += (summary.warning.empty() ? "" : "; ") + warning;
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   write_run(folder.path(), config, map, mesh,
-            {{}, "a merge of " + std::to_string(records.size()) + " runs", {}, summary, std::nullopt, false});
+            {{}, "a merge of " + std::to_string(records.size()) + " runs", {}, summary, std::nullopt});
   folder.commit();
   return summary;
 }

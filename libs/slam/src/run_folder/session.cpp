@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
@@ -23,8 +24,9 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kNotASession = "damaged, or not a session of gelslam";
 
-Json json_of(const SlamMap& map) {
+Json json_of(const SlamMap& map, std::uintmax_t scan_bytes) {
   Json json = {{"version", kSessionVersion},
+               {"scan_bytes", scan_bytes},
                {"anchor_frame", map.anchor_frame},
                {"gradient_scale", map.surface_scale().mean()},
                {"slope_correction", map.slope_correction.factors},
@@ -63,6 +65,8 @@ SavedMap map_from(const Json& json) {
   if (!(map.gradient_scale > 0.1 && map.gradient_scale < 10)) throw Error("impossible gradient scale");
   map.slope_correction.factors = json.at("slope_correction").get<decltype(SlopeCorrection::factors)>();
   map.surfaces_corrected = json.at("surfaces_corrected").get<bool>();
+  map.scan_bytes =
+      json.value("scan_bytes", std::numeric_limits<std::uintmax_t>::max());  // missing: not known
   for (const Json& entry : json.at("keyframes")) {
     SavedMap::Node node;
     node.keyframe = entry.at("id").get<int>();
@@ -88,8 +92,21 @@ SavedMap checked_map(const std::string& text) {
   return map_from(*json);
 }
 
+/// "": of the whole scan.
+std::string what_is_missing(const SavedMap& map, const fs::path& folder) {
+  std::error_code code;
+  const std::uintmax_t bytes = fs::file_size(folder / "scan.jsonl", code);
+  if (code || bytes <= map.scan_bytes) return "";
+  return folder.string() +
+         ": the scan went on after its map was saved; gelslam fuse makes the map of all of it";
+}
+
 Session patches_of(const SavedMap& map, const fs::path& folder) {
   Session session;
+  if (const std::string missing = what_is_missing(map, folder); !missing.empty()) {
+    session.is_current = false;
+    session.warnings.push_back(missing);
+  }
   session.gradient_scale = map.gradient_scale;
   int unreadable = 0;
   std::string why;
@@ -133,22 +150,24 @@ void save_session(const fs::path& folder, const SlamMap& map) {
   ScanRecord record = map.measured;
   if (record.keyframes.empty()) record.keyframes = map.keyframes;  // a map that no scan has measured
   write_scan(folder, record);
-  save_map(folder, map);
+  save_map(folder, map, fs::file_size(folder / "scan.jsonl"));
 }
 
-void save_map(const fs::path& folder, const SlamMap& map) {
+void save_map(const fs::path& folder, const SlamMap& map, std::uintmax_t scan_bytes) {
   if (map.surfaces_corrected)
     for (const PosedSurface& patch : posed_surfaces(map))
       write_file_atomically(corrected_file(folder, patch.id), patch.surface.packed()->bytes());
-  write_file_atomically(folder / "session.json", with_checksum(json_of(map)));
+  write_file_atomically(folder / "session.json", with_checksum(json_of(map, scan_bytes)));
 }
 
 SavedMap load_map(const fs::path& folder) {
-  return with_session_file(folder, [](int version, const std::string& text, const Json&) {
+  SavedMap map = with_session_file(folder, [](int version, const std::string& text, const Json&) {
     if (version < kSessionVersion)
       throw Error("written by an older version of the program, which kept only the map's surfaces");
     return checked_map(text);
   });
+  if (const std::string missing = what_is_missing(map, folder); !missing.empty()) throw Error(missing);
+  return map;
 }
 
 Session load_session(const fs::path& folder) {

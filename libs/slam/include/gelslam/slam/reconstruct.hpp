@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -41,7 +42,9 @@ struct RunAccount {
   std::vector<StageStatistics> times;
   ReconstructSummary summary;
   std::optional<LiveAccount> live;
-  bool session_is_whole = false;  ///< a live scan has written it while it went on, without a failure
+  /// Of the record that a live scan writes while it goes on: its size in bytes when the map was asked for.
+  /// None: there is none, or it is not whole.
+  std::optional<std::uintmax_t> scan_bytes = {};
 };
 
 /// A run in memory. save_run() makes a run folder of it.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -13,7 +14,8 @@ namespace gelslam {
 struct Session {
   double gradient_scale = 1.0;        ///< that is still in the surfaces
   std::vector<PosedSurface> patches;  ///< keyframes of the map, in the anchor's frame, by id
-  std::vector<std::string> warnings;  ///< what could not be read, as sentences for the user
+  bool is_current = true;             ///< false: the scan went on after this map was saved
+  std::vector<std::string> warnings;  ///< what could not be read, or is not in it, as sentences for the user
 };
 
 /// What was concluded from a ScanRecord, as session.json holds it.
@@ -30,14 +32,16 @@ struct SavedMap {
   std::vector<Node> nodes;          ///< by keyframe id, ascending
   std::vector<PoseGraphEdge> edges;
   std::vector<bool> edge_outlier;
+  std::uintmax_t scan_bytes = 0;  ///< so much of scan.jsonl it was concluded from
 };
 
 /// Writes a session: write_scan() and save_map(). Throws Error when the disk is full.
 void save_session(const std::filesystem::path& folder, const SlamMap& map);
 
-/// Writes what was concluded beside the record that is there: session.json, replaced whole, and the map's
-/// surfaces if their slopes were corrected.
-void save_map(const std::filesystem::path& folder, const SlamMap& map);
+/// Writes what was concluded from the first `scan_bytes` of the record that is there: session.json, replaced
+/// whole, and the map's surfaces if their slopes were corrected.
+void save_map(const std::filesystem::path& folder, const SlamMap& map, std::uintmax_t scan_bytes);
+/// Throws Error, too, when the scan went on after its map was saved.
 SavedMap load_map(const std::filesystem::path& folder);
 
 /// Reads the map's patches, of this version or an older one. Keyframes whose surface is missing or damaged
