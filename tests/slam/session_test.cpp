@@ -7,6 +7,7 @@
 #include <zlib.h>
 
 #include <limits>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -28,8 +29,11 @@ std::map<std::filesystem::path, std::uintmax_t> synced_sizes;
 
 /// In front of that of the C library.
 extern "C" int fdatasync(int descriptor) {
-  const auto file = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(descriptor));
-  synced_sizes[file] = std::filesystem::file_size(file);
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  std::error_code code;
+  const auto file = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(descriptor), code);
+  synced_sizes[file] = std::filesystem::file_size(file, code);
   return static_cast<int>(::syscall(SYS_fdatasync, descriptor));
 }
 
