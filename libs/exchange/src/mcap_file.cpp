@@ -1,10 +1,9 @@
 #include "mcap_file.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 
+#include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam::exchange::detail {
@@ -47,10 +46,6 @@ std::string record(Opcode opcode, std::string_view content) {
   return record_head(opcode, content.size()).append(content);
 }
 
-unsigned long crc_of(std::string_view bytes, unsigned long before = 0) {
-  return crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-}
-
 template <typename Map>
 std::string map_bytes(const Map& map) {
   std::string bytes;
@@ -75,7 +70,7 @@ void McapFile::put(std::string_view bytes) {
   stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!stream_) throw Error(path_.string() + ": cannot be written; is the disk full?");
   offset_ += bytes.size();
-  crc_ = crc_of(bytes, crc_);
+  crc_ = crc32_of(bytes, crc_);
 }
 
 std::uint16_t McapFile::add_channel(const std::string& topic, const std::string& schema_name,
@@ -113,8 +108,7 @@ void McapFile::end_chunk() {
   if (chunk_.empty()) return;
   const std::uint64_t start = offset_, size = chunk_.size();
   const std::string times = number(chunk_span_.start) + number(chunk_span_.end);
-  const std::string head = times + number(size) + number(static_cast<std::uint32_t>(crc_of(chunk_))) +
-                           counted_bytes("") + number(size);
+  const std::string head = times + number(size) + number(crc32_of(chunk_)) + counted_bytes("") + number(size);
   put(record_head(kChunk, head.size() + chunk_.size()));
   put(head);
   put(chunk_);
@@ -165,12 +159,12 @@ void McapFile::write_summary() {
   put(offsets);
   const std::string places = number(start) + number(offsets_start);
   put(record_head(kFooter, places.size() + 4) + places);
-  put(number(static_cast<std::uint32_t>(crc_)));
+  put(number(crc_));
 }
 
 void McapFile::finish() {
   end_chunk();
-  put(record(kDataEnd, number(static_cast<std::uint32_t>(crc_))));
+  put(record(kDataEnd, number(crc_)));
   write_summary();
   put(kMagic);
   stream_.close();

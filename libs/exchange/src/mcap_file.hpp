@@ -42,7 +42,7 @@ class McapFile {
   TemporaryFile temporary_;
   std::ofstream stream_;
   std::uint64_t offset_ = 0;
-  unsigned long crc_ = 0;                           ///< of all since the file's or the summary's begin
+  std::uint32_t crc_ = 0;                           ///< of all since the file's or the summary's begin
   std::string schemas_, channels_, chunk_indexes_;  ///< records for the summary
   std::map<std::string, std::uint16_t> schema_ids_;
   std::map<std::uint16_t, std::uint64_t> counts_;  ///< messages per channel

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/surface/contact_points.hpp"
 
@@ -36,11 +37,6 @@ static_assert(sizeof(PackedHeader) == 40);
 
 constexpr std::size_t kHeaderAt = kMagic.size() + sizeof(std::uint32_t);
 constexpr std::size_t kStreamAt = kHeaderAt + sizeof(PackedHeader);
-
-std::uint32_t checksum(std::string_view bytes) {
-  return static_cast<std::uint32_t>(
-      ::crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
-}
 
 PackedHeader header_of(const std::string& bytes) {
   PackedHeader header;
@@ -263,7 +259,7 @@ PackedSurface::PackedSurface(const Surface& surface) {
   std::string content(sizeof header, '\0');
   std::memcpy(content.data(), &header, sizeof header);
   content += deflated(planes_of(surface, box, header.has_confidence != 0));
-  const std::uint32_t sum = checksum(content);
+  const std::uint32_t sum = crc32_of(content);
   bytes_ = std::string(kMagic);
   bytes_.append(reinterpret_cast<const char*>(&sum), sizeof sum);
   bytes_ += content;
@@ -273,7 +269,7 @@ PackedSurface PackedSurface::from_bytes(std::string bytes) {
   if (bytes.size() < kStreamAt || !bytes.starts_with(kMagic)) throw Error("damaged, or not a packed surface");
   std::uint32_t sum = 0;
   std::memcpy(&sum, bytes.data() + kMagic.size(), sizeof sum);
-  if (sum != checksum(std::string_view(bytes).substr(kHeaderAt)))
+  if (sum != crc32_of(std::string_view(bytes).substr(kHeaderAt)))
     throw Error("damaged: its checksum does not match");
   if (!is_possible(header_of(bytes))) throw Error("holds numbers that no surface has");
   PackedSurface packed;

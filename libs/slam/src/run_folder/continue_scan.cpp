@@ -1,10 +1,10 @@
 #include "gelslam/slam/continue_scan.hpp"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
 
+#include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/folder_lock.hpp"
 #include "gelslam/core/text.hpp"
@@ -15,9 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::uint32_t crc32_of(const GradientModel& model) {
-  return static_cast<std::uint32_t>(::crc32(0, reinterpret_cast<const Bytef*>(model.numbers.data()),
-                                            static_cast<uInt>(sizeof model.numbers)));
+std::uint32_t crc32_of_numbers(const GradientModel& model) {
+  return crc32_of({reinterpret_cast<const char*>(model.numbers.data()), sizeof model.numbers});
 }
 
 void check_same_sensor(const fs::path& run, const ScanRecord& record, const ScanPart& part,
@@ -51,7 +50,7 @@ int ContinuedScan::last_trial() const {
 
 ScanPart part_of(const Config& config, const fs::path& log) {
   const fs::path& model = config.sensor.calibration_model_path;
-  return {0, config.sensor.device_name, model.empty() ? 0 : crc32_of(read_gradient_model(model)),
+  return {0, config.sensor.device_name, model.empty() ? 0 : crc32_of_numbers(read_gradient_model(model)),
           log.empty() ? "" : fs::absolute(log).lexically_normal().string()};
 }
 

@@ -1,21 +1,16 @@
 #include "run_folder/session_text.hpp"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <cmath>
 
+#include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
 
 constexpr std::string_view kChecksumMember = ",\"crc32\":";
-
-std::uint32_t crc32_of(std::string_view text) {
-  return static_cast<std::uint32_t>(
-      ::crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size())));
-}
 
 double finite(const Json& json) {
   const auto value = json.get<double>();  // null, as infinity is written, is not a number

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <zlib.h>
+
+#include <cstdint>
+#include <string_view>
+
+namespace gelslam {
+
+/// The CRC-32 of zlib and PNG; `before` is that of the bytes in front. Who includes this links ZLIB.
+inline std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before = 0) {
+  return static_cast<std::uint32_t>(
+      ::crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+}  // namespace gelslam
