@@ -127,12 +127,6 @@ LengthUnit unit_of(const ExportArguments& a, const fs::path& output) {
   return a.units == "mm" ? LengthUnit::millimetre : LengthUnit::metre;
 }
 
-std::string tum_lines(const std::vector<StampedPose>& trajectory) {
-  std::string lines;
-  for (const StampedPose& pose : trajectory) lines += tum_line(pose.time_s, pose.map_T_sensor);
-  return lines;
-}
-
 /// Writes one file; what it holds, in words.
 std::string write_output(const ExportArguments& a, const RunContents& run, const fs::path& output,
                          ProgressSink& progress) {
@@ -140,7 +134,7 @@ std::string write_output(const ExportArguments& a, const RunContents& run, const
   const MeshColor color = color_of(a, run, ending);
   const VertexColors colors = vertex_colors(run.mesh, color);
   if (ending == ".tum") {
-    write_file_atomically(output, tum_lines(run.trajectory));
+    write_file_atomically(output, tum_text(run.trajectory));
     return counted(static_cast<std::int64_t>(run.trajectory.size()), "pose") + ", in m";
   }
   if (ending == ".mcap") {

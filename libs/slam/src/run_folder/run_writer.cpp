@@ -17,12 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-std::string trajectory(const SlamMap& map) {
-  std::string text;
-  for (const StampedPose& pose : map.trajectory()) text += tum_line(pose.time_s, pose.map_T_sensor);
-  return text;
-}
-
 std::string keyframe_trajectory(const SlamMap& map) {
   std::map<std::int64_t, double> time_s;
   for (const FrameRecord& frame : map.frames) time_s[frame.frame] = frame.time_s;
@@ -186,7 +180,7 @@ void write_run(const fs::path& folder, const Config& config, const SlamMap& map,
 void write_results(const fs::path& folder, const Config& config, const SlamMap& map, const Mesh& mesh,
                    const RunAccount& account) {
   write_mesh(folder / "mesh.ply", mesh);
-  write_file_atomically(folder / "trajectory.tum", trajectory(map));
+  write_file_atomically(folder / "trajectory.tum", tum_text(map.trajectory()));
   write_file_atomically(folder / "keyframes.tum", keyframe_trajectory(map));
   write_g2o(folder / "pose_graph.g2o", map_poses(map), map_edges(map, false));
   write_g2o_edges(folder / "loop_outliers.g2o", map_edges(map, true));

@@ -12,4 +12,10 @@ std::string tum_line(double time_s, const Pose& pose_mm) {
                      t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
 }
 
+std::string tum_text(const std::vector<StampedPose>& trajectory) {
+  std::string text;
+  for (const StampedPose& pose : trajectory) text += tum_line(pose.time_s, pose.map_T_sensor);
+  return text;
+}
+
 }  // namespace gelslam
