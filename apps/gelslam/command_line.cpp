@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
-#include <iterator>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/read_file.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -116,11 +115,7 @@ CLI::Validator number_between(double least, double most) {
 }
 
 std::string read_script_file(const std::filesystem::path& file) {
-  if (file.empty()) return "";
-  std::ifstream stream(file);
-  if (!stream || std::filesystem::is_directory(file))
-    throw Error(file.string() + ": cannot read the script: no file, or it cannot be read");
-  return {std::istreambuf_iterator<char>(stream), {}};
+  return file.empty() ? "" : read_file(file);
 }
 
 std::vector<std::string> replace_renamed_options(std::vector<std::string> words,

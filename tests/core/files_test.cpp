@@ -10,6 +10,7 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/read_file.hpp"
 #include "gelslam/core/run_folder.hpp"
 
 namespace gelslam {
@@ -96,6 +97,19 @@ TEST(TemporaryFile, VanishesUnlessCommittedAndKeepsTheEnding) {
   write_bytes(first.path(), "1");
   first.commit();
   EXPECT_EQ(read_bytes(folder / "v"), "1");
+}
+
+TEST(ReadFile, GivesAllBytesOrSaysWhyNot) {
+  const TemporaryFolder folder;
+  const std::string bytes = std::string(200'000, 'x') + '\0' + "\r\n\xE9";
+  write_bytes(folder / "file", bytes);
+  write_bytes(folder / "empty", "");
+  EXPECT_TRUE(read_file(folder / "file") == bytes);
+  EXPECT_EQ(read_file(folder / "empty"), "");
+  EXPECT_THAT(message_of<Error>([&] { read_file(folder / "none"); }),
+              HasSubstr("none: cannot be read: No such file"));
+  EXPECT_THAT(message_of<Error>([&] { read_file(folder.path()); }),
+              HasSubstr("cannot be read: Is a directory"));
 }
 
 TEST(RunFolder, AppearsWholeOrNotAtAll) {

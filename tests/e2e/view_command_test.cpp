@@ -49,7 +49,7 @@ TEST_F(ViewCommand, MistakesAreOneLine) {
   expect_mistake({run_, "--yaw", "nan", "--snapshot", png_}, "--yaw: nan is no number");
   expect_mistake({run_, "--truth", run_, "--snapshot", png_}, "true_start_T_currs");
   expect_mistake({run_, "--snapshot", png_ + ".jpg"}, "ends in .png");
-  expect_mistake({run_, "--script", run_}, "cannot read the script");
+  expect_mistake({run_, "--script", run_}, "cannot be read: Is a directory");
 }
 
 TEST_F(ViewCommand, WithoutADisplayItSaysWhatToDo) {

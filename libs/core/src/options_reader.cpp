@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <map>
-#include <sstream>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/options.hpp"
+#include "gelslam/core/read_file.hpp"
 #include "gelslam/core/text.hpp"
 #include "option_text.hpp"
 
@@ -208,11 +207,7 @@ std::string read_text(const std::filesystem::path& file) {
   if (std::filesystem::file_size(file, code) > largest_config_bytes) {
     throw Error(file.string() + ": too large for a configuration (more than 1 MiB)");
   }
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) throw Error(file.string() + ": cannot be read; check its permissions");
-  return text.str();
+  return read_file(file);
 }
 
 /// Returns one notice per key that was given by its old name.

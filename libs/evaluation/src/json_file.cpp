@@ -1,10 +1,9 @@
 #include "json_file.hpp"
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/read_file.hpp"
 
 namespace gelslam::evaluation::detail {
 namespace {
@@ -18,10 +17,7 @@ nlohmann::json read_json_object(const std::filesystem::path& path) {
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
   if (error) throw Error("cannot read " + path.string() + ": " + error.message());
   if (bytes > kMaxBytes) throw Error(path.string() + " is too large for what it should hold (over 64 MB)");
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) throw Error("cannot read " + path.string());
-  nlohmann::json object = nlohmann::json::parse(text, nullptr, false);
+  nlohmann::json object = nlohmann::json::parse(read_file(path), nullptr, false);
   if (!object.is_object()) throw Error(path.string() + " does not hold a JSON object: is it cut off?");
   return object;
 }

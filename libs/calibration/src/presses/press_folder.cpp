@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <fstream>
-#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
 #include <system_error>
@@ -13,6 +11,7 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/read_file.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/model_file.hpp"
@@ -41,10 +40,7 @@ void write_picture_file(const fs::path& path, const cv::Mat3b& bgr) {
 
 std::string read_catalogue_text(const fs::path& path) {
   if (!fs::is_regular_file(path)) return kCatalogueHeader;
-  std::ifstream stream(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
-  // Taken for empty, it would be replaced, and every earlier press lost.
-  if (!stream.good() && !stream.eof()) throw Error("cannot read " + quoted(path));
+  std::string text = read_file(path);
   if (text.empty()) return kCatalogueHeader;
   if (text.back() != '\n') text += '\n';
   return text;

@@ -1,9 +1,7 @@
 #include "gelslam/slam/log_input.hpp"
 
-#include <fstream>
-#include <iterator>
-
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/read_file.hpp"
 #include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 
@@ -23,7 +21,7 @@ struct FoundConfig {
   std::string from;  ///< file, or "" for the defaults
 };
 
-FoundConfig read_file(const fs::path& file) {
+FoundConfig found_config(const fs::path& file) {
   return {file.empty() ? Config{} : read_config(file), file.string()};
 }
 
@@ -34,7 +32,7 @@ FoundConfig config_of_log(const LogInput& input) {
   const bool as_recorded = input.config.empty() && !stored.config_yaml.empty();
   FoundConfig found = as_recorded
                           ? FoundConfig{read_config_text(stored.config_yaml, stored_name), stored_name}
-                          : read_file(input.config.empty() ? config_beside(input.log) : input.config);
+                          : found_config(input.config.empty() ? config_beside(input.log) : input.config);
   fs::path& model = found.config.sensor.calibration_model_path;
   const bool named_by_person = !input.config.empty() && !model.empty();
   if (!stored.model.empty() && !named_by_person) model = fs::absolute(input.log);
@@ -42,7 +40,7 @@ FoundConfig config_of_log(const LogInput& input) {
 }
 
 FoundConfig look_up(const LogInput& input) {
-  FoundConfig found = input.log.empty() ? read_file(input.config) : config_of_log(input);
+  FoundConfig found = input.log.empty() ? found_config(input.config) : config_of_log(input);
   if (!input.model.empty()) found.config.sensor.calibration_model_path = fs::absolute(input.model);
   return found;
 }
@@ -50,8 +48,7 @@ FoundConfig look_up(const LogInput& input) {
 std::string model_bytes(const fs::path& file) {
   read_gradient_model(file);  // a log with a broken model would be found out too late
   if (is_matroska(file)) return read_log_attachments(file).model;
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  return read_file(file);
 }
 
 }  // namespace

@@ -4,9 +4,9 @@
 #include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/read_file.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/session.hpp"
@@ -195,12 +195,9 @@ class ScanReader {
 }  // namespace
 
 PackedSurface read_packed_surface(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(file.string() + ": cannot be read");
-  std::ostringstream bytes;
-  bytes << stream.rdbuf();
+  std::string bytes = read_file(file);
   try {
-    return PackedSurface::from_bytes(std::move(bytes).str());
+    return PackedSurface::from_bytes(std::move(bytes));
   } catch (const Error& error) {
     throw Error(file.string() + ": " + error.what());
   }

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/read_file.hpp"
 #include "gelslam/core/text.hpp"
 #include "run_folder/scan_writer.hpp"
 #include "run_folder/session_text.hpp"
@@ -52,11 +51,9 @@ Json json_of(const SlamMap& map, std::uintmax_t scan_bytes) {
 }
 
 std::string read_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream && fs::exists(file.parent_path() / "scan.jsonl"))
+  if (!fs::exists(file) && fs::exists(file.parent_path() / "scan.jsonl"))
     throw Error(file.string() + ": is not there: the scan was not finished; gelslam fuse makes its map");
-  if (!stream) throw Error(file.string() + ": cannot be read");
-  return {std::istreambuf_iterator<char>(stream), {}};
+  return read_file(file);
 }
 
 SavedMap map_from(const Json& json) {
