@@ -87,8 +87,10 @@ std::vector<std::string> given_options(const CLI::App& command, const std::vecto
     const std::string name = option->get_name();  // "--quiet" rather than "-q"
     if (!name.starts_with('-') || std::find(left_out.begin(), left_out.end(), name) != left_out.end())
       continue;
-    for (const std::string& value : option->results())
-      words.push_back(option->get_expected_max() == 0 ? name : name + "=" + value);
+    for (const std::string& value : option->results()) {
+      words.push_back(name);
+      if (option->get_expected_max() != 0) words.back().append("=").append(value);
+    }
   }
   return words;
 }
