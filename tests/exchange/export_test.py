@@ -144,6 +144,10 @@ class Export(unittest.TestCase):
         self.assertEqual(len(mcap.of("/sensor")), len(self.trajectory))
         again = readers.Mcap(export("found.mcap", "--log", SCAN, source=moved)[0])
         self.assertGreater(len(again.of("/tactile")), 0)
+        (moved / "config.yaml").write_text("device_config: [")  # says at what size pictures were tracked
+        data, said = export("moved.mcap", "--log", SCAN, source=moved)
+        self.assertIn("config.yaml", said)
+        self.assertEqual(len(readers.Mcap(data).of("/sensor")), len(self.trajectory))
         (moved / "mesh.ply").unlink()
         data, said = export("moved.mcap", source=moved)
         self.assertIn("no surface: the run has no mesh", said)

@@ -6,6 +6,7 @@
 #include "exchange_json.hpp"
 #include "gelslam/core/base64.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/config.hpp"
@@ -240,10 +241,12 @@ class RunRecorder {
 };
 
 /// Writes the pictures of a log that can be read; the reason why there are no more, or "".
-std::string write_pictures(RunRecorder& recorder, const RunLog& log, const SensorProfile& profile,
+std::string write_pictures(RunRecorder& recorder, const std::filesystem::path& config, const RunLog& log,
                            ProgressSink& progress, std::int64_t& written) {
   if (log.file.empty()) return "the run does not say which log it was made from";
   try {
+    const SensorProfile profile =
+        std::filesystem::exists(config) ? read_config(config).sensor : SensorProfile{};
     const auto source = open_frame_source(log.file, profile);
     progress.begin("pictures", source->frame_count());
     std::int64_t done = 0;
@@ -269,13 +272,9 @@ McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run
   recorder.write_whole(colors);
   McapOutcome outcome;
   outcome.poses = static_cast<std::int64_t>(run.trajectory.size());
-  const auto config = run.folder / "config.yaml";
-  const SensorProfile profile =
-      std::filesystem::exists(config) ? read_config(config).sensor : SensorProfile{};
-  for (const RunLog& log : run.logs) {
-    const std::string missing = write_pictures(recorder, log, profile, progress, outcome.pictures);
-    if (!missing.empty()) outcome.missing += (outcome.missing.empty() ? "" : "; ") + missing;
-  }
+  for (const RunLog& log : run.logs)
+    append_sentence(outcome.missing,
+                    write_pictures(recorder, run.folder / "config.yaml", log, progress, outcome.pictures));
   recorder.write_poses(std::numeric_limits<double>::infinity());
   recorder.finish();
   return outcome;
