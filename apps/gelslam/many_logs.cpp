@@ -129,9 +129,7 @@ Outcome outcome_of_run(const LogTask& task) {
   if (task.was_finished && task.has_settings)
     outcome.note += " (with the settings of then; --overwrite makes it again)";
   if (!outcome.figures) return {exit_internal_error, {}, "failed: its run cannot be read"};
-  const auto add = [&](const std::string& more) {
-    outcome.note += (outcome.note.empty() ? "" : "; ") + more;
-  };
+  const auto add = [&](const std::string& more) { append_sentence(outcome.note, more); };
   if (outcome.figures->partial) add("stopped early");
   if (outcome.figures->tracked == 0) add("nothing touched the sensor");
   if (outcome.figures->partial || outcome.figures->tracked == 0) outcome.exit_code = exit_not_good;

@@ -41,6 +41,12 @@ TEST(Counted, TheNounFollowsTheNumber) {
   EXPECT_EQ(counted(2, "press"), "2 presses");
 }
 
+TEST(AppendSentence, SeparatesWhatIsNotEmpty) {
+  std::string text;
+  for (const char* sentence : {"", "one", "", "two"}) append_sentence(text, sentence);
+  EXPECT_EQ(text, "one; two");
+}
+
 TEST(ShortNumber, KeepsTheDigitsThatMatter) {
   EXPECT_EQ(short_number(12.3456), "12.35");
   EXPECT_EQ(short_number(0.5), "0.5");

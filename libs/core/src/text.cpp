@@ -114,6 +114,11 @@ std::string counted(std::int64_t number, std::string_view noun) {
   return fmt::format("{} {}{}", number, noun, number == 1 ? "" : hisses ? "es" : "s");
 }
 
+void append_sentence(std::string& text, std::string_view sentence) {
+  if (!text.empty() && !sentence.empty()) text += "; ";
+  text += sentence;
+}
+
 std::string size_text(std::int64_t width, std::int64_t height) { return fmt::format("{}x{}", width, height); }
 
 std::string short_number(double value, int digits) {

@@ -4,6 +4,8 @@
 #include <initializer_list>
 #include <string>
 
+#include "gelslam/core/text.hpp"
+
 namespace gelslam::detail {
 
 /// Counts the pictures of a log that were used, and those that cannot be (damaged, black) while others can:
@@ -33,8 +35,7 @@ inline constexpr const char* gray_picture =
 /// "first; second", without those that are empty.
 inline std::string joined(std::initializer_list<std::string> warnings) {
   std::string text;
-  for (const std::string& warning : warnings)
-    if (!warning.empty()) text += (text.empty() ? "" : "; ") + warning;
+  for (const std::string& warning : warnings) append_sentence(text, warning);
   return text;
 }
 

@@ -116,7 +116,7 @@ void LiveBoard::warn_about(const std::string& what, const std::string& sentence)
 
 std::string LiveBoard::all_warnings() const {
   std::string text;
-  for (const Warning& warning : warnings_) text += (text.empty() ? "" : "; ") + warning.sentence;
+  for (const Warning& warning : warnings_) append_sentence(text, warning.sentence);
   return text;
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/surface_stream.hpp"
@@ -38,10 +39,10 @@ bool track_log(SurfaceStream& stream, GelSlam& slam, const ContinuedScan& scan, 
 
 std::string warnings_of(const SurfaceStream& stream, const ScanRecord& record) {
   std::string text;
-  for (const std::string& warning : record.warnings) text += (text.empty() ? "" : "; ") + warning;
-  for (const std::string& doubt : stream.background_doubts()) text += (text.empty() ? "" : "; ") + doubt;
-  const std::string about_log = stream.warning();
-  return text + (text.empty() || about_log.empty() ? "" : "; ") + about_log;
+  for (const std::string& warning : record.warnings) append_sentence(text, warning);
+  for (const std::string& doubt : stream.background_doubts()) append_sentence(text, doubt);
+  append_sentence(text, stream.warning());
+  return text;
 }
 
 RunFolderOptions folder_options(std::vector<std::filesystem::path> inputs, bool overwrite) {

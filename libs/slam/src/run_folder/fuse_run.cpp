@@ -8,6 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/folder_lock.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/merge_scans.hpp"
@@ -94,8 +95,7 @@ FuseSummary finish_scan(const FuseRequest& request, const Config& config, Target
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
   account.log_description = "the session of a scan that was not finished";
   account.summary = summarise(map, mesh);
-  for (const std::string& warning : record.warnings)
-    account.summary.warning += (account.summary.warning.empty() ? "" : "; ") + warning;
+  for (const std::string& warning : record.warnings) append_sentence(account.summary.warning, warning);
   if (target.folder) {
     write_run(target.folder->path(), config, map, mesh, account);
     target.folder->commit();

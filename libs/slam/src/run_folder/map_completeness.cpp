@@ -13,9 +13,8 @@ std::string describe(const MapCompleteness& completeness) {
   if (completeness.pieces_not_joined > 0)
     text = counted(completeness.pieces_not_joined, "piece") + " not joined";
   if (completeness.frames_not_in_mesh > 0)
-    text +=
-        (text.empty() ? "" : "; ") + counted(completeness.frames_not_in_mesh, "frame") + " not in the mesh";
-  if (completeness.pieces_not_joined > 0) text += "; touch a place between them";
+    append_sentence(text, counted(completeness.frames_not_in_mesh, "frame") + " not in the mesh");
+  if (completeness.pieces_not_joined > 0) append_sentence(text, "touch a place between them");
   return text;
 }
 

@@ -8,6 +8,7 @@
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/session.hpp"
@@ -61,12 +62,10 @@ void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitc
     }
   });
   if (map.surfaces_corrected) {  // every edge was registered again on corrected surfaces
-    const auto is_here = [&](int id) {
-      return index(id) < record.keyframes.size() && record.keyframes[index(id)] != nullptr;
-    };
     record.edges.clear();
     for (std::size_t i = 0; i < map.edges.size(); ++i)
-      if (!map.edge_outlier[i] && is_here(map.edges[i].from) && is_here(map.edges[i].to))
+      if (!map.edge_outlier[i] && record.has_keyframe(map.edges[i].from) &&
+          record.has_keyframe(map.edges[i].to))
         record.edges.push_back(map.edges[i]);
     return;
   }
@@ -200,8 +199,7 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
   ReconstructSummary summary = summarise(map, mesh);
   summary.partial = stop_requested();
-  for (const std::string& warning : all.warnings)
-    summary.warning += (summary.warning.empty() ? "" : "; ") + warning;
+  for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   write_run(folder.path(), config, map, mesh,
             {{}, "a merge of " + std::to_string(records.size()) + " runs", {}, summary, std::nullopt});

@@ -69,9 +69,9 @@ class ScanReader {
   ScanRecord finish(int damaged_lines) {
     for (auto& [id, edges] : edges_)
       for (PoseGraphEdge& edge : edges)
-        if (is_here(edge.from) && is_here(edge.to)) record_.edges.push_back(edge);
+        if (record_.has_keyframe(edge.from) && record_.has_keyframe(edge.to)) record_.edges.push_back(edge);
     for (FrameRecord& frame : record_.frames)
-      if (!is_here(frame.keyframe)) frame.keyframe = -1;
+      if (!record_.has_keyframe(frame.keyframe)) frame.keyframe = -1;
     add_missing_frames();
     if (record_.parts.empty() && !record_.keyframes.empty())
       record_.warnings.push_back((folder_ / "scan.jsonl").string() + ": does not say which sensor and model");
@@ -87,11 +87,6 @@ class ScanReader {
   }
 
  private:
-  bool is_here(int id) const {
-    return id >= 0 && id < static_cast<int>(record_.keyframes.size()) &&
-           record_.keyframes[static_cast<std::size_t>(id)];
-  }
-
   /// Makes its place in the list: an id that was given is never free again, whatever became of the keyframe.
   std::size_t place_of(int id) {
     if (id < 0 || id > kMaxKeyframeId) throw Error("impossible keyframe id");
@@ -158,7 +153,7 @@ class ScanReader {
     std::vector<PoseGraphEdge> loops;
     for (const Json& edge : line.at("edges")) loops.push_back(edge_from(edge));
     const std::size_t place = place_of(id);
-    if (!is_here(id)) return;
+    if (!record_.has_keyframe(id)) return;
     record_.searched[place] = true;
     std::vector<PoseGraphEdge>& edges = edges_[id];
     edges.insert(edges.end(), loops.begin(), loops.end());

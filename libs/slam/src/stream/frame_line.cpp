@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/angles.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/slam/frame_report.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 
@@ -18,8 +19,9 @@ std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
   Vector6d of_shown = sigma;
   for (std::size_t axis = 0; axis < observable.size(); ++axis)
     if (!observable[axis]) of_shown[static_cast<int>(axis)] = 0.0;  // said already
-  const std::string hidden = describe_observability(observable), drift = describe_drift(of_shown);
-  return hidden + (hidden.empty() || drift.empty() ? "" : "; ") + drift;
+  std::string text = describe_observability(observable);
+  append_sentence(text, describe_drift(of_shown));
+  return text;
 }
 
 std::string reason(const TrackedFrame& frame, const std::optional<Matrix6d>& covariance) {

@@ -37,6 +37,9 @@ std::string lower_case(std::string text);
 /// "1 loop", "0 loops", "2 presses": with the noun's regular plural.
 std::string counted(std::int64_t number, std::string_view noun);
 
+/// Makes "first; second" of text and sentence; either may be empty.
+void append_sentence(std::string& text, std::string_view sentence);
+
 /// "320x240".
 std::string size_text(std::int64_t width, std::int64_t height);
 

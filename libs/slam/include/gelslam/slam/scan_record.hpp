@@ -47,6 +47,10 @@ struct ScanRecord {
   std::vector<bool> searched;  ///< by id: loops were looked for
   std::vector<FrameRecord> frames;
   std::vector<std::string> warnings;  ///< what could not be read, as sentences for the user
+
+  bool has_keyframe(int id) const {
+    return id >= 0 && id < static_cast<int>(keyframes.size()) && keyframes[static_cast<std::size_t>(id)];
+  }
 };
 
 /// A scan that is to be continued, and the part that follows.
