@@ -1,29 +1,26 @@
 #include "gelslam/slam/live_slam.hpp"
 
 #include <atomic>
-#include <deque>
 #include <exception>
 #include <latch>
 #include <thread>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
-#include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "live/live_fusion.hpp"
 #include "live/live_mapping.hpp"
 #include "live/live_record.hpp"
 #include "live/live_surface.hpp"
 #include "live/live_tracking.hpp"
-#include "run_folder/live_run.hpp"
+#include "live/log_recording.hpp"
+#include "live/scan_folders.hpp"
 
 namespace gelslam {
 
 using namespace slam::detail;
 
 namespace {
-
-namespace fs = std::filesystem;
 
 // What is older than this is not worth its latency.
 constexpr std::size_t kQueuedFrames = 2;
@@ -33,14 +30,6 @@ constexpr std::size_t kQueuedFrames = 2;
 std::optional<double> search_share(const LiveOptions& options) {
   if (!options.drop_when_behind) return std::nullopt;
   return 0.5;
-}
-
-std::unique_ptr<LogRecorder> make_recorder(const fs::path& log, const LogAttachments& attachments,
-                                           const RawFrameSource& source, const LiveOptions& options) {
-  LogRecorderOptions recorder;
-  if (options.record_resized) recorder.resize_to = options.config.sensor;
-  return std::make_unique<LogRecorder>(std::make_unique<LogWriter>(log, attachments, source.rate_hz()),
-                                       recorder);
 }
 
 }  // namespace
@@ -55,30 +44,20 @@ struct LiveSlam::Impl {
                  options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
                  timer),
         mapping(options.config.slam, timer),
-        fusion(options.config.slam.fusion, board, timer) {
-    if (options.run_folder.empty()) return;
-    runs.push_back(
-        options.continued
-            ? LiveRun::resume(options.run_folder, options.config, options.continued->lock)
-            : std::make_shared<LiveRun>(options.run_folder, options.overwrite, options.log, options.config));
-    part = part_of(options.config, options.record ? runs.back()->log() : options.log);
-    session.emplace([this](int scan) { return run_of_scan(scan)->session(); }, part, board);
-    if (options.continued) next_run = next_run_folder(runs.front()->folder());
-    if (!options.record) return;
-    recorded = runs.back();
-    recorder = make_recorder(recorded->log(), *options.record, *source, options);
+        fusion(options.config.slam.fusion, board, timer),
+        folders(options) {
+    const std::shared_ptr<LiveRun> run = folders.newest();
+    if (!run) return;
+    part = part_of(options.config, options.record ? run->log() : options.log);
+    session.emplace([this](int scan) { return folders.of_scan(scan)->session(); }, part, board);
+    // Some frames come before it is known that the background is complete.
+    if (options.record) recording.emplace(options, *source, folders, kQueuedFrames + 2, board);
   }
 
   void start();
   void capture();
   void take_frames();
-  void record(const RawFrame& frame);
-  void record_next_run(const RawFrame& first);
   void ask_for_new_scan();
-  std::shared_ptr<LiveRun> newest_run();
-  std::shared_ptr<LiveRun> run_of_scan(int scan);
-  std::uintmax_t record_bytes();
-  void report_recording();
   void map_keyframes();
   void save_for_now(const SaveSoFar& so_far);
   void finish();
@@ -100,13 +79,10 @@ struct LiveSlam::Impl {
   TrackingStage tracking;
   MappingStage mapping;
   FusionStage fusion;
+  ScanFolders folders;  // after the stages: those that cannot begin leave no folder
   ScanPart part;
-  std::optional<RecordStage> session;  // none: nothing is kept
-
-  // Of the capture thread.
-  std::unique_ptr<LogRecorder> recorder;
-  std::shared_ptr<LiveRun> recorded;       // whose log it is
-  std::deque<RawFrame> background_frames;  // another log begins with them, so that it can be replayed alone
+  std::optional<RecordStage> session;     // none: nothing is kept
+  std::optional<LogRecording> recording;  // none: nothing is recorded
 
   RawQueue raw{kQueuedFrames};
   TrackerQueue surfaced{kQueuedFrames};
@@ -117,8 +93,6 @@ struct LiveSlam::Impl {
   ReconstructSummary summary;
   std::exception_ptr failure;
   std::string failure_in_words;
-  std::vector<std::shared_ptr<LiveRun>> runs;  // by scan; a new scan shares its folder unless that was saved
-  fs::path next_run;                           // of a new scan; empty: it shares the folder
 
   std::latch captured{1};  // nothing more comes, and the log is whole
   std::latch mapped{1};    // the mapper has seen every keyframe
@@ -127,78 +101,14 @@ struct LiveSlam::Impl {
   std::vector<std::jthread> threads;
 };
 
-/// A full disk ends the log, not the scan.
-void LiveSlam::Impl::record(const RawFrame& frame) {
-  if (board.phase() == LivePhase::background) {
-    background_frames.push_back(frame);
-    // Some come before it is known that the background is complete.
-    if (background_frames.size() >
-        static_cast<std::size_t>(options.config.background_frames) + kQueuedFrames + 2)
-      background_frames.pop_front();
-  }
-  try {
-    if (recorded != newest_run()) record_next_run(frame);
-  } catch (const Error& error) {  // the scan goes on without a log
-    board.warn(error.what());
-    return recorder.reset();
-  }
-  recorder->push(frame);
-  report_recording();
-}
-
-/// Closes the log and begins that of the newest run, with the background just before the first frame.
-void LiveSlam::Impl::record_next_run(const RawFrame& first) {
-  recorder->finish();
-  report_recording();
-  recorded = newest_run();
-  recorder = make_recorder(recorded->log(), *options.record, *source, options);
-  std::erase_if(background_frames, [this](const RawFrame& f) { return f.index > board.background_end(); });
-  auto before = static_cast<std::int64_t>(background_frames.size());
-  for (RawFrame frame : background_frames) {
-    frame.sequence = first.sequence - before;
-    frame.time_s = first.time_s - static_cast<double>(before) / source->rate_hz();
-    recorder->push(frame);
-    --before;
-  }
-}
-
-std::shared_ptr<LiveRun> LiveSlam::Impl::newest_run() {
-  const std::lock_guard lock(mutex);
-  return runs.empty() ? nullptr : runs.back();
-}
-
-/// Size of the newest run's record. What it holds now will be in every map that is asked for from now on.
-std::uintmax_t LiveSlam::Impl::record_bytes() {
-  const std::shared_ptr<LiveRun> run = newest_run();
-  std::error_code code;
-  const std::uintmax_t bytes = run ? fs::file_size(run->session() / "scan.jsonl", code) : 0;
-  return code ? 0 : bytes;  // not begun
-}
-
-std::shared_ptr<LiveRun> LiveSlam::Impl::run_of_scan(int scan) {
-  const std::lock_guard lock(mutex);
-  return runs.empty() ? nullptr : runs.at(static_cast<std::size_t>(scan));
-}
-
 /// What was saved before stays as it is: the new scan gets a folder of its own.
 void LiveSlam::Impl::ask_for_new_scan() {
   try {
-    const std::lock_guard lock(mutex);
-    if (!runs.empty())
-      runs.push_back(next_run.empty()
-                         ? runs.back()
-                         : std::make_shared<LiveRun>(next_run, false, options.log, options.config));
-    next_run.clear();
+    folders.begin_scan();
   } catch (const std::exception& error) {
     return board.warn(error.what());
   }
   surfaced.push_beyond_limit(NewScan{});
-}
-
-void LiveSlam::Impl::report_recording() {
-  const LogRecorderStatus status = recorder->status();
-  board.set_log_bytes(status.bytes);
-  board.warn_about("the log", status.warning);
 }
 
 /// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
@@ -220,10 +130,7 @@ void LiveSlam::Impl::start() {
     guarded([this] { capture(); });
     board.source_ended();
     raw.close();
-    if (recorder) {
-      recorder->finish();
-      report_recording();  // what went wrong with the last frames, too
-    }
+    if (recording) recording->finish();
     captured.count_down();
   });
   threads.emplace_back([this] {
@@ -279,7 +186,7 @@ void LiveSlam::Impl::take_frames() {
   while (std::optional<RawFrame> frame = source->next()) {
     board.frame_arrived(frame->arrived, source->lost_frames());
     board.warn_about("the source", source->warning());
-    if (recorder) record(*frame);
+    if (recording) recording->take(*frame);
     if (paused) continue;
     auto shared = std::make_shared<const RawFrame>(std::move(*frame));
     // What the background needs is waited for, however fast frames come.
@@ -337,9 +244,9 @@ void LiveSlam::Impl::finish() {
   }
   board.set_words("saving", TrackStatus::background);
   captured.wait();
-  save(map, mesh, aborted || lost || failed(), record_bytes());
+  save(map, mesh, aborted || lost || failed(), folders.record_bytes());
   show(map, mesh);
-  const std::shared_ptr<LiveRun> run = run_of_scan(mapping.scan());
+  const std::shared_ptr<LiveRun> run = folders.of_scan(mapping.scan());
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
 
@@ -365,7 +272,7 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial, st
     const std::lock_guard lock(mutex);
     summary = counts;
   }
-  const std::shared_ptr<LiveRun> run = run_of_scan(mapping.scan());
+  const std::shared_ptr<LiveRun> run = folders.of_scan(mapping.scan());
   if (!run) return;
   const LiveAccount live{status.rate_hz, status.frames, status.lost_by_camera, status.dropped,
                          status.damaged};
@@ -417,11 +324,12 @@ LiveStatus LiveSlam::status() const {
     status.phase = LivePhase::paused;
     status.words = "paused";
   }
+  if (const std::shared_ptr<LiveRun> run = impl_->folders.newest())
+    status.run_folder = run->folder().string();
+  status.next_run_folder = impl_->folders.next().string();
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
   status.completeness = impl_->summary.completeness;
-  if (!impl_->runs.empty()) status.run_folder = impl_->runs.back()->folder().string();
-  status.next_run_folder = impl_->next_run.string();
   return status;
 }
 
@@ -440,11 +348,8 @@ void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}
 void LiveSlam::start_new_scan() { impl_->ask_for_new_scan(); }
 
 void LiveSlam::save_now() {
-  {
-    const std::lock_guard lock(impl_->mutex);
-    if (!impl_->runs.empty()) impl_->next_run = next_run_folder(impl_->runs.front()->folder());
-  }
-  impl_->surfaced.push_beyond_limit(SaveNow{impl_->record_bytes()});
+  impl_->folders.keep_newest();
+  impl_->surfaced.push_beyond_limit(SaveNow{impl_->folders.record_bytes()});
 }
 
 void LiveSlam::stop() {

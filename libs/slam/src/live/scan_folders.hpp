@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "gelslam/slam/live_slam.hpp"
+#include "run_folder/live_run.hpp"
+
+namespace gelslam::slam::detail {
+
+/// The run folders of a live session, scan by scan. Scans share a folder until something is saved in it: the
+/// next one then gets RUN-2, RUN-3, ... Thread-safe. Without LiveOptions::run_folder there are none.
+class ScanFolders {
+ public:
+  /// Makes, or takes over, the folder of the first scan. Throws Error like LiveRun.
+  explicit ScanFolders(const LiveOptions& options);
+
+  std::shared_ptr<LiveRun> newest() const;           ///< null: there are none
+  std::shared_ptr<LiveRun> of_scan(int scan) const;  ///< null: there are none
+  /// Of a new scan, if that does not share the folder; or empty.
+  std::filesystem::path next() const;
+  /// Size of the newest run's record. What it holds now will be in every map that is asked for from now on.
+  std::uintmax_t record_bytes() const;
+
+  void keep_newest();  ///< the present scan is being saved
+  void begin_scan();   ///< throws Error when its folder cannot be made
+
+ private:
+  const LiveOptions& options_;
+  mutable std::mutex mutex_;
+  std::vector<std::shared_ptr<LiveRun>> runs_;
+  std::filesystem::path next_;
+};
+
+}  // namespace gelslam::slam::detail
