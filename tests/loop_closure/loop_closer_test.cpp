@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
 #include "texture.hpp"

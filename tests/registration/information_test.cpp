@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <array>
 
 #include "../support/analytic_surface.hpp"

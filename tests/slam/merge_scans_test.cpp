@@ -1,0 +1,269 @@
+#include "gelslam/slam/merge_scans.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/session.hpp"
+#include "run_folder/run_writer.hpp"
+#include "run_folder/scan_writer.hpp"
+#include "strokes.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+class Merge : public testing::Test {
+ protected:
+  /// A run folder of these strokes; returns where its anchor was.
+  void save(const char* name, const Strokes& scan, const Config& config, const ScanPart& part) {
+    const SlamMap map = scan.finish(part);
+    std::filesystem::create_directory(folder / name);
+    write_run(folder / name, config, map, fuse_map(map, config.slam.fusion), {});
+    first_frame[name] = frames;
+    for (const auto& [frame, pose] : scan.truth()) truth[frames + frame] = pose;
+    frames += map.frames.back().frame + 1;
+  }
+  ReconstructSummary merge(std::vector<std::string> names, const char* output = "merged",
+                           bool overwrite = false) {
+    MergeRequest request{{}, folder / output, overwrite};
+    for (const std::string& name : names) request.runs.push_back(folder / name);
+    NoProgress progress;
+    return merge_scans(request, progress, [] { return false; });
+  }
+  /// Every keyframe of the merged map lies where the truth has it, seen from the first.
+  void expect_true(double mm, double deg) {
+    const SavedMap map = load_map(folder / "merged/session");
+    const ScanRecord record = read_scan(folder / "merged/session", {});
+    const auto frame_of = [&](int id) { return record.keyframes[static_cast<std::size_t>(id)]->frame; };
+    ASSERT_GE(map.nodes.size(), 4u);
+    for (const SavedMap::Node& node : map.nodes) {
+      ASSERT_TRUE(node.in_map);
+      const SavedMap::Node& first = map.nodes.front();
+      const PoseGap error =
+          gap(first.component_T_keyframe.inverse() * node.component_T_keyframe,
+              truth.at(frame_of(first.keyframe)).inverse() * truth.at(frame_of(node.keyframe)));
+      EXPECT_LT(error.mm, mm) << node.keyframe;
+      EXPECT_LT(error.deg, deg) << node.keyframe;
+    }
+  }
+
+  TemporaryFolder folder;
+  std::map<std::string, std::int64_t> first_frame;
+  std::map<std::int64_t, Pose> truth;
+  std::int64_t frames = 0;
+};
+
+TEST_F(Merge, JoinsTwoHalvesOfAScan) {
+  Strokes left, right;
+  left.stroke(0, 0, 0);
+  left.stroke(0.8, 0.6, 50);
+  right.stroke(1.5, -0.5, -30);
+  right.stroke(2.5, 0.1, 10);
+  save("left", left, Config{}, {0, "one", 5, ""});
+  save("right", right, Config{}, {0, "one", 5, ""});
+  const ReconstructSummary summary = merge({"left", "right"});
+  EXPECT_EQ(summary.components, 1);
+  EXPECT_EQ(summary.trials, 4);
+  ASSERT_EQ(summary.parts.size(), 2u);
+  EXPECT_THAT(summary.parts[1], HasSubstr("right): joined, 6 frames"));
+  expect_true(0.04, 0.1);
+  EXPECT_GT(read_mesh(folder / "merged/mesh.ply").triangles.size(), 1000u);
+}
+
+TEST_F(Merge, JoinsScansOfTwoSensorsAndTheirMergeWithAThird) {
+  View fine;
+  fine.pixel_pitch_mm = 0.0634 * 0.8;  // at this pitch the surfaces of the others have 400x300 pixels
+  fine.contact_width_px /= 0.8;
+  fine.contact_height_px /= 0.8;
+  Config fine_config;
+  fine_config.sensor.pixel_pitch_mm = fine.pixel_pitch_mm;
+  Strokes left, right(nullptr, fine), more;
+  left.stroke(0.8, 0.6, 50);
+  right.stroke(1.5, -0.5, -30);
+  right.stroke(2.5, 0.1, 10);
+  more.stroke(0, 0, 0);
+  save("right", right, fine_config, {0, "two", 6, ""});
+  save("left", left, Config{}, {0, "one", 5, ""});
+  save("more", more, Config{}, {0, "one", 5, ""});
+  EXPECT_EQ(merge({"right", "left"}).components, 1);
+  expect_true(0.08, 0.2);
+  std::filesystem::rename(folder / "merged", folder / "both");  // holds surfaces of two sizes
+  EXPECT_EQ(merge({"both", "more"}).components, 1);
+  expect_true(0.08, 0.2);
+}
+
+/// With the edges of the run's own map, which may still name it.
+TEST_F(Merge, LeavesOutADamagedSurface) {
+  Strokes left, right;
+  left.stroke(0, 0, 0);
+  left.stroke(0.8, 0.6, 50);
+  right.stroke(1.5, -0.5, -30);
+  save("left", left, Config{}, {0, "one", 5, ""});
+  save("right", right, Config{}, {0, "two", 6, ""});
+  SlamMap map = left.finish({0, "one", 5, ""});
+  map.surfaces_corrected = true;
+  save_session(folder / "left/session", map);
+  const int damaged = map.edges.front().to;
+  write_bytes(folder / "left/session" / (std::to_string(damaged) + ".surface"), "nothing");
+  const ReconstructSummary summary = merge({"left", "right"});
+  EXPECT_THAT(summary.warning, HasSubstr("1 keyframe of"));
+  for (const SavedMap::Node& node : load_map(folder / "merged/session").nodes)
+    EXPECT_NE(node.keyframe, damaged);
+}
+
+TEST_F(Merge, SaysWhatDidNotJoin) {
+  Strokes left, right;
+  left.stroke(0, 0, 0);
+  left.stroke(0.8, 0.6, 50);
+  right.stroke(40, 0, 0);
+  save("left", left, Config{}, {0, "one", 5, ""});
+  save("right", right, Config{}, {0, "one", 5, ""});
+  const ReconstructSummary summary = merge({"left", "right"});
+  EXPECT_EQ(summary.components, 2);
+  EXPECT_THAT(summary.parts[1], HasSubstr("right): did not join"));
+  EXPECT_THAT(message_of<Error>([&] { merge({"left"}); }), HasSubstr("at least two"));
+}
+
+/// Their logs would be lost.
+TEST_F(Merge, ReplacesNoRunThatItReads) {
+  Strokes scan;
+  scan.stroke(0, 0, 0);
+  for (const char* name : {"left", "right"}) save(name, scan, Config{}, {0, "one", 5, ""});
+  for (const char* name : {"left", "right"}) {
+    write_bytes(folder / name / "log.mkv", "pictures");
+    EXPECT_THAT(message_of<Error>([&] {
+                  merge({"left", "right"}, name, true);
+                }),
+                HasSubstr("for it holds the input"));
+    EXPECT_EQ(read_bytes(folder / name / "log.mkv"), "pictures");
+  }
+}
+
+TEST_F(Merge, FusesAgainWithOtherSettings) {
+  Strokes scan;
+  scan.stroke(0, 0, 0);
+  save("run", scan, Config{}, {});
+  const std::size_t before = read_mesh(folder / "run/mesh.ply").triangles.size();
+  FuseRequest request;
+  request.run = folder / "run";
+  request.output = folder / "coarse";
+  request.voxel_size_mm = 0.16;
+  NoProgress progress;
+  const FuseSummary coarse = fuse_run(request, progress, [] { return false; });
+  EXPECT_EQ(read_mesh(folder / "coarse/mesh.ply").triangles.size(), coarse.triangles);
+  EXPECT_NEAR(static_cast<double>(coarse.triangles), static_cast<double>(before) / 4,
+              0.1 * static_cast<double>(before));
+  EXPECT_EQ(read_mesh(folder / "run/mesh.ply").triangles.size(), before) << "the run stays as it is";
+  EXPECT_EQ(read_config(folder / "coarse/config.yaml").slam.fusion.voxel_size_mm, 0.16);
+  // With the settings of the run it is the same mesh.
+  request.output = folder / "same";
+  request.voxel_size_mm.reset();
+  fuse_run(request, progress, [] { return false; });
+  EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
+  write_bytes(folder / "same/.tmp-12-0-mesh.ply", "");  // a fuse in place was killed
+  request.overwrite = true;
+  EXPECT_EQ(fuse_run(request, progress, [] { return false; }).keyframes, coarse.keyframes);
+  // A killed scan has a record, but no map.
+  std::filesystem::remove(folder / "run/session/session.json");
+  request.output.clear();
+  EXPECT_TRUE(fuse_run(request, progress, [] { return false; }).map_was_made);
+  EXPECT_TRUE(read_bytes(folder / "same/mesh.ply") == read_bytes(folder / "run/mesh.ply"));
+  EXPECT_FALSE(load_session(folder / "run/session").patches.empty());
+  request.voxel_size_mm = 0.6;
+  EXPECT_THAT(message_of<Error>([&] { fuse_run(request, progress, [] { return false; }); }),
+              HasSubstr("at least twice the voxel size"));
+}
+
+/// A run of one stroke, and what happens to it.
+class Fuse : public Merge {
+ protected:
+  Fuse() {
+    scan.stroke(0, 0, 0);
+    save("run", scan, Config{}, {});
+    request.run = folder / "run";
+    mesh = read_bytes(request.run / "mesh.ply");
+  }
+  FuseSummary fuse(bool stop = false) {
+    NoProgress progress;
+    return fuse_run(request, progress, [stop] { return stop; });
+  }
+  std::string refusal(bool stop = false) {
+    const std::string message = message_of<Error>([&] { fuse(stop); });
+    EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == mesh) << "the run stays as it is";
+    return message;
+  }
+  /// As a live scan does that is killed then.
+  void go_on_without_saving() {
+    const SlamMap before = scan.finish();
+    scan.stroke(0.8, 0.6, 50);
+    const SlamMap after = scan.finish();
+    ScanWriter writer = ScanWriter::append(session);
+    for (std::size_t i = before.frames.size(); i < after.frames.size(); ++i)
+      writer.add_frame(after.frames[i]);
+    for (std::size_t id = before.keyframes.size(); id < after.keyframes.size(); ++id)
+      writer.add_keyframe(*after.measured.keyframes[id], nullptr);
+    writer.flush();
+  }
+
+  Strokes scan;
+  FuseRequest request;
+  std::string mesh;
+  const std::filesystem::path session = folder / "run/session";
+};
+
+TEST_F(Fuse, AMapThatIsOlderThanItsScanIsMadeAgain) {
+  EXPECT_FALSE(fuse().map_was_made);
+  const std::size_t before = load_session(session).patches.size();
+  go_on_without_saving();
+  EXPECT_THAT(load_session(session).warnings, testing::ElementsAre(HasSubstr("went on after")));
+  EXPECT_THAT(message_of<Error>([&] { load_map(session); }), HasSubstr("went on after"));
+  EXPECT_TRUE(fuse().map_was_made);
+  EXPECT_GT(load_session(session).patches.size(), before);
+  EXPECT_TRUE(load_session(session).warnings.empty());
+  EXPECT_GT(read_bytes(request.run / "mesh.ply").size(), mesh.size());
+  EXPECT_FALSE(fuse().map_was_made);
+}
+
+TEST_F(Fuse, ReplacesNoMeshByALesserOne) {
+  const std::string surface = read_bytes(session / "0.surface");
+  ASSERT_GT(load_session(session).patches.size(), 1u);
+  std::filesystem::remove(session / "0.surface");
+  EXPECT_THAT(refusal(), testing::AllOf(HasSubstr("0.surface: cannot be read"), HasSubstr("name a folder")));
+  request.output = folder / "rest";
+  EXPECT_EQ(fuse().warnings.size(), 1u);
+  EXPECT_GT(read_mesh(folder / "rest/mesh.ply").triangles.size(), 100u);
+  for (const auto& entry : std::filesystem::directory_iterator(session))
+    if (entry.path().extension() == ".surface") std::filesystem::remove(entry);
+  for (const char* output : {"", "none"}) {
+    request.output = *output == 0 ? "" : folder / output;
+    EXPECT_THAT(refusal(), HasSubstr("no keyframe"));
+    std::filesystem::remove(session / "session.json");  // the second time as a scan that was killed
+  }
+  request.output.clear();
+  EXPECT_THAT(refusal(), HasSubstr("no keyframe"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
+}
+
+TEST_F(Fuse, StoppedOnItsWayItChangesNothing) {
+  std::filesystem::remove(session / "session.json");
+  EXPECT_THAT(refusal(true), HasSubstr("stopped"));
+  EXPECT_FALSE(std::filesystem::exists(session / "session.json"));
+}
+
+TEST_F(Fuse, TheReportSaysWhatCouldNotBeRead) {
+  std::filesystem::remove(session / "session.json");
+  std::filesystem::remove(request.run / "mesh.ply");  // nothing to lose
+  std::filesystem::remove(session / "1.surface");
+  EXPECT_EQ(fuse().warnings.size(), 1u);
+  EXPECT_THAT(read_bytes(request.run / "report.json"), HasSubstr("1.surface: cannot be read"));
+}
+
+}  // namespace
+}  // namespace gelslam
