@@ -10,7 +10,6 @@
 //                the axis is shown
 // --csv writes every pair.
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>

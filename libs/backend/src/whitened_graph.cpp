@@ -1,6 +1,5 @@
 #include "whitened_graph.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "gelslam/core/decompositions.hpp"

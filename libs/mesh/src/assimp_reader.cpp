@@ -52,8 +52,7 @@ class OneMesh {
 
 Mesh read_with_assimp(const std::filesystem::path& path, const std::string& extension, double mm_per_unit) {
   Assimp::Importer importer;
-  const aiScene* scene =
-      importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices);
+  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
   if (scene == nullptr) throw Error("it is damaged, or not a mesh of the kind its name says");
   bool with_normals = extension != ".stl";
   for (unsigned i = 0; i < scene->mNumMeshes; ++i)

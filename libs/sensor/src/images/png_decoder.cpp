@@ -1,11 +1,10 @@
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
+#include "gelslam/core/crc32.hpp"
 #include "images/decoders.hpp"
 
 namespace gelslam::detail {
@@ -35,12 +34,13 @@ PngInfo check_png(Bytes bytes) {
     }
     const std::size_t length = big_endian_32(rest);
     const Bytes named = rest.subspan(4, 4 + length);  // what the checksum is over
-    const std::string_view type(reinterpret_cast<const char*>(named.data()), 4);
+    const std::string_view chunk(reinterpret_cast<const char*>(named.data()), named.size());
+    const std::string_view type = chunk.substr(0, 4);
     if (type == "IHDR" && length >= 8) {
       info.width_px = big_endian_32(named.subspan(4));
       info.height_px = big_endian_32(named.subspan(8));
     }
-    if (crc32(0, named.data(), static_cast<uInt>(named.size())) != big_endian_32(rest.subspan(8 + length))) {
+    if (crc32_of(chunk) != big_endian_32(rest.subspan(8 + length))) {
       info.damage = "PNG is corrupt (wrong checksum)";
       return info;
     }

@@ -44,10 +44,9 @@ ScanWriter::ScanWriter(const fs::path& folder, int open_flags)
       file_(folder / "scan.jsonl"),
       record_(::open(file_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC | open_flags, 0666)) {
   if (!record_.ok()) throw Error(file_.string() + ": cannot be written: " + errno_text());
+  const off_t size = ::lseek(record_.get(), 0, SEEK_END);
   char last = '\n';
-  if (const off_t size = ::lseek(record_.get(), 0, SEEK_END); size > 0) [[maybe_unused]]
-    const ssize_t read = ::pread(record_.get(), &last, 1, size - 1);
-  ends_within_line_ = last != '\n';
+  ends_within_line_ = size > 0 && ::pread(record_.get(), &last, 1, size - 1) == 1 && last != '\n';
 }
 
 ScanWriter ScanWriter::begin(const fs::path& folder) {
