@@ -10,14 +10,16 @@ endif()
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)    # SE(3) maths
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio features2d calib3d)  # images, video, DCT, SIFT
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc features2d calib3d)  # arrays, DCT, SIFT
 find_package(yaml-cpp REQUIRED)                # configuration
 pkg_check_modules(FMT REQUIRED IMPORTED_TARGET fmt>=9)  # text for people; its CMake target adds a definition for Windows only
 find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
 find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
-pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # camera JPEGs at reduced scale (libs/sensor); simulated videos with full color resolution, which OpenCV 4.6 cannot write
-find_package(ZLIB REQUIRED)                     # packed surfaces, checksums (libs/sensor, surface, slam)
+pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # pictures (only libs/image): OpenCV's imgcodecs and videoio
+pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)           # load 90 libraries more, for 0.2 s of every start
+pkg_check_modules(TIFF REQUIRED IMPORTED_TARGET libtiff-4)
+find_package(ZLIB REQUIRED)                     # packed surfaces, checksums (libs/image, surface, slam)
 
 if(GELSLAM_BUILD_PROGRAM OR GELSLAM_BUILD_LAB)
   find_package(CLI11 REQUIRED)                 # command line
@@ -25,9 +27,7 @@ endif()
 if(GELSLAM_WITH_ASSIMP)
   pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp>=5)  # OBJ and STL files (only libs/mesh)
 endif()
-if(GELSLAM_BUILD_CAMERAS OR GELSLAM_BUILD_SIMULATION)
-  pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil)  # Matroska logs (libs/sensor), simulated videos (libs/simulation)
-endif()
+pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)  # videos and logs (libs/sensor, simulation)
 if(GELSLAM_BUILD_VIEWER)
   find_package(glfw3 3.3 REQUIRED)             # the window (only libs/viewer), with:
   pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)  # OpenGL functions

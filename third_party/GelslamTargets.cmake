@@ -2,7 +2,7 @@
 #   gelslam::name. With COMPONENT it is installed as part of that component (docs/cpp.md); HEADERS, names in
 #   include/gelslam/<name>, are then its public API. Others are internal and are not installed.
 # gelslam_test(name SOURCES ... DEPS ... [INCLUDES folders] [PROGRAM] [LAUNCHER command]): one GoogleTest executable and
-#   one test of ctest. One process for all its cases: loading the 250 libraries behind OpenCV takes 0.3 s, longer than
+#   one test of ctest. One process for all its cases: loading 250 shared libraries takes 0.3 s, longer than
 #   most cases, and cases share what they simulate. PROGRAM: it runs the built program, GELSLAM_PROGRAM.
 
 function(gelslam_compile_options target)

@@ -2,9 +2,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string_view>
 #include <vector>
 
 #include "calibrate_commands.hpp"
@@ -13,10 +11,10 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/label_session.hpp"
 #include "gelslam/calibration/label_window.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/folder_lock.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/image/encoders.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
 #include "terminal_progress.hpp"
@@ -67,9 +65,7 @@ void write_sheet(const fs::path& path, const PressSet& set, const std::vector<Fo
     picture.copyTo(
         sheet(cv::Rect(cv::Point(place % columns * size.width, place / columns * size.height), size)));
   }
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", sheet, bytes)) throw Error("cannot encode " + path.string());
-  write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  write_png(path, sheet);
 }
 
 void compare_with_labels(const PressSet& set, const std::vector<FoundCircle>& found) {

@@ -5,15 +5,14 @@
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <string_view>
 #include <vector>
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/float_tiff.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"
@@ -85,19 +84,12 @@ Mesh triangulate(const Surface& surface) {
   return mesh;
 }
 
-/// Encoded in memory: libtiff says more than one line about a full disk.
-void write_picture_file(const fs::path& path, const cv::Mat& picture) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(path.extension().string(), picture, bytes)) throw Error("cannot encode " + path.string());
-  write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-}
-
 void write_surface(const fs::path& folder, const Surface& surface) {
-  write_picture_file(folder / kHeightFile, surface.height_mm);
-  write_picture_file(folder / "height.png", height_picture(surface.height_mm));
-  write_picture_file(folder / "normals.png", normals_picture(surface.normals));
-  write_picture_file(folder / "contact.png", surface.contact);
-  write_picture_file(folder / "curvature.png", curvature_picture(surface.curvature));
+  write_float_tiff(folder / kHeightFile, surface.height_mm);
+  write_png(folder / "height.png", height_picture(surface.height_mm));
+  write_png(folder / "normals.png", normals_picture(surface.normals));
+  write_png(folder / "contact.png", surface.contact);
+  write_png(folder / "curvature.png", curvature_picture(surface.curvature));
   write_mesh(folder / "surface.ply", triangulate(surface));
 }
 

@@ -9,13 +9,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/camera.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"
-#include "images/decoders.hpp"
-
-// No camera sends PNG; see CMakeLists.txt.
-namespace gelslam::detail {
-PngInfo check_png(std::span<const std::uint8_t>) { return {.damage = "PNG is not read here"}; }
-cv::Mat3b decode_png(std::span<const std::uint8_t>) { return {}; }
-}  // namespace gelslam::detail
 
 namespace {
 

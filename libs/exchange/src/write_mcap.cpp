@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "exchange_json.hpp"
 #include "gelslam/core/base64.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/exchange/run_export.hpp"
+#include "gelslam/image/encoders.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/config.hpp"
 #include "mcap_file.hpp"
@@ -19,8 +19,6 @@ using exchange::detail::McapFile;
 using exchange::detail::meters;
 using exchange::detail::strips;
 using Json = nlohmann::ordered_json;
-
-constexpr int kJpegQuality = 95;  // as cv::imencode has it
 
 std::uint64_t nanoseconds(double time_s) {
   return static_cast<std::uint64_t>(std::llround(std::max(time_s, 0.0) * 1e9));
@@ -210,9 +208,7 @@ class RunRecorder {
 
   void write_picture(const TactileImage& image) {
     write_poses(image.time_s);
-    std::vector<unsigned char> jpeg;
-    if (!cv::imencode(".jpg", image.bgr, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality}))
-      throw Error("cannot encode a picture");
+    const std::vector<std::uint8_t> jpeg = encode_jpeg(image.bgr);
     write("/tactile", image.time_s,
           {{"timestamp", stamp(image.time_s)},
            {"frame_id", "sensor"},

@@ -12,6 +12,7 @@
 #include "data_files.hpp"
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/image/encoders.hpp"
 #include "pressed_ball.hpp"
 #include "random.hpp"
 
@@ -120,11 +121,6 @@ void remove_gain(GradientModel& network, const HeldOutGain& gain) {
 
 std::string press_folder(double diameter_mm, int number) {
   return fmt::format("{:.3f}mm/{}", diameter_mm, number);
-}
-
-void write_png(const std::filesystem::path& path, const cv::Mat3b& bgr) {
-  const std::vector<std::uint8_t> bytes = encode_frame(bgr, true);
-  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace

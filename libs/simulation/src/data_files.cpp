@@ -1,34 +1,13 @@
 #include "data_files.hpp"
 
-#include <turbojpeg.h>
-
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/image/encoders.hpp"
 
 namespace gelslam::simulation::detail {
-namespace {
-
-constexpr int kJpegQuality = 95;
-
-/// Full color resolution (4:4:4): OpenCV 4.6 halves it.
-std::vector<std::uint8_t> encode_jpeg(const cv::Mat3b& bgr) {
-  const std::unique_ptr<void, int (*)(tjhandle)> encoder(tjInitCompress(), tjDestroy);
-  unsigned char* bytes = nullptr;
-  unsigned long size = 0;
-  const bool good = encoder != nullptr &&
-                    tjCompress2(encoder.get(), bgr.data, bgr.cols, static_cast<int>(bgr.step[0]), bgr.rows,
-                                TJPF_BGR, &bytes, &size, TJSAMP_444, kJpegQuality, TJFLAG_ACCURATEDCT) == 0;
-  const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(bytes, tjFree);
-  if (!good) throw Error("cannot encode a simulated picture");
-  return {bytes, bytes + size};
-}
-
-}  // namespace
 
 void make_folder(const std::filesystem::path& folder) {
   std::error_code failure;
@@ -37,10 +16,7 @@ void make_folder(const std::filesystem::path& folder) {
 }
 
 std::vector<std::uint8_t> encode_frame(const cv::Mat3b& bgr, bool lossless) {
-  if (!lossless) return encode_jpeg(bgr);
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", bgr, bytes)) throw Error("cannot encode a simulated picture");
-  return bytes;
+  return lossless ? encode_png(bgr) : encode_jpeg(bgr);
 }
 
 std::string config_yaml(const std::filesystem::path& folder, const SensorGeometry& geometry,

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <string_view>
@@ -13,6 +12,7 @@
 #include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/base64.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/image/encoders.hpp"
 
 namespace gelslam {
 namespace {
@@ -45,8 +45,7 @@ std::string number(double value, int digits) {
 }
 
 std::string picture(const cv::Mat3b& image) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", image, bytes)) throw Error("cannot encode a picture of the report");
+  const std::vector<std::uint8_t> bytes = encode_png(image);
   const std::string_view encoded(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   return "<img src=\"data:image/png;base64," + base64(encoded) + "\" width=\"" + std::to_string(image.cols) +
          "\">";

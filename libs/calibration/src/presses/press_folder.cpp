@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <opencv2/imgcodecs.hpp>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -13,6 +11,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/read_file.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/image/encoders.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/model_file.hpp"
 
@@ -30,12 +29,6 @@ void make_folders(const fs::path& path) {
   std::error_code failure;
   fs::create_directories(path, failure);
   if (failure) throw Error("cannot make the folder " + quoted(path) + ": " + failure.message());
-}
-
-void write_picture_file(const fs::path& path, const cv::Mat3b& bgr) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", bgr, bytes)) throw Error("cannot encode " + quoted(path));
-  write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
 std::string read_catalogue_text(const fs::path& path) {
@@ -103,7 +96,7 @@ void PressFolder::write_background(const cv::Mat3b& background) {
   // Neither was there at the start.
   if (fs::exists(folder_ / "background.png") || fs::exists(folder_ / "catalog.csv"))
     throw Error("meanwhile another program has collected into " + quoted(folder_) + ": begin again");
-  write_picture_file(folder_ / "background.png", background);
+  write_png(folder_ / "background.png", background);
   lock_ = std::move(lock);
   background_ = background.clone();
 }
@@ -128,7 +121,7 @@ std::string PressFolder::add(const CollectedPress& press) {
                 " presses, and more cannot be read: begin another folder");
   std::string name = free_name(folder_, diameter_mm_);
   try {
-    write_picture_file(folder_ / name / "gelsight.png", press.bgr);
+    write_png(folder_ / name / "gelsight.png", press.bgr);
     if (labels_) write_label(folder_ / name / "label.npz", press.circle);
     write_file_atomically(folder_ / "catalog.csv", read_catalogue_text(folder_ / "catalog.csv") + name + "," +
                                                        fmt::format("{}", diameter_mm_) + "\n");

@@ -5,8 +5,8 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/image/decoders.hpp"
 #include "images/crop.hpp"
-#include "images/decoders.hpp"
 
 namespace gelslam {
 namespace {
@@ -28,7 +28,7 @@ struct FrameDecoder::Impl {
   cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const;
 
   SensorProfile profile;
-  detail::JpegDecoder jpeg;
+  JpegDecoder jpeg;
   cv::Mat3b decoded;  // kept, so that no frame allocates
   std::string damage;
 };
@@ -75,7 +75,7 @@ cv::Mat3b FrameDecoder::Impl::fit(const cv::Mat3b& picture, cv::Size raw, int de
 }
 
 cv::Mat3b FrameDecoder::Impl::decode_jpeg(const RawFrame& frame) {
-  const detail::JpegInfo info = jpeg.read_header(frame.bytes);
+  const JpegInfo info = jpeg.read_header(frame.bytes);
   if (info.width_px == 0) {
     damage = jpeg.damage();
     return {};
@@ -101,11 +101,11 @@ cv::Mat3b FrameDecoder::Impl::decode_jpeg(const RawFrame& frame) {
 }
 
 cv::Mat3b FrameDecoder::Impl::decode_png(const RawFrame& frame) {
-  const detail::PngInfo info = detail::check_png(frame.bytes);
+  const PngInfo info = gelslam::check_png(frame.bytes);
   damage = info.damage;
   if (!damage.empty() || !size_is_plausible(frame, info.width_px, info.height_px)) return {};
   refuse_wrong_size(frame, info.width_px, info.height_px);
-  const cv::Mat3b picture = detail::decode_png(frame.bytes);
+  const cv::Mat3b picture = gelslam::decode_png(frame.bytes);
   if (picture.empty()) {
     damage = "PNG is corrupt, or no color picture with 8 bits per channel";
     return {};

@@ -4,16 +4,15 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <vector>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/image/decoders.hpp"
 #include "images/crop.hpp"
-#include "images/decoders.hpp"
-#include "images/quiet.hpp"
+#include "images/video_file.hpp"
 
 namespace gelslam {
 namespace {
@@ -49,64 +48,71 @@ void check_size(std::int64_t width_px, std::int64_t height_px, const std::filesy
               ": a gray image; slopes are read from the sensor's colors, give the color image");
 }
 
-cv::Mat read_jpeg(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
-  detail::JpegDecoder decoder;
-  const detail::JpegInfo info = decoder.read_header(bytes);
+[[noreturn]] void throw_deep(const std::filesystem::path& path) {
+  throw Error(path.string() + ": needs 8 bits per channel");
+}
+
+[[noreturn]] void throw_damaged(const std::filesystem::path& path, const std::string& damage) {
+  throw Error(path.string() + ": the image is truncated or damaged: " + damage);
+}
+
+cv::Mat3b read_jpeg(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  JpegDecoder decoder;
+  const JpegInfo info = decoder.read_header(bytes);
   if (info.width_px == 0) throw Error(path.string() + ": not a readable image: " + decoder.damage());
   check_size(info.width_px, info.height_px, path);
   if (!info.color) throw_gray(path);
   cv::Mat3b picture;
-  if (!decoder.decode(bytes, info, 1, picture))
-    throw Error(path.string() + ": the image is truncated or damaged: " + decoder.damage());
+  if (!decoder.decode(bytes, info, 1, picture)) throw_damaged(path, decoder.damage());
   return picture;
 }
 
-/// BMP says its size in its header (the height is negative where rows run downward); TIFF is left to OpenCV's
-/// own bounds.
+cv::Mat3b read_png(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  const PngInfo info = check_png(bytes);
+  check_size(info.width_px, info.height_px, path);
+  if (!info.damage.empty()) throw_damaged(path, info.damage);
+  if (info.bits_per_channel > 8) throw_deep(path);
+  if (!info.color) throw_gray(path);
+  return decode_png(bytes);
+}
+
+/// BMP says its size in its header (the height is negative where rows run downward).
 void check_bmp(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
   std::int32_t size[2];
-  if (bytes.size() < 26 || bytes[0] != 'B' || bytes[1] != 'M') return;
+  if (bytes.size() < 26) return;
   std::memcpy(size, bytes.data() + 18, sizeof size);
   check_size(size[0], std::abs(std::int64_t{size[1]}), path);
 }
 
-cv::Mat read_with_opencv(const std::vector<unsigned char>& bytes) {
-  const detail::QuietStderr quiet;  // libpng and libtiff write to stderr themselves
-  try {
-    return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {
-    return {};
-  }
+cv::Mat3b read_with_libav(const char* format, const std::filesystem::path& path) {
+  const auto frame = detail::VideoFile(path, format).next();
+  if (!frame) return {};
+  if (frame->bits_per_channel > 8) throw_deep(path);
+  return frame->bgr;
 }
 
-cv::Mat read_any(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
-  if (bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8) return read_jpeg(bytes, path);
-  if (bytes.size() > 8 && std::memcmp(bytes.data(), "\x89PNG", 4) == 0) {
-    const detail::PngInfo info = detail::check_png(bytes);
-    check_size(info.width_px, info.height_px, path);
-    if (!info.damage.empty())
-      throw Error(path.string() + ": the image is truncated or damaged: " + info.damage);
+cv::Mat3b read_any(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
+                              std::min<std::size_t>(bytes.size(), 8));
+  if (head.starts_with("\xff\xd8")) return read_jpeg(bytes, path);
+  if (head.starts_with("\x89PNG")) return read_png(bytes, path);
+  if (head.starts_with("BM")) {
+    check_bmp(bytes, path);
+    return read_with_libav("bmp_pipe", path);
   }
-  check_bmp(bytes, path);
-  return read_with_opencv(bytes);
+  if (head.starts_with(std::string_view("II*\0", 4)) || head.starts_with(std::string_view("MM\0*", 4)))
+    return read_with_libav("tiff_pipe", path);
+  return {};
 }
 
 }  // namespace
 
 cv::Mat3b read_image(const std::filesystem::path& path) {
-  const std::vector<unsigned char> bytes = read_bytes(path);
-  const cv::Mat image = read_any(bytes, path);
+  const cv::Mat3b image = read_any(read_bytes(path), path);
   if (image.empty())
     throw Error(path.string() + ": not a readable image (png, jpg, bmp or tiff), or damaged");
-  if (image.depth() != CV_8U) throw Error(path.string() + ": needs 8 bits per channel");
-  if (image.channels() == 4) {
-    cv::Mat3b bgr;
-    cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
-    if (!is_gray(bgr)) return bgr;
-  } else if (image.channels() == 3 && !is_gray(image)) {
-    return image;
-  }
-  throw_gray(path);
+  if (is_gray(image)) throw_gray(path);
+  return image;
 }
 
 cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px) {

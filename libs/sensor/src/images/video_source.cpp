@@ -2,22 +2,19 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <opencv2/videoio.hpp>
 #include <sstream>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "images/left_out.hpp"
-#include "images/quiet.hpp"
 #include "images/sources.hpp"
+#include "images/video_file.hpp"
 
 namespace gelslam::detail {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double most_pixels = 64e6;  // a header may claim anything; no touch sensor has more
 
 /// FFmpeg would play a text file as terminal art, and follow a playlist to other files. Videos hold zero
 /// bytes early.
@@ -36,36 +33,25 @@ double usable_rate(double container_rate, double profile_rate) {
 
 class VideoSource final : public FrameSource {
  public:
-  VideoSource(const fs::path& path, const SensorProfile& profile) : path_(path), profile_(profile) {
-    silence_video_libraries();
-    // An absolute path, so that FFmpeg does not take "name:x.avi" for a protocol.
-    if (!capture_.open(fs::absolute(path).string(), cv::CAP_FFMPEG)) {
-      throw Error(path.string() + ": not a video that can be read (or damaged from the start)");
-    }
-    width_ = static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_WIDTH));
-    height_ = static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_HEIGHT));
-    if (static_cast<double>(width_) * height_ > most_pixels) {
-      throw Error(path.string() + ": frames of " + size_text() +
-                  " pixels are larger than any touch sensor's");
-    }
-    rate_hz_ = usable_rate(capture_.get(cv::CAP_PROP_FPS), profile.frame_rate_hz);
-    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
-    if (std::isfinite(count) && count >= 1 && count < 1e9) count_ = static_cast<std::int64_t>(count);
-  }
+  VideoSource(const fs::path& path, const SensorProfile& profile)
+      : path_(path),
+        profile_(profile),
+        video_(path),
+        rate_hz_(usable_rate(video_.properties().rate_hz, profile.frame_rate_hz)) {}
 
   std::optional<TactileImage> next() override {
-    cv::Mat frame;
-    while (!ended_ && capture_.read(frame) && !frame.empty()) {
+    while (!ended_) {
+      const std::optional<VideoFile::Frame> frame = video_.next();
+      if (!frame) break;
       const std::string name = path_.string() + ", frame " + std::to_string(index_);
-      if (frame.type() != CV_8UC3) throw Error(name + ": not an 8-bit color picture");
       TactileImage image;
-      image.time_s = time_of_frame();
+      image.time_s = time_of_frame(frame->time_s);
       image.index = index_++;
-      if (is_gray(frame)) {
+      if (is_gray(frame->bgr)) {
         pictures_.leave_out(name + ": " + gray_picture);
         continue;
       }
-      image.bgr = fit_to_profile(frame, profile_, name);
+      image.bgr = fit_to_profile(frame->bgr, profile_, name);
       pictures_.use();
       return image;
     }
@@ -73,47 +59,43 @@ class VideoSource final : public FrameSource {
     return std::nullopt;
   }
 
-  std::optional<std::int64_t> frame_count() const override { return count_; }
+  std::optional<std::int64_t> frame_count() const override { return video_.properties().frames; }
   double rate_hz() const override { return rate_hz_; }
 
   std::string description() const override {
     std::ostringstream text;
-    text << "video " << path_.filename().string() << ", " << size_text() << ", " << rate_hz_ << " Hz";
+    text << "video " << path_.filename().string() << ", "
+         << size_text(video_.properties().width_px, video_.properties().height_px) << ", " << rate_hz_
+         << " Hz";
     return text.str();
   }
 
   std::string warning() const override { return joined({truncation_, pictures_.warning()}); }
 
  private:
-  std::string size_text() const { return gelslam::size_text(width_, height_); }
-
-  double time_of_frame() {
-    const double container_s = capture_.get(cv::CAP_PROP_POS_MSEC) / 1000.0;
+  double time_of_frame(double container_s) {
     if (index_ == 0) {
-      first_s_ = std::isfinite(container_s) ? container_s : 0.0;
+      first_s_ = container_s;
       return last_s_ = 0.0;
     }
     const double since_first_s = container_s - first_s_;
-    const bool increases = std::isfinite(since_first_s) && since_first_s > last_s_;
-    return last_s_ = increases ? since_first_s : last_s_ + 1.0 / rate_hz_;
+    return last_s_ = since_first_s > last_s_ ? since_first_s : last_s_ + 1.0 / rate_hz_;
   }
 
   void finish() {
     if (ended_) return;
     ended_ = true;
     pictures_.require_some(path_.string() + ": the video");
-    if (count_ && index_ < *count_) {
+    if (const auto count = frame_count(); count && index_ < *count) {
       truncation_ = path_.string() + " ends after " + std::to_string(index_) + " of " +
-                    std::to_string(*count_) + " frames; is it truncated?";
+                    std::to_string(*count) + " frames; is it truncated?";
     }
   }
 
   fs::path path_;
   SensorProfile profile_;
-  cv::VideoCapture capture_;
-  int width_ = 0, height_ = 0;
-  double rate_hz_ = 0.0;
-  std::optional<std::int64_t> count_;
+  VideoFile video_;
+  double rate_hz_;
   std::int64_t index_ = 0;
   double first_s_ = 0.0, last_s_ = 0.0;
   bool ended_ = false;

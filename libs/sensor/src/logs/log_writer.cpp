@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <stdexcept>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/image/encoders.hpp"
 #include "logs/appended_file.hpp"
 #include "logs/matroska_header.hpp"
 
@@ -21,7 +21,6 @@ std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Fast, and for a gel's noise within 5 % of the best compression.
 std::vector<std::uint8_t> png_of(const RawFrame& frame) {
   const auto expected =
       static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px) * 3;
@@ -29,9 +28,7 @@ std::vector<std::uint8_t> png_of(const RawFrame& frame) {
     throw std::invalid_argument("LogWriter: bgr frame of the wrong size");
   const cv::Mat picture(frame.height_px, frame.width_px, CV_8UC3,
                         const_cast<std::uint8_t*>(frame.bytes.data()));
-  std::vector<std::uint8_t> png;
-  cv::imencode(".png", picture, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
-  return png;
+  return encode_png(picture);
 }
 
 std::uint64_t ticks_of(double time_s) {

@@ -7,8 +7,6 @@ extern "C" {
 }
 
 #include <cmath>
-#include <cstdlib>
-#include <mutex>
 #include <span>
 #include <string_view>
 
@@ -20,14 +18,6 @@ namespace {
 
 constexpr std::int64_t kMostPixels = 64'000'000;
 constexpr double kMostFrames = 1e9;
-
-/// What is wrong with a file is said by our errors, unless the person asked for FFmpeg's own.
-void silence_libavformat() {
-  static std::once_flag once;
-  std::call_once(once, [] {
-    if (std::getenv("OPENCV_FFMPEG_LOGLEVEL") == nullptr) av_log_set_level(AV_LOG_QUIET);
-  });
-}
 
 std::string tag_of(const AVDictionary* tags, const char* name) {
   const AVDictionaryEntry* entry = av_dict_get(tags, name, nullptr, 0);
@@ -74,7 +64,7 @@ struct MatroskaFile::Av {
 };
 
 MatroskaFile::MatroskaFile(const std::filesystem::path& path) : path_(path), av_(std::make_unique<Av>()) {
-  silence_libavformat();
+  av_log_set_level(AV_LOG_QUIET);  // what is wrong with a file is said by our errors
   // With its protocol, so that no part of the name is taken for one.
   const std::string url = "file:" + std::filesystem::absolute(path).string();
   if (avformat_open_input(&av_->file, url.c_str(), av_find_input_format("matroska"), nullptr) < 0)

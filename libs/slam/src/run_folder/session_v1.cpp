@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/image/float_tiff.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -54,14 +54,9 @@ cv::Rect box_from(const Json& json, cv::Size size) {
 }
 
 cv::Mat4f read_patch(const fs::path& file, cv::Size size) {
-  cv::Mat packed;
-  try {
-    if (fs::is_regular_file(file)) packed = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {  // sizes beyond OpenCV's limits
-  }
-  if (packed.empty() || packed.type() != CV_32FC4 || packed.size() != size)
+  const cv::Mat4f values = read_float_tiff(file, size, 4);
+  if (values.empty())
     throw Error(file.string() + ": missing, damaged or not the patch that session.json describes");
-  const cv::Mat4f values = packed;
   if (!std::all_of(values.begin(), values.end(), possible))
     throw Error(file.string() + ": holds numbers that no surface has");
   return values;

@@ -11,12 +11,11 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/image/encoders.hpp"
 #include "gelslam/viewer/ui.hpp"
 
 namespace gelslam::viewer {
@@ -269,10 +268,7 @@ GLFWwindow* WindowHost::glfw_window() const { return target_ ? nullptr : gl_->gl
 void write_png(const std::filesystem::path& path, const cv::Mat3b& picture) {
   std::error_code code;
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), code);
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", picture, bytes))
-    throw Error(path.string() + ": the picture could not be encoded");
-  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  gelslam::write_png(path, picture);
 }
 
 std::filesystem::path free_name(const std::filesystem::path& folder, const std::string& stem,

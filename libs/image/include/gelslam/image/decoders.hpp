@@ -1,12 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <span>
 #include <string>
 
-namespace gelslam::detail {
+namespace gelslam {
 
 struct JpegInfo {
   int width_px = 0, height_px = 0;  ///< 0 x 0 when the header cannot be read
@@ -33,17 +32,19 @@ class JpegDecoder {
   std::string damage_;
 };
 
-/// A PNG's first words, and whether it is all there.
+/// What a PNG's header says, and whether it is all there.
 struct PngInfo {
   std::int64_t width_px = 0, height_px = 0;
+  int bits_per_channel = 0;
+  bool color = false;
   std::string damage;  ///< "" when every chunk up to the end mark is whole, by its checksum
 };
 
-/// Reads nothing but headers and checksums. What it finds whole makes libpng neither fail nor write to
-/// stderr, unless somebody built it to do so.
+/// Reads nothing but headers and checksums.
 PngInfo check_png(std::span<const std::uint8_t> bytes);
 
-/// Color, 8 bits; alpha is dropped. Empty for everything else.
+/// Color, 8 bits per channel; empty for everything else. The values as they are in the file, whatever it says
+/// about gamma and color profiles; alpha is dropped.
 cv::Mat3b decode_png(std::span<const std::uint8_t> bytes);
 
-}  // namespace gelslam::detail
+}  // namespace gelslam

@@ -4,9 +4,9 @@
 #include <string_view>
 
 #include "gelslam/core/text.hpp"
-#include "images/decoders.hpp"
+#include "gelslam/image/decoders.hpp"
 
-namespace gelslam::detail {
+namespace gelslam {
 namespace {
 
 /// Bytes between the last line and the end mark: some cameras fill up with zeros there. The picture is whole.
@@ -71,4 +71,4 @@ bool JpegDecoder::decompress(std::span<const std::uint8_t> bytes, cv::Mat3b& pic
   return failed == 0 || ((flags & TJFLAG_STOPONWARNING) == 0 && tjGetErrorCode(handle_) == TJERR_WARNING);
 }
 
-}  // namespace gelslam::detail
+}  // namespace gelslam

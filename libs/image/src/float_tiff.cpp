@@ -1,0 +1,80 @@
+#include "gelslam/image/float_tiff.hpp"
+
+#include <tiffio.h>
+
+#include <memory>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+
+#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/error.hpp"
+
+namespace gelslam {
+namespace {
+
+using Tiff = std::unique_ptr<TIFF, void (*)(TIFF*)>;
+
+/// What is wrong with a file is said by our errors.
+Tiff open_tiff(const std::filesystem::path& path, const char* mode) {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    TIFFSetErrorHandler(nullptr);
+    TIFFSetWarningHandler(nullptr);
+  });
+  return {TIFFOpen(path.c_str(), mode), TIFFClose};
+}
+
+bool holds_floats(TIFF* tiff, cv::Size size, int channels) {
+  std::uint32_t width = 0, height = 0;
+  std::uint16_t samples = 1, bits = 1, format = SAMPLEFORMAT_UINT, planes = PLANARCONFIG_CONTIG;
+  TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width);
+  TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &planes);
+  return width == static_cast<std::uint32_t>(size.width) &&
+         height == static_cast<std::uint32_t>(size.height) && samples == channels && bits == 32 &&
+         format == SAMPLEFORMAT_IEEEFP && planes == PLANARCONFIG_CONTIG && TIFFIsTiled(tiff) == 0 &&
+         TIFFScanlineSize(tiff) == tmsize_t{size.width} * channels * 4;
+}
+
+bool write_rows(TIFF* tiff, const cv::Mat1f& values) {
+  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, values.cols);
+  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, values.rows);
+  TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32);
+  TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, values.rows);
+  cv::Mat1f row;  // libtiff may swap its bytes
+  for (int v = 0; v < values.rows; ++v) {
+    values.row(v).copyTo(row);
+    if (TIFFWriteScanline(tiff, row.data, static_cast<std::uint32_t>(v)) != 1) return false;
+  }
+  return TIFFFlush(tiff) == 1;
+}
+
+}  // namespace
+
+void write_float_tiff(const std::filesystem::path& path, const cv::Mat1f& values) {
+  TemporaryFile file(path);
+  Tiff tiff = open_tiff(file.path(), "w");
+  if (tiff == nullptr || !write_rows(tiff.get(), values))
+    throw Error("cannot write " + path.string() + "; is the disk full?");
+  tiff.reset();
+  file.commit();
+}
+
+cv::Mat read_float_tiff(const std::filesystem::path& path, cv::Size size, int channels) {
+  const Tiff tiff = open_tiff(path, "r");
+  if (tiff == nullptr || !holds_floats(tiff.get(), size, channels)) return {};
+  cv::Mat values(size, CV_32FC(channels));
+  for (int v = 0; v < values.rows; ++v)
+    if (TIFFReadScanline(tiff.get(), values.ptr(v), static_cast<std::uint32_t>(v)) != 1) return {};
+  if (channels == 4) cv::cvtColor(values, values, cv::COLOR_RGBA2BGRA);
+  return values;
+}
+
+}  // namespace gelslam

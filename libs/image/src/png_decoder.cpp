@@ -1,0 +1,84 @@
+#include <png.h>
+
+#include <algorithm>
+#include <array>
+#include <opencv2/imgproc.hpp>
+#include <string_view>
+#include <vector>
+
+#include "gelslam/core/crc32.hpp"
+#include "gelslam/image/decoders.hpp"
+
+namespace gelslam {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+constexpr std::array<std::uint8_t, 8> kPngSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+
+std::uint32_t big_endian_32(Bytes bytes) {
+  return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 | std::uint32_t{bytes[2]} << 8 |
+         bytes[3];
+}
+
+/// Calls use(type, content, whole) for every chunk up to the end mark. Empty, or how the file is damaged.
+template <typename Use>
+std::string for_each_chunk(Bytes bytes, const Use& use) {
+  if (bytes.size() < kPngSignature.size() ||
+      !std::equal(kPngSignature.begin(), kPngSignature.end(), bytes.begin()))
+    return "the bytes are no PNG";
+  constexpr std::size_t around = 12;  // length, type and checksum of a chunk
+  for (Bytes rest = bytes.subspan(kPngSignature.size());;) {
+    if (rest.size() < around || big_endian_32(rest) > rest.size() - around) return "PNG ends early";
+    const Bytes chunk = rest.first(around + big_endian_32(rest));
+    const std::string_view named(reinterpret_cast<const char*>(chunk.data()) + 4, chunk.size() - 8);
+    use(named.substr(0, 4), chunk);
+    if (crc32_of(named) != big_endian_32(chunk.last(4))) return "PNG is corrupt (wrong checksum)";
+    if (named.starts_with("IEND")) return "";
+    rest = rest.subspan(chunk.size());
+  }
+}
+
+/// Without the chunks that a picture can be decoded without (their names begin with a small letter): libpng
+/// would follow gAMA and change the values.
+std::vector<std::uint8_t> critical_chunks(Bytes bytes) {
+  std::vector<std::uint8_t> kept(kPngSignature.begin(), kPngSignature.end());
+  for_each_chunk(bytes, [&](std::string_view type, Bytes chunk) {
+    if (type[0] < 'a') kept.insert(kept.end(), chunk.begin(), chunk.end());
+  });
+  return kept;
+}
+
+}  // namespace
+
+PngInfo check_png(Bytes bytes) {
+  PngInfo info;
+  info.damage = for_each_chunk(bytes, [&](std::string_view type, Bytes chunk) {
+    if (type != "IHDR" || chunk.size() < 25) return;
+    info.width_px = big_endian_32(chunk.subspan(8));
+    info.height_px = big_endian_32(chunk.subspan(12));
+    info.bits_per_channel = chunk[16];
+    info.color = (chunk[17] & PNG_COLOR_MASK_COLOR) != 0;
+  });
+  if (info.damage.empty() && (info.width_px == 0 || info.height_px == 0)) info.damage = "PNG has no header";
+  return info;
+}
+
+cv::Mat3b decode_png(Bytes bytes) {
+  const std::vector<std::uint8_t> critical = critical_chunks(bytes);
+  png_image image{};  // libpng's simplified interface writes nothing to stderr
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&image, critical.data(), critical.size()) == 0) return {};
+  if ((image.format & PNG_FORMAT_FLAG_COLOR) == 0 || (image.format & PNG_FORMAT_FLAG_LINEAR) != 0) {
+    png_image_free(&image);
+    return {};
+  }
+  image.format = PNG_FORMAT_BGRA;  // without alpha it would blend
+  cv::Mat4b bgra(static_cast<int>(image.height), static_cast<int>(image.width));
+  if (png_image_finish_read(&image, nullptr, bgra.data, static_cast<png_int_32>(bgra.step[0]), nullptr) == 0)
+    return {};
+  cv::Mat3b bgr;
+  cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
+  return bgr;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,162 @@
+#include "images/video_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <random>
+
+#include "../support/data_folder.hpp"
+#include "../support/pictures.hpp"
+#include "../support/temporary_folder.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/sensor/image_input.hpp"
+
+namespace gelslam {
+namespace {
+
+using detail::VideoFile;
+using test::numbered_picture;
+using test::TemporaryFolder;
+
+/// cv::VideoCapture is the independent computation: its pictures, times, rate and count.
+void expect_as_opencv(const std::filesystem::path& path, int most_frames = 1000) {
+  cv::VideoCapture expected(path.string(), cv::CAP_FFMPEG);
+  ASSERT_TRUE(expected.isOpened()) << path;
+  VideoFile video(path);
+  EXPECT_EQ(video.properties().width_px, expected.get(cv::CAP_PROP_FRAME_WIDTH)) << path;
+  EXPECT_EQ(video.properties().height_px, expected.get(cv::CAP_PROP_FRAME_HEIGHT)) << path;
+  EXPECT_NEAR(video.properties().rate_hz, expected.get(cv::CAP_PROP_FPS), 1e-9) << path;
+  EXPECT_EQ(video.properties().frames.value_or(-1), expected.get(cv::CAP_PROP_FRAME_COUNT)) << path;
+  cv::Mat picture;
+  int count = 0;
+  double last_s = -1;
+  while (count < most_frames && expected.read(picture)) {
+    const auto frame = video.next();
+    ASSERT_TRUE(frame) << path << " ends after " << count;
+    ASSERT_EQ(frame->bgr.size(), picture.size()) << path << " " << count;
+    ASSERT_EQ(cv::norm(frame->bgr, picture, cv::NORM_INF), 0.0) << path << ", frame " << count;
+    // OpenCV has no times for the frames that a decoder has kept until the end.
+    if (const double time_s = expected.get(cv::CAP_PROP_POS_MSEC) / 1000.0; count == 0 || time_s > 0) {
+      EXPECT_NEAR(frame->time_s, time_s, 1e-9) << path << ", frame " << count;
+    }
+    EXPECT_GT(frame->time_s, last_s);
+    last_s = frame->time_s;
+    EXPECT_EQ(frame->bits_per_channel, 8);
+    ++count;
+  }
+  EXPECT_GT(count, 0) << path;
+  if (count < most_frames) {
+    EXPECT_FALSE(video.next()) << path;
+    EXPECT_FALSE(video.next()) << path << ": the end stays the end";
+  }
+}
+
+TEST(VideoFile, PicturesTimesAndCountsAreThoseOfOpenCV) {
+  TemporaryFolder folder;
+  struct Kind {
+    const char *name, *codec;
+  };
+  const std::vector<Kind> kinds = {{"mjpeg.avi", "MJPG"}, {"mjpeg.mkv", "MJPG"}, {"mpeg4.mp4", "mp4v"},
+                                   {"mpeg4.avi", "XVID"}, {"h264.mp4", "avc1"},  {"h264.mkv", "H264"},
+                                   {"vp8.mkv", "VP80"},   {"ffv1.mkv", "FFV1"},  {"raw.avi", "I420"},
+                                   {"huff.avi", "HFYU"},  {"png.avi", "MPNG"}};
+  int written = 0;
+  for (const Kind& kind : kinds) {
+    for (const cv::Size size : {cv::Size(320, 240), cv::Size(98, 62), cv::Size(75, 53)}) {
+      const std::filesystem::path path = folder / (std::to_string(size.width) + kind.name);
+      try {
+        test::write_video(path, kind.codec, 9, size.width, size.height, 29.97);
+      } catch (const std::runtime_error&) {
+        continue;  // this build of FFmpeg cannot encode it
+      }
+      if (std::filesystem::file_size(path) < 1000) continue;  // not at this size
+      expect_as_opencv(path);
+      ++written;
+    }
+  }
+  EXPECT_GE(written, 20);
+}
+
+TEST(VideoFile, RecordedVideosAreReadAsByOpenCV) {
+  const std::filesystem::path video = test::data_folder() / "sequences/track_golf/gelsight.avi";
+  if (!std::filesystem::exists(video)) GTEST_SKIP() << "no data; set GELSLAM_DATA";
+  expect_as_opencv(video, 40);
+}
+
+TEST(VideoFile, DamageIsFramesOrAnErrorAndSilent) {
+  TemporaryFolder folder;
+  std::minstd_rand random(3);
+  testing::internal::CaptureStderr();
+  for (const auto& [name, codec] : {std::pair{"a.avi", "MJPG"}, {"a.mp4", "mp4v"}, {"a.mkv", "H264"}}) {
+    test::write_video(folder / name, codec, 6, 64, 48);
+    const std::string good = test::read_bytes(folder / name);
+    for (int i = 0; i < 60; ++i) {
+      std::string bytes = good;
+      for (int flips = 0; flips < 20; ++flips) {
+        const std::size_t at = random() % bytes.size();
+        bytes[random() % 2 == 0 ? at : at % 300] = static_cast<char>(random());
+      }
+      test::write_bytes(folder / name, bytes);
+      try {
+        VideoFile video(folder / name);
+        for (int frames = 0; frames < 100 && video.next(); ++frames) {
+        }
+      } catch (const Error& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr(name));
+      }
+    }
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(VideoFile, PicturesThatChangeTheirSize) {
+  TemporaryFolder folder;
+  // A stream of JPEG pictures, one after the other.
+  std::string bytes;
+  const std::vector<cv::Size> sizes = {{64, 48}, {64, 48}, {98, 62}, {32, 80}};
+  for (const cv::Size size : sizes) {
+    std::vector<uchar> jpeg;
+    cv::imencode(".jpg", numbered_picture(4, size.width, size.height), jpeg);
+    bytes.append(jpeg.begin(), jpeg.end());
+  }
+  test::write_bytes(folder / "a.mjpeg", bytes);
+  VideoFile video(folder / "a.mjpeg");
+  std::vector<cv::Size> found;
+  while (const auto frame = video.next()) {
+    found.push_back(frame->bgr.size());
+    EXPECT_EQ(test::number_in(frame->bgr), 4);
+  }
+  EXPECT_EQ(found, sizes);
+}
+
+TEST(ReadImage, BmpAndTiffAreReadAsByOpenCV) {
+  TemporaryFolder folder;
+  for (const char* ending : {".bmp", ".tiff"}) {
+    const std::filesystem::path file = folder / (std::string("a") + ending);
+    for (const cv::Size size : {cv::Size(320, 240), cv::Size(75, 53), cv::Size(2, 1)}) {
+      const cv::Mat3b picture = numbered_picture(7, size.width, size.height);
+      cv::imwrite(file.string(), picture);
+      EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << file << size;
+      cv::Mat with_alpha;
+      cv::cvtColor(picture, with_alpha, cv::COLOR_BGR2BGRA);
+      cv::imwrite(file.string(), with_alpha);
+      EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << file << size;
+    }
+    cv::imwrite(file.string(), cv::Mat1b(48, 64, uchar{90}));
+    EXPECT_THAT(test::message_of<Error>([&] { read_image(file); }), testing::HasSubstr("a gray image"));
+  }
+  for (const int kind : {1, 5, 8, 32773}) {  // TIFF's compressions: none, LZW, zlib, PackBits
+    const std::filesystem::path file = folder / "b.tiff";
+    const cv::Mat3b picture = numbered_picture(7, 75, 53);
+    cv::imwrite(file.string(), picture, {cv::IMWRITE_TIFF_COMPRESSION, kind});
+    EXPECT_EQ(cv::norm(read_image(file), picture, cv::NORM_INF), 0.0) << kind;
+  }
+  cv::imwrite((folder / "deep.tiff").string(), cv::Mat(48, 64, CV_16UC3, cv::Scalar(1, 2000, 3)));
+  EXPECT_THAT(test::message_of<Error>([&] { read_image(folder / "deep.tiff"); }),
+              testing::HasSubstr("8 bits per channel"));
+}
+
+}  // namespace
+}  // namespace gelslam
