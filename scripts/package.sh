@@ -85,7 +85,7 @@ finish() {
     echo "Description: $(cat)"; } >"$tree/DEBIAN/control"
   (cd "$tree" && find . -type f -not -path './DEBIAN/*' -printf '%P\0' | sort -z | xargs -0 md5sum >DEBIAN/md5sums)
   find "$tree" -type d -exec chmod 755 {} +
-  dpkg-deb --root-owner-group -Zxz -z3 --build "$tree" "$out" >/dev/null
+  dpkg-deb --root-owner-group -Zxz -z1 --build "$tree" "$out" >/dev/null
   say "$out/$1_${version}_$architecture.deb"
 }
 
