@@ -7,7 +7,10 @@
 load_loopback
 frames=$(ls "$work/scan" | wc -l)
 feed "$work/scan" 1 "$frames" "$tmp/go"
-"$gelslam" scan --headless --camera "GelSight Mini" --config "$data/config.yaml" -o "$tmp/run" >"$tmp/out" 2>"$tmp/err" &
+# Without what other tests show and the emulated processor takes 15 s for.
+sed 's/pose_graph_config:/&\n    calibrate_slopes: false/' "$data/config.yaml" >"$tmp/config.yaml"
+"$gelslam" scan --headless --camera "GelSight Mini" --config "$tmp/config.yaml" \
+  --model "$data/../../calibration_sim/model/nnmodel.pth" -o "$tmp/run" >"$tmp/out" 2>"$tmp/err" &
 scanner=$!
 until grep -q video10 "/proc/$scanner/maps"; do
   kill -0 $scanner 2>/dev/null || { cat "$tmp/err"; fail "the scan did not begin"; }
