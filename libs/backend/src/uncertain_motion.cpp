@@ -64,6 +64,18 @@ SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, 
   return shared;
 }
 
+PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
+                                            const std::vector<PoseGraphEdge>& edges,
+                                            const PoseGraphOptions& options, double sigma) {
+  const PoseGraphSolution first = solve_pose_graph(initial, edges, options);
+  std::vector<PoseGraphEdge> agreed = edges;
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (!first.edge_outlier[i])
+      agreed[i].from_T_to =
+          first.component_T_node.at(edges[i].from).inverse() * first.component_T_node.at(edges[i].to);
+  return solve_pose_graph(first.component_T_node, edges, options, gradient_scale_unknowns(agreed, sigma));
+}
+
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
   return {edge.from_T_to, covariance_of(edge.information), motion_by_gradient_scale(edge)};
 }

@@ -54,16 +54,13 @@ std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, c
   return kept;
 }
 
-SharedUnknowns gradient_scale_of(const std::vector<PoseGraphEdge>& edges, const SlamOptions& options) {
-  const SlopeCalibrationOptions& slopes = options.slope_calibration;
-  return slopes.estimate_gradient_scale ? gradient_scale_unknowns(edges, slopes.gradient_scale_sigma)
-                                        : SharedUnknowns{};
-}
-
-/// Solves for all poses, and for the gradient scale as far as loops determine it.
+/// Solves for all poses, and for the gradient scale if asked to.
 PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
                         const SlamOptions& options) {
-  return solve_pose_graph(initial, edges, options.pose_graph, gradient_scale_of(edges, options));
+  const SlopeCalibrationOptions& slopes = options.slope_calibration;
+  return slopes.estimate_gradient_scale
+             ? solve_with_gradient_scale(initial, edges, options.pose_graph, slopes.gradient_scale_sigma)
+             : solve_pose_graph(initial, edges, options.pose_graph);
 }
 
 /// From the unknowns of solve().
@@ -230,8 +227,9 @@ void Mapper::update() {
   options.only_where_needed = true;
   live_edges_ = consistent(edges_, options_);
   const Eigen::VectorXd scale = live_.shared_unknowns;  // held until optimize()
-  live_ = solve_pose_graph(live_.component_T_node,
-                           corrected(live_edges_, gradient_scale_of(live_edges_, options_), scale), options);
+  const SharedUnknowns by_scale =
+      gradient_scale_unknowns(live_edges_, options_.slope_calibration.gradient_scale_sigma);
+  live_ = solve_pose_graph(live_.component_T_node, corrected(live_edges_, by_scale, scale), options);
   live_.shared_unknowns = scale;
   ++version_;
 }

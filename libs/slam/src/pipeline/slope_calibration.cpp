@@ -107,8 +107,8 @@ Registered registered_again(const CalibratedMap& map, std::size_t i, const Norma
       map.solution.component_T_node.at(edge.from).inverse() * map.solution.component_T_node.at(edge.to);
   again.result = register_normal_flow(*to.reference.get(), *from.surface.get(), start, options);
   if (again.result.ok())
-    again.sensitivity =
-        slope_sensitivity(*to.reference.get(), *from.surface.get(), again.result.target_T_reference, options);
+    // At the pose that all edges agree on, for the same reason as in solve_with_gradient_scale().
+    again.sensitivity = slope_sensitivity(*to.reference.get(), *from.surface.get(), start, options);
   return again;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -17,6 +18,14 @@ Eigen::Matrix<double, 6, 2> motion_by_gradient_scale(const PoseGraphEdge& edge);
 
 /// The two factors as unknowns that all edges share, each 0 +- sigma before the loops tell more.
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma);
+
+/// Poses, and the gradient scale as far as loops determine it. How an edge depends on the scale is asked at
+/// the motion that all edges agree on without it: asked at the motion it measured, its noise would be in the
+/// residual and in the derivative, and each loop over known ground would make slopes flatter (errors in
+/// variables). Initial poses, and what it throws: see solve_pose_graph(). Source: own.
+PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_map_T_node,
+                                            const std::vector<PoseGraphEdge>& edges,
+                                            const PoseGraphOptions& options, double sigma);
 
 /// A measured motion, with what is not known of it: noise, and what a gradient scale common to all
 /// measurements does.
