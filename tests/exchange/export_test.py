@@ -169,6 +169,9 @@ class Export(unittest.TestCase):
         self.assertGreater(max(poses), times[frames])
         result = gelslam("export", both, "-o", WORK / "a.mcap", "--log", SCAN)
         self.assertIn("was made from 2 logs: give --log for each", result.stderr)
+        result = gelslam("export", both, "-o", WORK / "none.tum", "--ground-truth")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("it was made from several logs", result.stderr)
         report = json.loads((both / "report.json").read_text())
         report["logs"][0]["file"] = "/nowhere/log.avi"
         (both / "report.json").write_text(json.dumps(report))
