@@ -12,7 +12,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/image/encoders.hpp"
-#include "gelslam/image/float_tiff.hpp"
+#include "gelslam/image/tiff.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"

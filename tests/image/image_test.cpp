@@ -10,7 +10,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/image/decoders.hpp"
 #include "gelslam/image/encoders.hpp"
-#include "gelslam/image/float_tiff.hpp"
+#include "gelslam/image/tiff.hpp"
 
 namespace gelslam {
 namespace {

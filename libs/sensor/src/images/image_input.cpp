@@ -11,6 +11,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/decoders.hpp"
+#include "gelslam/image/tiff.hpp"
 #include "images/crop.hpp"
 #include "images/video_file.hpp"
 
@@ -84,11 +85,16 @@ void check_bmp(const std::vector<unsigned char>& bytes, const std::filesystem::p
   check_size(size[0], std::abs(std::int64_t{size[1]}), path);
 }
 
-cv::Mat3b read_with_libav(const char* format, const std::filesystem::path& path) {
-  const auto frame = detail::VideoFile(path, format).next();
-  if (!frame) return {};
-  if (frame->bits_per_channel > 8) throw_deep(path);
-  return frame->bgr;
+cv::Mat3b read_bmp(const std::filesystem::path& path) {
+  const auto frame = detail::VideoFile(path, "bmp_pipe").next();
+  return frame ? frame->bgr : cv::Mat3b();
+}
+
+cv::Mat3b read_color_tiff(const std::filesystem::path& path) {
+  const TiffInfo info = read_tiff_info(path);
+  check_size(info.width_px, info.height_px, path);
+  if (info.bits_per_channel > 8) throw_deep(path);
+  return read_tiff(path);
 }
 
 cv::Mat3b read_any(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
@@ -98,10 +104,10 @@ cv::Mat3b read_any(const std::vector<unsigned char>& bytes, const std::filesyste
   if (head.starts_with("\x89PNG")) return read_png(bytes, path);
   if (head.starts_with("BM")) {
     check_bmp(bytes, path);
-    return read_with_libav("bmp_pipe", path);
+    return read_bmp(path);
   }
   if (head.starts_with(std::string_view("II*\0", 4)) || head.starts_with(std::string_view("MM\0*", 4)))
-    return read_with_libav("tiff_pipe", path);
+    return read_color_tiff(path);
   return {};
 }
 

@@ -3,7 +3,6 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
-#include <libavutil/pixdesc.h>
 #include <libswscale/swscale.h>
 }
 
@@ -142,10 +141,9 @@ double VideoFile::time_of_frame() const {
 
 std::optional<VideoFile::Frame> VideoFile::next() {
   if (!receive() || !av_->convert()) return std::nullopt;
-  const AVPixFmtDescriptor* pixel = av_pix_fmt_desc_get(static_cast<AVPixelFormat>(av_->frame->format));
   const cv::Mat3b bgr(av_->bgr->height, av_->bgr->width, reinterpret_cast<cv::Vec3b*>(av_->bgr->data[0]),
                       static_cast<std::size_t>(av_->bgr->linesize[0]));
-  return Frame{bgr.clone(), time_of_frame(), pixel != nullptr ? pixel->comp[0].depth : 0};
+  return Frame{bgr.clone(), time_of_frame()};
 }
 
 }  // namespace gelslam::detail

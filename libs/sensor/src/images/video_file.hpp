@@ -26,7 +26,6 @@ class VideoFile {
   struct Frame {
     cv::Mat3b bgr;
     double time_s = 0;  ///< since the container's start
-    int bits_per_channel = 8;
   };
   /// The next picture; nothing at the end, or where the video can be decoded no further.
   std::optional<Frame> next();

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/image/float_tiff.hpp"
+#include "gelslam/image/tiff.hpp"
 
 namespace gelslam::slam::detail {
 namespace {

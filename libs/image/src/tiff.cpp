@@ -1,4 +1,4 @@
-#include "gelslam/image/float_tiff.hpp"
+#include "gelslam/image/tiff.hpp"
 
 #include <tiffio.h>
 
@@ -57,6 +57,32 @@ bool write_rows(TIFF* tiff, const cv::Mat1f& values) {
 }
 
 }  // namespace
+
+TiffInfo read_tiff_info(const std::filesystem::path& path) {
+  const Tiff tiff = open_tiff(path, "r");
+  if (tiff == nullptr) return {};
+  std::uint32_t width = 0, height = 0;
+  std::uint16_t bits = 1;
+  TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
+  TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_BITSPERSAMPLE, &bits);
+  return {width, height, bits};
+}
+
+cv::Mat3b read_tiff(const std::filesystem::path& path) {
+  const Tiff tiff = open_tiff(path, "r");
+  const TiffInfo info = read_tiff_info(path);
+  if (tiff == nullptr || info.width_px == 0) return {};
+  cv::Mat4b rgba(static_cast<int>(info.height_px), static_cast<int>(info.width_px));
+  constexpr int kStopOnError = 1;
+  if (TIFFReadRGBAImageOriented(
+          tiff.get(), static_cast<std::uint32_t>(rgba.cols), static_cast<std::uint32_t>(rgba.rows),
+          reinterpret_cast<std::uint32_t*>(rgba.data), ORIENTATION_TOPLEFT, kStopOnError) != 1)
+    return {};
+  cv::Mat3b bgr;
+  cv::cvtColor(rgba, bgr, cv::COLOR_RGBA2BGR);
+  return bgr;
+}
 
 void write_float_tiff(const std::filesystem::path& path, const cv::Mat1f& values) {
   TemporaryFile file(path);
