@@ -30,7 +30,7 @@ SurfacePtr surface_from(const cv::Mat4f& packed, const cv::Rect& box, cv::Size s
   for (int v = 0; v < box.height; ++v)
     for (int u = 0; u < box.width; ++u) {
       const cv::Point p(box.x + u, box.y + v);
-      const cv::Vec4f value = packed(v, u);
+      const cv::Vec4f& value = packed(v, u);
       surface->normals(p) = {value[0], value[1],
                              std::sqrt(std::fmax(0.0f, 1.0f - value[0] * value[0] - value[1] * value[1]))};
       surface->height_mm(p) = value[2];
