@@ -331,15 +331,6 @@ PoseGraphSolution solve(const Graph& graph, const PoseGraphOptions& options) {
 
 }  // namespace
 
-std::vector<PoseGraphEdge> corrected(std::vector<PoseGraphEdge> edges, const SharedUnknowns& shared,
-                                     const Eigen::VectorXd& values) {
-  if (values.size() == 0) return edges;
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    if (shared.edge_by_unknown[i].cols() > 0)
-      edges[i].from_T_to = edges[i].from_T_to * se3_exp(shared.edge_by_unknown[i] * values);
-  return edges;
-}
-
 PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node,
                                    const std::vector<PoseGraphEdge>& edges, const PoseGraphOptions& options,
                                    const SharedUnknowns& shared) {

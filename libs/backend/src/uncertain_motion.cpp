@@ -64,6 +64,13 @@ SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, 
   return shared;
 }
 
+std::vector<PoseGraphEdge> scale_corrected(std::vector<PoseGraphEdge> edges, const Eigen::VectorXd& factors) {
+  if (factors.size() == 0) return edges;
+  for (PoseGraphEdge& edge : edges)
+    edge.from_T_to = edge.from_T_to * se3_exp(motion_by_gradient_scale(edge) * factors);
+  return edges;
+}
+
 PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
                                             const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphOptions& options, double sigma) {

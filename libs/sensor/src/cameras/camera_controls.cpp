@@ -90,8 +90,6 @@ bool is_moved(const VideoNode& node, std::uint32_t id) {
   });
 }
 
-std::string with_separator(const std::string& text) { return text.empty() ? "" : text + "; "; }
-
 class Holder {
  public:
   explicit Holder(const VideoNode& node) : node_(node), controls_(controls_of(node)) {}
@@ -100,8 +98,8 @@ class Holder {
     if (!is_on(node_, automatic)) return;
     set_value(node_, automatic.id, automatic.off);
     if (is_on(node_, automatic)) {
-      warning_ = with_separator(warning_) + name_of(automatic.id) +
-                 " stays automatic: the driver does not let it be held";
+      append_sentence(warning_,
+                      name_of(automatic.id) + " stays automatic: the driver does not let it be held");
       return;
     }
     for (const CameraSetting& found : values_found) {

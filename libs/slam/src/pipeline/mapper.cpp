@@ -227,9 +227,7 @@ void Mapper::update() {
   options.only_where_needed = true;
   live_edges_ = consistent(edges_, options_);
   const Eigen::VectorXd scale = live_.shared_unknowns;  // held until optimize()
-  const SharedUnknowns by_scale =
-      gradient_scale_unknowns(live_edges_, options_.slope_calibration.gradient_scale_sigma);
-  live_ = solve_pose_graph(live_.component_T_node, corrected(live_edges_, by_scale, scale), options);
+  live_ = solve_pose_graph(live_.component_T_node, scale_corrected(live_edges_, scale), options);
   live_.shared_unknowns = scale;
   ++version_;
 }

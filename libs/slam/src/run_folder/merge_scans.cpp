@@ -72,9 +72,7 @@ void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitc
   Eigen::VectorXd factors(2);
   factors << map.slope_correction.factors[SlopeCorrection::kScaleX],
       map.slope_correction.factors[SlopeCorrection::kScaleY];
-  record.edges = corrected(
-      record.edges, gradient_scale_unknowns(record.edges, options.slope_calibration.gradient_scale_sigma),
-      factors);
+  record.edges = scale_corrected(record.edges, factors);
 }
 
 /// Appends `next` to `all`, whose numbers go on.

@@ -38,7 +38,7 @@ struct PoseGraphOptions {
   bool reconsider_outliers = true;
   /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if
   /// the pull reaches them: for every keyframe of a live scan. Does not reconsider outliers, and takes no
-  /// shared unknowns (see corrected()).
+  /// shared unknowns (see scale_corrected()).
   bool only_where_needed = false;
 };
 
@@ -50,10 +50,6 @@ struct SharedUnknowns {
   Eigen::MatrixXd information;  ///< KxK, positive definite: what is known of them besides the edges
   Eigen::VectorXd mean;         ///< K; empty: there are none
 };
-
-/// The edges as they would measure if the unknowns were `values`; the same edges for no values.
-std::vector<PoseGraphEdge> corrected(std::vector<PoseGraphEdge> edges, const SharedUnknowns& shared,
-                                     const Eigen::VectorXd& values);
 
 struct PoseGraphSolution {
   std::map<int, Pose> component_T_node;  ///< every node; the frame of a component is its smallest node id,

@@ -19,6 +19,9 @@ Eigen::Matrix<double, 6, 2> motion_by_gradient_scale(const PoseGraphEdge& edge);
 /// The two factors as unknowns that all edges share, each 0 +- sigma before the loops tell more.
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma);
 
+/// The edges as they would measure with slopes corrected by the two factors; the same edges for no factors.
+std::vector<PoseGraphEdge> scale_corrected(std::vector<PoseGraphEdge> edges, const Eigen::VectorXd& factors);
+
 /// Poses, and the gradient scale as far as loops determine it. How an edge depends on the scale is asked at
 /// the motion that all edges agree on without it: asked at the motion it measured, its noise would be in the
 /// residual and in the derivative, and each loop over known ground would make slopes flatter (errors in
