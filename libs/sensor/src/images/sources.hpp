@@ -10,8 +10,7 @@
 
 namespace gelslam::detail {
 
-/// A video file. Times are the container's where they increase, else index /
-/// rate.
+/// A video file. Times are the container's where they increase, else index / rate.
 std::unique_ptr<FrameSource> open_video(const std::filesystem::path& path, const SensorProfile& profile);
 
 /// True for the endings of image files that are read as frames, whatever their case.
