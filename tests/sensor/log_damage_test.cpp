@@ -190,7 +190,7 @@ TEST(DamagedLog, PicturesLargerThanAnySensorsAreRefused) {
   frame.width_px = 60000;
   frame.height_px = 50000;
   LogWriter(folder / "a.mkv", {}, 25).write(frame);
-  EXPECT_THAT(read_log(folder / "a.mkv").error, HasSubstr("frames of 60000x50000 pixels are larger"));
+  EXPECT_THAT(read_log(folder / "a.mkv").error, HasSubstr("60000x50000 pixels are more than any touch sensor has"));
 }
 
 TEST(DamagedLog, AttachmentsThatAreTooLargeAreRefused) {

@@ -20,7 +20,14 @@ std::uint32_t big_endian_32(Bytes bytes) {
          bytes[3];
 }
 
-/// Calls use(type, content, whole) for every chunk up to the end mark. Empty, or how the file is damaged.
+bool checksum_matches(Bytes chunk) {
+  const Bytes named = chunk.subspan(4, chunk.size() - 8);
+  return crc32_of({reinterpret_cast<const char*>(named.data()), named.size()}) ==
+         big_endian_32(chunk.last(4));
+}
+
+/// Calls use(type, chunk) for every chunk up to the end mark; false: it is damaged. Empty, or how the file is
+/// damaged.
 template <typename Use>
 std::string for_each_chunk(Bytes bytes, const Use& use) {
   if (bytes.size() < kPngSignature.size() ||
@@ -30,10 +37,9 @@ std::string for_each_chunk(Bytes bytes, const Use& use) {
   for (Bytes rest = bytes.subspan(kPngSignature.size());;) {
     if (rest.size() < around || big_endian_32(rest) > rest.size() - around) return "PNG ends early";
     const Bytes chunk = rest.first(around + big_endian_32(rest));
-    const std::string_view named(reinterpret_cast<const char*>(chunk.data()) + 4, chunk.size() - 8);
-    use(named.substr(0, 4), chunk);
-    if (crc32_of(named) != big_endian_32(chunk.last(4))) return "PNG is corrupt (wrong checksum)";
-    if (named.starts_with("IEND")) return "";
+    const std::string_view type(reinterpret_cast<const char*>(chunk.data()) + 4, 4);
+    if (!use(type, chunk)) return "PNG is corrupt (wrong checksum)";
+    if (type == "IEND") return "";
     rest = rest.subspan(chunk.size());
   }
 }
@@ -44,6 +50,7 @@ std::vector<std::uint8_t> critical_chunks(Bytes bytes) {
   std::vector<std::uint8_t> kept(kPngSignature.begin(), kPngSignature.end());
   for_each_chunk(bytes, [&](std::string_view type, Bytes chunk) {
     if (type[0] < 'a') kept.insert(kept.end(), chunk.begin(), chunk.end());
+    return true;  // libpng compares the checksums
   });
   return kept;
 }
@@ -53,11 +60,13 @@ std::vector<std::uint8_t> critical_chunks(Bytes bytes) {
 PngInfo check_png(Bytes bytes) {
   PngInfo info;
   info.damage = for_each_chunk(bytes, [&](std::string_view type, Bytes chunk) {
-    if (type != "IHDR" || chunk.size() < 25) return;
-    info.width_px = big_endian_32(chunk.subspan(8));
-    info.height_px = big_endian_32(chunk.subspan(12));
-    info.bits_per_channel = chunk[16];
-    info.color = (chunk[17] & PNG_COLOR_MASK_COLOR) != 0;
+    if (type == "IHDR" && chunk.size() >= 25) {
+      info.width_px = big_endian_32(chunk.subspan(8));
+      info.height_px = big_endian_32(chunk.subspan(12));
+      info.bits_per_channel = chunk[16];
+      info.color = (chunk[17] & PNG_COLOR_MASK_COLOR) != 0;
+    }
+    return checksum_matches(chunk);
   });
   if (info.damage.empty() && (info.width_px == 0 || info.height_px == 0)) info.damage = "PNG has no header";
   return info;

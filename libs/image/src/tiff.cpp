@@ -24,19 +24,24 @@ Tiff open_tiff(const std::filesystem::path& path, const char* mode) {
   return {TIFFOpen(path.c_str(), mode), TIFFClose};
 }
 
-bool holds_floats(TIFF* tiff, cv::Size size, int channels) {
+TiffInfo info_of(TIFF* tiff) {
   std::uint32_t width = 0, height = 0;
-  std::uint16_t samples = 1, bits = 1, format = SAMPLEFORMAT_UINT, planes = PLANARCONFIG_CONTIG;
+  std::uint16_t bits = 1;
   TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width);
   TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height);
-  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
   TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
+  return {width, height, bits};
+}
+
+bool holds_floats(TIFF* tiff, cv::Size size, int channels) {
+  const TiffInfo info = info_of(tiff);
+  std::uint16_t samples = 1, format = SAMPLEFORMAT_UINT, planes = PLANARCONFIG_CONTIG;
+  TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
   TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
   TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &planes);
-  return width == static_cast<std::uint32_t>(size.width) &&
-         height == static_cast<std::uint32_t>(size.height) && samples == channels && bits == 32 &&
-         format == SAMPLEFORMAT_IEEEFP && planes == PLANARCONFIG_CONTIG && TIFFIsTiled(tiff) == 0 &&
-         TIFFScanlineSize(tiff) == tmsize_t{size.width} * channels * 4;
+  return info.width_px == size.width && info.height_px == size.height && samples == channels &&
+         info.bits_per_channel == 32 && format == SAMPLEFORMAT_IEEEFP && planes == PLANARCONFIG_CONTIG &&
+         TIFFIsTiled(tiff) == 0 && TIFFScanlineSize(tiff) == tmsize_t{size.width} * channels * 4;
 }
 
 bool write_rows(TIFF* tiff, const cv::Mat1f& values) {
@@ -60,19 +65,13 @@ bool write_rows(TIFF* tiff, const cv::Mat1f& values) {
 
 TiffInfo read_tiff_info(const std::filesystem::path& path) {
   const Tiff tiff = open_tiff(path, "r");
-  if (tiff == nullptr) return {};
-  std::uint32_t width = 0, height = 0;
-  std::uint16_t bits = 1;
-  TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
-  TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
-  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_BITSPERSAMPLE, &bits);
-  return {width, height, bits};
+  return tiff == nullptr ? TiffInfo{} : info_of(tiff.get());
 }
 
 cv::Mat3b read_tiff(const std::filesystem::path& path) {
   const Tiff tiff = open_tiff(path, "r");
-  const TiffInfo info = read_tiff_info(path);
-  if (tiff == nullptr || info.width_px == 0) return {};
+  const TiffInfo info = tiff == nullptr ? TiffInfo{} : info_of(tiff.get());
+  if (info.width_px == 0) return {};
   cv::Mat4b rgba(static_cast<int>(info.height_px), static_cast<int>(info.width_px));
   constexpr int kStopOnError = 1;
   if (TIFFReadRGBAImageOriented(

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam::detail {
@@ -58,7 +59,17 @@ void average_columns(const std::vector<float>& row, const std::vector<Footprint>
 
 }  // namespace
 
-namespace {}  // namespace
+bool fits_any_sensor(std::int64_t width_px, std::int64_t height_px) {
+  // Each side first: their product could overflow.
+  return width_px <= most_picture_pixels && height_px <= most_picture_pixels &&
+         width_px * height_px <= most_picture_pixels;
+}
+
+void check_picture_size(const std::filesystem::path& path, std::int64_t width_px, std::int64_t height_px) {
+  if (!fits_any_sensor(width_px, height_px))
+    throw Error(path.string() + ": " + size_text(width_px, height_px) +
+                " pixels are more than any touch sensor has");
+}
 
 PictureFit picture_fit(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
   if (width_px == profile.width_px && height_px == profile.height_px) return PictureFit::as_it_is;

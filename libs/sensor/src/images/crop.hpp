@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
@@ -10,6 +11,11 @@
 namespace gelslam::detail {
 
 constexpr std::int64_t most_picture_pixels = 64'000'000;  // eight times a GelSight Mini's raw image
+
+/// False for what a decoder would take a long time or a lot of memory for: headers may claim any size.
+bool fits_any_sensor(std::int64_t width_px, std::int64_t height_px);
+/// Throws Error where it is false.
+void check_picture_size(const std::filesystem::path& path, std::int64_t width_px, std::int64_t height_px);
 
 /// How a picture of some size becomes one of the profile's.
 enum class PictureFit { as_it_is, crop, never };

@@ -42,8 +42,7 @@ bool FrameDecoder::Impl::size_is_plausible(const RawFrame& frame, std::int64_t w
              size_text(frame.width_px, frame.height_px);
     return false;
   }
-  if (width_px < 1 || height_px < 1 || width_px > detail::most_picture_pixels ||
-      height_px > detail::most_picture_pixels || width_px * height_px > detail::most_picture_pixels) {
+  if (width_px < 1 || height_px < 1 || !detail::fits_any_sensor(width_px, height_px)) {
     damage =
         "the picture says it is " + size_text(width_px, height_px) + " pixels, which no touch sensor has";
     return false;

@@ -34,16 +34,6 @@ std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-/// Refuses what the decoder would take a long time or a lot of memory for. Each side first: their product
-/// could overflow.
-void check_size(std::int64_t width_px, std::int64_t height_px, const std::filesystem::path& path) {
-  if (width_px <= detail::most_picture_pixels && height_px <= detail::most_picture_pixels &&
-      width_px * height_px <= detail::most_picture_pixels)
-    return;
-  throw Error(path.string() + ": " + size_text(width_px, height_px) +
-              " pixels are more than any touch sensor has");
-}
-
 [[noreturn]] void throw_gray(const std::filesystem::path& path) {
   throw Error(path.string() +
               ": a gray image; slopes are read from the sensor's colors, give the color image");
@@ -61,7 +51,7 @@ cv::Mat3b read_jpeg(const std::vector<unsigned char>& bytes, const std::filesyst
   JpegDecoder decoder;
   const JpegInfo info = decoder.read_header(bytes);
   if (info.width_px == 0) throw Error(path.string() + ": not a readable image: " + decoder.damage());
-  check_size(info.width_px, info.height_px, path);
+  detail::check_picture_size(path, info.width_px, info.height_px);
   if (!info.color) throw_gray(path);
   cv::Mat3b picture;
   if (!decoder.decode(bytes, info, 1, picture)) throw_damaged(path, decoder.damage());
@@ -70,7 +60,7 @@ cv::Mat3b read_jpeg(const std::vector<unsigned char>& bytes, const std::filesyst
 
 cv::Mat3b read_png(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
   const PngInfo info = check_png(bytes);
-  check_size(info.width_px, info.height_px, path);
+  detail::check_picture_size(path, info.width_px, info.height_px);
   if (!info.damage.empty()) throw_damaged(path, info.damage);
   if (info.bits_per_channel > 8) throw_deep(path);
   if (!info.color) throw_gray(path);
@@ -82,7 +72,7 @@ void check_bmp(const std::vector<unsigned char>& bytes, const std::filesystem::p
   std::int32_t size[2];
   if (bytes.size() < 26) return;
   std::memcpy(size, bytes.data() + 18, sizeof size);
-  check_size(size[0], std::abs(std::int64_t{size[1]}), path);
+  detail::check_picture_size(path, size[0], std::abs(std::int64_t{size[1]}));
 }
 
 cv::Mat3b read_bmp(const std::filesystem::path& path) {
@@ -92,7 +82,7 @@ cv::Mat3b read_bmp(const std::filesystem::path& path) {
 
 cv::Mat3b read_color_tiff(const std::filesystem::path& path) {
   const TiffInfo info = read_tiff_info(path);
-  check_size(info.width_px, info.height_px, path);
+  detail::check_picture_size(path, info.width_px, info.height_px);
   if (info.bits_per_channel > 8) throw_deep(path);
   return read_tiff(path);
 }

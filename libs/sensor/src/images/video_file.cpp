@@ -10,13 +10,11 @@ extern "C" {
 #include <vector>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/text.hpp"
+#include "images/container.hpp"
 #include "images/crop.hpp"
 
 namespace gelslam::detail {
 namespace {
-
-constexpr double kMostVideoFrames = 1e9;  // a header may claim anything
 
 /// Options of libav, freed with the object.
 struct AvOptions {
@@ -56,14 +54,10 @@ struct VideoFile::Av {
 };
 
 bool VideoFile::Av::open(const std::filesystem::path& path, const char* format) {
-  av_log_set_level(AV_LOG_QUIET);  // what is wrong with a file is said by our errors
   // A frame cut off by the end of a truncated file must not reach us half gray.
   AvOptions options("fflags", "discardcorrupt");
-  // With its protocol, so that no part of the name is taken for one.
-  const std::string url = "file:" + std::filesystem::absolute(path).string();
-  const AVInputFormat* only = format == nullptr ? nullptr : av_find_input_format(format);
-  if (avformat_open_input(&file, url.c_str(), only, &options.dictionary) < 0) return false;
-  if (avformat_find_stream_info(file, nullptr) < 0) return false;
+  file = open_container(path, format, &options.dictionary);
+  if (file == nullptr || avformat_find_stream_info(file, nullptr) < 0) return false;
   const int index = av_find_best_stream(file, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   if (index < 0) return false;
   stream = file->streams[index];
@@ -94,13 +88,11 @@ bool VideoFile::Av::convert() {
 }
 
 VideoFile::VideoFile(const std::filesystem::path& path, const char* format) : av_(std::make_unique<Av>()) {
-  const auto refuse = [&](const std::string& why) { throw Error(path.string() + ": " + why); };
-  if (!av_->open(path, format)) refuse("not a video that can be read (or damaged from the start)");
+  const Error unreadable(path.string() + ": not a video that can be read (or damaged from the start)");
+  if (!av_->open(path, format)) throw unreadable;
   find_properties();
-  if (std::int64_t{properties_.width_px} * properties_.height_px > most_picture_pixels)
-    refuse("frames of " + size_text(properties_.width_px, properties_.height_px) +
-           " pixels are larger than any touch sensor's");
-  if (!av_->open_decoder()) refuse("not a video that can be read (or damaged from the start)");
+  check_picture_size(path, properties_.width_px, properties_.height_px);
+  if (!av_->open_decoder()) throw unreadable;
 }
 
 VideoFile::~VideoFile() = default;
@@ -115,7 +107,7 @@ void VideoFile::find_properties() {
     duration_s = static_cast<double>(av_->stream->duration) * av_q2d(av_->stream->time_base);
   const double frames = av_->stream->nb_frames > 0 ? static_cast<double>(av_->stream->nb_frames)
                                                    : std::floor(duration_s * properties_.rate_hz + 0.5);
-  if (frames >= 1 && frames < kMostVideoFrames) properties_.frames = static_cast<std::int64_t>(frames);
+  properties_.frames = plausible_frames(frames);
 }
 
 /// Reads packets until the decoder gives a frame; at the end of the file those that it has kept.

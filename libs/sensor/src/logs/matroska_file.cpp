@@ -3,7 +3,6 @@
 extern "C" {
 #include <libavcodec/packet.h>
 #include <libavformat/avformat.h>
-#include <libavutil/log.h>
 }
 
 #include <cmath>
@@ -11,13 +10,12 @@ extern "C" {
 #include <string_view>
 
 #include "gelslam/core/error.hpp"
+#include "images/container.hpp"
+#include "images/crop.hpp"
 #include "logs/matroska_header.hpp"
 
 namespace gelslam::detail {
 namespace {
-
-constexpr std::int64_t kMostPixels = 64'000'000;
-constexpr double kMostFrames = 1e9;
 
 std::string tag_of(const AVDictionary* tags, const char* name) {
   const AVDictionaryEntry* entry = av_dict_get(tags, name, nullptr, 0);
@@ -64,10 +62,8 @@ struct MatroskaFile::Av {
 };
 
 MatroskaFile::MatroskaFile(const std::filesystem::path& path) : path_(path), av_(std::make_unique<Av>()) {
-  av_log_set_level(AV_LOG_QUIET);  // what is wrong with a file is said by our errors
-  // With its protocol, so that no part of the name is taken for one.
-  const std::string url = "file:" + std::filesystem::absolute(path).string();
-  if (avformat_open_input(&av_->file, url.c_str(), av_find_input_format("matroska"), nullptr) < 0)
+  av_->file = open_container(path, "matroska");
+  if (av_->file == nullptr)
     throw Error(path.string() + ": not a Matroska file that can be read (or damaged from the start)");
   av_->file->flags |= AVFMT_FLAG_NOPARSE | AVFMT_FLAG_NOFILLIN;  // bytes and times as they are
   find_video();
@@ -92,13 +88,10 @@ void MatroskaFile::find_video() {
     if (std::isfinite(rate_hz) && rate_hz >= 0.01 && rate_hz <= 10000.0) video_.rate_hz = rate_hz;
   }
   if (av_->stream < 0) throw Error(path_.string() + ": holds no video");
-  if (std::int64_t{video_.width_px} * video_.height_px > kMostPixels)
-    throw Error(path_.string() + ": frames of " + std::to_string(video_.width_px) + "x" +
-                std::to_string(video_.height_px) + " pixels are larger than any touch sensor's");
+  check_picture_size(path_, video_.width_px, video_.height_px);
   video_.ours = tag_of(av_->file->metadata, "encoder") == log_application;
   if (av_->file->duration > 0) video_.duration_s = static_cast<double>(av_->file->duration) / AV_TIME_BASE;
-  const double frames = noted_frames(*av_->file, video_);
-  if (frames >= 1 && frames < kMostFrames) video_.frames = static_cast<std::int64_t>(frames);
+  video_.frames = plausible_frames(noted_frames(*av_->file, video_));
 }
 
 std::optional<MatroskaFile::Packet> MatroskaFile::next() {
