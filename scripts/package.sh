@@ -37,7 +37,7 @@ say() { echo "package: $*"; }
 
 if [[ -z $build ]]; then
   build=$root/build
-  "$root/scripts/setup.sh" --python
+  "$root/scripts/setup.sh" --packages
   "$root/scripts/build.sh" "$build"
   cmake -S "$root" -B "$build" -DGELSLAM_BUILD_PYTHON=ON -DPython_EXECUTABLE=/usr/bin/python3 >/dev/null
   cmake --build "$build" --parallel "$(nproc)" --target all

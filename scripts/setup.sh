@@ -4,11 +4,12 @@ set -euo pipefail
 
 usage() {
   cat <<END
-usage: scripts/setup.sh [--tests] [--python] [--checks] [--no-install]
+usage: scripts/setup.sh [--tests] [--python] [--packages] [--checks] [--no-install]
 
 Installs what building and running the program needs, where it is missing, without questions.
   --tests        also what the tests, the laboratory, the charts and the Python module need
   --python       also what the Python module needs
+  --packages     also what scripts/package.sh needs
   --checks       also clang-format and clang-tidy
   --no-install   only say what is missing; exit code 1 if something is
 END
@@ -29,16 +30,17 @@ test_packages=(
   libopen3d-dev                    # methods that the laboratory compares with
   xvfb xauth                       # windows without a display
   python3-numpy python3-matplotlib # charts
-  dpkg-dev                         # packages
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
+package_packages=("${python_packages[@]}" dpkg-dev)
 check_packages=(clang-format clang-tidy)
 
 install=true
 for argument in "$@"; do
   case $argument in
-    --tests) packages+=("${test_packages[@]}" "${python_packages[@]}") ;;
+    --tests) packages+=("${test_packages[@]}" "${package_packages[@]}") ;;
     --python) packages+=("${python_packages[@]}") ;;
+    --packages) packages+=("${package_packages[@]}") ;;
     --checks) packages+=("${check_packages[@]}") ;;
     --no-install) install=false ;;
     -h | --help) usage; exit 0 ;;

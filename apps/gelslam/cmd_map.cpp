@@ -85,7 +85,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   add_quiet_flag(*command, a->quiet);
   command->footer(
       "Example: gelslam map part.stl --unit mm -o part_map\n"
-      "         gelslam track --camera --map part_map --format ndjson");
+      "         gelslam track --camera --model nnmodel.pth --map part_map --format ndjson");
   command->callback([a, &exit_code] { exit_code = run_map(*a); });
 }
 

@@ -200,7 +200,11 @@ bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink
 int run(const TrackArguments& arguments) {
   if (arguments.camera && !arguments.log.log.empty()) throw Error("give either LOG or --camera, not both");
   if (!arguments.camera && arguments.log.log.empty()) throw Error("give a LOG, or --camera");
-  const LogInput input = arguments.log.input();
+  LogInput input = arguments.log.input();
+  if (const auto scanned_with = std::filesystem::path(arguments.map) / "config.yaml";
+      arguments.camera && input.config.empty() && !arguments.map.empty() &&
+      std::filesystem::exists(scanned_with))
+    input.config = scanned_with;
   const Config config = resolve_config(input);
   const LineSink sink = open_sink(arguments.stream);
   const std::unique_ptr<PoseOutput> output = make_output(arguments, config);
@@ -231,8 +235,10 @@ void add_track_command(CLI::App& app, int& exit_code) {
                    "A camera instead of LOG: a path, a number or part of its name (default: the "
                    "configuration's)")
       ->expected(0, 1);
-  command->add_option("--map", arguments->map,
-                      "Poses in this map: a run folder, its session, or a folder made by gelslam map");
+  command->add_option(
+      "--map", arguments->map,
+      "Poses in this map: a run folder (whose configuration and model a camera then has by default), "
+      "its session, or a folder made by gelslam map");
   arguments->stream.add_to(*command);
   command->footer(
       "Examples:\n  gelslam track data/pebble --format ndjson\n"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Publishes the poses and the growing surface of a GelSLAM scan in ROS 2.
 
-    gelslam scan --headless --stream tcp:5555 --stream-surface
+    gelslam scan --model nnmodel.pth --headless --stream tcp:5555 --stream-surface
     python3 gelslam_bridge.py --ros-args -p port:=5555
 
 /gelslam/pose     geometry_msgs/PoseWithCovarianceStamped: the sensor in the frame of its trial

@@ -8,13 +8,20 @@ namespace {
 
 namespace py = pybind11;
 
+/// Names of files need not be UTF-8.
+void raise_error(const std::string& text) {
+  const auto decoded = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(text.c_str()));
+  PyErr_SetObject(py::module_::import("gelslam._core").attr("Error").ptr(), decoded.ptr());
+}
+
 /// What the disk says becomes the same exception as what we say.
-void translate_disk_errors(std::exception_ptr thrown) {
+void translate_errors(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);
+  } catch (const gelslam::Error& error) {
+    raise_error(error.what());
   } catch (const std::filesystem::filesystem_error& error) {
-    const std::string text = error.path1().string() + ": " + error.code().message();
-    PyErr_SetString(py::module_::import("gelslam._core").attr("Error").ptr(), text.c_str());
+    raise_error(error.path1().string() + ": " + error.code().message());
   }
 }
 
@@ -22,9 +29,9 @@ void translate_disk_errors(std::exception_ptr thrown) {
 
 PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = GELSLAM_VERSION;
-  py::register_exception<gelslam::Error>(module, "Error").doc() =
+  py::exception<gelslam::Error>(module, "Error").doc() =
       "A mistake in the input. The text is one line: what is wrong, where, and what to do.";
-  py::register_exception_translator(&translate_disk_errors);
+  py::register_exception_translator(&translate_errors);
   gelslam::python::bind_surface(module);
   gelslam::python::bind_registration(module);
   gelslam::python::bind_run(module);

@@ -72,6 +72,8 @@ TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
   expect_mistake(gelslam({"track", log, "--map", run, "--config", (folder / "fine.yaml").string(), "--model",
                           scan().model().string()}),
                  "pixels of 0.0634 mm, not of 0.05 mm as the sensor");
+  // A camera has the configuration and the model of the run: only the camera itself is missing.
+  expect_mistake(gelslam({"track", "--camera", "/dev/video987", "--map", run}), "/dev/video987");
 }
 
 TEST(Map, OfAMeshIsAFolderThatTrackAndViewRead) {

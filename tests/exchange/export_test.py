@@ -122,6 +122,8 @@ class Export(unittest.TestCase):
         triangles = mcap.of("/surface")[0][1]["entities"][0]["triangles"][0]
         np.testing.assert_allclose([(p["x"], p["y"], p["z"]) for p in triangles["points"]], self.vertices, atol=1e-9)
         self.assertEqual(triangles["indices"], [i for t in self.triangles for i in t])
+        line = mcap.of("/path")[0][1]["entities"][0]["lines"][0]
+        self.assertEqual(set(line), {"type", "pose", "thickness", "scale_invariant", "points", "color", "colors", "indices"})
         frames = json.loads((RUN / "report.json").read_text())["frames"]["total"]
         pictures = mcap.of("/tactile")
         self.assertEqual(len(pictures), frames)

@@ -62,16 +62,16 @@ class InstalledLibrary(unittest.TestCase):
         np.testing.assert_allclose(found[:3, 3], 1000 * truth[:3, 3], atol=0.1)
         np.testing.assert_allclose(found[:3, :3], truth[:3, :3], atol=0.03)
 
-    def test_refuses_another_version(self):
-        project = self.folder / "old"
-        project.mkdir()
-        (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(old CXX)\n"
-                                                "find_package(gelslam 0.2 REQUIRED)\n")
-        done = subprocess.run([str(word) for word in self.configure(project)[:4]] +
-                              [str(project / "build"), f"-DCMAKE_PREFIX_PATH={self.prefix}"],
-                              capture_output=True, text=True)
-        self.assertNotEqual(done.returncode, 0)
-        self.assertIn("0.3", done.stderr)
+    def test_refuses_other_versions_and_components(self):
+        for asked, words in [("0.2 REQUIRED", "0.3"), ("0.3 REQUIRED COMPONENTS slam viewer", "registration slam, not viewer")]:
+            project = self.folder / asked.replace(" ", "-")
+            project.mkdir()
+            (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(mine CXX)\n"
+                                                    f"find_package(gelslam {asked})\n")
+            done = subprocess.run(["cmake", "-S", project, "-B", project / "build", f"-DCMAKE_PREFIX_PATH={self.prefix}"],
+                                  capture_output=True, text=True)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn(words, " ".join(done.stderr.split()))
 
     def test_installs_no_internal_header(self):
         installed = {path.parent.name for path in (self.prefix / "include/gelslam").rglob("*.hpp")}

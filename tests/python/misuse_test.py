@@ -1,4 +1,5 @@
 """Every mistake is one exception with one line; the interpreter lives on."""
+import os
 import pathlib
 import tempfile
 import unittest
@@ -82,6 +83,7 @@ class Misuse(unittest.TestCase):
             self.refused(gelslam.Error, "none.avi", gelslam.reconstruct, "none.avi", simulated.MODEL)
             self.refused(gelslam.Error, "text.avi", gelslam.reconstruct, folder / "text.avi", simulated.MODEL)
             self.refused(gelslam.Error, "none.avi", gelslam.Log, "none.avi")
+            self.refused(gelslam.Error, "no\udce9.avi", gelslam.Log, os.fsdecode(b"no\xe9.avi"))  # not UTF-8
             self.refused(gelslam.Error, "none", gelslam.read_run, folder / "none")
             self.refused(TypeError, "progress", gelslam.reconstruct, simulated.SCAN, progress=3)
             self.refused(TypeError, "", gelslam.reconstruct, 5)

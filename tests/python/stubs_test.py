@@ -49,6 +49,8 @@ class Stubs(unittest.TestCase):
         if not hasattr(gelslam, "Camera"):
             del stubs["Camera"]
         self.assertEqual(set(stubs) | {"__version__"}, set(gelslam.__all__))
+        assigned = {target.id for node in STUBS.body if isinstance(node, ast.Assign) for target in node.targets}
+        self.assertEqual({name for name in assigned if not name.startswith("_")}, set(), "are not in the module")
         for name, nodes in stubs.items():
             if isinstance(nodes[0], ast.FunctionDef):
                 self.compare(name, nodes, getattr(gelslam, name))

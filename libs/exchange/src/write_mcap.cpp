@@ -84,12 +84,15 @@ Json scene_schema() {
                                                        {"color", color},
                                                        {"colors", array_schema(color)},
                                                        {"indices", array_schema(simple_schema("integer"))}});
-  const Json lines = object_schema("foxglove.LinePrimitive", {{"type", simple_schema("integer")},
-                                                              {"pose", pose_schema()},
-                                                              {"thickness", simple_schema("number")},
-                                                              {"scale_invariant", simple_schema("boolean")},
-                                                              {"points", points},
-                                                              {"color", color}});
+  const Json lines =
+      object_schema("foxglove.LinePrimitive", {{"type", simple_schema("integer")},
+                                               {"pose", pose_schema()},
+                                               {"thickness", simple_schema("number")},
+                                               {"scale_invariant", simple_schema("boolean")},
+                                               {"points", points},
+                                               {"color", color},
+                                               {"colors", array_schema(color)},
+                                               {"indices", array_schema(simple_schema("integer"))}});
   const Json entity = object_schema("foxglove.SceneEntity", {{"timestamp", time_schema("time")},
                                                              {"frame_id", simple_schema("string")},
                                                              {"id", simple_schema("string")},
@@ -149,7 +152,9 @@ Json lines_message(const std::vector<StampedPose>& trajectory) {
                      {"thickness", 2.0},
                      {"scale_invariant", true},  // thickness in pixels
                      {"points", points},
-                     {"color", rgba({230, 120, 20})}});
+                     {"color", rgba({230, 120, 20})},
+                     {"colors", Json::array()},
+                     {"indices", Json::array()}});
   }
   return lines;
 }
