@@ -25,17 +25,19 @@ double uniform(std::mt19937_64& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-Faults draw_faults(std::mt19937_64& random) {
+/// `size`: 1 as of a model that states no uncertainty.
+Faults draw_faults(std::mt19937_64& random, double size) {
   constexpr double kGain = 0.05, kWavelengthMm = 8.0, kUnevennessRad = 0.01;
   const double around = uniform(random, 0, 2 * M_PI);
-  return {1.0 + kGain * normal_deviate(random), 1.0 + kGain * normal_deviate(random),
+  return {1.0 + size * kGain * normal_deviate(random), 1.0 + size * kGain * normal_deviate(random),
           2 * M_PI / kWavelengthMm * Eigen::Vector2d(std::cos(around), std::sin(around)),
-          uniform(random, 0, 2 * M_PI), kUnevennessRad};
+          uniform(random, 0, 2 * M_PI), size * kUnevennessRad};
 }
 
-SurfacePtr as_read(const Field& field, const Pose& object_T_sensor, const Faults& faults,
+SurfacePtr as_read(const Field& field, const Pose& object_T_sensor, const Faults& faults, double model_sigma,
                    std::uint64_t seed) {
   const auto surface = touch(field, object_T_sensor);
+  surface->model_sigma = model_sigma;
   cv::Mat1f gx(surface->contact.size(), 0.0F), gy(surface->contact.size(), 0.0F);
   for (int v = 0; v < gx.rows; ++v)
     for (int u = 0; u < gx.cols; ++u) {
@@ -57,7 +59,10 @@ double quantile(std::vector<double> values, double fraction) {
   return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1))];
 }
 
-TEST(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
+/// With faults as large as the model states.
+class CalibratedInformation : public testing::TestWithParam<double> {};
+
+TEST_P(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
   constexpr int kPairs = 24;
   const std::pair<Field, Pose> objects[] = {{textured_plane(1), motion(0, 0, 0, 0, 0, 0.5)},
                                             {bumpy_ellipsoid(2), pressed(6, 0.9)}};
@@ -66,14 +71,14 @@ TEST(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
   std::array<double, 6> sum2{};
   for (int pair = 0; pair < kPairs; ++pair) {
     const auto& [field, object_T_first] = objects[pair % 2];
-    const Faults faults = draw_faults(random);
+    const Faults faults = draw_faults(random, GetParam());
     const double size = uniform(random, 0, 1);  // frames that follow each other, and such far apart
     const Pose first_T_second = motion(size * uniform(random, -5, 5), size * uniform(random, -5, 5),
                                        size * uniform(random, -8, 8), size * uniform(random, -1, 1),
                                        size * uniform(random, -1, 1), size * uniform(random, -0.1, 0.1));
     const auto seed = static_cast<std::uint64_t>(2 * pair);
-    const SurfacePtr first = as_read(field, object_T_first, faults, seed),
-                     second = as_read(field, object_T_first * first_T_second, faults, seed + 1);
+    const SurfacePtr first = as_read(field, object_T_first, faults, GetParam(), seed),
+                     second = as_read(field, object_T_first * first_T_second, faults, GetParam(), seed + 1);
     const RegistrationResult result =
         register_normal_flow(NormalFlowReference(second, {}), *first, first_T_second, {});
     ASSERT_TRUE(result.ok()) << describe(result.status);
@@ -101,9 +106,11 @@ TEST(CalibratedInformation, ErrorsOverSigmasHaveTheRightSize) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Models, CalibratedInformation, testing::Values(1.0, 0.3));
+
 /// Once a sensor reads slopes wrong, a longer roll is worse known, and in the direction in which it rolled
 /// most.
-TEST(CalibratedInformation, LessIsKnownOfALongerMotion) {
+TEST(Information, LessIsKnownOfALongerMotion) {
   const Field field = textured_plane(1);
   const Pose above = motion(0, 0, 0, 0, 0, 0.5);
   const auto sigma_rad = [&](const Pose& first_T_second, int axis) {

@@ -11,8 +11,8 @@ namespace {
 constexpr double kOtherAxisShare = 0.3;   // of the gain's error, from tilting about the other axis
 constexpr double kTiltRadPerMm = 0.0025;  // the model's unevenness over the gel, from sliding
 constexpr double kTwistPerTilt = 0.007;
-constexpr double kSlideMmPerTiltRad = 0.02;
-constexpr double kSlidePerSlide = 0.0015;
+constexpr double kSlideMmPerTiltRad = 0.007;
+constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide = 0.005;
 
 /// The motion of the shared center from the reference to the target, in the reference's axes.
@@ -27,8 +27,9 @@ CenterMotion motion_of(const RegistrationResult& result) {
   return {so3_log(pose.linear()), pose * result.shared_center_mm - result.shared_center_mm};
 }
 
-/// Variance of what the motion itself puts wrong, about the shared center.
-Vector6d motion_variance(const CenterMotion& motion, bool all_shown, const NormalFlowOptions& options) {
+/// Variance of what the motion itself puts wrong, about the shared center, by a model of this model_sigma.
+Vector6d motion_variance(const CenterMotion& motion, bool all_shown, double model_sigma,
+                         const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
   // A motion that is not shown altogether may be larger than what was found of it.
   const double slide = std::max(motion.slide_mm(), all_shown ? 0.0 : options.prior_translation_mm);
@@ -41,7 +42,7 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_shown, const Norma
   sigma << tilt_sigma(motion.turn_rad.x(), motion.turn_rad.y()),
       tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kTwistPerTilt * tilt, slide_sigma, slide_sigma,
       std::hypot(options.gradient_scale_error * motion.shift_mm.z(), kDepthPerSlide * slide);
-  return sigma.cwiseAbs2();
+  return (model_sigma * sigma).cwiseAbs2();
 }
 
 /// What the normals say, about the reference's origin.
@@ -64,8 +65,8 @@ Matrix5d information_of_normals(const ObservableDirections& shown, double pull,
 
 }  // namespace
 
-Matrix6d pose_information(const ObservableDirections& shown, bool heights_known, double pull,
-                          const RegistrationResult& result, const NormalFlowOptions& options) {
+Matrix6d pose_information(const ObservableDirections& shown, bool heights_known, double model_sigma,
+                          double pull, const RegistrationResult& result, const NormalFlowOptions& options) {
   Matrix6d center_from_origin = Matrix6d::Identity();  // of an error's six numbers
   center_from_origin.bottomLeftCorner<3, 3>() = -skew(result.shared_center_mm);
   const Matrix6d origin_from_center = 2.0 * Matrix6d::Identity() - center_from_origin;
@@ -76,7 +77,8 @@ Matrix6d pose_information(const ObservableDirections& shown, bool heights_known,
   if (heights_known) noise(5, 5) += 1.0 / (options.height_noise_mm * options.height_noise_mm);
 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
-  const Vector6d variance = motion_variance(motion_of(result), shown.count() == kParameters, options);
+  const Vector6d variance =
+      motion_variance(motion_of(result), shown.count() == kParameters, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   const Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
   return 0.5 * (information + information.transpose());

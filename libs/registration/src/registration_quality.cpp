@@ -190,8 +190,9 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   const ObservableDirections shown =
       observable_directions(texture, least_share(shared_share, reference, options));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
-  result.information = pose_information(shown, heights_known, kUsualPull, result, options);
-  result.observable = observability(pose_information(shown, heights_known, 1.0, result, options),
+  const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
+  result.information = pose_information(shown, heights_known, model_sigma, kUsualPull, result, options);
+  result.observable = observability(pose_information(shown, heights_known, model_sigma, 1.0, result, options),
                                     result.target_T_reference.linear(), heights_known, options);
   result.status = judge(result, agreement, options);
   // Where texture is found again, the estimate along a weak direction is better than none.

@@ -46,8 +46,8 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
 }
 
 /// The consistent edges, in the same order.
-std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, const SlamOptions& options) {
-  const std::vector<bool> keep = consistent_edges(edges, options.slope_calibration.gradient_scale_sigma);
+std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, double scale_sigma) {
+  const std::vector<bool> keep = consistent_edges(edges, scale_sigma);
   std::vector<PoseGraphEdge> kept;
   for (std::size_t i = 0; i < edges.size(); ++i)
     if (keep[i]) kept.push_back(edges[i]);
@@ -56,10 +56,9 @@ std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, c
 
 /// Solves for all poses, and for the gradient scale if asked to.
 PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
-                        const SlamOptions& options) {
-  const SlopeCalibrationOptions& slopes = options.slope_calibration;
-  return slopes.estimate_gradient_scale
-             ? solve_with_gradient_scale(initial, edges, options.pose_graph, slopes.gradient_scale_sigma)
+                        double scale_sigma, const SlamOptions& options) {
+  return options.slope_calibration.estimate_gradient_scale
+             ? solve_with_gradient_scale(initial, edges, options.pose_graph, scale_sigma)
              : solve_pose_graph(initial, edges, options.pose_graph);
 }
 
@@ -74,13 +73,14 @@ SlopeCorrection gradient_scale_in(const PoseGraphSolution& solution) {
 
 void add_overlap_edges(SlamMap& map, const SlamOptions& options, const std::function<bool()>& stop_requested,
                        ParallelProgress& progress) {
+  const double scale_sigma = slam::detail::gradient_scale_sigma(map.keyframes, options.slope_calibration);
   for (int round = 0; round < kOverlapRounds; ++round) {
     const std::vector<PoseGraphEdge> found =
         find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
     if (found.empty() || stop_requested()) return;
     map.edges.insert(map.edges.end(), found.begin(), found.end());
-    map.edges = consistent(map.edges, options);
-    map.solution = solve(map.solution.component_T_node, map.edges, options);
+    map.edges = consistent(map.edges, scale_sigma);
+    map.solution = solve(map.solution.component_T_node, map.edges, scale_sigma, options);
   }
 }
 
@@ -225,7 +225,8 @@ void Mapper::forget_from_trial(int trial) {
 void Mapper::update() {
   PoseGraphOptions options = options_.pose_graph;
   options.only_where_needed = true;
-  live_edges_ = consistent(edges_, options_);
+  live_edges_ =
+      consistent(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
   const Eigen::VectorXd scale = live_.shared_unknowns;  // held until optimize()
   live_ = solve_pose_graph(live_.component_T_node, scale_corrected(live_edges_, scale), options);
   live_.shared_unknowns = scale;
@@ -233,8 +234,10 @@ void Mapper::update() {
 }
 
 void Mapper::optimize() {
-  live_edges_ = consistent(edges_, options_);
-  live_ = solve(live_.component_T_node, live_edges_, options_);
+  live_edges_ =
+      consistent(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
+  live_ = solve(live_.component_T_node, live_edges_,
+                slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration), options_);
   new_loops_ = 0;
   ++version_;
 }
@@ -274,7 +277,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     });
     if (!known) edges.push_back(loop_edge(loop));
   }
-  map.edges = consistent(edges, options_);
+  map.edges = consistent(edges, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
   map.in_map.resize(map.keyframes.size());
   if (trial_T_keyframe_.empty()) {
@@ -282,7 +285,8 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     return map;
   }
 
-  map.solution = solve(trial_T_keyframe_, map.edges, options_);
+  map.solution = solve(trial_T_keyframe_, map.edges,
+                       slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration), options_);
   if (refine && options_.refinement.enabled) add_overlap_edges(map, options_, stop_requested, closing);
   closing.end();
   map.slope_correction = gradient_scale_in(map.solution);

@@ -10,6 +10,7 @@
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/slam/slam_options.hpp"
 #include "gelslam/surface/contact_points.hpp"
+#include "pipeline/slope_calibration.hpp"
 
 namespace gelslam {
 namespace {
@@ -134,7 +135,8 @@ std::vector<PoseGraphEdge> find_overlap_edges(const std::vector<std::shared_ptr<
   for (const PoseGraphEdge& edge : edges)
     linked.emplace(std::min(edge.from, edge.to), std::max(edge.from, edge.to));
   const std::vector<PosedKeyframe> all = posed(keyframes, solution, options.fusion.threads);
-  const MotionCertainty certainty(edges, options.slope_calibration.gradient_scale_sigma);
+  const MotionCertainty certainty(edges,
+                                  slam::detail::gradient_scale_sigma(keyframes, options.slope_calibration));
   std::vector<std::vector<PoseGraphEdge>> found(all.size());  // by the newer keyframe
   parallel_for(all.size(), options.fusion.threads, [&](std::size_t i) {
     const PosedKeyframe& newer = all[i];

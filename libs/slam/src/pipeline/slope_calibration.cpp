@@ -74,12 +74,16 @@ struct Residuals {
   }
 };
 
-/// Prior standard deviations of the factors. Keyframes of several sensors: that of the worst model.
-PerTerm prior_sigma(const Keyframes& keyframes, double gradient_scale_sigma) {
+double worst_model_sigma(const Keyframes& keyframes) {
   double model_sigma = 0;
   for (const auto& keyframe : keyframes)
     if (keyframe) model_sigma = std::max(model_sigma, keyframe->surface.model_sigma());
-  const auto sigma = SlopeCorrection::prior_sigma(gradient_scale_sigma, model_sigma);
+  return model_sigma;
+}
+
+/// Prior standard deviations of the factors.
+PerTerm prior_sigma(const Keyframes& keyframes, double gradient_scale_sigma) {
+  const auto sigma = SlopeCorrection::prior_sigma(gradient_scale_sigma, worst_model_sigma(keyframes));
   return Eigen::Map<const PerTerm>(sigma.data());
 }
 
@@ -222,6 +226,10 @@ std::optional<CalibratedMap> calibrated_in_rounds(const SlamMap& read, const Pos
 }
 
 }  // namespace
+
+double gradient_scale_sigma(const Keyframes& keyframes, const SlopeCalibrationOptions& options) {
+  return options.gradient_scale_sigma * worst_model_sigma(keyframes);
+}
 
 std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGraphOptions& pose_graph,
                                               const SlopeCalibrationOptions& options,

@@ -11,6 +11,10 @@
 
 namespace gelslam::slam::detail {
 
+/// SlopeCalibrationOptions::gradient_scale_sigma of the worst model among keyframes (null: none there).
+double gradient_scale_sigma(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
+                            const SlopeCalibrationOptions& options);
+
 /// A map whose slopes have been corrected by what its keyframes tell about each other.
 struct CalibratedMap {
   SlopeCorrection correction;

@@ -37,7 +37,8 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)
     motion = onward(motion, link_to(frame.keyframe, frame.registration));
-  return translation_first(motion.covariance_with_scale(gradient_scale_sigma_));
+  return translation_first(
+      motion.covariance_with_scale(gradient_scale_sigma_ * frame.keyframe->surface.model_sigma()));
 }
 
 Matrix6d translation_first(const Matrix6d& rotation_first) {
