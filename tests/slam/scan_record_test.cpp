@@ -162,6 +162,21 @@ TEST(Session, TheIdOfADamagedKeyframeIsNotFree) {
   for (const FrameRecord& frame : without_line.frames) EXPECT_NE(frame.keyframe, 2);
 }
 
+TEST(Session, AnyOneLineMayBeDamaged) {
+  const TemporaryFolder folder;
+  write_scan(folder.path(), small_map().measured);
+  const std::string text = read_bytes(folder / "scan.jsonl");
+  const std::size_t keyframes = read_scan(folder.path(), {}).keyframes.size();
+  for (std::size_t begin = 0; begin < text.size(); begin = text.find('\n', begin) + 1) {
+    std::string bad = text;
+    bad[begin + 2] ^= 1;
+    write_bytes(folder / "scan.jsonl", bad);
+    const ScanRecord record = read_scan(folder.path(), {});
+    EXPECT_EQ(record.keyframes.size(), keyframes);
+    EXPECT_THAT(record.warnings, testing::Contains(HasSubstr("1 line is damaged"))) << begin;
+  }
+}
+
 /// Checksums that fit do not make sense of a line: it is left out like a damaged one.
 TEST(Session, LinesThatCannotBeAreLeftOut) {
   const TemporaryFolder folder;

@@ -63,7 +63,8 @@ class ScanReader {
     }
   }
 
-  int version() const { return version_; }  ///< 0: not a scan
+  bool is_scan() const { return version_ || !record_.parts.empty() || !record_.keyframes.empty(); }
+  std::optional<int> version() const { return version_; }  ///< none where its line is damaged
 
   /// Leaves out what hangs on keyframes that are not there.
   ScanRecord finish(int damaged_lines) {
@@ -179,7 +180,7 @@ class ScanReader {
 
   const fs::path folder_;
   const NormalFlowOptions registration_;
-  int version_ = 0;
+  std::optional<int> version_;
   int newest_ = -1;  // keyframe that a line was about
   ScanRecord record_;
   std::map<int, std::vector<PoseGraphEdge>> edges_;  // by the newer keyframe
@@ -215,9 +216,9 @@ ScanRecord read_scan(const fs::path& folder, const NormalFlowOptions& registrati
       ++damaged;
     }
   }
-  if (reader.version() == 0) throw Error(file.string() + ": damaged, or not a scan of gelslam");
+  if (!reader.is_scan()) throw Error(file.string() + ": damaged, or not a scan of gelslam");
   try {
-    check_session_version(reader.version());
+    if (reader.version()) check_session_version(*reader.version());
   } catch (const Error& error) {
     throw Error(file.string() + ": " + error.what());
   }
