@@ -59,7 +59,6 @@ TEST(Information, MatchesTheSpreadUnderWhiteNoise) {
   constexpr double kNoiseRad = 0.02;
   constexpr int kDraws = 40;
   NormalFlowOptions options;
-  options.noise_correlation_samples = 1;                                    // white: each sample for itself
   options.normal_noise_rad = 1e-6;                                          // measured from residuals
   const Pose first_T_second = motion(0, 0, 0, 0.3 * 0.0634, 0.6 * 0.0634);  // look-ups between pixels
   const auto first = touch(textured_plane(1), kAbove),
@@ -76,15 +75,6 @@ TEST(Information, MatchesTheSpreadUnderWhiteNoise) {
   }
   EXPECT_GT(mean, 1.25);
   EXPECT_LT(mean, 10.0);
-
-  // Counting n samples as one divides the information by n; nothing else.
-  options.normal_noise_rad = kNoiseRad;
-  options.gel_pattern_rad_per_mm = 0;
-  const NormalFlowReference still(first, options);  // no motion, which would bring errors of its own
-  const Matrix6d white = register_normal_flow(still, *first, Pose::Identity(), options).information;
-  options.noise_correlation_samples = 30;
-  const Matrix6d correlated = register_normal_flow(still, *first, Pose::Identity(), options).information;
-  EXPECT_TRUE((correlated * 30).eval().topLeftCorner(5, 5).isApprox(white.topLeftCorner<5, 5>(), 1e-3));
 }
 
 /// The information is that of the right perturbation: turned views carry the same information in the

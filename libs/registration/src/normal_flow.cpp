@@ -36,7 +36,7 @@ constexpr int kPatience = 3, kPatienceInNoise = 20;
 class Progress {
  public:
   explicit Progress(const NormalFlowOptions& options)
-      : options_(options), noise_variance_(effective_variance(0.0, options)) {}
+      : options_(options), noise_variance_(normal_variance(0.0, options)) {}
 
   void add(const ResidualSums& sums) {
     const double mean_square = sums.squares / std::max(sums.weight, std::numeric_limits<float>::min());
@@ -65,7 +65,7 @@ class Alignment {
 
   /// Gauss-Newton from `initial`, moving only along `directions`. False when the overlap is lost on the way.
   bool converge(const Pose& initial, const Directions& directions, RegistrationResult& result) {
-    const double noise_variance = effective_variance(0.0, options_);
+    const double noise_variance = normal_variance(0.0, options_);
     const Vector5d prior = prior_information(options_) * noise_variance;
     Progress progress(options_);
     Pose& target_T_reference = result.target_T_reference = initial;

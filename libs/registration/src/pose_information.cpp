@@ -49,7 +49,7 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_shown, double mode
 Matrix5d information_of_normals(const ObservableDirections& shown, double pull,
                                 const RegistrationResult& result, const NormalFlowOptions& options) {
   const Vector5d prior_variance = prior_information(options).cwiseInverse();
-  const double noise_variance = effective_variance(result.normal_rmse_rad, options);
+  const double noise_variance = normal_variance(result.normal_rmse_rad, options);
   Matrix5d information = Matrix5d::Zero();
   for (int i = 0; i < shown.count(); ++i) {
     const auto k = static_cast<std::size_t>(i);

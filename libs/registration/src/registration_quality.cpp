@@ -150,9 +150,9 @@ Vector5d prior_information(const NormalFlowOptions& options) {
   return (Vector5d() << rotation, rotation, rotation, translation, translation).finished();
 }
 
-double effective_variance(double normal_rmse_rad, const NormalFlowOptions& options) {
+double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options) {
   const double noise = std::max(options.normal_noise_rad, normal_rmse_rad);
-  return noise * noise * options.noise_correlation_samples;
+  return noise * noise;
 }
 
 HeightGap height_gap(const Samples& samples, const Surface& target, const Pose& target_T_reference,

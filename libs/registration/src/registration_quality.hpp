@@ -61,8 +61,8 @@ int count_shared(const Residuals& residuals);
 /// decides only along directions which the surface does not show.
 Eigen::Matrix<double, kParameters, 1> prior_information(const NormalFlowOptions& options);
 
-/// Variance of a normal residual for which n correlated samples count as n independent ones.
-double effective_variance(double normal_rmse_rad, const NormalFlowOptions& options);
+/// Of a normal, after a registration that left this residual.
+double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options);
 
 /// Whether residuals between normals are more than noise: three standard deviations of a normal.
 inline bool is_far_above_noise(double normal_rmse_rad, const NormalFlowOptions& options) {

@@ -47,10 +47,10 @@ struct Residuals {
 
   void add(const SlopeSensitivity& sensitivity, const RegistrationResult& result,
            const NormalFlowOptions& options) {
-    // The residuals within a pair have few common causes: ten of its normals count as one.
-    constexpr double kCommonError = 10.0;
+    // The residuals within a pair have few common causes: so many of its normals count as one.
+    constexpr double kCommonError = 15.0;
     const double noise = std::max(options.normal_noise_rad, result.normal_rmse_rad);
-    const double variance = noise * noise * options.noise_correlation_samples * kCommonError;
+    const double variance = noise * noise * kCommonError;
     information += sensitivity.hessian / variance;
     pull += sensitivity.pull / variance;
   }

@@ -16,7 +16,6 @@ struct NormalFlowOptions {
   double ccs_threshold = 0.7;      ///< least curvature cosine similarity
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;  ///< least standard deviation of one normal
-  double noise_correlation_samples = 1.5;  ///< neighboring samples share their noise: this many count as one
   double height_noise_mm = 0.004;          ///< of the mean height over a contact
   /// Relative error of the length of a roll: slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
