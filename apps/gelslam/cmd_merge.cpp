@@ -25,7 +25,7 @@ int run(const MergeArguments& arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary = merge_scans(request, *progress, [&] { return interrupt.requested(); });
-  if (!arguments.quiet) std::cerr << run_words(summary, arguments.run_folder);
+  std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
   return summary.completeness.complete() ? exit_done : exit_not_good;
 }
 

@@ -33,7 +33,7 @@ int run_one(const ReconstructArguments& arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary = reconstruct(request, *progress, [&] { return interrupt.requested(); });
-  if (!arguments.quiet) std::cerr << run_words(summary, arguments.run_folder);
+  std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
   if (summary.tracked == 0) {
     std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
     return exit_not_good;

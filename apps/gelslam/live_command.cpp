@@ -92,11 +92,12 @@ void wait_in_terminal(const LiveSlam& session, bool quiet) {
   }
 }
 
-std::string report_text(const ReconstructSummary& s, const LiveStatus& status) {
+std::string report_text(const ReconstructSummary& s, const LiveStatus& status, bool quiet) {
   std::string text;
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  for (const std::string& part : s.parts) text += part + "\n";
   if (!s.completeness.complete()) text += "warning: " + describe(s.completeness) + "\n";
+  if (quiet) return text;
+  for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",
                       counted(status.frames, "frame"), s.seconds, status.lost_by_camera, status.dropped,
                       status.damaged);
@@ -161,11 +162,12 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   if (!window.script.empty()) check_window_script(window.script, window.script_name);
   window.snapshot = arguments.snapshot;
 
-  if (!arguments.quiet && options.continued) {
+  if (options.continued) {
     for (const std::string& warning : options.continued->record.warnings)
       std::cerr << "warning: " << warning << "\n";
-    std::cerr << fmt::format("{} goes on: {}\n", options.run_folder.string(),
-                             counted(std::ssize(options.continued->record.keyframes), "keyframe"));
+    if (!arguments.quiet)
+      std::cerr << fmt::format("{} goes on: {}\n", options.run_folder.string(),
+                               counted(std::ssize(options.continued->record.keyframes), "keyframe"));
   }
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   return window;
@@ -186,7 +188,7 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   const ReconstructSummary summary = session.wait();
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(session, arguments.snapshot, window);
-  if (!arguments.quiet) std::cerr << report_text(summary, session.status());
+  std::cerr << report_text(summary, session.status(), arguments.quiet);
   return summary.tracked == 0 || summary.partial ? exit_not_good : exit_done;
 }
 

@@ -249,7 +249,8 @@ class ManyLogsRun {
     task.last_line = task.process->last_line();
     task.process.reset();
     const Outcome outcome = outcome_of(task);
-    if (request_.quiet && outcome.exit_code <= exit_not_good) return true;
+    const bool warns = outcome.figures && !outcome.figures->warning.empty();
+    if (request_.quiet && outcome.exit_code <= exit_not_good && !warns) return true;
     // One write: the progress line is drawn by another thread.
     std::cerr << fmt::format("{}{}: {}\n", ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", task.name(),
                              outcome.note.empty() ? "done" : outcome.note);

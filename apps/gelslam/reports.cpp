@@ -22,10 +22,11 @@ std::string mesh_words(const ReconstructSummary& s) {
   return "mesh of " + std::to_string(s.vertices) + " vertices and " + counted(s.triangles, "triangle");
 }
 
-std::string run_words(const ReconstructSummary& s, const std::string& run_folder) {
+std::string run_words(const ReconstructSummary& s, const std::string& run_folder, bool quiet) {
   std::string text;
   if (s.partial) text += "stopped early: this is what was seen so far\n";
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  if (quiet) return text;
   for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
                       mesh_words(s), short_number(s.seconds, 3), run_folder);

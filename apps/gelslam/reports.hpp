@@ -21,8 +21,9 @@ std::string map_words(const ReconstructSummary& summary);
 /// "mesh of 12146 vertices and 23394 triangles".
 std::string mesh_words(const ReconstructSummary& summary);
 
-/// What `reconstruct` and `merge` say at the end, with a line for each part of the scan.
-std::string run_words(const ReconstructSummary& summary, const std::string& run_folder);
+/// What `reconstruct` and `merge` say at the end, with a line for each part of the scan; when quiet only
+/// warnings.
+std::string run_words(const ReconstructSummary& summary, const std::string& run_folder, bool quiet);
 
 /// What a recording says to the person at the terminal, on stderr.
 class RecordReport {

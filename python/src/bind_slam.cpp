@@ -52,17 +52,16 @@ class Slam {
     return frame;
   }
 
-  MetricMesh mesh() const {
+  MetricMesh mesh(ProgressSink& progress) const {
     const std::lock_guard lock(mutex_);
-    return MetricMesh(fuse_map(slam_.finish(false), sensor_->config().slam.fusion));
+    return MetricMesh(fuse_map(slam_.finish(false, &progress), sensor_->config().slam.fusion, &progress));
   }
 
-  PythonRun finish() const {
+  PythonRun finish(ProgressSink& progress) const {
     const std::lock_guard lock(mutex_);
-    Run run{sensor_->config(), slam_.finish(), {}, {}};
+    Run run{sensor_->config(), slam_.finish(true, &progress), {}, {}};
     run.map.measured.parts = {part_of(run.config, "")};
-    check_signals();
-    run.mesh = fuse_map(run.map, run.config.slam.fusion);
+    run.mesh = fuse_map(run.map, run.config.slam.fusion, &progress);
     run.account.log_description = "frames of a Python program";
     run.account.times = timer_.statistics();
     run.account.summary = summarise(run.map, run.mesh);
@@ -78,6 +77,14 @@ class Slam {
   std::int64_t frames_ = 0;
   std::optional<double> last_time_s_;
 };
+
+/// The work without the GIL; Ctrl-C ends it.
+template <auto work>
+auto interruptible(const Slam& slam) {
+  PythonProgress silent{py::none()};
+  const py::gil_scoped_release release;
+  return (slam.*work)(silent);
+}
 
 std::optional<py::array_t<double>> trial_pose(const PythonFrame& self) {
   if (self.tracked.status != TrackStatus::tracked) return std::nullopt;
@@ -175,9 +182,9 @@ each other.)")
             return self.process(picture.bgr, time_s);
           },
           py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).")
-      .def("mesh", &Slam::mesh, Release(),
+      .def("mesh", &interruptible<&Slam::mesh>,
            "The surface as far as it is known, a Mesh. Takes tenths of a second; tracking may go on.")
-      .def("finish", &Slam::finish, Release(),
+      .def("finish", &interruptible<&Slam::finish>,
            "Closes loops, calibrates slopes, fuses. Returns a Run. Frames may follow.");
 }
 

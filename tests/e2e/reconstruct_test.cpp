@@ -103,6 +103,24 @@ TEST(Reconstruct, TheSameLogGivesTheSameBytesOnOneCoreAndOnAll) {
     EXPECT_TRUE(read_bytes(folder / "all" / file) == read_bytes(folder / "one" / file)) << file;
 }
 
+TEST(Reconstruct, WarnsOfATruncatedLogAlsoWhenQuiet) {
+  const TemporaryFolder folder;
+  const std::string whole = read_bytes(scan().log() / "gelsight.avi"), torn = (folder / "torn.avi").string();
+  write_bytes(torn, whole.substr(0, whole.size() / 3));
+  const std::string model = scan().model().string(), run = (folder / "run").string(),
+                    runs = (folder / "runs").string();
+  const std::vector<std::string> commands[] = {
+      {"reconstruct", torn, "--model", model, "-q", "-o", run},
+      {"reconstruct", torn, "--model", model, "-q", "-o", runs, "--jobs", "1"},
+      {"replay", torn, "--model", model, "-q", "--headless", "--every-frame"}};
+  for (const auto& command : commands) {
+    const ProgramResult result = gelslam(command);
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_THAT(result.err, testing::HasSubstr("torn.avi ends after "));
+    EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+  }
+}
+
 TEST(Reconstruct, StoppedInTheMiddleItKeepsWhatItHas) {
   const TemporaryFolder folder;
   constexpr int kFrames = 1500;

@@ -165,6 +165,22 @@ class Module(unittest.TestCase):
                 gelslam.reconstruct(simulated.SCAN, simulated.MODEL)
         self.assertLess(time.monotonic() - begin, 10)
 
+    def test_ctrl_c_interrupts_finish_and_frames_may_follow(self):
+        slam = gelslam.Slam(simulated.sensor(self.images))
+        for image, time_s in self.frames[simulated.BARE_FRAMES:]:
+            slam.process(image, time_s)
+        begin = time.process_time()
+        expected = slam.finish()
+        whole_s = time.process_time() - begin
+        before = signal.signal(signal.SIGPROF, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGPROF, before)
+        begin = time.process_time()
+        with self.assertRaises(KeyboardInterrupt):
+            signal.setitimer(signal.ITIMER_PROF, 0.2 * whole_s)
+            slam.finish()
+        self.assertLess(time.process_time() - begin, 0.7 * whole_s)
+        np.testing.assert_array_equal(slam.finish().mesh.vertices, expected.mesh.vertices)
+
     def test_progress_is_told(self):
         told = []
         gelslam.reconstruct(simulated.SCAN, simulated.MODEL, progress=lambda *words: told.append(words))
