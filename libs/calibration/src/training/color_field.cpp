@@ -142,11 +142,10 @@ std::array<float, 3> ColorField::change(const std::array<float, 2>& place,
   std::array<float, 3> result{};
   for (std::size_t c = 0; c < 3; ++c) {
     const float* coefficient = coefficients_[c].data();
-    for (int s = 0; s < kSlopeTerms; ++s, coefficient += kPlaceTerms) {
-      float sum = 0.0F;
-      for (int p = 0; p < kPlaceTerms; ++p) sum += coefficient[p] * places[static_cast<std::size_t>(p)];
-      result[c] += sum * slope[static_cast<std::size_t>(s)];
-    }
+    std::array<float, kPlaceTerms> sums{};  // one per term of the place: they are added up side by side
+    for (const float s : slope)
+      for (float& sum : sums) sum += s * *coefficient++;
+    for (std::size_t p = 0; p < sums.size(); ++p) result[c] += sums[p] * places[p];
   }
   return result;
 }

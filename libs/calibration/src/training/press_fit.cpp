@@ -5,106 +5,143 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace gelslam::calibration::detail {
 namespace {
 
 constexpr double kLossScale = 0.05;  // relative color change; noise is a third of it
 constexpr int kMaxFitIterations = 25;
-constexpr double kFitStepPx = 0.05;  // of the numerical derivatives
 constexpr double kConvergedPx = 0.01;
 constexpr double kFirstSmear = 0.25;  // of the radius: where the search for blur and movement starts
 
-using Changes = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+using Change = Eigen::Vector3d;  // of B, G, R
 
-/// A place from which a picture was also taken, and how much it counts.
+/// A place from which a picture was also taken, as offsets per unit of the exposure's parameters, and how
+/// much it counts.
+template <int parameters>
 struct Glimpse {
-  double u_px = 0.0, v_px = 0.0, share = 1.0;
+  double share = 1.0;
+  Eigen::Matrix<double, 2, parameters> offsets;
 };
 
 /// One picture, taken at once.
 struct Sharp {
   static constexpr int parameters = 0;
-  using Values = Eigen::Matrix<double, 4, 1>;
-  static std::array<Glimpse, 1> glimpses(const Values&) { return {}; }
+  static std::array<Glimpse<0>, 1> glimpses() { return {}; }
 };
 
-/// The ball moved along (p[4], p[5]) while the picture was taken.
+/// The ball moved along the two parameters while the picture was taken.
 struct Slid {
   static constexpr int parameters = 2;
-  using Values = Eigen::Matrix<double, 6, 1>;
-  static std::array<Glimpse, 5> glimpses(const Values& p) {
-    std::array<Glimpse, 5> result;
-    for (std::size_t k = 0; k < result.size(); ++k) {
-      const double along = 0.2 * static_cast<double>(k) - 0.4;
-      result[k] = {along * p[4], along * p[5], 0.2};
-    }
+  static std::array<Glimpse<2>, 5> glimpses() {
+    std::array<Glimpse<2>, 5> result;
+    for (std::size_t k = 0; k < result.size(); ++k)
+      result[k] = {0.2, (0.2 * static_cast<double>(k) - 0.4) * Eigen::Matrix2d::Identity()};
     return result;
   }
 };
 
-/// Blurred by a Gaussian of p[4] pixels: Radon's seven points.
+/// Blurred by a Gaussian of this many pixels: Radon's seven points.
 struct Blurred {
   static constexpr int parameters = 1;
-  using Values = Eigen::Matrix<double, 5, 1>;
-  static std::array<Glimpse, 7> glimpses(const Values& p) {
-    std::array<Glimpse, 7> result;
-    result[0] = {0.0, 0.0, 0.5};
+  static std::array<Glimpse<1>, 7> glimpses() {
+    std::array<Glimpse<1>, 7> result;
+    result[0] = {0.5, Eigen::Vector2d::Zero()};
     for (std::size_t k = 1; k < result.size(); ++k) {
       const double angle = std::numbers::pi / 3.0 * static_cast<double>(k);
-      result[k] = {2.0 * p[4] * std::cos(angle), 2.0 * p[4] * std::sin(angle), 1.0 / 12.0};
+      result[k] = {1.0 / 12.0, 2.0 * Eigen::Vector2d(std::cos(angle), std::sin(angle))};
     }
     return result;
   }
 };
 
-/// Terms of a polynomial in sx and sy without its constant: 5 of degree 2, 14 of degree 4.
+/// Slope of the gel on and around a ball, as a function of the place relative to the ball's center.
+class Gel {
+ public:
+  Gel(double ball_px, double radius_px, double decay_px)
+      : squared_(ball_px * ball_px),
+        radius_(radius_px),
+        decay_(decay_px),
+        rim_(1.0 / std::sqrt(squared_ - radius_px * radius_px)) {}
+
+  Eigen::Vector2d slope(const Eigen::Vector2d& place) const {
+    return slope_over_distance(place.norm()) * place;
+  }
+
+  /// The slope and its derivatives by place (columns 0 and 1), radius and decay.
+  Eigen::Vector2d slope(const Eigen::Vector2d& place, Eigen::Matrix<double, 2, 4>& derivatives) const {
+    const double distance = place.norm(), ratio = slope_over_distance(distance);
+    const bool on_ball = distance <= radius_;
+    const double bend = on_ball ? ratio * ratio * ratio : -ratio * (1.0 / distance + 1.0 / decay_) / distance;
+    derivatives.leftCols<2>() = bend * place * place.transpose();
+    derivatives.leftCols<2>().diagonal().array() += ratio;
+    const double by_radius = on_ball ? 0.0 : ratio * (radius_ * rim_ * rim_ + 1.0 / radius_ + 1.0 / decay_),
+                 by_decay = on_ball ? 0.0 : ratio * (distance - radius_) / (decay_ * decay_);
+    derivatives.col(2) = by_radius * place;
+    derivatives.col(3) = by_decay * place;
+    return ratio * place;
+  }
+
+ private:
+  double slope_over_distance(double distance) const {
+    return distance <= radius_ ? 1.0 / std::sqrt(squared_ - distance * distance)
+                               : rim_ * radius_ / distance * std::exp((radius_ - distance) / decay_);
+  }
+
+  double squared_, radius_, decay_, rim_;
+};
+
+/// Terms of a polynomial in the slope without its constant: 5 of degree 2, 14 of degree 4.
 constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2 - 1; }
 
-template <int degree, class Row>
-void add_terms(double sx, double sy, double share, Row row) {
-  std::array<double, degree + 1> power_x{1.0}, power_y{1.0};
-  int term = 0;
-  for (std::size_t k = 1; k <= degree; ++k) {
-    power_x[k] = power_x[k - 1] * sx;
-    power_y[k] = power_y[k - 1] * sy;
-    for (std::size_t j = 0; j <= k; ++j) row[term++] += share * power_x[k - j] * power_y[j];
+template <int degree>
+struct Powers {
+  explicit Powers(const Eigen::Vector2d& slope) {
+    for (std::size_t k = 1; k <= degree; ++k) {
+      x[k] = x[k - 1] * slope.x();
+      y[k] = y[k - 1] * slope.y();
+    }
   }
-}
+  /// Calls visit(exponent of x, exponent of y) for each term in turn.
+  template <class Visit>
+  static void for_terms(const Visit& visit) {
+    for (std::size_t k = 1; k <= degree; ++k)
+      for (std::size_t j = 0; j <= k; ++j) visit(k - j, j);
+  }
+  std::array<double, degree + 1> x{1.0}, y{1.0};
+};
 
 template <int degree, class Exposure = Sharp>
 class Fitter {
-  static constexpr int unknowns = 4 + Exposure::parameters;
-  using Parameters = typename Exposure::Values;
-  static constexpr int features = terms_of(degree);
-  using Features = Eigen::Matrix<double, Eigen::Dynamic, features>;
+  static constexpr int unknowns = 4 + Exposure::parameters, features = terms_of(degree);
+  using Features = Eigen::Matrix<double, features, 1>;
+  using Residuals = std::vector<Change>;
+  using Information = Eigen::Matrix<double, unknowns, unknowns>;
 
  public:
+  using Parameters = Eigen::Matrix<double, unknowns, 1>;  ///< center, radius, decay, exposure
+
   Fitter(const PressPoints& points, double ball_px)
-      : points_(points),
-        ball_px_(ball_px),
-        size_(static_cast<Eigen::Index>(points.u_px.size())),
-        features_(size_, features),
-        changes_(size_, 3),
-        weights_(Eigen::VectorXd::Ones(size_)) {
-    for (int channel = 0; channel < 3; ++channel)
-      changes_.col(channel) =
-          Eigen::Map<const Eigen::VectorXd>(points.change[static_cast<std::size_t>(channel)].data(), size_);
+      : points_(points), ball_px_(ball_px), features_(points.u_px.size()), weights_(features_.size(), 1.0) {
+    for (std::size_t k = 0; k < features_.size(); ++k)
+      changes_.emplace_back(points.change[0][k], points.change[1][k], points.change[2][k]);
   }
 
   /// From `p`, which follows.
   PressFit run(Parameters& p) {
     p = bounded(p);
-    Changes residuals = residuals_at(p);
+    fill_features(p);
+    Residuals residuals = solve();
     double damping = 1e-3;
     for (int iteration = 0; iteration < kMaxFitIterations; ++iteration) {
       reweight(residuals);
-      residuals = residuals_at(p);
+      residuals = solve();
       const Parameters step = improve(p, residuals, damping);
       if (step.cwiseAbs().maxCoeff() < kConvergedPx) break;
     }
-    const double total = (weights_.asDiagonal() * changes_.cwiseAbs2()).sum();
-    const double left = (weights_.asDiagonal() * residuals.cwiseAbs2()).sum();
+    const double total = weighted_cost(changes_), left = weighted_cost(residuals);
     return {{p[0], p[1], p[2], p[3]}, robust_cost(residuals), total > 0.0 ? 1.0 - left / total : 0.0};
   }
 
@@ -115,78 +152,128 @@ class Fitter {
     return p;
   }
 
+  template <class G>
+  Eigen::Vector2d place(std::size_t point, const Parameters& p, const G& glimpse) const {
+    return Eigen::Vector2d(points_.u_px[point], points_.v_px[point]) - p.template head<2>() -
+           glimpse.offsets * p.template tail<Exposure::parameters>();
+  }
+
   void fill_features(const Parameters& p) {
-    const double squared = ball_px_ * ball_px_;
-    const double rim = 1.0 / std::sqrt(squared - p[2] * p[2]);  // slope over distance at the contact's rim
-    const auto glimpses = Exposure::glimpses(p);
-    features_.setZero();
-    for (Eigen::Index k = 0; k < size_; ++k) {
-      const auto point = static_cast<std::size_t>(k);
-      for (const Glimpse& glimpse : glimpses) {
-        const double x = points_.u_px[point] - p[0] - glimpse.u_px,
-                     y = points_.v_px[point] - p[1] - glimpse.v_px;
-        const double distance = std::sqrt(x * x + y * y);
-        const double slope_over_distance = distance <= p[2]
-                                               ? 1.0 / std::sqrt(squared - distance * distance)
-                                               : rim * p[2] / distance * std::exp((p[2] - distance) / p[3]);
-        add_terms<degree>(slope_over_distance * x, slope_over_distance * y, glimpse.share, features_.row(k));
+    const Gel gel(ball_px_, p[2], p[3]);
+    for (std::size_t k = 0; k < features_.size(); ++k) {
+      features_[k].setZero();
+      for (const auto& glimpse : glimpses_) {
+        const Powers<degree> powers(gel.slope(place(k, p, glimpse)));
+        int term = 0;
+        powers.for_terms([&](std::size_t i, std::size_t j) {
+          features_[k][term++] += glimpse.share * powers.x[i] * powers.y[j];
+        });
       }
     }
   }
 
-  /// What is left of the colors when the best color function of this shape's slopes is taken away.
-  Changes residuals_at(const Parameters& p) {
-    fill_features(p);
-    const Features weighted = weights_.asDiagonal() * features_;
-    Eigen::Matrix<double, features, features> information = weighted.transpose() * features_;
+  /// What is left of the colors when the best color function of the features is taken away.
+  Residuals solve() {
+    Eigen::Matrix<double, features, features> information = Eigen::Matrix<double, features, features>::Zero();
+    Eigen::Matrix<double, features, 3> right = Eigen::Matrix<double, features, 3>::Zero();
+    for (std::size_t k = 0; k < features_.size(); ++k) {
+      const Features weighted = weights_[k] * features_[k];
+      information.noalias() += weighted * features_[k].transpose();
+      right.noalias() += weighted * changes_[k].transpose();
+    }
     information.diagonal().array() += 1e-9 * information.trace() + 1e-12;
-    const Eigen::Matrix<double, features, 3> colors =
-        information.ldlt().solve(weighted.transpose() * changes_);
-    return changes_ - features_ * colors;
+    solver_.compute(information);
+    colors_ = solver_.solve(right).transpose();
+    Residuals residuals(features_.size());
+    for (std::size_t k = 0; k < residuals.size(); ++k)
+      residuals[k].noalias() = changes_[k] - colors_ * features_[k];
+    return residuals;
   }
 
-  void reweight(const Changes& residuals) {
-    weights_ = (1.0 + residuals.rowwise().squaredNorm().array() / (kLossScale * kLossScale)).rsqrt();
+  void reweight(const Residuals& residuals) {
+    for (std::size_t k = 0; k < residuals.size(); ++k)
+      weights_[k] = 1.0 / std::sqrt(1.0 + residuals[k].squaredNorm() / (kLossScale * kLossScale));
   }
 
-  double robust_cost(const Changes& residuals) const {
-    const auto squared = residuals.rowwise().squaredNorm().array() / (kLossScale * kLossScale);
-    return ((1.0 + squared).sqrt() - 1.0).mean();
+  double robust_cost(const Residuals& residuals) const {
+    double sum = 0.0;
+    for (const Change& residual : residuals)
+      sum += std::sqrt(1.0 + residual.squaredNorm() / (kLossScale * kLossScale)) - 1.0;
+    return sum / static_cast<double>(residuals.size());
   }
 
-  double weighted_cost(const Changes& residuals) const {
-    return (weights_.array() * residuals.rowwise().squaredNorm().array()).sum();
+  double weighted_cost(const Residuals& residuals) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < residuals.size(); ++k) sum += weights_[k] * residuals[k].squaredNorm();
+    return sum;
   }
 
-  /// One accepted step (or none); residuals and damping follow.
-  Parameters improve(Parameters& p, Changes& residuals, double& damping) {
-    std::array<Changes, unknowns> derivatives;
-    for (int i = 0; i < unknowns; ++i) {
-      Parameters moved = p;
-      moved[i] += moved[i] + kFitStepPx > 0.98 * ball_px_ && i == 2 ? -kFitStepPx : kFitStepPx;
-      derivatives[static_cast<std::size_t>(i)] = (residuals_at(moved) - residuals) / (moved[i] - p[i]);
+  /// Derivatives of the color at a point by all unknowns, for fixed color functions.
+  Eigen::Matrix<double, 3, unknowns> color_derivatives(std::size_t point, const Parameters& p,
+                                                       const Gel& gel) const {
+    Eigen::Matrix<double, 3, unknowns> result = Eigen::Matrix<double, 3, unknowns>::Zero();
+    for (const auto& glimpse : glimpses_) {
+      Eigen::Matrix<double, 2, 4> by_shape;
+      const Powers<degree> powers(gel.slope(place(point, p, glimpse), by_shape));
+      Eigen::Matrix<double, 3, 2> by_slope = Eigen::Matrix<double, 3, 2>::Zero();
+      int term = 0;
+      powers.for_terms([&](std::size_t i, std::size_t j) {
+        if (i > 0)
+          by_slope.col(0) += static_cast<double>(i) * powers.x[i - 1] * powers.y[j] * colors_.col(term);
+        if (j > 0)
+          by_slope.col(1) += static_cast<double>(j) * powers.x[i] * powers.y[j - 1] * colors_.col(term);
+        ++term;
+      });
+      const Eigen::Matrix<double, 3, 4> colors = glimpse.share * by_slope * by_shape;
+      result.template leftCols<2>() -= colors.template leftCols<2>();
+      result.template middleCols<2>(2) += colors.template rightCols<2>();
+      result.template rightCols<Exposure::parameters>() -= colors.template leftCols<2>() * glimpse.offsets;
     }
-    Eigen::Matrix<double, unknowns, unknowns> information;
-    Parameters right;
-    for (int i = 0; i < unknowns; ++i) {
-      const Changes weighted = weights_.asDiagonal() * derivatives[static_cast<std::size_t>(i)];
-      right[i] = -weighted.cwiseProduct(residuals).sum();
-      for (int j = 0; j <= i; ++j)
-        information(i, j) = information(j, i) =
-            weighted.cwiseProduct(derivatives[static_cast<std::size_t>(j)]).sum();
+    return result;
+  }
+
+  /// Normal equations of the unknowns. The color functions follow: what they can explain of the derivatives
+  /// is taken away (Kaufman 1975).
+  std::pair<Information, Parameters> normal_equations(const Parameters& p, const Residuals& residuals) const {
+    Information information = Information::Zero();
+    Parameters right = Parameters::Zero();
+    Eigen::Matrix<double, 3 * unknowns, features> explained =
+        Eigen::Matrix<double, 3 * unknowns, features>::Zero();
+    const Gel gel(ball_px_, p[2], p[3]);
+    for (std::size_t k = 0; k < residuals.size(); ++k) {
+      const Eigen::Matrix<double, 3, unknowns> derivatives = color_derivatives(k, p, gel);
+      const Eigen::Matrix<double, 3, unknowns> weighted = weights_[k] * derivatives;
+      information.noalias() += weighted.transpose() * derivatives;
+      right.noalias() += weighted.transpose() * residuals[k];
+      for (int term = 0; term < features; ++term)
+        explained.col(term) += features_[k][term] * weighted.reshaped();
     }
+    const Eigen::Matrix<double, features, 3 * unknowns> followed = solver_.solve(explained.transpose());
+    for (int i = 0; i < unknowns; ++i)
+      for (int j = 0; j < unknowns; ++j)
+        information(i, j) -= explained.template middleRows<3>(3 * i)
+                                 .transpose()
+                                 .cwiseProduct(followed.template middleCols<3>(3 * j))
+                                 .sum();
+    return {information, right};
+  }
+
+  /// One accepted step (or none); features, residuals and damping follow.
+  Parameters improve(Parameters& p, Residuals& residuals, double& damping) {
+    const auto [information, right] = normal_equations(p, residuals);
     const double before = weighted_cost(residuals);
     for (int attempt = 0; attempt < 6; ++attempt) {
-      Eigen::Matrix<double, unknowns, unknowns> damped = information;
+      Information damped = information;
       damped.diagonal() *= 1.0 + damping;
       damped.diagonal().array() += 1e-9;
       const Parameters step = damped.ldlt().solve(right);
       const Parameters next = bounded(p + step);
-      const Changes there = residuals_at(next);
+      fill_features(next);
+      Residuals there = solve();
       if (step.allFinite() && weighted_cost(there) <= before) {
         const Parameters done = next - p;
         p = next;
-        residuals = there;
+        residuals = std::move(there);
         damping = std::max(1e-6, damping * 0.3);
         return done;
       }
@@ -197,30 +284,32 @@ class Fitter {
 
   const PressPoints& points_;
   double ball_px_;
-  Eigen::Index size_;
-  Features features_;
-  Changes changes_;
-  Eigen::VectorXd weights_;
+  const decltype(Exposure::glimpses()) glimpses_ = Exposure::glimpses();
+  std::vector<Features> features_;
+  std::vector<Change> changes_;
+  std::vector<double> weights_;
+  Eigen::LDLT<Eigen::Matrix<double, features, features>> solver_;
+  Eigen::Matrix<double, 3, features> colors_;
 };
 
-Sharp::Values values_of(const PressShape& shape) {
+Eigen::Vector4d values_of(const PressShape& shape) {
   return {shape.u_px, shape.v_px, shape.radius_px, shape.decay_px};
 }
 
 }  // namespace
 
 PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px) {
-  Sharp::Values p = values_of(start);
+  Eigen::Vector4d p = values_of(start);
   return Fitter<2>(points, ball_px).run(p);
 }
 
 PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px) {
-  Sharp::Values p = values_of(start);
+  Eigen::Vector4d p = values_of(start);
   return Fitter<4>(points, ball_px).run(p);
 }
 
 double blurred_cost(const PressPoints& points, const PressShape& start, double ball_px) {
-  Blurred::Values p;
+  Fitter<2, Blurred>::Parameters p;
   p << values_of(start), kFirstSmear * start.radius_px;
   return Fitter<2, Blurred>(points, ball_px).run(p).cost;
 }
@@ -229,7 +318,7 @@ SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, dou
   SlidPress best;
   for (const bool across : {false, true}) {
     const double along = 2.0 * kFirstSmear * start.radius_px;
-    Slid::Values p;
+    Fitter<2, Slid>::Parameters p;
     p << values_of(start), across ? 0.0 : along, across ? along : 0.0;
     Fitter<2, Slid> fitter(points, ball_px);
     const PressFit fit = fitter.run(p);

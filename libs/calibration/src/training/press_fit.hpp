@@ -23,9 +23,9 @@ struct PressFit {
   double explained = 0.0;  ///< 1 - residual / total sum of squares, weighted as in the fit
 };
 
-/// Levenberg-Marquardt with numerical derivatives over the shape; for each shape the color function
-/// (quadratic in the slope, per channel) is solved exactly (variable projection, Golub & Pereyra 1973).
-/// Pseudo-Huber loss.
+/// Levenberg-Marquardt over the shape; for each shape the color function (quadratic in the slope, per
+/// channel) is solved exactly (variable projection, Golub & Pereyra 1973; derivatives as simplified by
+/// Kaufman 1975). Pseudo-Huber loss.
 PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px);
 
 /// The same with a color function of degree 4, which follows shadows as well: a better center, from a start
