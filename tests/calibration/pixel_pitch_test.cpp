@@ -50,7 +50,7 @@ cv::Mat3b bolt_press(double period_mm, double angle_deg) {
 }
 
 const cv::Mat3b& bare_gel() {
-  static const cv::Mat3b background = simulate_background({});
+  static const cv::Mat3b background = PressSimulator({}).background();
   return background;
 }
 
@@ -85,7 +85,7 @@ TEST(Pattern, ABoltWillDo) {
 
 TEST(Pattern, IsNotFoundWhereThereIsNone) {
   EXPECT_FALSE(find_pattern(bare_gel(), bare_gel(), 15.0));
-  EXPECT_FALSE(find_pattern(simulate_press({}, 3).bgr, bare_gel(), 15.0)) << "a ball";
+  EXPECT_FALSE(find_pattern(PressSimulator({}).press(3).bgr, bare_gel(), 15.0)) << "a ball";
   EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), bare_gel(), 31.0)) << "half of its frequency";
   EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), bare_gel(), 1.0));
   EXPECT_FALSE(find_pattern(ruler_press(1.0, 0.0), bare_gel(), 200.0)) << "fewer than four periods";

@@ -36,9 +36,9 @@ const GradientModel& trained() {
 }
 
 TEST(BallPress, ShowsTheBallInsideItsCircle) {
-  const CalibrationSpec spec;
+  const PressSimulator simulator({});
   for (const int number : {0, 1, 7}) {
-    const BallPress press = simulate_press(spec, number);
+    const BallPress press = simulator.press(number);
     const double ball = 0.5 * press.diameter_mm;
     double error = 0;
     for (int v = 0; v < 240; ++v)
@@ -66,7 +66,7 @@ TEST(Training, SlopesOfATexturedObjectAreUnbiasedToo) {
   ScanSpec spec;  // a pebble
   spec.motion.frames = 40;
   const Simulator simulator(spec);
-  const cv::Mat2f zero = read_slopes(trained(), simulate_background(small()));
+  const cv::Mat2f zero = read_slopes(trained(), PressSimulator(small()).background());
   const SimulatedFrame frame = simulator.frame(40);
   const cv::Mat2f read = read_slopes(trained(), frame.bgr);
   cv::Vec2d read_true(0, 0), true_true(0, 0);
@@ -85,10 +85,11 @@ TEST(Training, PicturesIntegrateToTheTrueHeight) {
   // The whole way round: height -> picture -> slopes by the network -> height, integrated along rows.
   CalibrationSpec spec = small();
   spec.optics.noise_gain = 0;
-  const cv::Mat2f zero = read_slopes(trained(), simulate_background(spec));
+  const PressSimulator simulator(spec);
+  const cv::Mat2f zero = read_slopes(trained(), simulator.background());
   int rows = 0;
   for (int number = 500; number < 512; ++number) {
-    const BallPress press = simulate_press(spec, number);
+    const BallPress press = simulator.press(number);
     const int row = static_cast<int>(std::lround(press.center_px.y));
     if (row < 60 || row > 180 || press.center_px.x < 70 || press.center_px.x > 250) continue;
     const cv::Mat2f read = read_slopes(trained(), press.bgr);

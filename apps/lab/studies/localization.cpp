@@ -75,7 +75,7 @@ std::vector<Pose> motion(const Object& object, const std::string& name, int fram
 class Sensor {
  public:
   explicit Sensor(const GradientModel& model)
-      : model_(model), optics_({}, {}), background_(simulate_background({})) {
+      : model_(model), optics_({}, {}), background_(PressSimulator({}).background()) {
     restart();
   }
   /// Forgets how the light has changed.

@@ -187,7 +187,7 @@ const TouchStudio::Camera& TouchStudio::camera(const TouchSpec& spec) {
     before_use.optics.dirt = spec.grains > 0;
     before_use.optics.late_grains = spec.grains;
     kept = std::make_unique<Camera>(
-        Camera{Optics(geometry_, before_use.optics), simulate_background(before_use)});
+        Camera{Optics(geometry_, before_use.optics), PressSimulator(before_use).background()});
   }
   return *kept;
 }

@@ -48,11 +48,6 @@ CalibrationSpec without_dots(CalibrationSpec spec) {
   return spec;
 }
 
-cv::Mat3b picture(const CalibrationSpec& spec, const GelShape& gel, std::int64_t number) {
-  // Numbers of their own, so that no picture shares its noise with a frame of a scan.
-  return Optics(spec.geometry, optics_at_calibration(spec)).render(gel, -1 - number, 0, false);
-}
-
 /// Angles of the ball's surface at a pixel inside the contact circle (ALGORITHMS of the public systems): the
 /// label that a person with a ruler and a ball would have.
 void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Random& random,
@@ -72,18 +67,18 @@ void add_press_samples(const CalibrationSpec& spec, const BallPress& press, Rand
   }
 }
 
-void add_background_samples(const CalibrationSpec& spec, std::size_t count, Random& random,
+void add_background_samples(const PressSimulator& simulator, std::size_t count, Random& random,
                             TrainingSamples& samples) {
-  const cv::Mat3b bgr = picture(spec, flat_gel(spec.geometry), 2 * kHeldOutFirst);
+  const cv::Mat3b bgr = simulator.untouched(2 * kHeldOutFirst);
   for (std::size_t k = 0; k < count; ++k)
     samples.add(bgr, static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.cols))),
                 static_cast<int>(random.below(static_cast<std::uint64_t>(bgr.rows))), 0.0F, 0.0F);
 }
 
 /// Read on true slope inside the contact circles. See measure_gradient_scale.
-HeldOutGain gain_on(const GradientModel& network, const CalibrationSpec& spec,
+HeldOutGain gain_on(const GradientModel& network, const PressSimulator& simulator,
                     const std::vector<BallPress>& presses) {
-  const cv::Mat2f zero = read_slopes(network, simulate_background(spec));
+  const cv::Mat2f zero = read_slopes(network, simulator.background());
   cv::Vec2d read_true(0, 0), true_true(0, 0);
   double error_rad = 0, count = 0;
   for (const BallPress& press : presses) {
@@ -125,48 +120,54 @@ std::string press_folder(double diameter_mm, int number) {
 
 }  // namespace
 
-BallPress simulate_press(const CalibrationSpec& spec, int number) {
-  check(spec);
-  Random random(hash(spec.seed ^ 0xca11b, static_cast<std::uint64_t>(number)));
+PressSimulator::PressSimulator(const CalibrationSpec& spec)
+    : spec_((check(spec), spec)), optics_(spec.geometry, optics_at_calibration(spec)) {}
+
+BallPress PressSimulator::press(int number) const {
+  Random random(hash(spec_.seed ^ 0xca11b, static_cast<std::uint64_t>(number)));
   BallPress press;
   press.diameter_mm = kDiametersMm[static_cast<std::size_t>(number) % kDiametersMm.size()];
   const double radius = 0.5 * press.diameter_mm;
-  const double x = random.uniform(-1, 1) * (spec.geometry.half_width_mm() - 0.3);
-  const double y = random.uniform(-1, 1) * (spec.geometry.half_height_mm() - 0.3);
+  const double x = random.uniform(-1, 1) * (spec_.geometry.half_width_mm() - 0.3);
+  const double y = random.uniform(-1, 1) * (spec_.geometry.half_height_mm() - 0.3);
   const double depth = random.uniform(0.08, 0.33) * radius;
-  PressedBall pressed = press_ball(spec.geometry, spec.gel, radius, x, y, depth);
-  press.bgr = picture(spec, pressed.gel, number);
+  PressedBall pressed = press_ball(spec_.geometry, spec_.gel, radius, x, y, depth);
+  // Numbers of their own, so that no picture shares its noise with a frame of a scan.
+  press.bgr = optics_.render(pressed.gel, -1 - number, 0, false);
   press.gel = std::move(pressed.gel);
   press.center_px = pressed.center_px;
   press.radius_px = pressed.radius_px;
   return press;
 }
 
-cv::Mat3b simulate_background(const CalibrationSpec& spec) {
-  const Optics optics(spec.geometry, optics_at_calibration(spec));
-  const GelShape flat = flat_gel(spec.geometry);
-  cv::Mat3f sum(spec.geometry.height_px, spec.geometry.width_px, cv::Vec3f(0, 0, 0));
+cv::Mat3b PressSimulator::untouched(std::int64_t number) const {
+  return optics_.render(flat_gel(spec_.geometry), -1 - number, 0, false);
+}
+
+cv::Mat3b PressSimulator::background() const {
+  cv::Mat3f sum(spec_.geometry.height_px, spec_.geometry.width_px, cv::Vec3f(0, 0, 0));
   for (int k = 0; k < kBackgroundPictures; ++k)
-    cv::add(sum, optics.render(flat, -3LL * kHeldOutFirst - k, 0, false), sum, cv::noArray(), CV_32F);
+    cv::add(sum, untouched(3LL * kHeldOutFirst + k - 1), sum, cv::noArray(), CV_32F);
   cv::Mat3b mean;
   sum.convertTo(mean, CV_8U, 1.0 / kBackgroundPictures);
   return mean;
 }
 
 HeldOutGain measure_gradient_scale(const GradientModel& network, const CalibrationSpec& spec, int presses) {
+  const PressSimulator simulator(spec);
   std::vector<BallPress> unseen;
-  for (int k = 0; k < presses; ++k) unseen.push_back(simulate_press(spec, kHeldOutFirst + k));
-  return gain_on(network, spec, unseen);
+  for (int k = 0; k < presses; ++k) unseen.push_back(simulator.press(kHeldOutFirst + k));
+  return gain_on(network, simulator, unseen);
 }
 
 GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progress) {
-  check(spec);
+  const PressSimulator simulator(spec);
   TrainingSamples samples;
   std::vector<BallPress> validation;
   Random random(hash(spec.seed, 0x7a41));
   progress.begin("pressing balls", spec.presses);
   for (int k = 0; k < spec.presses; ++k) {
-    BallPress press = simulate_press(spec, k);
+    BallPress press = simulator.press(k);
     if (k % kValidationEvery == kValidationEvery - 1)
       validation.push_back(std::move(press));
     else
@@ -175,15 +176,15 @@ GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progre
   }
   progress.end();
   const auto background = static_cast<double>(samples.size()) * kBackgroundShare / (1 - kBackgroundShare);
-  add_background_samples(spec, static_cast<std::size_t>(background), random, samples);
+  add_background_samples(simulator, static_cast<std::size_t>(background), random, samples);
   GradientModel network = train_network(samples, spec.training, progress);
-  remove_gain(network, gain_on(network, spec, validation));
+  remove_gain(network, gain_on(network, simulator, validation));
   return network;
 }
 
 HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
                                      ProgressSink& progress) {
-  check(spec);
+  const PressSimulator simulator(spec);
   make_folder(folder / "model");
   std::ostringstream catalogue, circles;
   catalogue << "experiment_reldir,diameter(mm)\n";
@@ -191,7 +192,7 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
   std::array<int, kDiametersMm.size()> numbers{};
   progress.begin("writing presses", spec.presses);
   for (int k = 0; k < spec.presses; ++k) {
-    const BallPress press = simulate_press(spec, k);
+    const BallPress press = simulator.press(k);
     const std::string name =
         press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % kDiametersMm.size()]++);
     make_folder(folder / name);
@@ -201,7 +202,7 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
     progress.update(k + 1);
   }
   progress.end();
-  write_png(folder / "background.png", simulate_background(spec));
+  write_png(folder / "background.png", simulator.background());
   const GradientModel network = train_on_presses(without_dots(spec), progress);
   write_pth_model(folder / "model" / "nnmodel.pth", network);
   write_file_atomically(folder / "circles.csv", circles.str());

@@ -14,12 +14,14 @@ float fade(float t) { return t * t * t * (t * (t * 6.0F - 15.0F) + 10.0F); }
 GELSLAM_TARGET_CLONES("avx2", "default")
 float blend_corners(std::int32_t ix, std::int32_t iy, std::int32_t iz, float x, float y, float z, float fx,
                     float fy, float fz, std::uint32_t seed) {
+  constexpr std::uint32_t across = 0x8da6b343u, along = 0xd8163841u, up = 0xcb1ab31fu;
+  const std::uint32_t key_x = static_cast<std::uint32_t>(ix) * across,
+                      key_y = static_cast<std::uint32_t>(iy) * along,
+                      key_z = static_cast<std::uint32_t>(iz) * up;
   alignas(32) float term[8];
-  for (std::int32_t k = 0; k < 8; ++k) {
-    const std::int32_t kx = k & 1, ky = (k >> 1) & 1, kz = (k >> 2) & 1;
-    std::uint32_t key = seed ^ (static_cast<std::uint32_t>(ix + kx) * 0x8da6b343u) ^
-                        (static_cast<std::uint32_t>(iy + ky) * 0xd8163841u) ^
-                        (static_cast<std::uint32_t>(iz + kz) * 0xcb1ab31fu);
+  for (std::uint32_t k = 0; k < 8; ++k) {
+    const std::uint32_t kx = k & 1, ky = (k >> 1) & 1, kz = (k >> 2) & 1;
+    std::uint32_t key = seed ^ (key_x + kx * across) ^ (key_y + ky * along) ^ (key_z + kz * up);
     key ^= key >> 15;
     key *= 0x2c1b3c6du;
     key ^= key >> 12;

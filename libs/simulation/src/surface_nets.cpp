@@ -13,6 +13,9 @@ constexpr int kBlockCells = 8;
 constexpr int kBlockCorners = kBlockCells + 1;
 constexpr std::int64_t kMaxCellsPerAxis = 1 << 20;  // three of them fit one 64-bit key
 
+constexpr float kSameGradientMm =
+    0.01F;  // ridges have a radius of 0.2 mm: so far, a gradient turns by 3 degrees
+
 using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
 
 std::int64_t key(const Cell& cell) {
@@ -111,10 +114,10 @@ class Net {
       const Eigen::Vector3f step = shape_.value(point) / squared * gradient;
       if (step.norm() > spacing_) break;  // near an edge of the object: the mean is the better place
       point -= step;
-      gradient = shape_.gradient(point);
+      if (step.norm() > kSameGradientMm) gradient = shape_.gradient(point);
     }
     mesh_.vertices_mm.push_back(point);
-    mesh_.normals.push_back(gradient.normalized());
+    mesh_.normals.push_back(shape_.gradient(point).normalized());
   }
 
   void connect() {

@@ -31,11 +31,22 @@ struct BallPress {
   double radius_px = 0;   ///< of the contact circle
 };
 
-/// Deterministic; any press can be asked for by number.
-BallPress simulate_press(const CalibrationSpec& spec, int number);
+/// The sensor on which balls are pressed. Deterministic. Throws Error for parameters out of range.
+class PressSimulator {
+ public:
+  explicit PressSimulator(const CalibrationSpec& spec);
 
-/// Mean of 10 pictures without contact, as a person would take it.
-cv::Mat3b simulate_background(const CalibrationSpec& spec);
+  /// Any press can be asked for by number, in any order.
+  BallPress press(int number) const;
+  /// Mean of 10 pictures without contact, as a person would take it.
+  cv::Mat3b background() const;
+  /// One picture without contact.
+  cv::Mat3b untouched(std::int64_t number) const;
+
+ private:
+  CalibrationSpec spec_;
+  Optics optics_;
+};
 
 /// How a network reads slopes of the gel inside the contact circles (less 2 px, where the
 /// lens mixes in the membrane rim) of presses it has not seen: least-squares factor of read on
