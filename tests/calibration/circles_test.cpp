@@ -151,7 +151,7 @@ TEST(BallZones, AcceptedCirclesAreAsGoodAsNoLabels) {
 }
 
 TEST(BallZones, LeaveOutLabelsBesideTheContact) {
-  PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  PressSet set = forty_labelled();
   set.presses[2].label->u_px += set.presses[2].label->u_px > 160 ? -90.0 : 90.0;
   const BallZones zones = find_ball_zones(set, pitch_mm, false);
   ASSERT_FALSE(zones.rejected.empty());
@@ -162,19 +162,20 @@ TEST(BallZones, LeaveOutLabelsBesideTheContact) {
 TEST(BallZones, LeaveOutWhatHasNoLabelUnlessAskedTo) {
   const SimulatedPresses& presses = forty_presses();
   EXPECT_TRUE(find_ball_zones(presses.set, pitch_mm, false).zones.empty());
-  EXPECT_GE(find_ball_zones(presses.set, pitch_mm, true).zones.size(), 34U);
+  EXPECT_GE(zones_of_forty().zones.size(), 34U);
 }
 
-std::string refusal(const PressSet& set) {
-  return message_of<Error>([&] { require_good_coverage(set, find_ball_zones(set, pitch_mm, false)); });
+std::string refusal(const PressSet& set, const BallZones& zones) {
+  return message_of<Error>([&] { require_good_coverage(set, zones); });
 }
+std::string refusal(const PressSet& set) { return refusal(set, find_ball_zones(set, pitch_mm, false)); }
 
 TEST(Coverage, IsGoodForTheWholeSet) {
-  EXPECT_EQ(refusal(labelled(forty_presses(), 1.0, 4.0)), "nothing was thrown");
+  EXPECT_EQ(refusal(forty_labelled(), zones_of_labelled()), "nothing was thrown");
 }
 
 TEST(Coverage, SaysWhatIsMissing) {
-  const PressSet whole = labelled(forty_presses(), 1.0, 4.0);
+  const PressSet& whole = forty_labelled();
   PressSet few = whole;
   few.presses.resize(6);
   EXPECT_THAT(refusal(few), HasSubstr("6 of 6 presses can be used, at least 10 are needed"));
@@ -185,7 +186,7 @@ TEST(Coverage, SaysWhatIsMissing) {
 
 /// Every press from `first` on, `every`th, with less blue light.
 PressSet with_less_blue(std::size_t first, std::size_t every) {
-  PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  PressSet set = forty_labelled();
   for (std::size_t k = first; k < set.presses.size(); k += every) {
     cv::Mat3b changed;
     cv::subtract(set.presses[k].bgr, cv::Scalar(30, 0, 0), changed);
@@ -213,7 +214,7 @@ TEST(BallZones, LeaveOutSinglePressesInAnotherLight) {
 
 TEST(BallZones, LeaveOutWhatIsNoSingleBallAndAnotherBall) {
   const SimulatedPresses& presses = forty_presses();
-  const BallZones before = find_ball_zones(presses.set, pitch_mm, true);
+  const BallZones& before = zones_of_forty();
   const std::size_t overlapping = before.zones[4].press, other_ball = before.zones[11].press;
   PressSet set = presses.set;
   const double near_px = 1.3 * presses.truth[overlapping].radius_px * inward(presses, overlapping);
@@ -228,7 +229,7 @@ TEST(BallZones, LeaveOutWhatIsNoSingleBallAndAnotherBall) {
 }
 
 TEST(BallZones, LeaveOutPressesWhoseFilesCannotBeUsed) {
-  PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  PressSet set = forty_labelled();
   set.presses.resize(12);
   set.presses[7].problem = "its picture cannot be read";
   const BallZones zones = find_ball_zones(set, pitch_mm, false);

@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
+#include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 
@@ -18,12 +19,12 @@ struct SimulatedPresses {
 };
 
 inline SimulatedPresses simulated_presses(int first, int count) {
-  CalibrationSpec spec;
+  const PressSimulator simulator({});
   SimulatedPresses presses;
   presses.set.folder = "simulated";
-  presses.set.background = simulate_background(spec);
+  presses.set.background = simulator.background();
   for (int k = first; k < first + count; ++k) {
-    presses.truth.push_back(simulate_press(spec, k));
+    presses.truth.push_back(simulator.press(k));
     const BallPress& truth = presses.truth.back();
     presses.set.presses.push_back({"press/" + std::to_string(k), truth.diameter_mm, truth.bgr, std::nullopt});
   }
@@ -45,6 +46,21 @@ inline PressSet labelled(const SimulatedPresses& presses, double factor, double 
         ContactCircle{truth.center_px.x, truth.center_px.y, factor * truth.radius_px + wider_px};
   }
   return set;
+}
+
+/// The forty with labels 4 px too wide, and their zones; without labels, the zones that are found. Made once,
+/// as above.
+inline const PressSet& forty_labelled() {
+  static const PressSet set = labelled(forty_presses(), 1.0, 4.0);
+  return set;
+}
+inline const BallZones& zones_of_labelled() {
+  static const BallZones zones = find_ball_zones(forty_labelled(), 0.0634, false);
+  return zones;
+}
+inline const BallZones& zones_of_forty() {
+  static const BallZones zones = find_ball_zones(forty_presses().set, 0.0634, true);
+  return zones;
 }
 
 /// The set as a calibration folder, labels included.

@@ -62,9 +62,15 @@ TrainingRecipe short_recipe(int steps) {
   return recipe;
 }
 
+/// A rough model of the labelled presses, trained once for what does not ask how well it was.
+const GradientModel& rough_model() {
+  static const GradientModel model = trained(forty_labelled(), zones_of_labelled(), short_recipe(500), 1);
+  return model;
+}
+
 TEST(TrainModel, IsTheSameForTheSameSeed) {
-  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const PressSet& set = forty_labelled();
+  const BallZones& zones = zones_of_labelled();
   const GradientModel a = trained(set, zones, short_recipe(60), 7),
                       b = trained(set, zones, short_recipe(60), 7),
                       c = trained(set, zones, short_recipe(60), 8);
@@ -73,8 +79,8 @@ TEST(TrainModel, IsTheSameForTheSameSeed) {
 }
 
 TEST(TrainModel, StopsWhenAskedAndRefusesTooLittle) {
-  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
-  BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const PressSet& set = forty_labelled();
+  BallZones zones = zones_of_labelled();
   NoProgress quiet;
   EXPECT_THAT(message_of<Error>([&] {
                 train_model(set, zones.zones, {pitch_mm, 1, {}}, quiet, [] { return true; });
@@ -107,7 +113,7 @@ SlopeSums against_the_truth(const GradientModel& model, const SimulatedPresses& 
 // The whole chain on pictures only: circles found, network trained, unseen balls read and reconstructed.
 TEST(TrainModel, ReadsUnseenBallsFromPicturesAlone) {
   const PressSet& set = forty_presses().set;
-  const BallZones zones = find_ball_zones(set, pitch_mm, true);
+  const BallZones& zones = zones_of_forty();
   const GradientModel model = trained(set, zones, short_recipe(1500), 1);
   const SimulatedPresses unseen = simulated_presses(1000, 10);
   const SlopeSums sums = against_the_truth(model, unseen);
@@ -123,8 +129,8 @@ TEST(TrainModel, ReadsUnseenBallsFromPicturesAlone) {
 
 // Where no press was, the default stays; in the middle of the gel a model that was trained knows better.
 TEST(HeldOutSigma, IsMeasuredWherePressesAreAndTheDefaultElsewhere) {
-  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const PressSet& set = forty_labelled();
+  const BallZones& zones = zones_of_labelled();
   std::vector<BallZone> left;  // none on the right half of the gel
   for (const BallZone& zone : zones.zones)
     if (zone.u_px + zone.radius_px < 0.5 * set.background.cols) left.push_back(zone);
@@ -174,9 +180,9 @@ TEST(CoveredPixels, AreNeitherTrainedOnNorJudged) {
 }
 
 TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
-  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
-  const GradientModel model = trained(set, zones, short_recipe(500), 1);
+  const PressSet& set = forty_labelled();
+  const BallZones& zones = zones_of_labelled();
+  const GradientModel& model = rough_model();
   GradientModel steep = model;
   for (float& weight : steep.weight(3)) weight *= 1.2F;
   for (float& bias : steep.bias(3)) bias *= 1.2F;
@@ -194,9 +200,9 @@ TEST(ModelCheck, SaysWhenAllPressesAreDeep) {
               HasSubstr("some less deep"));
   EXPECT_EQ(missing_depths({0.65, 0.7, 0.8, 0.9, 1.0, 0.7, 0.8, 0.9, 0.5, 0.4}), "") << "two are lighter";
   EXPECT_THAT(missing_depths({0.1, 0.2, 0.25, 0.2, 0.2}), HasSubstr("press deeper"));
-  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
-  BallZones zones = find_ball_zones(set, pitch_mm, false);
-  const GradientModel model = trained(set, zones, short_recipe(100), 1);
+  const PressSet& set = forty_labelled();
+  BallZones zones = zones_of_labelled();
+  const GradientModel& model = rough_model();
   const auto asks_for_less = ::testing::Contains(HasSubstr("some less deep"));
   EXPECT_THAT(check_model(model, set, zones.zones, pitch_mm).reasons, ::testing::Not(asks_for_less));
   for (BallZone& zone : zones.zones)
@@ -207,9 +213,9 @@ TEST(ModelCheck, SaysWhenAllPressesAreDeep) {
 // A model of shallow presses reads them well, and steeper slopes by guess: 20 % too flat on a simulated
 // sensor.
 TEST(ModelCheck, SaysWhenThePressesShowNoSteepSlope) {
-  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
-  BallZones zones = find_ball_zones(set, pitch_mm, false);
-  const GradientModel model = trained(set, zones, short_recipe(500), 1);
+  const PressSet& set = forty_labelled();
+  BallZones zones = zones_of_labelled();
+  const GradientModel& model = rough_model();
   const auto asks_for_more = ::testing::Contains(::testing::HasSubstr("press deeper"));
   EXPECT_THAT(check_model(model, set, zones.zones, pitch_mm).reasons, ::testing::Not(asks_for_more));
   for (BallZone& zone : zones.zones) zone.radius_px = std::min(zone.radius_px, 12.0);  // slopes to 0.25
@@ -220,9 +226,8 @@ TEST(ModelCheck, SaysWhenThePressesShowNoSteepSlope) {
 
 // The factor between said and true diameter comes out of the colors alone, whichever ball is the wrong one.
 TEST(BallSizes, MeasureAWrongDiameterByItsColors) {
-  const PressSet right = labelled(forty_presses(), 1.0, 4.0);
   const auto steepness = [&](double small_mm, double large_mm) {
-    PressSet set = right;
+    PressSet set = forty_labelled();
     for (CalibrationPress& press : set.presses)
       press.diameter_mm = press.diameter_mm > 8.0 ? large_mm : small_mm;
     const auto comparisons = compare_ball_sizes(set, find_ball_zones(set, pitch_mm, false).zones, pitch_mm);
@@ -240,15 +245,15 @@ TEST(BallSizes, ContradictInWordsOrNotAtAll) {
               ::testing::AllOf(::testing::HasSubstr("balls of 6.31 and 12.00 mm contradict"),
                                ::testing::HasSubstr("25 % larger")));
   EXPECT_THAT(contradiction_between_sizes({{6.31, 9.5, 1.25}}), ::testing::HasSubstr("20 % smaller"));
-  PressSet few = labelled(forty_presses(), 1.0, 4.0);
+  PressSet few = forty_labelled();
   few.presses.resize(8);  // four of each
   EXPECT_TRUE(compare_ball_sizes(few, find_ball_zones(few, pitch_mm, false).zones, pitch_mm).empty());
 }
 
 TEST(ModelCheck, WritesAPage) {
-  const PressSet set = labelled(forty_presses(), 1.0, 4.0);
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
-  const ModelCheck check = check_model(trained(set, zones, short_recipe(100), 1), set, zones.zones, pitch_mm);
+  const PressSet& set = forty_labelled();
+  const BallZones& zones = zones_of_labelled();
+  const ModelCheck check = check_model(rough_model(), set, zones.zones, pitch_mm);
   const TemporaryFolder folder;
   write_check_report(folder / "check.html", check, set, "<model>");
   const std::string page = read_bytes(folder / "check.html");
