@@ -1,6 +1,6 @@
 // Writes pictures as a GelSight Mini's camera would send them, as JPEG: raw_frames OUT FRAMES [VIDEO]
-// Without a video: a made-up gel picture. With one (320x240, as logs are): its frames, enlarged so that the
-// crop gives them back.
+// Without a video: a made-up gel picture of the camera's full size. With one (320x240, as logs are): its
+// frames at half their size with a border that the crop takes away, which an emulated machine can follow.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -12,7 +12,9 @@
 namespace {
 
 const cv::Size raw(3280, 2464);
-const cv::Rect window(468, 353, 2344, 1758);  // what remains of it after the crop
+const cv::Rect window(468, 353, 2344, 1758);          // what remains of it after the crop
+const cv::Size small_raw(224, 168), small(160, 120);  // before and after the crop
+const cv::Point small_border(32, 24);
 
 cv::Mat3b made_up_picture(int index) {
   cv::Mat3b picture(240, 320);
@@ -25,12 +27,17 @@ cv::Mat3b made_up_picture(int index) {
   return picture;
 }
 
-cv::Mat3b as_raw(const cv::Mat3b& picture) {
-  cv::Mat3b inner, whole;
-  cv::resize(picture, inner, window.size(), 0, 0, cv::INTER_CUBIC);
-  cv::copyMakeBorder(inner, whole, window.y, raw.height - window.br().y, window.x, raw.width - window.br().x,
-                     cv::BORDER_REPLICATE);
+cv::Mat3b with_border(const cv::Mat3b& picture, cv::Size size, cv::Point place) {
+  cv::Mat3b whole;
+  cv::copyMakeBorder(picture, whole, place.y, size.height - place.y - picture.rows, place.x,
+                     size.width - place.x - picture.cols, cv::BORDER_REPLICATE);
   return whole;
+}
+
+cv::Mat3b as_raw(const cv::Mat3b& picture) {
+  cv::Mat3b inner;
+  cv::resize(picture, inner, window.size(), 0, 0, cv::INTER_CUBIC);
+  return with_border(inner, raw, window.tl());
 }
 
 }  // namespace
@@ -45,10 +52,11 @@ int main(int argc, char** argv) {
   for (int i = 0; i < std::stoi(argv[2]); ++i) {
     cv::Mat picture;
     if (argc > 3 && !video.read(picture)) break;
-    if (argc <= 3) picture = made_up_picture(i);
+    if (argc > 3) cv::resize(picture, picture, small, 0, 0, cv::INTER_AREA);
+    picture = argc > 3 ? with_border(picture, small_raw, small_border) : as_raw(made_up_picture(i));
     char name[16];
     std::snprintf(name, sizeof(name), "%05d.jpg", i);
-    if (!cv::imwrite((std::filesystem::path(argv[1]) / name).string(), as_raw(picture),
+    if (!cv::imwrite((std::filesystem::path(argv[1]) / name).string(), picture,
                      {cv::IMWRITE_JPEG_QUALITY, 92}))
       return 1;
   }

@@ -28,7 +28,7 @@ mkdir "$work/made_up" "$work/scan"
 "$build/bin/raw_frames" "$work/made_up" 3
 scan_video=$(realpath -m "${GELSLAM_DATA:-$here/../../../shared/data}")/sequences/track_peanut/gelsight.avi
 if [[ ${scripts[*]} == *_scan.sh* && -f $scan_video ]]; then
-  "$build/bin/raw_frames" "$work/scan" "${GELSLAM_V4L2_SCAN_FRAMES:-45}" "$scan_video"
+  "$build/bin/raw_frames" "$work/scan" "${GELSLAM_V4L2_SCAN_FRAMES:-34}" "$scan_video"
 fi
 
 # The machine's first program, and what it needs before it can see this system's disk.

@@ -1,4 +1,5 @@
-# `gelslam scan` from camera to mesh: a simulated scan's frames at the camera's full size, slowly (the machine is emulated).
+# `gelslam scan` from camera to mesh: a simulated scan's frames at half their size, slowly (the machine is emulated;
+# 20_capture.sh reads the camera's full size).
 # When they end, the camera stalls: what was scanned must be saved all the same.
 . "$here/guest/common.sh"
 
@@ -6,9 +7,10 @@
 
 load_loopback
 frames=$(ls "$work/scan" | wc -l)
-feed "$work/scan" 1 "$frames" "$tmp/go"
-# Without what other tests show and the emulated processor takes 15 s for.
-sed 's/pose_graph_config:/&\n    calibrate_slopes: false/' "$data/config.yaml" >"$tmp/config.yaml"
+feed "$work/scan" 2 "$frames" "$tmp/go"
+# Without what other tests show and the emulated processor takes 15 s each for.
+sed 's/pose_graph_config:/&\n    calibrate_slopes: false/; s/track_config:/&\n    search_far: false/
+  s/ppmm:.*/ppmm: 0.1268/; s/ imgh:.*/ imgh: 120/; s/ imgw:.*/ imgw: 160/; s/raw_imgh:.*/raw_imgh: 168/; s/raw_imgw:.*/raw_imgw: 224/' "$data/config.yaml" >"$tmp/config.yaml"
 "$gelslam" scan --headless --camera "GelSight Mini" --config "$tmp/config.yaml" \
   --model "$data/../../calibration_sim/model/nnmodel.pth" -o "$tmp/run" >"$tmp/out" 2>"$tmp/err" &
 scanner=$!
