@@ -92,7 +92,7 @@ TEST(ManyLogs, ArgumentsThatCannotBeMeantAreRefused) {
 
 TEST(ManyLogs, StoppedItSaysWhatIsDoneAndGoesOnWhenRepeated) {
   const TemporaryFolder folder;
-  write_long_log(folder / "long", 300);
+  write_long_log(folder / "long", 150);
   fs::copy(scan().log(), folder / "short");
   const std::vector<std::string> words = {"reconstruct",
                                           (folder / "long").string(),
@@ -119,7 +119,7 @@ TEST(ManyLogs, StoppedItSaysWhatIsDoneAndGoesOnWhenRepeated) {
 
   const ProgramResult again = gelslam(words);
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_EQ(report_of(folder / "runs/long").at("frames").at("total"), 300);
+  EXPECT_EQ(report_of(folder / "runs/long").at("frames").at("total"), 150);
   EXPECT_EQ(report_of(folder / "runs/long").at("partial"), false);
   expect_complete(folder / "runs/short");
 }

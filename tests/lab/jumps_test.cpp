@@ -15,7 +15,7 @@ struct Jump {
 };
 
 TouchPair make(const Jump& jump) {
-  static TouchStudio studio(quickly_trained_model());
+  static TouchStudio studio(simulated_frames().model);
   TouchSpec spec;
   spec.object = jump.object;
   spec.place = jump.place;

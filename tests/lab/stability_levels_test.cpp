@@ -13,7 +13,7 @@ namespace {
 
 std::vector<StabilityLevel> levels_of(const std::vector<std::string>& charts, int places = 1) {
   std::vector<StabilityLevel> levels;
-  static TouchStudio studio(quickly_trained_model());
+  static TouchStudio studio(simulated_frames().model);
   const StabilityChoice choice{places, 2, false, charts};
   const auto keep = [&](const StabilityLevel& level) { levels.push_back(level); };
   simulated_levels(studio, choice, keep);

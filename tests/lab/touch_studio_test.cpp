@@ -13,7 +13,7 @@ namespace gelslam::lab {
 namespace {
 
 TouchStudio& studio() {
-  static TouchStudio one(quickly_trained_model());
+  static TouchStudio one(simulated_frames().model);
   return one;
 }
 
@@ -87,7 +87,7 @@ TEST(TouchStudio, PressesAsDeepAsAsked) {
 
 TEST(TouchStudio, MakesTheSameOfTheSame) {
   const TouchSpec spec;
-  const TouchPair once = studio().make(spec), again = TouchStudio(quickly_trained_model()).make(spec);
+  const TouchPair once = studio().make(spec), again = TouchStudio(simulated_frames().model).make(spec);
   EXPECT_EQ(cv::norm(once.target->normals, again.target->normals, cv::NORM_INF), 0);
 }
 

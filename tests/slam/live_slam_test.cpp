@@ -311,7 +311,7 @@ TEST_F(Live, APauseBeforeTheBackgroundIsSeenAndCanBeEnded) {
 TEST_F(Live, SaysWhenItCouldNotSave) {
   source->before(40, [&] {
     wait_for_touch(39);
-    fs::remove_all(options.run_folder);
+    remove_in_use(options.run_folder);
     std::ofstream(options.run_folder) << "in the way";
   });
   EXPECT_THAT(message_of<Error>([&] { start().wait(); }), HasSubstr("/run: cannot be written: "));
@@ -350,7 +350,7 @@ TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
 TEST_F(Live, ARunFolderThatCannotBeWrittenDoesNotEndTheScan) {
   source->before(40, [&] {
     wait_for_touch(39);
-    fs::remove_all(options.run_folder);
+    remove_in_use(options.run_folder);
     std::ofstream(options.run_folder) << "in the way";
     session->save_now();
     EXPECT_TRUE(comes_true(
@@ -376,7 +376,7 @@ TEST_F(Live, ALogThatSomebodyRemovesIsMissed) {
   options.record = LogAttachments{};
   source->before(40, [&] {
     wait_for_touch(39);
-    fs::remove_all(options.run_folder);
+    remove_in_use(options.run_folder);
   });
   const ReconstructSummary summary = start().wait();
   EXPECT_THAT(summary.warning, HasSubstr("log.mkv: recording stopped: somebody removed the log"));

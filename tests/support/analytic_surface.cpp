@@ -142,7 +142,7 @@ bool follow_ray(const Field& field, const Pose& object_T_sensor, double x, doubl
     if (std::abs(rise) < 1e-3) return false;
     const double step = std::clamp(-value / rise, -0.5, 0.5);
     z += step;
-    if (std::abs(step) > 1e-9) continue;
+    if (std::abs(step) > 1e-6) continue;  // quadratic convergence: what is left is 1e-12
     normal = object_T_sensor.linear().transpose() * gradient.normalized();
     if (normal.z() < 0) normal = -normal;
     return true;
@@ -186,7 +186,7 @@ std::shared_ptr<Surface> touch(const Field& field, const Pose& object_T_sensor, 
         start_z = -3;
         continue;
       }
-      start_z = z - 0.2;
+      start_z = z - 0.02;
       gx(v, u) = static_cast<float>(-n.x() / n.z());
       gy(v, u) = static_cast<float>(-n.y() / n.z());
       surface->height_mm(v, u) = static_cast<float>(z);

@@ -213,7 +213,8 @@ TEST_F(RealBackgrounds, GoodOnesAreNotDoubted) {
 }
 
 TEST_F(RealBackgrounds, SpoiltOnesAre) {
-  for (const Sensor& sensor : sensors) {
+  for (std::size_t k = 0; k < sensors.size(); k += k < 5 ? 1 : 3) {  // sequences are of sensors alike
+    const Sensor& sensor = sensors[k];
     const cv::Mat3b& good = sensor.background;
     EXPECT_THAT(judge_with_model(sensor, swapped(good)),
                 Contains(HasSubstr("red and blue seem to be swapped")))
