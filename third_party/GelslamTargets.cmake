@@ -1,9 +1,10 @@
 # gelslam_library(name SOURCES ... [PUBLIC deps] [PRIVATE deps] [COMPONENT c] [HEADERS ...]): one library of libs/, as
 #   gelslam::name. With COMPONENT it is installed as part of that component (docs/cpp.md); HEADERS, names in
 #   include/gelslam/<name>, are then its public API. Others are internal and are not installed.
-# gelslam_test(name SOURCES ... DEPS ... [INCLUDES folders] [PROGRAM] [LAUNCHER command]): one GoogleTest executable and
+# gelslam_test(name SOURCES ... DEPS ... [INCLUDES folders] [PROGRAM] [LAUNCHER command] [COST seconds]): one GoogleTest executable and
 #   one test of ctest. One process for all its cases: loading 250 shared libraries takes 0.3 s, longer than
-#   most cases, and cases share what they simulate. PROGRAM: it runs the built program, GELSLAM_PROGRAM.
+#   most cases, and cases share what they simulate. PROGRAM: it runs the built program, GELSLAM_PROGRAM. COST: the longest tests
+#   begin first.
 
 function(gelslam_compile_options target)
   # -Wno-restrict: g++ 12 reports "const char* + std::string" falsely (GCC bug 105651).
@@ -58,7 +59,7 @@ function(gelslam_test_options target)
 endfunction()
 
 function(gelslam_test name)
-  cmake_parse_arguments(ARG "PROGRAM" "" "SOURCES;DEPS;INCLUDES;LAUNCHER" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAM" "COST" "SOURCES;DEPS;INCLUDES;LAUNCHER" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gmock GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${ARG_INCLUDES})
@@ -70,5 +71,5 @@ function(gelslam_test name)
     add_dependencies(${name} gelslam_app)
   endif()
   add_test(NAME ${name} COMMAND ${ARG_LAUNCHER} $<TARGET_FILE:${name}> --gtest_brief=1)
-  set_tests_properties(${name} PROPERTIES TIMEOUT 600)
+  set_tests_properties(${name} PROPERTIES TIMEOUT 600 COST "${ARG_COST}")
 endfunction()
