@@ -138,7 +138,15 @@ if [[ $(cached GELSLAM_BUILD_PYTHON) == ON ]]; then
     mv "$configured/gelslam" "$debian/"
     rmdir -p --ignore-fail-on-non-empty "$configured"
   fi
-  finish python3-gelslam python "$(shared_libraries "$work/python3-gelslam"), python3, python3-numpy" "" <<'END'
+  minor=$(basename "$debian"/gelslam/_core.cpython-3*.so | sed 's/.*cpython-3\([0-9]*\).*/\1/')
+  mkdir "$work/python3-gelslam/DEBIAN"
+  # What Python compiles beside the module goes with it.
+  for step in "postinst py3compile" "prerm py3clean"; do
+    printf '#!/bin/sh\nset -e\nif command -v %s >/dev/null; then %s -p python3-gelslam; fi\n' "${step#* }" "${step#* }" \
+      >"$work/python3-gelslam/DEBIAN/${step% *}"
+    chmod 755 "$work/python3-gelslam/DEBIAN/${step% *}"
+  done
+  finish python3-gelslam python "$(shared_libraries "$work/python3-gelslam"), python3 (>= 3.$minor), python3 (<< 3.$((minor + 1))), python3-numpy" "" <<'END'
 tactile SLAM for camera-based touch sensors (Python module)
  Surfaces from tactile images, registration, tracking and reconstruction with
  NumPy arrays in and out: import gelslam.
@@ -157,6 +165,6 @@ mmdebstrap --variant=apt --include=ca-certificates \
   --chrooted-customize-hook='apt-get install -y --no-install-recommends /packages/gelslam_*.deb /packages/python3-gelslam_*.deb &&
     gelslam --version && gelslam simulate scan --object coin --frames 20 -o /tmp/log -q && gelslam reconstruct /tmp/log -o /tmp/run -q &&
     python3 -c "import gelslam; print(gelslam.read_run(\"/tmp/run\").trajectory.shape)" &&
-    apt-get purge -y gelslam python3-gelslam && ! test -e /usr/bin/gelslam && ! test -e /lib/udev/rules.d/61-gelslam.rules' \
+    apt-get purge -y gelslam python3-gelslam && ! test -e /usr/bin/gelslam && ! test -e /usr/lib/python3/dist-packages/gelslam && ! test -e /lib/udev/rules.d/61-gelslam.rules' \
   bookworm /dev/null
 say "installed, used and removed in a fresh root"

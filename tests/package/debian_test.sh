@@ -16,6 +16,8 @@ done
 contents libgelslam-dev | grep -q 'cmake/gelslam/gelslamConfig.cmake$' || fail "libgelslam-dev lacks its CMake package"
 if compgen -G "$work/python3-gelslam_*.deb" >/dev/null; then
   contents python3-gelslam | grep -q '^./usr/lib/python3/dist-packages/gelslam/_core' || fail "python3-gelslam lies elsewhere"
+  dpkg-deb -f "$work"/python3-gelslam_*.deb Depends | grep -q 'python3 (<< 3' || fail "python3-gelslam goes with any Python"
+  dpkg-deb -I "$work"/python3-gelslam_*.deb prerm | grep -q py3clean || fail "python3-gelslam leaves compiled files"
 fi
 
 dpkg-deb -x "$work"/gelslam_*.deb "$work/root"
