@@ -145,7 +145,8 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   self.contact_detector.detect(surface->height_mm, self.options.pixel_pitch_mm, self.scatter_mm, self.blocks,
                                surface->contact);
   surface->contact_pixels = cv::countNonZero(surface->contact);
-  surface->model_sigma = relative_sigma(self.uncertainty);
+  surface->model_sigma =
+      static_cast<float>(relative_sigma(self.uncertainty));  // as a packed surface keeps it
   surface->confidence = cv::Mat1b::zeros(self.size);
   self.confidence.copyTo(surface->confidence, surface->contact);
   if (const cv::Mat1b& covered = self.pixels.covered(); !covered.empty())
