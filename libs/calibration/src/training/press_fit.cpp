@@ -16,7 +16,8 @@ constexpr int kMaxFitIterations = 25;
 constexpr double kConvergedPx = 0.01;
 constexpr double kFirstSmear = 0.25;  // of the radius: where the search for blur and movement starts
 
-using Change = Eigen::Vector3d;  // of B, G, R
+using Change = Eigen::Vector3d;               // of B, G, R
+using Solver = Eigen::LDLT<Eigen::MatrixXd>;  // of any size: each fixed one would compile for seconds
 
 /// A place from which a picture was also taken, as offsets per unit of the exposure's parameters, and how
 /// much it counts.
@@ -178,12 +179,12 @@ class Fitter {
     Eigen::Matrix<double, features, 3> right = Eigen::Matrix<double, features, 3>::Zero();
     for (std::size_t k = 0; k < features_.size(); ++k) {
       const Features weighted = weights_[k] * features_[k];
-      information.noalias() += weighted * features_[k].transpose();
-      right.noalias() += weighted * changes_[k].transpose();
+      for (int term = 0; term < features; ++term) information.col(term) += weighted[term] * features_[k];
+      for (int channel = 0; channel < 3; ++channel) right.col(channel) += changes_[k][channel] * weighted;
     }
     information.diagonal().array() += 1e-9 * information.trace() + 1e-12;
     solver_.compute(information);
-    colors_ = solver_.solve(right).transpose();
+    colors_ = solver_.solve(Eigen::MatrixXd(right)).transpose();
     Residuals residuals(features_.size());
     for (std::size_t k = 0; k < residuals.size(); ++k)
       residuals[k].noalias() = changes_[k] - colors_ * features_[k];
@@ -248,7 +249,8 @@ class Fitter {
       for (int term = 0; term < features; ++term)
         explained.col(term) += features_[k][term] * weighted.reshaped();
     }
-    const Eigen::Matrix<double, features, 3 * unknowns> followed = solver_.solve(explained.transpose());
+    const Eigen::Matrix<double, features, 3 * unknowns> followed =
+        solver_.solve(Eigen::MatrixXd(explained.transpose()));
     for (int i = 0; i < unknowns; ++i)
       for (int j = 0; j < unknowns; ++j)
         information(i, j) -= explained.template middleRows<3>(3 * i)
@@ -266,7 +268,7 @@ class Fitter {
       Information damped = information;
       damped.diagonal() *= 1.0 + damping;
       damped.diagonal().array() += 1e-9;
-      const Parameters step = damped.ldlt().solve(right);
+      const Parameters step = Solver(damped).solve(Eigen::MatrixXd(right));
       const Parameters next = bounded(p + step);
       fill_features(next);
       Residuals there = solve();
@@ -288,7 +290,7 @@ class Fitter {
   std::vector<Features> features_;
   std::vector<Change> changes_;
   std::vector<double> weights_;
-  Eigen::LDLT<Eigen::Matrix<double, features, features>> solver_;
+  Solver solver_;
   Eigen::Matrix<double, 3, features> colors_;
 };
 
