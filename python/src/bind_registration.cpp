@@ -4,7 +4,6 @@
 
 #include "bind.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 #include "sensor.hpp"
 
@@ -29,8 +28,7 @@ RegistrationResult register_surfaces(const TouchedSurface& reference, const Touc
                                      const std::optional<py::object>& initial) {
   const Pose start = initial ? pose_of(*initial, "initial") : Pose::Identity();
   const py::gil_scoped_release release;
-  if (reference.maps->height_mm.size() != target.maps->height_mm.size())
-    throw Error("register: the two surfaces have different sizes");
+  require_pixels(*target.maps, reference.maps->height_mm.size(), reference.maps->pixel_pitch_mm, "target");
   const NormalFlowOptions options;
   return register_normal_flow(NormalFlowReference(reference.maps, options), *target.maps, start, options);
 }

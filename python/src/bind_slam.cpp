@@ -42,10 +42,8 @@ class Slam {
     if (!std::isfinite(time_s) || (last_time_s_ && time_s <= *last_time_s_))
       throw Error("time_s: expected seconds that grow from frame to frame, got " + std::to_string(time_s) +
                   (last_time_s_ ? " after " + std::to_string(*last_time_s_) : ""));
-    const cv::Size size = sensor_->background().size();
-    if (surface->height_mm.size() != size)
-      throw Error("surface: expected " + std::to_string(size.width) + "x" + std::to_string(size.height) +
-                  " pixels, as the sensor's");
+    require_pixels(*surface, sensor_->background().size(), sensor_->config().surface.pixel_pitch_mm,
+                   "surface");
     last_time_s_ = time_s;
     PythonFrame frame{slam_.process(frames_++, time_s, std::move(surface), timer_), {}};
     if (const auto covariance = drift_.add(frame.tracked)) frame.sigma = sigma_of(*covariance);

@@ -1,13 +1,23 @@
 #include "sensor.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/slope_uncertainty.hpp"
 
 namespace gelslam::python {
+
+void require_pixels(const Surface& surface, const cv::Size& size, double pitch_mm, const std::string& name) {
+  if (surface.height_mm.size() == size && surface.pixel_pitch_mm == pitch_mm) return;
+  throw Error(fmt::format("{}: is of another sensor: {}x{} pixels of {} mm, not {}x{} of {} mm", name,
+                          surface.height_mm.cols, surface.height_mm.rows, surface.pixel_pitch_mm, size.width,
+                          size.height, pitch_mm));
+}
 
 Sensor::Sensor(const Config& config, const std::vector<cv::Mat3b>& background)
     : config_(config), color_gain_(config.color_gain_bgr) {

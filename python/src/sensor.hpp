@@ -19,6 +19,9 @@ struct TouchedSurface {
   double best_sigma_rad = 0;  ///< standard deviation of a slope where the confidence is 255
 };
 
+/// Throws Error unless the surface has this size and pitch. `name` stands for the argument in messages.
+void require_pixels(const Surface& surface, const cv::Size& size, double pitch_mm, const std::string& name);
+
 /// A sensor with its model and its bare gel. Calls from several threads wait for each other.
 class Sensor {
  public:

@@ -61,6 +61,14 @@ class Misuse(unittest.TestCase):
         self.assertFalse(result.ok)
         self.assertTrue(result.reason)
 
+    def test_surfaces_of_another_sensor(self):
+        with tempfile.TemporaryDirectory() as folder:
+            config = pathlib.Path(folder) / "wide.yaml"
+            config.write_text("device_config:\n  ppmm: 0.1\n")
+            wide = gelslam.Sensor(simulated.MODEL, background=self.images[:10], config=config)(self.images[20])
+        self.refused(gelslam.Error, "0.1 mm", gelslam.register, self.sensor(self.images[20]), wide)
+        self.refused(gelslam.Error, "0.1 mm", gelslam.Slam(self.sensor).process, wide, 1.0)
+
     def test_frames_out_of_order(self):
         slam = gelslam.Slam(self.sensor)
         slam.process(self.images[20], 1.0)
