@@ -190,7 +190,8 @@ TEST(DamagedLog, PicturesLargerThanAnySensorsAreRefused) {
   frame.width_px = 60000;
   frame.height_px = 50000;
   LogWriter(folder / "a.mkv", {}, 25).write(frame);
-  EXPECT_THAT(read_log(folder / "a.mkv").error, HasSubstr("60000x50000 pixels are more than any touch sensor has"));
+  EXPECT_THAT(read_log(folder / "a.mkv").error,
+              HasSubstr("60000x50000 pixels are more than any touch sensor has"));
 }
 
 TEST(DamagedLog, AttachmentsThatAreTooLargeAreRefused) {

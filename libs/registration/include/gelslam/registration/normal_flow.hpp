@@ -16,7 +16,7 @@ struct NormalFlowOptions {
   double ccs_threshold = 0.7;      ///< least curvature cosine similarity
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;  ///< least standard deviation of one normal
-  double height_noise_mm = 0.004;          ///< of the mean height over a contact
+  double height_noise_mm = 0.004;  ///< of the mean height over a contact
   /// Relative error of the length of a roll: slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
   /// Standard deviation of the pose about its start (of turns by kMmPerRad). It decides only along directions
