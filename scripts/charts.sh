@@ -8,9 +8,9 @@ usage() {
   cat <<END
 usage: scripts/charts.sh [--quick] DATA [OUT]
 
-Builds gelslam-lab, runs its studies on the sequences in DATA/sequences and draws them. Takes hours; --quick takes fewer cases
+Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequences and draws them. Takes hours; --quick takes fewer cases
 and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the charts are:
-  speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png
+  accuracy.png speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png long_scan.png
   frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables; information.txt
 END
 }
@@ -29,18 +29,25 @@ out=$(realpath -m "${2:-$root/charts}")
 export GELSLAM_DATA=$data
 lab=$root/build/bin/gelslam-lab
 
-"$root/scripts/build.sh" --lab "$root/build" gelslam_lab_app
+"$root/scripts/build.sh" --lab "$root/build"
 mkdir -p "$out"
 sequences=("$data"/sequences/track_*)
-every=() few=()
+every=() few=() accurate=() frames=45000
 if ((${#quick[@]} > 0)); then
   sequences=("${sequences[@]:0:2}")
   every=(--every 10)
   few=("${sequences[@]}" --most-references 4)
+  accurate=("${sequences[@]##*/}" scan_peanut360)
+  frames=2000
 fi
 
 say() { echo "charts: $*"; }
 draw() { "$root/scripts/plot_$1.py" "${@:3}" -o "$out/$2"; }
+
+say "accuracy"
+# 1: a target is missed
+"$root/scripts/check_sequences.py" "${accurate[@]}" --out "$out/runs" --json "$out/accuracy.json" || (($? == 1))
+draw accuracy accuracy.png "$out/accuracy.json"
 
 say "speed against accuracy: all methods, then NormalFlow again for steadier times"
 "$lab" speed-accuracy "${few[@]}" --slow-every 12 -o "$out/speed_accuracy"
@@ -64,6 +71,10 @@ draw honesty honesty_six.png "$out/honesty_six"
 say "parsimony"
 "$lab" parsimony "${quick[@]}" -o "$out/parsimony"
 draw parsimony parsimony.png "$out/parsimony"
+
+say "a long scan"
+"$lab" long-scan --frames "$frames" -o "$out/long_scan"
+draw long_scan long_scan.png "$out/long_scan"
 
 say "information"
 "$lab" information "$data"/sequences/track_* "$data"/sequences/hard_* | tee "$out/information.txt"
