@@ -10,8 +10,8 @@ usage: scripts/reproduce_paper.sh [--methods LIST] [-o OUT] TACTILETRACKING_DIR 
 
 Repeats the tracking experiment of the NormalFlow paper (RA-L 2024, Fig. 5) on the TactileTracking data: every frame is
 registered to the first one, by NormalFlow, ICP, FPFH and FilterReg. Prints mean absolute errors per object and method,
-and their mean over the objects beside the published one. With GELSLAM_DIR it also reconstructs every log in there and
-evaluates those that have a ground truth.
+and their mean over the objects beside the published one. With GELSLAM_DIR it also reconstructs every log in there,
+evaluates those that have a ground truth, and tracks these by all methods, too, each with keyframes.
 
 TACTILETRACKING_DIR holds one folder per trial (avocado0, avocado1, ...) with gradient_maps.npy, contact_masks.npy and
 true_start_T_currs.npy or true_transforms.npy. Both data sets are at huggingface.co/datasets/joehjhuang.
@@ -85,7 +85,7 @@ for method in dict.fromkeys(r["method"] for r in rows):
 END
 
 ((${#folders[@]} == 2)) || exit 0
-failed=0
+failed=0 with_truth=()
 while IFS= read -r -d '' log; do
   folder=$(dirname "$log")
   name=$(realpath --relative-to="${folders[1]}" "$folder" | tr / _)
@@ -94,7 +94,14 @@ while IFS= read -r -d '' log; do
   "$bin/gelslam" reconstruct "$folder" -o "$out/runs/$name" --overwrite -q || { failed=1; continue; }
   "$bin/gelslam" info "$out/runs/$name"
   if [[ -f $folder/true_start_T_currs.npy || -f $folder/true_transforms.npy ]]; then
+    with_truth+=("$folder")
     "$bin/gelslam" evaluate "$out/runs/$name" --truth "$folder" || failed=1
   fi
 done < <(find "${folders[1]}" -name gelsight.avi -print0 | sort -z)
+if ((${#with_truth[@]} > 0)); then
+  echo
+  echo "tracking with keyframes: ${#with_truth[@]} logs of ${folders[1]}"
+  "$bin/gelslam-lab" benchmark "${with_truth[@]}" --protocol keyframes --methods "$methods" -o "$out/gelslam" --overwrite ||
+    failed=1
+fi
 exit $failed
