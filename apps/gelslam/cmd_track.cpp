@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "camera_input.hpp"
 #include "command_line.hpp"
@@ -201,10 +202,7 @@ int run(const TrackArguments& arguments) {
   if (arguments.camera && !arguments.log.log.empty()) throw Error("give either LOG or --camera, not both");
   if (!arguments.camera && arguments.log.log.empty()) throw Error("give a LOG, or --camera");
   LogInput input = arguments.log.input();
-  if (const auto scanned_with = std::filesystem::path(arguments.map) / "config.yaml";
-      arguments.camera && input.config.empty() && !arguments.map.empty() &&
-      std::filesystem::exists(scanned_with))
-    input.config = scanned_with;
+  if (arguments.camera) input = with_settings_of_run(std::move(input), arguments.map);
   const Config config = resolve_config(input);
   const LineSink sink = open_sink(arguments.stream);
   const std::unique_ptr<PoseOutput> output = make_output(arguments, config);

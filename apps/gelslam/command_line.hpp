@@ -21,9 +21,9 @@ struct LogOptions {
   LogInput input() const { return {log, config, model, background, force}; }
 };
 
-/// With --continue (`run` is not empty): the configuration is the run's unless --config names another. A
-/// model that the log holds stays, so that a log of another sensor is refused. Throws Error when there is no
-/// such run.
+/// With --continue, or a camera and --map (`run` is not empty): the configuration is the run's unless
+/// --config names another. A model that the log holds stays, so that a log of another sensor is refused.
+/// Throws Error when there is no such folder.
 LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run);
 
 /// The one meaning of -q, in all commands.
