@@ -8,8 +8,9 @@ usage() {
   cat <<END
 usage: scripts/charts.sh [--quick] DATA [OUT]
 
-Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequences and draws them. Takes hours; --quick takes fewer cases
-and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the charts are:
+Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequences and draws them. Takes hours; --quick
+takes fewer cases and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the
+charts are:
   accuracy.png speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png long_scan.png
   frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables; information.txt
 END

@@ -1,10 +1,10 @@
 # gelslam_library(name SOURCES ... [PUBLIC deps] [PRIVATE deps] [COMPONENT c] [HEADERS ...]): one library of libs/, as
 #   gelslam::name. With COMPONENT it is installed as part of that component (docs/cpp.md); HEADERS, names in
 #   include/gelslam/<name>, are then its public API. Others are internal and are not installed.
-# gelslam_test(name SOURCES ... DEPS ... [INCLUDES folders] [PROGRAM] [LAUNCHER command] [COST seconds]): one GoogleTest executable and
-#   one test of ctest. One process for all its cases: loading 250 shared libraries takes 0.3 s, longer than
-#   most cases, and cases share what they simulate. PROGRAM: it runs the built program, GELSLAM_PROGRAM. COST: the longest tests
-#   begin first.
+# gelslam_test(name SOURCES ... DEPS ... [INCLUDES folders] [PROGRAM] [LAUNCHER command] [COST seconds]): one GoogleTest
+#   executable and one test of ctest. One process for all its cases: loading 250 shared libraries takes 0.3 s, longer than
+#   most cases, and cases share what they simulate. PROGRAM: it runs the built program, GELSLAM_PROGRAM. COST: the longest
+#   tests begin first.
 
 function(gelslam_compile_options target)
   # -Wno-restrict: g++ 12 reports "const char* + std::string" falsely (GCC bug 105651).

@@ -71,9 +71,8 @@ SlopeCorrection gradient_scale_in(const PoseGraphSolution& solution) {
   return correction;
 }
 
-void add_overlap_edges(SlamMap& map, const SlamOptions& options, const std::function<bool()>& stop_requested,
-                       ParallelProgress& progress) {
-  const double scale_sigma = slam::detail::gradient_scale_sigma(map.keyframes, options.slope_calibration);
+void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
+                       const std::function<bool()>& stop_requested, ParallelProgress& progress) {
   for (int round = 0; round < kOverlapRounds; ++round) {
     const std::vector<PoseGraphEdge> found =
         find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
@@ -234,10 +233,9 @@ void Mapper::update() {
 }
 
 void Mapper::optimize() {
-  live_edges_ =
-      consistent(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
-  live_ = solve(live_.component_T_node, live_edges_,
-                slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration), options_);
+  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
+  live_edges_ = consistent(edges_, scale_sigma);
+  live_ = solve(live_.component_T_node, live_edges_, scale_sigma, options_);
   new_loops_ = 0;
   ++version_;
 }
@@ -277,7 +275,8 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     });
     if (!known) edges.push_back(loop_edge(loop));
   }
-  map.edges = consistent(edges, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
+  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
+  map.edges = consistent(edges, scale_sigma);
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
   map.in_map.resize(map.keyframes.size());
   if (trial_T_keyframe_.empty()) {
@@ -285,9 +284,9 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     return map;
   }
 
-  map.solution = solve(trial_T_keyframe_, map.edges,
-                       slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration), options_);
-  if (refine && options_.refinement.enabled) add_overlap_edges(map, options_, stop_requested, closing);
+  map.solution = solve(trial_T_keyframe_, map.edges, scale_sigma, options_);
+  if (refine && options_.refinement.enabled)
+    add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
   map.slope_correction = gradient_scale_in(map.solution);
   if (refine && options_.slope_calibration.enabled && !stop_requested())
