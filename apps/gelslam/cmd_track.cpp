@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <atomic>
 #include <functional>
 #include <iostream>
 #include <memory>
@@ -14,12 +15,14 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/map_folder.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/frame_report.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/slam/trial_places.hpp"
 #include "gelslam/slam/tum.hpp"
 #include "stream_arguments.hpp"
+#include "track_window.hpp"
 
 namespace gelslam {
 namespace {
@@ -29,6 +32,7 @@ struct TrackArguments {
   std::optional<std::string> camera;
   std::string map;
   StreamArguments stream{.target = "-", .format = "tum"};
+  MapWindowArguments window;
 };
 
 std::string_view map_status(const LocalizedFrame& frame) {
@@ -133,12 +137,14 @@ class TrialOutput final : public PoseOutput {
   TrialDrift drift_;
 };
 
-/// Poses in the frame of a map.
+/// Poses in the frame of a map, and what `touches` (or null) shows of them.
 class MapOutput final : public PoseOutput {
  public:
-  MapOutput(std::vector<PosedSurface> map, const SlamOptions& options, bool as_ndjson)
+  MapOutput(const std::vector<PosedSurface>& map, const SlamOptions& options, bool as_ndjson,
+            LocatedTouches* touches)
       : as_ndjson_(as_ndjson),
-        localizer_(std::make_shared<const SurfaceMap>(std::move(map), options), options) {}
+        localizer_(std::make_shared<const SurfaceMap>(map, options), options),
+        touches_(touches) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
     LocalizedFrame frame;
@@ -146,6 +152,12 @@ class MapOutput final : public PoseOutput {
       frame = localizer_.process(item.frame, item.time_s, item.surface);
     else
       frame.tracked = background_frame(item);
+    if (touches_ != nullptr) {
+      const auto touch =
+          std::make_shared<const LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
+      touches_->newest = touch;
+      if (!frame.hypotheses.empty()) touches_->placed = touch;
+    }
     const bool localized = frame.status == PlaceStatus::localized;
     if (as_ndjson_) return {map_json(frame, item.surface.get()).dump() + "\n", localized};
     return {localized ? tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) : "", localized};
@@ -154,23 +166,18 @@ class MapOutput final : public PoseOutput {
  private:
   bool as_ndjson_;
   Localizer localizer_;
+  LocatedTouches* touches_;
 };
 
 /// Surfaces of another pixel pitch than the sensor's would never be found.
-std::vector<PosedSurface> read_map_for(const SensorProfile& sensor, const std::string& map) {
+Session read_map_for(const SensorProfile& sensor, const std::string& map) {
   Session session = read_map(map);
   for (const std::string& warning : session.warnings) std::cerr << "gelslam: warning: " << warning << "\n";
   for (const PosedSurface& patch : session.patches)
     if (const double pitch_mm = patch.surface.pixel_pitch_mm(); pitch_mm != sensor.pixel_pitch_mm)
       throw Error(fmt::format("{}: has pixels of {} mm, not of {} mm as the sensor", map,
                               short_number(pitch_mm), short_number(sensor.pixel_pitch_mm)));
-  return std::move(session.patches);
-}
-
-std::unique_ptr<PoseOutput> make_output(const TrackArguments& arguments, const Config& config) {
-  const bool as_ndjson = arguments.stream.stream_format() == StreamFormat::ndjson;
-  if (arguments.map.empty()) return std::make_unique<TrialOutput>(config.slam, as_ndjson);
-  return std::make_unique<MapOutput>(read_map_for(config.sensor, arguments.map), config.slam, as_ndjson);
+  return session;
 }
 
 using LineSink = std::function<void(std::string)>;
@@ -182,9 +189,27 @@ LineSink open_sink(const StreamArguments& arguments) {
   return [server](std::string line) { server->write(std::move(line)); };
 }
 
+/// What ends the frames early, from any thread, also while they are not open yet.
+class FrameStopper {
+ public:
+  void watch(const std::shared_ptr<RawFrameSource>& frames) {
+    frames_ = frames;
+    if (stopped_) stop();
+  }
+  void stop() {
+    stopped_ = true;
+    if (const std::shared_ptr<RawFrameSource> frames = frames_) frames->stop();
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  std::atomic<std::shared_ptr<RawFrameSource>> frames_;
+  std::atomic<bool> stopped_ = false;
+};
+
 /// All frames of the stream to the sink, until `stopped`. True when any had a pose.
 bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink,
-                 const InterruptStopper& interrupt) {
+                 const FrameStopper& stopper) {
   for (const std::string& doubt : stream.background_doubts())
     std::cerr << "gelslam: warning: " << doubt << "\n";
   bool any = false;
@@ -192,32 +217,72 @@ bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink
     PoseLine line = output.line(*item);
     any = line.has_pose || any;
     if (!line.text.empty()) sink(std::move(line.text));
-    if (interrupt.requested() || !std::cout) break;
+    if (stopper.stopped() || !std::cout) break;
   }
   if (!stream.warning().empty()) std::cerr << "gelslam: warning: " << stream.warning() << "\n";
   return any;
 }
 
-int run(const TrackArguments& arguments) {
+void check(const TrackArguments& arguments) {
   if (arguments.camera && !arguments.log.log.empty()) throw Error("give either LOG or --camera, not both");
   if (!arguments.camera && arguments.log.log.empty()) throw Error("give a LOG, or --camera");
+  if (arguments.window.shows_map() && arguments.map.empty())
+    throw Error("--window and --snapshot need --map; gelslam scan and replay show a sensor without a map");
+}
+
+/// A camera; a log, in a window at its own rate.
+SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input, const Config& config,
+                          StageTimer& timer, FrameStopper& stopper) {
+  if (!arguments.camera && !arguments.window.window) return {input, config, timer};
+  std::shared_ptr<RawFrameSource> frames;
+  std::function<void(const std::string&)> ask;
+  if (arguments.camera) {
+    frames = open_camera_input(config, *arguments.camera).frames;
+    ask = [](const std::string& request) { std::cerr << "gelslam: " << request << "\n"; };
+  } else {
+    frames = pace(open_raw_log(input.log, config.sensor));
+  }
+  stopper.watch(frames);
+  const std::string name = arguments.camera ? "camera" : input.log.string();
+  return {decode_frames(frames, name, config.sensor), input, config, timer, ask};
+}
+
+std::unique_ptr<PoseOutput> make_output(const TrackArguments& arguments, const Config& config,
+                                        const std::vector<PosedSurface>& map, LocatedTouches& touches) {
+  const bool as_ndjson = arguments.stream.stream_format() == StreamFormat::ndjson;
+  if (arguments.map.empty()) return std::make_unique<TrialOutput>(config.slam, as_ndjson);
+  return std::make_unique<MapOutput>(map, config.slam, as_ndjson,
+                                     arguments.window.shows_map() ? &touches : nullptr);
+}
+
+int run(const TrackArguments& arguments) {
+  check(arguments);
   LogInput input = arguments.log.input();
   if (arguments.camera) input = with_settings_of_run(std::move(input), arguments.map);
   const Config config = resolve_config(input);
   const LineSink sink = open_sink(arguments.stream);
-  const std::unique_ptr<PoseOutput> output = make_output(arguments, config);
-  StageTimer timer;
-  if (!arguments.camera) {
-    SurfaceStream stream(input, config, timer);
-    const InterruptStopper interrupt([] {});
-    return write_poses(stream, *output, sink, interrupt) ? exit_done : exit_not_good;
+  const Session map = arguments.map.empty() ? Session() : read_map_for(config.sensor, arguments.map);
+  WindowOptions window = arguments.window.window_options();
+  const ShownMap shown = arguments.window.shows_map() ? read_shown_map(arguments.map, map) : ShownMap();
+  LocatedTouches touches;
+  FrameStopper stopper;
+  const InterruptStopper interrupt([&stopper] { stopper.stop(); });
+  const auto compute = [&] {
+    const std::unique_ptr<PoseOutput> output = make_output(arguments, config, map.patches, touches);
+    StageTimer timer;
+    SurfaceStream stream = open_stream(arguments, input, config, timer, stopper);
+    return write_poses(stream, *output, sink, stopper);
+  };
+  bool any = false;
+  if (arguments.window.window) {
+    window.asks_to_end = [&interrupt] { return interrupt.requested(); };
+    any = compute_in_window(
+        compute, [&stopper] { stopper.stop(); }, shown, touches, std::move(window));
+  } else {
+    any = compute();
+    if (arguments.window.shows_map()) write_map_snapshot(shown, touches, arguments.window.snapshot);
   }
-  CameraInput camera = open_camera_input(config, *arguments.camera);
-  RawFrameSource& frames = *camera.frames;
-  const InterruptStopper interrupt([&frames] { frames.stop(); });
-  SurfaceStream stream(decode_frames(std::move(camera.frames), "camera", config.sensor), input, config, timer,
-                       [](const std::string& request) { std::cerr << "gelslam: " << request << "\n"; });
-  return write_poses(stream, *output, sink, interrupt) ? exit_done : exit_not_good;
+  return any ? exit_done : exit_not_good;
 }
 
 }  // namespace
@@ -237,10 +302,12 @@ void add_track_command(CLI::App& app, int& exit_code) {
       "--map", arguments->map,
       "Poses in this map: a run folder (whose configuration and model a camera then has by default), "
       "its session, or a folder made by gelslam map");
+  arguments->window.add_to(*command);
   arguments->stream.add_to(*command);
   command->footer(
       "Examples:\n  gelslam track data/pebble --format ndjson\n"
-      "  gelslam track --camera --map runs/pebble --format ndjson");
+      "  gelslam track --camera --map runs/pebble --format ndjson\n"
+      "  gelslam track --camera --map runs/pebble --window > poses.tum");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
 #include "../support/expect_mistake.hpp"
@@ -42,8 +43,10 @@ TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
   ASSERT_EQ(gelslam({"reconstruct", log, "-o", run, "-q"}).exit_code, 0);
   const auto truth = positions_of(read_bytes(folder / "run/trajectory.tum"));
 
-  const ProgramResult ndjson = gelslam({"track", log, "--map", run, "--format", "ndjson"});
-  const ProgramResult tum = gelslam({"track", log, "--map", run + "/session"});
+  const std::string of_mesh = (folder / "mesh.png").string(), of_patches = (folder / "patches.png").string();
+  const ProgramResult ndjson =
+      gelslam({"track", log, "--map", run, "--format", "ndjson", "--snapshot", of_mesh});
+  const ProgramResult tum = gelslam({"track", log, "--map", run + "/session", "--snapshot", of_patches});
   ASSERT_EQ(ndjson.exit_code, 0) << ndjson.err;
   ASSERT_EQ(tum.exit_code, 0) << tum.err;
   const auto poses = positions_of(tum.out);
@@ -67,6 +70,20 @@ TEST(TrackInAMap, TheScanIsFoundInItsOwnMap) {
   }
   EXPECT_GT(in_map, 0.9 * kScanFrames);
   EXPECT_EQ(in_map, poses.size());
+
+  // The session alone has no mesh; that of its surfaces looks the same.
+  const cv::Mat3b with_mesh = cv::imread(of_mesh), without_mesh = cv::imread(of_patches);
+  ASSERT_EQ(with_mesh.size(), cv::Size(1280, 800));
+  ASSERT_EQ(without_mesh.size(), cv::Size(1280, 800));
+  int glowing = 0, different = 0;
+  for (int v = 120; v < 720; ++v)
+    for (int u = 0; u < 960; ++u) {
+      const cv::Vec3b a = with_mesh(v, u), b = without_mesh(v, u);
+      glowing += a[2] - a[0] > 60;
+      different += cv::norm(cv::Vec3d(a) - cv::Vec3d(b)) > 40;
+    }
+  EXPECT_GT(glowing, 5000);
+  EXPECT_LT(different, 5000);
 
   write_bytes(folder / "fine.yaml", "device_config:\n  ppmm: 0.05\n");
   expect_mistake(gelslam({"track", log, "--map", run, "--config", (folder / "fine.yaml").string(), "--model",
@@ -93,6 +110,15 @@ TEST(Map, OfAMeshIsAFolderThatTrackAndViewRead) {
   expect_mistake(gelslam({"map", mesh, "--unit", "mm", "-o", map, "--overwrite", "-q"}), "unit");
 }
 
+TEST(TrackInAMap, WithoutADisplayNothingBegins) {
+  const TemporaryFolder folder;
+  ::unsetenv("DISPLAY");
+  ::unsetenv("WAYLAND_DISPLAY");
+  const std::string mesh = (scan().log() / "gt_mesh.ply").string(), map = (folder / "map").string();
+  gelslam({"map", mesh, "-o", map, "--touches", "2", "-q"});
+  expect_mistake(gelslam({"track", scan().log().string(), "--map", map, "--window"}), "no display");
+}
+
 TEST(TrackInAMap, WhatIsNoMapIsSaidInOneLine) {
   const TemporaryFolder folder;
   const std::string log = scan().log().string();
@@ -103,6 +129,8 @@ TEST(TrackInAMap, WhatIsNoMapIsSaidInOneLine) {
   expect_mistake(gelslam({"track", log, "--map", (folder / "session").string()}), "damaged");
   expect_mistake(gelslam({"track", "--map", log}), "give a LOG, or --camera");
   expect_mistake(gelslam({"track", log, "--camera"}), "not both");
+  expect_mistake(gelslam({"track", log, "--window"}), "need --map");
+  expect_mistake(gelslam({"track", log, "--map", log, "--snapshot", "map.jpg"}), ".png");
 }
 
 }  // namespace

@@ -5,12 +5,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
+#include <thread>
 
 #include "fake_session.hpp"
 #include "gelslam/calibration/label_window.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/viewer/map_window.hpp"
 #include "label_presses.hpp"
 #include "live/live_window.hpp"
 #include "temporary_folder.hpp"
@@ -96,6 +99,29 @@ TEST(WindowOnADisplay, IsNoLargerThanTheScreen) {
   host.take_input();  // the window's own size is looked at
   EXPECT_LE(host.viewport().width, width);
   EXPECT_EQ(host.viewport().height, 300) << "only what does not fit is changed";
+}
+
+TEST(WindowOnADisplay, AMapIsShownUntilItsScriptOrSomebodyElseEndsIt) {
+  if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
+  const TemporaryFolder folder;
+  LocatedTouches touches;
+  std::jthread locating([&](const std::stop_token& token) {  // goes on while the window draws
+    for (std::int64_t frame = 0; !token.stop_requested(); ++frame) {
+      auto touch = std::make_shared<LocatedTouch>();
+      touch->place.tracked.status = frame < 3 ? TrackStatus::background : TrackStatus::no_contact;
+      touches.newest = touch;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  });
+  WindowOptions options = small_window(folder);
+  options.snapshot = folder / "end.png";
+  options.script = "until no_contact 20; screenshot a.png; key q";
+  run_map_window({}, touches, options);
+  EXPECT_EQ(cv::imread((folder / "a.png").string()).size(), cv::Size(640, 420));
+  EXPECT_EQ(cv::imread((folder / "end.png").string()).size(), cv::Size(640, 420));
+  options.script.clear();
+  options.asks_to_end = [] { return true; };
+  run_map_window({}, touches, options);
 }
 
 TEST(WindowOnADisplay, SaysWhatToDoWithoutOne) {

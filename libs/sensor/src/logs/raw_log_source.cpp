@@ -10,7 +10,7 @@ namespace {
 
 class DecodingSource final : public FrameSource {
  public:
-  DecodingSource(std::unique_ptr<RawFrameSource> raw, const std::string& name, const SensorProfile& profile)
+  DecodingSource(std::shared_ptr<RawFrameSource> raw, const std::string& name, const SensorProfile& profile)
       : raw_(std::move(raw)), name_(name), decoder_(profile) {}
 
   std::optional<TactileImage> next() override {
@@ -42,7 +42,7 @@ class DecodingSource final : public FrameSource {
     }
   }
 
-  std::unique_ptr<RawFrameSource> raw_;
+  std::shared_ptr<RawFrameSource> raw_;
   std::string name_;
   FrameDecoder decoder_;
   LeftOut pictures_;
@@ -59,7 +59,7 @@ std::unique_ptr<FrameSource> open_matroska_frames(const std::filesystem::path& l
 
 }  // namespace detail
 
-std::unique_ptr<FrameSource> decode_frames(std::unique_ptr<RawFrameSource> raw, const std::string& name,
+std::unique_ptr<FrameSource> decode_frames(std::shared_ptr<RawFrameSource> raw, const std::string& name,
                                            const SensorProfile& profile) {
   return std::make_unique<detail::DecodingSource>(std::move(raw), name, profile);
 }

@@ -64,21 +64,17 @@ void FrameToSurface::set_background(const cv::Mat3b& background) {
 }
 
 SurfaceStream::SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer)
-    : timer_(timer),
-      source_(open_frame_source(input.log, config.sensor)),
-      frames_(config, input.background, input.force, timer) {
-  read_background(config.background_frames, [this](const std::string& contact) {
-    throw Error("the log's first " + std::to_string(background_items_.size()) +
-                " frames should show the bare gel, but " + contact +
-                " (record again without touching, give --background IMAGE, or continue with --force)");
-  });
-}
+    : SurfaceStream(open_frame_source(input.log, config.sensor), input, config, timer, {}) {}
 
-SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> camera, const LogInput& input, const Config& config,
+SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput& input, const Config& config,
                              StageTimer& timer, const std::function<void(const std::string&)>& ask)
-    : timer_(timer), source_(std::move(camera)), frames_(config, input.background, input.force, timer) {
+    : timer_(timer), source_(std::move(source)), frames_(config, input.background, input.force, timer) {
   bool asked = false;
   read_background(config.background_frames, [&](const std::string& contact) {
+    if (!ask)
+      throw Error("the log's first " + std::to_string(background_items_.size()) +
+                  " frames should show the bare gel, but " + contact +
+                  " (record again without touching, give --background IMAGE, or continue with --force)");
     if (!std::exchange(asked, true)) ask("take the object off the gel: " + contact);
   });
 }
@@ -112,7 +108,7 @@ std::optional<SurfaceStream::Item> SurfaceStream::next() {
   }
   if (!image) return std::nullopt;
   SurfacePtr surface = frames_.push(image->bgr);
-  return Item{image->index, image->time_s, std::move(surface)};
+  return Item{image->index, image->time_s, std::move(surface), std::move(image->bgr)};
 }
 
 }  // namespace gelslam

@@ -89,20 +89,6 @@ void draw_stages(Ui& ui, const LiveFrame& frame) {
   ui.end_table();
 }
 
-/// A picture under its name, as wide as fits into the height.
-void draw_picture(Ui& ui, float height, const char* label, const Texture& picture, const char* without) {
-  const float head = ui.height_of(Face::small) + ui.px(4);
-  const float aspect = picture.empty() ? 0.75F : picture.aspect();
-  const float width = std::max(1.0F, std::min(ui.room().width, (height - head) / aspect));
-  ui.text(Face::small, theme::kDim, label);
-  ui.gap(4);
-  if (!picture.empty()) return ui.picture(picture, width, width * aspect);
-  const Box box{ui.room().x, ui.room().y, width, width * aspect};
-  ui.fill(box, theme::kRaised, 6);
-  ui.text_centered(Face::small, box, theme::kDim, without);
-  ui.gap(static_cast<double>(box.height / ui.px(1)));
-}
-
 /// Where everything is, once the scan is finished.
 void draw_results(Ui& ui, float bottom, const LiveFrame& frame) {
   ui.text(Face::small, theme::kDim, "Saved in");
@@ -119,6 +105,19 @@ void draw_results(Ui& ui, float bottom, const LiveFrame& frame) {
 }
 
 }  // namespace
+
+void draw_picture(Ui& ui, float height, const char* label, const Texture& picture, const char* without) {
+  const float head = ui.height_of(Face::small) + ui.px(4);
+  const float aspect = picture.empty() ? 0.75F : picture.aspect();
+  const float width = std::max(1.0F, std::min(ui.room().width, (height - head) / aspect));
+  ui.text(Face::small, theme::kDim, label);
+  ui.gap(4);
+  if (!picture.empty()) return ui.picture(picture, width, width * aspect);
+  const Box box{ui.room().x, ui.room().y, width, width * aspect};
+  ui.fill(box, theme::kRaised, 6);
+  ui.text_centered(Face::small, box, theme::kDim, without);
+  ui.gap(static_cast<double>(box.height / ui.px(1)));
+}
 
 void draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, double now_s) {
   const StateWords& words = frame.words;

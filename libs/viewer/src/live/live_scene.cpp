@@ -7,7 +7,6 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr int kPictureWidth_px = 640;  // more than the panel shows, for large screens
 /// A touch whose keyframe is not on the map yet keeps its last place for this time: the map comes later.
 constexpr double kPatience_s = 1.0;
 

@@ -15,22 +15,6 @@ constexpr double kSideWidth = 298;          // design pixels
 /// Below this the view needs the whole window.
 constexpr double kLeastViewWidth = 480, kLeastSideHeight = 420, kLeastBarWidth = 300;
 
-WindowLoopOptions loop_options(const WindowOptions& options) {
-  WindowLoopOptions loop;
-  loop.host = {options.title, options.width_px, options.height_px, options.visible};
-  loop.script = options.script;
-  loop.script_name = options.script_name;
-  loop.picture_folder = options.output_folder;
-  loop.poll_s = 1.0 / 60;
-  loop.redraw_s = 0.5;
-  loop.yields = true;
-  return loop;
-}
-
-cv::Vec3b bgr_of(Color color) {
-  return {static_cast<uchar>(color >> 16U), static_cast<uchar>(color >> 8U), static_cast<uchar>(color)};
-}
-
 std::filesystem::path existing_parent(std::filesystem::path folder) {
   std::error_code code;
   folder = std::filesystem::absolute(folder, code);
@@ -65,6 +49,22 @@ std::vector<ResultFile> files_in(const std::filesystem::path& folder) {
 
 }  // namespace
 
+WindowLoopOptions loop_options(const WindowOptions& options) {
+  WindowLoopOptions loop;
+  loop.host = {options.title, options.width_px, options.height_px, options.visible};
+  loop.script = options.script;
+  loop.script_name = options.script_name;
+  loop.picture_folder = options.output_folder;
+  loop.poll_s = 1.0 / 60;
+  loop.redraw_s = 0.5;
+  loop.yields = true;
+  return loop;
+}
+
+cv::Vec3b bgr_of(Color color) {
+  return {static_cast<uchar>(color >> 16U), static_cast<uchar>(color >> 8U), static_cast<uchar>(color)};
+}
+
 LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
     : SceneLoop(loop_options(options)),
       session_(session),
@@ -87,10 +87,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
 
 bool LiveWindow::follow_touch(double dt_s) {
   if (!controls_.follows() || !scene_.touch()) return false;
-  const OrbitCamera before = camera_;
-  camera_.follow(scene_.touch()->map_T_sensor, dt_s);
-  return (before.eye_mm() - camera_.eye_mm()).norm() > 1e-3F * camera_.distance_mm() ||
-         (before.map_R_camera() - camera_.map_R_camera()).norm() > 1e-3F;
+  return follow(scene_.touch()->map_T_sensor, dt_s);
 }
 
 void LiveWindow::look_at_figures(double now_s) {
@@ -114,26 +111,26 @@ void LiveWindow::look_at_figures(double now_s) {
 
 std::string_view LiveWindow::state() { return state_words(session_.status()).state; }
 
-void LiveWindow::lay_out(const Ui& ui) {
+Layout lay_out(const Ui& ui, bool shows_panels) {
   const Box window = ui.window();
-  Box view = window;
-  side_ = bar_ = {};
-  if (controls_.shows_panels()) {
-    const float bar = ui.px(kBarHeight), side = ui.px(kSideWidth);
-    if (window.width >= ui.px(kLeastBarWidth) && window.height >= 3 * bar) {
-      view.height -= bar;
-      bar_ = {0, view.height, window.width, bar};
-    }
-    if (window.width >= ui.px(kSideWidth + kLeastViewWidth) && view.height >= ui.px(kLeastSideHeight)) {
-      view.width -= side;
-      side_ = {view.width, 0, side, view.height};
-    }
+  Layout boxes{window, {}, {}};
+  if (!shows_panels) return boxes;
+  const float bar = ui.px(kBarHeight), side = ui.px(kSideWidth);
+  if (window.width >= ui.px(kLeastBarWidth) && window.height >= 3 * bar) {
+    boxes.view.height -= bar;
+    boxes.bar = {0, boxes.view.height, window.width, bar};
   }
-  set_view(view);
+  if (window.width >= ui.px(kSideWidth + kLeastViewWidth) && boxes.view.height >= ui.px(kLeastSideHeight)) {
+    boxes.view.width -= side;
+    boxes.side = {boxes.view.width, 0, side, boxes.view.height};
+  }
+  return boxes;
 }
 
 void LiveWindow::draw_frame(Ui& ui, double now_s) {
-  lay_out(ui);
+  const Layout boxes = lay_out(ui, controls_.shows_panels());
+  set_view(boxes.view);
+  side_ = boxes.side;
   SceneStyle style = controls_.style();
   // What is to be looked at in the end is the surface alone.
   if (frame_.status.phase >= LivePhase::finishing) style.touch = style.sensor = false;
@@ -147,7 +144,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
     draw_banner(ui, view(), frame_, side_.width <= 0, now_s);
   }
   if (side_.width > 0) draw_side(ui, side_, frame_);
-  if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
+  if (boxes.bar.width > 0) draw_action_bar(ui, boxes.bar, controls_, now_s);
 }
 
 void LiveWindow::frame_drawn(double now_s) {

@@ -31,6 +31,16 @@ struct LiveFrame {
   const Texture* normals = nullptr;
 };
 
+/// Where the view, the panel beside it and the bar of buttons lie; a small window leaves out panels.
+struct Layout {
+  Box view, side, bar;
+};
+Layout lay_out(const Ui& ui, bool shows_panels);
+WindowLoopOptions loop_options(const WindowOptions& options);
+cv::Vec3b bgr_of(Color color);
+
+/// A picture under its name, as wide as fits into the height.
+void draw_picture(Ui& ui, float height, const char* label, const Texture& picture, const char* without);
 void draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, double now_s);
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);
 
@@ -55,7 +65,6 @@ class LiveWindow : public SceneLoop {
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
   void view_turned() override { controls_.stop_following(); }
 
-  void lay_out(const Ui& ui);
   void look_at_figures(double now_s);
   bool follow_touch(double dt_s);
 
@@ -65,7 +74,7 @@ class LiveWindow : public SceneLoop {
   LiveControls controls_;
   LiveFrame frame_;
   double figures_s_ = -1e9;
-  Box side_, bar_;
+  Box side_;
   std::future<ExportOutcome> export_;
 };
 

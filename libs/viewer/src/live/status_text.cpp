@@ -23,22 +23,6 @@ std::string capitalized(std::string text) {
   return text;
 }
 
-/// "too little overlap; touch a place" -> "Too little overlap. Touch a place."
-std::string sentences(std::string_view text) {
-  std::string result;
-  while (!text.empty()) {
-    const auto end = text.find(';');
-    const std::string part = capitalized(trimmed(text.substr(0, end)));
-    if (!part.empty()) {
-      if (!result.empty()) result += ' ';
-      result += part;
-      if (part.back() != '.' && part.back() != '!' && part.back() != '?') result += '.';
-    }
-    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
-  }
-  return result;
-}
-
 StateWords usual_words(const LiveStatus& status) {
   switch (status.phase) {
     case LivePhase::background:
@@ -70,6 +54,21 @@ void say_while_scanning(const std::string& text, StateWords& words) {
 }
 
 }  // namespace
+
+std::string sentences(std::string_view text) {
+  std::string result;
+  while (!text.empty()) {
+    const auto end = text.find(';');
+    const std::string part = capitalized(trimmed(text.substr(0, end)));
+    if (!part.empty()) {
+      if (!result.empty()) result += ' ';
+      result += part;
+      if (part.back() != '.' && part.back() != '!' && part.back() != '?') result += '.';
+    }
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+  }
+  return result;
+}
 
 StateWords state_words(const LiveStatus& status) {
   StateWords words = usual_words(status);

@@ -17,6 +17,8 @@ struct StateWords {
 };
 /// The session's words ("lost: too little overlap; touch a place you have seen") as a headline and sentences.
 StateWords state_words(const LiveStatus& status);
+std::string sentences(
+    std::string_view text);  ///< "too little; touch a place" -> "Too little. Touch a place."
 
 std::string text_of_bytes(double bytes);    ///< "0", "812 kB", "1.24 GB"
 std::string text_of_duration(double s);     ///< "0:07", "12:30", "1:02:03"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -29,9 +30,8 @@ constexpr std::size_t kDistanceSamples = 4000;
 constexpr std::size_t kOutlinePoints = 5000;
 constexpr int kMatcapSide_px = 256;
 constexpr float kTouchLift_mm = 0.25F;  ///< the map below the touch may be so much off before it hides it
-constexpr float kHiddenLineOpacity = 0.16F;
+constexpr float kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kLeastCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
-const Vector3f kClay(0.58F, 0.50F, 0.43F);
 
 /// Colors that come from a number put into each vertex for them.
 bool is_by_value(SceneColor color) { return color == SceneColor::keyframe || color == SceneColor::distance; }
@@ -40,7 +40,9 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-Rgba outline_color() { return {255, 150, 40, 255}; }
+Rgba outline_color(double opacity) {
+  return {255, 150, 40, static_cast<std::uint8_t>(255 * std::clamp(opacity, 0.0, 1.0))};
+}
 Rgba grid_color(bool light) { return light ? Rgba{120, 125, 135, 90} : Rgba{150, 160, 175, 60}; }
 
 }  // namespace
@@ -78,13 +80,22 @@ struct Scene::Impl {
     return std::clamp(kBudgetShare * ms_since(last_draw), kLeastBudget_ms, kMostBudget_ms);
   }
 
+  /// Where the touch is drawn: the place first that its mesh was made for.
+  std::vector<TouchPatch::Ghost> touch_places() const {
+    if (!touch_patch || !touch_patch->surface || !touch_patch->map_T_sensor.matrix().allFinite()) return {};
+    std::vector<TouchPatch::Ghost> places = {{touch_patch->map_T_sensor, touch_patch->opacity}};
+    std::copy_if(touch_patch->ghosts.begin(), touch_patch->ghosts.end(), std::back_inserter(places),
+                 [](const TouchPatch::Ghost& g) { return g.map_T_sensor.matrix().allFinite(); });
+    return places;
+  }
+
   Eigen::AlignedBox3f drawn_box() const {
     Eigen::AlignedBox3f box = mesh.box_mm();
     box.extend(trajectory_box_mm);
-    if (touch_patch && touch_patch->surface && touch_patch->map_T_sensor.matrix().allFinite()) {
+    for (const TouchPatch::Ghost& place : touch_places()) {
       const double reach = 0.5 * touch_patch->surface->pixel_pitch_mm *
                            std::hypot(touch_patch->surface->contact.cols, touch_patch->surface->contact.rows);
-      const Vector3f center = touch_patch->map_T_sensor.translation().cast<float>();
+      const Vector3f center = place.map_T_sensor.translation().cast<float>();
       box.extend(Vector3f(center.array() + static_cast<float>(reach)));
       box.extend(Vector3f(center.array() - static_cast<float>(reach)));
     }
@@ -171,7 +182,7 @@ struct Scene::Impl {
     mesh_program.set("shading", static_cast<int>(style.shading));
     mesh_program.set("range_min", low);
     mesh_program.set("range_max", high);
-    mesh_program.set("clay", kClay);
+    mesh_program.set("clay", style.plain_rgb);
     mesh_program.set("curvature_gain", 1.0F / std::max(mesh.typical_curvature(), kLeastCurvature));
     mesh_program.set("color_map", 0);
     mesh_program.set("matcap", 1);
@@ -196,9 +207,19 @@ struct Scene::Impl {
   void draw_touch(const OrbitCamera& camera, const Matrix4f& clip_T_camera) {
     touch_program.use();
     touch_program.set("clip_T_camera", clip_T_camera);
-    touch_program.set("camera_T_map", camera.camera_T_map());
     touch_program.set("lift_mm", kTouchLift_mm);
-    touch.draw();
+    for (const bool through : {true, false}) {  // ghosts are faint through the object, as lines are
+      glDepthFunc(through ? GL_GREATER : GL_LEQUAL);
+      glDepthMask(through ? GL_FALSE : GL_TRUE);
+      touch_program.set("through", through ? 1 : 0);
+      for (const TouchPatch::Ghost& place : touch_places()) {
+        if (through && place.opacity >= 1) continue;
+        const Pose moved = place.map_T_sensor * touch_patch->map_T_sensor.inverse();
+        touch_program.set("camera_T_map", Matrix4f(camera.camera_T_map() * moved.matrix().cast<float>()));
+        touch_program.set("opacity", static_cast<float>(place.opacity) * (through ? kHiddenGhostOpacity : 1));
+        touch.draw();
+      }
+    }
   }
 
   /// Full where it can be seen, faint through the object.
@@ -267,8 +288,14 @@ void Scene::set_distance_query(DistanceQuery query) {
 
 void Scene::set_touch(std::optional<TouchPatch> touch) {
   impl_->touch.set(touch ? make_touch_mesh(*touch) : TouchMesh());
-  impl_->outline.set(touch ? sensor_outline(*touch, outline_color()) : std::vector<SceneLine>());
   impl_->touch_patch = std::move(touch);
+  std::vector<SceneLine> outlines;
+  for (const TouchPatch::Ghost& place : impl_->touch_places()) {
+    const auto lines =
+        sensor_outline({impl_->touch_patch->surface, place.map_T_sensor}, outline_color(place.opacity));
+    outlines.insert(outlines.end(), lines.begin(), lines.end());
+  }
+  impl_->outline.set(outlines);
 }
 
 void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {

@@ -98,14 +98,16 @@ void main() {
 const char* const touch_fragment_shader = R"(#version 330 core
 in vec3 position_c, normal_c;
 in float inside;
+uniform float opacity;
+uniform int through;  // the object: from the inside, too
 out vec4 color;
 void main() {
   vec3 n = normalize(normal_c), v = normalize(-position_c);
-  if (!gl_FrontFacing) discard;
+  if (!gl_FrontFacing && through == 0) discard;
   float key = max(dot(n, normalize(vec3(-0.55, 0.62, 0.56))), 0.0), facing = max(dot(n, v), 0.0);
   float rim = (1.0 - inside) * (1.0 - inside);
   vec3 glow = vec3(1.0, 0.36, 0.05) * (0.20 + 0.75 * key + 0.9 * rim) + vec3(0.30, 0.16, 0.03) * pow(1.0 - facing, 2.0);
-  color = vec4(pow(min(glow, vec3(1.0)), vec3(1.0 / 2.2)), 0.55 + 0.40 * max(rim, 0.5 * key));
+  color = vec4(pow(min(glow, vec3(1.0)), vec3(1.0 / 2.2)), opacity * (0.55 + 0.40 * max(rim, 0.5 * key)));
 }
 )";
 

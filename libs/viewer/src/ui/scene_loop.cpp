@@ -43,6 +43,22 @@ bool SceneLoop::move_camera(double dt_s) {
   return true;
 }
 
+bool SceneLoop::follow(const Pose& map_T_sensor, double dt_s) {
+  const OrbitCamera before = camera_;
+  camera_.follow(map_T_sensor, dt_s);
+  return (before.eye_mm() - camera_.eye_mm()).norm() > 1e-3F * camera_.distance_mm() ||
+         (before.map_R_camera() - camera_.map_R_camera()).norm() > 1e-3F;
+}
+
+std::optional<Eigen::Vector2f> SceneLoop::on_screen(const Viewport& part, const Eigen::Vector3f& p_mm) const {
+  const Eigen::Matrix4f clip_T_camera = camera_.projection(part.aspect(), Eigen::AlignedBox3f(p_mm));
+  const Eigen::Vector4f clip = clip_T_camera * camera_.camera_T_map() * p_mm.homogeneous();
+  if (clip.w() <= 0) return std::nullopt;
+  const Box box = box_of(part);
+  return Eigen::Vector2f(box.x + 0.5F * (clip.x() / clip.w() + 1) * box.width,
+                         box.y + 0.5F * (1 - clip.y() / clip.w()) * box.height);
+}
+
 Viewport SceneLoop::viewport() const {
   const int height = const_cast<SceneLoop*>(this)->host().viewport().height;
   return {static_cast<int>(view().x), height - static_cast<int>(view().bottom()),
@@ -114,15 +130,11 @@ void SceneLoop::scrolled(double steps, const Eigen::Vector2f& at_px) {
 
 void SceneLoop::draw_measure(Ui& ui, const Viewport& part, Color ink) const {
   const Box box = box_of(part);
-  Eigen::AlignedBox3f ends;
-  for (const Eigen::Vector3f& p : measured_mm_) ends.extend(p);
-  const Eigen::Matrix4f clip_T_map = camera_.projection(part.aspect(), ends) * camera_.camera_T_map();
   std::vector<Eigen::Vector2f> at;
   for (const Eigen::Vector3f& p : measured_mm_) {
-    const Eigen::Vector4f clip = clip_T_map * p.homogeneous();
-    if (clip.w() <= 0) return;  // behind the camera
-    at.emplace_back(box.x + 0.5F * (clip.x() / clip.w() + 1) * box.width,
-                    box.y + 0.5F * (1 - clip.y() / clip.w()) * box.height);
+    const auto place = on_screen(part, p);
+    if (!place) return;
+    at.push_back(*place);
   }
   if (at.size() == 2) {
     ui.line(at[0].x(), at[0].y(), at[1].x(), at[1].y(), theme::kBackdrop, 4, box);

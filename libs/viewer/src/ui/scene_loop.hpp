@@ -25,8 +25,11 @@ class SceneLoop : public WindowLoop {
   /// Glides to show all, or to a place that was clicked; true while it moves.
   bool move_camera(double dt_s);
   void show_all() { glide_ = Glide::all; }
-  Viewport viewport() const;  ///< of the view in the framebuffer
+  bool follow(const Pose& map_T_sensor, double dt_s);  ///< OrbitCamera::follow(); true while it moves
+  Viewport viewport() const;                           ///< of the view in the framebuffer
   Box box_of(const Viewport& part) const;
+  /// Where a point is drawn; nothing behind the camera.
+  std::optional<Eigen::Vector2f> on_screen(const Viewport& part, const Eigen::Vector3f& p_mm) const;
   void draw_marks(Ui& ui, const SceneStyle& style, const std::optional<ColorLegend>& legend) const;
 
   OrbitCamera camera_;

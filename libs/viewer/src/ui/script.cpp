@@ -36,8 +36,11 @@ const std::map<std::string, int, std::less<>> kButtons = {{"left", GLFW_MOUSE_BU
 
 /// Of a live scan; every other window is always "finished".
 const std::map<std::string, std::string, std::less<>> kStates = {
-    {"background", "background"}, {"tracking", "tracking"},   {"no_contact", "no_contact"}, {"lost", "lost"},
-    {"paused", "paused"},         {"finishing", "finishing"}, {"finished", "finished"}};
+    {"background", "background"}, {"tracking", "tracking"},
+    {"no_contact", "no_contact"}, {"lost", "lost"},
+    {"paused", "paused"},         {"finishing", "finishing"},
+    {"finished", "finished"},     {"localized", "localized"},
+    {"ambiguous", "ambiguous"},   {"not_in_map", "not_in_map"}};
 
 template <class Map>
 std::vector<std::string> words_of(const Map& map) {

@@ -36,8 +36,9 @@ class FrameSource {
 std::unique_ptr<FrameSource> open_frame_source(const std::filesystem::path& log,
                                                const SensorProfile& profile);
 
-/// The pictures of a camera, or of a raw log. Frames that cannot be decoded are left out; warning() says so.
-std::unique_ptr<FrameSource> decode_frames(std::unique_ptr<RawFrameSource> raw, const std::string& name,
+/// The pictures of a camera, or of a raw log, which may be shared with who stops it. Frames that cannot be
+/// decoded are left out; warning() says so.
+std::unique_ptr<FrameSource> decode_frames(std::shared_ptr<RawFrameSource> raw, const std::string& name,
                                            const SensorProfile& profile);
 
 }  // namespace gelslam

@@ -57,15 +57,16 @@ class SurfaceStream {
   struct Item {
     std::int64_t frame = 0;
     double time_s = 0;
-    SurfacePtr surface;  ///< null for background frames
+    SurfacePtr surface;   ///< null for background frames
+    cv::Mat3b picture{};  ///< that it was made of; empty for background frames
   };
 
   /// Reads the background. Throws Error when the log is no log, is shorter than its background, or shows
   /// contact in it (unless input.force).
   SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer);
-  /// Of a camera. It waits until the gel is bare; `ask` is told once why it waits. `input` names the
-  /// background only.
-  SurfaceStream(std::unique_ptr<FrameSource> camera, const LogInput& input, const Config& config,
+  /// Of a camera. It waits until the gel is bare; `ask` is told once why it waits. Without `ask` as of a log.
+  /// `input` names the background only.
+  SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput& input, const Config& config,
                 StageTimer& timer, const std::function<void(const std::string&)>& ask);
 
   /// Frames in order, background frames first; nothing at the end.

@@ -17,9 +17,15 @@ namespace gelslam {
 
 /// The frame that touches now.
 struct TouchPatch {
+  struct Ghost {
+    Pose map_T_sensor = Pose::Identity();
+    double opacity = 1.0;  ///< of the touch drawn there, in [0, 1]; below 1 it shows through the object, too
+  };
   SurfacePtr surface;
   Pose map_T_sensor = Pose::Identity();
   double gradient_scale = 1.0;  ///< heights are divided by it (backend/pose_graph.hpp)
+  double opacity = 1.0;
+  std::vector<Ghost> ghosts{};  ///< where else it may be
 };
 
 /// Distance of each point to another surface, mm; NaN is drawn gray.

@@ -27,6 +27,7 @@ enum class SceneColor {
 struct SceneStyle {
   SceneShading shading = SceneShading::lit;
   SceneColor color = SceneColor::plain;
+  Eigen::Vector3f plain_rgb{0.58F, 0.50F, 0.43F};  ///< linear; clay
   bool light_theme = false;
   bool mesh = true, touch = true, sensor = true, trajectory = false;
   bool keyframes = false, edges = false;

@@ -1,0 +1,83 @@
+#include "track_window.hpp"
+
+#include <atomic>
+#include <filesystem>
+#include <future>
+
+#include "command_line.hpp"
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/process.hpp"
+#include "gelslam/fusion/fusion.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/viewer/gl_context.hpp"
+
+namespace gelslam {
+namespace {
+
+struct AtEnd {
+  std::function<void()> run;
+  ~AtEnd() { run(); }
+};
+
+}  // namespace
+
+void MapWindowArguments::add_to(CLI::App& command) {
+  CLI::Option* shown =
+      command.add_flag("--window", window,
+                       "Show the map and the touch in it while poses are written; a LOG plays at its rate");
+  command
+      .add_option(
+          "--snapshot", snapshot,
+          "Picture (PNG) of the window at the end, or, without --window, of the last touch in the map")
+      ->check(refuse_unless_png);
+  command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)")
+      ->needs(shown);
+}
+
+WindowOptions MapWindowArguments::window_options() const {
+  WindowOptions options;
+  options.script = read_script_file(script);
+  options.script_name = script;
+  if (!options.script.empty()) check_window_script(options.script, script);
+  options.snapshot = snapshot;
+  if (window) GlContext::window({.title = "GelSLAM", .visible = false});
+  return options;
+}
+
+ShownMap read_shown_map(const std::string& folder, const Session& session) {
+  const std::filesystem::path mesh = std::filesystem::path(folder) / "mesh.ply";
+  ShownMap map{folder, {}, session.gradient_scale};
+  if (std::filesystem::exists(mesh))
+    map.mesh = read_mesh(mesh);
+  else
+    map.mesh = fuse(session.patches, {.gradient_scale = session.gradient_scale});
+  return map;
+}
+
+bool compute_in_window(const std::function<bool()>& compute, const std::function<void()>& stop,
+                       const ShownMap& map, LocatedTouches& touches, WindowOptions options) {
+  std::atomic<bool> failed = false, closed = false;
+  std::future<bool> computed = std::async(std::launch::async, [&] {
+    try {
+      const bool result = compute();
+      touches.have_ended = true;
+      return result;
+    } catch (const Error&) {
+      if (closed) return false;  // stopped before the background was whole
+      failed = true;
+      throw;
+    }
+  });
+  {
+    const AtEnd at_end{[&] {
+      closed = true;
+      stop();
+    }};
+    lower_thread_priority();  // drawing goes after locating
+    options.asks_to_end = [&failed, asks = std::move(options.asks_to_end)] { return failed || asks(); };
+    run_map_window(map, touches, options);
+  }
+  return computed.get();
+}
+
+}  // namespace gelslam

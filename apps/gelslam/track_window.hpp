@@ -1,0 +1,32 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+#include "gelslam/slam/session.hpp"
+#include "gelslam/viewer/map_window.hpp"
+
+namespace gelslam {
+
+/// How `track` shows the map that it locates the sensor in.
+struct MapWindowArguments {
+  bool window = false;
+  std::string snapshot, script;
+
+  void add_to(CLI::App& command);
+  bool shows_map() const { return window || !snapshot.empty(); }
+  /// Whether they fit together, the script can be played, and there is a display. Throws Error.
+  WindowOptions window_options() const;
+};
+
+/// The mesh in a map's folder; where there is none, the fused surfaces of `session`. Throws Error.
+ShownMap read_shown_map(const std::string& folder, const Session& session);
+
+/// Shows `touches` while `compute` runs on a thread of its own, which never waits for the window. `stop` must
+/// make `compute` return soon; it is called when the window has been closed. Returns what `compute` did, or
+/// throws what it threw; false when it was stopped before it could begin.
+bool compute_in_window(const std::function<bool()>& compute, const std::function<void()>& stop,
+                       const ShownMap& map, LocatedTouches& touches, WindowOptions options);
+
+}  // namespace gelslam

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+#include "gelslam/localization/localizer.hpp"
+#include "gelslam/mesh/mesh.hpp"
+#include "gelslam/viewer/window.hpp"
+
+namespace gelslam {
+
+/// The map that a sensor is located in.
+struct ShownMap {
+  std::string name;             ///< for people
+  Mesh mesh;                    ///< in the map's frame, mm
+  double gradient_scale = 1.0;  ///< heights of touches are divided by it
+};
+
+/// A frame, and where the sensor may be.
+struct LocatedTouch {
+  cv::Mat3b picture;   ///< empty for a frame of the background
+  SurfacePtr surface;  ///< null for the same
+  LocalizedFrame place;
+};
+
+/// Hands frames from the thread that locates them to the window, so that neither waits for the other.
+struct LocatedTouches {
+  std::atomic<std::shared_ptr<const LocatedTouch>> newest;  ///< null before the first
+  std::atomic<std::shared_ptr<const LocatedTouch>> placed;  ///< the newest that may be somewhere in the map
+  std::atomic<bool> have_ended = false;
+};
+
+/// Shows the map in gray and the touch at its place, or, where it may be at several, a ghost at each
+/// (docs/localization.md), until the person or the script closes the window, or options.asks_to_end. Main
+/// thread. Throws Error when there is no display, the script is wrong, or the snapshot cannot be written.
+void run_map_window(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options);
+
+/// The window as it would look with the newest touch in the map, drawn without a display and written as PNG.
+/// Throws Error.
+void write_map_snapshot(const ShownMap& map, const LocatedTouches& touches, const std::filesystem::path& png);
+
+}  // namespace gelslam

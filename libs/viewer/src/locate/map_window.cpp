@@ -1,0 +1,240 @@
+#include "locate/map_window.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "gelslam/core/angles.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+#include "scene/scene_geometry.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+constexpr std::size_t kMostRows = 8;    ///< of the table of places
+constexpr double kGhostOpacity = 0.75;  ///< of the most probable of several places
+const Eigen::Vector3f kMapGray(0.30F, 0.31F, 0.33F);
+
+std::vector<ActionRow> map_rows() {
+  using enum Action;
+  std::vector<ActionRow> rows = {{follow, "f", "F", "Follow", 2, 7, "Follow the touch"}};
+  for (const Action action : {shading_clay, shading_polished, shading_curvature, grid, light_theme, measure,
+                              show_all, screenshot, panels, help})
+    rows.push_back(common_row(action));
+  rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
+  return rows;
+}
+
+SceneStyle gray_style() {
+  SceneStyle style;
+  style.plain_rgb = kMapGray;
+  return style;
+}
+
+/// "0.02 mm, 0.1°": one standard deviation along the least certain axes.
+std::string sigma_words(const PlaceHypothesis& place) {
+  const Vector6d sigma = sigma_of(place.covariance);
+  return fmt::format("{:.3f} mm, {:.2f}°", sigma.tail<3>().maxCoeff(),
+                     sigma.head<3>().maxCoeff() * kDegreesPerRadian);
+}
+
+std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
+
+}  // namespace
+
+MapControls::MapControls() : SceneControls(map_rows(), gray_style(), {SceneColor::plain}) {}
+
+void MapControls::act(Action action, double now_s) {
+  if (action == Action::close) return close();
+  if (action != Action::follow) return SceneControls::act(action, now_s);
+  follows_ = !follows_;
+  say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
+}
+
+ButtonLook MapControls::button(const ActionRow& row) const {
+  ButtonLook look = SceneControls::button(row);
+  if (row.action == Action::follow && follows_) look.ink = theme::kBlue;
+  return look;
+}
+
+StateWords place_words(const LocatedTouch* touch) {
+  if (touch == nullptr || touch->place.tracked.status == TrackStatus::background)
+    return {"background", theme::kBlue, "Getting ready",
+            "Keep the gel free until the map is read and the background is measured."};
+  const LocalizedFrame& place = touch->place;
+  if (place.tracked.status == TrackStatus::no_contact)
+    return {"no_contact", theme::kGray, "No contact", "Press the sensor on the object."};
+  const std::size_t count = place.hypotheses.size();
+  switch (place.status) {
+    case PlaceStatus::localized:
+      return {"localized", theme::kGreen, "Localized", "σ " + sigma_words(place.hypotheses.front())};
+    case PlaceStatus::ambiguous:
+      return {"ambiguous", theme::kAmber,
+              count > 1 ? fmt::format("Ambiguous, {} places", count) : "Place uncertain",
+              sentences(place.reason)};
+    case PlaceStatus::unknown:
+      break;
+  }
+  return {"not_in_map", theme::kRed, "Not in the map", sentences(place.reason)};
+}
+
+MapWindow::MapWindow(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options)
+    : SceneLoop(loop_options(options)), map_(map), touches_(touches), options_(options) {
+  scene_.set_mesh(map.mesh);
+  frame_.words = place_words(nullptr);
+}
+
+const std::vector<PlaceHypothesis>& MapWindow::places() const {
+  static const std::vector<PlaceHypothesis> kNone;
+  return touch_ ? touch_->place.hypotheses : kNone;
+}
+
+bool MapWindow::advance(double /*now_s*/, double dt_s) {
+  const std::shared_ptr<const LocatedTouch> touch = touches_.newest;
+  const bool is_new = touch != touch_;
+  if (is_new) show(touch);
+  if (touches_.have_ended) frame_.status.warning = "There are no more frames. Q closes.";
+  return move_camera(dt_s) || follow_touch(dt_s) || is_new || !scene_.statistics().complete;
+}
+
+void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
+  touch_ = touch;
+  frame_.words = place_words(touch.get());
+  LiveTouch seen;
+  seen.image = touch->picture;
+  seen.surface = touch->surface;
+  if (!seen.image.empty()) picture_.set(tactile_picture(seen, kPictureWidth_px, bgr_of(theme::kGreen)));
+  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidth_px));
+  std::optional<TouchPatch> patch;
+  for (const PlaceHypothesis& place : places()) {
+    const double opacity = touch->place.status == PlaceStatus::localized
+                               ? 1
+                               : kGhostOpacity * place.probability / places().front().probability;
+    if (!patch)
+      patch = TouchPatch{touch->surface, place.map_T_sensor, map_.gradient_scale, opacity};
+    else
+      patch->ghosts.push_back({place.map_T_sensor, opacity});
+  }
+  scene_.set_touch(std::move(patch));
+}
+
+/// Turns the touched side to the viewer: of several places the one that is turned to them most. The whole map
+/// stays in view, unless the person is nearer.
+bool MapWindow::follow_touch(double dt_s) {
+  if (!controls_.follows() || !camera_is_set_ || places().empty()) return false;
+  const Eigen::Vector3d looks = -camera_.map_R_camera().col(2).cast<double>();
+  Pose goal = std::max_element(places().begin(), places().end(),
+                               [&](const PlaceHypothesis& a, const PlaceHypothesis& b) {
+                                 return a.map_T_sensor.linear().col(2).dot(looks) <
+                                        b.map_T_sensor.linear().col(2).dot(looks);
+                               })
+                  ->map_T_sensor;
+  const Eigen::Vector3d middle = scene_.bounds_mm().center().cast<double>();
+  const double nearness =
+      1 - static_cast<double>(camera_.distance_mm() / whole_view(viewport()).distance_mm());
+  goal.translation() = middle + std::clamp(nearness, 0.0, 1.0) * (goal.translation() - middle);
+  return follow(goal, dt_s);
+}
+
+OrbitCamera MapWindow::whole_view(const Viewport& viewport) const {
+  return camera_.fitted(scene_.bounds_mm(), viewport);
+}
+
+std::optional<Eigen::Vector3f> MapWindow::pick(std::size_t /*part*/, const PickRay& ray) const {
+  return scene_.pick(ray);
+}
+
+void MapWindow::settle() {
+  scene_.finish_details();
+  follow_touch(1e9);
+}
+
+void MapWindow::draw_frame(Ui& ui, double now_s) {
+  const Layout boxes = lay_out(ui, controls_.shows_panels());
+  set_view(boxes.view);
+  if (!std::exchange(camera_is_set_, true)) {
+    look_at_broad_side(map_.mesh, camera_);
+    camera_ = whole_view(viewport());
+  }
+  scene_.draw(camera_, viewport(), controls_.style());
+  if (controls_.shows_panels()) {
+    draw_probabilities(ui);
+    draw_marks(ui, controls_.style(), std::nullopt);
+    draw_banner(ui, view(), frame_, false, now_s);
+  }
+  if (boxes.side.width > 0) draw_side(ui, boxes.side);
+  if (boxes.bar.width > 0) draw_action_bar(ui, boxes.bar, controls_, now_s);
+}
+
+/// At the lower edge of the sensor's outline of each of several places; dim behind the object.
+void MapWindow::draw_probabilities(Ui& ui) const {
+  if (!touch_ || touch_->place.status != PlaceStatus::ambiguous) return;
+  for (const PlaceHypothesis& place : places()) {
+    const double edge_mm = 0.5 * touch_->surface->contact.rows * touch_->surface->pixel_pitch_mm;
+    const Eigen::Vector3f edge = (place.map_T_sensor * Eigen::Vector3d(0, edge_mm, 0)).cast<float>();
+    const auto at = on_screen(viewport(), edge);
+    if (!at) continue;
+    const Eigen::Vector3f outward = -place.map_T_sensor.linear().col(2).cast<float>();
+    const std::string text = percent(place.probability);
+    const Box box{at->x() - 0.5F * ui.width_of(Face::title, text), at->y() - 0.5F * ui.height_of(Face::title),
+                  ui.width_of(Face::title, text), ui.height_of(Face::title)};
+    const bool is_seen = outward.dot(camera_.eye_mm() - edge) > 0;
+    ui.fill(box.inset(-ui.px(4)), theme::with_alpha(theme::kBackdrop, is_seen ? 0.7 : 0.4), 6);
+    ui.text_at(Face::title, box.x, box.y, is_seen ? theme::kText : theme::kDim, text);
+  }
+}
+
+void MapWindow::draw_side(Ui& ui, const Box& side) const {
+  ui.begin_panel("##side", side, 14);
+  ui.row(Face::small, map_.name, text_of_duration(touch_ ? touch_->place.tracked.time_s : 0));
+  ui.gap(8);
+  const std::size_t rows = std::min(places().size(), kMostRows);
+  const float row = ui.height_of(Face::body) + ui.px(11);
+  const float table = static_cast<float>(rows + 2) * row;
+  const float each = 0.5F * (ui.room().height - table - ui.px(22));
+  draw_picture(ui, each, "Touch and contact", picture_, "no picture yet");
+  ui.gap(10);
+  draw_picture(ui, each, "Normals", normals_, "no surface yet");
+  ui.gap(12);
+  ui.text(Face::small, theme::kDim, "Places: one standard deviation, probability");
+  ui.gap(8);
+  double elsewhere = 1;
+  const auto line = [&](const std::string& name, double share, Color color) {
+    ui.row(Face::body, name, percent(share), theme::kDim, theme::kText);
+    ui.gap(2);
+    ui.bar(share, share, color, 4);
+    ui.gap(5);
+  };
+  for (std::size_t i = 0; i < rows; ++i) {
+    line(sigma_words(places()[i]), places()[i].probability, frame_.words.color);
+    elsewhere -= places()[i].probability;
+  }
+  line(places().size() > rows ? fmt::format("{} more, or elsewhere", places().size() - rows)
+                              : "elsewhere or not in the map",
+       std::max(0.0, elsewhere), theme::kGray);
+  ui.end_panel();
+}
+
+}  // namespace gelslam::viewer::detail
+
+namespace gelslam {
+
+void run_map_window(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options) {
+  viewer::detail::MapWindow window(map, touches, options);
+  window.run();
+  if (!options.snapshot.empty()) viewer::write_png(options.snapshot, window.picture(1e9));
+}
+
+void write_map_snapshot(const ShownMap& map, const LocatedTouches& touches,
+                        const std::filesystem::path& png) {
+  LocatedTouches last;
+  last.newest = touches.placed.load() ? touches.placed.load() : touches.newest.load();
+  WindowOptions options;
+  options.visible = false;
+  viewer::detail::MapWindow window(map, last, options);
+  window.turn(0, true);  // lays the window out
+  window.settle();
+  viewer::write_png(png, window.picture(0.01));
+}
+
+}  // namespace gelslam

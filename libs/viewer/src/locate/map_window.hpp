@@ -1,0 +1,66 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gelslam/viewer/map_window.hpp"
+#include "live/live_window.hpp"
+
+namespace gelslam::viewer::detail {
+
+class MapControls : public SceneControls {
+ public:
+  MapControls();
+
+  bool follows() const { return follows_; }
+  void stop_following() { follows_ = false; }
+  ButtonLook button(const ActionRow& row) const override;
+
+ protected:
+  void act(Action action, double now_s) override;
+
+ private:
+  bool follows_ = true;
+};
+
+/// What a frame's place means, or that there is no frame yet.
+StateWords place_words(const LocatedTouch* touch);
+
+/// The window of a sensor in a known map, frame by frame.
+class MapWindow : public SceneLoop {
+ public:
+  /// `map` and `touches` must stay.
+  MapWindow(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options);
+  ~MapWindow() override { host().make_current(); }
+
+  MapControls& controls() override { return controls_; }
+  void settle();  ///< all that is shown bit by bit, at once
+
+ private:
+  bool advance(double now_s, double dt_s) override;
+  void draw_frame(Ui& ui, double now_s) override;
+  bool closes_by_itself() override { return options_.asks_to_end && options_.asks_to_end(); }
+  std::string_view state() override { return touches_.have_ended ? "finished" : frame_.words.state; }
+  SceneControls& scene_controls() override { return controls_; }
+  OrbitCamera whole_view(const Viewport& viewport) const override;
+  std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
+  void view_turned() override { controls_.stop_following(); }
+
+  void show(const std::shared_ptr<const LocatedTouch>& touch);
+  bool follow_touch(double dt_s);
+  void draw_probabilities(Ui& ui) const;
+  void draw_side(Ui& ui, const Box& side) const;
+  const std::vector<PlaceHypothesis>& places() const;
+
+  const ShownMap& map_;
+  const LocatedTouches& touches_;
+  WindowOptions options_;
+  MapControls controls_;
+  Scene scene_;
+  Texture picture_, normals_;
+  std::shared_ptr<const LocatedTouch> touch_;  ///< shown
+  LiveFrame frame_;                            ///< words of it
+  bool camera_is_set_ = false;
+};
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,165 @@
+// The window of a sensor in a known map, drawn into pictures without a display. With GELSLAM_PICTURES=FOLDER
+// they are kept to be looked at.
+
+#include "locate/map_window.hpp"
+
+#include <GLFW/glfw3.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
+
+#include "window_pictures.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using namespace viewer;
+using namespace viewer::detail;
+
+/// A flat round touch of 2 mm radius.
+SurfacePtr round_touch() {
+  auto surface = std::make_shared<Surface>();
+  const cv::Size size(160, 120);
+  surface->pixel_pitch_mm = 0.06;
+  surface->height_mm = cv::Mat1f::zeros(size);
+  surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
+  surface->contact = cv::Mat1b::zeros(size);
+  cv::circle(surface->contact, {80, 60}, 33, 255, cv::FILLED);
+  surface->contact_pixels = cv::countNonZero(surface->contact);
+  return surface;
+}
+
+/// A plate of 40 x 30 x 4 mm; its upper side looks along -z.
+Mesh plate() {
+  Mesh mesh;
+  for (const float z : {0.0F, 4.0F})
+    for (const auto& [x, y] : {std::pair(-20.0F, -15.0F), {20.0F, -15.0F}, {20.0F, 15.0F}, {-20.0F, 15.0F}})
+      mesh.vertices_mm.emplace_back(x, y, z);
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}};
+  return mesh;
+}
+
+/// On the upper side of the plate, or on the lower one.
+PlaceHypothesis at(double x, double y, double probability, bool above = true) {
+  PlaceHypothesis place;
+  if (!above) place.map_T_sensor = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
+  place.map_T_sensor.translation() = Eigen::Vector3d(x, y, above ? 0 : 4);
+  place.covariance = Vector6d(1e-6, 1e-6, 4e-6, 1e-4, 1e-4, 4e-4).asDiagonal();  // 0.02 mm, 0.11 degrees
+  place.probability = probability;
+  return place;
+}
+
+class OpenWindow : public MapWindow {
+ public:
+  using MapWindow::MapWindow;
+  Eigen::Vector2f pixel_of(const Eigen::Vector3d& p_mm) const {
+    return on_screen(viewport(), p_mm.cast<float>()).value();
+  }
+};
+
+class MapWindowPicture : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
+    WindowOptions options;
+    options.visible = false;
+    options.width_px = 900;
+    options.height_px = 620;
+    window_ = std::make_unique<OpenWindow>(map_, touches_, options);
+    window_->turn(0, true);
+  }
+  void put(PlaceStatus status, std::vector<PlaceHypothesis> places, const std::string& reason = "",
+           TrackStatus track = TrackStatus::tracked) {
+    auto touch = std::make_shared<LocatedTouch>();
+    touch->surface = round_touch();
+    touch->picture = cv::Mat3b(120, 160, cv::Vec3b(90, 120, 60));
+    touch->place.tracked.status = track;
+    touch->place.status = status;
+    touch->place.hypotheses = std::move(places);
+    touch->place.reason = reason;
+    touches_.newest = touch;
+  }
+  cv::Mat3b picture(const std::string& name) {
+    for (int i = 0; i < 5; ++i) window_->turn(now_s_ += 0.1);
+    window_->settle();
+    const cv::Mat3b result = window_->picture(now_s_ += 0.02);
+    if (const char* kept = std::getenv("GELSLAM_PICTURES"))
+      write_png(std::string(kept) + "/" + name + ".png", result);
+    return result;
+  }
+  bool shows(const std::string& text, Color color) const {
+    return std::any_of(window_->texts().begin(), window_->texts().end(),
+                       [&](const DrawnText& t) { return t.text == text && t.color == color; });
+  }
+  /// How much redder than blue the picture is in the middle of a touch.
+  int glow(const cv::Mat3b& picture, const PlaceHypothesis& place) const {
+    const Eigen::Vector2f p = window_->pixel_of(place.map_T_sensor.translation());
+    const cv::Vec3b color = picture(cvRound(p.y()), cvRound(p.x()));
+    return color[2] - color[0];
+  }
+
+  const ShownMap map_{"plate", plate()};
+  LocatedTouches touches_;
+  std::unique_ptr<OpenWindow> window_;
+  double now_s_ = 0;
+};
+
+TEST_F(MapWindowPicture, TheMapIsGrayAndTheTouchGlowsAtItsPlace) {
+  EXPECT_TRUE((picture("map_0"), shows("Getting ready", theme::kBlue)));
+  const PlaceHypothesis place = at(11, -4, 0.99), elsewhere = at(-9, 6, 0);
+  put(PlaceStatus::localized, {place});
+  const cv::Mat3b shown = picture("map_1");
+  EXPECT_TRUE(shows("Localized", theme::kGreen));
+  EXPECT_TRUE(shows("99 %", theme::kText));
+  EXPECT_TRUE(shows("σ 0.020 mm, 0.11°", theme::kText));
+  EXPECT_GT(glow(shown, place), 60);
+  EXPECT_LT(std::abs(glow(shown, elsewhere)), 15) << "gray";
+  const Eigen::Vector2f p = window_->pixel_of(elsewhere.map_T_sensor.translation());
+  EXPECT_GT(shown(cvRound(p.y()), cvRound(p.x()))[1], 80) << "the map, brighter than what is behind it";
+}
+
+TEST_F(MapWindowPicture, SeveralPlacesAreGhostsAsFaintAsTheyAreImprobable) {
+  const PlaceHypothesis likely = at(11, -4, 0.6), unlikely = at(-9, 6, 0.25), never = at(0, -10, 0);
+  put(PlaceStatus::ambiguous, {likely, unlikely}, "several places of the map look like this touch");
+  const cv::Mat3b shown = picture("map_2");
+  EXPECT_TRUE(shows("Ambiguous, 2 places", theme::kAmber));
+  EXPECT_TRUE(shows("Several places of the map look like this touch.", theme::kText));
+  for (const char* share : {"60 %", "25 %", "15 %"}) EXPECT_TRUE(shows(share, theme::kText)) << share;
+  EXPECT_GT(glow(shown, likely), glow(shown, unlikely) + 20);
+  EXPECT_GT(glow(shown, unlikely), glow(shown, never) + 20);
+  put(PlaceStatus::localized, {likely});
+  EXPECT_GT(glow(picture("map_3"), likely), glow(shown, likely) + 10) << "no ghost any more";
+}
+
+TEST_F(MapWindowPicture, TheTouchedSideTurnsToTheViewerUnlessAnotherPlaceIsSeen) {
+  const PlaceHypothesis above = at(6, 2, 0.5), below = at(-6, 2, 0.5, false);
+  put(PlaceStatus::localized, {below});
+  EXPECT_GT(glow(picture("map_4"), below), 60);
+  put(PlaceStatus::ambiguous, {above, below});
+  const cv::Mat3b shown = picture("map_5");
+  EXPECT_GT(glow(shown, below), 30);
+  EXPECT_GT(glow(shown, below), glow(shown, above) + 15) << "behind the plate";
+  EXPECT_GT(glow(shown, above), 5) << "through it";
+  window_->host().push({InputEvent::Kind::key, GLFW_KEY_F, true});
+  put(PlaceStatus::localized, {above});
+  EXPECT_LT(glow(picture("map_6"), above), 15) << "the view stays where it is";
+}
+
+TEST_F(MapWindowPicture, SaysWhyThereIsNoPlace) {
+  put(PlaceStatus::unknown, {}, "no place of the map looks like this touch");
+  const cv::Mat3b lost = picture("map_7");
+  EXPECT_TRUE(shows("Not in the map", theme::kRed));
+  EXPECT_TRUE(shows("No place of the map looks like this touch.", theme::kText));
+  EXPECT_LT(glowing(lost, window_->view()), 100);
+  put(PlaceStatus::ambiguous, {at(0, 0, 0.7)}, "this touch shows too little to be certain");
+  EXPECT_TRUE((picture("map_8"), shows("Place uncertain", theme::kAmber)));
+  put(PlaceStatus::unknown, {}, "nothing touches the sensor", TrackStatus::no_contact);
+  touches_.have_ended = true;
+  picture("map_9");
+  EXPECT_TRUE(shows("No contact", theme::kGray));
+  EXPECT_TRUE(shows("There are no more frames. Q closes.", theme::kText));
+}
+
+}  // namespace
+}  // namespace gelslam::test
