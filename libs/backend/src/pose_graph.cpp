@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
+#include <dlfcn.h>
 
 #include <algorithm>
 #include <cmath>
@@ -127,6 +128,28 @@ class EdgeCost : public ceres::CostFunction {
   ceres::AutoDiffCostFunction<OfNodes, 6, 7, 7> of_nodes_;
 };
 
+/// While it lives, OpenBLAS runs with one thread, if SuiteSparse calls that: the order of its sums depends on
+/// the number of threads. The BLAS that Debian installs with Ceres (ATLAS) has one thread.
+class SerialBlas {
+ public:
+  SerialBlas() {
+    const auto threads = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
+    set_threads_ = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
+    if (!threads || !set_threads_) return;
+    threads_before_ = threads();
+    set_threads_(1);
+  }
+  ~SerialBlas() {
+    if (threads_before_ > 0) set_threads_(threads_before_);
+  }
+  SerialBlas(const SerialBlas&) = delete;
+  SerialBlas& operator=(const SerialBlas&) = delete;
+
+ private:
+  void (*set_threads_)(int) = nullptr;
+  int threads_before_ = 0;
+};
+
 /// A state of the graph with its residuals.
 struct Estimate {
   std::vector<NodeState> nodes;
@@ -156,8 +179,12 @@ class Solver {
 
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    // Not SuiteSparse: it calls the system's BLAS, whose sums depend on its thread count.
-    solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+    // Its supernodal factorization takes a quarter of the time of Eigen's for thousands of nodes.
+    if (ceres::IsSparseLinearAlgebraLibraryTypeAvailable(ceres::SUITE_SPARSE))
+      solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    else
+      solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+    const SerialBlas serial;
     solver.num_threads = 1;
     // Nearly Gauss-Newton: with Ceres' default the soft modes of a long chain need many steps.
     solver.initial_trust_region_radius = 1e8;
