@@ -38,6 +38,7 @@ static_assert(sizeof(PackedHeader) == 40);
 constexpr std::size_t kHeaderAt = kMagic.size() + sizeof(std::uint32_t);
 constexpr std::size_t kStreamAt = kHeaderAt + sizeof(PackedHeader);
 
+/// Of bytes, or of their beginning.
 PackedHeader header_of(const std::string& bytes) {
   PackedHeader header;
   std::memcpy(&header, bytes.data() + kHeaderAt, sizeof header);
@@ -236,9 +237,7 @@ bool is_possible(const PackedHeader& h) {
          h.has_confidence <= 1 && h.zero_is_bare_gel <= 1;
 }
 
-}  // namespace
-
-PackedSurface::PackedSurface(const Surface& surface) {
+std::string packed(const Surface& surface) {
   const cv::Rect box = detailed_box(surface.contact);
   PackedHeader header;
   header.width = static_cast<std::uint16_t>(surface.contact.cols);
@@ -260,10 +259,17 @@ PackedSurface::PackedSurface(const Surface& surface) {
   std::memcpy(content.data(), &header, sizeof header);
   content += deflated(planes_of(surface, box, header.has_confidence != 0));
   const std::uint32_t sum = crc32_of(content);
-  bytes_ = std::string(kMagic);
-  bytes_.append(reinterpret_cast<const char*>(&sum), sizeof sum);
-  bytes_ += content;
+  std::string bytes(kMagic);
+  bytes.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+  return bytes + content;
 }
+
+}  // namespace
+
+PackedSurface::PackedSurface(std::string bytes)
+    : header_(bytes.substr(0, kStreamAt)), bytes_(std::move(bytes)) {}
+
+PackedSurface::PackedSurface(const Surface& surface) : PackedSurface(packed(surface)) {}
 
 PackedSurface PackedSurface::from_bytes(std::string bytes) {
   if (bytes.size() < kStreamAt || !bytes.starts_with(kMagic)) throw Error("damaged, or not a packed surface");
@@ -272,13 +278,11 @@ PackedSurface PackedSurface::from_bytes(std::string bytes) {
   if (sum != crc32_of(std::string_view(bytes).substr(kHeaderAt)))
     throw Error("damaged: its checksum does not match");
   if (!is_possible(header_of(bytes))) throw Error("holds numbers that no surface has");
-  PackedSurface packed;
-  packed.bytes_ = std::move(bytes);
-  return packed;
+  return PackedSurface(std::move(bytes));
 }
 
 SurfacePtr PackedSurface::unpack() const {
-  const PackedHeader header = header_of(bytes_);
+  const PackedHeader header = header_of(header_);
   const cv::Size size(header.width, header.height);
   const cv::Rect box = box_of(header);
   auto surface = std::make_shared<Surface>();
@@ -290,7 +294,7 @@ SurfacePtr PackedSurface::unpack() const {
   surface->contact = cv::Mat1b::zeros(size);
   surface->curvature = cv::Mat1f::zeros(size);
   if (header.has_confidence) surface->confidence = cv::Mat1b::zeros(size);
-  const std::string planes = inflated(bytes_, planes_size(header));
+  const std::string planes = inflated(bytes_.read(), planes_size(header));
   unpack_coarse(planes, box, *surface);
   if (!box.empty()) unpack_box(planes, coarse_size(header), box, *surface);
   surface->contact_pixels = cv::countNonZero(surface->contact);
@@ -299,15 +303,15 @@ SurfacePtr PackedSurface::unpack() const {
 }
 
 cv::Size PackedSurface::size() const {
-  const PackedHeader header = header_of(bytes_);
+  const PackedHeader header = header_of(header_);
   return {header.width, header.height};
 }
-double PackedSurface::pixel_pitch_mm() const { return header_of(bytes_).pixel_pitch_mm; }
-double PackedSurface::model_sigma() const { return static_cast<double>(header_of(bytes_).model_sigma); }
+double PackedSurface::pixel_pitch_mm() const { return header_of(header_).pixel_pitch_mm; }
+double PackedSurface::model_sigma() const { return static_cast<double>(header_of(header_).model_sigma); }
 Eigen::Vector2d PackedSurface::contact_center_mm() const {
-  const PackedHeader header = header_of(bytes_);
+  const PackedHeader header = header_of(header_);
   return {header.center_x_mm, header.center_y_mm};
 }
-int PackedSurface::contact_pixels() const { return static_cast<int>(header_of(bytes_).contact_pixels); }
+int PackedSurface::contact_pixels() const { return static_cast<int>(header_of(header_).contact_pixels); }
 
 }  // namespace gelslam

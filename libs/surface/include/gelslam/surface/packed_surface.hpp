@@ -4,14 +4,15 @@
 #include <string>
 #include <string_view>
 
+#include "gelslam/core/swapped_bytes.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 
-/// A surface as maps keep it, in memory and in files: every pixel of the contact's bounding box, means over
-/// 4x4 pixels beyond, where the gel is smooth; quantized and compressed without further loss, with a
-/// checksum. About 25 times smaller than a Surface. Normals are rounded to kNormalStep, a hundredth of their
-/// noise (0.02 rad), heights to kHeightStepMm, a thirtieth (0.004 mm). Curvature is rounded to
+/// A surface as maps keep it, on disk (SwappedBytes) and in files: every pixel of the contact's bounding box,
+/// means over 4x4 pixels beyond, where the gel is smooth; quantized and compressed without further loss, with
+/// a checksum. About 25 times smaller than a Surface. Normals are rounded to kNormalStep, a hundredth of
+/// their noise (0.02 rad), heights to kHeightStepMm, a thirtieth (0.004 mm). Curvature is rounded to
 /// kCurvatureStep, so finely that few pixels become equal: samples are chosen by its rank, equal ones in
 /// order of rows. Packing what was unpacked gives the same bytes. Immutable, shareable between threads.
 /// Layout: docs/file-formats.md.
@@ -27,7 +28,7 @@ class PackedSurface {
   /// What bytes() gave. Throws Error when it is damaged.
   static PackedSurface from_bytes(std::string bytes);
 
-  const std::string& bytes() const { return bytes_; }
+  std::string bytes() const { return bytes_.read(); }
   /// Deterministic; some milliseconds. Throws Error for what no surface packs to, although the checksum fits.
   SurfacePtr unpack() const;
 
@@ -38,9 +39,10 @@ class PackedSurface {
   Eigen::Vector2d contact_center_mm() const;
 
  private:
-  PackedSurface() = default;
+  explicit PackedSurface(std::string bytes);
 
-  std::string bytes_;
+  std::string header_;  ///< what bytes() begin with
+  SwappedBytes bytes_;
 };
 
 }  // namespace gelslam
