@@ -20,7 +20,7 @@ PlaceFeatures random_features(int count, std::uint64_t seed) {
   for (int i = 0; i < count; ++i) {
     features.pixels.emplace_back(static_cast<float>(random() % 320), static_cast<float>(random() % 240));
     for (int k = 0; k < kDescriptorSize; ++k)
-      features.descriptors.push_back(static_cast<std::int16_t>(random() % 120));
+      features.descriptors.push_back(static_cast<std::uint8_t>(random() % 120));
   }
   return features;
 }
@@ -182,8 +182,8 @@ TEST(PlaceIndex, RanksThePlaceSeenAgainFirstAmongHundreds) {
   std::mt19937_64 random(99);
   for (const int truth : {0, 150, 299}) {
     PlaceFeatures again = random_features(40 + truth % 100, static_cast<std::uint64_t>(truth));
-    for (std::int16_t& d : again.descriptors)
-      d = static_cast<std::int16_t>(d + static_cast<int>(random() % 21) - 10);
+    for (std::uint8_t& d : again.descriptors)
+      d = static_cast<std::uint8_t>(std::max(0, d + static_cast<int>(random() % 21) - 10));
     EXPECT_EQ(index.most_alike(again, kPlaces, 20).front(), truth);
     const std::vector<int> searched_before = index.most_alike(again, truth, 20);
     EXPECT_EQ(std::count(searched_before.begin(), searched_before.end(), truth), 0);

@@ -24,7 +24,7 @@ PlaceFeatures make_features(std::uint64_t seed) {
     std::mt19937_64 kind(random() % 1000);
     for (int k = 0; k < kDescriptorSize; ++k) {
       const int level = static_cast<int>(kind() % 100) + static_cast<int>(random() % 61) - 30;
-      features.descriptors.push_back(static_cast<std::int16_t>(std::max(0, level)));
+      features.descriptors.push_back(static_cast<std::uint8_t>(std::max(0, level)));
     }
   }
   return features;

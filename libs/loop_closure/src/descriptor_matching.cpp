@@ -4,22 +4,23 @@
 #include "place_features.hpp"
 
 namespace gelslam::loop_closure::detail {
-namespace {
 
-// Squared distances of one descriptor to `count` others. Differences of numbers 0..255 and their squares' sum
-// fit.
 GELSLAM_TARGET_CLONES("avx2", "default")
-void squared_distances(const std::int16_t* query, const std::int16_t* others, int count, int* result) {
+void squared_distances(const std::uint8_t* query, const std::uint8_t* others, int count, int* result) {
   for (int i = 0; i < count; ++i) {
-    const std::int16_t* other = others + static_cast<std::ptrdiff_t>(i) * kDescriptorSize;
+    const std::uint8_t* other = others + static_cast<std::ptrdiff_t>(i) * kDescriptorSize;
     int sum = 0;
     for (int k = 0; k < kDescriptorSize; ++k) {
-      const auto difference = static_cast<std::int16_t>(query[k] - other[k]);
+      // 16 bits hold a difference: the compiler multiplies and adds them in pairs.
+      const auto difference = static_cast<std::int16_t>(static_cast<std::int16_t>(query[k]) -
+                                                        static_cast<std::int16_t>(other[k]));
       sum += difference * difference;
     }
     result[i] = sum;
   }
 }
+
+namespace {
 
 struct Nearest {
   int index = -1;

@@ -48,7 +48,7 @@ PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions&
     const cv::Point2f& p = keypoints[static_cast<std::size_t>(i)].pt;
     features.pixels.emplace_back(p.x, p.y);
     for (int k = 0; k < kDescriptorSize; ++k)
-      features.descriptors.push_back(static_cast<std::int16_t>(std::lround(descriptors(i, k))));
+      features.descriptors.push_back(static_cast<std::uint8_t>(std::lround(descriptors(i, k))));
   }
   return features;
 }

@@ -13,19 +13,21 @@ namespace gelslam::loop_closure::detail {
 
 constexpr int kDescriptorSize = 128;
 
-/// SIFT features of one curvature map. OpenCV's descriptors are whole numbers 0..255, kept as 16 bits because
-/// the dot product is taken in those.
+/// SIFT features of one curvature map. OpenCV's descriptors are whole numbers 0..255.
 struct PlaceFeatures {
   std::vector<Eigen::Vector2f> pixels;
-  std::vector<std::int16_t> descriptors;  ///< size() x kDescriptorSize
+  std::vector<std::uint8_t> descriptors;  ///< size() x kDescriptorSize
 
   int size() const { return static_cast<int>(pixels.size()); }
-  const std::int16_t* descriptor(int i) const {
+  const std::uint8_t* descriptor(int i) const {
     return descriptors.data() + static_cast<std::size_t>(i) * kDescriptorSize;
   }
 };
 
 PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions& options);
+
+/// Squared distances (L2) of one descriptor to `count` others, one after the other.
+void squared_distances(const std::uint8_t* query, const std::uint8_t* others, int count, int* result);
 
 struct Match {
   int a = 0, b = 0;  ///< feature indices

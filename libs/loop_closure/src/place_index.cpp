@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
+#include <utility>
 
 namespace gelslam::loop_closure::detail {
 
@@ -25,7 +27,7 @@ PlaceIndex::PlaceIndex() {
 }
 
 std::array<float, PlaceIndex::kTables * PlaceIndex::kBits> PlaceIndex::project(
-    const std::int16_t* descriptor) const {
+    const std::uint8_t* descriptor) const {
   std::array<float, kTables * kBits> result;
   const float* row = projections_.data();
   for (float& value : result) {
@@ -36,9 +38,28 @@ std::array<float, PlaceIndex::kTables * PlaceIndex::kBits> PlaceIndex::project(
   return result;
 }
 
+template <typename See>
+void PlaceIndex::for_neighbors(const std::uint8_t* descriptor, See see) const {
+  const auto projected = project(descriptor);
+  for (int table = 0; table < kTables; ++table) {
+    const float* values = projected.data() + table * kBits;
+    std::uint32_t key = 0;
+    int least_sure = 0;
+    for (int bit = 0; bit < kBits; ++bit) {
+      key |= static_cast<std::uint32_t>(values[bit] > 0) << bit;
+      if (std::abs(values[bit]) < std::abs(values[least_sure])) least_sure = bit;
+    }
+    for (const std::uint32_t probe : {key, key ^ (1U << least_sure)})
+      for (const int i : tables_[static_cast<std::size_t>(table)][probe]) {
+        int distance = 0;
+        squared_distances(descriptor, descriptors_.data() + static_cast<std::ptrdiff_t>(i) * kDescriptorSize,
+                          1, &distance);
+        see(keyframe_of_[static_cast<std::size_t>(i)], distance);
+      }
+  }
+}
+
 void PlaceIndex::add(const PlaceFeatures& features) {
-  const int keyframe = static_cast<int>(feature_count_.size());
-  feature_count_.push_back(features.size());
   for (int i = 0; i < features.size(); ++i) {
     const auto projected = project(features.descriptor(i));
     for (int table = 0; table < kTables; ++table) {
@@ -46,38 +67,49 @@ void PlaceIndex::add(const PlaceFeatures& features) {
       for (int bit = 0; bit < kBits; ++bit)
         key |= static_cast<std::uint32_t>(projected[static_cast<std::size_t>(table * kBits + bit)] > 0)
                << bit;
-      tables_[static_cast<std::size_t>(table)][key].push_back(keyframe);
+      tables_[static_cast<std::size_t>(table)][key].push_back(static_cast<int>(keyframe_of_.size()));
     }
+    keyframe_of_.push_back(keyframes_);
   }
+  descriptors_.insert(descriptors_.end(), features.descriptors.begin(), features.descriptors.end());
+  ++keyframes_;
 }
 
 void PlaceIndex::truncate(int count) {
-  feature_count_.resize(static_cast<std::size_t>(count));
+  keyframes_ = std::min(keyframes_, count);
+  keyframe_of_.erase(std::lower_bound(keyframe_of_.begin(), keyframe_of_.end(), count), keyframe_of_.end());
+  descriptors_.resize(keyframe_of_.size() * kDescriptorSize);
   for (auto& table : tables_)
     for (std::vector<int>& bucket : table)
-      while (!bucket.empty() && bucket.back() >= count) bucket.pop_back();
+      while (!bucket.empty() && static_cast<std::size_t>(bucket.back()) >= keyframe_of_.size())
+        bucket.pop_back();
 }
 
 std::vector<int> PlaceIndex::most_alike(const PlaceFeatures& features, int searched, int count) const {
+  constexpr std::size_t kNearest = 20;  // keyframes that one descriptor votes for
+  constexpr int kFar = std::numeric_limits<int>::max();
   std::vector<float> votes(static_cast<std::size_t>(searched), 0.0F);
+  std::vector<int> distance_of(votes.size(), kFar), alike, distances;
   for (int i = 0; i < features.size(); ++i) {
-    const auto projected = project(features.descriptor(i));
-    for (int table = 0; table < kTables; ++table) {
-      const float* values = projected.data() + table * kBits;
-      std::uint32_t key = 0;
-      int least_sure = 0;
-      for (int bit = 0; bit < kBits; ++bit) {
-        key |= static_cast<std::uint32_t>(values[bit] > 0) << bit;
-        if (std::abs(values[bit]) < std::abs(values[least_sure])) least_sure = bit;
-      }
-      for (const std::uint32_t probe : {key, key ^ (1U << least_sure)})
-        for (const int keyframe : tables_[static_cast<std::size_t>(table)][probe])
-          if (keyframe < searched) votes[static_cast<std::size_t>(keyframe)] += 1.0F;
-    }
+    alike.clear();
+    for_neighbors(features.descriptor(i), [&](int keyframe, int distance) {
+      if (keyframe >= searched) return;
+      int& least = distance_of[static_cast<std::size_t>(keyframe)];
+      if (least == kFar) alike.push_back(keyframe);
+      least = std::min(least, distance);
+    });
+    distances.clear();
+    for (const int keyframe : alike)
+      distances.push_back(std::max(1, std::exchange(distance_of[static_cast<std::size_t>(keyframe)], kFar)));
+    if (distances.empty()) continue;
+    std::vector<int> sorted = distances;
+    const auto next = sorted.begin() + static_cast<std::ptrdiff_t>(std::min(kNearest, sorted.size() - 1));
+    std::nth_element(sorted.begin(), next, sorted.end());
+    for (std::size_t k = 0; k < alike.size(); ++k)
+      if (distances[k] < *next)
+        votes[static_cast<std::size_t>(alike[k])] +=
+            std::log(static_cast<float>(*next) / static_cast<float>(distances[k]));
   }
-  // Chance votes grow with a keyframe's features; their scatter with the root.
-  for (std::size_t k = 0; k < votes.size(); ++k)
-    votes[k] /= std::sqrt(static_cast<float>(std::max(1, feature_count_[k])));
 
   std::vector<int> order(votes.size());
   std::iota(order.begin(), order.end(), 0);

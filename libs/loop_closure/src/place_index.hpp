@@ -8,10 +8,11 @@
 
 namespace gelslam::loop_closure::detail {
 
-/// Which of many keyframes share features with one: every descriptor is hashed by the signs of random
-/// projections into several tables, and keyframes in the same buckets get votes (locality-sensitive hashing,
-/// Charikar 2002). The cost of a query grows with the number of look-alike descriptors, not with all of them.
-/// Deterministic (explicit seed).
+/// Which of many keyframes share features with one. Each descriptor votes for the keyframes that hold its
+/// nearest neighbors, by how much nearer they are than the next ones (local naive Bayes nearest neighbor,
+/// McCann & Lowe 2012). Neighbors are found by the signs of random projections (locality-sensitive hashing,
+/// Charikar 2002), so that the cost of a query grows with the number of look-alike descriptors, not with all
+/// of them. Deterministic (explicit seed).
 class PlaceIndex {
  public:
   PlaceIndex();
@@ -29,12 +30,18 @@ class PlaceIndex {
   static constexpr int kTables = 8;
   static constexpr int kBits = 14;
 
-  std::array<float, kTables * kBits> project(const std::int16_t* descriptor) const;
+  std::array<float, kTables * kBits> project(const std::uint8_t* descriptor) const;
 
-  std::vector<float> projections_;  // kTables * kBits rows of kDescriptorSize
-  std::array<std::vector<std::vector<int>>, kTables>
-      tables_;                      // bucket -> keyframes, one entry per descriptor
-  std::vector<int> feature_count_;  // of a keyframe
+  /// Calls see(keyframe, squared distance) for descriptors in the same buckets, and in those beyond the least
+  /// sure projection.
+  template <typename See>
+  void for_neighbors(const std::uint8_t* descriptor, See see) const;
+
+  int keyframes_ = 0;
+  std::vector<float> projections_;                             // kTables * kBits rows of kDescriptorSize
+  std::array<std::vector<std::vector<int>>, kTables> tables_;  // bucket -> descriptors
+  std::vector<std::uint8_t> descriptors_;                      // of all keyframes, one after the other
+  std::vector<int> keyframe_of_;                               // of a descriptor, ascending
 };
 
 }  // namespace gelslam::loop_closure::detail
