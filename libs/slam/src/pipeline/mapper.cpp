@@ -45,9 +45,8 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
   return static_cast<int>(id);
 }
 
-/// The consistent edges, in the same order.
-std::vector<PoseGraphEdge> consistent(const std::vector<PoseGraphEdge>& edges, double scale_sigma) {
-  const std::vector<bool> keep = consistent_edges(edges, scale_sigma);
+/// Those to be kept, in the same order.
+std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep) {
   std::vector<PoseGraphEdge> kept;
   for (std::size_t i = 0; i < edges.size(); ++i)
     if (keep[i]) kept.push_back(edges[i]);
@@ -78,7 +77,7 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
         find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
     if (found.empty() || stop_requested()) return;
     map.edges.insert(map.edges.end(), found.begin(), found.end());
-    map.edges = consistent(map.edges, scale_sigma);
+    map.edges = chosen(map.edges, consistent_edges(map.edges, scale_sigma));
     map.solution = solve(map.solution.component_T_node, map.edges, scale_sigma, options);
   }
 }
@@ -178,7 +177,15 @@ void Mapper::add_edge(const PoseGraphEdge& edge) {
   edges_.push_back(edge);
 }
 
-Neighborhood Mapper::neighborhood(int keyframe) const {
+/// Which edges are consistent, unless that is known already.
+void Mapper::judge_edges() {
+  if (consistent_.size() == edges_.size()) return;
+  consistent_ =
+      consistent_edges(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
+}
+
+Neighborhood Mapper::neighborhood(int keyframe) {
+  judge_edges();
   constexpr double kReachMm = 20.0;  // the sensor's width
   Neighborhood result{keyframe, {}};
   std::map<int, Pose> center_T_node{{keyframe, Pose::Identity()}};
@@ -191,7 +198,7 @@ Neighborhood Mapper::neighborhood(int keyframe) const {
       const PoseGraphEdge& edge = edges_[i];
       const bool forward = edge.from == reached[next];
       const int other = forward ? edge.to : edge.from;
-      if (edge.tentative || center_T_node.contains(other)) continue;
+      if (edge.tentative || !consistent_[i] || center_T_node.contains(other)) continue;
       const Pose center_T_other = center_T_this * (forward ? edge.from_T_to : Pose(edge.from_T_to.inverse()));
       if (center_T_other.translation().norm() > kReachMm || center_T_other.linear()(2, 2) <= 0) continue;
       center_T_node.emplace(other, center_T_other);
@@ -216,6 +223,7 @@ void Mapper::forget_from_trial(int trial) {
   std::vector<PoseGraphEdge> kept;
   std::swap(kept, edges_);
   edges_of_.clear();
+  consistent_.clear();
   for (const PoseGraphEdge& edge : kept)
     if (edge.from < id && edge.to < id) add_edge(edge);
   update();
@@ -224,8 +232,8 @@ void Mapper::forget_from_trial(int trial) {
 void Mapper::update() {
   PoseGraphOptions options = options_.pose_graph;
   options.only_where_needed = true;
-  live_edges_ =
-      consistent(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
+  judge_edges();
+  live_edges_ = chosen(edges_, consistent_);
   const Eigen::VectorXd scale = live_.shared_unknowns;  // held until optimize()
   live_ = solve_pose_graph(live_.component_T_node, scale_corrected(live_edges_, scale), options);
   live_.shared_unknowns = scale;
@@ -234,7 +242,8 @@ void Mapper::update() {
 
 void Mapper::optimize() {
   const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
-  live_edges_ = consistent(edges_, scale_sigma);
+  judge_edges();
+  live_edges_ = chosen(edges_, consistent_);
   live_ = solve(live_.component_T_node, live_edges_, scale_sigma, options_);
   new_loops_ = 0;
   ++version_;
@@ -276,7 +285,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
     if (!known) edges.push_back(loop_edge(loop));
   }
   const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
-  map.edges = consistent(edges, scale_sigma);
+  map.edges = chosen(edges, consistent_edges(edges, scale_sigma));
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
   map.in_map.resize(map.keyframes.size());
   if (trial_T_keyframe_.empty()) {

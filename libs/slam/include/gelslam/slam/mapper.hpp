@@ -38,9 +38,9 @@ class Mapper {
   void forget_from_trial(int trial);
 
   /// The keyframes that edges lead to from this one, the fewest first, as far as they lie within the sensor's
-  /// width: by the edges as measured, without a solve. Only itself is missing. A loop that is too weak to
-  /// join two pieces does not lead on.
-  Neighborhood neighborhood(int keyframe) const;
+  /// width: by the edges as measured, without a solve. Only itself is missing. Loops that are too weak to
+  /// join two pieces, or that contradict the others, do not lead on.
+  Neighborhood neighborhood(int keyframe);
 
   /// True when loops were found since the last optimize(): solving for all poses may improve the map.
   bool has_new_loops() const { return new_loops_ > 0; }
@@ -59,6 +59,7 @@ class Mapper {
 
  private:
   void add_edge(const PoseGraphEdge& edge);
+  void judge_edges();
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
 
   SlamOptions options_;
@@ -69,6 +70,7 @@ class Mapper {
   std::map<int, Pose> trial_T_keyframe_;                    // the nodes
   std::vector<PoseGraphEdge> edges_;                        // all that were measured
   std::map<int, std::vector<std::size_t>> edges_of_;        // of a node, as indices into edges_
+  std::vector<bool> consistent_;                            // of each of the first edges_, when last judged
   std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
   PoseGraphSolution live_;
   int new_loops_ = 0;  // since optimize()
