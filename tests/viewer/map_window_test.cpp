@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
 
+#include "../support/round_touch.hpp"
 #include "window_pictures.hpp"
 
 namespace gelslam::test {
@@ -16,19 +17,6 @@ namespace {
 
 using namespace viewer;
 using namespace viewer::detail;
-
-/// A flat round touch of 2 mm radius.
-SurfacePtr round_touch() {
-  auto surface = std::make_shared<Surface>();
-  const cv::Size size(160, 120);
-  surface->pixel_pitch_mm = 0.06;
-  surface->height_mm = cv::Mat1f::zeros(size);
-  surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
-  surface->contact = cv::Mat1b::zeros(size);
-  cv::circle(surface->contact, {80, 60}, 33, 255, cv::FILLED);
-  surface->contact_pixels = cv::countNonZero(surface->contact);
-  return surface;
-}
 
 /// A plate of 40 x 30 x 4 mm; its upper side looks along -z.
 Mesh plate() {
@@ -72,7 +60,7 @@ class MapWindowPicture : public testing::Test {
   void put(PlaceStatus status, std::vector<PlaceHypothesis> places, const std::string& reason = "",
            TrackStatus track = TrackStatus::tracked) {
     auto touch = std::make_shared<LocatedTouch>();
-    touch->surface = round_touch();
+    touch->surface = round_touch(0);
     touch->picture = cv::Mat3b(120, 160, cv::Vec3b(90, 120, 60));
     touch->place.tracked.status = track;
     touch->place.status = status;

@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "../support/round_touch.hpp"
 #include "scene_fixture.hpp"
 
 namespace gelslam::test {
@@ -11,21 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
-
-/// A flat round touch of 2 mm radius, `depth_mm` deep.
-SurfacePtr round_touch(double depth_mm = 0.3) {
-  auto surface = std::make_shared<Surface>();
-  const cv::Size size(160, 120);
-  surface->pixel_pitch_mm = 0.06;
-  surface->height_mm = cv::Mat1f::zeros(size);
-  surface->normals = cv::Mat3f(size, cv::Vec3f(0, 0, 1));
-  surface->contact = cv::Mat1b::zeros(size);
-  surface->curvature = cv::Mat1f::zeros(size);
-  cv::circle(surface->contact, {80, 60}, 33, 255, cv::FILLED);
-  surface->height_mm.setTo(-depth_mm, surface->contact);
-  surface->contact_pixels = cv::countNonZero(surface->contact);
-  return surface;
-}
 
 Pose at(double x, double y, double z) {
   Pose pose = Pose::Identity();

@@ -38,18 +38,22 @@ std::array<float, PlaceIndex::kTables * PlaceIndex::kBits> PlaceIndex::project(
   return result;
 }
 
+std::uint32_t PlaceIndex::bucket_of(const float* projected) {
+  std::uint32_t bucket = 0;
+  for (int bit = 0; bit < kBits; ++bit) bucket |= static_cast<std::uint32_t>(projected[bit] > 0) << bit;
+  return bucket;
+}
+
 template <typename See>
 void PlaceIndex::for_neighbors(const std::uint8_t* descriptor, See see) const {
   const auto projected = project(descriptor);
   for (int table = 0; table < kTables; ++table) {
     const float* values = projected.data() + table * kBits;
-    std::uint32_t key = 0;
-    int least_sure = 0;
-    for (int bit = 0; bit < kBits; ++bit) {
-      key |= static_cast<std::uint32_t>(values[bit] > 0) << bit;
-      if (std::abs(values[bit]) < std::abs(values[least_sure])) least_sure = bit;
-    }
-    for (const std::uint32_t probe : {key, key ^ (1U << least_sure)})
+    const auto least_sure =
+        std::min_element(values, values + kBits, [](float a, float b) { return std::abs(a) < std::abs(b); }) -
+        values;
+    const std::uint32_t bucket = bucket_of(values);
+    for (const std::uint32_t probe : {bucket, bucket ^ (1U << least_sure)})
       for (const int i : tables_[static_cast<std::size_t>(table)][probe]) {
         int distance = 0;
         squared_distances(descriptor, descriptors_.data() + static_cast<std::ptrdiff_t>(i) * kDescriptorSize,
@@ -62,13 +66,9 @@ void PlaceIndex::for_neighbors(const std::uint8_t* descriptor, See see) const {
 void PlaceIndex::add(const PlaceFeatures& features) {
   for (int i = 0; i < features.size(); ++i) {
     const auto projected = project(features.descriptor(i));
-    for (int table = 0; table < kTables; ++table) {
-      std::uint32_t key = 0;
-      for (int bit = 0; bit < kBits; ++bit)
-        key |= static_cast<std::uint32_t>(projected[static_cast<std::size_t>(table * kBits + bit)] > 0)
-               << bit;
-      tables_[static_cast<std::size_t>(table)][key].push_back(static_cast<int>(keyframe_of_.size()));
-    }
+    for (int table = 0; table < kTables; ++table)
+      tables_[static_cast<std::size_t>(table)][bucket_of(projected.data() + table * kBits)].push_back(
+          static_cast<int>(keyframe_of_.size()));
     keyframe_of_.push_back(keyframes_);
   }
   descriptors_.insert(descriptors_.end(), features.descriptors.begin(), features.descriptors.end());

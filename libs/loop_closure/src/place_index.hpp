@@ -31,6 +31,8 @@ class PlaceIndex {
   static constexpr int kBits = 14;
 
   std::array<float, kTables * kBits> project(const std::uint8_t* descriptor) const;
+  /// By the signs of kBits projections.
+  static std::uint32_t bucket_of(const float* projected);
 
   /// Calls see(keyframe, squared distance) for descriptors in the same buckets, and in those beyond the least
   /// sure projection.

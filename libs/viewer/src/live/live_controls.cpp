@@ -13,7 +13,7 @@ std::vector<ActionRow> live_rows() {
       {close, "q esc", "Q", "Stop", 0, 0, "Stop and save (asks first)"},
       common_row(screenshot),
       {export_mesh, "e", "E", "Export", 1, 5, "Export the mesh (PLY, OBJ, STL, glTF)"},
-      {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
+      common_row(follow),
   };
   for (const Action action : {show_all, trajectory, pose_graph, next_color, shading_clay, shading_polished,
                               shading_curvature, grid, panels, help})
@@ -51,9 +51,6 @@ void LiveControls::act(Action action, double now_s) {
       return ask_to_close();
     case Action::export_mesh:
       return ask_for_format();
-    case Action::follow:
-      follows_ = !follows_;
-      return say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
     default:
       return SceneControls::act(action, now_s);
   }
@@ -70,11 +67,8 @@ ButtonLook LiveControls::button(const ActionRow& row) const {
     case Action::undo:
     case Action::new_scan:
     case Action::save:
-      look.shown = !over;
-      break;
     case Action::follow:
       look.shown = !over;
-      if (follows_) look.ink = theme::kBlue;
       break;
     case Action::close:
       look.ink = theme::kRed;
@@ -149,7 +143,7 @@ void LiveControls::ask_for_new_scan() {
        {yes("Forget the map",
             [this](double now_s) {
               session_.start_new_scan();
-              follows_ = true;
+              set_follows(true);
               say("A new scan begins.", now_s);
             }),
         no("Keep it")}});

@@ -15,8 +15,6 @@ class LiveControls : public SceneControls {
   /// `keeps_run`: there is a run folder to save in.
   explicit LiveControls(LiveSession& session, bool keeps_run = true);
 
-  bool follows() const { return follows_; }
-  void stop_following() { follows_ = false; }  ///< the person turns the view
   std::optional<std::string> take_export() { return std::exchange(export_, std::nullopt); }
   ButtonLook button(const ActionRow& row) const override;
 
@@ -34,7 +32,6 @@ class LiveControls : public SceneControls {
 
   LiveSession& session_;
   bool keeps_run_;
-  bool follows_ = true;
   std::optional<std::string> export_;
 };
 

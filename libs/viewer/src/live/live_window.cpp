@@ -77,7 +77,7 @@ bool LiveWindow::advance(double now_s, double dt_s) {
   look_at_figures(now_s);
   const LivePhase phase = frame_.status.phase;
   if (phase != phase_before && phase >= LivePhase::finishing) {
-    controls_.stop_following();  // there is no touch any more; all of the surface is to be seen
+    controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
     show_all();
   }
   bool changed = scene_.take_news(session_, now_s);

@@ -63,7 +63,6 @@ class LiveWindow : public SceneLoop {
   SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override;
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
-  void view_turned() override { controls_.stop_following(); }
 
   void look_at_figures(double now_s);
   bool follow_touch(double dt_s);

@@ -17,9 +17,9 @@ const Eigen::Vector3f kMapGray(0.30F, 0.31F, 0.33F);
 
 std::vector<ActionRow> map_rows() {
   using enum Action;
-  std::vector<ActionRow> rows = {{follow, "f", "F", "Follow", 2, 7, "Follow the touch"}};
-  for (const Action action : {shading_clay, shading_polished, shading_curvature, grid, light_theme, measure,
-                              show_all, screenshot, panels, help})
+  std::vector<ActionRow> rows;
+  for (const Action action : {follow, shading_clay, shading_polished, shading_curvature, grid, light_theme,
+                              measure, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
   return rows;
@@ -31,7 +31,7 @@ SceneStyle gray_style() {
   return style;
 }
 
-/// "0.02 mm, 0.1°": one standard deviation along the least certain axes.
+/// "0.020 mm, 0.11°": one standard deviation along the least certain axes.
 std::string sigma_words(const PlaceHypothesis& place) {
   const Vector6d sigma = sigma_of(place.covariance);
   return fmt::format("{:.3f} mm, {:.2f}°", sigma.tail<3>().maxCoeff(),
@@ -46,15 +46,7 @@ MapControls::MapControls() : SceneControls(map_rows(), gray_style(), {SceneColor
 
 void MapControls::act(Action action, double now_s) {
   if (action == Action::close) return close();
-  if (action != Action::follow) return SceneControls::act(action, now_s);
-  follows_ = !follows_;
-  say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
-}
-
-ButtonLook MapControls::button(const ActionRow& row) const {
-  ButtonLook look = SceneControls::button(row);
-  if (row.action == Action::follow && follows_) look.ink = theme::kBlue;
-  return look;
+  SceneControls::act(action, now_s);
 }
 
 StateWords place_words(const LocatedTouch* touch) {

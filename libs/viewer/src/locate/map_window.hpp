@@ -12,15 +12,8 @@ class MapControls : public SceneControls {
  public:
   MapControls();
 
-  bool follows() const { return follows_; }
-  void stop_following() { follows_ = false; }
-  ButtonLook button(const ActionRow& row) const override;
-
  protected:
   void act(Action action, double now_s) override;
-
- private:
-  bool follows_ = true;
 };
 
 /// What a frame's place means, or that there is no frame yet.
@@ -44,7 +37,6 @@ class MapWindow : public SceneLoop {
   SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override;
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override;
-  void view_turned() override { controls_.stop_following(); }
 
   void show(const std::shared_ptr<const LocatedTouch>& touch);
   bool follow_touch(double dt_s);

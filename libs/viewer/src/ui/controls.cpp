@@ -69,6 +69,7 @@ ActionRow common_row(Action action) {
       {shading_polished, "2 kp_2", "2", "Polish", 3, 10, "Polished"},
       {shading_curvature, "3 kp_3", "3", "Curvature", 3, 10, "Curvature"},
       {next_color, "c", "C", "Colors", 2, 9, "Next color scale"},
+      {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
       {show_all, "r", "R", "Show all", 2, 6, "Show all"},
       {trajectory, "t", "T", "Trajectory", 2, 8, "Trajectory"},
       {pose_graph, "g", "G", "Graph", 2, 8, "Pose graph"},
@@ -182,6 +183,9 @@ void SceneControls::act(Action action, double now_s) {
       measures_ = !measures_;
       if (measures_) say("Click two places of the surface.", now_s);
       return;
+    case Action::follow:
+      follows_ = !follows_;
+      return say(follows_ ? "The view follows the touch." : "The view stays where it is.", now_s);
     case Action::show_all:
       show_all_ = true;
       return;
@@ -209,6 +213,8 @@ ButtonLook SceneControls::button(const ActionRow& row) const {
         return style_.light_theme;
       case Action::measure:
         return measures_;
+      case Action::follow:
+        return follows_;
       case Action::help:
         return shows_help();
       default:

@@ -34,7 +34,7 @@ double round_length_mm(double room_mm) {
 bool SceneLoop::move_camera(double dt_s) {
   if (scene_controls().take_show_all()) {
     show_all();
-    view_turned();
+    scene_controls().set_follows(false);
   }
   if (glide_ == Glide::none) return false;
   if (glide_ == Glide::all) goal_ = whole_view(viewport());
@@ -88,7 +88,7 @@ void SceneLoop::pressed(int button, const Eigen::Vector2f& at_px, double now_s) 
   if (!twice || scene_controls().measures()) return;
   const Cursor cursor = cursor_in_part(at_px);
   if (const auto place = pick(cursor.part, camera_.pick_ray(cursor.at_px, cursor.viewport))) {
-    view_turned();
+    scene_controls().set_follows(false);
     goal_ = camera_;
     goal_.look_at(*place);
     glide_ = Glide::place;
@@ -101,7 +101,7 @@ void SceneLoop::moved(const Eigen::Vector2f& to_px) {
   if (!drag_button_ || movement.isZero()) return;
   dragged_ = dragged_ || (to_px - pressed_px_).norm() >= kDoubleClick_px;
   glide_ = Glide::none;
-  view_turned();
+  scene_controls().set_follows(false);
   if (*drag_button_ == GLFW_MOUSE_BUTTON_LEFT)
     camera_.orbit(movement, viewport());
   else

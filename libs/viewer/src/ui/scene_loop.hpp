@@ -20,7 +20,6 @@ class SceneLoop : public WindowLoop {
   virtual std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const = 0;
   /// The view's parts beside each other, under one camera.
   virtual std::vector<Viewport> parts(const Viewport& viewport) const { return {viewport}; }
-  virtual void view_turned() {}  ///< by hand
 
   /// Glides to show all, or to a place that was clicked; true while it moves.
   bool move_camera(double dt_s);

@@ -143,6 +143,8 @@ class SceneControls : public Controls {
 
   const SceneStyle& style() const { return style_; }
   bool measures() const { return measures_; }  ///< clicks pick the ends of a distance
+  bool follows() const { return follows_; }    ///< the view turns to the touch, where there is one
+  void set_follows(bool follows) { follows_ = follows; }
   bool take_show_all() { return std::exchange(show_all_, false); }
   ButtonLook button(const ActionRow& row) const override;
   std::vector<std::pair<std::string, std::string>> mouse_help() const override;
@@ -153,7 +155,7 @@ class SceneControls : public Controls {
  private:
   SceneStyle style_;
   std::vector<SceneColor> colors_;  ///< that mean something here
-  bool measures_ = false, show_all_ = false;
+  bool measures_ = false, show_all_ = false, follows_ = true;
 };
 
 /// The bar at the window's lower edge, as many buttons as there is room for, and what lies over the view:
