@@ -19,7 +19,7 @@
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/slam/map_completeness.hpp"
 #include "gelslam/slam/session.hpp"
-#include "gelslam/surface/slope_uncertainty.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "info_report.hpp"
 
 namespace gelslam {

@@ -8,7 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/background.hpp"
-#include "gelslam/surface/slope_uncertainty.hpp"
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam::python {
 

@@ -1,11 +1,10 @@
 // Planted false loops: those that contradict odometry, those that agree with each other, and many at once.
-#include "gelslam/backend/loop_consistency.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 
+#include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"
 #include "synthetic_graph.hpp"
 

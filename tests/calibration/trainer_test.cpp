@@ -14,8 +14,7 @@
 #include "gelslam/calibration/slope_statistics.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
-#include "gelslam/surface/gradient_surface.hpp"
-#include "gelslam/surface/slope_uncertainty.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "simulated_presses.hpp"
 #include "training/gain_field.hpp"
 

@@ -12,7 +12,7 @@
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/map_folder.hpp"
 #include "gelslam/simulation/gel.hpp"
-#include "gelslam/surface/gradient_surface.hpp"
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
 namespace {

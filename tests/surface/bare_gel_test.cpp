@@ -7,7 +7,7 @@
 #include <functional>
 #include <opencv2/core.hpp>
 
-#include "gelslam/surface/slope_uncertainty.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "heights/poisson.hpp"
 
 namespace gelslam::test {

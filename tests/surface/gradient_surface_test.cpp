@@ -1,9 +1,9 @@
-#include "gelslam/surface/gradient_surface.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/core.hpp>
+
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
 namespace {

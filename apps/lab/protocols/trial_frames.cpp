@@ -7,7 +7,7 @@
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/slam/surface_stream.hpp"
-#include "gelslam/surface/gradient_surface.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "protocols/trials.hpp"
 
 namespace gelslam {

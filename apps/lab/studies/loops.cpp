@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/backend/loop_consistency.hpp"
+#include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/slam/mapper.hpp"

@@ -1,9 +1,8 @@
-#include "gelslam/backend/loop_consistency.hpp"
-
 #include <algorithm>
 #include <map>
 #include <tuple>
 
+#include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/union_find.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "gelslam/registration/relocalization.hpp"
-#include "gelslam/surface/contact_points.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {

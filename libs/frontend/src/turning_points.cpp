@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "gelslam/surface/contact_points.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {

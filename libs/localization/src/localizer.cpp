@@ -10,7 +10,7 @@
 #include "gelslam/registration/relocalization.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/slam_map.hpp"
-#include "gelslam/surface/contact_points.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {

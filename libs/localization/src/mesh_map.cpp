@@ -17,8 +17,8 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/simulation/gel.hpp"
-#include "gelslam/surface/contact_points.hpp"
-#include "gelslam/surface/gradient_surface.hpp"
+#include "gelslam/surface/slopes.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {

@@ -8,7 +8,7 @@
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/slam/slam_map.hpp"
-#include "gelslam/surface/contact_points.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 

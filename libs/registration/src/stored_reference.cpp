@@ -1,9 +1,8 @@
-#include "gelslam/registration/stored_reference.hpp"
-
 #include <mutex>
 #include <utility>
 
 #include "gelslam/core/recently_used.hpp"
+#include "gelslam/registration/normal_flow.hpp"
 
 namespace gelslam {
 namespace {

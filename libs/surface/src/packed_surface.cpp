@@ -11,7 +11,7 @@
 
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/contact_points.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "gelslam/core/recently_used.hpp"
-#include "gelslam/surface/contact_points.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {

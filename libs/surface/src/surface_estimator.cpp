@@ -8,7 +8,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/surface/slope_uncertainty.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "heights/bare_gel.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"

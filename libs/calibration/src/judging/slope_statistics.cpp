@@ -6,8 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "gelslam/surface/gradient_surface.hpp"
-#include "gelslam/surface/slope_uncertainty.hpp"
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/slope_statistics.hpp"
-#include "gelslam/surface/slope_uncertainty.hpp"
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
 namespace {

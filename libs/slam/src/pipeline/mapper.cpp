@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "gelslam/backend/loop_consistency.hpp"
+#include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"

@@ -9,7 +9,7 @@
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/slam/slam_options.hpp"
-#include "gelslam/surface/contact_points.hpp"
+#include "gelslam/surface/surface.hpp"
 #include "pipeline/slope_calibration.hpp"
 
 namespace gelslam {

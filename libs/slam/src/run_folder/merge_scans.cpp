@@ -12,7 +12,7 @@
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/session.hpp"
-#include "gelslam/surface/resampling.hpp"
+#include "gelslam/surface/surface.hpp"
 #include "run_folder/run_writer.hpp"
 
 namespace gelslam {

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/median.hpp"
-#include "gelslam/surface/slope_uncertainty.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {

@@ -1,7 +1,6 @@
-#include "gelslam/surface/gradient_surface.hpp"
-
 #include <opencv2/imgproc.hpp>
 
+#include "gelslam/surface/slopes.hpp"
 #include "heights/bare_gel.hpp"
 #include "heights/poisson.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/target_clones.hpp"
-#include "gelslam/surface/gradient_surface.hpp"
+#include "gelslam/surface/slopes.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {

@@ -1,8 +1,8 @@
-#include "gelslam/surface/slope_uncertainty.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+
+#include "gelslam/surface/slopes.hpp"
 
 namespace gelslam {
 namespace {

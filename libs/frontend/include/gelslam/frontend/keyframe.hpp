@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "gelslam/registration/stored_reference.hpp"
+#include "gelslam/registration/normal_flow.hpp"
 #include "gelslam/surface/stored_surface.hpp"
 
 namespace gelslam {

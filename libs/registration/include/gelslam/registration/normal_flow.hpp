@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "gelslam/registration/registration.hpp"
+#include "gelslam/surface/stored_surface.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
@@ -57,6 +58,24 @@ class NormalFlowReference {
 
  private:
   std::unique_ptr<const Impl> impl_;
+};
+
+/// What registration needs of a surface that is kept for long: made when it is asked for, and kept for as
+/// long as somebody uses it or it was used a short while ago. Cheap to copy. Thread-safe.
+class StoredReference {
+ public:
+  StoredReference() = default;                                        ///< none
+  StoredReference(std::shared_ptr<const NormalFlowReference> ready);  ///< kept as it is
+  StoredReference(StoredSurface surface, const NormalFlowOptions& options);
+
+  explicit operator bool() const { return entry_ != nullptr; }
+  /// Not of none. Hold the result while you use it.
+  std::shared_ptr<const NormalFlowReference> get() const;
+  std::shared_ptr<const NormalFlowReference> operator->() const { return get(); }
+
+ private:
+  struct Entry;
+  std::shared_ptr<Entry> entry_;
 };
 
 /// Aligns the reference's surface normals with the target's, from `initial` (target_T_reference). Never

@@ -25,7 +25,7 @@ class StoredSurface {
   std::shared_ptr<const PackedSurface> packed() const;
   // Without unpacking:
   int contact_pixels() const;
-  Eigen::Vector2d contact_center_mm() const;  ///< contact_points.hpp
+  Eigen::Vector2d contact_center_mm() const;  ///< gelslam::contact_center_mm()
   cv::Size size() const;
   double pixel_pitch_mm() const;
   double model_sigma() const;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace gelslam {
 
@@ -30,5 +32,23 @@ struct Surface {
 };
 
 using SurfacePtr = std::shared_ptr<const Surface>;
+
+/// Distance of the points along rows and columns: dense enough to tell which patches overlap.
+constexpr int kContactPointStepPx = 8;
+
+/// Points of the contact on a coarse grid, in the sensor frame.
+std::vector<Eigen::Vector3d> coarse_contact_points_mm(const Surface& surface);
+
+/// The middle of the contact, x and y in the sensor frame; the origin where there is none.
+Eigen::Vector2d contact_center_mm(const Surface& surface);
+
+/// Whether a point of the sensor frame lies in the contact and close to its height (so not on the object's
+/// other side).
+bool shows(const Surface& surface, const Eigen::Vector3d& point_mm);
+
+/// The surface as a sensor of another pixel pitch would read it, over the same extent (whole pixels; the
+/// center stays): so that surfaces of different sensors can be compared pixel by pixel. The same surface for
+/// the same pitch.
+SurfacePtr resampled(const Surface& surface, double pixel_pitch_mm);
 
 }  // namespace gelslam
