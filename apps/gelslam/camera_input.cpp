@@ -2,7 +2,7 @@
 
 #include <ctime>
 
-#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/slam/log_input.hpp"
 
 namespace gelslam {

@@ -7,7 +7,7 @@
 #include <thread>
 #include <utility>
 
-#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/sensor/camera.hpp"
 #include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/slam/config.hpp"

@@ -12,7 +12,7 @@
 #include "gelslam/calibration/label_session.hpp"
 #include "gelslam/calibration/label_window.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/folder_lock.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/image/encoders.hpp"
 #include "gelslam/viewer/gl_context.hpp"

@@ -4,8 +4,8 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"

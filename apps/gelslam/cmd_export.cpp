@@ -11,14 +11,14 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/simplify.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/mesh/mesh_pieces.hpp"
 #include "gelslam/slam/map_completeness.hpp"
-#include "gelslam/slam/tum.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"
 #include "terminal_progress.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/slam/merge_scans.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"

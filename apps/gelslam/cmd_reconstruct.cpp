@@ -4,7 +4,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "many_logs.hpp"
 #include "reports.hpp"

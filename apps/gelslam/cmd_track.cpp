@@ -13,6 +13,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/map_folder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -20,7 +21,6 @@
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/slam/trial_places.hpp"
-#include "gelslam/slam/tum.hpp"
 #include "stream_arguments.hpp"
 #include "track_window.hpp"
 

@@ -6,7 +6,7 @@
 #include <charconv>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/read_file.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"

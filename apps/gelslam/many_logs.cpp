@@ -16,7 +16,7 @@
 #include "child_program.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "terminal_progress.hpp"
 

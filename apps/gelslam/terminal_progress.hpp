@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/core/progress.hpp"
 
 namespace gelslam {

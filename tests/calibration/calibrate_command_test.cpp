@@ -8,7 +8,7 @@
 
 #include "../support/expect_mistake.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/folder_lock.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "simulated_presses.hpp"
 

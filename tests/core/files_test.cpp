@@ -1,3 +1,5 @@
+#include "gelslam/core/files.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -8,9 +10,7 @@
 
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/read_file.hpp"
 #include "gelslam/core/run_folder.hpp"
 
 namespace gelslam {

@@ -1,5 +1,3 @@
-#include "gelslam/core/folder_lock.hpp"
-
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,6 +6,7 @@
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 namespace {

@@ -6,8 +6,6 @@
 #include <random>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "gelslam/core/decompositions.hpp"
-
 namespace gelslam {
 namespace {
 

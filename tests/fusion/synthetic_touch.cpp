@@ -4,7 +4,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/decompositions.hpp"
+#include "gelslam/core/se3.hpp"
 
 namespace gelslam::test {
 namespace {

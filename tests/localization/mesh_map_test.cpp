@@ -7,8 +7,8 @@
 #include <random>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/map_folder.hpp"
 #include "gelslam/simulation/gel.hpp"

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/se3.hpp"
 #include "texture.hpp"
 
 namespace gelslam {

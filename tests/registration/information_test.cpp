@@ -3,7 +3,7 @@
 #include <array>
 
 #include "../support/analytic_surface.hpp"
-#include "gelslam/core/decompositions.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 
 namespace gelslam {

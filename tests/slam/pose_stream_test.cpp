@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "gelslam/slam/tum.hpp"
+#include "gelslam/core/trajectory.hpp"
 
 namespace gelslam {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "gelslam/core/decompositions.hpp"
+#include "gelslam/core/se3.hpp"
 
 namespace gelslam::test {
 namespace {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <map>
 
-#include "gelslam/core/angles.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 #include "protocols/report.hpp"
 

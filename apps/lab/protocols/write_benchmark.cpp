@@ -1,7 +1,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 #include "protocols/report.hpp"

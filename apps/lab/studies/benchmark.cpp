@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "baselines/baselines.hpp"
-#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "protocols/report.hpp"
 #include "study.hpp"

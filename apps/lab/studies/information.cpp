@@ -19,10 +19,10 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/core/atomic_file.hpp"
-#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 #include "judgement.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gelslam/core/angles.hpp"
+#include "gelslam/core/se3.hpp"
 
 namespace gelslam::lab {
 namespace {

@@ -4,8 +4,8 @@
 #include <iostream>
 
 #include "baselines/baselines.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "stability_levels.hpp"
 

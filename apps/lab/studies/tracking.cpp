@@ -13,8 +13,8 @@
 #include <tuple>
 #include <vector>
 
-#include "gelslam/core/angles.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "judgement.hpp"
 #include "protocols/trials.hpp"

@@ -5,9 +5,9 @@
 #include <sstream>
 #include <string>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/union_find.hpp"
+#include "gelslam/core/files.hpp"
+#include "gelslam/core/index.hpp"
 
 namespace gelslam {
 namespace {

@@ -5,7 +5,6 @@
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
-#include "gelslam/core/union_find.hpp"
 #include "motion_forest.hpp"
 
 namespace gelslam {

@@ -5,7 +5,6 @@
 #include <tuple>
 
 #include "gelslam/core/index.hpp"
-#include "gelslam/core/union_find.hpp"
 #include "motion_forest.hpp"
 #include "whitened_graph.hpp"
 

@@ -10,7 +10,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
-#include "gelslam/core/union_find.hpp"
 #include "whitened_graph.hpp"
 
 namespace gelslam {

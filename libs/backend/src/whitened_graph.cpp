@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/se3.hpp"
 
 namespace gelslam::backend::detail {
 namespace {

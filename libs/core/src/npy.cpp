@@ -12,7 +12,6 @@
 #include <string>
 #include <utility>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "npy_header.hpp"
 
@@ -155,21 +154,24 @@ std::vector<double> converted<std::int64_t>(const std::vector<std::byte>& data) 
   return values;
 }
 
-std::string format_array(NpyType type, const std::vector<std::size_t>& shape, std::string_view bytes) {
-  const TypeName& name = name_of(type);
-  const auto size = checked_size(shape, bytes.size() / name.bytes);
-  if (!size || *size * name.bytes != bytes.size())
-    throw std::invalid_argument("write_npy: values do not fit the shape");
-  std::string header = detail::format_npy_header({std::string(name.descr), false, shape});
+/// All that stands before the elements.
+std::string format_start(NpyType type, const std::vector<std::size_t>& shape) {
+  std::string header = detail::format_npy_header({std::string(name_of(type).descr), false, shape});
   const std::size_t prefix = magic.size() + 4;
   header.append(63 - (prefix + header.size()) % 64, ' ');  // data aligned to 64 bytes, as numpy has it
   header += '\n';
   std::string contents(magic);
   contents +=
       {'\x01', '\x00', static_cast<char>(header.size() & 0xff), static_cast<char>(header.size() >> 8)};
-  contents += header;
-  contents += bytes;
-  return contents;
+  return contents + header;
+}
+
+std::string format_array(NpyType type, const std::vector<std::size_t>& shape, std::string_view bytes) {
+  const std::size_t element = name_of(type).bytes;
+  const auto size = checked_size(shape, bytes.size() / element);
+  if (!size || *size * element != bytes.size())
+    throw std::invalid_argument("write_npy: values do not fit the shape");
+  return format_start(type, shape).append(bytes);
 }
 
 void write_array(const std::filesystem::path& path, NpyType type, const std::vector<std::size_t>& shape,
@@ -272,6 +274,23 @@ void write_npy_boolean(const std::filesystem::path& path, const std::vector<std:
     throw std::invalid_argument("write_npy_boolean: a value is neither 0 nor 1");
   }
   write_array(path, NpyType::boolean, shape, bytes_of(values));
+}
+
+NpyWriter::NpyWriter(const std::filesystem::path& path, NpyType type, const std::vector<std::size_t>& shape)
+    : file_(path), path_(path), stream_(file_.path(), std::ios::binary) {
+  const std::string start = format_start(type, shape);
+  add(start.data(), start.size());
+}
+
+void NpyWriter::add(const void* data, std::size_t bytes) {
+  stream_.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
+  if (!stream_) throw Error("cannot write " + path_.string() + "; is the disk full?");
+}
+
+void NpyWriter::finish() {
+  stream_.close();
+  if (!stream_) throw Error("cannot write " + path_.string() + "; is the disk full?");
+  file_.commit();
 }
 
 }  // namespace gelslam

@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -8,10 +9,9 @@
 #include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/options.hpp"
-#include "gelslam/core/read_file.hpp"
 #include "gelslam/core/text.hpp"
-#include "option_text.hpp"
 
 namespace gelslam {
 namespace {
@@ -40,9 +40,7 @@ class OptionReader final : public OptionVisitor {
     if (!parse(scalar(node, key, "a number"), given) || !std::isfinite(given))
       fail_value(node, key, "must be a number");
     if (given < min || given > max) {
-      fail_value(node, key,
-                 "is " + shortened(node.Scalar()) + ", must be from " + detail::format_number(min) + " to " +
-                     detail::format_number(max));
+      fail_value(node, key, fmt::format("is {}, must be from {} to {}", shortened(node.Scalar()), min, max));
     }
     value = given;
   }

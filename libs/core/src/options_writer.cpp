@@ -1,9 +1,7 @@
-#include <array>
-#include <charconv>
+#include <fmt/core.h>
 
 #include "gelslam/core/options.hpp"
 #include "gelslam/core/text.hpp"
-#include "option_text.hpp"
 
 namespace gelslam {
 namespace {
@@ -36,12 +34,10 @@ class OptionWriter final : public OptionVisitor {
   }
   void number(const std::string& key, double& value, double min, double max,
               const std::string& comment) override {
-    line(key, detail::format_number(value),
-         comment + " (" + detail::format_number(min) + " to " + detail::format_number(max) + ")");
+    line(key, fmt::format("{}", value), fmt::format("{} ({} to {})", comment, min, max));
   }
   void integer(const std::string& key, int& value, int min, int max, const std::string& comment) override {
-    line(key, std::to_string(value),
-         comment + " (" + std::to_string(min) + " to " + std::to_string(max) + ")");
+    line(key, fmt::format("{}", value), fmt::format("{} ({} to {})", comment, min, max));
   }
   void flag(const std::string& key, bool& value, const std::string& comment) override {
     line(key, value ? "true" : "false", comment);
@@ -66,12 +62,6 @@ class OptionWriter final : public OptionVisitor {
 };
 
 }  // namespace
-
-std::string detail::format_number(double value) {
-  std::array<char, 32> buffer{};
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  return {buffer.data(), result.ptr};
-}
 
 std::string write_options(const OptionList& options) {
   OptionWriter writer;

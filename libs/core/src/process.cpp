@@ -4,10 +4,29 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <fstream>
 
 namespace gelslam {
+namespace {
+
+// A signal handler can reach nothing but a global; lock-free, so that it may be set there and read by any
+// thread.
+std::atomic<int> request_count{0};
+std::atomic<int> requests_that_ask{1};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+extern "C" void on_interrupt(int signal) {
+  // A shell passes on the hang-up that the terminal has sent already: one closed terminal asks once.
+  if (signal == SIGHUP && request_count.load() > 0) return;
+  if (request_count.fetch_add(1) + 1 < requests_that_ask.load()) return;
+  // The next one of either kind is not asked any more.
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
+}  // namespace
 
 double resident_memory_mb() {
   std::ifstream statm("/proc/self/statm");
@@ -24,5 +43,27 @@ void lower_thread_priority() {
   const int now = ::getpriority(PRIO_PROCESS, 0);  // -1 is a value, too
   if (errno == 0) ::setpriority(PRIO_PROCESS, 0, std::min(now + kSteps, kLowest));
 }
+
+InterruptWatch::InterruptWatch(int asks) {
+  request_count.store(0);
+  requests_that_ask.store(asks);
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, &previous_interrupt_);
+  sigaction(SIGTERM, &action, &previous_terminate_);
+  sigaction(SIGHUP, nullptr, &previous_hangup_);
+  if (previous_hangup_.sa_handler != SIG_IGN)
+    sigaction(SIGHUP, &action, nullptr);  // else nohup: to outlive the terminal
+}
+
+InterruptWatch::~InterruptWatch() {
+  sigaction(SIGINT, &previous_interrupt_, nullptr);
+  sigaction(SIGTERM, &previous_terminate_, nullptr);
+  sigaction(SIGHUP, &previous_hangup_, nullptr);
+}
+
+int InterruptWatch::requests() const { return request_count.load(); }
 
 }  // namespace gelslam

@@ -1,5 +1,7 @@
 #include "gelslam/core/se3.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -74,6 +76,15 @@ Pose normalized(const Pose& pose) {
   Pose result = pose;
   result.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
   return result;
+}
+
+SymmetricEigen symmetric_eigen(const Matrix6d& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(symmetric);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+Eigen::Matrix3d rotation_of_z_to(const Eigen::Vector3d& direction) {
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d(0, 0, 1), direction).toRotationMatrix();
 }
 
 }  // namespace gelslam

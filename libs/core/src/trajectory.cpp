@@ -1,5 +1,7 @@
 #include "gelslam/core/trajectory.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -78,6 +80,20 @@ std::vector<StampedPose> read_tum(const std::filesystem::path& path) {
   }
   if (file.bad()) throw Error("cannot read the trajectory " + path.string());
   return trajectory;
+}
+
+std::string tum_line(double time_s, const Pose& pose_mm) {
+  Eigen::Quaterniond q(pose_mm.linear());
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const Eigen::Vector3d t = pose_mm.translation() * 1e-3;
+  return fmt::format("{:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g} {:.12g}\n", time_s, t.x(),
+                     t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+std::string tum_text(const std::vector<StampedPose>& trajectory) {
+  std::string text;
+  for (const StampedPose& pose : trajectory) text += tum_line(pose.time_s, pose.map_T_sensor);
+  return text;
 }
 
 }  // namespace gelslam

@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 namespace {

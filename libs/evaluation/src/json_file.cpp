@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/read_file.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam::evaluation::detail {
 namespace {

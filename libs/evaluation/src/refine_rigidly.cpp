@@ -2,9 +2,8 @@
 #include <cmath>
 #include <utility>
 
-#include "gelslam/core/angles.hpp"
-#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 
 namespace gelslam {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "gelslam/core/angles.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/se3.hpp"
 
 namespace gelslam {
 namespace {

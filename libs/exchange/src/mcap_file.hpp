@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam::exchange::detail {
 

@@ -10,9 +10,9 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/slam/map_completeness.hpp"
-#include "gelslam/slam/tum.hpp"
 #include "gelslam/viewer/scene_style.hpp"
 
 namespace gelslam {

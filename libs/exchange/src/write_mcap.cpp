@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "exchange_json.hpp"
-#include "gelslam/core/base64.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/exchange/run_export.hpp"

@@ -5,9 +5,8 @@
 #include <string>
 
 #include "exchange_json.hpp"
-#include "gelslam/core/atomic_file.hpp"
-#include "gelslam/core/base64.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/viewer/scene_style.hpp"

@@ -7,7 +7,7 @@
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
-#include "gelslam/core/parallel_progress.hpp"
+#include "gelslam/core/progress.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {

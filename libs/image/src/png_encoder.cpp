@@ -3,8 +3,8 @@
 
 #include <csetjmp>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/image/encoders.hpp"
 
 namespace gelslam {

@@ -6,8 +6,8 @@
 #include <mutex>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 namespace {

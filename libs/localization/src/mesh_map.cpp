@@ -10,10 +10,10 @@
 #include <random>
 #include <utility>
 
-#include "gelslam/core/decompositions.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/simulation/gel.hpp"

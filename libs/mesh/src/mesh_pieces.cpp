@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "gelslam/core/union_find.hpp"
+#include "gelslam/core/index.hpp"
 
 namespace gelslam {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/angles.hpp"
+#include "gelslam/core/se3.hpp"
 
 namespace gelslam::registration::detail {
 namespace {

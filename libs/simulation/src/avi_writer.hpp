@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam::simulation::detail {
 

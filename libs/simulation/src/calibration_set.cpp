@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "data_files.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/image/encoders.hpp"
 #include "pressed_ball.hpp"
 #include "random.hpp"

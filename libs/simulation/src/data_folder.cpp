@@ -12,12 +12,11 @@
 
 #include "avi_writer.hpp"
 #include "data_files.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "npy_stream.hpp"
 
 namespace gelslam {
 namespace {
@@ -169,8 +168,8 @@ class FrameFiles {
         static_cast<std::size_t>(simulator.frame_count() - simulator.spec().background_frames),
         static_cast<std::size_t>(simulator.spec().geometry.height_px),
         static_cast<std::size_t>(simulator.spec().geometry.width_px)};
-    heights_.emplace(folder / "true_heights.npy", "<f4", shape);
-    contacts_.emplace(folder / "true_contacts.npy", "|b1", shape);
+    heights_.emplace(folder / "true_heights.npy", NpyType::float32, shape);
+    contacts_.emplace(folder / "true_contacts.npy", NpyType::boolean, shape);
   }
 
   void add(const Encoded& encoded, bool background) {
@@ -189,7 +188,7 @@ class FrameFiles {
 
  private:
   AviWriter video_;
-  std::optional<NpyStream> heights_, contacts_;
+  std::optional<NpyWriter> heights_, contacts_;
 };
 
 }  // namespace

@@ -8,8 +8,8 @@
 
 #include "avi_writer.hpp"
 #include "data_files.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "pressed_ball.hpp"
 #include "random.hpp"
 

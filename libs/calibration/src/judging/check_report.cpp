@@ -9,9 +9,9 @@
 #include <string_view>
 
 #include "gelslam/calibration/model_check.hpp"
-#include "gelslam/core/atomic_file.hpp"
-#include "gelslam/core/base64.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/image/encoders.hpp"
 
 namespace gelslam {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gelslam/core/angles.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/se3.hpp"
 
 namespace gelslam {
 namespace {

@@ -7,9 +7,8 @@
 
 #include "gelslam/calibration/background_drift.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/read_file.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/encoders.hpp"
 #include "gelslam/sensor/image_input.hpp"

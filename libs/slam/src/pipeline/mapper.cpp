@@ -7,7 +7,7 @@
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"
-#include "gelslam/core/parallel_progress.hpp"
+#include "gelslam/core/progress.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "pipeline/slope_calibration.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
-#include "gelslam/core/parallel_progress.hpp"
+#include "gelslam/core/progress.hpp"
 #include "gelslam/registration/slope_sensitivity.hpp"
 
 namespace gelslam::slam::detail {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "gelslam/core/angles.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/slam_map.hpp"
 

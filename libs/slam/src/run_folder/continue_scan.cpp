@@ -6,7 +6,7 @@
 
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/folder_lock.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/model_file.hpp"
 

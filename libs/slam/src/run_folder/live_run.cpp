@@ -5,8 +5,8 @@
 #include <cerrno>
 #include <cstring>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/session.hpp"
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "gelslam/core/folder_lock.hpp"
+#include "gelslam/core/files.hpp"
 #include "run_folder/run_writer.hpp"
 
 namespace gelslam::slam::detail {

@@ -1,7 +1,7 @@
 #include "gelslam/slam/log_input.hpp"
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/read_file.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 

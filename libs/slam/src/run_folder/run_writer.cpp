@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "gelslam/backend/g2o.hpp"
-#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/files.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/session.hpp"
-#include "gelslam/slam/tum.hpp"
 
 namespace gelslam {
 namespace {

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/read_file.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/session.hpp"

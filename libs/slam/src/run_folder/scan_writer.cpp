@@ -2,8 +2,8 @@
 
 #include <map>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "run_folder/session_text.hpp"
 

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/read_file.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "run_folder/scan_writer.hpp"
 #include "run_folder/session_text.hpp"

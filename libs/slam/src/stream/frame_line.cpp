@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/angles.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/frame_report.hpp"
 #include "gelslam/slam/trial_drift.hpp"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/slam/tum.hpp"
+#include "gelslam/core/trajectory.hpp"
 
 namespace gelslam {
 namespace {

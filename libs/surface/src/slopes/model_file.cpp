@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
-#include "gelslam/core/atomic_file.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 namespace {

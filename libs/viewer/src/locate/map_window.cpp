@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "gelslam/core/angles.hpp"
+#include "gelslam/core/se3.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "scene/scene_geometry.hpp"
 

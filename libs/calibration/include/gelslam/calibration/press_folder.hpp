@@ -7,7 +7,7 @@
 
 #include "gelslam/calibration/press_collector.hpp"
 #include "gelslam/calibration/press_set.hpp"
-#include "gelslam/core/folder_lock.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 

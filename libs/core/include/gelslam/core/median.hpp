@@ -8,13 +8,15 @@
 namespace gelslam {
 
 /// The middle value, of an even number the upper one of two; 0 when there is none.
-double median(std::vector<double> values);
+inline double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 /// The value below which this share of them lies, 0..1, by nearest rank: always one that occurs; 0 when there
-/// is none.
-double quantile(std::vector<double> values, double share);
-
-/// The same without a copy; reorders `values`. For hot loops.
+/// is none. Reorders `values`.
 template <typename Value>
 Value quantile_in_place(std::vector<Value>& values, double share) {
   if (values.empty()) return Value{};
@@ -22,5 +24,8 @@ Value quantile_in_place(std::vector<Value>& values, double share) {
   std::nth_element(values.begin(), rank, values.end());
   return *rank;
 }
+
+/// The same of a copy.
+inline double quantile(std::vector<double> values, double share) { return quantile_in_place(values, share); }
 
 }  // namespace gelslam

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <csignal>
+
 namespace gelslam {
 
 /// Memory of this process that is in RAM now, in MB (2^20 bytes); 0 where the system does not tell.
@@ -9,5 +11,25 @@ double resident_memory_mb();
 /// `nice` keeps the order among its own threads): for work that must never keep the tracker waiting. Threads
 /// it starts afterwards inherit it; call it once per thread. Does nothing where the system refuses.
 void lower_thread_priority();
+
+/// Ctrl-C (SIGINT) and SIGTERM ask instead of kill while an instance lives: requested() turns true, long work
+/// stops at the next frame and keeps what it has. The one after the last that asks (by default the second)
+/// ends the program at once, as it would without us. A terminal that is closed (SIGHUP) asks, too, once. One
+/// instance at a time; the constructor forgets earlier requests.
+class InterruptWatch {
+ public:
+  explicit InterruptWatch(int asks = 1);
+  ~InterruptWatch();
+  InterruptWatch(const InterruptWatch&) = delete;
+  InterruptWatch& operator=(const InterruptWatch&) = delete;
+
+  bool requested() const { return requests() > 0; }
+  int requests() const;
+
+ private:
+  struct sigaction previous_interrupt_ {};
+  struct sigaction previous_terminate_ {};
+  struct sigaction previous_hangup_ {};
+};
 
 }  // namespace gelslam

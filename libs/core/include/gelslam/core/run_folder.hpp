@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/core/folder_lock.hpp"
+#include "gelslam/core/files.hpp"
 
 namespace gelslam {
 

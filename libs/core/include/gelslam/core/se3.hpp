@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <numbers>
 
 namespace gelslam {
 
@@ -12,6 +13,8 @@ using Pose = Eigen::Isometry3d;
 /// Information matrices have the same order.
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+inline constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& v);
 
@@ -30,5 +33,20 @@ double rotation_angle_rad(const Pose& pose);
 
 /// Re-orthonormalises the rotation: products of many poses drift away from SO(3).
 Pose normalized(const Pose& pose);
+
+// Decompositions of small matrices, compiled once: each of them costs every file that calls Eigen's template
+// 5 to 10 s of compile time.
+
+/// Eigenvalues, ascending, and unit eigenvectors (columns) of a symmetric matrix, of which the lower half is
+/// read.
+struct SymmetricEigen {
+  Vector6d values;
+  Matrix6d vectors;
+};
+SymmetricEigen symmetric_eigen(const Matrix6d& symmetric);
+
+/// The rotation by the smallest angle that turns the z axis to `direction` (any length but 0); 180 degrees
+/// about some axis of the xy plane for -z.
+Eigen::Matrix3d rotation_of_z_to(const Eigen::Vector3d& direction);
 
 }  // namespace gelslam

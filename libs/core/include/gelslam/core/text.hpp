@@ -53,4 +53,7 @@ std::string duration_text(double seconds);
 /// "12.3 MB", "1.20 GB" (powers of ten).
 std::string bytes_text(std::int64_t bytes);
 
+/// Bytes as text for JSON and HTML: RFC 4648, with padding.
+std::string base64(std::string_view bytes);
+
 }  // namespace gelslam

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "gelslam/core/se3.hpp"
@@ -18,5 +19,12 @@ struct StampedPose {
 /// be read, a line has not eight finite numbers, a quaternion is not of unit length (within 1 %), or times do
 /// not increase.
 std::vector<StampedPose> read_tum(const std::filesystem::path& path);
+
+/// One line of a TUM trajectory, with line end: "time_s tx ty tz qx qy qz qw", metres, 12 significant digits,
+/// qw >= 0.
+std::string tum_line(double time_s, const Pose& pose_mm);
+
+/// The text of a file.
+std::string tum_text(const std::vector<StampedPose>& trajectory);
 
 }  // namespace gelslam

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"
-#include "gelslam/core/parallel_progress.hpp"
+#include "gelslam/core/progress.hpp"
 #include "gelslam/frontend/keyframe.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/slam/slam_map.hpp"

@@ -1,11 +1,9 @@
-#include "gelslam/core/interrupt.hpp"
+#include "gelslam/core/process.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <thread>
-
-#include "gelslam/core/process.hpp"
 
 namespace gelslam {
 namespace {

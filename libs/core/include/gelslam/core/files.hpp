@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <string>
 #include <string_view>
 
 namespace gelslam {
@@ -28,5 +30,30 @@ class TemporaryFile {
 /// Writes a whole file at once; until it is complete the old one (or none) stays. A device or pipe
 /// (/dev/stdout) is written directly. Throws Error, naming the path, on a full disk or missing permission.
 void write_file_atomically(const std::filesystem::path& path, std::string_view contents);
+
+/// All bytes of a file. Throws Error that names it and says why it cannot be read.
+std::string read_file(const std::filesystem::path& path);
+
+/// Keeps other programs that use the same class out of a folder, until it is destroyed or its program ends,
+/// even by kill -9; leaves no file. Does nothing on a file system without locks. Movable.
+class FolderLock {
+ public:
+  enum class State { free, taken, unknown };  ///< unknown: cannot be opened, or a file system without locks
+
+  FolderLock();  ///< of nothing
+  /// Throws Error when somebody else has the folder, or when it cannot be opened.
+  explicit FolderLock(const std::filesystem::path& folder);
+  ~FolderLock();
+  FolderLock(FolderLock&&) noexcept;
+  FolderLock& operator=(FolderLock&&) noexcept;
+
+  bool holds() const { return directory_ != nullptr; }  ///< a folder was given
+  /// Whether somebody (this process included) has the folder now.
+  static State state(const std::filesystem::path& folder);
+
+ private:
+  struct Directory;
+  std::unique_ptr<Directory> directory_;
+};
 
 }  // namespace gelslam

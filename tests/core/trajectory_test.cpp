@@ -1,4 +1,4 @@
-#include "gelslam/slam/tum.hpp"
+#include "gelslam/core/trajectory.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

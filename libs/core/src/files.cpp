@@ -1,14 +1,17 @@
-#include "gelslam/core/atomic_file.hpp"
+#include "gelslam/core/files.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <string>
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace {
@@ -81,6 +84,42 @@ void write_file_atomically(const fs::path& path, std::string_view contents) {
   if (!file.ok()) throw Error(path.string() + ": cannot be written: " + errno_text());
   write_all(file, contents, path);
   temporary.commit();
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  std::string bytes;
+  std::array<char, 1 << 16> block;
+  while (file.ok()) {
+    const ssize_t count = ::read(file.get(), block.data(), block.size());
+    if (count == 0) return bytes;
+    if (count > 0) bytes.append(block.data(), static_cast<std::size_t>(count));
+    if (count < 0 && errno != EINTR) break;
+  }
+  throw Error(path.string() + ": cannot be read: " + errno_text());
+}
+
+struct FolderLock::Directory {
+  FileDescriptor descriptor;
+};
+
+FolderLock::FolderLock() = default;
+FolderLock::~FolderLock() = default;
+FolderLock::FolderLock(FolderLock&&) noexcept = default;
+FolderLock& FolderLock::operator=(FolderLock&&) noexcept = default;
+
+FolderLock::FolderLock(const std::filesystem::path& folder)
+    : directory_(new Directory{FileDescriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))}) {
+  if (!directory_->descriptor.ok()) throw Error(quoted(folder) + " cannot be opened: " + errno_text());
+  if (::flock(directory_->descriptor.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  throw Error("another program is writing to " + quoted(folder) + ": end it first, or name another folder");
+}
+
+FolderLock::State FolderLock::state(const std::filesystem::path& folder) {
+  const FileDescriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!directory.ok()) return State::unknown;
+  if (::flock(directory.get(), LOCK_EX | LOCK_NB) == 0) return State::free;
+  return errno == EWOULDBLOCK ? State::taken : State::unknown;
 }
 
 }  // namespace gelslam
