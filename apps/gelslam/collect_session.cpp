@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "gelslam/calibration/circle_finder.hpp"
-#include "gelslam/calibration/press_depth.hpp"
+#include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_decoder.hpp"

@@ -5,8 +5,6 @@
 #include <random>
 #include <vector>
 
-#include "training/slope_samples.hpp"
-
 namespace gelslam::test {
 namespace {
 

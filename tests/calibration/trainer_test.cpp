@@ -6,11 +6,11 @@
 #include <random>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/calibration/ball_sizes.hpp"
+#include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
-#include "gelslam/calibration/press_depth.hpp"
+#include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/calibration/slope_statistics.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"

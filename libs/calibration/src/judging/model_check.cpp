@@ -10,7 +10,7 @@
 #include <map>
 #include <optional>
 
-#include "gelslam/calibration/press_depth.hpp"
+#include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/surface/surface_estimator.hpp"

@@ -6,9 +6,8 @@
 #include <stdexcept>
 
 #include "gelslam/calibration/pixel_pitch.hpp"
-#include "gelslam/calibration/press_change.hpp"
 #include "gelslam/core/median.hpp"
-#include "presses/press_points.hpp"
+#include "presses/press_fit.hpp"
 
 namespace gelslam {
 namespace {

@@ -7,7 +7,6 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
-#include "presses/odd_presses.hpp"
 
 namespace gelslam {
 namespace {
@@ -126,7 +125,7 @@ void reject_another_light(const PressSet& set, BallZones& zones) {
 
 /// Two balls that overlap, something that is no ball, one press with another ball.
 void reject_odd_ones(const PressSet& set, double pixel_pitch_mm, BallZones& zones) {
-  const std::vector<std::size_t> odd = calibration::detail::find_odd_zones(set, zones.zones, pixel_pitch_mm);
+  const std::vector<std::size_t> odd = find_odd_zones(set, zones.zones, pixel_pitch_mm);
   for (auto k = odd.rbegin(); k != odd.rend(); ++k) {
     const auto zone = zones.zones.begin() + static_cast<std::ptrdiff_t>(*k);
     zones.rejected.push_back({zone->press,

@@ -7,10 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "gelslam/calibration/press_change.hpp"
 #include "judging/gel_change.hpp"
-#include "presses/press_points.hpp"
-#include "training/press_fit.hpp"
+#include "presses/press_fit.hpp"
 
 namespace gelslam {
 namespace {

@@ -1,14 +1,19 @@
-#include "presses/press_points.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "gelslam/calibration/press_change.hpp"
 #include "gelslam/core/median.hpp"
+#include "presses/press_fit.hpp"
 
-namespace gelslam {
+namespace gelslam::calibration::detail {
+namespace {
+
+constexpr float kDarkLevels = 10.0F;  // keeps the relative change finite where there is no light
+constexpr double kWindowRadii = 2.0, kWindowMarginPx = 10.0;
+
+}  // namespace
+
 cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
   cv::Mat3f change;
   cv::subtract(bgr, background, change, cv::noArray(), CV_32F);
@@ -22,14 +27,6 @@ cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
   for (cv::Vec3f& c : change) c -= common;
   return change;
 }
-
-namespace calibration::detail {
-namespace {
-
-constexpr float kDarkLevels = 10.0F;  // keeps the relative change finite where there is no light
-constexpr double kWindowRadii = 2.0, kWindowMarginPx = 10.0;
-
-}  // namespace
 
 cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) {
   cv::Mat3f relative, soft_background;
@@ -62,5 +59,4 @@ PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relativ
   return points;
 }
 
-}  // namespace calibration::detail
-}  // namespace gelslam
+}  // namespace gelslam::calibration::detail

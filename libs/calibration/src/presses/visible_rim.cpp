@@ -3,7 +3,7 @@
 #include <numbers>
 #include <vector>
 
-#include "presses/press_points.hpp"
+#include "presses/press_fit.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {

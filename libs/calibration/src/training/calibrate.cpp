@@ -1,6 +1,6 @@
 #include "gelslam/calibration/calibrate.hpp"
 
-#include "gelslam/calibration/ball_sizes.hpp"
+#include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/core/error.hpp"
 
 namespace gelslam {

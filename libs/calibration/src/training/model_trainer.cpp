@@ -9,7 +9,6 @@
 #include "gelslam/core/gradient_model.hpp"
 #include "training/color_field.hpp"
 #include "training/gain_field.hpp"
-#include "training/slope_samples.hpp"
 
 namespace gelslam {
 namespace {

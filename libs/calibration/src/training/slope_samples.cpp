@@ -1,7 +1,7 @@
-#include "training/slope_samples.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "training/color_field.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {

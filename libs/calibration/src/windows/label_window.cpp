@@ -5,9 +5,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "gelslam/calibration/press_change.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
+#include "presses/press_fit.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {

@@ -1,4 +1,4 @@
-#include "training/press_fit.hpp"
+#include "presses/press_fit.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

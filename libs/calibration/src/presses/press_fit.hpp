@@ -1,7 +1,11 @@
 #pragma once
 
 #include <array>
+#include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
+
+#include "gelslam/calibration/press_set.hpp"
 
 namespace gelslam::calibration::detail {
 
@@ -10,6 +14,16 @@ struct PressPoints {
   std::vector<double> u_px, v_px;
   std::array<std::vector<double>, 3> change;  ///< B, G, R
 };
+
+/// Color difference of a press to the background, gray levels, without what all of the picture has in common
+/// (another exposure). Both of one size.
+cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
+
+/// The same relative to the background's brightness, a little smoothed.
+cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background);
+
+/// About `wanted` points of it on a grid around a contact, its membrane rim and some bare gel included.
+PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, double wanted);
 
 /// A pressed ball: the gel lies on it inside the radius; outside, the slope falls by a factor e per
 /// `decay_px`.
@@ -40,5 +54,11 @@ SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, dou
 
 /// Cost of the best press in a picture that is blurred alike in all directions, as a soft gel looks, too.
 double blurred_cost(const PressPoints& points, const PressShape& start, double ball_px);
+
+/// The edge that people see around a contact: along rays from the middle, where the color change falls most
+/// steeply outside of its greatest, and the circle through those places (robust). `knee` is the circle inside
+/// which the gel lies on the ball. Nothing when too little of the edge is in the picture, or when it is no
+/// circle about there: then the knee is the better guide.
+std::optional<ContactCircle> find_visible_rim(const cv::Mat3f& relative_change, const ContactCircle& knee);
 
 }  // namespace gelslam::calibration::detail
