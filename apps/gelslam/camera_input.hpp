@@ -9,7 +9,7 @@
 
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/camera.hpp"
-#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 
 namespace gelslam {

@@ -3,7 +3,7 @@
 
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "live_command.hpp"
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/sensor/image_input.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
-#include "gelslam/slam/color_gain.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 

@@ -11,7 +11,6 @@
 #include "work.hpp"
 #ifdef GELSLAM_BUILD_CAMERAS
 #include "gelslam/sensor/camera.hpp"
-#include "gelslam/sensor/frame_decoder.hpp"
 #endif
 
 namespace gelslam::python {

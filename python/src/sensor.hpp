@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "gelslam/slam/color_gain.hpp"
+#include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 

@@ -16,7 +16,7 @@
 #include "../support/run_program.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/calibration/press_set.hpp"
-#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/press_log.hpp"
 

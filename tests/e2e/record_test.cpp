@@ -14,7 +14,6 @@
 #include "../sensor/raw_frames.hpp"
 #include "../support/data_folder.hpp"
 #include "../support/run_program.hpp"
-#include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {

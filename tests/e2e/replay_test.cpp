@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "../support/expect_mistake.hpp"
-#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "simulated_scan.hpp"
 
 namespace gelslam {

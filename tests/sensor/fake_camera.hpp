@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "cameras/video_system.hpp"
+#include "cameras/video_node.hpp"
 
 namespace gelslam::test {
 

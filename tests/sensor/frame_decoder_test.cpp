@@ -1,5 +1,3 @@
-#include "gelslam/sensor/frame_decoder.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,6 +10,7 @@
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
 
 namespace gelslam {

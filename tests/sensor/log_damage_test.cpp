@@ -7,7 +7,6 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
-#include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "raw_frames.hpp"
 

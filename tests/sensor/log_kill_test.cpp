@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "../support/temporary_folder.hpp"
-#include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "raw_frames.hpp"
 

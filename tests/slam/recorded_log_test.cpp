@@ -7,7 +7,7 @@
 #include "../surface/linear_gel.hpp"
 #include "../surface/pth_file.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 

@@ -8,7 +8,7 @@
 #include "../support/temporary_folder.hpp"
 #include "cameras/v4l2_camera.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/config.hpp"
 
 namespace gelslam {

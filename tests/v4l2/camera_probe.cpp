@@ -8,7 +8,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/camera.hpp"
-#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 
 namespace {
 

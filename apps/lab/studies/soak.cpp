@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/live_slam.hpp"
 #include "gelslam/slam/log_input.hpp"

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "cameras/video_node.hpp"
-#include "cameras/video_system.hpp"
 #include "gelslam/sensor/camera.hpp"
 
 namespace gelslam::detail {

@@ -1,5 +1,3 @@
-#include "cameras/video_system.hpp"
-
 #include <fcntl.h>
 #include <grp.h>
 #include <sys/ioctl.h>
@@ -12,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "cameras/video_node.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam::detail {

@@ -1,11 +1,10 @@
-#include "gelslam/sensor/frame_decoder.hpp"
-
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/decoders.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "images/crop.hpp"
 
 namespace gelslam {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <vector>
@@ -141,6 +142,18 @@ bool is_gray(const cv::Mat3b& image, int tolerance) {
     }
   }
   return true;
+}
+
+ColorGain::ColorGain(const std::array<double, 3>& gain_bgr)
+    : unchanged_(gain_bgr == std::array<double, 3>{1.0, 1.0, 1.0}) {
+  for (int value = 0; value < 256; ++value)
+    for (int channel = 0; channel < 3; ++channel)
+      table_(0, value)[channel] =
+          cv::saturate_cast<unsigned char>(value * gain_bgr[static_cast<std::size_t>(channel)]);
+}
+
+void ColorGain::apply(cv::Mat3b& bgr) const {
+  if (!unchanged_) cv::LUT(bgr, table_, bgr);
 }
 
 }  // namespace gelslam

@@ -10,7 +10,6 @@ extern "C" {
 #include <vector>
 
 #include "gelslam/core/error.hpp"
-#include "images/container.hpp"
 #include "images/crop.hpp"
 
 namespace gelslam::detail {
@@ -136,6 +135,29 @@ std::optional<VideoFile::Frame> VideoFile::next() {
   const cv::Mat3b bgr(av_->bgr->height, av_->bgr->width, reinterpret_cast<cv::Vec3b*>(av_->bgr->data[0]),
                       static_cast<std::size_t>(av_->bgr->linesize[0]));
   return Frame{bgr.clone(), time_of_frame()};
+}
+
+}  // namespace gelslam::detail
+
+extern "C" {}
+
+namespace gelslam::detail {
+
+AVFormatContext* open_container(const std::filesystem::path& path, const char* format,
+                                AVDictionary** options) {
+  av_log_set_level(AV_LOG_QUIET);  // what is wrong with a file is said by our errors
+  // With its protocol, so that no part of the name is taken for one.
+  const std::string url = "file:" + std::filesystem::absolute(path).string();
+  const AVInputFormat* only = format == nullptr ? nullptr : av_find_input_format(format);
+  AVFormatContext* file = nullptr;  // stays null on failure
+  avformat_open_input(&file, url.c_str(), only, options);
+  return file;
+}
+
+std::optional<std::int64_t> plausible_frames(double frames) {
+  constexpr double kMost = 1e9;  // a header may claim anything
+  if (!(frames >= 1 && frames < kMost)) return std::nullopt;
+  return static_cast<std::int64_t>(frames);
 }
 
 }  // namespace gelslam::detail

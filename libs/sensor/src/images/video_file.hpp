@@ -6,6 +6,9 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
+struct AVDictionary;
+struct AVFormatContext;
+
 namespace gelslam::detail {
 
 /// A video or a single picture of any format that libav decodes.
@@ -39,5 +42,13 @@ class VideoFile {
   std::unique_ptr<Av> av_;
   Properties properties_;
 };
+
+/// Opens a file of libav's format `format` (null: of any). Null when it cannot be read; else for
+/// avformat_close_input().
+AVFormatContext* open_container(const std::filesystem::path& path, const char* format,
+                                AVDictionary** options = nullptr);
+
+/// As a whole number; nothing for what no file holds.
+std::optional<std::int64_t> plausible_frames(double frames);
 
 }  // namespace gelslam::detail

@@ -7,7 +7,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "images/sources.hpp"
 
 namespace gelslam {

@@ -10,8 +10,8 @@ extern "C" {
 #include <string_view>
 
 #include "gelslam/core/error.hpp"
-#include "images/container.hpp"
 #include "images/crop.hpp"
+#include "images/video_file.hpp"
 #include "logs/matroska_header.hpp"
 
 namespace gelslam::detail {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam::detail {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam::detail {
 

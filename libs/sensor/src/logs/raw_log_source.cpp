@@ -1,5 +1,5 @@
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "images/left_out.hpp"
 #include "images/sources.hpp"

@@ -7,8 +7,8 @@
 
 #include "gelslam/core/bounded_queue.hpp"
 #include "gelslam/frontend/tracker.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
-#include "gelslam/sensor/tactile_image.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "live/live_board.hpp"

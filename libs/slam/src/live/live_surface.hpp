@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "gelslam/core/stage_timer.hpp"
-#include "gelslam/sensor/frame_decoder.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "live/live_messages.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -26,5 +27,16 @@ cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, c
 /// True when no pixel's channels differ by more than `tolerance` gray levels: a picture without color, from
 /// which no slope can be read. Video compression leaves a level or two of false color.
 bool is_gray(const cv::Mat3b& image, int tolerance = 2);
+
+/// Multiplies a picture's channels; values beyond white stay white.
+class ColorGain {
+ public:
+  explicit ColorGain(const std::array<double, 3>& gain_bgr);
+  void apply(cv::Mat3b& bgr) const;
+
+ private:
+  bool unchanged_;
+  cv::Mat3b table_ = cv::Mat3b(1, 256);
+};
 
 }  // namespace gelslam

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "gelslam/sensor/log_writer.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
 
 namespace gelslam {

@@ -1,13 +1,57 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 
-#include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
 #include "gelslam/sensor/sensor_profile.hpp"
 
 namespace gelslam {
+
+/// What a log holds beside its pictures, so that it can be reconstructed on its own. Any may be empty.
+struct LogAttachments {
+  std::string sensor;           ///< RawFrameSource::description() of the camera
+  std::string camera_settings;  ///< one "name value" per line
+  std::string config_yaml;      ///< the configuration file's text
+  std::string model;            ///< the bytes of nnmodel.pth
+};
+
+/// A growing Matroska file with the sensor's own bytes (docs/cameras-and-logs.md): jpeg, png and yuyv are
+/// kept as they came, bgr becomes PNG without loss. Times are kept to the microsecond, sequence numbers
+/// beside each frame. Every frame is given to the system when write() returns, so that kill -9 of this
+/// program loses nothing; a power cut may lose the last half minute, for nothing is forced to the disk before
+/// close(). One thread.
+class LogWriter {
+ public:
+  /// Creates the file; its header is written with the first frame. Throws Error when the file exists or
+  /// cannot be made, and when an attachment is larger than a reader accepts.
+  LogWriter(const std::filesystem::path& path, LogAttachments attachments, double rate_hz);
+  /// close().
+  ~LogWriter();
+  LogWriter(const LogWriter&) = delete;
+  LogWriter& operator=(const LogWriter&) = delete;
+
+  /// Appends a frame. False once the disk is full (or fails), or when a frame is not of the first one's kind
+  /// and size: nothing more is written from then on, what was written stays readable, failure() says why.
+  /// Never throws for the disk's sake, so that a scan goes on.
+  bool write(const RawFrame& frame);
+  /// As a sentence for people, or "".
+  const std::string& failure() const;
+
+  /// Notes number of frames and duration in the header. A log without a frame is removed. Write no more after
+  /// it.
+  void close();
+
+  const std::filesystem::path& path() const;
+  std::int64_t frames() const;  ///< written
+  std::int64_t bytes() const;   ///< of the file
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 /// Opens a log as a source of raw frames. A Matroska file of JPEG, PNG or YUYV pictures (what LogWriter
 /// makes, and what other tools make of it) gives its bytes, times and sequence numbers as they were recorded

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "gelslam/sensor/log_writer.hpp"
 #include "gelslam/sensor/raw_frame.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/live_session.hpp"

@@ -11,7 +11,7 @@
 
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/sensor/frame_source.hpp"
-#include "gelslam/slam/color_gain.hpp"
+#include "gelslam/sensor/image_input.hpp"
 #include "gelslam/slam/log_input.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
