@@ -8,8 +8,8 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
-#include "gelslam/simulation/motion.hpp"
 #include "gelslam/simulation/optics.hpp"
+#include "gelslam/simulation/simulator.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
 namespace gelslam::lab {

@@ -11,7 +11,6 @@
 #include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/simulation/gel.hpp"
-#include "gelslam/simulation/sensor_geometry.hpp"
 #include "gelslam/simulation/shape.hpp"
 #include "gelslam/surface/surface.hpp"
 

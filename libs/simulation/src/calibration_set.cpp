@@ -13,7 +13,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/image/encoders.hpp"
-#include "pressed_ball.hpp"
 #include "random.hpp"
 
 namespace gelslam {

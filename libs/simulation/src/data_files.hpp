@@ -2,11 +2,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <opencv2/core/mat.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "gelslam/simulation/sensor_geometry.hpp"
+#include "gelslam/core/files.hpp"
+#include "gelslam/simulation/gel.hpp"
 
 namespace gelslam::simulation::detail {
 
@@ -20,5 +23,27 @@ std::vector<std::uint8_t> encode_frame(const cv::Mat3b& bgr, bool lossless);
 /// nnmodel.pth to name.
 std::string config_yaml(const std::filesystem::path& folder, const SensorGeometry& geometry,
                         double frame_rate_hz, const std::filesystem::path& model);
+
+/// A video file (AVI) of pictures that are already encoded. cv::VideoWriter would halve the color resolution
+/// of JPEG pictures, and color is what this sensor measures with.
+class AviWriter {
+ public:
+  /// `lossless`: PNG pictures, else JPEG. Throws Error when the file cannot be made.
+  AviWriter(const std::filesystem::path& path, bool lossless, int width, int height, double rate_hz);
+  ~AviWriter();
+  /// Throws Error on a full disk.
+  void add(std::span<const std::uint8_t> picture);
+  /// Writes the index and makes the file appear.
+  void finish();
+
+ private:
+  struct Muxer;
+  void check(int result) const;
+
+  TemporaryFile file_;
+  std::filesystem::path path_;
+  std::unique_ptr<Muxer> muxer_;
+  std::int64_t pictures_ = 0;
+};
 
 }  // namespace gelslam::simulation::detail

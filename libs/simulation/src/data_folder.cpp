@@ -10,7 +10,6 @@
 #include <sstream>
 #include <thread>
 
-#include "avi_writer.hpp"
 #include "data_files.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"

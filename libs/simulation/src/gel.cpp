@@ -7,6 +7,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/target_clones.hpp"
+#include "shape_makers.hpp"
 
 namespace gelslam {
 namespace {
@@ -157,6 +158,16 @@ void check(const cv::Mat1f& underside, const SensorGeometry& geometry, const Gel
     throw Error("gel size must be the sensor's and a multiple of 8 pixels");
 }
 
+/// Largest distance of a contact pixel from the center: the circle's radius, also where the picture cuts it.
+double contact_radius_px(const cv::Mat1b& contact, const cv::Point2d& center) {
+  double squared = 0;
+  for (int v = 0; v < contact.rows; ++v)
+    for (int u = 0; u < contact.cols; ++u)
+      if (contact(v, u) != 0)
+        squared = std::max(squared, (u - center.x) * (u - center.x) + (v - center.y) * (v - center.y));
+  return std::sqrt(squared);
+}
+
 }  // namespace
 
 GelShape flat_gel(const SensorGeometry& geometry) {
@@ -192,6 +203,19 @@ GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const Sen
   const GelShape gel = press_gel(object_underside(shape, sensor_T_object, wide, options), wide, options);
   const cv::Rect view(kBeyondViewPx, kBeyondViewPx, geometry.width_px, geometry.height_px);
   return {gel.height_mm(view).clone(), gel.contact(view).clone(), gel.slope(view).clone()};
+}
+
+PressedBall press_ball(const SensorGeometry& geometry, const GelOptions& gel, double ball_radius_mm,
+                       double x_mm, double y_mm, double depth_mm) {
+  Pose sensor_T_ball = Pose::Identity();
+  sensor_T_ball.translation() << x_mm, y_mm, ball_radius_mm - depth_mm;
+  PressedBall pressed;
+  pressed.gel = press_object(*simulation::detail::make_ball(static_cast<float>(ball_radius_mm)),
+                             sensor_T_ball, geometry, gel);
+  pressed.center_px = {x_mm / geometry.pixel_pitch_mm + 0.5 * geometry.width_px - 0.5,
+                       y_mm / geometry.pixel_pitch_mm + 0.5 * geometry.height_px - 0.5};
+  pressed.radius_px = contact_radius_px(pressed.gel.contact, pressed.center_px);
+  return pressed;
 }
 
 }  // namespace gelslam

@@ -1,11 +1,10 @@
-#include "gelslam/simulation/motion.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/simulation/simulator.hpp"
 #include "random.hpp"
 
 namespace gelslam {

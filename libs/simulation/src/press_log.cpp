@@ -6,11 +6,9 @@
 #include <opencv2/core.hpp>
 #include <sstream>
 
-#include "avi_writer.hpp"
 #include "data_files.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "pressed_ball.hpp"
 #include "random.hpp"
 
 namespace gelslam {

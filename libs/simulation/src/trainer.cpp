@@ -1,10 +1,9 @@
-#include "gelslam/simulation/trainer.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/simulation/calibration_set.hpp"
 #include "random.hpp"
 
 namespace gelslam {

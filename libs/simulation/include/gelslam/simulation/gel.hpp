@@ -1,13 +1,26 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 
 #include "gelslam/core/se3.hpp"
-#include "gelslam/simulation/sensor_geometry.hpp"
 #include "gelslam/simulation/shape.hpp"
 
 namespace gelslam {
+
+/// The simulated sensor's pixel grid (GelSight Mini). Frame: x right, y down, z out of the gel toward the
+/// object, origin at the image center on the undeformed gel; orthographic.
+struct SensorGeometry {
+  int width_px = 320;
+  int height_px = 240;
+  double pixel_pitch_mm = 0.0634;
+
+  float x_mm(double u) const { return static_cast<float>((u - 0.5 * width_px + 0.5) * pixel_pitch_mm); }
+  float y_mm(double v) const { return static_cast<float>((v - 0.5 * height_px + 0.5) * pixel_pitch_mm); }
+  double half_width_mm() const { return 0.5 * width_px * pixel_pitch_mm; }
+  double half_height_mm() const { return 0.5 * height_px * pixel_pitch_mm; }
+};
 
 /// The gel: a membrane under tension on an elastic foundation (Pasternak's model).
 struct GelOptions {
@@ -44,5 +57,17 @@ GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry
 /// Both together, for a gel that reaches a millimeter beyond the view on every side, as a real one does.
 GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
                       const GelOptions& options);
+
+/// A ball in the gel, and the circle inside which the gel lies on it.
+struct PressedBall {
+  GelShape gel;
+  cv::Point2d center_px;
+  double radius_px = 0;  ///< 0: no contact
+};
+
+/// `x_mm`, `y_mm`: place of the ball's middle; `depth_mm`: how far its lowest point lies below the untouched
+/// gel.
+PressedBall press_ball(const SensorGeometry& geometry, const GelOptions& gel, double ball_radius_mm,
+                       double x_mm, double y_mm, double depth_mm);
 
 }  // namespace gelslam

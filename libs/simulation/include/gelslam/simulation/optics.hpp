@@ -5,7 +5,6 @@
 #include <opencv2/core/mat.hpp>
 
 #include "gelslam/simulation/gel.hpp"
-#include "gelslam/simulation/sensor_geometry.hpp"
 
 namespace gelslam {
 

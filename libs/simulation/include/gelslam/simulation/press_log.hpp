@@ -9,7 +9,6 @@
 #include "gelslam/core/progress.hpp"
 #include "gelslam/simulation/gel.hpp"
 #include "gelslam/simulation/optics.hpp"
-#include "gelslam/simulation/sensor_geometry.hpp"
 
 namespace gelslam {
 
