@@ -3,7 +3,7 @@
 #include <ctime>
 
 #include "gelslam/core/process.hpp"
-#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/config.hpp"
 
 namespace gelslam {
 namespace {

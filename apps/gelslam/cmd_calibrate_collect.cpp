@@ -11,7 +11,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/config.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 
 namespace gelslam {

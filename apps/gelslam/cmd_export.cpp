@@ -18,7 +18,7 @@
 #include "gelslam/evaluation/simplify.hpp"
 #include "gelslam/exchange/run_export.hpp"
 #include "gelslam/mesh/mesh_pieces.hpp"
-#include "gelslam/slam/map_completeness.hpp"
+#include "gelslam/slam/slam_map.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"
 #include "terminal_progress.hpp"
 

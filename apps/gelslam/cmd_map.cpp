@@ -11,7 +11,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/localization/map_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/config.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {

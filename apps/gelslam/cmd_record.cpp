@@ -8,7 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/config.hpp"
 #include "reports.hpp"
 
 namespace gelslam {

@@ -2,7 +2,7 @@
 
 #include "camera_input.hpp"
 #include "commands.hpp"
-#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/config.hpp"
 #include "live_command.hpp"
 
 namespace gelslam {

@@ -17,7 +17,7 @@
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/map_folder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/frame_report.hpp"
+#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/slam/trial_places.hpp"

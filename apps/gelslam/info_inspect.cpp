@@ -16,9 +16,9 @@
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/log_input.hpp"
-#include "gelslam/slam/map_completeness.hpp"
+#include "gelslam/slam/config.hpp"
 #include "gelslam/slam/session.hpp"
+#include "gelslam/slam/slam_map.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "info_report.hpp"
 

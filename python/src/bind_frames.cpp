@@ -7,7 +7,7 @@
 #include "bind.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
-#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/config.hpp"
 #include "work.hpp"
 #ifdef GELSLAM_BUILD_CAMERAS
 #include "gelslam/sensor/camera.hpp"

@@ -8,7 +8,7 @@
 #include "../surface/pth_file.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/raw_log.hpp"
-#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/config.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 
 namespace gelslam {

@@ -8,7 +8,7 @@
 
 #include <string>
 
-#include "gelslam/slam/frame_report.hpp"
+#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/stream_server.hpp"
 #include "studies/simulated_frames.hpp"
 

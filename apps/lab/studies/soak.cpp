@@ -16,8 +16,8 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/config.hpp"
 #include "gelslam/slam/live_slam.hpp"
-#include "gelslam/slam/log_input.hpp"
 #include "study.hpp"
 
 namespace gelslam::lab {

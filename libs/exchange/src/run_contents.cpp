@@ -12,7 +12,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
-#include "gelslam/slam/map_completeness.hpp"
+#include "gelslam/slam/slam_map.hpp"
 #include "gelslam/viewer/scene_style.hpp"
 
 namespace gelslam {

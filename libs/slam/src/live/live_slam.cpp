@@ -13,7 +13,6 @@
 #include "live/live_record.hpp"
 #include "live/live_surface.hpp"
 #include "live/live_tracking.hpp"
-#include "live/log_recording.hpp"
 #include "live/scan_folders.hpp"
 
 namespace gelslam {

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <vector>
 
+#include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/slam/live_slam.hpp"
+#include "live/live_board.hpp"
 #include "run_folder/live_run.hpp"
 
 namespace gelslam::slam::detail {
@@ -33,6 +36,33 @@ class ScanFolders {
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<LiveRun>> runs_;
   std::filesystem::path next_;
+};
+
+/// Records what the camera sends, a log in each run folder. Of the capture thread. A full disk ends the log,
+/// not the scan.
+class LogRecording {
+ public:
+  /// `most_waiting`: frames that arrive before it is known that the background is complete. Throws Error when
+  /// the first log cannot be written.
+  LogRecording(const LiveOptions& options, const RawFrameSource& source, const ScanFolders& folders,
+               std::size_t most_waiting, LiveBoard& board);
+
+  void take(const RawFrame& frame);
+  void finish();
+
+ private:
+  std::unique_ptr<LogRecorder> make_recorder() const;
+  void begin_next_log(const RawFrame& first);
+  void report();
+
+  const LiveOptions& options_;
+  const RawFrameSource& source_;
+  const ScanFolders& folders_;
+  const std::size_t most_background_frames_;
+  LiveBoard& board_;
+  std::shared_ptr<LiveRun> run_;            // whose log it is
+  std::unique_ptr<LogRecorder> recorder_;   // none after a failure
+  std::deque<RawFrame> background_frames_;  // another log begins with them, so that it can be replayed alone
 };
 
 }  // namespace gelslam::slam::detail

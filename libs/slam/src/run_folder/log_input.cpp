@@ -1,8 +1,7 @@
-#include "gelslam/slam/log_input.hpp"
-
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/config.hpp"
 
 namespace gelslam {
 namespace {

@@ -10,7 +10,6 @@
 #include "gelslam/core/text.hpp"
 #include "run_folder/scan_writer.hpp"
 #include "run_folder/session_text.hpp"
-#include "run_folder/session_v1.hpp"
 
 namespace gelslam {
 

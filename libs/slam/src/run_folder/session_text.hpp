@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/slam/session.hpp"
 
 namespace gelslam::slam::detail {
 
@@ -34,5 +35,9 @@ PoseGraphEdge edge_from(const Json& json);
 std::filesystem::path surface_file(const std::filesystem::path& session, int keyframe);
 /// With its slopes corrected.
 std::filesystem::path corrected_file(const std::filesystem::path& session, int keyframe);
+
+/// A session of version 1 (up to gelslam 0.2): the map's patches, each as a TIFF of four planes. Throws Error
+/// and JSON exceptions.
+Session load_session_v1(const std::filesystem::path& folder, const Json& json);
 
 }  // namespace gelslam::slam::detail

@@ -1,11 +1,10 @@
-#include "run_folder/session_v1.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/image/tiff.hpp"
+#include "run_folder/session_text.hpp"
 
 namespace gelslam::slam::detail {
 namespace {

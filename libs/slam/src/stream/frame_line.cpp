@@ -4,7 +4,7 @@
 
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/slam/frame_report.hpp"
+#include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {

@@ -9,8 +9,8 @@
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/mesh/mesh.hpp"
-#include "gelslam/slam/map_completeness.hpp"
 #include "gelslam/slam/map_snapshot.hpp"
+#include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {
 

@@ -11,8 +11,6 @@
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/config.hpp"
-#include "gelslam/slam/log_input.hpp"
-#include "gelslam/slam/map_completeness.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {

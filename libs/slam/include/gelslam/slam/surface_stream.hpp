@@ -12,7 +12,7 @@
 #include "gelslam/core/stage_timer.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/image_input.hpp"
-#include "gelslam/slam/log_input.hpp"
+#include "gelslam/slam/config.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 
