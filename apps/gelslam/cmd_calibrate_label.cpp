@@ -14,7 +14,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/median.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
 #include "terminal_progress.hpp"

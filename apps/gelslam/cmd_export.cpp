@@ -17,7 +17,7 @@
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/simplify.hpp"
 #include "gelslam/exchange/run_export.hpp"
-#include "gelslam/mesh/mesh_pieces.hpp"
+#include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"
 #include "terminal_progress.hpp"

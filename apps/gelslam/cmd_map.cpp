@@ -9,7 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/localization/map_folder.hpp"
+#include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/config.hpp"
 #include "terminal_progress.hpp"

@@ -11,7 +11,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/image/tiff.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/image_input.hpp"

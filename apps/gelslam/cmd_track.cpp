@@ -15,7 +15,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/localization/localizer.hpp"
-#include "gelslam/localization/map_folder.hpp"
+#include "gelslam/localization/maps.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/pose_stream.hpp"
 #include "gelslam/slam/surface_stream.hpp"

@@ -1,8 +1,8 @@
 // Prints the sensor's pose in each frame of a log, as TUM lines (meters). Usage: track_video LOG [MODEL]
 #include <gelslam/core/error.hpp>
+#include <gelslam/core/trajectory.hpp>
 #include <gelslam/frontend/tracker.hpp>
 #include <gelslam/slam/surface_stream.hpp>
-#include <gelslam/slam/tum.hpp>
 #include <iostream>
 
 int main(int argc, char** argv) try {

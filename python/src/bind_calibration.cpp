@@ -4,7 +4,6 @@
 #include "bind.hpp"
 #include "gelslam/calibration/calibrate.hpp"
 #include "gelslam/core/error.hpp"
-#include "work.hpp"
 
 namespace gelslam::python {
 namespace {

@@ -8,7 +8,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/config.hpp"
-#include "work.hpp"
 #ifdef GELSLAM_BUILD_CAMERAS
 #include "gelslam/sensor/camera.hpp"
 #endif

@@ -9,7 +9,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "run.hpp"
-#include "work.hpp"
 
 namespace gelslam::python {
 namespace {

@@ -10,7 +10,6 @@
 #include "gelslam/slam/trial_drift.hpp"
 #include "run.hpp"
 #include "sensor.hpp"
-#include "work.hpp"
 
 namespace gelslam::python {
 namespace {

@@ -1,7 +1,7 @@
-#include "work.hpp"
-
 #include <fmt/core.h>
 #include <pybind11/stl.h>
+
+#include "bind.hpp"
 
 namespace gelslam::python {
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "../support/expect_mistake.hpp"
+#include "../support/run_program.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/surface/model_file.hpp"

@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "../support/data_folder.hpp"
-#include "../support/expect_mistake.hpp"
 #include "../support/pictures.hpp"
+#include "../support/run_program.hpp"
 
 namespace gelslam {
 namespace {

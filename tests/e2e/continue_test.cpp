@@ -8,7 +8,7 @@
 #include <random>
 #include <thread>
 
-#include "../support/expect_mistake.hpp"
+#include "../support/run_program.hpp"
 #include "simulated_scan.hpp"
 
 namespace gelslam {

@@ -5,8 +5,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "../support/data_folder.hpp"
-#include "../support/expect_mistake.hpp"
 #include "../support/pictures.hpp"
+#include "../support/run_program.hpp"
 
 namespace gelslam {
 namespace {

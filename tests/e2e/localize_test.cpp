@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
-#include "../support/expect_mistake.hpp"
+#include "../support/run_program.hpp"
 #include "simulated_scan.hpp"
 
 namespace gelslam {

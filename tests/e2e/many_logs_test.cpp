@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "../support/expect_mistake.hpp"
+#include "../support/run_program.hpp"
 #include "simulated_scan.hpp"
 
 namespace gelslam {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "../support/expect_mistake.hpp"
+#include "../support/run_program.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "simulated_scan.hpp"
 

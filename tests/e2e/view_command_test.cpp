@@ -4,7 +4,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "expect_mistake.hpp"
+#include "run_program.hpp"
 #include "view_run.hpp"
 
 namespace gelslam::test {

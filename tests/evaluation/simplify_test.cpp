@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "gelslam/mesh/mesh_pieces.hpp"
+#include "gelslam/mesh/mesh.hpp"
 #include "test_meshes.hpp"
 
 namespace gelslam {

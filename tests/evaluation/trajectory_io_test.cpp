@@ -3,7 +3,7 @@
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/evaluation/run_result.hpp"
+#include "gelslam/evaluation/run_and_truth.hpp"
 
 namespace gelslam {
 namespace {

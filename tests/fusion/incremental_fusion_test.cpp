@@ -9,7 +9,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "mesh_checks.hpp"
-#include "shown_mesh.hpp"
 #include "synthetic_touch.hpp"
 
 namespace gelslam {

@@ -1,11 +1,11 @@
-#include "shown_mesh.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 #include <set>
 #include <utility>
+
+#include "mesh_checks.hpp"
 
 namespace gelslam::test {
 namespace {

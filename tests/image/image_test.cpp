@@ -8,8 +8,7 @@
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/image/decoders.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/image/tiff.hpp"
 
 namespace gelslam {

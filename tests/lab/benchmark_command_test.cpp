@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "../support/expect_mistake.hpp"
+#include "../support/run_program.hpp"
 #include "public_trial.hpp"
 
 namespace gelslam {

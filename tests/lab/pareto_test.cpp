@@ -1,9 +1,9 @@
-#include "pareto.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "speed_accuracy.hpp"
 
 namespace gelslam::lab {
 namespace {

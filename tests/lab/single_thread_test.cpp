@@ -1,7 +1,7 @@
-#include "single_thread.hpp"
-
 #include <gtest/gtest.h>
 #include <omp.h>
+
+#include "baselines/baselines.hpp"
 
 namespace gelslam::baselines::detail {
 namespace {

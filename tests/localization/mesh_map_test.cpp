@@ -1,5 +1,3 @@
-#include "gelslam/localization/mesh_map.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/localization/localizer.hpp"
-#include "gelslam/localization/map_folder.hpp"
+#include "gelslam/localization/maps.hpp"
 #include "gelslam/simulation/gel.hpp"
 #include "gelslam/surface/slopes.hpp"
 

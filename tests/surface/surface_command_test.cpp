@@ -5,7 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "../support/expect_mistake.hpp"
+#include "../support/run_program.hpp"
 #include "linear_gel.hpp"
 #include "pth_file.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/render_target.hpp"
+#include "gelslam/viewer/scene.hpp"
 #include "test_meshes.hpp"
 
 namespace gelslam::test {

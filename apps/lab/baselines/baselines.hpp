@@ -65,4 +65,21 @@ const std::vector<std::string>& registrar_names();
 /// method.
 std::shared_ptr<const Registrar> make_registrar(std::string_view name, const NormalFlowOptions& options);
 
+namespace baselines::detail {
+
+/// While it lives, OpenMP on this thread runs every parallel region with one thread, even those that ask for
+/// as many as the machine has, as Open3D does: times are compared with methods of one thread, sums come in
+/// the same order every time, and RANSAC draws the same numbers.
+class SingleThread {
+ public:
+  SingleThread();
+  ~SingleThread();
+  SingleThread(const SingleThread&) = delete;
+  SingleThread& operator=(const SingleThread&) = delete;
+
+ private:
+  int levels_before_;
+};
+
+}  // namespace baselines::detail
 }  // namespace gelslam

@@ -1,5 +1,6 @@
 #include "open3d_icp.hpp"
 
+#include <omp.h>
 #include <open3d/pipelines/registration/Registration.h>
 #include <open3d/utility/Logging.h>
 
@@ -8,6 +9,11 @@
 namespace gelslam::baselines::detail {
 
 namespace o3d = open3d::pipelines::registration;
+
+// omp_set_num_threads() would not do: a num_threads clause overrules it.
+SingleThread::SingleThread() : levels_before_(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
+
+SingleThread::~SingleThread() { omp_set_max_active_levels(levels_before_); }
 
 QuietSingleThread::QuietSingleThread()
     : verbosity_before_(static_cast<int>(open3d::utility::GetVerbosityLevel())) {

@@ -4,7 +4,6 @@
 
 #include "baselines/baselines.hpp"
 #include "contact_points.hpp"
-#include "single_thread.hpp"
 
 namespace gelslam::baselines::detail {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/render_target.hpp"
+#include "gelslam/viewer/scene.hpp"
 
 namespace gelslam {
 namespace {

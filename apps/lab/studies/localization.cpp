@@ -13,7 +13,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/localization/localizer.hpp"
-#include "gelslam/localization/mesh_map.hpp"
+#include "gelslam/localization/maps.hpp"
 #include "gelslam/simulation/calibration_set.hpp"
 #include "gelslam/simulation/optics.hpp"
 #include "gelslam/simulation/simulator.hpp"

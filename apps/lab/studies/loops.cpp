@@ -8,7 +8,7 @@
 
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/evaluation/ground_truth.hpp"
+#include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/surface_stream.hpp"

@@ -1,5 +1,3 @@
-#include "pareto.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -7,6 +5,7 @@
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
+#include "speed_accuracy.hpp"
 
 namespace gelslam::lab {
 namespace {

@@ -2,6 +2,8 @@
 // same pairs of frames of sequences with truth. Written: processor time (median), error, how sure it is that
 // this error differs from our default's, and whether no other setting is both faster and better.
 
+#include "speed_accuracy.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -15,9 +17,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "judgement.hpp"
-#include "pareto.hpp"
 #include "registration_problems.hpp"
-#include "speed_settings.hpp"
 #include "study.hpp"
 
 namespace gelslam::lab {

@@ -1,10 +1,9 @@
-#include "speed_settings.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 
 #include "baselines/baselines.hpp"
+#include "speed_accuracy.hpp"
 
 namespace gelslam::lab {
 namespace {

@@ -1,5 +1,3 @@
-#include "gelslam/evaluation/ground_truth.hpp"
-
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/LU>
@@ -9,6 +7,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
+#include "gelslam/evaluation/run_and_truth.hpp"
 #include "json_file.hpp"
 
 namespace gelslam {

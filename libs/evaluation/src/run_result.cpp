@@ -1,6 +1,5 @@
-#include "gelslam/evaluation/run_result.hpp"
-
 #include "gelslam/core/error.hpp"
+#include "gelslam/evaluation/run_and_truth.hpp"
 #include "json_file.hpp"
 
 namespace gelslam {

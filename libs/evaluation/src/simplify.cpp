@@ -7,7 +7,7 @@
 #include <set>
 
 #include "gelslam/core/parallel.hpp"
-#include "gelslam/mesh/mesh_pieces.hpp"
+#include "gelslam/mesh/mesh.hpp"
 
 namespace gelslam {
 namespace {

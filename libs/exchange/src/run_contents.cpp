@@ -1,5 +1,3 @@
-#include "gelslam/exchange/run_contents.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
+#include "gelslam/exchange/run_export.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "gelslam/viewer/scene_style.hpp"
 

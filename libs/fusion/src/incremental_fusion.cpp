@@ -11,7 +11,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
-#include "gelslam/mesh/mesh_pieces.hpp"
+#include "gelslam/mesh/mesh.hpp"
 #include "patch_places.hpp"
 
 namespace gelslam {

@@ -1,11 +1,10 @@
-#include "gelslam/localization/map_folder.hpp"
-
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/trajectory.hpp"
+#include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/session.hpp"
 

@@ -1,5 +1,3 @@
-#include "gelslam/localization/mesh_map.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +14,7 @@
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
+#include "gelslam/localization/maps.hpp"
 #include "gelslam/simulation/gel.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "gelslam/surface/surface.hpp"

@@ -1,5 +1,3 @@
-#include "assimp_reader.hpp"
-
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -8,6 +6,7 @@
 #include <map>
 
 #include "gelslam/core/error.hpp"
+#include "mesh_readers.hpp"
 
 namespace gelslam::mesh::detail {
 namespace {

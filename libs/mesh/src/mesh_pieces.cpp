@@ -1,10 +1,9 @@
-#include "gelslam/mesh/mesh_pieces.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 
 #include "gelslam/core/index.hpp"
+#include "gelslam/mesh/mesh.hpp"
 
 namespace gelslam {
 namespace {

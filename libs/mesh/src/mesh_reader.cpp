@@ -3,11 +3,10 @@
 #include <fstream>
 #include <string>
 
-#include "assimp_reader.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "ply_reader.hpp"
+#include "mesh_readers.hpp"
 
 namespace gelslam {
 namespace {

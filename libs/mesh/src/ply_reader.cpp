@@ -1,5 +1,3 @@
-#include "ply_reader.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,6 +14,7 @@
 #include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "mesh_readers.hpp"
 
 namespace gelslam::mesh::detail {
 namespace {

@@ -12,7 +12,7 @@
 #include "data_files.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "random.hpp"
 
 namespace gelslam {
@@ -27,7 +27,6 @@ constexpr double kCircleShrinkPx = 2;     // the lens mixes in what lies outside
 constexpr int kSamplesPerPress = 1500;
 constexpr int kValidationEvery = 5;  // every fifth press shows the gain instead of training
 constexpr double kBackgroundShare = 0.2;
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 void check(const CalibrationSpec& spec) {
   if (spec.presses < kValidationEvery || spec.presses > 2000)

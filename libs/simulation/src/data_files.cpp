@@ -11,7 +11,7 @@ extern "C" {
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 
 namespace gelslam::simulation::detail {
 

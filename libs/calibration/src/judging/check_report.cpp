@@ -12,7 +12,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 
 namespace gelslam {
 namespace {

@@ -10,7 +10,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/image_input.hpp"
 #include "gelslam/surface/model_file.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/image/decoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "images/crop.hpp"
 

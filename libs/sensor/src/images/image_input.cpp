@@ -11,7 +11,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/image/decoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/image/tiff.hpp"
 #include "images/crop.hpp"
 #include "images/video_file.hpp"

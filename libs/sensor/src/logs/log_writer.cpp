@@ -11,14 +11,12 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "logs/matroska_header.hpp"
 
 namespace gelslam {
-namespace {
-
-using namespace detail;
+namespace detail {
 
 /// A file that only grows, by whole pieces: a piece that does not fit any more (full disk, file size limit)
 /// leaves nothing of itself behind. Pieces go straight to the system, nothing is kept back in this program.
@@ -85,6 +83,12 @@ bool AppendedFile::removed() const {
 }
 
 std::string AppendedFile::sync() { return ::fsync(file_.get()) == 0 ? "" : errno_text(); }
+
+}  // namespace detail
+
+namespace {
+
+using namespace detail;
 
 std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};

@@ -1,11 +1,11 @@
-#include "gelslam/viewer/render_target.hpp"
-
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/viewer/gl_context.hpp"
+#include "gelslam/viewer/scene.hpp"
 #include "gl/gl_objects.hpp"
 
 namespace gelslam {

@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/image/encoders.hpp"
+#include "gelslam/image/codecs.hpp"
 #include "gelslam/viewer/ui.hpp"
 
 namespace gelslam::viewer {

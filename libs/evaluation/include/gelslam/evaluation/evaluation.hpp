@@ -5,9 +5,8 @@
 #include <string>
 
 #include "gelslam/core/progress.hpp"
-#include "gelslam/evaluation/ground_truth.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
-#include "gelslam/evaluation/run_result.hpp"
+#include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 
 namespace gelslam {

@@ -3,11 +3,47 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "gelslam/core/progress.hpp"
-#include "gelslam/exchange/run_contents.hpp"
+#include "gelslam/core/trajectory.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
 
 namespace gelslam {
+
+/// A log that a run was made from.
+struct RunLog {
+  std::filesystem::path file;  ///< where it is, or was when the run was made; empty: not known
+  double first_time_s = 0;     ///< of its first picture, in the run's trajectory
+};
+
+/// What a run folder holds for other programs. Of a mesh file only the name and the mesh.
+struct RunContents {
+  std::string name;              ///< of the folder or file, for people
+  std::filesystem::path folder;  ///< empty for a mesh file
+  Mesh mesh;                     ///< map frame, mm; empty where the run has none
+  std::vector<StampedPose> trajectory, keyframes;
+  std::vector<RunLog> logs;  ///< at least one of a run folder; more of one that was continued, or merged
+  /// Counts of report.json in words: {"Loops", "89"}.
+  std::vector<std::pair<std::string, std::string>> figures;
+  std::vector<std::string> warnings;  ///< sentences: pieces that are not joined, a partial run
+};
+
+/// Reads a run folder, or a mesh file. A run without mesh or report is read as far as it goes. Throws Error
+/// for anything else, and for damaged files.
+RunContents read_run_contents(const std::filesystem::path& run_or_mesh);
+
+enum class MeshColor { none, confidence, height };
+
+/// Colors of the windows' maps: confidence from 0 to its 95th percentile, or height along -z of the map from
+/// the lowest to the highest. Empty for `none`. Throws Error when the mesh has no confidence.
+VertexColors vertex_colors(const Mesh& mesh, MeshColor color);
+
+/// The true trajectory as TUM lines: of a data folder in the sensor frame of the first contact, of a run in
+/// its map frame (so that it lies on the run's own trajectory, with the times of the run's frames). Throws
+/// Error when there is no truth, or it belongs to another log.
+std::string ground_truth_tum(const std::filesystem::path& data_or_run);
 
 /// What an MCAP file got.
 struct McapOutcome {

@@ -11,7 +11,6 @@
 
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
-#include "gelslam/viewer/render_target.hpp"
 
 struct GLFWwindow;
 struct ImGuiContext;

@@ -1,10 +1,12 @@
 #include <turbojpeg.h>
 
+#include <memory>
 #include <new>
 #include <string_view>
 
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/image/decoders.hpp"
+#include "gelslam/image/codecs.hpp"
 
 namespace gelslam {
 namespace {
@@ -69,6 +71,19 @@ bool JpegDecoder::decompress(std::span<const std::uint8_t> bytes, cv::Mat3b& pic
       tjDecompress2(handle_, bytes.data(), static_cast<unsigned long>(bytes.size()), picture.data,
                     picture.cols, static_cast<int>(picture.step), picture.rows, TJPF_BGR, flags);
   return failed == 0 || ((flags & TJFLAG_STOPONWARNING) == 0 && tjGetErrorCode(handle_) == TJERR_WARNING);
+}
+
+std::vector<std::uint8_t> encode_jpeg(const cv::Mat3b& bgr) {
+  constexpr int quality = 95;
+  const std::unique_ptr<void, int (*)(tjhandle)> encoder(tjInitCompress(), tjDestroy);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  const bool good = encoder != nullptr &&
+                    tjCompress2(encoder.get(), bgr.data, bgr.cols, static_cast<int>(bgr.step[0]), bgr.rows,
+                                TJPF_BGR, &bytes, &size, TJSAMP_444, quality, TJFLAG_ACCURATEDCT) == 0;
+  const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(bytes, tjFree);
+  if (!good) throw Error("cannot encode a picture as JPEG");
+  return {bytes, bytes + size};
 }
 
 }  // namespace gelslam

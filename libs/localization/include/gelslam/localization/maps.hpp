@@ -1,10 +1,13 @@
 #pragma once
 
+#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "gelslam/core/progress.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh.hpp"
+#include "gelslam/slam/session.hpp"
 
 namespace gelslam {
 
@@ -25,5 +28,19 @@ struct MeshMap {
 /// near. Deterministic for any number of threads. Throws Error for meshes that cannot be measured (as
 /// evaluate() does), have no area or touch nowhere.
 MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressSink& progress);
+
+/// The surfaces of a map, at their places in its frame: of a run folder, of the session in it, or of a folder
+/// that `gelslam map` made. Throws Error when there is none, or it is damaged.
+Session read_map(const std::filesystem::path& folder);
+
+/// Writes a map of touches as a folder that read_map() and the viewer understand: session/, mesh.ply (its
+/// mesh), keyframes.tum and trajectory.tum (the touches, one per second) and map.json, which says that it is
+/// one. Throws Error when the disk is full.
+void write_map(const std::filesystem::path& folder, const MeshMap& map, const Mesh& mesh,
+               const std::string& source);
+
+/// Everything that write_map() writes.
+std::vector<std::string> map_entries();
+inline constexpr const char* kMapMarker = "map.json";
 
 }  // namespace gelslam

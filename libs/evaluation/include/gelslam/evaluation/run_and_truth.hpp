@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gelslam/core/se3.hpp"
+#include "gelslam/core/trajectory.hpp"
 
 namespace gelslam {
 
@@ -30,5 +31,20 @@ std::filesystem::path truth_file(const std::filesystem::path& folder);
 /// folder or the truth is missing or damaged, nothing ever touches, a pose is not rigid, or the truth is of
 /// another length than the log.
 GroundTruth read_ground_truth(const std::filesystem::path& folder);
+
+/// What a run left behind, as far as it is judged. Counts are absent where there is no report.json.
+struct RunResult {
+  std::vector<StampedPose> trajectory;
+  std::optional<int> anchor_frame;  ///< log frame whose sensor frame is the frame of trajectory and mesh
+  std::optional<int> log_frames;    ///< absent too when the run was interrupted or left frames out
+  std::optional<int> trials;
+  std::optional<int> components;
+  std::filesystem::path mesh_path;  ///< empty where the run made none, or one without triangles
+};
+
+/// Reads a run's folder (trajectory.tum; report.json and mesh.ply where present) or a bare .tum file.
+/// Throws Error when the trajectory is missing, empty or damaged, or report.json is no JSON object of the
+/// right types.
+RunResult read_run(const std::filesystem::path& folder_or_tum);
 
 }  // namespace gelslam

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace gelslam {
 
@@ -46,5 +48,15 @@ PngInfo check_png(std::span<const std::uint8_t> bytes);
 /// Color, 8 bits per channel; empty for everything else. The values as they are in the file, whatever it says
 /// about gamma and color profiles; alpha is dropped.
 cv::Mat3b decode_png(std::span<const std::uint8_t> bytes);
+
+/// PNG of a gray or BGR picture with 8 bits per channel. Compressed for speed: 3 ms for 320 x 240 pixels of a
+/// gel, 10 % larger than the best. Throws Error.
+std::vector<std::uint8_t> encode_png(const cv::Mat& picture);
+
+/// The same as a file, which appears whole. Throws Error.
+void write_png(const std::filesystem::path& path, const cv::Mat& picture);
+
+/// JPEG of quality 95 with full color resolution (4:4:4): color is what a gel measures with. Throws Error.
+std::vector<std::uint8_t> encode_jpeg(const cv::Mat3b& bgr);
 
 }  // namespace gelslam
