@@ -87,6 +87,7 @@ inline WorstError worst_error(const std::map<int, Pose>& poses, const std::map<i
 /// Read slope over true slope.
 struct ReadOverTrue {
   double x = 1.0, y = 1.0;
+  double y_in_x = 0.0, x_in_y = 0.0;  // of the true slope along y (x), in the one read along x (y)
   double mean() const { return 0.5 * (x + y); }
 };
 
@@ -101,7 +102,8 @@ inline Pose with_gain(const Pose& motion, const ReadOverTrue& gain) {
   if (axis.norm() > 0) {
     const Eigen::AngleAxisd tilt(angle, axis.normalized());
     const Eigen::Vector3d about = angle * axis.normalized();
-    const Eigen::Matrix3d read = so3_exp({gain.y * about.x(), gain.x * about.y(), 0});
+    const Eigen::Matrix3d read = so3_exp({gain.y * about.x() - gain.x_in_y * about.y(),
+                                          gain.x * about.y() - gain.y_in_x * about.x(), 0});
     measured.linear() = read * tilt.toRotationMatrix().transpose() * motion.linear();
   }
   measured.translation().z() *= gain.mean();

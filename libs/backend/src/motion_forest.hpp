@@ -34,7 +34,7 @@ class MotionForest {
     Pose root_T_node = Pose::Identity();
     // Of root_T_node as a left perturbation: there errors of the edges on the way simply add up.
     Matrix6d covariance = Matrix6d::Zero();
-    Eigen::Matrix<double, 6, 2> by_scale = Eigen::Matrix<double, 6, 2>::Zero();
+    MotionByScale by_scale = MotionByScale::Zero();
   };
 
   const Node& at(int node) const { return nodes_[static_cast<std::size_t>(node)]; }

@@ -16,18 +16,20 @@ using namespace backend::detail;
 namespace {
 
 /// What the edge would measure with slopes corrected by these factors.
-Pose corrected_motion(const PoseGraphEdge& edge, const Eigen::Vector2d& factor) {
+Pose corrected_motion(const PoseGraphEdge& edge, const Eigen::Vector4d& factor) {
   constexpr double kUpsideDown = 1e-6;  // there the split into tilt and twist is not defined
   const Eigen::Quaterniond q(edge.from_T_to.linear());
   Eigen::Quaterniond twist(q.w(), 0, 0, q.z());
   twist = twist.norm() > kUpsideDown ? twist.normalized() : Eigen::Quaterniond::Identity();
   const Eigen::Vector3d tilt = so3_log((q * twist.conjugate()).toRotationMatrix());
-  const Eigen::Vector3d tilt_scale(1.0 - factor.y(), 1.0 - factor.x(), 1.0);
-  const Eigen::Vector3d depth_scale(1.0, 1.0, 1.0 - factor.mean());
+  const double xx = factor[0], xy = factor[1], yx = factor[2], yy = factor[3];
+  const Eigen::Vector3d corrected_tilt(tilt.x() - yy * tilt.x() + yx * tilt.y(),
+                                       tilt.y() - xx * tilt.y() + xy * tilt.x(), tilt.z());
+  const Eigen::Vector3d depth_scale(1.0, 1.0, 1.0 - (xx + yy) / 2);
 
   const Eigen::Vector3d center_in_from = edge.from_T_to * edge.shared_center_mm;
   Pose corrected = Pose::Identity();
-  corrected.linear() = so3_exp(tilt.cwiseProduct(tilt_scale)) * twist.toRotationMatrix();
+  corrected.linear() = so3_exp(corrected_tilt) * twist.toRotationMatrix();
   corrected.translation() = center_in_from.cwiseProduct(depth_scale) -
                             corrected.linear() * edge.shared_center_mm.cwiseProduct(depth_scale);
   return corrected;
@@ -44,23 +46,28 @@ Matrix6d covariance_of(const Matrix6d& information) {
 
 }  // namespace
 
-Eigen::Matrix<double, 6, 2> motion_by_gradient_scale(const PoseGraphEdge& edge) {
+MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
   constexpr double kStep = 1e-3;
-  Eigen::Matrix<double, 6, 2> result;
-  for (int axis = 0; axis < 2; ++axis) {
-    const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(axis);
+  MotionByScale result;
+  for (int term = 0; term < kScaleTerms; ++term) {
+    const Eigen::Vector4d step = kStep * Eigen::Vector4d::Unit(term);
     const Pose before = corrected_motion(edge, -step), after = corrected_motion(edge, step);
-    result.col(axis) = se3_log(before.inverse() * after) / (2 * kStep);
+    result.col(term) = se3_log(before.inverse() * after) / (2 * kStep);
   }
   return result;
+}
+
+Eigen::Vector4d scale_sigmas(double sigma) {
+  constexpr double kCross = 0.5;  // as in SlopeCorrection::prior_sigma()
+  return sigma * Eigen::Vector4d(1, kCross, kCross, 1);
 }
 
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma) {
   SharedUnknowns shared;
   shared.edge_by_unknown.reserve(edges.size());
   for (const PoseGraphEdge& edge : edges) shared.edge_by_unknown.push_back(motion_by_gradient_scale(edge));
-  shared.information = Eigen::Matrix2d::Identity() / (sigma * sigma);
-  shared.mean = Eigen::Vector2d::Zero();
+  shared.information = scale_sigmas(sigma).cwiseAbs2().cwiseInverse().asDiagonal();
+  shared.mean = Eigen::Vector4d::Zero();
   return shared;
 }
 
@@ -81,6 +88,11 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
       agreed[i].from_T_to =
           first.component_T_node.at(edges[i].from).inverse() * first.component_T_node.at(edges[i].to);
   return solve_pose_graph(first.component_T_node, edges, options, gradient_scale_unknowns(agreed, sigma));
+}
+
+Matrix6d UncertainMotion::covariance_with_scale(double gradient_scale_sigma) const {
+  const MotionByScale sigma = by_scale * scale_sigmas(gradient_scale_sigma).asDiagonal();
+  return covariance + sigma * sigma.transpose();
 }
 
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {

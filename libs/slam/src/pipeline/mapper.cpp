@@ -64,9 +64,8 @@ PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<Po
 /// From the unknowns of solve().
 SlopeCorrection gradient_scale_in(const PoseGraphSolution& solution) {
   SlopeCorrection correction;
-  if (solution.shared_unknowns.size() == 0) return correction;
-  correction.factors[SlopeCorrection::kScaleX] = solution.shared_unknowns[0];
-  correction.factors[SlopeCorrection::kScaleY] = solution.shared_unknowns[1];
+  for (int term = 0; term < solution.shared_unknowns.size(); ++term)
+    correction.factors[SlopeCorrection::kLinear[index(term)]] = solution.shared_unknowns[term];
   return correction;
 }
 

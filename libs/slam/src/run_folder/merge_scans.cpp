@@ -69,9 +69,9 @@ void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitc
         record.edges.push_back(map.edges[i]);
     return;
   }
-  Eigen::VectorXd factors(2);
-  factors << map.slope_correction.factors[SlopeCorrection::kScaleX],
-      map.slope_correction.factors[SlopeCorrection::kScaleY];
+  Eigen::VectorXd factors(kScaleTerms);
+  for (int term = 0; term < kScaleTerms; ++term)
+    factors[term] = map.slope_correction.factors[SlopeCorrection::kLinear[index(term)]];
   record.edges = scale_corrected(record.edges, factors);
 }
 

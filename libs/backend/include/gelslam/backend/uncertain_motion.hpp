@@ -8,18 +8,25 @@
 
 namespace gelslam {
 
-/// How the motion that an edge measures changes, as a right perturbation, when the slopes it was measured
-/// from are corrected: true slope = (1 - factor) * read slope, one factor along the sensor's x and one along
-/// its y (0: no correction). Of the measured motion, with its rotation split into a tilt (rx, ry, 0) after a
-/// twist about z, the correction leaves the tilt ((1 - fy) rx, (1 - fx) ry, 0) and the twist. The shared
-/// center, whose depth is scaled by the mean of both in either frame, stays where the frames touch: slopes
-/// read too steep tilt and deepen everything they measure, but leave x and y alone. Source: own.
-Eigen::Matrix<double, 6, 2> motion_by_gradient_scale(const PoseGraphEdge& edge);
+/// The four factors of true slope (gx, gy) = (I - F) * read slope, with F = ((xx, xy), (yx, yy)) along the
+/// sensor's axes, in the order xx, xy, yx, yy (0: no correction). xx and yy are the gradient scale.
+inline constexpr int kScaleTerms = 4;
+using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 
-/// The two factors as unknowns that all edges share, each 0 +- sigma before the loops tell more.
+/// How the motion that an edge measures changes, as a right perturbation, when the slopes it was measured
+/// from are corrected. Of the measured motion, with its rotation split into a tilt (rx, ry, 0) after a twist
+/// about z, the correction leaves the twist and the tilt (rx - yy rx + yx ry, ry - xx ry + xy rx, 0). The
+/// shared center, whose depth is scaled by the mean of xx and yy in either frame, stays where the frames
+/// touch: slopes read too steep tilt and deepen everything they measure, but leave x and y alone. Source: own.
+MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
+
+/// Standard deviations of the factors before loops tell more, where the gradient scale's is `sigma`.
+Eigen::Vector4d scale_sigmas(double sigma);
+
+/// The factors as unknowns that all edges share.
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma);
 
-/// The edges as they would measure with slopes corrected by the two factors; the same edges for no factors.
+/// The edges as they would measure with slopes corrected by the factors; the same edges for no factors.
 std::vector<PoseGraphEdge> scale_corrected(std::vector<PoseGraphEdge> edges, const Eigen::VectorXd& factors);
 
 /// Poses, and the gradient scale as far as loops determine it. How an edge depends on the scale is asked at
@@ -37,12 +44,10 @@ struct UncertainMotion {
   Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm)
   /// How the measurement changes when the gradient scale is corrected (motion_by_gradient_scale()). The
   /// correction is common to all measurements.
-  Eigen::Matrix<double, 6, 2> by_scale = Eigen::Matrix<double, 6, 2>::Zero();
+  MotionByScale by_scale = MotionByScale::Zero();
 
   /// Noise and gradient scale together; the scale is known to `gradient_scale_sigma`.
-  Matrix6d covariance_with_scale(double gradient_scale_sigma) const {
-    return covariance + gradient_scale_sigma * gradient_scale_sigma * by_scale * by_scale.transpose();
-  }
+  Matrix6d covariance_with_scale(double gradient_scale_sigma) const;
 };
 
 /// What an edge says. Where it says nothing, overlapping frames are known to a radian and to the sensor's

@@ -32,6 +32,8 @@ struct SlopeCorrection {
 
   /// Index of the factor that scales the slope along the axis it corrects.
   static constexpr std::size_t kScaleX = 0, kScaleY = kTermsPerAxis + 1;
+  /// The factors of a linear map from read to true slopes: xx, xy, yx, yy.
+  static constexpr std::array<std::size_t, 4> kLinear = {kScaleX, 1, kTermsPerAxis, kScaleY};
   static SlopeCorrection of_scale(const GradientScale& read_over_true);
   GradientScale scale() const;  ///< at the center of the gel: what of_scale() was given
   /// (x, y) of a pixel, as terms() takes it.
