@@ -74,7 +74,9 @@ Matrix6d pose_information(const ObservableDirections& shown, bool heights_known,
   Matrix6d noise = Matrix6d::Zero();
   noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(shown, pull, result, options);
   noise = (origin_from_center.transpose() * noise * origin_from_center).eval();
-  if (heights_known) noise(5, 5) += 1.0 / (options.height_noise_mm * options.height_noise_mm);
+  // Where no bare gel tells the depth, both touches still lie within the gel.
+  const double height_sigma_mm = heights_known ? options.height_noise_mm : options.prior_translation_mm;
+  noise(5, 5) += 1.0 / (height_sigma_mm * height_sigma_mm);
 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
   const Vector6d variance =
