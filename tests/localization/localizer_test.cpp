@@ -164,6 +164,23 @@ TEST(Localizer, BeyondTheMapItSaysSoAndComesBack) {
   EXPECT_EQ(states.back(), PlaceStatus::localized);
 }
 
+TEST(SurfaceMap, LooksAlikeWhereItIsSymmetric) {
+  const Texture texture = half_turn_texture(5);
+  const SurfaceMap map(map_of(texture, -9, 9), {});
+  const Pose truth = place(5.1, 0.7, 120, -1, 1), other = half_turn() * truth;
+  const MapFit fit = map.fit(NormalFlowReference(feel(texture, truth), {}), truth, PlacePrior::known, 0.1);
+  ASSERT_TRUE(fit.ok());
+  const std::vector<Pose> places = map.look_alikes(fit);
+  for (const Pose& expected : {truth, other})
+    EXPECT_TRUE(std::any_of(places.begin(), places.end(), [&](const Pose& found) {
+      return pose_distance_mm(found, expected, Eigen::Vector3d::Zero()) < 0.2;
+    }));
+  for (const Pose& found : places)
+    EXPECT_LT(std::min(pose_distance_mm(found, truth, Eigen::Vector3d::Zero()),
+                       pose_distance_mm(found, other, Eigen::Vector3d::Zero())),
+              0.2);
+}
+
 TEST(SurfaceMap, AMapWithoutContactIsRefused) {
   EXPECT_THROW(SurfaceMap({}, {}), Error);
   auto bare = std::make_shared<Surface>(*touch({}, place(0, 0)));

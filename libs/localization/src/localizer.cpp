@@ -78,6 +78,10 @@ LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr 
     searched_contact_px_ = touch.keyframe.surface->contact_pixels;
   }
   weigh(touch);
+  if (is_certain() && !looked_elsewhere_) {
+    add_look_alikes(touch);
+    weigh(touch);
+  }
   remove_refuted(touch);
   conclude(touch, result);
   return result;
@@ -102,6 +106,7 @@ void Localizer::begin_trial(const Touch& touch) {
   for (const Hypothesis& h : hypotheses_) last_places_.push_back(h.map_T_sensor);
   hypotheses_.clear();
   touches_.clear();
+  looked_elsewhere_ = false;
   trial_ = touch.keyframe.trial;
   trial_T_sensor_ = touch.trial_T_sensor;
 }
@@ -200,6 +205,17 @@ void Localizer::add_symmetric(const Touch& touch) {
         tried.push_back(place);
         add(touch, place);
       }
+}
+
+/// Place recognition may miss a place that looks the same, because it compares a touch with only a few
+/// keyframes. The map's own keyframe tells where else to look.
+void Localizer::add_look_alikes(const Touch& touch) {
+  const auto best = std::max_element(hypotheses_.begin(), hypotheses_.end(),
+                                     [](const auto& a, const auto& b) { return a.total() < b.total(); });
+  if (!best->fit.ok()) return;
+  looked_elsewhere_ = true;
+  for (const Pose& map_T_sensor : map_->look_alikes(best->fit)) add(touch, map_T_sensor);
+  add_symmetric(touch);
 }
 
 /// What a touch says for a place (negative: against it) compared with chance, in nats. Nothing where the map

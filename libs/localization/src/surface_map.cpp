@@ -65,6 +65,7 @@ struct SurfaceMap::Impl {
   explicit Impl(const SlamOptions& slam)
       : options(slam), recognition(slam.loop_closure, slam.registration, slam.verification) {}
 
+  const MapPlace& place(int keyframe_id) const;
   Overlap most_overlapping(const Surface& touch, const Pose& map_T_sensor) const;
 };
 
@@ -88,13 +89,23 @@ SurfaceMap::~SurfaceMap() = default;
 
 int SurfaceMap::keyframe_count() const { return static_cast<int>(impl_->places.size()); }
 
+const MapPlace& SurfaceMap::Impl::place(int keyframe_id) const {
+  return *std::lower_bound(places.begin(), places.end(), keyframe_id,
+                           [](const MapPlace& p, int id) { return p.keyframe->id < id; });
+}
+
 std::vector<Pose> SurfaceMap::recognize(const Keyframe& touch) const {
   std::vector<Pose> poses;
-  for (const LoopConstraint& loop : impl_->recognition.recognize(touch)) {
-    const auto place = std::lower_bound(impl_->places.begin(), impl_->places.end(), loop.from,
-                                        [](const MapPlace& p, int id) { return p.keyframe->id < id; });
-    poses.emplace_back(place->map_T_keyframe * loop.from_T_to);
-  }
+  for (const LoopConstraint& loop : impl_->recognition.recognize(touch))
+    poses.emplace_back(impl_->place(loop.from).map_T_keyframe * loop.from_T_to);
+  return poses;
+}
+
+std::vector<Pose> SurfaceMap::look_alikes(const MapFit& fit) const {
+  const MapPlace& place = impl_->place(fit.keyframe);
+  const Pose keyframe_T_sensor = place.map_T_keyframe.inverse() * fit.map_T_sensor;
+  std::vector<Pose> poses = recognize(*place.keyframe);
+  for (Pose& pose : poses) pose = normalized(pose * keyframe_T_sensor);
   return poses;
 }
 

@@ -32,7 +32,8 @@ struct LocalizedFrame {
 /// The sensor's pose in a known map, from the first touch on: a filter over hypotheses. Each touch moves
 /// every hypothesis as it was tracked, registers it to the map there and weighs it by how well it fits. As
 /// long as no hypothesis is certain, each touch that shows new surface is searched for in the whole map, and
-/// hypotheses that the map's own symmetry makes equal are added. Deterministic. Not thread-safe. Source: own
+/// hypotheses that the map's own symmetry makes equal are added. The first that is certain must stand against
+/// all places where the map looks the same. Deterministic. Not thread-safe. Source: own
 /// (docs/localization.md).
 class Localizer {
  public:
@@ -75,6 +76,7 @@ class Localizer {
   std::vector<Pose> recognized(const Touch& touch) const;
   void add(const Touch& touch, const Pose& map_T_sensor);
   void add_symmetric(const Touch& touch);
+  void add_look_alikes(const Touch& touch);
   bool is_known(const Touch& touch, const Pose& map_T_sensor) const;
   double log_odds(const MapFit& fit, const Touch& touch) const;
   void weigh(const Touch& frame);
@@ -89,6 +91,7 @@ class Localizer {
   Pose trial_T_sensor_ = Pose::Identity();  ///< of the frame before
   std::vector<Hypothesis> hypotheses_;
   std::vector<Touch> touches_;     ///< of the trial; the last one is the current one, by its largest frame
+  bool looked_elsewhere_ = false;  ///< add_look_alikes() was called in this trial
   int searched_contact_px_ = 0;    ///< contact of the current touch when it was last searched for
   std::vector<Pose> last_places_;  ///< hypotheses of the trial before
 };
