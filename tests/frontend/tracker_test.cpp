@@ -34,6 +34,33 @@ TEST(Tracker, ContactBelowTheThresholdIsNone) {
   EXPECT_EQ(Tracker(options).track(0, 0, surface).status, TrackStatus::tracked);
 }
 
+TEST(Tracker, ATrialGoesOnWithAQuarterOfTheContactThatBeginsOne) {
+  const SurfacePtr whole = slide(0);
+  const auto with_rows = [&](int rows) {
+    auto part = std::make_shared<Surface>(*whole);
+    part->contact = whole->contact.clone();
+    part->contact.rowRange(rows, part->contact.rows).setTo(0);
+    part->contact_pixels = cv::countNonZero(part->contact);
+    return SurfacePtr(part);
+  };
+  int rows = 1;  // that show at least 0.3 of the contact
+  while (with_rows(rows)->contact_pixels < 0.3 * whole->contact_pixels) ++rows;
+  const SurfacePtr small = with_rows(rows);
+  int fewer = rows;  // that show less than 0.25 of it
+  while (with_rows(fewer)->contact_pixels >= 0.25 * whole->contact_pixels) --fewer;
+
+  TrackerOptions options;
+  options.contact_threshold_px = whole->contact_pixels;
+  EXPECT_EQ(Tracker(options).track(0, 0, small).status, TrackStatus::no_contact);
+  Tracker tracker(options);
+  EXPECT_EQ(tracker.track(0, 0, whole).status, TrackStatus::tracked);
+  const TrackedFrame frame = tracker.track(1, 0.04, small);
+  EXPECT_EQ(frame.status, TrackStatus::tracked);
+  EXPECT_EQ(frame.trial, 0);
+  EXPECT_LT(frame.trial_T_frame.translation().norm(), 0.02);
+  EXPECT_EQ(tracker.track(2, 0.08, with_rows(fewer)).status, TrackStatus::no_contact);
+}
+
 TEST(Tracker, FirstContactStartsATrialWithAKeyframe) {
   Tracker tracker(TrackerOptions{});
   tracker.track(0, 0, nothing());

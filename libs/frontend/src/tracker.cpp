@@ -16,6 +16,10 @@ namespace {
 constexpr double kHandMmPerS = 1.6;
 constexpr double kMemoryFrames = 25;
 
+// A contact's size swings as an object rolls over its bumps: it ends where so much less of it is left than
+// a trial begins with. Registration tells whether that is enough.
+constexpr int kContactShrinks = 4;
+
 bool is_near(const RegistrationResult& registration, const Pose& reference_T_expected, double limit_mm) {
   return innovation_mm(registration, reference_T_expected.inverse()) <= limit_mm;
 }
@@ -92,7 +96,7 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   result.time_s = time_s;
   search_debt_s_ =
       std::max(0.0, search_debt_s_ - search_share_ * (time_s - std::exchange(last_time_s_, time_s)));
-  if (surface->contact_pixels < options_.contact_threshold_px) {
+  if (surface->contact_pixels < options_.contact_threshold_px / (in_trial_ ? kContactShrinks : 1)) {
     end_trial(result);
     return result;
   }

@@ -52,7 +52,7 @@ void describe_registration(OptionVisitor& visit, NormalFlowOptions& options) {
 void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
   TrackerOptions& options = slam.tracker;
   visit.integer("contact_threshold", options.contact_threshold_px, 1, 100000000,
-                "fewer contact pixels are no contact");
+                "fewer contact pixels begin no trial; a quarter of it ends one");
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
                "a keyframe that shares less than this with the frame is replaced");
   visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,

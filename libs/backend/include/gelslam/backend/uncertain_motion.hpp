@@ -17,7 +17,8 @@ using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 /// from are corrected. Of the measured motion, with its rotation split into a tilt (rx, ry, 0) after a twist
 /// about z, the correction leaves the twist and the tilt (rx - yy rx + yx ry, ry - xx ry + xy rx, 0). The
 /// shared center, whose depth is scaled by the mean of xx and yy in either frame, stays where the frames
-/// touch: slopes read too steep tilt and deepen everything they measure, but leave x and y alone. Source: own.
+/// touch: slopes read too steep tilt and deepen everything they measure, but leave x and y alone. Source:
+/// own.
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 
 /// Standard deviations of the factors before loops tell more, where the gradient scale's is `sigma`.

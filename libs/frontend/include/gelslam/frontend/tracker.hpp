@@ -15,7 +15,7 @@
 namespace gelslam {
 
 struct TrackerOptions {
-  int contact_threshold_px = 500;  ///< fewer contact pixels are no contact
+  int contact_threshold_px = 500;  ///< fewer contact pixels begin no trial; a quarter of it ends one
   /// A keyframe is replaced when it shares less than this with what the frame shows (share of the contact): a
   /// first touch is small, and a roll leaves the keyframe behind long before tracking breaks.
   double keyframe_min_shared = 0.55;
