@@ -16,6 +16,22 @@ UncertainMotion onward(const UncertainMotion& trial_T_previous, const KeyframeLi
   return motion;
 }
 
+/// With what large turns do to the translation: the frame lies off by V(w) p of its perturbation (w, p), to
+/// second order p + w x p / 2. A ball that was rolled without its turning being seen is off along z as well,
+/// although to first order z was read. The moments are those of a normal distribution.
+Matrix6d with_second_order(Matrix6d covariance) {
+  const Matrix6d first = covariance;
+  const auto moment = [&first](int a, int b, int c, int d) {
+    return first(a, b) * first(c, d) + first(a, c) * first(b, d) + first(a, d) * first(b, c);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int w1 = (axis + 1) % 3, w2 = (axis + 2) % 3, p1 = 3 + w1, p2 = 3 + w2;
+    covariance(3 + axis, 3 + axis) +=
+        0.25 * (moment(w1, w1, p2, p2) + moment(w2, w2, p1, p1) - 2 * moment(w1, w2, p1, p2));
+  }
+  return covariance;
+}
+
 }  // namespace
 
 std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
@@ -37,8 +53,8 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)
     motion = onward(motion, link_to(frame.keyframe, frame.registration));
-  return translation_first(
-      motion.covariance_with_scale(gradient_scale_sigma_ * frame.keyframe->surface.model_sigma()));
+  return translation_first(with_second_order(
+      motion.covariance_with_scale(gradient_scale_sigma_ * frame.keyframe->surface.model_sigma())));
 }
 
 Matrix6d translation_first(const Matrix6d& rotation_first) {
