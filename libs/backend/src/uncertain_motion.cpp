@@ -58,7 +58,7 @@ MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
 }
 
 Eigen::Vector4d scale_sigmas(double sigma) {
-  constexpr double kCross = 0.5;  // as in SlopeCorrection::prior_sigma()
+  constexpr double kCross = 0.3;  // as between the axes of one registration (pose_information.cpp)
   return sigma * Eigen::Vector4d(1, kCross, kCross, 1);
 }
 
