@@ -10,7 +10,7 @@ namespace gelslam {
 namespace {
 
 constexpr int kKeyframes = 8;
-constexpr double kStepMm = 4.0;  // the sensor's width is five of them
+constexpr double kStepMm = 2.0;  // half of the sensor is five of them
 
 Pose along(double mm) { return Pose(Eigen::Translation3d(mm, 0, 0)); }
 
@@ -42,7 +42,7 @@ std::vector<int> neighbors_of_last(const ScanRecord& record) {
   return ids;
 }
 
-TEST(Neighborhood, EndsBeyondTheSensorsWidth) {
+TEST(Neighborhood, EndsBeyondHalfOfTheSensor) {
   EXPECT_EQ(neighbors_of_last(straight_trial({})), (std::vector<int>{2, 3, 4, 5, 6}));
 }
 

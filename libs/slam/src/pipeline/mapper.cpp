@@ -185,7 +185,8 @@ void Mapper::judge_edges() {
 
 Neighborhood Mapper::neighborhood(int keyframe) {
   judge_edges();
-  constexpr double kReachMm = 20.0;  // the sensor's width
+  // Half of the sensor: what is further away does not show most of what a frame near this keyframe shows.
+  constexpr double kReachMm = 10.0;
   Neighborhood result{keyframe, {}};
   std::map<int, Pose> center_T_node{{keyframe, Pose::Identity()}};
   std::vector<int> reached{keyframe};
