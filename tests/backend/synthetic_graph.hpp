@@ -102,8 +102,8 @@ inline Pose with_gain(const Pose& motion, const ReadOverTrue& gain) {
   if (axis.norm() > 0) {
     const Eigen::AngleAxisd tilt(angle, axis.normalized());
     const Eigen::Vector3d about = angle * axis.normalized();
-    const Eigen::Matrix3d read = so3_exp({gain.y * about.x() - gain.x_in_y * about.y(),
-                                          gain.x * about.y() - gain.y_in_x * about.x(), 0});
+    const Eigen::Matrix3d read = so3_exp(
+        {gain.y * about.x() - gain.x_in_y * about.y(), gain.x * about.y() - gain.y_in_x * about.x(), 0});
     measured.linear() = read * tilt.toRotationMatrix().transpose() * motion.linear();
   }
   measured.translation().z() *= gain.mean();
