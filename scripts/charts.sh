@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes every chart and table of docs/benchmarks: see usage below.
+# Makes every chart and table of docs: see usage below.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
@@ -12,7 +12,9 @@ Builds gelslam and gelslam-lab, runs the studies on the sequences in DATA/sequen
 takes fewer cases and is good for a first look. The tables stay in OUT/STUDY (default OUT: charts in the repository), the
 charts are:
   accuracy.png speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png long_scan.png
-  frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables; information.txt
+  frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables
+  information.txt, loops.txt, silent_failures.txt, borders.txt, calibration.txt, markers.txt, marker_scans.txt,
+  localization.txt, speed.txt, pose_graph.txt, soak.txt: the other tables
 END
 }
 
@@ -33,16 +35,21 @@ lab=$root/build/bin/gelslam-lab
 "$root/scripts/build.sh" --lab "$root/build"
 mkdir -p "$out"
 sequences=("$data"/sequences/track_*)
-every=() few=() accurate=() frames=45000
+every=() few=() accurate=() frames=45000 borders=() trials=100 minutes=10
 if ((${#quick[@]} > 0)); then
   sequences=("${sequences[@]:0:2}")
   every=(--every 10)
   few=("${sequences[@]}" --most-references 4)
   accurate=("${sequences[@]##*/}" scan_peanut360)
-  frames=2000
+  frames=2000 trials=5 minutes=0.5
+  borders=(--cases narrow_right)
 fi
 
 say() { echo "charts: $*"; }
+table() {  # name, command
+  say "$1"
+  "${@:2}" | tee "$out/$1.txt"
+}
 draw() { "$root/scripts/plot_$1.py" "${@:3}" -o "$out/$2"; }
 
 say "accuracy"
@@ -77,8 +84,17 @@ say "a long scan"
 "$lab" long-scan --frames "$frames" -o "$out/long_scan"
 draw long_scan long_scan.png "$out/long_scan"
 
-say "information"
-"$lab" information "$data"/sequences/track_* "$data"/sequences/hard_* | tee "$out/information.txt"
+table information "$lab" information "$data"/sequences/track_* "$data"/sequences/hard_*
+table loops "$lab" loops "$data"/sequences/scan_* "$data"/sequences/hard_breaks "$data"/sequences/track_{screw,pen,golf,knurl}
+table silent_failures "$root/scripts/silent_failures.py" "$data"/sequences/*/
+table borders "$root/scripts/border_study.py" "${borders[@]}" --out "$out/borders"
+table calibration "$lab" calibration "$data/calibration"
+table markers "$lab" calibration "$data/markers" --only ours
+table marker_scans "$root/scripts/marker_study.py" --out "$out/marker_runs"
+table localization "$lab" localize --trials "$trials" -o "$out/localize"
+table speed "$lab" micro-benchmarks 'network_everywhere|frame_from_picture_to_pose'
+table pose_graph "$lab" micro-benchmarks backend/solve
+table soak "$lab" soak "$data/sequences/track_coin" --minutes "$minutes"
 
 say "protocols"
 : >"$out/protocols.txt"

@@ -15,8 +15,8 @@ trajectory and mesh are from the truth. Safe to run again: it replaces what an e
 
 Leaves in demo/ in the repository:
   picture.png      the reconstruction beside the true shape
-  mesh.ply         the reconstructed surface, metres
-  trajectory.tum   the sensor's pose against the coin, frame by frame, metres
+  mesh.ply         the reconstructed surface, meters
+  trajectory.tum   the sensor's pose against the coin, frame by frame, meters
   log/             the simulated log with its ground truth and calibration, as a public data folder
   run/             all that gelslam reconstruct wrote
 END

@@ -65,7 +65,7 @@ def rotation_vector_deg(turn):
 
 
 def errors(estimate, truth):
-    """x y z in mm and rx ry rz in degrees, along the axes of the sensor; both poses in metres."""
+    """x y z in mm and rx ry rz in degrees, along the axes of the sensor; both poses in meters."""
     turn, shift = between(estimate, truth)
     return [1e3 * s for s in shift] + rotation_vector_deg(turn)
 

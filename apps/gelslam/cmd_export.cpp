@@ -124,7 +124,7 @@ MeshColor color_of(const ExportArguments& a, const RunContents& run, const std::
 
 LengthUnit unit_of(const ExportArguments& a, const fs::path& output) {
   if (a.units.empty()) return usual_unit(output);
-  return a.units == "mm" ? LengthUnit::millimetre : LengthUnit::metre;
+  return a.units == "mm" ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
 /// Writes one file; what it holds, in words.
@@ -158,12 +158,15 @@ std::string write_output(const ExportArguments& a, const RunContents& run, const
                      run.mesh.triangles.size(), short_name(unit_of(a, output)));
 }
 
-void say_what_is_missing(const RunContents& run) {
-  const std::string pieces = loose_pieces(run.mesh);
+void say_loose_pieces(const Mesh& mesh) {
+  const std::string pieces = loose_pieces(mesh);
   if (!pieces.empty()) std::cerr << pieces << "\n";
+}
+
+void warn_of_missing_frames(const RunContents& run) {
   if (run.folder.empty()) return;
   const auto completeness = read_completeness(run.folder);
-  if (completeness && !completeness->complete()) std::cerr << describe(*completeness) << "\n";
+  if (completeness && !completeness->complete()) std::cerr << "warning: " << describe(*completeness) << "\n";
 }
 
 void export_truth(const ExportArguments& a) {
@@ -203,7 +206,8 @@ void run_export(const ExportArguments& a) {
     const std::string words = write_output(a, run, output, progress);
     say("wrote " + output.string() + (words.empty() ? "" : ": " + words));
   }
-  if (!a.quiet) say_what_is_missing(run);
+  if (!a.quiet) say_loose_pieces(run.mesh);
+  warn_of_missing_frames(run);
 }
 
 void add_options(CLI::App& command, ExportArguments& a) {

@@ -28,7 +28,7 @@ const std::map<std::string, double> kMillimeters = {{"mm", 1}, {"cm", 10}, {"in"
 
 /// In millimeters, whatever unit the file is in.
 Mesh read_in_unit(const std::filesystem::path& file, const std::string& unit) {
-  Mesh mesh = read_mesh(file, LengthUnit::millimetre);
+  Mesh mesh = read_mesh(file, LengthUnit::millimeter);
   const auto factor =
       static_cast<float>(kMillimeters.at(unit.empty() ? short_name(usual_unit(file)) : unit.c_str()));
   for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= factor;
@@ -52,7 +52,7 @@ int run_map(const MapArguments& arguments) {
   folder.commit();
   const bool is_cut_off = static_cast<int>(map.patches.size()) >= options.max_touches;
   if (is_cut_off)
-    std::cerr << "gelslam: warning: the surface is larger than " << options.max_touches
+    std::cerr << "warning: the surface is larger than " << options.max_touches
               << " touches cover; give more (--touches), or a mesh of the part that is touched\n";
   if (!arguments.quiet)
     std::cerr << fmt::format("{}, {:.0f} % of the surface covered: {}\n",

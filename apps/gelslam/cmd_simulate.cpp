@@ -30,15 +30,15 @@ struct SimulateArguments {
   bool list = false, quiet = false, overwrite = false;
 };
 
-void print_catalogue(const std::string& title, const std::vector<CatalogueEntry>& entries) {
+void print_catalog(const std::string& title, const std::vector<CatalogEntry>& entries) {
   std::cout << title << "\n";
-  for (const CatalogueEntry& entry : entries)
+  for (const CatalogEntry& entry : entries)
     std::cout << "  " << std::left << std::setw(12) << entry.name << entry.description << "\n";
 }
 
 void print_lists() {
-  print_catalogue("objects (or a .ply, .obj or .stl file):", shape_catalogue());
-  print_catalogue("motions:", motion_catalogue());
+  print_catalog("objects (or a .ply, .obj or .stl file):", shape_catalog());
+  print_catalog("motions:", motion_catalog());
 }
 
 void throw_stopped() { throw Error("stopped; the folder is not complete"); }

@@ -172,7 +172,7 @@ class MapOutput final : public PoseOutput {
 /// Surfaces of another pixel pitch than the sensor's would never be found.
 Session read_map_for(const SensorProfile& sensor, const std::string& map) {
   Session session = read_map(map);
-  for (const std::string& warning : session.warnings) std::cerr << "gelslam: warning: " << warning << "\n";
+  for (const std::string& warning : session.warnings) std::cerr << "warning: " << warning << "\n";
   for (const PosedSurface& patch : session.patches)
     if (const double pitch_mm = patch.surface.pixel_pitch_mm(); pitch_mm != sensor.pixel_pitch_mm)
       throw Error(fmt::format("{}: has pixels of {} mm, not of {} mm as the sensor", map,
@@ -210,8 +210,7 @@ class FrameStopper {
 /// All frames of the stream to the sink, until `stopped`. True when any had a pose.
 bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink,
                  const FrameStopper& stopper) {
-  for (const std::string& doubt : stream.background_doubts())
-    std::cerr << "gelslam: warning: " << doubt << "\n";
+  for (const std::string& doubt : stream.background_doubts()) std::cerr << "warning: " << doubt << "\n";
   bool any = false;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
     PoseLine line = output.line(*item);
@@ -219,7 +218,7 @@ bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink
     if (!line.text.empty()) sink(std::move(line.text));
     if (stopper.stopped() || !std::cout) break;
   }
-  if (!stream.warning().empty()) std::cerr << "gelslam: warning: " << stream.warning() << "\n";
+  if (!stream.warning().empty()) std::cerr << "warning: " << stream.warning() << "\n";
   return any;
 }
 

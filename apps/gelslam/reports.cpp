@@ -26,7 +26,7 @@ std::string run_words(const ReconstructSummary& s, const std::string& run_folder
   std::string text;
   if (s.partial) text += "stopped early: this is what was seen so far\n";
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  if (quiet) return text;
+  if (quiet) return s.completeness.complete() ? text : text + "warning: " + describe(s.completeness) + "\n";
   for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
                       mesh_words(s), short_number(s.seconds, 3), run_folder);

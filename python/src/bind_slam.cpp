@@ -61,7 +61,7 @@ class Slam {
     run.mesh = fuse_map(run.map, run.config.slam.fusion, &progress);
     run.account.log_description = "frames of a Python program";
     run.account.times = timer_.statistics();
-    run.account.summary = summarise(run.map, run.mesh);
+    run.account.summary = summarize(run.map, run.mesh);
     return python_run(std::move(run));
   }
 

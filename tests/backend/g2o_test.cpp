@@ -34,7 +34,7 @@ class G2o : public testing::Test {
   std::filesystem::path folder_;
 };
 
-Pose pose_in_metres(const std::vector<std::string>& words, std::size_t first) {
+Pose pose_in_meters(const std::vector<std::string>& words, std::size_t first) {
   const auto number = [&](std::size_t i) { return std::stod(words.at(first + i)); };
   Pose pose = Pose::Identity();
   pose.translation() = Eigen::Vector3d(number(0), number(1), number(2));
@@ -42,7 +42,7 @@ Pose pose_in_metres(const std::vector<std::string>& words, std::size_t first) {
   return pose;
 }
 
-TEST_F(G2o, WritesVerticesGaugesAndEdgesInMetres) {
+TEST_F(G2o, WritesVerticesGaugesAndEdgesInMeters) {
   Graph graph;
   for (int i = 0; i < 4; ++i) graph.truth[i] = rolled(i, 8);
   graph.join(0, 1, EdgeKind::odometry);
@@ -54,7 +54,7 @@ TEST_F(G2o, WritesVerticesGaugesAndEdgesInMetres) {
   EXPECT_EQ(lines[3][1], "3");
   Pose expected = graph.truth.at(3);
   expected.translation() *= 1e-3;
-  EXPECT_TRUE(pose_in_metres(lines[3], 2).isApprox(expected, 1e-12));
+  EXPECT_TRUE(pose_in_meters(lines[3], 2).isApprox(expected, 1e-12));
   EXPECT_EQ(lines[4], (std::vector<std::string>{"FIX", "0"}));
   EXPECT_EQ(lines[5], (std::vector<std::string>{"FIX", "2"}));
   EXPECT_EQ(lines[7][0], "EDGE_SE3:QUAT");

@@ -69,7 +69,7 @@ struct Graph {
   }
 };
 
-/// Largest error over all nodes: degrees and millimetres.
+/// Largest error over all nodes: degrees and millimeters.
 struct WorstError {
   double deg = 0, mm = 0;
 };

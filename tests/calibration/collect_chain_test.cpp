@@ -135,7 +135,7 @@ TEST_F(Chain, ReconstructsAScanWithTheModel) {
   const ProgramResult judged = gelslam({"evaluate", run, "--truth", (*folder_ / "scan").string(), "--json"});
   ASSERT_EQ(judged.exit_code, 0) << judged.err;
   const auto json = nlohmann::json::parse(judged.out);
-  // Half a millimetre deep and a few degrees of wobble; the published network reaches about 0.007 mm and half
+  // Half a millimeter deep and a few degrees of wobble; the published network reaches about 0.007 mm and half
   // a degree.
   EXPECT_LT(json["trajectory"]["geometric_mean_mm"].get<double>(), 0.03);
   EXPECT_LT(json["trajectory"]["final_drift_deg"].get<double>(), 2.0);
@@ -164,11 +164,11 @@ TEST_F(Chain, TooFewPressesOrABareSideAreNamed) {
 
   const fs::path bare = *folder_ / "bare";
   fs::copy(presses(), bare, fs::copy_options::recursive);
-  std::ofstream catalogue(bare / "catalog.csv");
-  catalogue << "experiment_reldir,diameter(mm)\n";
+  std::ofstream catalog(bare / "catalog.csv");
+  catalog << "experiment_reldir,diameter(mm)\n";
   for (const CalibrationPress& press : read_press_set(presses()).presses)
-    if (press.label->u_px < 213.0) catalogue << press.name << "," << press.diameter_mm << "\n";
-  catalogue.close();
+    if (press.label->u_px < 213.0) catalog << press.name << "," << press.diameter_mm << "\n";
+  catalog.close();
   EXPECT_THAT(gelslam({"calibrate", "train", bare.string(), "-o", (*folder_ / "none.json").string()}).err,
               HasSubstr("no press lies on the right third"));
 }

@@ -111,7 +111,7 @@ class EndOfACollection : public ::testing::Test {
     EXPECT_EQ(set.presses.size(), presses);
     std::size_t files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder())) files += entry.is_regular_file();
-    EXPECT_EQ(files, 2 + 2 * presses) << "background, catalogue; of every press a picture and a label";
+    EXPECT_EQ(files, 2 + 2 * presses) << "background, catalog; of every press a picture and a label";
   }
 
   const TemporaryFolder place_;

@@ -112,7 +112,7 @@ TEST(PressFolder, TakingBackTheOnlyPressLeavesAFolderToGoOnWith) {
   {
     PressFolder presses = begun(folder);
     EXPECT_TRUE(presses.take_back());
-    EXPECT_FALSE(fs::exists(folder / "catalog.csv"));  // a catalogue of nothing cannot be read
+    EXPECT_FALSE(fs::exists(folder / "catalog.csv"));  // a catalog of nothing cannot be read
   }
   EXPECT_EQ(PressFolder(folder, 6.35, true).background().size(), bare_gel().size());
 }
@@ -175,7 +175,7 @@ TEST(PressFolder, LeavesNothingBehindWhereItCannotWrite) {
   const fs::path folder = place / "presses";
   PressFolder presses(folder, 6.35, true);
   presses.write_background(bare_gel());
-  fs::create_directory(folder / "catalog.csv");  // a folder of that name: the catalogue cannot be written
+  fs::create_directory(folder / "catalog.csv");  // a folder of that name: the catalog cannot be written
   EXPECT_THROW(presses.add(press_number(0)), Error);
   EXPECT_FALSE(fs::exists(folder / "6.350mm/0"));
   EXPECT_THROW(PressFolder("/proc/none/presses", 6.35, true).write_background(bare_gel()), Error);

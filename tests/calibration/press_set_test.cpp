@@ -96,7 +96,7 @@ TEST(PressSet, ABadPressDoesNotStopTheOthers) {
   EXPECT_FALSE(read_press_set(folder.path()).presses[1].label);
 }
 
-TEST(PressSet, SaysWhichLineOfTheCatalogueIsWrong) {
+TEST(PressSet, SaysWhichLineOfTheCatalogIsWrong) {
   const TemporaryFolder folder;
   write_folder(folder.path(), small_set());
   const auto with = [&](const std::string& line) {

@@ -15,7 +15,7 @@ std::vector<double> numbers_in(const std::string& line) {
   return numbers;
 }
 
-TEST(TumLine, HasTimeMetresAndQuaternionInTheFormatsOrder) {
+TEST(TumLine, HasTimeMetersAndQuaternionInTheFormatsOrder) {
   Pose pose = Pose::Identity();
   pose.translation() = Eigen::Vector3d(1500, -2.5, 0.25);
   pose.linear() = so3_exp({0, 0, M_PI / 2});

@@ -114,7 +114,7 @@ TEST(Info, ASessionAndASurfaceAreNamed) {
   EXPECT_EQ(surface.exit_code, 1) << "without its mesh";
 }
 
-/// Triangles of 3 mm; `corners` are nine numbers each, metres.
+/// Triangles of 3 mm; `corners` are nine numbers each, meters.
 std::string ascii_stl(const std::vector<std::string>& corners) {
   std::string text = "solid s\n";
   for (const std::string& corner : corners)

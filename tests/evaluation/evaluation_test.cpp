@@ -41,7 +41,7 @@ Pose true_pose(int index) {
   return motion(0.2 * s, -0.3 * s, 0.4 * s, s, -2 * s, 0.1 * s * s);
 }
 
-json rows_in_metres(const Pose& pose) {
+json rows_in_meters(const Pose& pose) {
   json rows = json::array();
   for (int i = 0; i < 4; ++i) {
     json row = json::array();
@@ -51,10 +51,10 @@ json rows_in_metres(const Pose& pose) {
   return rows;
 }
 
-std::vector<double> numbers_in_metres(int frames, int without_touch) {
+std::vector<double> numbers_in_meters(int frames, int without_touch) {
   std::vector<double> numbers;
   for (int i = 0; i < frames; ++i) {
-    for (const auto& row : rows_in_metres(true_pose(i))) {
+    for (const auto& row : rows_in_meters(true_pose(i))) {
       for (const auto& number : row) {
         numbers.push_back(i < without_touch ? std::numeric_limits<double>::quiet_NaN()
                                             : number.get<double>());
@@ -70,10 +70,10 @@ struct Scene {
   json meta = {{"frames", kFrames + kBackground},
                {"background_frames", kBackground},
                {"fps", 25},
-               {"start_T_object", rows_in_metres(kStart_T_object)}};
+               {"start_T_object", rows_in_meters(kStart_T_object)}};
 
   void write_truth(int frames = kFrames, int without_touch = 0) const {
-    const std::vector<double> numbers = numbers_in_metres(frames, without_touch);
+    const std::vector<double> numbers = numbers_in_meters(frames, without_touch);
     write_npy(data / "true_start_T_currs.npy", {static_cast<std::size_t>(frames), 4, 4},
               std::span<const double>(numbers));
     write_bytes(data / "meta.json", meta.dump());
@@ -222,7 +222,7 @@ TEST(Evaluate, DamagedTruthIsNoticed) {
   scene.write_truth(kFrames, kFrames);
   EXPECT_THAT(scene.error(), HasSubstr("only NaN"));
   const auto poses = scene.data / "true_start_T_currs.npy";
-  std::vector<double> numbers = numbers_in_metres(kFrames, 0);
+  std::vector<double> numbers = numbers_in_meters(kFrames, 0);
   write_npy(poses, {kFrames, 16}, std::span<const double>(numbers));
   EXPECT_THAT(scene.error(), HasSubstr("N x 4 x 4"));
   numbers[16 * 7] += 0.1;

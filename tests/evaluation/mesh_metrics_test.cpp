@@ -159,7 +159,7 @@ TEST(StackedShare, CountsSecondSheetsOfTheSameOrientation) {
   EXPECT_NEAR(share(joined(plane(0.0), plane(0.0, 7, 10.2))), 200.0 / 204.04, 0.002);
   EXPECT_EQ(share(joined(plane(0.0), plane(0.6))), 0.0);  // beyond the reach
   EXPECT_EQ(share(joined(plane(0.2), test::flipped(plane(0.0)))), 0.0);
-  // A patch of a quarter of the area above it: it and what it covers, 2 * 25 of 125 square millimetres.
+  // A patch of a quarter of the area above it: it and what it covers, 2 * 25 of 125 square millimeters.
   EXPECT_NEAR(share(joined(plane(0.0), plane(0.3, 10, 5.0))), 50.0 / 125.0, 0.005);
 }
 

@@ -19,7 +19,7 @@ std::vector<StampedPose> read(const std::string& text) {
   return read_tum(folder / "a.tum");
 }
 
-TEST(ReadTum, ReadsMetresAndQuaternionsAsXyzw) {
+TEST(ReadTum, ReadsMetersAndQuaternionsAsXyzw) {
   const auto trajectory = read(
       "# time x y z qx qy qz qw\n\n"
       "0.4 0.001 -0.002 3e-3 0 0 0 1\r\n"

@@ -340,7 +340,7 @@ TEST(Fusion, DebrisIsDropped) {
   auto surface = std::make_shared<Surface>(*touch(ball, pose));
   surface->contact = surface->contact.clone();
   surface->contact(cv::Rect(0, 0, 320, 60)) = 0;
-  surface->contact(cv::Rect(40, 30, 14, 14)) = 255;  // less than a square millimetre
+  surface->contact(cv::Rect(40, 30, 14, 14)) = 255;  // less than a square millimeter
   FusionOptions options;
   EXPECT_EQ(topology(fuse({{0, pose, SurfacePtr(surface)}}, options)).pieces, 1);
   options.min_piece_mm2 = 0;

@@ -15,7 +15,7 @@ bool holds(const std::vector<int>& list, int value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
 
-/// Half a millimetre more at each call; no overlap at the calls in `lost`, no match at those in `doubted`.
+/// Half a millimeter more at each call; no overlap at the calls in `lost`, no match at those in `doubted`.
 struct Script {
   std::vector<int> lost, doubted;
   std::vector<Pose> starts;  ///< that the method was given

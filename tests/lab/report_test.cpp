@@ -61,7 +61,7 @@ TEST(Accuracy, IsTheMeanAbsoluteErrorOverAllFramesOfAnObject) {
   EXPECT_EQ(accuracy_by_trial(two_methods()).size(), 4U);
 }
 
-TEST(Accuracy, GeometricMeanCountsADegreeAs87Micrometres) {
+TEST(Accuracy, GeometricMeanCountsADegreeAs87Micrometers) {
   FrameEstimate frame;
   frame.first_T_frame = motion(0, 0, 2, 0.1, 0.2, 0.3);
   frame.first_T_frame.linear() =  // Ry Rx Rz

@@ -88,7 +88,7 @@ TEST(StudyPlots, Tracking) {
   for (const auto& row : rows) {
     EXPECT_EQ(row["steps"], 6);  // objects
     if (row["level"] == 0.25) {
-      EXPECT_EQ(row["followed"], 1.0) << row;  // a quarter of a millimetre is what a hand does
+      EXPECT_EQ(row["followed"], 1.0) << row;  // a quarter of a millimeter is what a hand does
     }
   }
   study.expect_picture();

@@ -52,7 +52,7 @@ TEST_P(OfObject, TruthLaysTheSurfacesOnEachOther) {
     const TouchPair pair = studio().make(spec);
     const Pose truth = pair.target_T_reference();
     const Meeting right = meet(pair, truth);
-    // Heights are read to some hundredths of a millimetre; a pose that is 1 mm off lays texture on other
+    // Heights are read to some hundredths of a millimeter; a pose that is 1 mm off lays texture on other
     // texture.
     EXPECT_LT(right.height_gap_mm, 0.06) << overlap;
     for (const double side : {-1.0, 1.0})

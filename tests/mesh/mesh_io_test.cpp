@@ -78,10 +78,10 @@ TEST_P(MeshIoFormats, RoundTripKeepsEveryTriangle) {
 
 INSTANTIATE_TEST_SUITE_P(All, MeshIoFormats,
                          ::testing::Combine(::testing::Values(".ply", ".obj", ".stl", ".PLY"),
-                                            ::testing::Values(LengthUnit::metre, LengthUnit::millimetre)),
+                                            ::testing::Values(LengthUnit::meter, LengthUnit::millimeter)),
                          [](const auto& info) {
                            const std::string unit =
-                               std::get<1>(info.param) == LengthUnit::metre ? "_m" : "_mm";
+                               std::get<1>(info.param) == LengthUnit::meter ? "_m" : "_mm";
                            return std::string(std::get<0>(info.param)).substr(1) + unit;
                          });
 
@@ -113,24 +113,24 @@ TEST_F(MeshIo, StlSharesItsVerticesAgain) {
   EXPECT_EQ(read_mesh(file("m.stl")).vertices_mm.size(), 4u);
 }
 
-TEST_F(MeshIo, FilesAreInMetresByDefault) {
+TEST_F(MeshIo, FilesAreInMetersByDefault) {
   Mesh mesh = tetrahedron();
   write_mesh(file("m.ply"), mesh);
-  const Mesh as_numbers = read_mesh(file("m.ply"), LengthUnit::millimetre);
+  const Mesh as_numbers = read_mesh(file("m.ply"), LengthUnit::millimeter);
   EXPECT_NEAR(as_numbers.vertices_mm[1].x(), 0.0101, 1e-7);
 }
 
-TEST_F(MeshIo, FilesWithoutANoteAreInMetres) {
-  write_mesh(file("m.stl"), tetrahedron(), LengthUnit::millimetre);
+TEST_F(MeshIo, FilesWithoutANoteAreInMeters) {
+  write_mesh(file("m.stl"), tetrahedron(), LengthUnit::millimeter);
   std::string bytes = bytes_of(file("m.stl"));
   bytes.replace(0, 80, std::string(80, ' '));
   EXPECT_NEAR(read_mesh(file_with("theirs.stl", bytes)).vertices_mm[1].x(),
               1000 * tetrahedron().vertices_mm[1].x(), 0.01);
 }
 
-TEST_F(MeshIo, ProgramsThatReadStlAndObjExpectMillimetres) {
-  for (const char* name : {"a.stl", "a.OBJ"}) EXPECT_EQ(usual_unit(name), LengthUnit::millimetre) << name;
-  EXPECT_EQ(usual_unit("a.PLY"), LengthUnit::metre);
+TEST_F(MeshIo, ProgramsThatReadStlAndObjExpectMillimeters) {
+  for (const char* name : {"a.stl", "a.OBJ"}) EXPECT_EQ(usual_unit(name), LengthUnit::millimeter) << name;
+  EXPECT_EQ(usual_unit("a.PLY"), LengthUnit::meter);
   EXPECT_STREQ(short_name(usual_unit("a.stl")), "mm");
 }
 
@@ -154,7 +154,7 @@ TEST_F(MeshIo, ReadsForeignPlyDialects) {
       "property double y\r\nproperty double z\r\nproperty uchar red\r\nelement face 1\r\n"
       "property list uchar uint vertex_index\r\nproperty float quality\r\nend_header\r\n"
       "0 0 0 255\r\n1 0 0 255\r\n1 1 0 1e0\r\n0 1 0 3\r\n4 0 1 2 3 0.5\r\n";
-  const Mesh quad = read_mesh(file_with("quad.ply", ascii), LengthUnit::millimetre);
+  const Mesh quad = read_mesh(file_with("quad.ply", ascii), LengthUnit::millimeter);
   ASSERT_EQ(quad.triangles.size(), 2u);
   EXPECT_EQ(quad.triangles[1], Eigen::Vector3i(0, 2, 3));
   EXPECT_EQ(quad.vertices_mm[2], Eigen::Vector3f(1, 1, 0));
@@ -167,7 +167,7 @@ TEST_F(MeshIo, ReadsForeignPlyDialects) {
     big += static_cast<char>(v & 255);
   }
   big += std::string("\x03\0\0\0\0\0\0\0\1\0\0\0\2", 13);
-  const Mesh triangle = read_mesh(file_with("big.ply", big), LengthUnit::millimetre);
+  const Mesh triangle = read_mesh(file_with("big.ply", big), LengthUnit::millimeter);
   EXPECT_EQ(triangle.vertices_mm[1], Eigen::Vector3f(300, 0, 0));
   EXPECT_EQ(triangle.vertices_mm[2], Eigen::Vector3f(0, -2, 0));
 }

@@ -32,7 +32,7 @@ TEST(DegenerateSurfaces, APlaneShowsTiltAndDepthOnly) {
       result.target_T_reference.linear() * motion(2, -1.5, 0, 0, 0).linear().transpose().col(2);
   EXPECT_LT(std::acos(std::min(1.0, normal.z())) / kDegree, 0.02);
   // Sliding and twisting stay at the start. (Turning a tilted plane changes its tilt: some of the twist is
-  // seen; and the plane is tilted about the contact, half a millimetre off the origin.)
+  // seen; and the plane is tilted about the contact, half a millimeter off the origin.)
   EXPECT_LT((result.target_T_reference.translation() - initial.translation()).head<2>().norm(), 0.03);
   EXPECT_NEAR(so3_log(result.target_T_reference.linear()).z() / kDegree, 6, 0.5);
 }

@@ -90,7 +90,7 @@ TEST(Information, IsInTheReferencesAxes) {
   const RegistrationResult straight =
       register_normal_flow(NormalFlowReference(inner, {}), *second, Pose::Identity(), {});
   ASSERT_TRUE(turned.ok() && straight.ok());
-  // (The quarter turn moves the shared center by a few hundredths of a millimetre; that costs a little.)
+  // (The quarter turn moves the shared center by a few hundredths of a millimeter; that costs a little.)
   EXPECT_LT((turned.information - straight.information).norm(), 0.15 * straight.information.norm());
 }
 

@@ -55,7 +55,7 @@ TEST(SlopeSensitivity, APoseFollowsEachFactorAsRegistrationDoes) {
     const Vector6d found = se3_log(before.target_T_reference.inverse() * after.target_T_reference) / kStep;
     const Vector6d predicted = sensitivity.pose_by_factor.col(static_cast<int>(k));
     EXPECT_LT((found - predicted).head<3>().norm(), 0.2 * predicted.head<3>().norm() + 0.01) << k;
-    EXPECT_LT((found - predicted).tail<3>().head<2>().norm(), 0.1) << k;  // 2 micrometres in this step
+    EXPECT_LT((found - predicted).tail<3>().head<2>().norm(), 0.1) << k;  // 2 micrometers in this step
     // A gain lifts a pose by less than the 0.02 to 0.03 mm that holding the shared center's height would
     // take.
     const bool is_gain = k == 0 || k == SlopeCorrection::kTermsPerAxis + 1;

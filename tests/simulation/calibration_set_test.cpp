@@ -155,19 +155,19 @@ TEST(PthFile, SameNetworkSameBytesAndNothingHalfWritten) {
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"a.pth", "b.pth"}));
 }
 
-TEST(CalibrationFolder, HasWhatItsCatalogueNames) {
+TEST(CalibrationFolder, HasWhatItsCatalogNames) {
   const TemporaryFolder folder;
   CalibrationSpec spec = small();
   spec.presses = 10;
   spec.training.epochs = 2;
   NoProgress progress;
   write_calibration_folder(folder.path(), spec, progress);
-  std::istringstream catalogue(read_bytes(folder / "catalog.csv"));
+  std::istringstream catalog(read_bytes(folder / "catalog.csv"));
   std::string line;
-  std::getline(catalogue, line);
+  std::getline(catalog, line);
   EXPECT_EQ(line, "experiment_reldir,diameter(mm)");
   int presses = 0;
-  while (std::getline(catalogue, line)) {
+  while (std::getline(catalog, line)) {
     EXPECT_TRUE(std::filesystem::exists(folder / line.substr(0, line.find(',')) / "gelsight.png")) << line;
     ++presses;
   }

@@ -71,7 +71,7 @@ TEST(DataFolder, LosslessVideoIsExact) {
   EXPECT_EQ(cv::norm(video_error(Written(options).path())), 0);
 }
 
-TEST(DataFolder, TruthIsInMetresOnePoseForEveryFrameAfterTheBackground) {
+TEST(DataFolder, TruthIsInMetersOnePoseForEveryFrameAfterTheBackground) {
   const Written folder(DataFolderOptions{});
   const NpyArray poses = read_npy(folder / "true_start_T_currs.npy");
   EXPECT_EQ(poses.type, NpyType::float64);

@@ -97,7 +97,7 @@ TEST(Gel, SatisfiesTheConditionsOfTheObstacleProblem) {
         ASSERT_GT(pull, -2e-4);
       } else {
         ++free;
-        ASSERT_NEAR(pull, 0, 2e-4);  // mm; a millimetre of missing force would be 0.03
+        ASSERT_NEAR(pull, 0, 2e-4);  // mm; a millimeter of missing force would be 0.03
       }
     }
   EXPECT_GT(touching, 3000);

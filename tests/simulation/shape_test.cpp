@@ -115,10 +115,10 @@ TEST_P(EveryShape, GuessedCrossingsAreTheSearchedOnes) {
 
 std::vector<std::string> names() {
   std::vector<std::string> all;
-  for (const CatalogueEntry& entry : shape_catalogue()) all.push_back(entry.name);
+  for (const CatalogEntry& entry : shape_catalog()) all.push_back(entry.name);
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(Catalogue, EveryShape, testing::ValuesIn(names()),
+INSTANTIATE_TEST_SUITE_P(Catalog, EveryShape, testing::ValuesIn(names()),
                          [](const auto& info) { return info.param; });
 
 TEST(Shape, SphereIsHitWhereTheFormulaSays) {

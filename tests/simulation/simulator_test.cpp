@@ -57,7 +57,7 @@ TEST(Simulator, TrueHeightIsNeverAboveTheObject) {
   const cv::Mat1f underside = object_underside(simulator.shape(), frame.sensor_T_object,
                                                simulator.spec().geometry, simulator.spec().gel);
   EXPECT_EQ(cv::countNonZero(frame.height_mm > underside + 1e-3F),
-            0);  // two castings may differ by micrometres
+            0);  // two castings may differ by micrometers
   EXPECT_GT(cv::countNonZero(frame.contact), 5000);
   EXPECT_LT(cv::countNonZero(frame.contact), 76800);
 }
@@ -118,10 +118,10 @@ TEST_P(EveryMotion, MovesSmoothlyAtABearableDepth) {
 
 std::vector<std::string> motions() {
   std::vector<std::string> all;
-  for (const CatalogueEntry& entry : motion_catalogue()) all.push_back(entry.name);
+  for (const CatalogEntry& entry : motion_catalog()) all.push_back(entry.name);
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(Catalogue, EveryMotion, testing::ValuesIn(motions()),
+INSTANTIATE_TEST_SUITE_P(Catalog, EveryMotion, testing::ValuesIn(motions()),
                          [](const auto& info) { return info.param; });
 
 TEST(Simulator, AllOverTurnsMoreThanOnceAndComesBack) {
@@ -148,7 +148,7 @@ TEST(Simulator, GoesBackTheWayItCame) {
 }
 
 TEST(Simulator, EveryObjectIsTouchedWell) {
-  for (const CatalogueEntry& object : shape_catalogue()) {
+  for (const CatalogEntry& object : shape_catalog()) {
     const Simulator simulator(scan(object.name, "wobble", 40));
     const SimulatedFrame frame = simulator.frame(40);
     EXPECT_GT(cv::countNonZero(frame.contact), 500) << object.name;

@@ -61,10 +61,10 @@ int wrong_loops(const Stroke& stroke, const Loops& loops) {
 TEST(FalseLoops, ARepeatedPatternDoesNotBendTheMap) {
   const Stroke scan = stroke(26);
   LoopCloser closer{LoopClosureOptions{}};
-  std::vector<LoopConstraint> recognised;
+  std::vector<LoopConstraint> recognized;
   for (const auto& keyframe : scan.map.keyframes)
-    for (const LoopConstraint& loop : closer.add(*keyframe)) recognised.push_back(loop);
-  ASSERT_GE(wrong_loops(scan, recognised), 3);  // or there is nothing to withstand
+    for (const LoopConstraint& loop : closer.add(*keyframe)) recognized.push_back(loop);
+  ASSERT_GE(wrong_loops(scan, recognized), 3);  // or there is nothing to withstand
 
   EXPECT_EQ(scan.map.components, 1);
   EXPECT_EQ(wrong_loops(scan, scan.map.edges), 0);

@@ -150,7 +150,7 @@ TEST(GelSlam, AJumpWithinALogLosesTrackAndFindsBack) {
   expect_true_poses(scan, map);
 }
 
-// Lifting leaves a fragment too small to be recognised, and the tracker loses it. Where it must be is known:
+// Lifting leaves a fragment too small to be recognized, and the tracker loses it. Where it must be is known:
 // it was there a frame ago.
 TEST(GelSlam, AFragmentLeftByLiftingIsRejoined) {
   const Field stone = bumpy_ellipsoid(3);
@@ -170,7 +170,7 @@ TEST(GelSlam, AFragmentLeftByLiftingIsRejoined) {
   ASSERT_EQ(map.anchor_frame, 0);
   const PoseGap error = gap(map.anchor_T_keyframe(map.frames[3].keyframe),
                             places[0].inverse() * places[2]);  // keyframe: of the frame before
-  EXPECT_LT(error.deg, 1.0);  // a fragment of two millimetres knows less than a whole contact
+  EXPECT_LT(error.deg, 1.0);  // a fragment of two millimeters knows less than a whole contact
   EXPECT_LT(error.mm, 0.1);
 }
 

@@ -141,7 +141,7 @@ TEST_F(Live, FramesThatComeTooFastAreDroppedWholeAndCounted) {
 }
 
 TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
-  // A second touch: one that is recognised, so that taking it back has to undo loops, too.
+  // A second touch: one that is recognized, so that taking it back has to undo loops, too.
   std::vector<cv::Mat3b> pictures = peanut_pictures();
   pictures.insert(pictures.end(), 3, pictures.front());
   pictures.insert(pictures.end(), peanut_pictures().begin() + 30, peanut_pictures().begin() + 45);

@@ -102,7 +102,7 @@ SlamMap map_of_two_pieces() {
 TEST(MapCompleteness, IsSaidInTheSummaryAndInTheReport) {
   const SlamMap map = map_of_two_pieces();
   RunAccount account;
-  account.summary = summarise(map, Mesh{});
+  account.summary = summarize(map, Mesh{});
   EXPECT_EQ(account.summary.completeness.pieces_not_joined, 1);
   EXPECT_EQ(account.summary.completeness.frames_not_in_mesh, 2);
   EXPECT_EQ(describe(account.summary.completeness),
@@ -117,7 +117,7 @@ TEST(MapCompleteness, IsSaidInTheSummaryAndInTheReport) {
 }
 
 TEST(MapCompleteness, AWholeMapNeedsNoWords) {
-  const MapCompleteness whole = summarise(map_with_a_false_loop(), Mesh{}).completeness;
+  const MapCompleteness whole = summarize(map_with_a_false_loop(), Mesh{}).completeness;
   EXPECT_TRUE(whole.complete());
   EXPECT_EQ(describe(whole), "");
   EXPECT_EQ(describe({0, 3}), "3 frames not in the mesh");

@@ -49,7 +49,7 @@ TEST(SurfaceEstimator, GivesBackTheHeightOfAPressedBall) {
   for (const double depth_mm : {0.1, 0.4, 0.8}) {
     const cv::Mat1f truth = press(depth_mm, 150, 130);
     const SurfacePtr surface = make_estimator().estimate(render(truth, pitch_mm, 1.0, 2));
-    // 8-bit color and noise cost a few micrometres; what is zeroed outside the change mask a few more.
+    // 8-bit color and noise cost a few micrometers; what is zeroed outside the change mask a few more.
     EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.006 + 0.02 * depth_mm) << depth_mm;
     EXPECT_EQ(surface->pixel_pitch_mm, pitch_mm);
   }

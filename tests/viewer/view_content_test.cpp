@@ -51,7 +51,7 @@ TEST(ViewContent, ATimeShowsWhatWasThereThen) {
   const auto way = history.trajectory_at(2.5);
   ASSERT_EQ(way.size(), 1U);
   EXPECT_EQ(way[0].size(), 26U);  // 0, 0.1 … 2.5
-  EXPECT_NEAR(way[0].back().translation().x(), 3.75, 1e-6) << "millimetres";
+  EXPECT_NEAR(way[0].back().translation().x(), 3.75, 1e-6) << "millimeters";
 }
 
 TEST(ViewContent, LostTrackCutsTheTrajectory) {

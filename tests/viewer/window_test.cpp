@@ -376,10 +376,10 @@ TEST_F(Window, AMinimisedWindowDoesNoHarm) {
   scan(2);
   window_->host().resize(1, 1);
   press(GLFW_KEY_H);
-  EXPECT_EQ(picture("minimised").size(), cv::Size(1, 1));
+  EXPECT_EQ(picture("minimized").size(), cv::Size(1, 1));
   press(GLFW_KEY_E);
   press(GLFW_KEY_Q);
-  picture("minimised_question");
+  picture("minimized_question");
 }
 
 TEST_F(Window, DrawsOnlyWhenThereIsSomethingNew) {

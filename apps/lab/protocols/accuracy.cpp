@@ -50,7 +50,7 @@ std::vector<double> times_of(const Records& records) {
 double geometric_mean_mm(const SixAxes& mae) {
   double product = 1;
   for (std::size_t axis = 0; axis < 6; ++axis)
-    product *= mae[axis] * (axis < 3 ? 1.0 : kMillimetresPerDegree);
+    product *= mae[axis] * (axis < 3 ? 1.0 : kMillimetersPerDegree);
   return std::pow(product, 1.0 / 6.0);
 }
 

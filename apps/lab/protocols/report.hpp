@@ -22,7 +22,7 @@ struct AccuracyRow {
   std::string method, object, trial;  ///< "all" where it is over several
   int trials = 0, frames = 0, tracked = 0;
   SixAxes mae{};                       ///< mean absolute error
-  double geometric_mean_mm = 0;        ///< of the six, a degree counted as kMillimetresPerDegree
+  double geometric_mean_mm = 0;        ///< of the six, a degree counted as kMillimetersPerDegree
   double final_mm = 0, final_deg = 0;  ///< at the last frame of each trial, mean over trials
   double median_ms = 0, p95_ms = 0;
 

@@ -110,7 +110,7 @@ std::string to_json(const BenchmarkResult& result) {
   Json json;
   json["protocol"] = name(result.protocol);
   json["partial"] = result.partial;
-  json["millimetres_per_degree"] = kMillimetresPerDegree;
+  json["millimeters_per_degree"] = kMillimetersPerDegree;
   json["time"] = "processor time of one thread";
   json["accuracy"] = to_json(accuracy_by_object(result));
   json["trials"] = to_json(accuracy_by_trial(result));

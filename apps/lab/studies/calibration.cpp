@@ -211,7 +211,7 @@ void add_calibration(CLI::App& lab) {
   command->add_option("--splits", arguments->splits, "Random splits")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  command->add_option("--pitch", arguments->pitch_mm, "Millimetres per pixel")->capture_default_str();
+  command->add_option("--pitch", arguments->pitch_mm, "Millimeters per pixel")->capture_default_str();
   command->footer("Example: gelslam-lab calibration DATA/calibration");
 }
 

@@ -257,7 +257,7 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
 ScanSpec with_meshed_object(ScanSpec scan, const std::filesystem::path& folder) {
   constexpr float kSpacingMm = 0.25F;  // four pixels
   write_study(folder, "long_scan", Json::array());
-  write_mesh(folder / "object.ply", make_shape(scan.object)->mesh(kSpacingMm), LengthUnit::metre);
+  write_mesh(folder / "object.ply", make_shape(scan.object)->mesh(kSpacingMm), LengthUnit::meter);
   scan.object = {};
   scan.object.name = (folder / "object.ply").string();
   return scan;

@@ -50,7 +50,7 @@ double log_error(const std::vector<std::vector<SixAxes>>& references,
   if (count == 0) return NAN;  // a draw that misses every reference of a slow setting
   double log_sum = 0;
   for (std::size_t axis = 0; axis < 6; ++axis)
-    log_sum += std::log(std::max(kLeastError, sum[axis] / count) * (axis < 3 ? 1.0 : kMillimetresPerDegree));
+    log_sum += std::log(std::max(kLeastError, sum[axis] / count) * (axis < 3 ? 1.0 : kMillimetersPerDegree));
   return log_sum / 6;
 }
 

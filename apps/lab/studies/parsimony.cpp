@@ -143,7 +143,7 @@ Json measure(const fs::path& folder, const Setting& setting, double changed, con
       request.config.surface.gradient_everywhere ? 1.0 * sensor.width_px * sensor.height_px : changed;
   row["triangles"] = summary.triangles;
   row["bytes"] = bytes_in(run);
-  row["groups"] = summary.components;
+  row["components"] = summary.components;
   add_errors(row, run, folder);
   return row;
 }

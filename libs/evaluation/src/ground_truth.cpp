@@ -16,7 +16,7 @@ namespace {
 using evaluation::detail::integer_at;
 using evaluation::detail::number_at;
 
-constexpr double kMillimetresPerMetre = 1000.0;
+constexpr double kMillimetersPerMeter = 1000.0;
 constexpr double kMaxFps = 10'000.0;
 
 /// A 4 x 4 matrix of 16 row-major numbers, meters to millimeters. Throws Error when it is no rigid motion.
@@ -29,7 +29,7 @@ Pose to_pose(const double* numbers, const std::string& what) {
   if (!rigid) throw Error(what + " is not a rigid motion (rotation, translation, last row 0 0 0 1)");
   Pose pose = Pose::Identity();
   pose.linear() = rotation;
-  pose.translation() = kMillimetresPerMetre * matrix.topRightCorner<3, 1>();
+  pose.translation() = kMillimetersPerMeter * matrix.topRightCorner<3, 1>();
   return normalized(pose);
 }
 
@@ -103,7 +103,7 @@ std::vector<Eigen::Vector3d> read_points(const std::filesystem::path& path) {
   const std::vector<double> values = array.to_doubles();
   std::vector<Eigen::Vector3d> points(array.shape[0]);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    points[i] = kMillimetresPerMetre * Eigen::Map<const Eigen::Vector3d>(values.data() + 3 * i);
+    points[i] = kMillimetersPerMeter * Eigen::Map<const Eigen::Vector3d>(values.data() + 3 * i);
     if (!points[i].allFinite())
       throw Error(path.string() + ": point " + std::to_string(i) + " is not finite");
   }

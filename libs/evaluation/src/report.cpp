@@ -17,7 +17,7 @@ std::string trajectory_table(const Evaluation& evaluation) {
   text += fmt::format("                          rx {:.3f}  ry {:.3f}  rz {:.3f} deg\n", t.mae_deg.x(),
                       t.mae_deg.y(), t.mae_deg.z());
   text += fmt::format("  geometric mean of six   {:.4f} mm (1 deg = {:.3f} mm)\n", t.geometric_mean_mm,
-                      kMillimetresPerDegree);
+                      kMillimetersPerDegree);
   text += fmt::format("  ATE                     {:.4f} mm, {:.4f} mm after alignment\n", t.ate_mm,
                       t.ate_aligned_mm);
   text += fmt::format("  RPE over 1 frame        {:.4f} mm  {:.4f} deg ({} pairs)\n",

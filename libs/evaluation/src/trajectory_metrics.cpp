@@ -52,7 +52,7 @@ void set_axis_errors(const std::vector<PosePair>& pairs, TrajectoryMetrics& metr
   }
   metrics.mae_mm /= static_cast<double>(pairs.size());
   metrics.mae_deg /= static_cast<double>(pairs.size());
-  const Eigen::Vector3d rotations_as_mm = kMillimetresPerDegree * metrics.mae_deg;
+  const Eigen::Vector3d rotations_as_mm = kMillimetersPerDegree * metrics.mae_deg;
   metrics.geometric_mean_mm = std::pow(metrics.mae_mm.prod() * rotations_as_mm.prod(), 1.0 / 6.0);
 }
 

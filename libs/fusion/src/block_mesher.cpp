@@ -71,7 +71,7 @@ class VertexPlacer {
     FieldValue value;
     Eigen::Vector3f p = corner_mm + voxel * inside_cell;
     bool observed = field_.evaluate(p, patches_, scratch_, value);
-    if (observed) {  // a second step would move it by less than a micrometre
+    if (observed) {  // a second step would move it by less than a micrometer
       p -= value.distance_mm * value.normal;
       p = p.cwiseMax(corner_mm).cwiseMin(Eigen::Vector3f(corner_mm.array() + voxel));
       observed = field_.evaluate(p, patches_, scratch_, value);

@@ -34,7 +34,7 @@ LengthUnit noted_unit(const std::filesystem::path& path) {
   constexpr std::size_t kBeginning_bytes = 512;
   std::string beginning(kBeginning_bytes, '\0');
   std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginning_bytes);
-  return beginning.find("unit millimetre") != std::string::npos ? LengthUnit::millimetre : LengthUnit::metre;
+  return beginning.find("unit millimeter") != std::string::npos ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
 std::string lower_extension(const std::filesystem::path& path) {
@@ -43,11 +43,11 @@ std::string lower_extension(const std::filesystem::path& path) {
 
 }  // namespace
 
-const char* short_name(LengthUnit unit) { return unit == LengthUnit::metre ? "m" : "mm"; }
+const char* short_name(LengthUnit unit) { return unit == LengthUnit::meter ? "m" : "mm"; }
 
 LengthUnit usual_unit(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  return extension == ".obj" || extension == ".stl" ? LengthUnit::millimetre : LengthUnit::metre;
+  return extension == ".obj" || extension == ".stl" ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
 Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file_unit) {
@@ -59,7 +59,7 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file
     if (!std::filesystem::exists(path)) throw Error("there is no such file");
     if (!std::filesystem::is_regular_file(path)) throw Error("it is not a regular file");
     const LengthUnit unit = file_unit ? *file_unit : noted_unit(path);
-    const double mm_per_unit = unit == LengthUnit::metre ? 1000.0 : 1.0;
+    const double mm_per_unit = unit == LengthUnit::meter ? 1000.0 : 1.0;
     Mesh mesh = extension == ".ply" ? mesh::detail::read_ply(path, mm_per_unit)
                                     : mesh::detail::read_with_assimp(path, extension, mm_per_unit);
     check_readable(mesh);

@@ -45,7 +45,7 @@ std::string encode_ply(const Mesh& mesh, double units_per_mm, const VertexColors
   const bool normals = !mesh.normals.empty();
   const bool confidence = !mesh.confidence.empty();
   std::string out = "ply\nformat binary_little_endian 1.0\n";
-  out += units_per_mm == 1.0 ? "comment unit millimetre\n" : "comment unit metre\n";
+  out += units_per_mm == 1.0 ? "comment unit millimeter\n" : "comment unit meter\n";
   out += "element vertex " + std::to_string(mesh.vertices_mm.size()) + "\n";
   out += "property float x\nproperty float y\nproperty float z\n";
   if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
@@ -69,7 +69,7 @@ std::string encode_ply(const Mesh& mesh, double units_per_mm, const VertexColors
 }
 
 std::string encode_obj(const Mesh& mesh, double units_per_mm) {
-  std::string out = units_per_mm == 1.0 ? "# unit millimetre\n" : "# unit metre\n";
+  std::string out = units_per_mm == 1.0 ? "# unit millimeter\n" : "# unit meter\n";
   for (const auto& v : mesh.vertices_mm) {
     out += 'v';
     append_text(out, in_file_unit(v, units_per_mm));
@@ -94,7 +94,7 @@ std::string encode_obj(const Mesh& mesh, double units_per_mm) {
 }
 
 std::string encode_stl(const Mesh& mesh, double units_per_mm) {
-  std::string out = units_per_mm == 1.0 ? "unit millimetre" : "unit metre";
+  std::string out = units_per_mm == 1.0 ? "unit millimeter" : "unit meter";
   out.resize(80, ' ');
   out.reserve(84 + mesh.triangles.size() * 50);
   append(out, static_cast<std::uint32_t>(mesh.triangles.size()));
@@ -126,7 +126,7 @@ void check_consistent(const Mesh& mesh, const VertexColors& colors, const std::f
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit file_unit,
                 const VertexColors& colors) {
   const std::string extension = lower_case(path.extension().string());
-  const double units_per_mm = file_unit == LengthUnit::metre ? 1e-3 : 1.0;
+  const double units_per_mm = file_unit == LengthUnit::meter ? 1e-3 : 1.0;
   const std::string failure = "cannot write mesh '" + path.string() + "': ";
   check_consistent(mesh, colors, path);
   if (!colors.empty() && (extension == ".obj" || extension == ".stl"))
@@ -138,7 +138,7 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit 
   } else if (extension == ".stl") {
     write_file_atomically(path, encode_stl(mesh, units_per_mm));
   } else if (extension == ".glb") {
-    if (file_unit != LengthUnit::metre) throw Error(failure + "glTF files are in meters");
+    if (file_unit != LengthUnit::meter) throw Error(failure + "glTF files are in meters");
     write_file_atomically(path, encode_glb(mesh, colors));
   } else {
     throw Error(failure + "the name has to end in .ply, .obj, .stl or .glb");

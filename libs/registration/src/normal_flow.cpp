@@ -76,7 +76,7 @@ class Alignment {
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
       apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
       progress.add(sum_residuals(residuals()));
-      NormalEquations equations = linearise(reference_.samples, residuals());
+      NormalEquations equations = linearize(reference_.samples, residuals());
       const Vector5d from_initial = se3_log(initial.inverse() * target_T_reference).head<kParameters>();
       equations.hessian.diagonal() += prior;
       equations.gradient += prior.cwiseProduct(from_initial);

@@ -129,7 +129,7 @@ TargetView view_of(const Surface& target) {
   return view;
 }
 
-NormalEquations linearise(const Samples& samples, const Residuals& residuals) {
+NormalEquations linearize(const Samples& samples, const Residuals& residuals) {
   double entries[kHessianEntries];
   NormalEquations equations;
   accumulate_normal_equations(samples, residuals, equations.gradient.data(), entries);

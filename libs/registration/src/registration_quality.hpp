@@ -53,7 +53,7 @@ struct NormalEquations {
   Eigen::Matrix<double, kParameters, kParameters> hessian;
   Eigen::Matrix<double, kParameters, 1> gradient;
 };
-NormalEquations linearise(const Samples& samples, const Residuals& residuals);
+NormalEquations linearize(const Samples& samples, const Residuals& residuals);
 
 int count_shared(const Residuals& residuals);
 

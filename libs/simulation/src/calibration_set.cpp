@@ -184,8 +184,8 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
                                      ProgressSink& progress) {
   const PressSimulator simulator(spec);
   make_folder(folder / "model");
-  std::ostringstream catalogue, circles;
-  catalogue << "experiment_reldir,diameter(mm)\n";
+  std::ostringstream catalog, circles;
+  catalog << "experiment_reldir,diameter(mm)\n";
   circles << "experiment_reldir,center_u_px,center_v_px,radius_px\n";
   std::array<int, kDiametersMm.size()> numbers{};
   progress.begin("writing presses", spec.presses);
@@ -195,7 +195,7 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
         press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % kDiametersMm.size()]++);
     make_folder(folder / name);
     write_png(folder / name / "gelsight.png", press.bgr);
-    catalogue << name << "," << press.diameter_mm << "\n";
+    catalog << name << "," << press.diameter_mm << "\n";
     circles << name << "," << press.center_px.x << "," << press.center_px.y << "," << press.radius_px << "\n";
     progress.update(k + 1);
   }
@@ -204,7 +204,7 @@ HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const 
   const GradientModel network = train_on_presses(without_dots(spec), progress);
   write_pth_model(folder / "model" / "nnmodel.pth", network);
   write_file_atomically(folder / "circles.csv", circles.str());
-  write_file_atomically(folder / "catalog.csv", catalogue.str());
+  write_file_atomically(folder / "catalog.csv", catalog.str());
   return measure_gradient_scale(network, without_dots(spec), 12);
 }
 

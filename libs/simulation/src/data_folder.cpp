@@ -22,7 +22,7 @@ namespace {
 
 using namespace simulation::detail;
 
-constexpr double kMetresPerMm = 1e-3;
+constexpr double kMetersPerMm = 1e-3;
 
 struct Encoded {
   SimulatedFrame frame;
@@ -93,7 +93,7 @@ struct Summary {
     Eigen::Matrix4d pose = Eigen::Matrix4d::Constant(std::numeric_limits<double>::quiet_NaN());
     if (frame.start_T_sensor) {
       pose = frame.start_T_sensor->matrix();
-      pose.topRightCorner<3, 1>() *= kMetresPerMm;
+      pose.topRightCorner<3, 1>() *= kMetersPerMm;
       add_contact(frame);
     }
     for (int row = 0; row < 4; ++row)
@@ -120,7 +120,7 @@ nlohmann::ordered_json matrix_json(const Pose& pose) {
   for (int row = 0; row < 4; ++row) {
     nlohmann::ordered_json values = nlohmann::ordered_json::array();
     for (int column = 0; column < 4; ++column)
-      values.push_back(pose.matrix()(row, column) * (row < 3 && column == 3 ? kMetresPerMm : 1.0));
+      values.push_back(pose.matrix()(row, column) * (row < 3 && column == 3 ? kMetersPerMm : 1.0));
     rows.push_back(values);
   }
   return rows;
@@ -223,7 +223,7 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   const std::vector<float> points = touched.points_m();
   write_npy(folder / "touched.npy", {points.size() / 3, 3}, points);
   write_npy(folder / "true_start_T_currs.npy", {summary.poses_m.size() / 16, 4, 4}, summary.poses_m);
-  write_mesh(folder / "gt_mesh.ply", simulator.surface(), LengthUnit::metre);
+  write_mesh(folder / "gt_mesh.ply", simulator.surface(), LengthUnit::meter);
   write_file_atomically(
       folder / "config.yaml",
       config_yaml(folder, simulator.spec().geometry, simulator.spec().motion.frame_rate_hz, options.model));

@@ -273,8 +273,8 @@ const MotionEntry& find_motion(const MotionSpec& spec) {
 
 }  // namespace
 
-std::vector<CatalogueEntry> motion_catalogue() {
-  std::vector<CatalogueEntry> entries;
+std::vector<CatalogEntry> motion_catalog() {
+  std::vector<CatalogEntry> entries;
   for (const MotionEntry& entry : kMotions) entries.push_back({entry.name, entry.description});
   return entries;
 }

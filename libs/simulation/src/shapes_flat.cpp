@@ -80,7 +80,7 @@ class Weave final : public Slab {
   ShapeDials dials_;
 };
 
-/// A disc with a rim, a ring of beads, strokes like letters and a modelled center.
+/// A disc with a rim, a ring of beads, strokes like letters and a modeled center.
 class Coin final : public ImplicitShape {
  public:
   explicit Coin(const ShapeDials& dials)

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostPressesOfABall = 100'000;  // of one ball: ends the search for a free one
-constexpr const char* kCatalogueHeader = "experiment_reldir,diameter(mm)\n";
+constexpr const char* kCatalogHeader = "experiment_reldir,diameter(mm)\n";
 // Training refuses pictures whose color differs by 8 levels (norm) from the background's.
 constexpr double kMostFolderLightLevels = 4.0;
 
@@ -30,10 +30,10 @@ void make_folders(const fs::path& path) {
   if (failure) throw Error("cannot make the folder " + quoted(path) + ": " + failure.message());
 }
 
-std::string read_catalogue_text(const fs::path& path) {
-  if (!fs::is_regular_file(path)) return kCatalogueHeader;
+std::string read_catalog_text(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return kCatalogHeader;
   std::string text = read_file(path);
-  if (text.empty()) return kCatalogueHeader;
+  if (text.empty()) return kCatalogHeader;
   if (text.back() != '\n') text += '\n';
   return text;
 }
@@ -122,7 +122,7 @@ std::string PressFolder::add(const CollectedPress& press) {
   try {
     write_png(folder_ / name / "gelsight.png", press.bgr);
     if (labels_) write_label(folder_ / name / "label.npz", press.circle);
-    write_file_atomically(folder_ / "catalog.csv", read_catalogue_text(folder_ / "catalog.csv") + name + "," +
+    write_file_atomically(folder_ / "catalog.csv", read_catalog_text(folder_ / "catalog.csv") + name + "," +
                                                        fmt::format("{}", diameter_mm_) + "\n");
   } catch (const Error&) {
     std::error_code ignored;
@@ -136,15 +136,15 @@ std::string PressFolder::add(const CollectedPress& press) {
 bool PressFolder::take_back() {
   if (added_.empty()) return false;
   const std::string name = added_.back();
-  const fs::path catalogue = folder_ / "catalog.csv";
-  std::string text = read_catalogue_text(catalogue);
+  const fs::path catalog = folder_ / "catalog.csv";
+  std::string text = read_catalog_text(catalog);
   const std::string line = name + "," + fmt::format("{}", diameter_mm_) + "\n";
   if (const std::size_t place = text.rfind(line); place != std::string::npos) text.erase(place, line.size());
-  std::error_code ignored;  // what cannot be removed is no press any more once the catalogue does not name it
-  if (text == kCatalogueHeader)
-    fs::remove(catalogue, ignored);  // a catalogue of nothing is a damaged one
+  std::error_code ignored;  // what cannot be removed is no press any more once the catalog does not name it
+  if (text == kCatalogHeader)
+    fs::remove(catalog, ignored);  // a catalog of nothing is a damaged one
   else
-    write_file_atomically(catalogue, text);
+    write_file_atomically(catalog, text);
   for (const char* file : {"gelsight.png", "label.npz"}) fs::remove(folder_ / name / file, ignored);
   fs::remove(folder_ / name, ignored);  // stays when a person has put something there
   added_.pop_back();

@@ -263,7 +263,7 @@ std::vector<ScanPart> LiveSlam::Impl::parts(const std::vector<FrameRecord>& reco
 
 void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial, std::uintmax_t scan_bytes) {
   const LiveStatus status = board.status();
-  ReconstructSummary counts = summarise(map, mesh);
+  ReconstructSummary counts = summarize(map, mesh);
   counts.partial = partial;
   counts.warning = status.warning;
   counts.seconds = std::chrono::duration<double>(LiveClock::now() - begin).count();

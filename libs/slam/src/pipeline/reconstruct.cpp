@@ -75,7 +75,7 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
     const auto scope = timer.measure("finish/fusion");
     run.mesh = fuse_map(run.map, config.slam.fusion, &progress);
   }
-  run.account = {input.log, stream.description(), timer.statistics(), summarise(run.map, run.mesh),
+  run.account = {input.log, stream.description(), timer.statistics(), summarize(run.map, run.mesh),
                  std::nullopt};
   run.account.summary.partial = partial;
   run.account.summary.warning = warnings_of(stream, scan.record);

@@ -93,7 +93,7 @@ FuseSummary finish_scan(const FuseRequest& request, const Config& config, Target
   map.measured.parts = record.parts;
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
   account.log_description = "the session of a scan that was not finished";
-  account.summary = summarise(map, mesh);
+  account.summary = summarize(map, mesh);
   for (const std::string& warning : record.warnings) append_sentence(account.summary.warning, warning);
   if (target.folder) {
     write_run(target.folder->path(), config, map, mesh, account);

@@ -195,7 +195,7 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
   SlamMap map = mapper.finish(all.frames, true, stop_requested, &progress);
   map.measured.parts = all.parts;
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
-  ReconstructSummary summary = summarise(map, mesh);
+  ReconstructSummary summary = summarize(map, mesh);
   summary.partial = stop_requested();
   for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

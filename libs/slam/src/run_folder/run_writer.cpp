@@ -142,7 +142,7 @@ std::vector<std::string> run_entries() {
           "screenshot_*", "mesh_mm_*",      "saving.tmp",    ".tmp-*"};
 }
 
-ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh) {
+ReconstructSummary summarize(const SlamMap& map, const Mesh& mesh) {
   ReconstructSummary summary;
   summary.frames = static_cast<std::int64_t>(map.frames.size());
   summary.tracked = std::count_if(map.frames.begin(), map.frames.end(),

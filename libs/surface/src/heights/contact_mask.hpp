@@ -12,7 +12,7 @@ inline constexpr double kRimLengthMm = 1.4;
 /// presses and the rest (own). The gel is modeled as a stretched membrane on an elastic foundation: pressure
 /// is proportional to d - λ² Δd for a depth d. It vanishes on a membrane rim (which decays with the length
 /// λ), equals d under a flat face, and exceeds d under a convex one. A place is pressed where the pressure is
-/// more than half of d, on a scale of about half a millimetre: finer texture belongs to the object and must
+/// more than half of d, on a scale of about half a millimeter: finer texture belongs to the object and must
 /// not tear holes into its mask.
 class PressureMap {
  public:

@@ -82,7 +82,7 @@ ExportOutcome export_now(const Mesh& mesh, const std::filesystem::path& path) {
   }
   return {true,
           "Mesh (" + text_of_count(static_cast<std::int64_t>(mesh.triangles.size())) +
-              (usual_unit(path) == LengthUnit::metre ? " triangles, in meters): " : " triangles, in mm): ") +
+              (usual_unit(path) == LengthUnit::meter ? " triangles, in meters): " : " triangles, in mm): ") +
               path.string()};
 }
 
@@ -117,7 +117,7 @@ Mesh join_blocks(const MeshBlocks& blocks) {
 }
 
 std::filesystem::path export_path(const std::filesystem::path& folder, const std::string& extension) {
-  return free_name(folder, usual_unit("a." + extension) == LengthUnit::metre ? "mesh" : "mesh_mm", extension);
+  return free_name(folder, usual_unit("a." + extension) == LengthUnit::meter ? "mesh" : "mesh_mm", extension);
 }
 
 std::future<ExportOutcome> export_in_background(MeshBlocks blocks, const std::filesystem::path& path) {

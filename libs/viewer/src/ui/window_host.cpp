@@ -208,7 +208,7 @@ void WindowHost::update_size() {
   glfwGetFramebufferSize(gl_->glfw_window(), &width_px_, &height_px_);
   glfwGetWindowSize(gl_->glfw_window(), &unit_width, &unit_height);
   pixels_per_unit_ = unit_width > 0 ? static_cast<float>(width_px_) / static_cast<float>(unit_width) : 1.0F;
-  width_px_ = std::max(1, width_px_);  // minimised
+  width_px_ = std::max(1, width_px_);  // minimized
   height_px_ = std::max(1, height_px_);
 }
 

@@ -8,7 +8,7 @@
 
 namespace gelslam {
 
-/// Writes VERTEX_SE3:QUAT, FIX (smallest node of each component) and EDGE_SE3:QUAT lines, in metres (mm *
+/// Writes VERTEX_SE3:QUAT, FIX (smallest node of each component) and EDGE_SE3:QUAT lines, in meters (mm *
 /// 1e-3). g2o's edge error is (translation, vector part of the unit quaternion), and that vector part is half
 /// the rotation vector: so the blocks of the information change places, rotation weighs 4 times and
 /// translation 1e6 times as much, the mixed blocks 2000 times. Both error conventions are

@@ -32,7 +32,7 @@ class PressFolder {
   /// Throws Error when this background, of now, is not that of the earlier presses: another sensor, gel or
   /// light.
   void require_same_gel(const cv::Mat3b& now) const;
-  /// Writes <diameter>mm/<n>/ and the catalogue's line; returns the press's name.
+  /// Writes <diameter>mm/<n>/ and the catalog's line; returns the press's name.
   std::string add(const CollectedPress& press);
   /// Removes the last press that was added by this object, file by file; false when there is none.
   bool take_back();

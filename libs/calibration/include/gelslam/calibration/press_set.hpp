@@ -39,12 +39,12 @@ inline constexpr const char *kLabelFile = "label.npz", *kLeftOutFile = "left_out
 struct PressSet {
   std::filesystem::path folder;
   cv::Mat3b background;
-  std::vector<CalibrationPress> presses;  ///< in the catalogue's order
+  std::vector<CalibrationPress> presses;  ///< in the catalog's order
 };
 
 /// Reads all of it. A picture that is missing, damaged, empty or of another size than the background, and a
 /// label that is no circle, are its press's `problem`. Throws Error, naming the file and what to do: no
-/// folder, catalogue or background, a damaged line, a name that leaves the folder or comes twice, more than
+/// folder, catalog or background, a damaged line, a name that leaves the folder or comes twice, more than
 /// 2000 presses.
 PressSet read_press_set(const std::filesystem::path& folder);
 

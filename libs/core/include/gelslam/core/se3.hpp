@@ -6,10 +6,10 @@
 
 namespace gelslam {
 
-/// `a_T_b` maps coordinates in frame b to coordinates in frame a; translations in millimetres.
+/// `a_T_b` maps coordinates in frame b to coordinates in frame a; translations in millimeters.
 using Pose = Eigen::Isometry3d;
 
-/// Tangent vectors are (rx, ry, rz, tx, ty, tz): rotation in radians first, then translation in millimetres.
+/// Tangent vectors are (rx, ry, rz, tx, ty, tz): rotation in radians first, then translation in millimeters.
 /// Information matrices have the same order.
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
@@ -31,7 +31,7 @@ Matrix6d adjoint(const Pose& a_T_b);
 /// Rotation angle of a pose, radians in [0, pi].
 double rotation_angle_rad(const Pose& pose);
 
-/// Re-orthonormalises the rotation: products of many poses drift away from SO(3).
+/// Re-orthonormalizes the rotation: products of many poses drift away from SO(3).
 Pose normalized(const Pose& pose);
 
 // Decompositions of small matrices, compiled once: each of them costs every file that calls Eigen's template

@@ -14,13 +14,13 @@ struct StampedPose {
   Pose map_T_sensor = Pose::Identity();
 };
 
-/// Reads a TUM trajectory: lines of `time_s x y z qx qy qz qw`, metres, blank lines and lines with `#`
-/// skipped. Translations come back in millimetres. Throws Error, naming file and line, when the file cannot
+/// Reads a TUM trajectory: lines of `time_s x y z qx qy qz qw`, meters, blank lines and lines with `#`
+/// skipped. Translations come back in millimeters. Throws Error, naming file and line, when the file cannot
 /// be read, a line has not eight finite numbers, a quaternion is not of unit length (within 1 %), or times do
 /// not increase.
 std::vector<StampedPose> read_tum(const std::filesystem::path& path);
 
-/// One line of a TUM trajectory, with line end: "time_s tx ty tz qx qy qz qw", metres, 12 significant digits,
+/// One line of a TUM trajectory, with line end: "time_s tx ty tz qx qy qz qw", meters, 12 significant digits,
 /// qw >= 0.
 std::string tum_line(double time_s, const Pose& pose_mm);
 

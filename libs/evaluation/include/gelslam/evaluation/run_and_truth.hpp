@@ -27,7 +27,7 @@ std::filesystem::path truth_file(const std::filesystem::path& folder);
 
 /// Reads a data folder: truth_file() (N x 4 x 4, meters, NaN where nothing touches); optional
 /// meta.json (background_frames, fps, frames, start_T_object), config.yaml (device_config.framerate, where
-/// meta.json has no fps), gt_mesh.ply, touched.npy (M x 3, metres, object frame). Throws Error when the
+/// meta.json has no fps), gt_mesh.ply, touched.npy (M x 3, meters, object frame). Throws Error when the
 /// folder or the truth is missing or damaged, nothing ever touches, a pose is not rigid, or the truth is of
 /// another length than the log.
 GroundTruth read_ground_truth(const std::filesystem::path& folder);

@@ -7,8 +7,8 @@
 
 namespace gelslam {
 
-/// One degree in millimetres when rotations and translations are averaged together (a lever arm of 5 mm).
-constexpr double kMillimetresPerDegree = 0.087;
+/// One degree in millimeters when rotations and translations are averaged together (a lever arm of 5 mm).
+constexpr double kMillimetersPerDegree = 0.087;
 
 /// Angles (rx, ry, rz) in degrees with R = Ry(ry) Rx(rx) Rz(rz): extrinsic zxy, as scipy's as_euler('zxy')
 /// (which returns them in the order z, x, y). rx is in [-90, 90]; at +-90 only ry -+ rz is determined, and ry
@@ -34,7 +34,7 @@ struct TrajectoryMetrics {
   int estimated_without_touch = 0;  ///< estimates where truth says that nothing touches (not judged)
   Eigen::Vector3d mae_mm = Eigen::Vector3d::Zero();   ///< mean |x|, |y|, |z| of the difference
   Eigen::Vector3d mae_deg = Eigen::Vector3d::Zero();  ///< mean |wrapped difference| of rx, ry, rz
-  double geometric_mean_mm = 0.0;  ///< of the six, a degree counted as kMillimetresPerDegree
+  double geometric_mean_mm = 0.0;  ///< of the six, a degree counted as kMillimetersPerDegree
   double ate_mm = 0.0;             ///< RMSE of translation, both starting at identity at the reference frame
   double ate_aligned_mm = 0.0;     ///< RMSE of translation after the best rigid alignment
   RelativePoseError over_one_frame;

@@ -22,7 +22,7 @@ struct RayHit {
   int triangle = -1;
 };
 
-/// A triangle mesh made ready for distance and ray queries (Embree). Coordinates in millimetres, in the
+/// A triangle mesh made ready for distance and ray queries (Embree). Coordinates in millimeters, in the
 /// mesh's frame. Queries may run in parallel and do not depend on the number of threads.
 class TriangleScene {
  public:

@@ -27,7 +27,7 @@ struct FusionOptions {
 };
 
 /// One surface from many overlapping patches: no stacked sheets, no seams, closed where touched, open
-/// elsewhere. Vertices in the map frame, millimetres; normals out of the object (the sensor looks at the
+/// elsewhere. Vertices in the map frame, millimeters; normals out of the object (the sensor looks at the
 /// object from its outside: against the sensor's +z). The zero set of a weighted mean of projective signed
 /// distances, opposite sides of thin objects kept apart by their touch directions (own; docs/algorithms.md).
 /// Independent of the patches' order up to rounding; deterministic for a given order. Returns an empty mesh

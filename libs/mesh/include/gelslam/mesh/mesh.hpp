@@ -6,7 +6,7 @@
 
 namespace gelslam {
 
-/// A triangle mesh in millimetres. `normals` and `confidence` are empty or as long as `vertices_mm`;
+/// A triangle mesh in millimeters. `normals` and `confidence` are empty or as long as `vertices_mm`;
 /// normals point out of the object; confidence is the summed weight of the observations behind a vertex (>=
 /// 0). Triangles are counter-clockwise seen from outside.
 struct Mesh {

@@ -11,31 +11,31 @@
 
 namespace gelslam {
 
-enum class LengthUnit { metre, millimetre };
+enum class LengthUnit { meter, millimeter };
 
 const char* short_name(LengthUnit unit);  ///< "m", "mm"
 
 /// Per vertex red, green, blue (sRGB); empty: none.
 using VertexColors = std::vector<std::array<std::uint8_t, 3>>;
 
-/// The unit a file of that kind is expected in: millimetres for OBJ and STL (slicers and CAD programs read
-/// them so), metres for PLY (the public datasets' unit) and glTF (its specification). What export and the
+/// The unit a file of that kind is expected in: millimeters for OBJ and STL (slicers and CAD programs read
+/// them so), meters for PLY (the public datasets' unit) and glTF (its specification). What export and the
 /// window write by default.
 LengthUnit usual_unit(const std::filesystem::path& path);
 
 /// Reads PLY, OBJ or STL (by extension, through Assimp; confidence only from our own PLY). Without
-/// `file_unit` the numbers are in the unit that write_mesh() left in the file, else in metres. Throws Error
+/// `file_unit` the numbers are in the unit that write_mesh() left in the file, else in meters. Throws Error
 /// when the file is missing, truncated, empty or not a triangle mesh.
 Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file_unit = std::nullopt);
 
 /// Writes PLY (binary, with normals, confidence and colors), OBJ or STL (binary), or GLB (encode_glb), by
 /// extension, to a temporary name that is renamed when whole. The unit is noted in the file. Byte-identical
 /// for identical meshes. Throws Error when the disk is full, the name unknown, colors are given for OBJ or
-/// STL, or GLB is asked for in millimetres.
-void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit file_unit = LengthUnit::metre,
+/// STL, or GLB is asked for in millimeters.
+void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit file_unit = LengthUnit::meter,
                 const VertexColors& colors = {});
 
-/// Binary glTF 2.0: positions in metres in the mesh's frame, normals, COLOR_0 (linear, as glTF has it) where
+/// Binary glTF 2.0: positions in meters in the mesh's frame, normals, COLOR_0 (linear, as glTF has it) where
 /// there are colors, and the attribute _CONFIDENCE where the mesh has confidence. The node turns the mesh by
 /// 180 degrees about x: what the sensor touched then faces the viewer (glTF's +z), with the picture's up up.
 std::string encode_glb(const Mesh& mesh, const VertexColors& colors = {});

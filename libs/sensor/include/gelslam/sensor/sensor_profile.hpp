@@ -8,7 +8,7 @@ namespace gelslam {
 /// What is fixed about a sensor (device_config in the public YAML). Defaults: GelSight Mini without markers.
 struct SensorProfile {
   std::string device_name = "GelSight Mini";
-  /// `ppmm` in the public files: millimetres per pixel after crop and resize
+  /// `ppmm` in the public files: millimeters per pixel after crop and resize
   double pixel_pitch_mm = 0.0634;
   int width_px = 320;                  ///< `imgw`
   int height_px = 240;                 ///< `imgh`

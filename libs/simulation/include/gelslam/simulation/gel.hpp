@@ -49,7 +49,7 @@ cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, cons
 std::optional<Pose> settle_object(const Shape& shape, Pose sensor_T_object, double indentation_mm,
                                   const SensorGeometry& geometry, const GelOptions& options);
 
-/// Deforms the gel: minimises tension/2 |grad h|^2 + stiffness/2 h^2 subject to h <= underside (an obstacle
+/// Deforms the gel: minimizes tension/2 |grad h|^2 + stiffness/2 h^2 subject to h <= underside (an obstacle
 /// problem; coarse-to-fine, projected SOR), free borders. Throws Error on a size that does not fit or options
 /// out of range.
 GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options);

@@ -47,7 +47,7 @@ class Shape {
 
 using ShapePtr = std::shared_ptr<const Shape>;
 
-/// What to make. Names: see shape_catalogue(); a name that ends in .ply, .obj or .stl is a mesh file.
+/// What to make. Names: see shape_catalog(); a name that ends in .ply, .obj or .stl is a mesh file.
 struct ShapeSpec {
   std::string name = "pebble";
   double size = 1.0;           ///< factor on the object's dimensions, 0.1 .. 10 (not on its texture)
@@ -56,10 +56,10 @@ struct ShapeSpec {
   double mesh_unit_mm = 1000;  ///< millimeters per unit of a mesh file (1000: meters)
 };
 
-struct CatalogueEntry {
+struct CatalogEntry {
   std::string name, description;
 };
-std::vector<CatalogueEntry> shape_catalogue();
+std::vector<CatalogEntry> shape_catalog();
 
 /// Throws Error for an unknown name (naming the known ones), an unreadable mesh or parameters out of range.
 ShapePtr make_shape(const ShapeSpec& spec);

@@ -14,7 +14,7 @@
 namespace gelslam {
 
 struct MotionSpec {
-  std::string name = "wobble";  ///< see motion_catalogue()
+  std::string name = "wobble";  ///< see motion_catalog()
   int frames = 245;             ///< pictures with the object near, without the background frames
   double speed = 1.0;           ///< factor on the excursions (wobble, slide, roll, twist), 0 .. 5
   double indentation_mm = 0.5;  ///< what the deepest point is held at, roughly: 0.05 .. 1.5
@@ -25,7 +25,7 @@ struct MotionSpec {
   int turn_after = 0;  ///< frames after which the motion goes back, and so to and fro; 0: never
 };
 
-std::vector<CatalogueEntry> motion_catalogue();
+std::vector<CatalogEntry> motion_catalog();
 
 /// sensor_T_object for every frame (mm). The support height follows the object so that its deepest point over
 /// the sensor stays near the target indentation, smoothed over a few frames as a hand would; the first frames

@@ -65,7 +65,7 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr);
 
 /// Counts of the map and its mesh.
-ReconstructSummary summarise(const SlamMap& map, const Mesh& mesh);
+ReconstructSummary summarize(const SlamMap& map, const Mesh& mesh);
 
 /// The text of report.json.
 std::string report_json(const Run& run);

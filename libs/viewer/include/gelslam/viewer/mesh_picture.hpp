@@ -12,7 +12,7 @@ namespace gelslam {
 /// a mesh without area.
 
 /// Three panels from the same direction at the same scale: the reconstruction, the true shape, and the
-/// reconstruction colored by its distance to the true shape, with the meaning of the colors in millimetres.
+/// reconstruction colored by its distance to the true shape, with the meaning of the colors in millimeters.
 /// Both meshes are in one frame. Seen from where most of the reconstruction faces the viewer.
 cv::Mat3b draw_comparison(const Mesh& estimate, const Mesh& truth, int panel_width_px = 560);
 

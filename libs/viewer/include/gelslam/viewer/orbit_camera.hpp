@@ -19,7 +19,7 @@ struct PickRay {
   Eigen::Vector3f direction = Eigen::Vector3f::UnitZ();  ///< unit
 };
 
-/// A perspective camera that turns about a center, freely (no pole). Pure maths, millimetres, map frame.
+/// A perspective camera that turns about a center, freely (no pole). Pure maths, millimeters, map frame.
 /// Camera axes are OpenGL's: x right, y up, looking along -z. Cursor positions and movements are in pixels of
 /// the viewport, x right and y *down* from its top left corner, as GLFW and ImGui give them (times the
 /// content scale).

@@ -44,7 +44,7 @@ struct ViewContent {
 };
 
 /// Opens a run folder (mesh.ply, and session/, keyframes.tum, trajectory.tum, pose graph where they are)
-/// or a mesh file (PLY, OBJ, STL; metres). Throws Error when there is nothing to show or a file is damaged.
+/// or a mesh file (PLY, OBJ, STL; meters). Throws Error when there is nothing to show or a file is damaged.
 ViewContent load_view(const std::filesystem::path& run_or_mesh);
 
 /// The true surface of a data folder, moved into the map frame of a run on that folder's log; or a mesh file

@@ -21,7 +21,7 @@ struct ShapeEntry {
 constexpr std::array<ShapeEntry, 12> kShapes = {{
     {"pebble", "stone of 21 x 17 x 14 mm with bumps and grain", makers::make_pebble},
     {"peanut", "two lobes, 24 x 13 mm, shell ridges", makers::make_peanut},
-    {"coin", "disc of 24 mm: rim, beads, letters, modelled center", makers::make_coin},
+    {"coin", "disc of 24 mm: rim, beads, letters, modeled center", makers::make_coin},
     {"plank", "44 x 32 mm of wood grain", makers::make_plank},
     {"golf", "ball of 42.7 mm with dimples (nearly periodic)", makers::make_golf_ball},
     {"knurl", "rod of 11 mm with diamond knurling (nearly periodic)", makers::make_knurl},
@@ -40,7 +40,7 @@ bool is_mesh_name(const std::string& name) {
 
 ShapePtr make_from_file(const ShapeSpec& spec) {
   // The reader gives millimeters for a file in meters; any other unit is a factor on that.
-  Mesh mesh = read_mesh(spec.name, LengthUnit::metre);
+  Mesh mesh = read_mesh(spec.name, LengthUnit::meter);
   const float factor = static_cast<float>(spec.size * spec.mesh_unit_mm / 1000.0);
   for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= factor;
   return make_mesh_shape(mesh);
@@ -48,8 +48,8 @@ ShapePtr make_from_file(const ShapeSpec& spec) {
 
 }  // namespace
 
-std::vector<CatalogueEntry> shape_catalogue() {
-  std::vector<CatalogueEntry> entries;
+std::vector<CatalogEntry> shape_catalog() {
+  std::vector<CatalogEntry> entries;
   for (const ShapeEntry& entry : kShapes) entries.push_back({entry.name, entry.description});
   return entries;
 }
