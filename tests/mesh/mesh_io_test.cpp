@@ -120,6 +120,12 @@ TEST_F(MeshIo, FilesAreInMetersByDefault) {
   EXPECT_NEAR(as_numbers.vertices_mm[1].x(), 0.0101, 1e-7);
 }
 
+// Files keep the spelling that older versions read and wrote.
+TEST_F(MeshIo, TheNoteOfTheUnitStaysAsItWas) {
+  write_mesh(file("m.ply"), tetrahedron(), LengthUnit::millimeter);
+  EXPECT_NE(bytes_of(file("m.ply")).find("\ncomment unit millimetre\n"), std::string::npos);
+}
+
 TEST_F(MeshIo, FilesWithoutANoteAreInMeters) {
   write_mesh(file("m.stl"), tetrahedron(), LengthUnit::millimeter);
   std::string bytes = bytes_of(file("m.stl"));

@@ -34,7 +34,7 @@ LengthUnit noted_unit(const std::filesystem::path& path) {
   constexpr std::size_t kBeginning_bytes = 512;
   std::string beginning(kBeginning_bytes, '\0');
   std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginning_bytes);
-  return beginning.find("unit millimeter") != std::string::npos ? LengthUnit::millimeter : LengthUnit::meter;
+  return beginning.find("unit millimetre") != std::string::npos ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
 std::string lower_extension(const std::filesystem::path& path) {

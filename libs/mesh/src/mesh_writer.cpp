@@ -45,7 +45,7 @@ std::string encode_ply(const Mesh& mesh, double units_per_mm, const VertexColors
   const bool normals = !mesh.normals.empty();
   const bool confidence = !mesh.confidence.empty();
   std::string out = "ply\nformat binary_little_endian 1.0\n";
-  out += units_per_mm == 1.0 ? "comment unit millimeter\n" : "comment unit meter\n";
+  out += units_per_mm == 1.0 ? "comment unit millimetre\n" : "comment unit metre\n";
   out += "element vertex " + std::to_string(mesh.vertices_mm.size()) + "\n";
   out += "property float x\nproperty float y\nproperty float z\n";
   if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
@@ -69,7 +69,7 @@ std::string encode_ply(const Mesh& mesh, double units_per_mm, const VertexColors
 }
 
 std::string encode_obj(const Mesh& mesh, double units_per_mm) {
-  std::string out = units_per_mm == 1.0 ? "# unit millimeter\n" : "# unit meter\n";
+  std::string out = units_per_mm == 1.0 ? "# unit millimetre\n" : "# unit metre\n";
   for (const auto& v : mesh.vertices_mm) {
     out += 'v';
     append_text(out, in_file_unit(v, units_per_mm));
@@ -94,7 +94,7 @@ std::string encode_obj(const Mesh& mesh, double units_per_mm) {
 }
 
 std::string encode_stl(const Mesh& mesh, double units_per_mm) {
-  std::string out = units_per_mm == 1.0 ? "unit millimeter" : "unit meter";
+  std::string out = units_per_mm == 1.0 ? "unit millimetre" : "unit metre";
   out.resize(80, ' ');
   out.reserve(84 + mesh.triangles.size() * 50);
   append(out, static_cast<std::uint32_t>(mesh.triangles.size()));
