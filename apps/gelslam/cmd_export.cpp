@@ -20,6 +20,7 @@
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"
+#include "reports.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -165,8 +166,7 @@ void say_loose_pieces(const Mesh& mesh) {
 
 void warn_of_missing_frames(const RunContents& run) {
   if (run.folder.empty()) return;
-  const auto completeness = read_completeness(run.folder);
-  if (completeness && !completeness->complete()) std::cerr << "warning: " << describe(*completeness) << "\n";
+  if (const auto completeness = read_completeness(run.folder)) std::cerr << missing_words(*completeness);
 }
 
 void export_truth(const ExportArguments& a) {

@@ -94,7 +94,7 @@ void wait_in_terminal(const LiveSlam& session, bool quiet) {
 std::string report_text(const ReconstructSummary& s, const LiveStatus& status, bool quiet) {
   std::string text;
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  if (!s.completeness.complete()) text += "warning: " + describe(s.completeness) + "\n";
+  text += missing_words(s.completeness);
   if (quiet) return text;
   for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",

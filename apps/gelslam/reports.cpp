@@ -22,11 +22,15 @@ std::string mesh_words(const ReconstructSummary& s) {
   return "mesh of " + std::to_string(s.vertices) + " vertices and " + counted(s.triangles, "triangle");
 }
 
+std::string missing_words(const MapCompleteness& completeness) {
+  return completeness.complete() ? "" : "warning: " + describe(completeness) + "\n";
+}
+
 std::string run_words(const ReconstructSummary& s, const std::string& run_folder, bool quiet) {
   std::string text;
   if (s.partial) text += "stopped early: this is what was seen so far\n";
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  if (quiet) return s.completeness.complete() ? text : text + "warning: " + describe(s.completeness) + "\n";
+  if (quiet) return text + missing_words(s.completeness);
   for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
                       mesh_words(s), short_number(s.seconds, 3), run_folder);

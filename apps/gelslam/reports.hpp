@@ -25,6 +25,9 @@ std::string mesh_words(const ReconstructSummary& summary);
 /// warnings.
 std::string run_words(const ReconstructSummary& summary, const std::string& run_folder, bool quiet);
 
+/// "warning: 1 piece not joined; ..." and a line end; "" where nothing is missing.
+std::string missing_words(const MapCompleteness& completeness);
+
 /// What a recording says to the person at the terminal, on stderr.
 class RecordReport {
  public:

@@ -78,7 +78,7 @@ LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr 
     searched_contact_px_ = touch.keyframe.surface->contact_pixels;
   }
   weigh(touch);
-  if (is_certain() && !looked_elsewhere_) {
+  if (!looked_elsewhere_ && is_certain()) {
     add_look_alikes(touch);
     weigh(touch);
   }
