@@ -112,7 +112,7 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
       ->required()
       ->check(number_between(0.5, 100.0));
   command
-      ->add_option("--camera,--device", arguments->device,
+      ->add_option("--camera", arguments->device,
                    "Camera: /dev/video2, 2, or part of its name (default: the configuration's)")
       ->excludes(log);
   command

@@ -105,7 +105,7 @@ void add_record_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "record", "Record a sensor into a log that can be reconstructed, replayed and shared");
   command->add_option("-o,--output", arguments->output, "Log to write (default: gelslam-DATE-TIME.mkv here)");
-  auto* device = command->add_option("--device,--camera", arguments->device,
+  auto* device = command->add_option("--camera", arguments->device,
                                      "Camera: a path, a number or part of its name (default: the "
                                      "configuration's, else the one that looks like the sensor)");
   command

@@ -32,7 +32,7 @@ void add_scan_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ScanArguments>();
   CLI::App* command =
       app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
-  command->add_option("--camera,--device", arguments->device,
+  command->add_option("--camera", arguments->device,
                       "Camera: /dev/video2, 2, or part of its name (default: the configuration's)");
   CLI::Option* no_log =
       command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures");

@@ -293,7 +293,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
   arguments->log.add_to(*command);
   command->get_option("LOG")->required(false);
   command
-      ->add_option("--camera,--device", arguments->camera,
+      ->add_option("--camera", arguments->camera,
                    "A camera instead of LOG: a path, a number or part of its name (default: the "
                    "configuration's)")
       ->expected(0, 1);

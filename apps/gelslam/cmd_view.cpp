@@ -44,9 +44,9 @@ PictureSize parse_size(const std::string& text) {
 }
 
 SceneStyle style_of(const ViewArguments& arguments) {
-  static const std::map<std::string, SceneShading> shadings = {
-      {"clay", SceneShading::lit}, {"polished", SceneShading::matcap}, {"curvature", SceneShading::curvature},
-      {"lit", SceneShading::lit},  {"matcap", SceneShading::matcap},   {"relief", SceneShading::curvature}};
+  static const std::map<std::string, SceneShading> shadings = {{"clay", SceneShading::clay},
+                                                               {"polished", SceneShading::polished},
+                                                               {"curvature", SceneShading::curvature}};
   static const std::map<std::string, SceneColor> colors = {{"plain", SceneColor::plain},
                                                            {"confidence", SceneColor::confidence},
                                                            {"height", SceneColor::height},
@@ -132,9 +132,8 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->add_option("--script", a->script, "File of keys and mouse movements for the window (docs/viewer.md)")
       ->excludes(snapshot);
   command->add_option("--size", a->size, "Size of the window or picture in pixels")->capture_default_str();
-  command
-      ->add_option("--shading", a->shading, "Shading of the surface (lit, matcap and relief are old names)")
-      ->check(CLI::IsMember({"clay", "polished", "curvature", "lit", "matcap", "relief"}))
+  command->add_option("--shading", a->shading, "Shading of the surface")
+      ->check(CLI::IsMember({"clay", "polished", "curvature"}))
       ->capture_default_str();
   command
       ->add_option("--color", a->color, "What colors show (default: plain; with a second surface: distance)")

@@ -19,6 +19,12 @@ namespace {
 const std::vector<RenamedOption> kRenamedOptions = {
     {"view", "--colour", "--color"},
     {"view", "--shading", "--shading", "relief", "curvature"},
+    {"view", "--shading", "--shading", "lit", "clay"},
+    {"view", "--shading", "--shading", "matcap", "polished"},
+    {"record", "--device", "--camera"},
+    {"scan", "--device", "--camera"},
+    {"track", "--device", "--camera"},
+    {"calibrate collect", "--device", "--camera"},
     {"simulate scan", "--relief", "--texture"},
 };
 

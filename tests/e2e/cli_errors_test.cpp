@@ -130,7 +130,10 @@ TEST(Cli, OldOptionNamesWorkWithANotice) {
   const std::string shading = "gelslam: --shading relief is now --shading curvature\n";
   EXPECT_EQ(notices({"view", "none.ply", "--shading", "relief"}), shading);
   EXPECT_EQ(notices({"view", "none.ply", "--shading=relief"}), shading);
-  EXPECT_EQ(notices({"view", "none.ply", "--shading", "lit", "--color", "height"}), "");
+  EXPECT_EQ(notices({"view", "none.ply", "--shading", "lit", "--color", "height"}),
+            "gelslam: --shading lit is now --shading clay\n");
+  EXPECT_THAT(gelslam({"calibrate", "collect", "none.mkv", "--device", "0"}).err,
+              HasSubstr("gelslam: --device is now --camera\n"));
   const ProgramResult scan = gelslam({"simulate", "scan", "--relief", "much", "-o", "none"});
   EXPECT_THAT(scan.err, HasSubstr("gelslam: --relief is now --texture\n"));
   EXPECT_THAT(scan.err, HasSubstr("--texture = much"));

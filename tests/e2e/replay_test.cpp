@@ -186,7 +186,7 @@ TEST(Replay, WithoutADisplayNothingBegins) {
 TEST(Scan, ARunFolderThatIsThereIsRefusedBeforeACameraIsOpened) {
   const TemporaryFolder folder;
   fs::create_directories(folder / "run" / "somebody's");
-  const ProgramResult result = gelslam({"scan", "--headless", "--device", "no such camera", "--model",
+  const ProgramResult result = gelslam({"scan", "--headless", "--camera", "no such camera", "--model",
                                         scan().model().string(), "-o", (folder / "run").string()});
   expect_mistake(result, "exists already");
 }

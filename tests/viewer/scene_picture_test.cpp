@@ -39,7 +39,7 @@ TEST_F(ScenePicture, OutlineOfABallIsTheAnalyticOne) {
 }
 
 TEST_F(ScenePicture, LightComesFromUpperLeftWhereverTheViewerIs) {
-  for (const SceneShading shading : {SceneShading::lit, SceneShading::matcap, SceneShading::curvature}) {
+  for (const SceneShading shading : {SceneShading::clay, SceneShading::polished, SceneShading::curvature}) {
     style.shading = shading;
     Scene scene;
     scene.set_mesh(sphere(5, 128));

@@ -112,11 +112,11 @@ TEST_F(Controls, ExportAsksForTheFormatAndIsHandedOutOnce) {
 
 TEST_F(Controls, ViewKeysChangeTheView) {
   press(GLFW_KEY_2);
-  EXPECT_EQ(controls_.style().shading, SceneShading::matcap);
+  EXPECT_EQ(controls_.style().shading, SceneShading::polished);
   press(GLFW_KEY_3);
   EXPECT_EQ(controls_.style().shading, SceneShading::curvature);
   press(GLFW_KEY_1);
-  EXPECT_EQ(controls_.style().shading, SceneShading::lit);
+  EXPECT_EQ(controls_.style().shading, SceneShading::clay);
   std::vector<SceneColor> seen;
   for (int i = 0; i < 4; ++i) {
     seen.push_back(controls_.style().color);

@@ -56,7 +56,7 @@ std::string find_known_sensor(const std::string& wanted, const std::vector<Camer
   if (!found.empty()) return found.front().path;
   const std::string looked_for = wanted.empty() ? "camera of a known touch sensor" : wanted;
   throw Error("no " + looked_for + " found: " + what_there_is(cameras) +
-              (cameras.empty() ? "; plug it in" : "; name the camera by --device or device_config.camera"));
+              (cameras.empty() ? "; plug it in" : "; name the camera by --camera or device_config.camera"));
 }
 
 std::string find_by_name(const std::string& part, const std::vector<CameraInfo>& cameras) {

@@ -66,7 +66,7 @@ ActionRow common_row(Action action) {
   using enum Action;
   static const std::vector<ActionRow> rows = {
       {shading_clay, "1 kp_1", "1", "Clay", 3, 10, "Clay"},
-      {shading_polished, "2 kp_2", "2", "Polish", 3, 10, "Polished"},
+      {shading_polished, "2 kp_2", "2", "Polished", 3, 10, "Polished"},
       {shading_curvature, "3 kp_3", "3", "Curvature", 3, 10, "Curvature"},
       {next_color, "c", "C", "Colors", 2, 9, "Next color scale"},
       {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
@@ -154,10 +154,10 @@ bool Controls::drop_old_toasts(double now_s) {
 void SceneControls::act(Action action, double now_s) {
   switch (action) {
     case Action::shading_clay:
-      style_.shading = SceneShading::lit;
+      style_.shading = SceneShading::clay;
       return;
     case Action::shading_polished:
-      style_.shading = SceneShading::matcap;
+      style_.shading = SceneShading::polished;
       return;
     case Action::shading_curvature:
       style_.shading = SceneShading::curvature;
@@ -198,9 +198,9 @@ ButtonLook SceneControls::button(const ActionRow& row) const {
   const auto is_on = [this](Action action) {
     switch (action) {
       case Action::shading_clay:
-        return style_.shading == SceneShading::lit;
+        return style_.shading == SceneShading::clay;
       case Action::shading_polished:
-        return style_.shading == SceneShading::matcap;
+        return style_.shading == SceneShading::polished;
       case Action::shading_curvature:
         return style_.shading == SceneShading::curvature;
       case Action::trajectory:

@@ -11,8 +11,8 @@
 namespace gelslam {
 
 enum class SceneShading {
-  lit,        ///< clay under two lamps
-  matcap,     ///< polished: light fixed to the viewer
+  clay,       ///< under two lamps
+  polished,   ///< light fixed to the viewer
   curvature,  ///< grazing light, hollows dark and ridges bright: shows the finest texture
 };
 
@@ -25,7 +25,7 @@ enum class SceneColor {
 };
 
 struct SceneStyle {
-  SceneShading shading = SceneShading::lit;
+  SceneShading shading = SceneShading::clay;
   SceneColor color = SceneColor::plain;
   Eigen::Vector3f plain_rgb{0.58F, 0.50F, 0.43F};  ///< linear; clay
   bool light_theme = false;
