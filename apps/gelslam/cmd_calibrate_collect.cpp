@@ -13,6 +13,8 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/viewer/gl_context.hpp"
+#include "gelslam/viewer/window.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
@@ -21,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct CollectArguments {
   CollectOptions collect;
-  fs::path log, config, snapshot;
+  fs::path log, config, snapshot, script;
   std::string device;
   std::optional<double> pitch_mm;
   bool headless = false, no_labels = false, quiet = false;
@@ -62,6 +64,11 @@ int run_collect(CollectArguments arguments) {
   input.config = arguments.config;
   Config config = find_config(input);
   if (arguments.pitch_mm) config.sensor.pixel_pitch_mm = *arguments.pitch_mm;
+  CollectWindowOptions window;
+  window.snapshot = arguments.snapshot;
+  window.script = read_script_file(arguments.script);
+  window.script_name = arguments.script.string();
+  if (!window.script.empty()) check_window_script(window.script, window.script_name);
   // Where no window can be opened, no camera should have been disturbed.
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});
   CollectOptions& collect = arguments.collect;
@@ -76,8 +83,6 @@ int run_collect(CollectArguments arguments) {
     session.stop();
     session.close();
   });
-  CollectWindowOptions window;
-  window.snapshot = arguments.snapshot;
   try {
     if (arguments.headless) {
       session.run();
@@ -127,12 +132,17 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   command->add_flag("--no-labels", arguments->no_labels, "Do not write the circles as label.npz");
   command->add_flag("--force", collect.any_background,
                     "Take the first still pictures as the bare gel, whatever they show");
-  command->add_flag("--headless", arguments->headless,
-                    "No window: messages in the terminal; ends when there are enough presses");
+  CLI::Option* headless =
+      command->add_flag("--headless", arguments->headless,
+                        "No window: messages in the terminal; ends when there are enough presses");
   command
       ->add_option("--snapshot", arguments->snapshot,
                    "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
+  command
+      ->add_option("--script", arguments->script,
+                   "File of keys and mouse movements for the window (docs/viewer.md)")
+      ->excludes(headless);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Begin with nothing on the gel. Press, hold still, lift; Ctrl-C ends, and all presses are kept.\n"

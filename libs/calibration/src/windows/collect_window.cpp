@@ -21,6 +21,8 @@ constexpr double kCollectSideWidth = 360, kCollectMargin = 20;  // design pixels
 viewer::WindowLoopOptions loop_options(const CollectWindowOptions& options) {
   viewer::WindowLoopOptions loop;
   loop.host = {options.title, options.width_px, options.height_px, options.visible};
+  loop.script = options.script;
+  loop.script_name = options.script_name;
   loop.picture_stem = "presses";
   loop.poll_s = 1.0 / 30;
   return loop;

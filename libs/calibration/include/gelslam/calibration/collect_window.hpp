@@ -35,6 +35,8 @@ class CollectWatch {
 struct CollectWindowOptions {
   std::string title = "Ball presses - GelSLAM";
   int width_px = 1280, height_px = 800;
+  std::string script;  ///< keys and movements instead of a person's (docs/viewer.md); empty: none
+  std::string script_name = "script";
   bool visible = true;             ///< false: drawn without a display, for tests
   std::filesystem::path snapshot;  ///< PNG of the window as it was last; empty: none
 };
