@@ -9,6 +9,7 @@
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "simulated_frames.hpp"
+#include "study.hpp"
 
 namespace gelslam {
 namespace {
@@ -183,6 +184,14 @@ TEST(StudyPrograms, MistakesAreOneLine) {
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_THAT(result.err, HasSubstr("did you mean icp?"));
   }
+}
+
+TEST(StudyCases, SayHowManyThereAreAndTheTimeLeft) {
+  testing::internal::CaptureStderr();
+  lab::StudyCases cases(2);
+  cases.begin("coin");
+  cases.begin("pebble");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "1/2  coin\n2/2  pebble, 0 s left\n");
 }
 
 }  // namespace

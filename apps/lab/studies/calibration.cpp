@@ -170,7 +170,9 @@ void run(const CalibrationArguments& arguments) {
       arguments.model.empty() ? arguments.folder / "model" / "nnmodel.pth" : arguments.model;
   std::map<std::string, Results> results;
   NoProgress quiet;
+  StudyCases cases(static_cast<std::size_t>(arguments.splits));
   for (int split = 0; split < arguments.splits; ++split) {
+    cases.begin("split " + std::to_string(split + 1));
     std::vector<std::size_t> order(found.zones.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::mt19937_64 random(static_cast<std::uint64_t>(100 + split));

@@ -123,7 +123,9 @@ void run(const InformationArguments& arguments) {
               "median", "p90", "x", "y", "z", "rx", "ry", "rz");
   std::vector<Outcome> all;
   const NormalFlowOptions options;
+  StudyCases cases(arguments.data.size());
   for (const fs::path& folder : arguments.data) {
+    cases.begin(folder.filename().string());
     const ProblemSet set = load_problems(folder, {320, 240}, arguments.choice);
     std::vector<NormalFlowReference> references;
     for (const SurfacePtr& surface : set.references) references.emplace_back(surface, options);

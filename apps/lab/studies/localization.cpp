@@ -260,7 +260,9 @@ Json row_of(const std::string& name, const StudyMap& map, const Score& score,
 void run(const LocalizationArguments& arguments) {
   Sensor sensor(quickly_trained_model());
   Json rows = Json::array();
+  StudyCases cases(arguments.objects.size());
   for (const std::string& name : arguments.objects) {
+    cases.begin(name);
     const Object object = make_object(name);
     std::vector<StudyMap> maps = {map_of_mesh(object)};
     if (!arguments.mesh_only) maps.push_back(map_of_run(object, sensor, arguments.map_frames));

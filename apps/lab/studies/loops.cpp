@@ -168,8 +168,11 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
 }
 
 void run(const LoopsArguments& arguments) {
-  for (const std::filesystem::path& folder : arguments.folders)
+  StudyCases cases(arguments.folders.size());
+  for (const std::filesystem::path& folder : arguments.folders) {
+    cases.begin(folder.filename().string());
     study(folder, arguments.model, arguments.list);
+  }
 }
 
 }  // namespace

@@ -155,10 +155,11 @@ void run(const ParsimonyArguments& chosen) {
   const std::vector<Setting> settings = chosen_settings(arguments);
   Json rows = Json::array();
   const fs::path last_run = arguments.out / "last_run";
+  StudyCases cases(arguments.data.size() * settings.size());
   for (const fs::path& folder : arguments.data) {
     const double changed = changed_pixels({folder, {}, {}, {}, false});
     for (const Setting& setting : settings) {
-      std::cerr << folder.filename().string() << " " << setting.knob << " " << setting.value << "\n";
+      cases.begin(folder.filename().string() + " " + setting.knob + " " + setting.value);
       rows.push_back(measure(folder, setting, changed, last_run));
       write_study(arguments.out, "parsimony", rows);
     }

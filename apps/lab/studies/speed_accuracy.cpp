@@ -122,10 +122,11 @@ std::vector<Measured> measure_all(const SpeedAccuracyArguments& arguments, const
     by_size[size].push_back({std::move(setting), every, {}, {}, {}, {}});
   }
   std::vector<Measured> all;
+  StudyCases cases(sizes.size() * arguments.data.size());
   for (const auto& [width, height] : sizes) {
     std::vector<Measured>& settings = by_size[{width, height}];
     for (const fs::path& folder : arguments.data) {
-      std::cerr << width << "x" << height << " " << folder.filename().string() << "\n";
+      cases.begin(size_text(width, height) + " " + folder.filename().string());
       measure(load_problems(folder, {width, height}, arguments.choice), settings);
     }
     std::move(settings.begin(), settings.end(), std::back_inserter(all));

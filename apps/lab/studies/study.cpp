@@ -53,6 +53,15 @@ void check_methods(const std::vector<std::string>& methods) {
   for (const std::string& method : methods) make_registrar(method, {});
 }
 
+void StudyCases::begin(const std::string& name) {
+  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  const auto done = static_cast<double>(begun_++);
+  std::cerr << begun_ << "/" << total_ << "  " << name;
+  if (done > 0)
+    std::cerr << ", " << duration_text(seconds * (static_cast<double>(total_) / done - 1)) << " left";
+  std::cerr << std::endl;
+}
+
 void write_study(const std::filesystem::path& folder, const std::string& name, const Json& rows) {
   if (folder.empty()) return;
   std::error_code failure;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -58,6 +59,18 @@ struct TouchStudyArguments {
 
 /// Throws Error if one of the methods is unknown.
 void check_methods(const std::vector<std::string>& methods);
+
+/// Says on stderr which case of a long study begins, how many there are and the time left.
+class StudyCases {
+ public:
+  explicit StudyCases(std::size_t total) : total_(total) {}
+  void begin(const std::string& name);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::size_t total_, begun_ = 0;
+  Clock::time_point start_ = Clock::now();
+};
 
 /// Writes a table (an array of objects with the same keys) as folder/name.json and folder/name.csv and makes
 /// the folder; does nothing if `folder` is empty. Long studies call it after each step. Throws Error.

@@ -191,9 +191,11 @@ class Simulated {
 
   /// Charts inside places: one motion is pressed once for all that can be done to its pictures.
   void run() {
+    const int places = arguments_.quick ? 1 : arguments_.places;
+    StudyCases cases(kTrackedObjects.size() * static_cast<std::size_t>(places));
     for (const std::string& object : kTrackedObjects)
-      for (int place = 0; place < (arguments_.quick ? 1 : arguments_.places); ++place) {
-        std::cerr << object << ", place " << place << "\n";
+      for (int place = 0; place < places; ++place) {
+        cases.begin(object + ", place " + std::to_string(place));
         TouchSpec spec;
         spec.object = object;
         spec.place = place;
@@ -271,13 +273,16 @@ void run(const TrackingArguments& arguments) {
   TrackingStudy study(chart_names(), arguments.out);
   Simulated simulated(arguments, study);
   simulated.run();
+  std::vector<fs::path> folders;
   if (simulated.wanted(kLeftOutRecorded) && !arguments.simulated_only)
-    for (const fs::path& folder : arguments.data.empty() ? sequence_folders({"track_"}) : arguments.data) {
-      std::cerr << folder.filename().string() << "\n";
-      const TouchStream all = recorded(folder);
-      for (const double left_out : simulated.chosen(kLeftOut))
-        study.add(kLeftOutRecorded, left_out, every(all, static_cast<std::size_t>(left_out) + 1));
-    }
+    folders = arguments.data.empty() ? sequence_folders({"track_"}) : arguments.data;
+  StudyCases cases(folders.size());
+  for (const fs::path& folder : folders) {
+    cases.begin(folder.filename().string());
+    const TouchStream all = recorded(folder);
+    for (const double left_out : simulated.chosen(kLeftOut))
+      study.add(kLeftOutRecorded, left_out, every(all, static_cast<std::size_t>(left_out) + 1));
+  }
   const Json rows = study.rows();
   if (rows.empty()) throw Error("there is nothing to follow: of these charts none was chosen");
   print_table(rows);
