@@ -8,6 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/background.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 

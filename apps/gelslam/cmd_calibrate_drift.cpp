@@ -14,6 +14,7 @@
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/model_file.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct DriftArguments {
   fs::path now, model, background, config;
-  bool json = false;
+  bool json = false, quiet = false;
 };
 
 bool is_picture(const fs::path& path) {
@@ -92,6 +93,7 @@ void add_calibrate_drift_command(CLI::App& calibrate, int& exit_code) {
                       "Background (picture or log) of the calibration, instead of a model");
   command->add_option("--config", arguments->config, "The sensor's configuration");
   command->add_flag("--json", arguments->json, "Print one JSON object for another program");
+  add_quiet_flag(*command, arguments->quiet);  // there is only the result
   command->footer(
       "Exit code 1: something has changed.\n"
       "Example: gelslam calibrate drift today.mkv --model model.json");

@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/camera.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
@@ -144,10 +145,11 @@ int run_devices(bool as_json) {
 void add_devices_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "devices", "List the cameras with their formats, rates and controls; mark the touch sensors");
-  const auto as_json = std::make_shared<bool>(false);
+  const auto as_json = std::make_shared<bool>(false), quiet = std::make_shared<bool>(false);
   command->add_flag("--json", *as_json, "Print one JSON object for another program");
+  add_quiet_flag(*command, *quiet);  // there is only the result
   command->footer("Example: gelslam devices\nExit code 1: there is no camera that can be opened.");
-  command->callback([as_json, &exit_code] { exit_code = run_devices(*as_json); });
+  command->callback([as_json, quiet, &exit_code] { exit_code = run_devices(*as_json); });
 }
 
 }  // namespace gelslam

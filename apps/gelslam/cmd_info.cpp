@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
@@ -6,6 +8,7 @@
 #include "commands.hpp"
 #include "gelslam/core/text.hpp"
 #include "info_report.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 
@@ -23,7 +26,8 @@ std::string InfoReport::text() const {
   for (const Fact& fact : facts_) widest = std::max(widest, fact.key.size());
   std::string text = one_line(path_) + ": " + kind_ + "\n";
   const auto line = [&](const std::string& key, const std::string& words) {
-    text += "  " + key + std::string(widest + 2 - key.size(), ' ') + one_line(words) + "\n";
+    text += "  " + key + std::string(widest + 2 - key.size(), ' ') +
+            (key == "missing" ? amber(one_line(words), STDOUT_FILENO) : one_line(words)) + "\n";
   };
   for (const Fact& fact : facts_) line(fact.key, fact.words);
   for (const std::string& problem : problems_) line("problem", problem);
@@ -43,11 +47,12 @@ namespace {
 
 struct InfoArguments {
   std::filesystem::path path;
-  bool json = false;
+  bool json = false, quiet = false;
 };
 
 int run_info(const InfoArguments& arguments) {
-  const InfoReport report = inspect(arguments.path);
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const InfoReport report = inspect(arguments.path, *progress);
   std::cout << (arguments.json ? report.json() : report.text());
   return report.has_problems() ? exit_not_good : exit_done;
 }
@@ -63,6 +68,7 @@ void add_info_command(CLI::App& app, int& exit_code) {
                    "calibration presses, model, configuration, mesh or .npy")
       ->required();
   command->add_flag("--json", arguments->json, "Print one JSON object for another program");
+  add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam info RUN --json\nExit code 1: something is wrong with it; the output says what.");
   command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });

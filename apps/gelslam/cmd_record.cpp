@@ -10,6 +10,7 @@
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "reports.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {

@@ -18,6 +18,7 @@
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/background.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
@@ -30,7 +31,7 @@ constexpr float kShownCurvature = 0.2F;                // 1/pixel, black or whit
 struct SurfaceArguments {
   fs::path image, background, model, output;
   double pitch_mm = SensorProfile{}.pixel_pitch_mm;
-  bool overwrite = false;
+  bool overwrite = false, quiet = false;
 };
 
 cv::Mat3b read_sensor_image(const fs::path& path) {
@@ -100,7 +101,7 @@ SurfacePtr estimate(const SurfaceArguments& arguments) {
   if (const auto markers = find_marker_dots(background)) {
     if (!markers->are_readable())
       throw Error("'" + arguments.background.string() + "': " + markers->sentence());
-    std::cerr << "note: " << markers->sentence() << "\n";
+    if (!arguments.quiet) std::cerr << "note: " << markers->sentence() << "\n";
   }
   SurfaceEstimator estimator(read_gradient_model(arguments.model), background, options);
   return estimator.estimate(read_sensor_image(arguments.image));
@@ -117,7 +118,8 @@ int run_surface(const SurfaceArguments& arguments) {
   folder.commit();
   double deepest_mm = 0.0;
   cv::minMaxLoc(surface->height_mm, &deepest_mm, nullptr);
-  std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm\n", surface->contact_pixels, -deepest_mm);
+  if (!arguments.quiet)
+    std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm\n", surface->contact_pixels, -deepest_mm);
   return surface->contact_pixels > 0 ? exit_done : exit_not_good;
 }
 
@@ -138,6 +140,7 @@ void add_surface_command(CLI::App& app, int& exit_code) {
       ->check(number_between(1e-4, 10.0))
       ->capture_default_str();
   command->add_flag("--overwrite", arguments->overwrite, "Replace a folder this command wrote earlier");
+  add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Writes height_mm.tiff (32-bit float), height.png, normals.png, contact.png, curvature.png, "
       "surface.ply.\n"

@@ -1,4 +1,5 @@
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <functional>
@@ -22,6 +23,7 @@
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/slam/trial_places.hpp"
 #include "stream_arguments.hpp"
+#include "terminal_progress.hpp"
 #include "track_window.hpp"
 
 namespace gelslam {
@@ -33,6 +35,7 @@ struct TrackArguments {
   std::string map;
   StreamArguments stream{.target = "-", .format = "tum"};
   MapWindowArguments window;
+  bool quiet = false;
 };
 
 std::string_view map_status(const LocalizedFrame& frame) {
@@ -141,9 +144,9 @@ class TrialOutput final : public PoseOutput {
 class MapOutput final : public PoseOutput {
  public:
   MapOutput(const std::vector<PosedSurface>& map, const SlamOptions& options, bool as_ndjson,
-            LocatedTouches* touches)
+            LocatedTouches* touches, ProgressSink& progress)
       : as_ndjson_(as_ndjson),
-        localizer_(std::make_shared<const SurfaceMap>(map, options), options),
+        localizer_(std::make_shared<const SurfaceMap>(map, options, &progress), options),
         touches_(touches) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
@@ -183,8 +186,8 @@ Session read_map_for(const SensorProfile& sensor, const std::string& map) {
 using LineSink = std::function<void(std::string)>;
 
 /// Standard output waits for its reader, so that a log's poses are complete. Other readers may lose lines.
-LineSink open_sink(const StreamArguments& arguments) {
-  const std::shared_ptr<StreamServer> server = arguments.open_server();
+LineSink open_sink(const StreamArguments& arguments, bool quiet) {
+  const std::shared_ptr<StreamServer> server = arguments.open_server(quiet);
   if (!server) return [](const std::string& line) { std::cout << line << std::flush; };
   return [server](std::string line) { server->write(std::move(line)); };
 }
@@ -208,16 +211,20 @@ class FrameStopper {
 };
 
 /// All frames of the stream to the sink, until `stopped`. True when any had a pose.
-bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink,
-                 const FrameStopper& stopper) {
+bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink, const FrameStopper& stopper,
+                 ProgressSink& progress) {
   for (const std::string& doubt : stream.background_doubts()) std::cerr << "warning: " << doubt << "\n";
+  progress.begin("tracking", stream.frame_count());
   bool any = false;
+  std::int64_t done = 0;
   while (const std::optional<SurfaceStream::Item> item = stream.next()) {
     PoseLine line = output.line(*item);
     any = line.has_pose || any;
     if (!line.text.empty()) sink(std::move(line.text));
+    progress.update(++done);
     if (stopper.stopped() || !std::cout) break;
   }
+  progress.end();
   if (!stream.warning().empty()) std::cerr << "warning: " << stream.warning() << "\n";
   return any;
 }
@@ -247,11 +254,12 @@ SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input
 }
 
 std::unique_ptr<PoseOutput> make_output(const TrackArguments& arguments, const Config& config,
-                                        const std::vector<PosedSurface>& map, LocatedTouches& touches) {
+                                        const std::vector<PosedSurface>& map, LocatedTouches& touches,
+                                        ProgressSink& progress) {
   const bool as_ndjson = arguments.stream.stream_format() == StreamFormat::ndjson;
   if (arguments.map.empty()) return std::make_unique<TrialOutput>(config.slam, as_ndjson);
   return std::make_unique<MapOutput>(map, config.slam, as_ndjson,
-                                     arguments.window.shows_map() ? &touches : nullptr);
+                                     arguments.window.shows_map() ? &touches : nullptr, progress);
 }
 
 int run(const TrackArguments& arguments) {
@@ -259,18 +267,22 @@ int run(const TrackArguments& arguments) {
   LogInput input = arguments.log.input();
   if (arguments.camera) input = with_settings_of_run(std::move(input), arguments.map);
   const Config config = resolve_config(input);
-  const LineSink sink = open_sink(arguments.stream);
+  const bool shows_poses = arguments.stream.target == "-" && ::isatty(STDOUT_FILENO) != 0;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet || shows_poses);
+  const LineSink sink = open_sink(arguments.stream, arguments.quiet);
   const Session map = arguments.map.empty() ? Session() : read_map_for(config.sensor, arguments.map);
   WindowOptions window = arguments.window.window_options();
-  const ShownMap shown = arguments.window.shows_map() ? read_shown_map(arguments.map, map) : ShownMap();
+  const ShownMap shown =
+      arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();
   LocatedTouches touches;
   FrameStopper stopper;
   const InterruptStopper interrupt([&stopper] { stopper.stop(); });
   const auto compute = [&] {
-    const std::unique_ptr<PoseOutput> output = make_output(arguments, config, map.patches, touches);
+    const std::unique_ptr<PoseOutput> output =
+        make_output(arguments, config, map.patches, touches, *progress);
     StageTimer timer;
     SurfaceStream stream = open_stream(arguments, input, config, timer, stopper);
-    return write_poses(stream, *output, sink, stopper);
+    return write_poses(stream, *output, sink, stopper, *progress);
   };
   bool any = false;
   if (arguments.window.window) {
@@ -303,6 +315,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
       "its session, or a folder made by gelslam map");
   arguments->window.add_to(*command);
   arguments->stream.add_to(*command);
+  add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Examples:\n  gelslam track data/pebble --format ndjson\n"
       "  gelslam track --camera --map runs/pebble --format ndjson\n"

@@ -14,6 +14,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/view_window.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {
@@ -23,7 +24,7 @@ struct ViewArguments {
   std::string size = "1280x800", color, shading = "clay";
   std::optional<double> time_s;
   double yaw_deg = 0, pitch_deg = 0;
-  bool light = false, trajectory = false, graph = false;
+  bool light = false, trajectory = false, graph = false, quiet = false;
 };
 
 struct PictureSize {
@@ -98,8 +99,11 @@ ViewWindowOptions window_options(const ViewArguments& arguments, const PictureSi
 
 void run_view(const ViewArguments& arguments) {
   const PictureSize size = parse_size(arguments.size);
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  progress->begin("reading", std::nullopt);
   ViewContent content = load_view(arguments.source);
   std::optional<ViewContent> second = second_surface(arguments);
+  progress->end();
   const SceneStyle style = style_of(arguments);
   check(arguments, content, style);
   ViewWindowOptions options = window_options(arguments, size, style);
@@ -107,8 +111,10 @@ void run_view(const ViewArguments& arguments) {
     options.title = content.name + " - GelSLAM";
     return run_view_window(std::move(content), std::move(second), options);
   }
+  progress->begin("drawing", std::nullopt);
   write_view_snapshot(std::move(content), std::move(second), options, arguments.snapshot);
-  std::cerr << "wrote " << arguments.snapshot.string() << "\n";
+  progress->end();
+  if (!arguments.quiet) std::cerr << "wrote " << arguments.snapshot.string() << "\n";
 }
 
 }  // namespace
@@ -146,6 +152,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_flag("--light", a->light, "Light background");
   command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
+  add_quiet_flag(*command, a->quiet);
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {
     run_view(*a);

@@ -76,10 +76,6 @@ LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run) 
   return input;
 }
 
-void add_quiet_flag(CLI::App& command, bool& quiet) {
-  command.add_flag("-q,--quiet", quiet, "Print no progress and no summary, only warnings and errors");
-}
-
 std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& left_out) {
   std::vector<std::string> words;
   for (const CLI::Option* option : command.get_options()) {

@@ -26,9 +26,6 @@ struct LogOptions {
 /// Throws Error when there is no such folder.
 LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run);
 
-/// The one meaning of -q, in all commands.
-void add_quiet_flag(CLI::App& command, bool& quiet);
-
 /// The options that were given to `command`, each as one word ("--model=nnmodel.pth"), but for `left_out`
 /// ("--jobs") and what has no name (LOG).
 std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& left_out);

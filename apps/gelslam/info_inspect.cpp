@@ -289,18 +289,21 @@ InfoReport inspect_video(const fs::path& file) {
 
 /// A log that was never closed does not know its length; one that was cut off does not have it. Read to the
 /// end.
-void add_readable(InfoReport& report, const fs::path& file, const SensorProfile& profile) {
+void add_readable(InfoReport& report, const fs::path& file, const SensorProfile& profile,
+                  ProgressSink& progress) {
   const auto log = open_raw_log(file, profile);
   std::int64_t frames = 0, bytes = 0;
   double duration_s = 0;
   while (const std::optional<RawFrame> frame = log->next()) {
-    ++frames;
+  progress.begin("reading", log->frame_count());
+    progress.update(++frames);
     bytes += static_cast<std::int64_t>(frame->bytes.size());
     duration_s = frame->time_s;
   }
   const std::string state = log->warning().empty() ? "whole" : log->warning();
   report.add("readable",
              Json{{"frames", frames},
+  progress.end();
                   {"duration_s", duration_s},
                   {"lost_by_camera", log->lost_frames()},
                   {"bytes", bytes},
@@ -309,7 +312,7 @@ void add_readable(InfoReport& report, const fs::path& file, const SensorProfile&
                          short_number(duration_s), log->lost_frames(), bytes_text(bytes), state));
 }
 
-InfoReport inspect_recorded_log(const fs::path& file) {
+InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
   InfoReport report(file, "a recorded log");
   const LogAttachments stored = read_log_attachments(file);
   LogInput input;
@@ -320,11 +323,11 @@ InfoReport inspect_recorded_log(const fs::path& file) {
   if (!stored.camera_settings.empty()) report.add("camera", stored.camera_settings, stored.camera_settings);
   if (!stored.model.empty()) attempt(report, [&] { add_model(report, file); });
   add_log(report, file, profile);
-  add_readable(report, file, profile);
+  add_readable(report, file, profile, progress);
   return report;
 }
 
-InfoReport inspect_file(const fs::path& file) {
+InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
   const std::string ending = file.extension().string();
   const auto single = [&](const char* kind, const std::function<void(InfoReport&)>& add) {
     InfoReport report(file, kind);
@@ -347,15 +350,15 @@ InfoReport inspect_file(const fs::path& file) {
   if (ending == ".ply" || ending == ".obj" || ending == ".stl") {
     return single("a mesh", [&](InfoReport& r) { add_mesh(r, file); });
   }
-  return is_matroska(file) ? inspect_recorded_log(file) : inspect_video(file);
+  return is_matroska(file) ? inspect_recorded_log(file, progress) : inspect_video(file);
 }
 
 }  // namespace
 
-InfoReport inspect(const fs::path& path) {
+InfoReport inspect(const fs::path& path, ProgressSink& progress) {
   std::error_code code;
   if (!fs::exists(path, code)) throw Error(path.string() + ": no such file or folder");
-  if (!fs::is_directory(path, code)) return inspect_file(path);
+  if (!fs::is_directory(path, code)) return inspect_file(path, progress);
   if (fs::exists(path / "report.json", code)) return inspect_run(path);
   if (fs::exists(path / "session.json", code) || fs::exists(path / "scan.jsonl", code))
     return inspect_session(path);

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/core/progress.hpp"
+
 namespace gelslam {
 
 /// What `gelslam info` found: each fact as words for people and as values for programs.
@@ -34,6 +36,6 @@ class InfoReport {
 /// Finds out what `path` is (a log, a data folder, a run or a file of it, a surface, calibration presses, a
 /// model, a configuration, a mesh, an array) and what is in it. Throws Error when it is nothing of the kind
 /// or, for a single file, damaged; a damaged part of a folder is a problem in the report.
-InfoReport inspect(const std::filesystem::path& path);
+InfoReport inspect(const std::filesystem::path& path, ProgressSink& progress);
 
 }  // namespace gelslam

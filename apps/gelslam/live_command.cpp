@@ -15,6 +15,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "reports.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 namespace {

@@ -9,6 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
+#include "terminal_progress.hpp"
 
 namespace gelslam {
 
@@ -23,7 +24,7 @@ std::string mesh_words(const ReconstructSummary& s) {
 }
 
 std::string missing_words(const MapCompleteness& completeness) {
-  return completeness.complete() ? "" : "warning: " + describe(completeness) + "\n";
+  return completeness.complete() ? "" : amber("warning: " + describe(completeness), STDERR_FILENO) + "\n";
 }
 
 std::string run_words(const ReconstructSummary& s, const std::string& run_folder, bool quiet) {
@@ -34,8 +35,7 @@ std::string run_words(const ReconstructSummary& s, const std::string& run_folder
   for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
                       mesh_words(s), short_number(s.seconds, 3), run_folder);
-  if (!s.completeness.complete()) text += describe(s.completeness) + "\n";
-  return text;
+  return text + missing_words(s.completeness);
 }
 
 RecordReport::RecordReport(const std::string& log, bool quiet)

@@ -49,13 +49,13 @@ std::shared_ptr<PoseStream> StreamArguments::open(double gradient_scale_sigma, b
   return stream;
 }
 
-std::shared_ptr<StreamServer> StreamArguments::open_server() const {
+std::shared_ptr<StreamServer> StreamArguments::open_server(bool quiet) const {
   check();
   if (target == "-") return nullptr;
   auto server = std::make_shared<StreamServer>(
       target, address,
       [format = stream_format()](std::int64_t lines) { return dropped_notice(format, lines); });
-  say_where(server->name());
+  if (!quiet) say_where(server->name());
   return server;
 }
 

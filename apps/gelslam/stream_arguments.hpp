@@ -25,7 +25,7 @@ struct StreamArguments {
   /// StreamServer, and when options contradict each other.
   std::shared_ptr<PoseStream> open(double gradient_scale_sigma, bool quiet) const;
   /// Only the lines' way out; null for standard output.
-  std::shared_ptr<StreamServer> open_server() const;
+  std::shared_ptr<StreamServer> open_server(bool quiet) const;
 
  private:
   void check() const;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <iostream>
 
 #include "gelslam/core/text.hpp"
@@ -48,7 +49,7 @@ std::string progress_line(std::string_view task, std::int64_t done, std::optiona
     line += duration_text(elapsed_s);
   }
   if (rate_hz > 0.0) {
-    line += "  " + rate_text(rate_hz);
+    if (rate_hz >= 0.05) line += "  " + rate_text(rate_hz);
     if (total && done < *total)
       line += "  " + duration_text(static_cast<double>(*total - done) / rate_hz) + " left";
   }
@@ -100,6 +101,16 @@ void TerminalProgress::draw() {
   // In one piece, for others may write to the terminal, too.
   out_ << "\r" + progress_line(task_, done_, total_, drawn_s_ - start_s_, columns_ - 1) + "\x1b[K"
        << std::flush;
+}
+
+void add_quiet_flag(CLI::App& command, bool& quiet) {
+  command.add_flag("-q,--quiet", quiet,
+                   "Print no progress and no summary, only results, warnings and errors");
+}
+
+std::string amber(const std::string& words, int output) {
+  if (words.empty() || ::isatty(output) == 0 || std::getenv("NO_COLOR") != nullptr) return words;
+  return "\x1b[33m" + words + "\x1b[0m";
 }
 
 std::unique_ptr<ProgressSink> make_progress(bool quiet) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -43,6 +44,12 @@ class TerminalProgress final : public ProgressSink {
   std::mutex mutex_;
   std::jthread ticker_;  ///< the last member: it ends before the others go
 };
+
+/// The one meaning of -q, in all commands and in the laboratory.
+void add_quiet_flag(CLI::App& command, bool& quiet);
+
+/// `words` in amber where `output` (1, 2) is a terminal and NO_COLOR is not set: the result lacks something.
+std::string amber(const std::string& words, int output);
 
 /// Progress on stderr; nothing when it is no terminal or the person asked for quiet.
 std::unique_ptr<ProgressSink> make_progress(bool quiet);

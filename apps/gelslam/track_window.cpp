@@ -44,13 +44,13 @@ WindowOptions MapWindowArguments::window_options() const {
   return options;
 }
 
-ShownMap read_shown_map(const std::string& folder, const Session& session) {
+ShownMap read_shown_map(const std::string& folder, const Session& session, ProgressSink& progress) {
   const std::filesystem::path mesh = std::filesystem::path(folder) / "mesh.ply";
   ShownMap map{folder, {}, session.gradient_scale};
   if (std::filesystem::exists(mesh))
     map.mesh = read_mesh(mesh);
   else
-    map.mesh = fuse(session.patches, {.gradient_scale = session.gradient_scale});
+    map.mesh = fuse(session.patches, {.gradient_scale = session.gradient_scale}, &progress);
   return map;
 }
 

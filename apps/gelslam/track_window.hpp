@@ -21,7 +21,7 @@ struct MapWindowArguments {
 };
 
 /// The mesh in a map's folder; where there is none, the fused surfaces of `session`. Throws Error.
-ShownMap read_shown_map(const std::string& folder, const Session& session);
+ShownMap read_shown_map(const std::string& folder, const Session& session, ProgressSink& progress);
 
 /// Shows `touches` while `compute` runs on a thread of its own, which never waits for the window. `stop` must
 /// make `compute` return soon; it is called when the window has been closed. Returns what `compute` did, or

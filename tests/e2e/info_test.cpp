@@ -85,6 +85,9 @@ TEST(Info, ARunSaysWhatItsMeshLeavesOut) {
   EXPECT_THAT(run.out,
               HasSubstr("1 piece not joined; 16 frames not in the mesh; touch a place between them"));
   EXPECT_THAT(run.out, HasSubstr("2 poses over 0.4 s, 5 mm long"));
+  EXPECT_THAT(test::on_terminal(GELSLAM_PROGRAM " info " + folder.path().string()),
+              HasSubstr("\x1b[33m1 piece not joined;"))
+      << "amber";
   const ProgramResult report = info(folder / "report.json");
   EXPECT_EQ(report.exit_code, 0) << report.err;
   EXPECT_THAT(report.out, HasSubstr("the report of a run"));

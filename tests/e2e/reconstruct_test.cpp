@@ -157,6 +157,8 @@ int significant_digits(const std::string& number) {
 TEST(Track, StreamsEveryFrameAsNdjsonAndTrackedOnesAsTum) {
   const ProgramResult ndjson = gelslam({"track", scan().log().string(), "--format", "ndjson"});
   const ProgramResult tum = gelslam({"track", scan().log().string()});
+  const std::string shown = on_terminal(GELSLAM_PROGRAM " track " + scan().log().string() + " > /dev/null");
+  EXPECT_THAT(shown, testing::HasSubstr("100%  90/90"));
   ASSERT_EQ(ndjson.exit_code, 0) << ndjson.err;
   ASSERT_EQ(tum.exit_code, 0) << tum.err;
 

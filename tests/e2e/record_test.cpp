@@ -122,6 +122,9 @@ TEST(Record, InfoSaysWhatIsInALog) {
   const auto frames = json.at("readable").at("frames").get<std::size_t>();
   EXPECT_EQ(frames, read_all(folder / "cut.mkv").size());
   EXPECT_THAT(json.at("readable").at("state").get<std::string>(), HasSubstr("of 30 frames"));
+  const std::string shown = GELSLAM_PROGRAM " info " + (folder / "a.mkv").string();
+  EXPECT_THAT(test::on_terminal(shown), HasSubstr("100%  30/30"));
+  EXPECT_THAT(test::on_terminal(shown + " -q"), testing::Not(HasSubstr("30/30")));
 }
 
 /// The program under a limit, killed or asked to stop after a while.

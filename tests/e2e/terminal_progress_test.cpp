@@ -20,6 +20,8 @@ TEST(ProgressLine, SaysHowFarHowFastAndHowLong) {
             "tracking  [############............]  50%  120/240  30/s  4 s left");
   EXPECT_EQ(progress_line("fusing", 1, 1000, 2.0, 80),
             "fusing  [........................]  0%  1/1000  0.5/s  33:18 min left");
+  EXPECT_EQ(progress_line("simplifying", 4, 10, 200.0, 80),
+            "simplifying  [#########...............]  40%  4/10  5:00 min left");
   EXPECT_EQ(progress_line("tracking", 240, 240, 8.0, 80),
             "tracking  [########################]  100%  240/240  30/s");
   EXPECT_EQ(progress_line("closing loops", 0, 60, 7.0, 80),

@@ -51,6 +51,11 @@ inline ProgramResult run_program(const std::string& program, const std::vector<s
   return result;
 }
 
+/// What a shell command prints on a terminal.
+inline std::string on_terminal(const std::string& command) {
+  return run_program("/usr/bin/script", {"-qec", command, "/dev/null"}).out;
+}
+
 /// What every mistake of a person must look like: exit code 2, nothing on stdout, one line on stderr that
 /// holds `words`.
 inline void expect_mistake(const ProgramResult& result, const std::string& words,

@@ -100,7 +100,7 @@ void add_benchmark(CLI::App& lab) {
   command->add_option("-o,--output", arguments->out, "Folder for benchmark.json and CSV tables");
   command->add_flag("--overwrite", arguments->overwrite, "Replace the folder if it is there");
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
-  command->add_flag("-q,--quiet", arguments->quiet, "No progress");
+  add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam-lab benchmark data/TactileTracking --methods normalflow,icp -o BENCH\n"
       "Pictures: scripts/plot_benchmark.py BENCH");

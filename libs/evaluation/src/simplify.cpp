@@ -149,16 +149,16 @@ SimplifiedMesh simplify(const Mesh& full, double max_error_mm, ProgressSink& pro
   const TriangleScene scene(full);
   const double spacing_mm = mean_edge_mm(full);
   SimplifiedMesh best{full, 0.0};
-  progress.begin("simplifying", std::nullopt);
+  ParallelProgress bounds(&progress, "simplifying", kBounds);
   double bound_mm = max_error_mm;
   for (int tried = 0; tried < kBounds && spacing_mm > 0; ++tried, bound_mm *= std::sqrt(0.5)) {
     SimplifiedMesh candidate = simplify_with_bound(scene, bound_mm, max_error_mm, spacing_mm);
-    progress.update(tried + 1);
+    bounds.step();
     if (candidate.mesh.triangles.empty()) continue;
     if (candidate.mesh.triangles.size() >= best.mesh.triangles.size()) break;  // and so will smaller bounds
     best = std::move(candidate);
   }
-  progress.end();
+  bounds.end();
   return best;
 }
 

@@ -69,7 +69,8 @@ struct SurfaceMap::Impl {
   Overlap most_overlapping(const Surface& touch, const Pose& map_T_sensor) const;
 };
 
-SurfaceMap::SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptions& options) {
+SurfaceMap::SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptions& options,
+                       ProgressSink* progress) {
   auto impl = std::make_unique<Impl>(options);
   std::vector<PosedSurface> touched;
   std::copy_if(patches.begin(), patches.end(), std::back_inserter(touched), [&](const PosedSurface& patch) {
@@ -77,11 +78,15 @@ SurfaceMap::SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptio
   });
   if (touched.empty()) throw Error("the map is empty: none of its keyframes shows a contact");
   impl->places.resize(touched.size());
-  parallel_for(touched.size(), 0,
-               [&](std::size_t i) { impl->places[i] = make_place(touched[i], options.registration); });
+  ParallelProgress reading(progress, "reading the map", touched.size());
+  parallel_for(touched.size(), 0, [&](std::size_t i) {
+    impl->places[i] = make_place(touched[i], options.registration);
+    reading.step();
+  });
   std::vector<Keyframe> keyframes;
   for (const MapPlace& place : impl->places) keyframes.push_back(*place.keyframe);
   impl->recognition.keep(keyframes);
+  reading.end();
   impl_ = std::move(impl);
 }
 

@@ -25,8 +25,10 @@ struct MapFit {
 /// may be called from any thread.
 class SurfaceMap {
  public:
-  /// Ids of the patches must grow. Throws Error when there is none, or none has contact.
-  SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptions& options);
+  /// Ids of the patches must grow. Throws Error when there is none, or none has contact. Tells `progress`
+  /// (null: nobody) of the task "reading the map".
+  SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptions& options,
+             ProgressSink* progress = nullptr);
   ~SurfaceMap();
 
   int keyframe_count() const;
