@@ -18,6 +18,7 @@ struct EvaluateArguments {
   std::filesystem::path run, data_folder;
   std::filesystem::path mesh, truth_mesh;
   std::filesystem::path results, picture;
+  MeshUnit unit;
   bool json = false, quiet = false;
 };
 
@@ -28,7 +29,8 @@ struct Judged {
 
 Judged judge(const EvaluateArguments& arguments, ProgressSink& progress) {
   if (!arguments.mesh.empty()) {
-    const PlacedMeshes meshes{read_mesh(arguments.mesh), read_mesh(arguments.truth_mesh)};
+    const PlacedMeshes meshes{read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh)),
+                              read_mesh(arguments.truth_mesh, arguments.unit.mm(arguments.truth_mesh))};
     return {evaluate(meshes, &progress), meshes};
   }
   if (arguments.run.empty())
@@ -48,6 +50,8 @@ void draw(const EvaluateArguments& arguments, const std::optional<PlacedMeshes>&
 void run_evaluate(const EvaluateArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const Judged judged = judge(arguments, *progress);
+  if (!arguments.quiet)
+    for (const std::filesystem::path& mesh : {arguments.mesh, arguments.truth_mesh}) arguments.unit.say(mesh);
   if (!arguments.results.empty()) write_file_atomically(arguments.results, to_json(judged.evaluation));
   if (!arguments.picture.empty()) {
     progress->begin("drawing", std::nullopt);
@@ -75,6 +79,7 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
       command->add_option("--truth-mesh", arguments->truth_mesh, "Its true shape, in the same frame");
   mesh->needs(truth_mesh)->excludes(run);
   truth_mesh->needs(mesh);
+  arguments->unit.add_to(*command);
   command->add_flag("--json", arguments->json, "Print JSON instead of a table");
   command->add_option("-o,--output", arguments->results, "Also write the results to this JSON file");
   command

@@ -32,6 +32,7 @@ struct ExportArguments {
   fs::path source, output, page;
   std::vector<fs::path> logs;
   std::string units, color;
+  MeshUnit unit;
   std::optional<double> max_error_mm;
   bool largest_piece = false, ground_truth = false, overwrite = false, quiet = false;
 };
@@ -192,13 +193,16 @@ void run_export(const ExportArguments& a) {
   if (outputs.empty()) throw Error("nothing to write: give -o FILE or --html FILE");
   for (const fs::path& output : outputs) check_output(a, output);
   if (a.ground_truth) return export_truth(a);
+  if (!a.unit.name.empty() && fs::is_directory(a.source))
+    throw Error("--unit is that of a mesh file as SOURCE; for the file to write, give --units");
   const auto say = [&](const std::string& sentence) {
     if (!a.quiet) std::cerr << sentence << "\n";
   };
   StoppableProgress progress(a.quiet, [] { throw Stopped{}; });
   progress.begin("reading the mesh", std::nullopt);
-  RunContents run = read_run_contents(a.source);
+  RunContents run = read_run_contents(a.source, a.unit.mm(a.source));
   progress.end();
+  if (!a.quiet) a.unit.say(a.source);
   take_logs(a, run);
   for (const fs::path& output : outputs) check_contents(a, run, ending_of(output));
   reduce_mesh(a, run, progress, say);
@@ -226,7 +230,10 @@ void add_options(CLI::App& command, ExportArguments& a) {
       .add_option("--max-error-mm", a.max_error_mm,
                   "Simplify to the fewest triangles that stay this near to the full surface")
       ->check(number_between(1e-5, 100.0));
-  command.add_option("--units", a.units, "Unit of PLY, OBJ and STL (default: mm for OBJ and STL, m for PLY)")
+  a.unit.add_to(command);
+  command
+      .add_option("--units", a.units,
+                  "Unit of the PLY, OBJ or STL written (default: mm for OBJ and STL, m for PLY)")
       ->check(CLI::IsMember({"m", "mm"}));
   command
       .add_option("--log", a.logs,

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <iostream>
-#include <map>
 #include <memory>
 
 #include "command_line.hpp"
@@ -19,21 +18,10 @@ namespace {
 
 struct MapArguments {
   std::filesystem::path mesh, output, config;
-  std::string unit;
+  MeshUnit unit;
   MeshMapOptions options;
   bool overwrite = false, quiet = false;
 };
-
-const std::map<std::string, double> kMillimeters = {{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"m", 1000}};
-
-/// In millimeters, whatever unit the file is in.
-Mesh read_in_unit(const std::filesystem::path& file, const std::string& unit) {
-  Mesh mesh = read_mesh(file, LengthUnit::millimeter);
-  const auto factor =
-      static_cast<float>(kMillimeters.at(unit.empty() ? short_name(usual_unit(file)) : unit.c_str()));
-  for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= factor;
-  return mesh;
-}
 
 int run_map(const MapArguments& arguments) {
   const Config config = find_config({{}, arguments.config, {}, {}, false});
@@ -45,7 +33,7 @@ int run_map(const MapArguments& arguments) {
                                       .marker_file = kMapMarker,
                                       .known_entries = map_entries(),
                                       .inputs = {arguments.mesh}});
-  const Mesh mesh = read_in_unit(arguments.mesh, arguments.unit);
+  const Mesh mesh = read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh));
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const MeshMap map = make_mesh_map(mesh, options, *progress);
   write_map(folder.path(), map, mesh, std::filesystem::absolute(arguments.mesh).string());
@@ -54,10 +42,12 @@ int run_map(const MapArguments& arguments) {
   if (is_cut_off)
     std::cerr << "warning: the surface is larger than " << options.max_touches
               << " touches cover; give more (--touches), or a mesh of the part that is touched\n";
-  if (!arguments.quiet)
+  if (!arguments.quiet) {
+    arguments.unit.say(arguments.mesh);
     std::cerr << fmt::format("{}, {:.0f} % of the surface covered: {}\n",
                              counted(static_cast<std::int64_t>(map.patches.size()), "touch"),
                              100 * map.covered_share, arguments.output.string());
+  }
   return is_cut_off ? exit_not_good : exit_done;
 }
 
@@ -68,8 +58,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
       "map", "Make a map for localization from a mesh of an object that was never touched");
   const auto a = std::make_shared<MapArguments>();
   command->add_option("MESH", a->mesh, "Closed mesh of the object (STL, OBJ or PLY)")->required();
-  command->add_option("--unit", a->unit, "Unit of the mesh (default: mm for STL and OBJ, m for PLY)")
-      ->check(CLI::IsMember({"mm", "cm", "in", "m"}));
+  a->unit.add_to(*command);
   command->add_option("-o,--output", a->output, "Map folder to write")->required();
   command->add_flag("--overwrite", a->overwrite, "Replace the map if it is there");
   command->add_option("--config", a->config, "Configuration of the sensor: picture size and pixel pitch");
@@ -84,7 +73,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   add_quiet_flag(*command, a->quiet);
   command->footer(
-      "Example: gelslam map part.stl --unit mm -o part_map\n"
+      "Example: gelslam map part.stl -o part_map\n"
       "         gelslam track --camera --model nnmodel.pth --map part_map --format ndjson");
   command->callback([a, &exit_code] { exit_code = run_map(*a); });
 }

@@ -27,6 +27,7 @@ struct SimulateArguments {
   std::filesystem::path output, calibration_folder;
   std::vector<double> place_mm;  // x, y
   std::uint64_t seed = 1;
+  MeshUnit unit;
   bool list = false, quiet = false, overwrite = false;
 };
 
@@ -73,7 +74,11 @@ void run_scan(SimulateArguments& arguments) {
   if (!arguments.place_mm.empty())
     arguments.scan.motion.place_mm = {arguments.place_mm[0], arguments.place_mm[1]};
   StoppableProgress progress(arguments.quiet, throw_stopped);
+  ShapeSpec& object = arguments.scan.object;
+  const bool is_named = object.mesh_unit_mm.has_value();
+  if (!is_named) object.mesh_unit_mm = arguments.unit.mm(object.name);
   const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
+  if (!is_named && !arguments.quiet) arguments.unit.say(object.name);
   const bool given = !arguments.calibration_folder.empty();
   const std::filesystem::path calibration =
       given ? arguments.calibration_folder : arguments.output / "calibration";
@@ -115,8 +120,9 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->add_option("--size", a.scan.object.size, "Factor on the object's size")->capture_default_str();
   scan->add_option("--texture", a.scan.object.texture, "Factor on its texture's height; 0: polished")
       ->capture_default_str();
-  scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "Millimeters per unit of a mesh file")
-      ->capture_default_str();
+  a.unit.add_to(*scan);
+  scan->add_option("--mesh-unit-mm", a.scan.object.mesh_unit_mm, "Another unit of it, in millimeters")
+      ->excludes("--unit");
   scan->add_option("--motion", a.scan.motion.name, "Motion (see gelslam simulate --list)")
       ->capture_default_str();
   scan->add_option("--frames", a.scan.motion.frames, "Pictures after the 10 of the background")

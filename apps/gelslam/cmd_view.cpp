@@ -24,6 +24,7 @@ struct ViewArguments {
   std::string size = "1280x800", color, shading = "clay";
   std::optional<double> time_s;
   double yaw_deg = 0, pitch_deg = 0;
+  MeshUnit unit;
   bool light = false, trajectory = false, graph = false, quiet = false;
 };
 
@@ -65,8 +66,10 @@ SceneStyle style_of(const ViewArguments& arguments) {
 }
 
 std::optional<ViewContent> second_surface(const ViewArguments& arguments) {
-  if (!arguments.truth.empty()) return load_truth(arguments.truth, arguments.source);
-  if (!arguments.compare.empty()) return load_view(arguments.compare);
+  const MeshUnit& unit = arguments.unit;
+  if (!arguments.truth.empty())
+    return load_truth(arguments.truth, arguments.source, unit.mm(arguments.truth));
+  if (!arguments.compare.empty()) return load_view(arguments.compare, unit.mm(arguments.compare));
   return std::nullopt;
 }
 
@@ -101,11 +104,14 @@ void run_view(const ViewArguments& arguments) {
   const PictureSize size = parse_size(arguments.size);
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   progress->begin("reading", std::nullopt);
-  ViewContent content = load_view(arguments.source);
+  ViewContent content = load_view(arguments.source, arguments.unit.mm(arguments.source));
   std::optional<ViewContent> second = second_surface(arguments);
   progress->end();
   const SceneStyle style = style_of(arguments);
   check(arguments, content, style);
+  if (!arguments.quiet)
+    for (const std::filesystem::path& shown : {arguments.source, arguments.compare, arguments.truth})
+      arguments.unit.say(shown);
   ViewWindowOptions options = window_options(arguments, size, style);
   if (arguments.snapshot.empty()) {
     options.title = content.name + " - GelSLAM";
@@ -122,8 +128,7 @@ void run_view(const ViewArguments& arguments) {
 void add_view_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("view", "Look at a run or a mesh");
   const auto a = std::make_shared<ViewArguments>();
-  command->add_option("SOURCE", a->source, "Run folder, or a mesh file (PLY, OBJ, STL) in meters")
-      ->required();
+  command->add_option("SOURCE", a->source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
   auto* compare =
       command->add_option("--compare", a->compare, "Run folder or mesh in the same frame, shown beside it");
   command
@@ -152,6 +157,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_flag("--light", a->light, "Light background");
   command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
+  a->unit.add_to(*command);
   add_quiet_flag(*command, a->quiet);
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {

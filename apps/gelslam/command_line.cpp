@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iostream>
+#include <map>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
@@ -74,6 +77,28 @@ LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run) 
   if (input.model.empty() && is_matroska(input.log) && !read_log_attachments(input.log).model.empty())
     input.model = input.log;
   return input;
+}
+
+void MeshUnit::add_to(CLI::App& command) {
+  command
+      .add_option("--unit", name,
+                  "Unit of a mesh file that notes none (default: mm for STL and OBJ, m for PLY)")
+      ->check(CLI::IsMember({"mm", "cm", "in", "m"}));
+}
+
+std::optional<double> MeshUnit::mm(const std::filesystem::path& file) const {
+  static const std::map<std::string, double> millimeters = {{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"m", 1000}};
+  if (name.empty() || !std::filesystem::is_regular_file(file) || noted_unit(file)) return std::nullopt;
+  return millimeters.at(name);
+}
+
+void MeshUnit::say(const std::filesystem::path& file) const {
+  if (!std::filesystem::is_regular_file(file)) return;
+  const std::optional<LengthUnit> noted = noted_unit(file);
+  if (noted && name.empty()) return;
+  const std::string unit = !noted && !name.empty() ? name : short_name(noted.value_or(usual_unit(file)));
+  const char* const reason = noted ? ", as the file notes" : name.empty() ? " (--unit names another)" : "";
+  std::cerr << "unit of " << file.string() << ": " << unit << reason << "\n";
 }
 
 std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& left_out) {

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,17 @@ struct LogOptions {
 /// --config names another. A model that the log holds stays, so that a log of another sensor is refused.
 /// Throws Error when there is no such folder.
 LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run);
+
+/// The unit of mesh files that note none: --unit, else usual_unit().
+struct MeshUnit {
+  std::string name;
+
+  void add_to(CLI::App& command);
+  /// For read_mesh(): nothing where the file notes its unit, or is none.
+  std::optional<double> mm(const std::filesystem::path& file) const;
+  /// Says on stderr how a mesh file was read, where that is not plain.
+  void say(const std::filesystem::path& file) const;
+};
 
 /// The options that were given to `command`, each as one word ("--model=nnmodel.pth"), but for `left_out`
 /// ("--jobs") and what has no name (LOG).

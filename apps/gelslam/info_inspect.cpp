@@ -121,6 +121,7 @@ void add_truth(InfoReport& report, const fs::path& file) {
 
 void add_mesh(InfoReport& report, const fs::path& file) {
   const Mesh mesh = read_mesh(file);
+  const std::optional<LengthUnit> noted = noted_unit(file);
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
   const Eigen::Vector3f size = box.isEmpty() ? Eigen::Vector3f::Zero().eval() : box.sizes();
@@ -128,10 +129,12 @@ void add_mesh(InfoReport& report, const fs::path& file) {
              Json{{"file", file.string()},
                   {"vertices", mesh.vertices_mm.size()},
                   {"triangles", mesh.triangles.size()},
-                  {"size_mm", {size.x(), size.y(), size.z()}}},
-             fmt::format("{} vertices, {} triangles, {} x {} x {} mm", mesh.vertices_mm.size(),
+                  {"size_mm", {size.x(), size.y(), size.z()}},
+                  {"unit", short_name(noted.value_or(usual_unit(file)))}},
+             fmt::format("{} vertices, {} triangles, {} x {} x {} mm; {} {}", mesh.vertices_mm.size(),
                          mesh.triangles.size(), short_number(size.x()), short_number(size.y()),
-                         short_number(size.z())));
+                         short_number(size.z()), noted ? "its unit is" : "notes no unit; read in",
+                         short_name(noted.value_or(usual_unit(file)))));
 }
 
 Json read_json_object(const fs::path& file) {
@@ -292,18 +295,18 @@ InfoReport inspect_video(const fs::path& file) {
 void add_readable(InfoReport& report, const fs::path& file, const SensorProfile& profile,
                   ProgressSink& progress) {
   const auto log = open_raw_log(file, profile);
+  progress.begin("reading", log->frame_count());
   std::int64_t frames = 0, bytes = 0;
   double duration_s = 0;
   while (const std::optional<RawFrame> frame = log->next()) {
-  progress.begin("reading", log->frame_count());
     progress.update(++frames);
     bytes += static_cast<std::int64_t>(frame->bytes.size());
     duration_s = frame->time_s;
   }
+  progress.end();
   const std::string state = log->warning().empty() ? "whole" : log->warning();
   report.add("readable",
              Json{{"frames", frames},
-  progress.end();
                   {"duration_s", duration_s},
                   {"lost_by_camera", log->lost_frames()},
                   {"bytes", bytes},

@@ -117,7 +117,7 @@ TEST(Info, ASessionAndASurfaceAreNamed) {
   EXPECT_EQ(surface.exit_code, 1) << "without its mesh";
 }
 
-/// Triangles of 3 mm; `corners` are nine numbers each, meters.
+/// Triangles of 3 mm; `corners` are nine numbers each.
 std::string ascii_stl(const std::vector<std::string>& corners) {
   std::string text = "solid s\n";
   for (const std::string& corner : corners)
@@ -125,8 +125,8 @@ std::string ascii_stl(const std::vector<std::string>& corners) {
   return text + "endsolid s\n";
 }
 
-constexpr const char* kTriangle = "vertex 0 0 0\nvertex 0.003 0 0\nvertex 0 0.003 0\n";
-constexpr const char* kOtherTriangle = "vertex 0.01 0 0\nvertex 0.011 0 0\nvertex 0.01 0.003 0\n";
+constexpr const char* kTriangle = "vertex 0 0 0\nvertex 3 0 0\nvertex 0 3 0\n";
+constexpr const char* kOtherTriangle = "vertex 10 0 0\nvertex 11 0 0\nvertex 10 3 0\n";
 
 TEST(Export, SaysUnitAndLoosePieces) {
   const TemporaryFolder folder;
@@ -139,12 +139,18 @@ TEST(Export, SaysUnitAndLoosePieces) {
     return result.err;
   };
   const std::string stl = exported({"-o", (folder / "a.stl").string()});
+  EXPECT_THAT(stl, HasSubstr("two.stl: mm (--unit names another)\n"));
   EXPECT_THAT(stl, HasSubstr("2 triangles, in mm\n"));
   EXPECT_THAT(stl, HasSubstr("2 loose pieces: the largest has 75.0 % of the area"));
   EXPECT_THAT(exported({"-o", (folder / "a.ply").string()}), HasSubstr("2 triangles, in m\n"));
   EXPECT_THAT(exported({"-o", (folder / "a.obj").string(), "--units", "m"}), HasSubstr("in m\n"));
   EXPECT_EQ(exported({"-q", "-o", (folder / "b.ply").string()}), "");
-  EXPECT_THAT(info(folder / "a.stl").out, HasSubstr("11 x 3 x 0 mm")) << "the unit is noted in the file";
+  EXPECT_THAT(info(folder / "a.stl").out, HasSubstr("11 x 3 x 0 mm; its unit is mm"));
+  EXPECT_THAT(exported({"-o", (folder / "a.ply").string(), "--unit", "in"}), HasSubstr("two.stl: in\n"));
+  EXPECT_THAT(info(folder / "a.ply").out, HasSubstr("279.4 x 76.2 x 0 mm; its unit is m"));
+  const std::string shown = GELSLAM_PROGRAM " export " + (folder / "two.stl").string() +
+                            " --max-error-mm 0.1 -o " + (folder / "s.ply").string();
+  EXPECT_THAT(test::on_terminal(shown), HasSubstr("simplifying  [########################]  100%"));
 }
 
 TEST(Evaluate, HostileGeometryIsOneLineAndNoLongWait) {

@@ -116,7 +116,7 @@ TEST_F(MeshIo, StlSharesItsVerticesAgain) {
 TEST_F(MeshIo, FilesAreInMetersByDefault) {
   Mesh mesh = tetrahedron();
   write_mesh(file("m.ply"), mesh);
-  const Mesh as_numbers = read_mesh(file("m.ply"), LengthUnit::millimeter);
+  const Mesh as_numbers = read_mesh(file("m.ply"), 1.0);
   EXPECT_NEAR(as_numbers.vertices_mm[1].x(), 0.0101, 1e-7);
 }
 
@@ -126,12 +126,14 @@ TEST_F(MeshIo, TheNoteOfTheUnitStaysAsItWas) {
   EXPECT_NE(bytes_of(file("m.ply")).find("\ncomment unit millimetre\n"), std::string::npos);
 }
 
-TEST_F(MeshIo, FilesWithoutANoteAreInMeters) {
+TEST_F(MeshIo, FilesWithoutANoteAreInTheirUsualUnit) {
   write_mesh(file("m.stl"), tetrahedron(), LengthUnit::millimeter);
   std::string bytes = bytes_of(file("m.stl"));
   bytes.replace(0, 80, std::string(80, ' '));
-  EXPECT_NEAR(read_mesh(file_with("theirs.stl", bytes)).vertices_mm[1].x(),
-              1000 * tetrahedron().vertices_mm[1].x(), 0.01);
+  const fs::path theirs = file_with("theirs.stl", bytes);
+  EXPECT_EQ(noted_unit(theirs), std::nullopt);
+  EXPECT_NEAR(read_mesh(theirs).vertices_mm[1].x(), tetrahedron().vertices_mm[1].x(), 1e-5);
+  EXPECT_NEAR(read_mesh(theirs, 25.4).vertices_mm[1].x(), 25.4 * tetrahedron().vertices_mm[1].x(), 1e-3);
 }
 
 TEST_F(MeshIo, ProgramsThatReadStlAndObjExpectMillimeters) {
@@ -160,7 +162,7 @@ TEST_F(MeshIo, ReadsForeignPlyDialects) {
       "property double y\r\nproperty double z\r\nproperty uchar red\r\nelement face 1\r\n"
       "property list uchar uint vertex_index\r\nproperty float quality\r\nend_header\r\n"
       "0 0 0 255\r\n1 0 0 255\r\n1 1 0 1e0\r\n0 1 0 3\r\n4 0 1 2 3 0.5\r\n";
-  const Mesh quad = read_mesh(file_with("quad.ply", ascii), LengthUnit::millimeter);
+  const Mesh quad = read_mesh(file_with("quad.ply", ascii), 1.0);
   ASSERT_EQ(quad.triangles.size(), 2u);
   EXPECT_EQ(quad.triangles[1], Eigen::Vector3i(0, 2, 3));
   EXPECT_EQ(quad.vertices_mm[2], Eigen::Vector3f(1, 1, 0));
@@ -173,7 +175,7 @@ TEST_F(MeshIo, ReadsForeignPlyDialects) {
     big += static_cast<char>(v & 255);
   }
   big += std::string("\x03\0\0\0\0\0\0\0\1\0\0\0\2", 13);
-  const Mesh triangle = read_mesh(file_with("big.ply", big), LengthUnit::millimeter);
+  const Mesh triangle = read_mesh(file_with("big.ply", big), 1.0);
   EXPECT_EQ(triangle.vertices_mm[1], Eigen::Vector3f(300, 0, 0));
   EXPECT_EQ(triangle.vertices_mm[2], Eigen::Vector3f(0, -2, 0));
 }

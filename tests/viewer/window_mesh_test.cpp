@@ -101,7 +101,7 @@ TEST(Export, WritesStlInMillimetersUnderAFreeName) {
   const ExportOutcome outcome = export_in_background(mesh.blocks(), path).get();
   EXPECT_TRUE(outcome.ok);
   EXPECT_THAT(outcome.sentence, testing::HasSubstr(path.string()));
-  EXPECT_NEAR(area_mm2(read_mesh(path, LengthUnit::millimeter)), 0.9, 1e-4);
+  EXPECT_NEAR(area_mm2(read_mesh(path, 1.0)), 0.9, 1e-4);
   EXPECT_EQ(test::read_bytes(folder / "mesh_mm_001.stl"), "somebody's");
 }
 

@@ -29,14 +29,6 @@ void check_readable(const Mesh& mesh) {
   }
 }
 
-/// The unit that write_mesh() notes near the beginning of every file.
-LengthUnit noted_unit(const std::filesystem::path& path) {
-  constexpr std::size_t kBeginning_bytes = 512;
-  std::string beginning(kBeginning_bytes, '\0');
-  std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginning_bytes);
-  return beginning.find("unit millimetre") != std::string::npos ? LengthUnit::millimeter : LengthUnit::meter;
-}
-
 std::string lower_extension(const std::filesystem::path& path) {
   return lower_case(path.extension().string());
 }
@@ -50,7 +42,16 @@ LengthUnit usual_unit(const std::filesystem::path& path) {
   return extension == ".obj" || extension == ".stl" ? LengthUnit::millimeter : LengthUnit::meter;
 }
 
-Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file_unit) {
+std::optional<LengthUnit> noted_unit(const std::filesystem::path& path) {
+  constexpr std::size_t kBeginning_bytes = 512;
+  std::string beginning(kBeginning_bytes, '\0');
+  std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginning_bytes);
+  if (beginning.find("unit millimetre") != std::string::npos) return LengthUnit::millimeter;
+  if (beginning.find("unit metre") != std::string::npos) return LengthUnit::meter;
+  return std::nullopt;
+}
+
+Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit) {
   const std::string extension = lower_extension(path);
   if (extension != ".ply" && extension != ".obj" && extension != ".stl") {
     throw Error("cannot read mesh '" + path.string() + "': the name has to end in .ply, .obj or .stl");
@@ -58,10 +59,10 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file
   try {
     if (!std::filesystem::exists(path)) throw Error("there is no such file");
     if (!std::filesystem::is_regular_file(path)) throw Error("it is not a regular file");
-    const LengthUnit unit = file_unit ? *file_unit : noted_unit(path);
-    const double mm_per_unit = unit == LengthUnit::meter ? 1000.0 : 1.0;
-    Mesh mesh = extension == ".ply" ? mesh::detail::read_ply(path, mm_per_unit)
-                                    : mesh::detail::read_with_assimp(path, extension, mm_per_unit);
+    const LengthUnit unit = noted_unit(path).value_or(usual_unit(path));
+    const double factor = mm_per_unit.value_or(unit == LengthUnit::meter ? 1000.0 : 1.0);
+    Mesh mesh = extension == ".ply" ? mesh::detail::read_ply(path, factor)
+                                    : mesh::detail::read_with_assimp(path, extension, factor);
     check_readable(mesh);
     return mesh;
   } catch (const Error& e) {

@@ -39,10 +39,8 @@ bool is_mesh_name(const std::string& name) {
 }
 
 ShapePtr make_from_file(const ShapeSpec& spec) {
-  // The reader gives millimeters for a file in meters; any other unit is a factor on that.
-  Mesh mesh = read_mesh(spec.name, LengthUnit::meter);
-  const float factor = static_cast<float>(spec.size * spec.mesh_unit_mm / 1000.0);
-  for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= factor;
+  Mesh mesh = read_mesh(spec.name, spec.mesh_unit_mm);
+  for (Eigen::Vector3f& vertex : mesh.vertices_mm) vertex *= static_cast<float>(spec.size);
   return make_mesh_shape(mesh);
 }
 
@@ -57,7 +55,7 @@ std::vector<CatalogEntry> shape_catalog() {
 ShapePtr make_shape(const ShapeSpec& spec) {
   if (!(spec.size >= 0.1 && spec.size <= 10)) throw Error("object size factor must be between 0.1 and 10");
   if (!(spec.texture >= 0 && spec.texture <= 3)) throw Error("object texture factor must be between 0 and 3");
-  if (!(spec.mesh_unit_mm > 1e-6 && spec.mesh_unit_mm < 1e6))
+  if (const double unit_mm = spec.mesh_unit_mm.value_or(1.0); !(unit_mm > 1e-6 && unit_mm < 1e6))
     throw Error("mesh unit must be a positive number of millimeters");
   if (is_mesh_name(spec.name)) return make_from_file(spec);
   // Lattice seeds of neighboring numbers are unrelated after hashing.

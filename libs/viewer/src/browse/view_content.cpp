@@ -130,15 +130,16 @@ std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
   return pieces;
 }
 
-ViewContent load_view(const fs::path& run_or_mesh) {
+ViewContent load_view(const fs::path& run_or_mesh, std::optional<double> mm_per_unit) {
   check_exists(run_or_mesh);
   if (fs::is_directory(run_or_mesh)) return load_run(run_or_mesh);
-  return {display_name(run_or_mesh), read_mesh(run_or_mesh), std::nullopt};
+  return {display_name(run_or_mesh), read_mesh(run_or_mesh, mm_per_unit), std::nullopt};
 }
 
-ViewContent load_truth(const fs::path& data_folder_or_mesh, const fs::path& run) {
+ViewContent load_truth(const fs::path& data_folder_or_mesh, const fs::path& run,
+                       std::optional<double> mm_per_unit) {
   check_exists(data_folder_or_mesh);
-  if (!fs::is_directory(data_folder_or_mesh)) return load_view(data_folder_or_mesh);
+  if (!fs::is_directory(data_folder_or_mesh)) return load_view(data_folder_or_mesh, mm_per_unit);
   const Comparison comparison = compare(run, data_folder_or_mesh);
   const GroundTruth& truth = comparison.truth;
   if (truth.mesh_path.empty() || !truth.object_T_start) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,7 +33,8 @@ struct RunContents {
 
 /// Reads a run folder, or a mesh file. A run without mesh or report is read as far as it goes. Throws Error
 /// for anything else, and for damaged files.
-RunContents read_run_contents(const std::filesystem::path& run_or_mesh);
+RunContents read_run_contents(const std::filesystem::path& run_or_mesh,
+                              std::optional<double> mm_per_unit = std::nullopt);
 
 enum class MeshColor { none, confidence, height };
 

@@ -20,13 +20,16 @@ using VertexColors = std::vector<std::array<std::uint8_t, 3>>;
 
 /// The unit a file of that kind is expected in: millimeters for OBJ and STL (slicers and CAD programs read
 /// them so), meters for PLY (the public datasets' unit) and glTF (its specification). What export and the
-/// window write by default.
+/// window write by default, and how files of other programs are read.
 LengthUnit usual_unit(const std::filesystem::path& path);
 
+/// The unit that write_mesh() noted near the beginning of the file; nothing in files of other programs.
+std::optional<LengthUnit> noted_unit(const std::filesystem::path& path);
+
 /// Reads PLY, OBJ or STL (by extension, through Assimp; confidence only from our own PLY). Without
-/// `file_unit` the numbers are in the unit that write_mesh() left in the file, else in meters. Throws Error
-/// when the file is missing, truncated, empty or not a triangle mesh.
-Mesh read_mesh(const std::filesystem::path& path, std::optional<LengthUnit> file_unit = std::nullopt);
+/// `mm_per_unit` the numbers are in the noted unit, else in the usual one. Throws Error when the file is
+/// missing, truncated, empty or not a triangle mesh.
+Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit = std::nullopt);
 
 /// Writes PLY (binary, with normals, confidence and colors), OBJ or STL (binary), or GLB (encode_glb), by
 /// extension, to a temporary name that is renamed when whole. The unit is noted in the file. Byte-identical

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,10 +51,11 @@ using ShapePtr = std::shared_ptr<const Shape>;
 /// What to make. Names: see shape_catalog(); a name that ends in .ply, .obj or .stl is a mesh file.
 struct ShapeSpec {
   std::string name = "pebble";
-  double size = 1.0;           ///< factor on the object's dimensions, 0.1 .. 10 (not on its texture)
-  double texture = 1.0;        ///< factor on the height of its texture, 0 (polished) .. 3
-  std::uint64_t seed = 1;      ///< of its texture
-  double mesh_unit_mm = 1000;  ///< millimeters per unit of a mesh file (1000: meters)
+  double size = 1.0;       ///< factor on the object's dimensions, 0.1 .. 10 (not on its texture)
+  double texture = 1.0;    ///< factor on the height of its texture, 0 (polished) .. 3
+  std::uint64_t seed = 1;  ///< of its texture
+  /// Of a mesh file, as for read_mesh().
+  std::optional<double> mesh_unit_mm = std::nullopt;
 };
 
 struct CatalogEntry {
