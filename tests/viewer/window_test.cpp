@@ -296,6 +296,13 @@ TEST_F(Window, ADistanceIsMeasuredBetweenTwoPlaces) {
     EXPECT_FALSE(drawn.text.find(".") != std::string::npos && drawn.text.ends_with(" mm")) << drawn.text;
 }
 
+TEST_F(Window, AllButtonsHaveRoomAtTheUsualSize) {
+  options_.width_px = WindowOptions().width_px;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  picture("usual_size");
+  for (const char* label : {"New scan", "Polished", "Curvature"}) EXPECT_NE(find(label), nullptr) << label;
+}
+
 TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
   options_.keeps_run = false;
   window_ = std::make_unique<LiveWindow>(session_, options_);

@@ -6,7 +6,7 @@
 namespace gelslam::viewer {
 namespace {
 
-constexpr double kBarMargin = 9, kButtonGap = 6, kGroupGap = 16;
+constexpr double kBarMargin = 9, kButtonGap = 4, kGroupGap = 16;
 
 struct BarButton {
   const ActionRow* row;
