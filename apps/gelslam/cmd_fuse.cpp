@@ -9,6 +9,7 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/merge_scans.hpp"
+#include "reports.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -38,6 +39,7 @@ int run(const FuseArguments& arguments) {
                              summary.vertices, summary.triangles,
                              arguments.output.empty() ? arguments.run : arguments.output);
   }
+  if (const auto completeness = read_completeness(arguments.run)) std::cerr << missing_words(*completeness);
   return summary.triangles == 0 ? exit_not_good : exit_done;
 }
 
