@@ -35,7 +35,7 @@ Json gains_to_json(const ModelCheck& check) {
                       {"error_over_sigma", finite(ninth.z())},
                       {"pixels", ninth.pixels}});
   for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k)
-    slopes.push_back({{"slope_to", SlopeStatistics::slope_limits[k]},
+    slopes.push_back({{"slope_to", SlopeStatistics::kSlopeLimits[k]},
                       {"gain", finite(check.gains.by_slope[k].gain())},
                       {"error_deg", finite(check.errors.by_slope[k].mean_abs_error_deg())},
                       {"error_over_sigma", finite(check.gains.by_slope[k].z())},
@@ -81,7 +81,7 @@ void print_for_people(const ModelCheck& check) {
   std::printf("gain by steepness:");
   double from = 0.0;
   for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k) {
-    const double to = SlopeStatistics::slope_limits[k];
+    const double to = SlopeStatistics::kSlopeLimits[k];
     if (check.gains.by_slope[k].pixels > 0.0)
       std::printf("  %.2f-%.2f: %.3f", from, to, check.gains.by_slope[k].gain());
     from = to;
@@ -138,7 +138,7 @@ int run_check(CheckArguments arguments) {
     std::cout << to_json(check, set, zones).dump(1) << "\n";
   else
     print_for_people(check);
-  return check.verdict == Verdict::recalibrate ? exit_not_good : exit_done;
+  return check.verdict == Verdict::recalibrate ? kExitNotGood : kExitDone;
 }
 
 }  // namespace

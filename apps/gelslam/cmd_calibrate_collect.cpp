@@ -101,7 +101,7 @@ int run_collect(CollectArguments arguments) {
     std::cerr << (session.enough() ? "next: gelslam calibrate train "
                                    : "go on with the same command; or: gelslam calibrate train ")
               << arguments.collect.folder.string() << " -o model.json\n";
-  return session.enough() ? exit_done : exit_not_good;
+  return session.enough() ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

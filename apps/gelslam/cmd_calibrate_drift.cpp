@@ -77,7 +77,7 @@ int run_drift(const DriftArguments& arguments) {
               << "\n";
   else
     std::cout << drift.words << "\n";
-  return drift.gel_changed || drift.light_changed ? exit_not_good : exit_done;
+  return drift.gel_changed || drift.light_changed ? kExitNotGood : kExitDone;
 }
 
 }  // namespace

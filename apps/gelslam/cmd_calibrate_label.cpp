@@ -111,7 +111,7 @@ int label_in_window(const LabelArguments& arguments, PressSet set, std::vector<F
   if (!arguments.snapshot.empty()) {
     write_label_snapshot(session, arguments.snapshot, options);
     std::cerr << "wrote " << arguments.snapshot.string() << "; no label was written\n";
-    return exit_done;
+    return kExitDone;
   }
   const InterruptWatch interrupt;
   options.asks_to_end = [&] { return interrupt.requested(); };
@@ -121,7 +121,7 @@ int label_in_window(const LabelArguments& arguments, PressSet set, std::vector<F
   std::cerr << session.progress() << "; " << written << " written";
   if (open > 0) std::cerr << "; " << open << " still to be decided: the same command goes on with them";
   std::cerr << "\n";
-  return open == 0 ? exit_done : exit_not_good;
+  return open == 0 ? kExitDone : kExitNotGood;
 }
 
 int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
@@ -151,7 +151,7 @@ int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
     std::cerr << written << " labels written, " << kept << " kept, " << unclear << " presses not clear\n";
   else
     std::cerr << "nothing was written; --accept writes these labels\n";
-  return unclear == 0 ? exit_done : exit_not_good;
+  return unclear == 0 ? kExitDone : kExitNotGood;
 }
 
 int run_label(LabelArguments arguments) {

@@ -126,7 +126,7 @@ int run_pitch(PitchArguments arguments) {
   if (!arguments.patterns.empty()) fits = measure_patterns(arguments);
   if (!arguments.presses.folder.empty() && arguments.patterns.empty())
     fits = measure_balls(arguments.presses);
-  return fits ? exit_done : exit_not_good;
+  return fits ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ int run_train(TrainArguments arguments) {
         << "note: presses of one ball cannot show whether its diameter is right: press a second size too, "
            "or check these presses with a model that you trust (gelslam calibrate check)\n";
   for (const std::string& reason : check.reasons) std::cerr << "note: " << reason << "\n";
-  return check.verdict == Verdict::recalibrate ? exit_not_good : exit_done;
+  return check.verdict == Verdict::recalibrate ? kExitNotGood : kExitDone;
 }
 
 }  // namespace

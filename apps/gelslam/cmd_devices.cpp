@@ -135,9 +135,9 @@ int run_devices(bool as_json) {
     std::cout << cameras_text(cameras);
   }
   for (const CameraInfo& camera : cameras) {
-    if (camera.node == CameraNode::capture) return exit_done;
+    if (camera.node == CameraNode::capture) return kExitDone;
   }
-  return exit_not_good;
+  return kExitNotGood;
 }
 
 }  // namespace

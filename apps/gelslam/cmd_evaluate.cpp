@@ -90,7 +90,7 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   command->footer("Example: gelslam evaluate RUN --truth DATA --picture comparison.png");
   command->callback([arguments, &exit_code] {
     run_evaluate(*arguments);
-    exit_code = exit_done;
+    exit_code = kExitDone;
   });
 }
 

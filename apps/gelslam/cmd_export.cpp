@@ -266,7 +266,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
     } catch (const Stopped&) {
       throw Error("stopped: the file is not written");
     }
-    exit_code = exit_done;
+    exit_code = kExitDone;
   });
 }
 

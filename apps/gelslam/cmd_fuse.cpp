@@ -40,7 +40,7 @@ int run(const FuseArguments& arguments) {
                              arguments.output.empty() ? arguments.run : arguments.output);
   }
   if (const auto completeness = read_completeness(arguments.run)) std::cerr << missing_words(*completeness);
-  return summary.triangles == 0 ? exit_not_good : exit_done;
+  return summary.triangles == 0 ? kExitNotGood : kExitDone;
 }
 
 }  // namespace

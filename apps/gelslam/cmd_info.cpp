@@ -54,7 +54,7 @@ int run_info(const InfoArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const InfoReport report = inspect(arguments.path, *progress);
   std::cout << (arguments.json ? report.json() : report.text());
-  return report.has_problems() ? exit_not_good : exit_done;
+  return report.has_problems() ? kExitNotGood : kExitDone;
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ int run_map(const MapArguments& arguments) {
                              counted(static_cast<std::int64_t>(map.patches.size()), "touch"),
                              100 * map.covered_share, arguments.output.string());
   }
-  return is_cut_off ? exit_not_good : exit_done;
+  return is_cut_off ? kExitNotGood : kExitDone;
 }
 
 }  // namespace

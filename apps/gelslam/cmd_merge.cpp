@@ -26,7 +26,7 @@ int run(const MergeArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary = merge_scans(request, *progress, [&] { return interrupt.requested(); });
   std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
-  return summary.completeness.complete() ? exit_done : exit_not_good;
+  return summary.completeness.complete() ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

@@ -36,9 +36,9 @@ int run_one(const ReconstructArguments& arguments) {
   std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
   if (summary.tracked == 0) {
     std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
-    return exit_not_good;
+    return kExitNotGood;
   }
-  return exit_done;
+  return kExitDone;
 }
 
 int run(const ReconstructArguments& arguments, const CLI::App& command) {

@@ -96,7 +96,7 @@ int run(const RecordArguments& arguments) {
   recorder.finish();
   report.finish(recorder.status(), source.frames->lost_frames(), source.frames->warning());
   if (failure) std::rethrow_exception(failure);
-  return report.good() ? exit_done : exit_not_good;
+  return report.good() ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

@@ -147,7 +147,7 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
   scan->footer("Example: gelslam simulate scan --object pebble --motion allover --frames 600 -o pebble");
   scan->callback([arguments, &exit_code] {
     run_scan(*arguments);
-    exit_code = exit_done;
+    exit_code = kExitDone;
   });
 }
 
@@ -166,7 +166,7 @@ void add_calibration(CLI::App& simulate, const std::shared_ptr<SimulateArguments
     spread_seed(*arguments);
     StoppableProgress progress(arguments->quiet, throw_stopped);
     calibrate_into(arguments->output, *arguments, progress);
-    exit_code = exit_done;
+    exit_code = kExitDone;
   });
 }
 
@@ -190,7 +190,7 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
     spread_seed(*arguments);
     StoppableProgress progress(arguments->quiet, throw_stopped);
     write_press_log(arguments->output, arguments->press_log, arguments->folder.lossless, progress);
-    exit_code = exit_done;
+    exit_code = kExitDone;
   });
 }
 
@@ -213,7 +213,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       print_lists();
     else if (simulate->get_subcommands().empty())
       std::cout << simulate->help();
-    exit_code = exit_done;
+    exit_code = kExitDone;
   });
 }
 

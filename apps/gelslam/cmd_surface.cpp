@@ -120,7 +120,7 @@ int run_surface(const SurfaceArguments& arguments) {
   cv::minMaxLoc(surface->height_mm, &deepest_mm, nullptr);
   if (!arguments.quiet)
     std::cout << fmt::format("contact {} pixels, deepest {:.3f} mm\n", surface->contact_pixels, -deepest_mm);
-  return surface->contact_pixels > 0 ? exit_done : exit_not_good;
+  return surface->contact_pixels > 0 ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

@@ -293,7 +293,7 @@ int run(const TrackArguments& arguments) {
     any = compute();
     if (arguments.window.shows_map()) write_map_snapshot(shown, touches, arguments.window.snapshot);
   }
-  return any ? exit_done : exit_not_good;
+  return any ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {
     run_view(*a);
-    exit_code = exit_done;
+    exit_code = kExitDone;
   });
 }
 

@@ -5,10 +5,10 @@
 namespace gelslam {
 
 /// What the program hands back to the shell.
-inline constexpr int exit_done = 0;
-inline constexpr int exit_not_good = 1;        ///< done, but the result is poor (e.g. never in contact)
-inline constexpr int exit_user_error = 2;      ///< gelslam::Error or a wrong command line
-inline constexpr int exit_internal_error = 3;  ///< our mistake
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitNotGood = 1;        ///< done, but the result is poor (e.g. never in contact)
+inline constexpr int kExitUserError = 2;      ///< gelslam::Error or a wrong command line
+inline constexpr int kExitInternalError = 3;  ///< our mistake
 
 /// Each command lives in its own cmd_<name>.cpp: it adds a subcommand with its options, an example as footer,
 /// and a callback that does the work and sets `exit_code`. Mistakes are thrown as Error; main prints them.

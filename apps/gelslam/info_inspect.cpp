@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::uintmax_t kLargestJson_bytes = 64u << 20;
+constexpr std::uintmax_t kLargestJsonBytes = 64u << 20;
 
 /// Runs one part of a folder's inspection; what is wrong with it becomes a problem and the rest goes on.
 void attempt(InfoReport& report, const std::function<void()>& part) {
@@ -139,7 +139,7 @@ void add_mesh(InfoReport& report, const fs::path& file) {
 
 Json read_json_object(const fs::path& file) {
   std::error_code code;
-  if (fs::file_size(file, code) > kLargestJson_bytes || code) throw Error(file.string() + ": cannot be read");
+  if (fs::file_size(file, code) > kLargestJsonBytes || code) throw Error(file.string() + ": cannot be read");
   std::ifstream stream(file);
   Json object = Json::parse(stream, nullptr, /*allow_exceptions=*/false);
   if (!object.is_object()) throw Error(file.string() + ": not a JSON object, or truncated");

@@ -189,7 +189,7 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(session, arguments.snapshot, window);
   std::cerr << report_text(summary, session.status(), arguments.quiet);
-  return summary.tracked == 0 || summary.partial ? exit_not_good : exit_done;
+  return summary.tracked == 0 || summary.partial ? kExitNotGood : kExitDone;
 }
 
 }  // namespace gelslam

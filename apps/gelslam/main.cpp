@@ -94,7 +94,7 @@ int report_parse_error(const CLI::App& app, const CLI::ParseError& error) {
     words = "there is no " + name + " " + command.remaining().front() + did_you_mean(command);
   }
   print_error(words + " (see " + name + " --help)");
-  return exit_user_error;
+  return kExitUserError;
 }
 
 int run(int argc, char** argv) {
@@ -104,7 +104,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.footer(
       "Example: gelslam reconstruct LOG -o RUN\nEach command has its own help: gelslam COMMAND --help");
-  int exit_code = exit_done;
+  int exit_code = kExitDone;
   add_commands(app, exit_code);
   std::vector<std::string> notices;
   std::vector<std::string> words =
@@ -131,15 +131,15 @@ int main(int argc, char** argv) {
     return gelslam::run(argc, argv);
   } catch (const gelslam::Error& error) {
     gelslam::print_error(error.what());
-    return gelslam::exit_user_error;
+    return gelslam::kExitUserError;
   } catch (const std::filesystem::filesystem_error& error) {  // a path that may not be looked at, or is none
     gelslam::print_error(error.path1().string() + ": " + error.code().message());
-    return gelslam::exit_user_error;
+    return gelslam::kExitUserError;
   } catch (const std::exception& error) {
     gelslam::print_error(std::string("internal error: ") + error.what());
-    return gelslam::exit_internal_error;
+    return gelslam::kExitInternalError;
   } catch (...) {
     gelslam::print_error("internal error of unknown kind");
-    return gelslam::exit_internal_error;
+    return gelslam::kExitInternalError;
   }
 }

@@ -109,30 +109,30 @@ double free_memory_gb() {
 
 /// One process for each core (tracking uses one), as far as memory allows.
 int default_jobs(std::string& why) {
-  constexpr double kMemoryOfALog_gb = 1.0;  // a minute's scan around an object takes 0.3
+  constexpr double kMemoryOfALogGb = 1.0;  // a minute's scan around an object takes 0.3
   const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   const double memory_gb = free_memory_gb();
   why = fmt::format(" ({}, {} GB of free memory, {} GB for each log)", counted(cores, "core"),
-                    short_number(memory_gb, 2), short_number(kMemoryOfALog_gb));
-  return std::clamp(static_cast<int>(memory_gb / kMemoryOfALog_gb), 1, cores);
+                    short_number(memory_gb, 2), short_number(kMemoryOfALogGb));
+  return std::clamp(static_cast<int>(memory_gb / kMemoryOfALogGb), 1, cores);
 }
 
 /// What became of a log.
 struct Outcome {
-  int exit_code = exit_done;
+  int exit_code = kExitDone;
   std::optional<RunFigures> figures;  ///< none: there is no run of it
   std::string note;
 };
 
 Outcome outcome_of_run(const LogTask& task) {
-  Outcome outcome{exit_done, read_figures(task.run), task.was_finished ? "finished before" : ""};
+  Outcome outcome{kExitDone, read_figures(task.run), task.was_finished ? "finished before" : ""};
   if (task.was_finished && task.has_settings)
     outcome.note += " (with the settings of then; --overwrite makes it again)";
-  if (!outcome.figures) return {exit_internal_error, {}, "failed: its run cannot be read"};
+  if (!outcome.figures) return {kExitInternalError, {}, "failed: its run cannot be read"};
   const auto add = [&](const std::string& more) { append_sentence(outcome.note, more); };
   if (outcome.figures->partial) add("stopped early");
   if (outcome.figures->tracked == 0) add("nothing touched the sensor");
-  if (outcome.figures->partial || outcome.figures->tracked == 0) outcome.exit_code = exit_not_good;
+  if (outcome.figures->partial || outcome.figures->tracked == 0) outcome.exit_code = kExitNotGood;
   if (!outcome.figures->warning.empty()) add("warning: " + outcome.figures->warning);
   return outcome;
 }
@@ -140,15 +140,15 @@ Outcome outcome_of_run(const LogTask& task) {
 Outcome outcome_of(const LogTask& task) {
   constexpr std::string_view kErrorPrefix = "gelslam: error: ";
   if (task.was_finished) return outcome_of_run(task);
-  if (!task.exit_code) return {exit_not_good, {}, "not started"};
+  if (!task.exit_code) return {kExitNotGood, {}, "not started"};
   const int code = *task.exit_code;
-  if (code == exit_done || code == exit_not_good) return outcome_of_run(task);
-  if (code == -SIGINT) return {exit_not_good, {}, "stopped"};
+  if (code == kExitDone || code == kExitNotGood) return outcome_of_run(task);
+  if (code == -SIGINT) return {kExitNotGood, {}, "stopped"};
   if (code > 0) {
     const bool known = task.last_line.starts_with(kErrorPrefix);
     return {code, {}, "failed: " + task.last_line.substr(known ? kErrorPrefix.size() : 0)};
   }
-  return {exit_internal_error,
+  return {kExitInternalError,
           {},
           fmt::format("failed: ended by signal {} ({}){}", -code, ::strsignal(-code),
                       code == -SIGKILL ? "; if memory was short, use fewer --jobs" : "")};
@@ -238,7 +238,7 @@ class ManyLogsRun {
       task.process = std::make_unique<ChildProgram>(words);
       running_.push_back(&task);
     } catch (const Error& error) {
-      task.exit_code = exit_internal_error;
+      task.exit_code = kExitInternalError;
       task.last_line = error.what();
     }
   }
@@ -250,7 +250,7 @@ class ManyLogsRun {
     task.process.reset();
     const Outcome outcome = outcome_of(task);
     const bool warns = outcome.figures && !outcome.figures->warning.empty();
-    if (request_.quiet && outcome.exit_code <= exit_not_good && !warns) return true;
+    if (request_.quiet && outcome.exit_code <= kExitNotGood && !warns) return true;
     // One write: the progress line is drawn by another thread.
     std::cerr << fmt::format("{}{}: {}\n", ::isatty(STDERR_FILENO) != 0 ? "\r\x1b[K" : "", task.name(),
                              outcome.note.empty() ? "done" : outcome.note);
@@ -259,7 +259,7 @@ class ManyLogsRun {
 
   int report() const {
     std::vector<Row> rows{{"log", "frames", "in mesh", "pieces", "keyframes", "loops", "time", ""}};
-    int worst = exit_done;
+    int worst = kExitDone;
     for (const LogTask& task : tasks_) {
       const Outcome outcome = outcome_of(task);
       rows.push_back(row_of(task.name(), outcome));

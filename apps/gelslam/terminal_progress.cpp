@@ -15,7 +15,7 @@ namespace gelslam {
 namespace {
 
 constexpr int kBarCells = 24;
-constexpr double kRedrawPeriod_s = 0.1;
+constexpr double kRedrawPeriodS = 0.1;
 
 std::string rate_text(double rate_hz) { return fmt::format("{:.{}f}/s", rate_hz, rate_hz < 10.0 ? 1 : 0); }
 
@@ -84,7 +84,7 @@ void TerminalProgress::begin(std::string_view task, std::optional<std::int64_t> 
 void TerminalProgress::update(std::int64_t done) {
   const std::lock_guard lock(mutex_);
   done_ = done;
-  if (running_ && now_s_() - drawn_s_ >= kRedrawPeriod_s) draw();
+  if (running_ && now_s_() - drawn_s_ >= kRedrawPeriodS) draw();
 }
 
 void TerminalProgress::end() {

@@ -18,7 +18,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double pitch_mm = 0.0634;
+constexpr double kPitchMm = 0.0634;
 
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -27,7 +27,7 @@ double median(std::vector<double> values) {
 
 FoundCircle found_in(const SimulatedPresses& presses, std::size_t k) {
   return find_circle(presses.set.presses[k].bgr, presses.set.background,
-                     0.5 * presses.set.presses[k].diameter_mm / pitch_mm);
+                     0.5 * presses.set.presses[k].diameter_mm / kPitchMm);
 }
 
 TEST(FindCircle, FindsTheBallThatWasPressed) {
@@ -55,7 +55,7 @@ TEST(FindCircle, DoesNotCareAboutTheExposure) {
   cv::add(presses.set.presses[3].bgr, cv::Scalar(9, 9, 9), brighter);
   const FoundCircle plain = found_in(presses, 3);
   const FoundCircle shifted =
-      find_circle(brighter, presses.set.background, 0.5 * presses.set.presses[3].diameter_mm / pitch_mm);
+      find_circle(brighter, presses.set.background, 0.5 * presses.set.presses[3].diameter_mm / kPitchMm);
   EXPECT_NEAR(shifted.circle.u_px, plain.circle.u_px, 0.3);
   EXPECT_NEAR(shifted.circle.v_px, plain.circle.v_px, 0.3);
   EXPECT_NEAR(shifted.ball.radius_px, plain.ball.radius_px, 0.3);
@@ -92,7 +92,7 @@ TEST(FindCircle, SaysWhenTwoThingsTouch) {
     if (!found_in(presses, k).problem.empty()) continue;
     const double far_px = 4.0 * presses.truth[k].radius_px * inward(presses, k);
     const FoundCircle found = find_circle(touched_again(presses, k, far_px, 0.0), presses.set.background,
-                                          0.5 * presses.set.presses[k].diameter_mm / pitch_mm);
+                                          0.5 * presses.set.presses[k].diameter_mm / kPitchMm);
     EXPECT_EQ(found.problem, "two things touch the gel") << k;
   }
 }
@@ -114,7 +114,7 @@ TEST(FindCircle, SaysWhenTheBallSlid) {
     }
     cv::add(background, sum, slid, cv::noArray(), CV_8UC3);
     const FoundCircle found =
-        find_circle(slid, background, 0.5 * presses.set.presses[k].diameter_mm / pitch_mm);
+        find_circle(slid, background, 0.5 * presses.set.presses[k].diameter_mm / kPitchMm);
     EXPECT_EQ(found.problem, "the ball slid while the picture was taken") << k;
   }
 }
@@ -130,7 +130,7 @@ std::vector<double> zone_gaps(const SimulatedPresses& presses, const BallZones& 
 TEST(BallZones, LieOnTheBallHoweverTheLabelsWereDrawn) {
   const SimulatedPresses& presses = forty_presses();
   for (const auto& [factor, wider_px] : {std::pair{1.0, 0.0}, {1.0, 4.0}, {1.45, 0.0}}) {
-    const BallZones zones = find_ball_zones(labelled(presses, factor, wider_px), pitch_mm, false);
+    const BallZones zones = find_ball_zones(labelled(presses, factor, wider_px), kPitchMm, false);
     EXPECT_GE(zones.zones.size(), 35U);
     EXPECT_NEAR(median(zone_gaps(presses, zones)), 3.0, 2.0) << factor << " " << wider_px;
   }
@@ -139,10 +139,10 @@ TEST(BallZones, LieOnTheBallHoweverTheLabelsWereDrawn) {
 TEST(BallZones, AcceptedCirclesAreAsGoodAsNoLabels) {
   PressSet set = forty_presses().set;
   set.presses.resize(12);
-  const BallZones automatic = find_ball_zones(set, pitch_mm, true);
+  const BallZones automatic = find_ball_zones(set, kPitchMm, true);
   for (CalibrationPress& press : set.presses)
-    press.label = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / pitch_mm).circle;
-  const BallZones accepted = find_ball_zones(set, pitch_mm, false);
+    press.label = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / kPitchMm).circle;
+  const BallZones accepted = find_ball_zones(set, kPitchMm, false);
   ASSERT_EQ(accepted.zones.size(), automatic.zones.size());
   for (std::size_t k = 0; k < accepted.zones.size(); ++k) {
     EXPECT_EQ(accepted.zones[k].u_px, automatic.zones[k].u_px);
@@ -153,7 +153,7 @@ TEST(BallZones, AcceptedCirclesAreAsGoodAsNoLabels) {
 TEST(BallZones, LeaveOutLabelsBesideTheContact) {
   PressSet set = forty_labelled();
   set.presses[2].label->u_px += set.presses[2].label->u_px > 160 ? -90.0 : 90.0;
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const BallZones zones = find_ball_zones(set, kPitchMm, false);
   ASSERT_FALSE(zones.rejected.empty());
   EXPECT_EQ(zones.rejected.front().press, 2U);
   EXPECT_THAT(zones.rejected.front().reason, HasSubstr("beside the contact"));
@@ -161,14 +161,14 @@ TEST(BallZones, LeaveOutLabelsBesideTheContact) {
 
 TEST(BallZones, LeaveOutWhatHasNoLabelUnlessAskedTo) {
   const SimulatedPresses& presses = forty_presses();
-  EXPECT_TRUE(find_ball_zones(presses.set, pitch_mm, false).zones.empty());
+  EXPECT_TRUE(find_ball_zones(presses.set, kPitchMm, false).zones.empty());
   EXPECT_GE(zones_of_forty().zones.size(), 34U);
 }
 
 std::string refusal(const PressSet& set, const BallZones& zones) {
   return message_of<Error>([&] { require_good_coverage(set, zones); });
 }
-std::string refusal(const PressSet& set) { return refusal(set, find_ball_zones(set, pitch_mm, false)); }
+std::string refusal(const PressSet& set) { return refusal(set, find_ball_zones(set, kPitchMm, false)); }
 
 TEST(Coverage, IsGoodForTheWholeSet) {
   EXPECT_EQ(refusal(forty_labelled(), zones_of_labelled()), "nothing was thrown");
@@ -204,7 +204,7 @@ TEST(Coverage, NoticesAnotherSensorsPresses) {
 
 TEST(BallZones, LeaveOutSinglePressesInAnotherLight) {
   const PressSet set = with_less_blue(5, 20);
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const BallZones zones = find_ball_zones(set, kPitchMm, false);
   ASSERT_EQ(zones.rejected.size(), 2U);
   EXPECT_EQ(zones.rejected[0].press, 5U);
   EXPECT_EQ(zones.rejected[1].press, 25U);
@@ -221,7 +221,7 @@ TEST(BallZones, LeaveOutWhatIsNoSingleBallAndAnotherBall) {
   set.presses[overlapping].bgr = touched_again(presses, overlapping, near_px, 0.0);
   double& diameter_mm = set.presses[other_ball].diameter_mm;
   diameter_mm *= diameter_mm < 8.0 ? 3.0 : 0.5;
-  const BallZones zones = find_ball_zones(set, pitch_mm, true);
+  const BallZones zones = find_ball_zones(set, kPitchMm, true);
   ASSERT_EQ(zones.rejected.size(), before.rejected.size() + 2) << "all others stay";
   for (const std::size_t press : {overlapping, other_ball})
     EXPECT_TRUE(std::ranges::any_of(zones.rejected, [&](const RejectedPress& r) { return r.press == press; }))
@@ -232,7 +232,7 @@ TEST(BallZones, LeaveOutPressesWhoseFilesCannotBeUsed) {
   PressSet set = forty_labelled();
   set.presses.resize(12);
   set.presses[7].problem = "its picture cannot be read";
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const BallZones zones = find_ball_zones(set, kPitchMm, false);
   ASSERT_FALSE(zones.rejected.empty());
   EXPECT_EQ(zones.rejected.front().press, 7U);
   EXPECT_EQ(zones.rejected.front().reason, "its picture cannot be read");

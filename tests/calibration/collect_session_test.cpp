@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr double diameter_mm = 6.31;
+constexpr double kDiameterMm = 6.31;
 
 struct Hand {
   std::vector<cv::Mat3b> pictures;
@@ -100,9 +100,9 @@ class EndOfACollection : public ::testing::Test {
   CollectSession session(RawFrameSource& source) {
     CollectOptions options;
     options.folder = folder();
-    options.diameter_mm = diameter_mm;
+    options.diameter_mm = kDiameterMm;
     options.until_enough = false;
-    return {source, SensorProfile{}, PressFolder(folder(), diameter_mm, true), options,
+    return {source, SensorProfile{}, PressFolder(folder(), kDiameterMm, true), options,
             [](const std::string&) {}};
   }
   fs::path folder() const { return place_ / "presses"; }
@@ -127,17 +127,17 @@ TEST_F(EndOfACollection, CtrlCKeepsAllPressesAndTheOneStillHeld) {
     EXPECT_THAT(collecting.summary(), HasSubstr("3 presses taken, 3 of 50 wanted"));
   }
   expect_whole(3);
-  EXPECT_EQ(PressFolder(folder(), diameter_mm, true).earlier_circles(0.0634).size(), 3U) << "it can go on";
+  EXPECT_EQ(PressFolder(folder(), kDiameterMm, true).earlier_circles(0.0634).size(), 3U) << "it can go on";
 }
 
 TEST_F(EndOfACollection, SaysWhenAllPressesAreOfOneDepth) {
   const auto summary_with = [&](double radius_px, std::size_t presses) {
     fs::remove_all(folder());
-    PressFolder filled(folder(), diameter_mm, true);
+    PressFolder filled(folder(), kDiameterMm, true);
     filled.write_background(hand().pictures.front());
     for (std::size_t k = 0; k < presses; ++k)
       filled.add({hand().pictures.front(), {30.0 + 25.0 * static_cast<double>(k), 120.0, radius_px}});
-    filled = PressFolder(place_ / "elsewhere", diameter_mm, true);  // lets go of it
+    filled = PressFolder(place_ / "elsewhere", kDiameterMm, true);  // lets go of it
     WaitingCamera camera({}, [] {});
     return session(camera).summary();
   };

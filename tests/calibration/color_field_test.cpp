@@ -10,7 +10,7 @@ namespace {
 
 using namespace calibration::detail;
 
-constexpr float dark = 0.04F;  // as the field has it
+constexpr float kDark = 0.04F;  // as the field has it
 
 /// A gel under one lamp whose light falls off to the right, to a ninth. A slope takes 0.8 per radian of that
 /// light, or always as much as in the middle.
@@ -20,7 +20,7 @@ SlopeSample lit_sample(bool of_the_light, float x, float y, float angle_x, float
   sample.angle_rad = {angle_x, angle_y};
   const auto light = [](float at) { return 0.6F / (1.0F + 8.0F * at * at); };
   for (std::size_t c = 0; c < 3; ++c) {
-    sample.flat_color[c] = light(x) - dark;
+    sample.flat_color[c] = light(x) - kDark;
     sample.color[c] =
         sample.flat_color[c] + light(of_the_light ? x : 0.5F) * 0.8F * (c == 0 ? angle_x : angle_y);
   }

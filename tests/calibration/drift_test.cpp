@@ -11,7 +11,7 @@ namespace gelslam::test {
 namespace {
 
 cv::Mat3f bare_gel() {
-  cv::Mat3f cells(background_grid);
+  cv::Mat3f cells(kBackgroundGrid);
   for (int v = 0; v < cells.rows; ++v)
     for (int u = 0; u < cells.cols; ++u) {
       const double bump = std::exp(-0.01 * ((u - 10) * (u - 10) + (v - 7) * (v - 7)));

@@ -14,7 +14,7 @@
 namespace gelslam::test {
 namespace {
 
-constexpr double pitch_mm = 0.0634;
+constexpr double kPitchMm = 0.0634;
 
 /// A flat ruler whose marks are grooves, turned by `angle_deg`, pressed 0.15 mm deep by a sensor of this
 /// pitch.
@@ -65,10 +65,10 @@ TEST(Pattern, IsMeasuredWithinAPercentHoweverItLies) {
   for (const double angle_deg : {0.0, 90.0, 37.0, -20.0, 128.0})
     for (const double period_mm : {0.7, 1.0, 1.6}) {
       const auto wave =
-          find_pattern(ruler_press(period_mm, angle_deg), bare_gel(), 1.1 * period_mm / pitch_mm);
+          find_pattern(ruler_press(period_mm, angle_deg), bare_gel(), 1.1 * period_mm / kPitchMm);
       ASSERT_TRUE(wave) << angle_deg << " " << period_mm;
       // The lamps' change over the gel shifts the wave by a twentieth of a period or so.
-      const double error = wave->period_px() * pitch_mm / period_mm - 1.0;
+      const double error = wave->period_px() * kPitchMm / period_mm - 1.0;
       EXPECT_LT(std::abs(error), 0.09 * period_mm / 15.2) << angle_deg << " " << period_mm;
       EXPECT_LT(std::abs(error), 3.0 * wave->uncertainty) << angle_deg << " " << period_mm;
       EXPECT_LT(wave->uncertainty, 0.01) << angle_deg << " " << period_mm;
@@ -79,7 +79,7 @@ TEST(Pattern, ABoltWillDo) {
   for (const double angle_deg : {0.0, 90.0}) {
     const auto wave = find_pattern(bolt_press(0.8, angle_deg), bare_gel(), 0.8 / 0.07);
     ASSERT_TRUE(wave) << angle_deg;
-    EXPECT_NEAR(wave->period_px() * pitch_mm / 0.8, 1.0, 0.005) << angle_deg;
+    EXPECT_NEAR(wave->period_px() * kPitchMm / 0.8, 1.0, 0.005) << angle_deg;
   }
 }
 
@@ -97,14 +97,14 @@ TEST(Pattern, TwoDirectionsTellBothAxes) {
   std::vector<PatternWave> waves;
   for (const double angle_deg : {0.0, 90.0, 40.0})
     waves.push_back(
-        find_pattern(with_higher_pixels(ruler_press(1.0, angle_deg), 1.06), background, 1.0 / pitch_mm)
+        find_pattern(with_higher_pixels(ruler_press(1.0, angle_deg), 1.06), background, 1.0 / kPitchMm)
             .value());
   const double rows = background.rows;  // the factor, after rounding to whole rows
   const PixelPitch pitch = pitch_from_pattern(waves, 1.0);
   EXPECT_TRUE(pitch.both_axes);
-  EXPECT_NEAR(pitch.x_mm / pitch_mm, 1.0, 0.003);
-  EXPECT_NEAR(pitch.y_mm / pitch_mm, 240.0 / rows, 0.004);
-  EXPECT_LT(std::abs(pitch.y_mm - pitch_mm * 240.0 / rows), 4.0 * pitch.y_uncertainty_mm);
+  EXPECT_NEAR(pitch.x_mm / kPitchMm, 1.0, 0.003);
+  EXPECT_NEAR(pitch.y_mm / kPitchMm, 240.0 / rows, 0.004);
+  EXPECT_LT(std::abs(pitch.y_mm - kPitchMm * 240.0 / rows), 4.0 * pitch.y_uncertainty_mm);
 }
 
 TEST(Pattern, OneDirectionTellsOnlyOne) {
@@ -130,7 +130,7 @@ std::optional<PixelAspect> aspect_with(double factor) {
       zones.push_back(
           {k, truth.center_px.x, (truth.center_px.y + 0.5) / factor - 0.5, truth.radius_px - 3.0});
   }
-  return aspect_from_balls(set, zones, pitch_mm);
+  return aspect_from_balls(set, zones, kPitchMm);
 }
 
 TEST(BallAspect, SeesPixelsThatAreNotSquare) {
@@ -144,7 +144,7 @@ TEST(BallAspect, SeesPixelsThatAreNotSquare) {
 
 TEST(BallAspect, NeedsSomePresses) {
   const SimulatedPresses presses = simulated_presses(0, 2);
-  EXPECT_FALSE(aspect_from_balls(presses.set, {}, pitch_mm));
+  EXPECT_FALSE(aspect_from_balls(presses.set, {}, kPitchMm));
 }
 
 }  // namespace

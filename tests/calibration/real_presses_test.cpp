@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double pitch_mm = 0.0634;
+constexpr double kPitchMm = 0.0634;
 
 class RealPresses : public ::testing::Test {
  protected:
@@ -39,7 +39,7 @@ TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
   const PressSet set = read_press_set(data_ / "calibration_b");
   std::vector<double> centers, radii;
   for (const CalibrationPress& press : set.presses) {
-    const FoundCircle found = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / pitch_mm);
+    const FoundCircle found = find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / kPitchMm);
     EXPECT_EQ(found.problem, "") << press.name;
     centers.push_back(
         std::hypot(found.circle.u_px - press.label->u_px, found.circle.v_px - press.label->v_px));
@@ -53,7 +53,7 @@ TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
 TEST_F(RealPresses, PixelsAreSquare) {
   for (const char* name : {"calibration", "calibration_b"}) {
     const PressSet set = read_press_set(data_ / name);
-    const auto aspect = aspect_from_balls(set, find_ball_zones(set, pitch_mm, true).zones, pitch_mm);
+    const auto aspect = aspect_from_balls(set, find_ball_zones(set, kPitchMm, true).zones, kPitchMm);
     ASSERT_TRUE(aspect) << name;
     EXPECT_NEAR(aspect->y_over_x, 1.0, 0.03) << name;
   }
@@ -61,7 +61,7 @@ TEST_F(RealPresses, PixelsAreSquare) {
 
 TEST_F(RealPresses, TheOneWrongLabelIsLeftOut) {
   const PressSet set = read_press_set(data_ / "calibration_b");
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const BallZones zones = find_ball_zones(set, kPitchMm, false);
   ASSERT_EQ(zones.rejected.size(), 1U);
   EXPECT_EQ(set.presses[zones.rejected.front().press].name, "9.470mm/50");
 }
@@ -70,24 +70,24 @@ TEST_F(RealPresses, TheOneWrongLabelIsLeftOut) {
 // that part for the ball, and a good label was called wrong.
 TEST_F(RealPresses, NoRenderedPressIsLeftOut) {
   const PressSet set = read_press_set(data_ / "calibration_sim");
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const BallZones zones = find_ball_zones(set, kPitchMm, false);
   for (const RejectedPress& press : zones.rejected)
     ADD_FAILURE() << set.presses[press.press].name << ": " << press.reason;
 }
 
 TEST_F(RealPresses, AModelReadsBallsItHasNotSeenBetterThanTheSensorsOwn) {
   const PressSet set = read_press_set(data_ / "calibration");
-  const BallZones zones = find_ball_zones(set, pitch_mm, true);
+  const BallZones zones = find_ball_zones(set, kPitchMm, true);
   EXPECT_EQ(zones.zones.size(), set.presses.size());
   std::vector<BallZone> seen, unseen;
   for (std::size_t k = 0; k < zones.zones.size(); ++k) (k % 5 == 2 ? unseen : seen).push_back(zones.zones[k]);
-  ModelTraining training{pitch_mm, 1, {}};
+  ModelTraining training{kPitchMm, 1, {}};
   training.recipe.steps = 4000;
   NoProgress quiet;
   const ModelCheck ours =
-      check_model(train_model(set, seen, training, quiet, [] { return false; }), set, unseen, pitch_mm);
+      check_model(train_model(set, seen, training, quiet, [] { return false; }), set, unseen, kPitchMm);
   const ModelCheck shipped =
-      check_model(read_model(data_ / "calibration/model/nnmodel.pth"), set, unseen, pitch_mm);
+      check_model(read_model(data_ / "calibration/model/nnmodel.pth"), set, unseen, kPitchMm);
   EXPECT_LT(ours.errors.all.mean_abs_error_deg(), shipped.errors.all.mean_abs_error_deg());
   EXPECT_NEAR(ours.gains.all.gain(), 1.0, 0.05);
   for (const DiameterCheck& ball : ours.diameters)

@@ -25,7 +25,7 @@ using namespace calibration::detail;
 
 using ::testing::HasSubstr;
 
-constexpr double pitch_mm = 0.0634;
+constexpr double kPitchMm = 0.0634;
 
 // A reader that shrinks everything by a tenth, and the right side by two: asked for what the field says, it
 // is right.
@@ -52,7 +52,7 @@ TEST(GainField, StretchesUntilReadingsAreTrue) {
 GradientModel trained(const PressSet& set, const BallZones& zones, const TrainingRecipe& recipe,
                       std::uint64_t seed) {
   NoProgress quiet;
-  return train_model(set, zones.zones, {pitch_mm, seed, recipe}, quiet, [] { return false; });
+  return train_model(set, zones.zones, {kPitchMm, seed, recipe}, quiet, [] { return false; });
 }
 
 TrainingRecipe short_recipe(int steps) {
@@ -82,13 +82,13 @@ TEST(TrainModel, StopsWhenAskedAndRefusesTooLittle) {
   BallZones zones = zones_of_labelled();
   NoProgress quiet;
   EXPECT_THAT(message_of<Error>([&] {
-                train_model(set, zones.zones, {pitch_mm, 1, {}}, quiet, [] { return true; });
+                train_model(set, zones.zones, {kPitchMm, 1, {}}, quiet, [] { return true; });
               }),
               ::testing::HasSubstr("stopped"));
   zones.zones.resize(1);
   zones.zones[0].radius_px = 8.0;
   EXPECT_THAT(message_of<Error>([&] {
-                train_model(set, zones.zones, {pitch_mm, 1, {}}, quiet, [] { return false; });
+                train_model(set, zones.zones, {kPitchMm, 1, {}}, quiet, [] { return false; });
               }),
               ::testing::HasSubstr("too few to train on"));
 }
@@ -119,8 +119,8 @@ TEST(TrainModel, ReadsUnseenBallsFromPicturesAlone) {
   EXPECT_LT(sums.mean_abs_error_deg(), 2.5);
   EXPECT_NEAR(sums.gain_x(), 1.0, 0.05);
   EXPECT_NEAR(sums.gain_y(), 1.0, 0.05);
-  const BallZones unseen_zones = find_ball_zones(unseen.set, pitch_mm, true);
-  const ModelCheck check = check_model(model, unseen.set, unseen_zones.zones, pitch_mm);
+  const BallZones unseen_zones = find_ball_zones(unseen.set, kPitchMm, true);
+  const ModelCheck check = check_model(model, unseen.set, unseen_zones.zones, kPitchMm);
   for (const DiameterCheck& ball : check.diameters)
     EXPECT_NEAR(ball.radius_error(), 0.0, 0.05) << ball.diameter_mm;
   EXPECT_NE(check.verdict, Verdict::recalibrate);
@@ -136,8 +136,8 @@ TEST(HeldOutSigma, IsMeasuredWherePressesAreAndTheDefaultElsewhere) {
   ASSERT_GT(left.size(), 2U);
   NoProgress quiet;
   const std::vector<float> sigma =
-      held_out_sigma_rad(set, left, {pitch_mm, 1, short_recipe(600)}, quiet, [] { return false; });
-  const cv::Mat1f standard = default_uncertainty(set.background.size(), pitch_mm).sigma_rad;
+      held_out_sigma_rad(set, left, {kPitchMm, 1, short_recipe(600)}, quiet, [] { return false; });
+  const cv::Mat1f standard = default_uncertainty(set.background.size(), kPitchMm).sigma_rad;
   ASSERT_EQ(sigma.size(), standard.total());
   int lower = 0;
   for (int row = 0; row < standard.rows; ++row)
@@ -164,12 +164,12 @@ TEST(CoveredPixels, AreNeitherTrainedOnNorJudged) {
     spoiled.presses[k].bgr = set.presses[k].bgr.clone();
     spoiled.presses[k].bgr.setTo(cv::Scalar(200, 30, 90), covered);
   }
-  const BallZones zones = find_ball_zones(set, pitch_mm, false);
+  const BallZones zones = find_ball_zones(set, kPitchMm, false);
   const GradientModel model = trained(set, zones, short_recipe(60), 1);
   EXPECT_EQ(model, trained(spoiled, zones, short_recipe(60), 1));
   for (const BallZone& zone : zones.zones) {
-    const auto clean = read_zone(model, set, zone, pitch_mm, true),
-               read = read_zone(model, spoiled, zone, pitch_mm, true);
+    const auto clean = read_zone(model, set, zone, kPitchMm, true),
+               read = read_zone(model, spoiled, zone, kPitchMm, true);
     ASSERT_EQ(read.size(), clean.size());
     for (std::size_t k = 0; k < read.size(); ++k) {
       EXPECT_EQ(set.presses[zone.press].covered(read[k].v, read[k].u), 0);
@@ -185,8 +185,8 @@ TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
   GradientModel steep = model;
   for (float& weight : steep.weight(3)) weight *= 1.2F;
   for (float& bias : steep.bias(3)) bias *= 1.2F;
-  const ModelCheck good = check_model(model, set, zones.zones, pitch_mm),
-                   bad = check_model(steep, set, zones.zones, pitch_mm);
+  const ModelCheck good = check_model(model, set, zones.zones, kPitchMm),
+                   bad = check_model(steep, set, zones.zones, kPitchMm);
   EXPECT_NEAR(bad.gains.all.gain() / good.gains.all.gain(), 1.2, 0.03);
   EXPECT_EQ(bad.verdict, Verdict::recalibrate);
 }
@@ -203,10 +203,10 @@ TEST(ModelCheck, SaysWhenAllPressesAreDeep) {
   BallZones zones = zones_of_labelled();
   const GradientModel& model = rough_model();
   const auto asks_for_less = ::testing::Contains(HasSubstr("some less deep"));
-  EXPECT_THAT(check_model(model, set, zones.zones, pitch_mm).reasons, ::testing::Not(asks_for_less));
+  EXPECT_THAT(check_model(model, set, zones.zones, kPitchMm).reasons, ::testing::Not(asks_for_less));
   for (BallZone& zone : zones.zones)
-    zone.radius_px = 0.55 * 0.5 * set.presses[zone.press].diameter_mm / pitch_mm;  // 33 degrees
-  EXPECT_THAT(check_model(model, set, zones.zones, pitch_mm).reasons, asks_for_less);
+    zone.radius_px = 0.55 * 0.5 * set.presses[zone.press].diameter_mm / kPitchMm;  // 33 degrees
+  EXPECT_THAT(check_model(model, set, zones.zones, kPitchMm).reasons, asks_for_less);
 }
 
 // A model of shallow presses reads them well, and steeper slopes by guess: 20 % too flat on a simulated
@@ -216,9 +216,9 @@ TEST(ModelCheck, SaysWhenThePressesShowNoSteepSlope) {
   BallZones zones = zones_of_labelled();
   const GradientModel& model = rough_model();
   const auto asks_for_more = ::testing::Contains(::testing::HasSubstr("press deeper"));
-  EXPECT_THAT(check_model(model, set, zones.zones, pitch_mm).reasons, ::testing::Not(asks_for_more));
+  EXPECT_THAT(check_model(model, set, zones.zones, kPitchMm).reasons, ::testing::Not(asks_for_more));
   for (BallZone& zone : zones.zones) zone.radius_px = std::min(zone.radius_px, 12.0);  // slopes to 0.25
-  const ModelCheck shallow = check_model(model, set, zones.zones, pitch_mm);
+  const ModelCheck shallow = check_model(model, set, zones.zones, kPitchMm);
   EXPECT_THAT(shallow.reasons, asks_for_more);
   EXPECT_NE(shallow.verdict, Verdict::good);
 }
@@ -229,7 +229,7 @@ TEST(BallSizes, MeasureAWrongDiameterByItsColors) {
     PressSet set = forty_labelled();
     for (CalibrationPress& press : set.presses)
       press.diameter_mm = press.diameter_mm > 8.0 ? large_mm : small_mm;
-    const auto comparisons = compare_ball_sizes(set, find_ball_zones(set, pitch_mm, false).zones, pitch_mm);
+    const auto comparisons = compare_ball_sizes(set, find_ball_zones(set, kPitchMm, false).zones, kPitchMm);
     return comparisons.size() == 1 ? comparisons.front().steepness : 0.0;
   };
   EXPECT_NEAR(steepness(6.31, 9.5), 1.0, 0.04);
@@ -246,13 +246,13 @@ TEST(BallSizes, ContradictInWordsOrNotAtAll) {
   EXPECT_THAT(contradiction_between_sizes({{6.31, 9.5, 1.25}}), ::testing::HasSubstr("20 % smaller"));
   PressSet few = forty_labelled();
   few.presses.resize(8);  // four of each
-  EXPECT_TRUE(compare_ball_sizes(few, find_ball_zones(few, pitch_mm, false).zones, pitch_mm).empty());
+  EXPECT_TRUE(compare_ball_sizes(few, find_ball_zones(few, kPitchMm, false).zones, kPitchMm).empty());
 }
 
 TEST(ModelCheck, WritesAPage) {
   const PressSet& set = forty_labelled();
   const BallZones& zones = zones_of_labelled();
-  const ModelCheck check = check_model(rough_model(), set, zones.zones, pitch_mm);
+  const ModelCheck check = check_model(rough_model(), set, zones.zones, kPitchMm);
   const TemporaryFolder folder;
   write_check_report(folder / "check.html", check, set, "<model>");
   const std::string page = read_bytes(folder / "check.html");

@@ -31,14 +31,14 @@ TEST(StageTimer, StatisticsOfKnownTimes) {
 TEST(StageTimer, MedianForgetsWhatIsOldButCountAndMaxDoNot) {
   StageTimer timer;
   timer.add("s", 1000.0);
-  for (std::size_t i = 0; i < StageTimer::kept_samples; ++i) timer.add("s", 1.0);
-  for (std::size_t i = 0; i < StageTimer::kept_samples; ++i) timer.add("s", 2.0);
+  for (std::size_t i = 0; i < StageTimer::kKeptSamples; ++i) timer.add("s", 1.0);
+  for (std::size_t i = 0; i < StageTimer::kKeptSamples; ++i) timer.add("s", 2.0);
   const StageStatistics s = timer.statistics().at(0);
   EXPECT_EQ(s.median_ms, 2.0);
   EXPECT_EQ(s.p95_ms, 2.0);
   EXPECT_EQ(s.max_ms, 1000.0);
-  EXPECT_EQ(s.count, static_cast<std::int64_t>(2 * StageTimer::kept_samples + 1));
-  EXPECT_EQ(s.total_ms, 1000.0 + 3.0 * StageTimer::kept_samples);
+  EXPECT_EQ(s.count, static_cast<std::int64_t>(2 * StageTimer::kKeptSamples + 1));
+  EXPECT_EQ(s.total_ms, 1000.0 + 3.0 * StageTimer::kKeptSamples);
 }
 
 TEST(StageTimer, ScopeMeasuresRealTime) {

@@ -15,7 +15,7 @@ using testing::Ge;
 using testing::Le;
 using testing::Lt;
 
-constexpr double kRadius_mm = 5.0;
+constexpr double kRadiusMm = 5.0;
 
 /// Distance of points on the triangles of `mesh` (far more of them than simplify() looks at) from the sphere.
 double furthest_from_sphere_mm(const Mesh& mesh) {
@@ -30,7 +30,7 @@ double furthest_from_sphere_mm(const Mesh& mesh) {
       double u = share(random), v = share(random);
       if (u + v > 1) u = 1 - u, v = 1 - v;
       const Eigen::Vector3d p = corner(0) + u * (corner(1) - corner(0)) + v * (corner(2) - corner(0));
-      furthest_mm = std::max(furthest_mm, std::abs(p.norm() - kRadius_mm));
+      furthest_mm = std::max(furthest_mm, std::abs(p.norm() - kRadiusMm));
     }
   }
   return furthest_mm;
@@ -42,7 +42,7 @@ SimplifiedMesh simplified(const Mesh& mesh, double max_error_mm) {
 }
 
 TEST(Simplify, TheErrorHoldsEverywhereAndTrianglesFollowIt) {
-  const Mesh full = test::sphere(kRadius_mm, 96);
+  const Mesh full = test::sphere(kRadiusMm, 96);
   const double own_mm = furthest_from_sphere_mm(full);  // of the facets
   std::size_t before = full.triangles.size();
   for (const double max_error_mm : {0.02, 0.08, 0.32}) {

@@ -17,9 +17,9 @@ namespace {
 
 using namespace test;  // NOLINT: the helpers of these tests
 
-constexpr double radius_mm = 6.0;
-const Errors no_errors{};
-const Errors usual_errors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
+constexpr double kRadiusMm = 6.0;
+const Errors kNoErrors{};
+const Errors kUsualErrors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
 
 PosedSurface shifted_along_sensor(PosedSurface patch, double distance_mm) {
   patch.map_T_keyframe.translation() += distance_mm * patch.map_T_keyframe.linear().col(2);
@@ -53,7 +53,7 @@ double area_mm2(const Mesh& mesh) {
 }
 
 TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   const std::vector<PosedSurface> patches{
       {0, press(ball, {0, 0, 1}, 1.0, 0.2), touch(ball, press(ball, {0, 0, 1}, 1.0, 0.2))},
       {1, press(ball, {0.3, 0, 1}, 1.0, 0.9), touch(ball, press(ball, {0.3, 0, 1}, 1.0, 0.9))}};
@@ -76,7 +76,7 @@ TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
 }
 
 TEST(Fusion, SheetsThatDisagreeBecomeOneInTheMiddle) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
   const PosedSurface patch{0, pose, touch(ball, pose)};
   for (const double apart_mm : {0.1, 0.3, 0.7}) {
@@ -111,14 +111,14 @@ TEST(Fusion, AWronglyPlacedOverlapLeavesNoStep) {
 }
 
 TEST(Fusion, ARolledBallClosesWithoutADoubleSheet) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;
   Gaussian noise(5);
   for (int i = 0; i < 30; ++i) {
     // A full turn and a bit: the end lies over the beginning, with the drift that is left after a loop.
     const double turn = 2.2 * std::numbers::pi * i / 30;
     patches.push_back(with_errors(i, ball, press(ball, {0, std::cos(turn), std::sin(turn)}, 1.0, 0.1 * i),
-                                  usual_errors, noise));
+                                  kUsualErrors, noise));
     patches.back() = shifted_along_sensor(patches.back(), 0.2 * i / 30);
   }
   const Mesh mesh = fuse(patches, {});
@@ -129,7 +129,7 @@ TEST(Fusion, ARolledBallClosesWithoutADoubleSheet) {
   std::vector<Eigen::Vector3d> equator;
   for (int i = 0; i < 720; ++i) {
     const double a = 2 * std::numbers::pi * i / 720;
-    equator.emplace_back(0, radius_mm * std::cos(a), radius_mm * std::sin(a));
+    equator.emplace_back(0, kRadiusMm * std::cos(a), kRadiusMm * std::sin(a));
   }
   EXPECT_EQ(covered_share(mesh, equator, 0.5), 1.0);
   EXPECT_LT(accuracy(mesh, ball).mean_mm, 0.15);  // 0.2 mm drift, 0.08 mm and 3 % of 1 mm of noise
@@ -137,7 +137,7 @@ TEST(Fusion, ARolledBallClosesWithoutADoubleSheet) {
 
 TEST(Fusion, ABumpyRollIsOneManifoldSheet) {
   const Shape peanut = bumpy_ellipsoid(10, 5, 0.2);
-  const Mesh mesh = fuse(roll(peanut, 30, 0.6, 0.8, usual_errors, 3), {});
+  const Mesh mesh = fuse(roll(peanut, 30, 0.6, 0.8, kUsualErrors, 3), {});
   const MeshTopology t = topology(mesh);
   EXPECT_EQ(t.over_used_edges, 0);
   EXPECT_EQ(t.inconsistent_edges, 0);
@@ -186,7 +186,7 @@ TEST_P(ThinSlab, KeepsBothSides) {
 INSTANTIATE_TEST_SUITE_P(Thickness, ThinSlab, ::testing::Values(0.5, 1.0, 2.0));
 
 TEST(Fusion, IsOpenWhereNothingTouched) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;
   for (const double side : {0.0, 1.0, 2.2}) {
     const Pose pose = press(ball, {std::sin(side), 0, std::cos(side)}, 0.6, 0.0);
@@ -204,16 +204,16 @@ TEST(Fusion, IsOpenWhereNothingTouched) {
   std::vector<Eigen::Vector3d> inner;
   for (const PosedSurface& patch : patches) {
     for (double a = 0; a < 6.28; a += 0.1) {
-      const double r = std::sqrt(radius_mm * radius_mm - 5.4 * 5.4) - 0.8;  // 13 pixels in from the border
+      const double r = std::sqrt(kRadiusMm * kRadiusMm - 5.4 * 5.4) - 0.8;  // 13 pixels in from the border
       inner.push_back(patch.map_T_keyframe * Eigen::Vector3d(r * std::cos(a), r * std::sin(a),
-                                                             5.4 - std::sqrt(radius_mm * radius_mm - r * r)));
+                                                             5.4 - std::sqrt(kRadiusMm * kRadiusMm - r * r)));
     }
   }
   EXPECT_EQ(covered_share(mesh, inner, 0.15), 1.0);
 }
 
 TEST(Fusion, MorePatchesAverageTheNoiseOfOne) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
   Gaussian noise(11);
   std::vector<PosedSurface> patches;
@@ -227,7 +227,7 @@ TEST(Fusion, MorePatchesAverageTheNoiseOfOne) {
 }
 
 TEST(Fusion, OneLostPatchHardlyMovesTheOthers) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
   const PosedSurface patch{0, pose, touch(ball, pose)};
   const Mesh mesh = fuse({patch, patch, patch, patch, patch, shifted_along_sensor(patch, 0.9)}, {});
@@ -236,7 +236,7 @@ TEST(Fusion, OneLostPatchHardlyMovesTheOthers) {
 }
 
 TEST(Fusion, CoarseVoxelsKeepTheSurfaceWhereItIs) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.2);
   FusionOptions options;
   options.voxel_size_mm = 0.4;
@@ -247,7 +247,7 @@ TEST(Fusion, CoarseVoxelsKeepTheSurfaceWhereItIs) {
 }
 
 TEST(Fusion, GradientScaleIsTakenOut) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   std::vector<PosedSurface> patches;
   for (const double side : {-0.1, 0.1}) {
     const Pose pose = press(ball, {side, 0, 1}, 1.0, 0.0);
@@ -265,7 +265,7 @@ TEST(Fusion, GradientScaleIsTakenOut) {
 }
 
 TEST(Fusion, DoesNotDependOnThreads) {
-  const auto patches = roll(bumpy_ellipsoid(8, 4, 0.2), 8, 0.5, 0.6, usual_errors, 4);
+  const auto patches = roll(bumpy_ellipsoid(8, 4, 0.2), 8, 0.5, 0.6, kUsualErrors, 4);
   FusionOptions options;
   options.threads = 1;
   const Mesh one = fuse(patches, options);
@@ -281,8 +281,8 @@ TEST(Fusion, DoesNotDependOnThreads) {
 }
 
 TEST(Fusion, MovesWithTheMap) {
-  const Shape ball = sphere(radius_mm);
-  auto patches = roll(ball, 6, 0.2, 0.8, no_errors, 4);
+  const Shape ball = sphere(kRadiusMm);
+  auto patches = roll(ball, 6, 0.2, 0.8, kNoErrors, 4);
   const Mesh here = fuse(patches, {});
   Vector6d motion;
   motion << 0.7, -0.4, 1.1, 53.0, -41.0, 27.0;
@@ -295,14 +295,14 @@ TEST(Fusion, MovesWithTheMap) {
 
 TEST(Fusion, NothingTouchedGivesAnEmptyMesh) {
   EXPECT_TRUE(fuse({}, {}).vertices_mm.empty());
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   Pose away = press(ball, {0, 0, 1}, 1.0, 0.0);
   away.translation() -= 3.0 * away.linear().col(2);
   EXPECT_TRUE(fuse({{0, away, touch(ball, away)}}, {}).triangles.empty());
 }
 
 TEST(Fusion, DamagedInputIsNamedOrIgnored) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
   const SurfacePtr good = touch(ball, pose);
 
@@ -335,7 +335,7 @@ TEST(Fusion, DamagedInputIsNamedOrIgnored) {
 }
 
 TEST(Fusion, DebrisIsDropped) {
-  const Shape ball = sphere(radius_mm);
+  const Shape ball = sphere(kRadiusMm);
   const Pose pose = press(ball, {0, 0, 1}, 1.0, 0.0);
   auto surface = std::make_shared<Surface>(*touch(ball, pose));
   surface->contact = surface->contact.clone();

@@ -16,7 +16,7 @@ namespace {
 
 using namespace test;  // NOLINT: the helpers of these tests
 
-const Errors usual_errors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
+const Errors kUsualErrors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3 %, 0.01 mm
 
 IncrementalOptions exact() {
   IncrementalOptions options;
@@ -42,7 +42,7 @@ void expect_same_as_fuse(const Shown& shown, const std::vector<PosedSurface>& pa
 }
 
 const std::vector<PosedSurface>& peanut_patches() {
-  static const auto patches = roll(bumpy_ellipsoid(8, 4, 0.2), 10, 0.5, 0.6, usual_errors, 4);
+  static const auto patches = roll(bumpy_ellipsoid(8, 4, 0.2), 10, 0.5, 0.6, kUsualErrors, 4);
   return patches;
 }
 

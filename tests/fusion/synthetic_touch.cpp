@@ -9,8 +9,8 @@
 namespace gelslam::test {
 namespace {
 
-constexpr int width = 320, height = 240;
-constexpr double pitch_mm = 0.0634;
+constexpr int kWidth = 320, kHeight = 240;
+constexpr double kPitchMm = 0.0634;
 
 /// First z at which the line (x, y, z) of the sensor meets the object, coming from below; `limit` when it
 /// does not.
@@ -93,16 +93,16 @@ Pose press(const Shape& shape, const Eigen::Vector3d& side, double depth_mm, dou
 
 SurfacePtr touch(const Shape& shape, const Pose& object_T_sensor, int rim_px) {
   auto surface = std::make_shared<Surface>();
-  surface->pixel_pitch_mm = pitch_mm;
-  surface->height_mm.create(height, width);
-  surface->normals.create(height, width);
-  surface->contact.create(height, width);
-  surface->curvature = cv::Mat1f::zeros(height, width);
+  surface->pixel_pitch_mm = kPitchMm;
+  surface->height_mm.create(kHeight, kWidth);
+  surface->normals.create(kHeight, kWidth);
+  surface->contact.create(kHeight, kWidth);
+  surface->curvature = cv::Mat1f::zeros(kHeight, kWidth);
   surface->normals = cv::Vec3f(0, 0, 1);
   const Eigen::Matrix3d sensor_R_object = object_T_sensor.linear().transpose();
-  for (int v = 0; v < height; ++v) {
-    for (int u = 0; u < width; ++u) {
-      const double x = (u - 0.5 * (width - 1)) * pitch_mm, y = (v - 0.5 * (height - 1)) * pitch_mm;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const double x = (u - 0.5 * (kWidth - 1)) * kPitchMm, y = (v - 0.5 * (kHeight - 1)) * kPitchMm;
       const double z = first_hit(shape, object_T_sensor, x, y, -5.0, 0.0);
       surface->contact(v, u) = z < 0 ? 255 : 0;
       surface->height_mm(v, u) = static_cast<float>(z);

@@ -10,13 +10,13 @@
 namespace gelslam::baselines::detail {
 namespace {
 
-constexpr double kSigma_mm = 0.1;
+constexpr double kSigmaMm = 0.1;
 
 /// The sums as their definition says, one exp() per point.
 GaussianGrid::Sums summed(const ContactPoints& points, const Eigen::Vector3d& at) {
   GaussianGrid::Sums sums;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double w = std::exp(-0.5 * (points.position_mm[i] - at).squaredNorm() / (kSigma_mm * kSigma_mm));
+    const double w = std::exp(-0.5 * (points.position_mm[i] - at).squaredNorm() / (kSigmaMm * kSigmaMm));
     sums.weight += w;
     sums.position_mm += w * points.position_mm[i];
     sums.normal += w * points.normal[i];
@@ -50,19 +50,19 @@ TEST(ContactPoints, LieOnTheSurfaceAndCoverItEvenly) {
 
 TEST(GaussianGrid, AgreesWithTheSumItStandsFor) {
   const ContactPoints points = bumpy_points();
-  const GaussianGrid grid(points, kSigma_mm);
+  const GaussianGrid grid(points, kSigmaMm);
   std::mt19937_64 random(1);
   int looked_at = 0;
   double log_ratio = 0;
   for (std::size_t i = 0; i < points.size(); i += 97) {
     Eigen::Vector3d at = points.position_mm[i];
-    for (int axis = 0; axis < 3; ++axis) at[axis] += 0.5 * kSigma_mm * test::normal_deviate(random);
+    for (int axis = 0; axis < 3; ++axis) at[axis] += 0.5 * kSigmaMm * test::normal_deviate(random);
     const GaussianGrid::Sums exact = summed(points, at), found = grid.at(at);
     ASSERT_GT(found.weight, 0);
     // A lattice of one sigma ripples: single weights by up to a fifth, means by a tenth of sigma at a border.
     EXPECT_NEAR(found.weight, exact.weight, 0.25 * exact.weight);
     log_ratio += std::log(found.weight / exact.weight);
-    EXPECT_LT((found.position_mm - exact.position_mm).norm(), 0.1 * kSigma_mm);
+    EXPECT_LT((found.position_mm - exact.position_mm).norm(), 0.1 * kSigmaMm);
     EXPECT_LT((found.normal - exact.normal).norm(), 0.02);
     ++looked_at;
   }
@@ -71,7 +71,7 @@ TEST(GaussianGrid, AgreesWithTheSumItStandsFor) {
 }
 
 TEST(GaussianGrid, ThereIsNothingFarAway) {
-  const GaussianGrid grid(bumpy_points(), kSigma_mm);
+  const GaussianGrid grid(bumpy_points(), kSigmaMm);
   EXPECT_EQ(grid.at({0, 0, 5}).weight, 0);
   EXPECT_EQ(grid.at({50, 0, 0}).weight, 0);
   EXPECT_EQ(grid.at({-1e300, 1e300, 0}).weight, 0);
@@ -82,7 +82,7 @@ TEST(GaussianGrid, TakesASinglePoint) {
   ContactPoints one;
   one.position_mm = {{1, 2, 3}};
   one.normal = {{0, 0, 1}};
-  const GaussianGrid grid(one, kSigma_mm);
+  const GaussianGrid grid(one, kSigmaMm);
   const GaussianGrid::Sums sums = grid.at({1, 2, 3.05});
   EXPECT_LT((sums.position_mm - one.position_mm[0]).norm(), 1e-5);
   EXPECT_LT((sums.normal - one.normal[0]).norm(), 1e-5);

@@ -9,7 +9,7 @@
 namespace gelslam {
 namespace {
 
-constexpr double kFrame_s = 0.04;
+constexpr double kFrameS = 0.04;
 
 /// cos(k x) waves look the same after half a turn about the origin.
 Texture half_turn_texture(std::uint64_t seed) {
@@ -38,14 +38,14 @@ struct Session {
 
   LocalizedFrame at(const Texture& texture, const Pose& map_T_sensor) {
     const int now = frame++;
-    return localizer.process(now, now * kFrame_s, feel(texture, map_T_sensor));
+    return localizer.process(now, now * kFrameS, feel(texture, map_T_sensor));
   }
   void lift() {
     auto bare = std::make_shared<Surface>(*touch({}, place(0, 0)));
     bare->contact_pixels = 0;
     bare->contact.setTo(0);
     const int now = frame++;
-    localizer.process(now, now * kFrame_s, bare);
+    localizer.process(now, now * kFrameS, bare);
   }
 
   Localizer localizer;

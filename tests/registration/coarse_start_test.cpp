@@ -8,12 +8,12 @@ namespace {
 
 using namespace test;
 
-const Pose at_rest = motion(0, 0, 0, 0, 0, 0.4);
+const Pose kAtRest = motion(0, 0, 0, 0, 0, 0.4);
 
 /// Twist, slide and tilt far beyond what NormalFlow follows (a wave of the texture is 1 to 3 mm long).
-const std::vector<Pose> jumps = {motion(0, 0, 0, 4, 0, 0.4), motion(0, 0, 0, -2, 3, 0.4),
-                                 motion(0, 0, 22, 0, 0, 0.4), motion(4, -3, -18, 2, 2, 0.45),
-                                 motion(6, 2, 9, -3, -2, 0.4)};
+const std::vector<Pose> kJumps = {motion(0, 0, 0, 4, 0, 0.4), motion(0, 0, 0, -2, 3, 0.4),
+                                  motion(0, 0, 22, 0, 0, 0.4), motion(4, -3, -18, 2, 2, 0.45),
+                                  motion(6, 2, 9, -3, -2, 0.4)};
 
 // A coarse pixel is 0.13 mm, and twists are 7 degrees apart: a start is within a pixel or two at the
 // contact's middle and within half a step. NormalFlow needs no more.
@@ -25,12 +25,12 @@ PoseGap gap_at(const Pose& a, const Pose& b, const Eigen::Vector3d& point_mm) {
 
 TEST(CoarseStart, FindsMotionsThatNormalFlowAloneDoesNot) {
   const Field field = textured_plane(7);
-  const SurfacePtr reference = touch(field, at_rest);
+  const SurfacePtr reference = touch(field, kAtRest);
   const NormalFlowOptions options;
   const NormalFlowReference prepared(reference, options);
-  for (const Pose& jump : jumps) {
+  for (const Pose& jump : kJumps) {
     const SurfacePtr target = touch(field, jump);
-    const Pose truth = jump.inverse() * at_rest;
+    const Pose truth = jump.inverse() * kAtRest;
     const std::vector<Pose> starts = coarse_starts(*reference, *target, Pose::Identity());
     ASSERT_FALSE(starts.empty());
     const PoseGap start = gap_at(starts.front(), truth, truth.inverse() * Eigen::Vector3d(0, 0, -0.4));
@@ -47,7 +47,7 @@ TEST(CoarseStart, FindsMotionsThatNormalFlowAloneDoesNot) {
 
 TEST(CoarseStart, TheWayBackIsTheInverse) {
   const Field field = textured_plane(8);
-  const SurfacePtr here = touch(field, at_rest), there = touch(field, jumps[3]);
+  const SurfacePtr here = touch(field, kAtRest), there = touch(field, kJumps[3]);
   const std::vector<Pose> out = coarse_starts(*here, *there, Pose::Identity()),
                           back = coarse_starts(*there, *here, Pose::Identity());
   ASSERT_FALSE(out.empty());
@@ -60,10 +60,10 @@ TEST(CoarseStart, TheWayBackIsTheInverse) {
 TEST(CoarseStart, LooksAboutTheTwistThatIsExpected) {
   const Field field = textured_plane(9);
   const Pose far = motion(0, 0, 70, 1, 0, 0.4);
-  const SurfacePtr reference = touch(field, at_rest), target = touch(field, far);
+  const SurfacePtr reference = touch(field, kAtRest), target = touch(field, far);
   const std::vector<Pose> starts = coarse_starts(*reference, *target, motion(0, 0, -60, 0, 0));
   ASSERT_FALSE(starts.empty());
-  EXPECT_LT(gap(starts.front(), far.inverse() * at_rest).deg, kStartDeg);
+  EXPECT_LT(gap(starts.front(), far.inverse() * kAtRest).deg, kStartDeg);
   EXPECT_TRUE(coarse_starts(*reference, *target, Pose::Identity()).empty());
 }
 
@@ -71,7 +71,7 @@ TEST(CoarseStart, APatternThatRepeatsItselfHasManyPlaces) {
   constexpr double kPeriodMm = 1.6;
   const Field pattern = waffle(kPeriodMm);
   const std::vector<Pose> starts = coarse_starts(
-      *touch(pattern, at_rest), *touch(pattern, motion(0, 0, 0, 2, 0.5, 0.4)), Pose::Identity());
+      *touch(pattern, kAtRest), *touch(pattern, motion(0, 0, 0, 2, 0.5, 0.4)), Pose::Identity());
   int untwisted = 0;
   for (const Pose& start : starts) {
     if (gap(start, Pose::Identity()).deg > 1) continue;
@@ -85,9 +85,9 @@ TEST(CoarseStart, APatternThatRepeatsItselfHasManyPlaces) {
 }
 
 TEST(CoarseStart, NothingToSeeIsNoStart) {
-  const SurfacePtr texture = touch(textured_plane(10), at_rest),
+  const SurfacePtr texture = touch(textured_plane(10), kAtRest),
                    bare = touch(textured_plane(10), motion(0, 0, 0, 0, 0, -3));
-  const SurfacePtr polished = touch(plane(), at_rest);
+  const SurfacePtr polished = touch(plane(), kAtRest);
   ASSERT_EQ(bare->contact_pixels, 0);
   EXPECT_TRUE(coarse_starts(*texture, *bare, Pose::Identity()).empty());
   EXPECT_TRUE(coarse_starts(*bare, *texture, Pose::Identity()).empty());

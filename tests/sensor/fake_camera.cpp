@@ -11,8 +11,8 @@
 namespace gelslam::test {
 namespace {
 
-constexpr int first_fd = 100;
-constexpr std::size_t buffer_bytes = 1 << 20;
+constexpr int kFirstFd = 100;
+constexpr std::size_t kBufferBytes = 1 << 20;
 
 template <std::size_t size>
 void put(std::uint8_t (&field)[size], const std::string& text) {
@@ -113,7 +113,7 @@ int FakeCamera::request_buffers(v4l2_requestbuffers& request) {
   if (streaming) return EBUSY;
   if (mapped_count > 0) return EBUSY;  // vb2 refuses while the program still has them mapped
   request.count = std::min(request.count, most_buffers);
-  memory_.assign(request.count, std::vector<std::uint8_t>(buffer_bytes));
+  memory_.assign(request.count, std::vector<std::uint8_t>(kBufferBytes));
   queued_.clear();
   return 0;
 }
@@ -194,8 +194,8 @@ int FakeCamera::answer(unsigned long request, void* argument) {
     case VIDIOC_QUERYBUF: {
       auto& buffer = *static_cast<v4l2_buffer*>(argument);
       if (buffer.index >= memory_.size()) return EINVAL;
-      buffer.length = buffer_bytes;
-      buffer.m.offset = static_cast<std::uint32_t>(buffer.index * buffer_bytes);
+      buffer.length = kBufferBytes;
+      buffer.m.offset = static_cast<std::uint32_t>(buffer.index * kBufferBytes);
       return 0;
     }
     case VIDIOC_QBUF:
@@ -234,8 +234,8 @@ int FakeCamera::ioctl(unsigned long request, void* argument) {
 }
 
 void* FakeCamera::map(std::size_t length, off_t offset) {
-  const std::size_t index = static_cast<std::size_t>(offset) / buffer_bytes;
-  if (map_fails != 0 || index >= memory_.size() || length > buffer_bytes) {
+  const std::size_t index = static_cast<std::size_t>(offset) / kBufferBytes;
+  if (map_fails != 0 || index >= memory_.size() || length > kBufferBytes) {
     errno = map_fails != 0 ? map_fails : EINVAL;
     return MAP_FAILED;
   }
@@ -250,7 +250,7 @@ int FakeCamera::poll(int timeout_ms) {
 }
 
 detail::VideoSystem fake_system(const std::vector<FakeCamera*>& cameras) {
-  const auto at = [cameras](int fd) { return cameras.at(static_cast<std::size_t>(fd - first_fd)); };
+  const auto at = [cameras](int fd) { return cameras.at(static_cast<std::size_t>(fd - kFirstFd)); };
   const auto named = [cameras](const std::string& path) {
     const auto found =
         std::find_if(cameras.begin(), cameras.end(), [&](auto* camera) { return camera->path == path; });
@@ -260,7 +260,7 @@ detail::VideoSystem fake_system(const std::vector<FakeCamera*>& cameras) {
   system.open = [at, named](const char* path, int) {
     const int index = named(path);
     if (index < 0) errno = ENOENT;
-    return index < 0 || at(first_fd + index)->open() != 0 ? -1 : first_fd + index;
+    return index < 0 || at(kFirstFd + index)->open() != 0 ? -1 : kFirstFd + index;
   };
   system.close = [at](int fd) { return --at(fd)->open_count, 0; };
   system.ioctl = [at](int fd, unsigned long request, void* argument) {
@@ -279,8 +279,8 @@ detail::VideoSystem fake_system(const std::vector<FakeCamera*>& cameras) {
     for (const FakeCamera* camera : cameras) paths.push_back(camera->path);
     return paths;
   };
-  system.group = [at, named](const std::string& path) { return at(first_fd + named(path))->group; };
-  system.held_by = [at, named](const std::string& path) { return at(first_fd + named(path))->holder; };
+  system.group = [at, named](const std::string& path) { return at(kFirstFd + named(path))->group; };
+  system.held_by = [at, named](const std::string& path) { return at(kFirstFd + named(path))->holder; };
   return system;
 }
 

@@ -18,7 +18,7 @@ using test::jpeg_frame;
 using test::TemporaryFolder;
 using ::testing::HasSubstr;
 
-const LogAttachments some_attachments{"GelSight Mini", "exposure 100\n", "device_config:\n  framerate: 25\n",
+const LogAttachments kSomeAttachments{"GelSight Mini", "exposure 100\n", "device_config:\n  framerate: 25\n",
                                       std::string(900, 'm')};
 
 struct Recorded {
@@ -27,7 +27,7 @@ struct Recorded {
 };
 
 Recorded record(const std::filesystem::path& path, int frames, bool close) {
-  LogWriter writer(path, some_attachments, 25);
+  LogWriter writer(path, kSomeAttachments, 25);
   Recorded recorded;
   for (int i = 0; i < frames; ++i) {
     EXPECT_TRUE(writer.write(jpeg_frame(i)));
@@ -195,7 +195,7 @@ TEST(DamagedLog, PicturesLargerThanAnySensorsAreRefused) {
 
 TEST(DamagedLog, AttachmentsThatAreTooLargeAreRefused) {
   TemporaryFolder folder;
-  LogAttachments attachments = some_attachments;
+  LogAttachments attachments = kSomeAttachments;
   attachments.model = std::string(2u << 20, 'm');
   LogWriter(folder / "a.mkv", attachments, 25).write(jpeg_frame(0));
   std::string bytes = test::read_bytes(folder / "a.mkv");
@@ -234,7 +234,7 @@ TEST(FullDisk, StopsInWordsAndLeavesWhatWasWrittenReadable) {
     const std::filesystem::path path = folder / (std::to_string(limit) + ".mkv");
     {
       const FileSizeLimit full(limit);
-      LogWriter writer(path, some_attachments, 25);
+      LogWriter writer(path, kSomeAttachments, 25);
       int written = 0;
       while (written < 10 && writer.write(jpeg_frame(written))) ++written;
       EXPECT_EQ(written, 5);
@@ -254,7 +254,7 @@ TEST(FullDisk, NoRoomForTheHeaderLeavesNoFile) {
   TemporaryFolder folder;
   const FileSizeLimit full(100);
   {
-    LogWriter writer(folder / "a.mkv", some_attachments, 25);
+    LogWriter writer(folder / "a.mkv", kSomeAttachments, 25);
     EXPECT_FALSE(writer.write(jpeg_frame(0)));
     EXPECT_THAT(writer.failure(), HasSubstr("after 0 frames"));
   }

@@ -14,14 +14,14 @@
 namespace gelslam {
 namespace {
 
-const SensorGeometry sensor;
+const SensorGeometry kSensor;
 
 /// Underside of a ball at (x0, y0) whose lowest point is at -depth.
 cv::Mat1f ball(double radius, double depth, double x0 = 0, double y0 = 0) {
-  cv::Mat1f underside(sensor.height_px, sensor.width_px, std::numeric_limits<float>::infinity());
+  cv::Mat1f underside(kSensor.height_px, kSensor.width_px, std::numeric_limits<float>::infinity());
   for (int v = 0; v < underside.rows; ++v)
     for (int u = 0; u < underside.cols; ++u) {
-      const double r = std::hypot(sensor.x_mm(u) - x0, sensor.y_mm(v) - y0);
+      const double r = std::hypot(kSensor.x_mm(u) - x0, kSensor.y_mm(v) - y0);
       if (r < radius)
         underside(v, u) = static_cast<float>(radius - depth - std::sqrt(radius * radius - r * r));
     }
@@ -48,14 +48,14 @@ TEST_P(PressedBall, HasTheContactRadiusAndRimOfTheClosedForm) {
   const auto [radius, depth, length] = GetParam();
   GelOptions options;
   options.relaxation_length_mm = length;
-  const GelShape gel = press_gel(ball(radius, depth), sensor, options);
+  const GelShape gel = press_gel(ball(radius, depth), kSensor, options);
   const double expected = contact_radius(radius, depth, length);
-  const double area = cv::countNonZero(gel.contact) * sensor.pixel_pitch_mm * sensor.pixel_pitch_mm;
-  EXPECT_NEAR(std::sqrt(area / std::acos(-1.0)), expected, sensor.pixel_pitch_mm);  // a pixel
+  const double area = cv::countNonZero(gel.contact) * kSensor.pixel_pitch_mm * kSensor.pixel_pitch_mm;
+  EXPECT_NEAR(std::sqrt(area / std::acos(-1.0)), expected, kSensor.pixel_pitch_mm);  // a pixel
   EXPECT_LT(expected, std::sqrt(2 * radius * depth));  // less than where the ball cuts z = 0
   const double edge = depth - radius + std::sqrt(radius * radius - expected * expected);
-  for (int u = 160; u < sensor.width_px; ++u) {
-    const double r = std::hypot(sensor.x_mm(u), sensor.y_mm(120));
+  for (int u = 160; u < kSensor.width_px; ++u) {
+    const double r = std::hypot(kSensor.x_mm(u), kSensor.y_mm(120));
     if (r < expected + 0.1) continue;
     const double membrane_rim =
         -edge * std::cyl_bessel_k(0.0, r / length) / std::cyl_bessel_k(0.0, expected / length);
@@ -69,10 +69,10 @@ INSTANTIATE_TEST_SUITE_P(Cases, PressedBall,
 
 /// A bumpy, pitted landscape that partly touches.
 cv::Mat1f landscape() {
-  cv::Mat1f underside(sensor.height_px, sensor.width_px);
+  cv::Mat1f underside(kSensor.height_px, kSensor.width_px);
   for (int v = 0; v < underside.rows; ++v)
     for (int u = 0; u < underside.cols; ++u) {
-      const float x = sensor.x_mm(u), y = sensor.y_mm(v);
+      const float x = kSensor.x_mm(u), y = kSensor.y_mm(v);
       underside(v, u) = 0.03F * x * x + 0.05F * y * y - 0.6F + 0.15F * std::sin(5 * x + 1) * std::cos(4 * y);
     }
   return underside;
@@ -81,8 +81,8 @@ cv::Mat1f landscape() {
 TEST(Gel, SatisfiesTheConditionsOfTheObstacleProblem) {
   const GelOptions options;
   const cv::Mat1f underside = landscape();
-  const GelShape gel = press_gel(underside, sensor, options);
-  const double scale = sensor.pixel_pitch_mm * sensor.pixel_pitch_mm /
+  const GelShape gel = press_gel(underside, kSensor, options);
+  const double scale = kSensor.pixel_pitch_mm * kSensor.pixel_pitch_mm /
                        (options.relaxation_length_mm * options.relaxation_length_mm);
   int touching = 0, free = 0;
   for (int v = 1; v + 1 < underside.rows; ++v)
@@ -107,15 +107,15 @@ TEST(Gel, SatisfiesTheConditionsOfTheObstacleProblem) {
 TEST(Gel, BordersAreFree) {
   // A ridge across the whole picture, whichever way it runs: the gel is the same all along it, up to the
   // border.
-  cv::Mat1f along(sensor.height_px, sensor.width_px), across(sensor.height_px, sensor.width_px);
-  for (int v = 0; v < sensor.height_px; ++v)
-    for (int u = 0; u < sensor.width_px; ++u) {
-      along(v, u) = 0.2F * sensor.y_mm(v) * sensor.y_mm(v) - 0.5F;
-      across(v, u) = 0.2F * sensor.x_mm(u) * sensor.x_mm(u) - 0.5F;
+  cv::Mat1f along(kSensor.height_px, kSensor.width_px), across(kSensor.height_px, kSensor.width_px);
+  for (int v = 0; v < kSensor.height_px; ++v)
+    for (int u = 0; u < kSensor.width_px; ++u) {
+      along(v, u) = 0.2F * kSensor.y_mm(v) * kSensor.y_mm(v) - 0.5F;
+      across(v, u) = 0.2F * kSensor.x_mm(u) * kSensor.x_mm(u) - 0.5F;
     }
-  const cv::Mat1f a = press_gel(along, sensor, {}).height_mm, b = press_gel(across, sensor, {}).height_mm;
-  for (int v = 0; v < sensor.height_px; ++v)
-    for (int u = 0; u < sensor.width_px; ++u) {
+  const cv::Mat1f a = press_gel(along, kSensor, {}).height_mm, b = press_gel(across, kSensor, {}).height_mm;
+  for (int v = 0; v < kSensor.height_px; ++v)
+    for (int u = 0; u < kSensor.width_px; ++u) {
       ASSERT_NEAR(a(v, u), a(v, 160), 1e-4F);
       ASSERT_NEAR(b(v, u), b(120, u), 1e-4F);
     }
@@ -123,10 +123,10 @@ TEST(Gel, BordersAreFree) {
 }
 
 TEST(Gel, IsUntouchedFarAway) {
-  const GelShape gel = press_gel(ball(3.155, 0.5, -6, -3), sensor, {});
-  for (int v = 0; v < sensor.height_px; ++v)
-    for (int u = 0; u < sensor.width_px; ++u) {
-      const double dx = std::abs(sensor.x_mm(u) + 6), dy = std::abs(sensor.y_mm(v) + 3);
+  const GelShape gel = press_gel(ball(3.155, 0.5, -6, -3), kSensor, {});
+  for (int v = 0; v < kSensor.height_px; ++v)
+    for (int u = 0; u < kSensor.width_px; ++u) {
+      const double dx = std::abs(kSensor.x_mm(u) + 6), dy = std::abs(kSensor.y_mm(v) + 3);
       if (std::max(dx, dy) > 5.6) {
         ASSERT_EQ(gel.height_mm(v, u), 0.0F);
       }
@@ -137,28 +137,28 @@ TEST(Gel, IsUntouchedFarAway) {
 }
 
 TEST(Gel, FollowsAFlatPlateEverywhere) {
-  const GelShape gel = press_gel(cv::Mat1f(sensor.height_px, sensor.width_px, -0.4F), sensor, {});
-  EXPECT_EQ(cv::countNonZero(gel.contact), sensor.width_px * sensor.height_px);
+  const GelShape gel = press_gel(cv::Mat1f(kSensor.height_px, kSensor.width_px, -0.4F), kSensor, {});
+  EXPECT_EQ(cv::countNonZero(gel.contact), kSensor.width_px * kSensor.height_px);
   EXPECT_EQ(cv::countNonZero(gel.height_mm != -0.4F), 0);
   EXPECT_EQ(cv::norm(gel.slope, cv::NORM_INF), 0);
 }
 
 TEST(Gel, StaysFlatUnderAnObjectThatDoesNotReachIt) {
   for (const float z : {0.01F, 5.0F, std::numeric_limits<float>::infinity()}) {
-    const GelShape gel = press_gel(cv::Mat1f(sensor.height_px, sensor.width_px, z), sensor, {});
+    const GelShape gel = press_gel(cv::Mat1f(kSensor.height_px, kSensor.width_px, z), kSensor, {});
     EXPECT_EQ(cv::countNonZero(gel.contact), 0);
     EXPECT_EQ(cv::countNonZero(gel.height_mm), 0);
   }
 }
 
 TEST(Gel, SlopesSumUpToItsHeight) {
-  const GelShape gel = press_gel(ball(4.75, 0.6, 1.0, -0.7), sensor, {});
+  const GelShape gel = press_gel(ball(4.75, 0.6, 1.0, -0.7), kSensor, {});
   // Trapezoids from the border, where the gel is at rest: another rule than the differences that made the
   // slopes.
   for (const int v : {60, 108, 130}) {
     double height = 0;
-    for (int u = 1; u < sensor.width_px; ++u) {
-      height += 0.5 * sensor.pixel_pitch_mm * (gel.slope(v, u - 1)[0] + gel.slope(v, u)[0]);
+    for (int u = 1; u < kSensor.width_px; ++u) {
+      height += 0.5 * kSensor.pixel_pitch_mm * (gel.slope(v, u - 1)[0] + gel.slope(v, u)[0]);
       ASSERT_NEAR(height, gel.height_mm(v, u), 0.004);
     }
   }
@@ -169,13 +169,13 @@ TEST(Gel, MistakesAreErrors) {
   for (const double bad : {0.0, -1.0, 100.0, std::nan("")}) {
     GelOptions options;
     options.relaxation_length_mm = bad;
-    EXPECT_THROW(press_gel(underside, sensor, options), Error);
+    EXPECT_THROW(press_gel(underside, kSensor, options), Error);
     options = {};
     options.max_indentation_mm = bad;
-    EXPECT_THROW(press_gel(underside, sensor, options), Error);
+    EXPECT_THROW(press_gel(underside, kSensor, options), Error);
   }
-  EXPECT_THROW(press_gel(cv::Mat1f(100, 100, 0.0F), sensor, {}), Error);
-  EXPECT_THROW(press_gel(cv::Mat1f(), sensor, {}), Error);
+  EXPECT_THROW(press_gel(cv::Mat1f(100, 100, 0.0F), kSensor, {}), Error);
+  EXPECT_THROW(press_gel(cv::Mat1f(), kSensor, {}), Error);
 }
 
 TEST(Gel, AContactThatTheBorderCutsIsTheSameAsOneInTheMiddle) {
@@ -185,11 +185,11 @@ TEST(Gel, AContactThatTheBorderCutsIsTheSameAsOneInTheMiddle) {
   Pose middle = Pose::Identity(), edge = Pose::Identity();
   middle.translation() << 0, 0, 7.4;
   constexpr int shift_px = 150;  // the ball's lowest point comes to lie 10 pixels from the right border
-  edge.translation() << shift_px * sensor.pixel_pitch_mm, 0, 7.4;
-  const GelShape whole = press_object(*shape, middle, sensor, {}),
-                 cut = press_object(*shape, edge, sensor, {});
-  for (int v = 0; v < sensor.height_px; ++v)
-    for (int u = shift_px; u < sensor.width_px; ++u)
+  edge.translation() << shift_px * kSensor.pixel_pitch_mm, 0, 7.4;
+  const GelShape whole = press_object(*shape, middle, kSensor, {}),
+                 cut = press_object(*shape, edge, kSensor, {});
+  for (int v = 0; v < kSensor.height_px; ++v)
+    for (int u = shift_px; u < kSensor.width_px; ++u)
       ASSERT_NEAR(cut.height_mm(v, u), whole.height_mm(v, u - shift_px), 0.01F);
 }
 
@@ -199,7 +199,7 @@ TEST(Underside, OfABallIsTheBall) {
   Pose sensor_T_object = Pose::Identity();
   sensor_T_object.linear() = so3_exp({0.4, -1.1, 2.0});
   sensor_T_object.translation() << 2, -1, 7.3;
-  const cv::Mat1f cast = object_underside(*make_shape(spec), sensor_T_object, sensor, {});
+  const cv::Mat1f cast = object_underside(*make_shape(spec), sensor_T_object, kSensor, {});
   const cv::Mat1f expected = ball(8, 0.7, 2, -1);
   for (int v = 0; v < cast.rows; ++v)
     for (int u = 0; u < cast.cols; ++u) {
@@ -219,8 +219,8 @@ TEST(Underside, OfAMeshIsThatOfTheObjectItWasMadeFrom) {
   Pose sensor_T_object = Pose::Identity();
   sensor_T_object.linear() = so3_exp({0.7, 0.1, 0.3});
   sensor_T_object.translation() << 0, 0, 6.2;
-  const cv::Mat1f a = object_underside(*shape, sensor_T_object, sensor, {});
-  const cv::Mat1f b = object_underside(*make_mesh_shape(shape->mesh(0.1F)), sensor_T_object, sensor, {});
+  const cv::Mat1f a = object_underside(*shape, sensor_T_object, kSensor, {});
+  const cv::Mat1f b = object_underside(*make_mesh_shape(shape->mesh(0.1F)), sensor_T_object, kSensor, {});
   int compared = 0;
   for (int v = 0; v < a.rows; ++v)
     for (int u = 0; u < a.cols; ++u) {
@@ -234,7 +234,7 @@ TEST(Underside, OfAMeshIsThatOfTheObjectItWasMadeFrom) {
 TEST(Underside, TakesWhatIsDeeperThanTheLimitAsTheLimit) {
   ShapeSpec spec;
   spec.name = "sphere";
-  const cv::Mat1f cast = object_underside(*make_shape(spec), Pose::Identity(), sensor, {});
+  const cv::Mat1f cast = object_underside(*make_shape(spec), Pose::Identity(), kSensor, {});
   EXPECT_FLOAT_EQ(cast(120, 160), -3.0F);
 }
 

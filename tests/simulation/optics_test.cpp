@@ -11,13 +11,13 @@
 namespace gelslam {
 namespace {
 
-const SensorGeometry sensor;
+const SensorGeometry kSensor;
 
 GelShape gel_with_slope(float gx, float gy) {
   GelShape gel;
-  gel.height_mm = cv::Mat1f(sensor.height_px, sensor.width_px, 0.0F);
-  gel.contact = cv::Mat1b(sensor.height_px, sensor.width_px, static_cast<std::uint8_t>(0));
-  gel.slope = cv::Mat2f(sensor.height_px, sensor.width_px, cv::Vec2f(gx, gy));
+  gel.height_mm = cv::Mat1f(kSensor.height_px, kSensor.width_px, 0.0F);
+  gel.contact = cv::Mat1b(kSensor.height_px, kSensor.width_px, static_cast<std::uint8_t>(0));
+  gel.slope = cv::Mat2f(kSensor.height_px, kSensor.width_px, cv::Vec2f(gx, gy));
   return gel;
 }
 
@@ -29,7 +29,7 @@ OpticsOptions quiet() {
 
 /// Change of color per unit of slope at the center, BGR.
 cv::Vec3d sensitivity(float gx, float gy) {
-  const Optics optics(sensor, quiet());
+  const Optics optics(kSensor, quiet());
   const cv::Mat3b up = optics.render(gel_with_slope(gx, gy), 0, 0, true),
                   down = optics.render(gel_with_slope(-gx, -gy), 0, 0, true);
   const double twice = 2 * std::hypot(gx, gy);
@@ -50,8 +50,8 @@ TEST(Optics, AnswersToSlopesLikeARealSensor) {
 cv::Mat1d ink_on(const GelShape& gel) {
   OpticsOptions dotted = quiet();
   dotted.dot_spacing_mm = 2.0;
-  const cv::Mat3b with = Optics(sensor, dotted).render(gel, 0, 0, true),
-                  without = Optics(sensor, quiet()).render(gel, 0, 0, true);
+  const cv::Mat3b with = Optics(kSensor, dotted).render(gel, 0, 0, true),
+                  without = Optics(kSensor, quiet()).render(gel, 0, 0, true);
   cv::Mat1d ink(with.size());
   for (int v = 0; v < ink.rows; ++v)
     for (int u = 0; u < ink.cols; ++u)
@@ -68,20 +68,20 @@ TEST(Optics, PrintsDotsThatTheGelCarriesAlong) {
         u_sum += u * ink(v, u);
         v_sum += v * ink(v, u);
       }
-    EXPECT_NEAR(sum * std::pow(sensor.pixel_pitch_mm, 2), 0.7 * std::acos(-1.0) / 9.0, 0.05);
+    EXPECT_NEAR(sum * std::pow(kSensor.pixel_pitch_mm, 2), 0.7 * std::acos(-1.0) / 9.0, 0.05);
     return cv::Point2d(u_sum / sum, v_sum / sum);
   };
   const cv::Point2d moved =
       center(ink_on(gel_with_slope(0.2F, -0.3F))) - center(ink_on(gel_with_slope(0, 0)));
-  EXPECT_NEAR(moved.x * sensor.pixel_pitch_mm, 0.10, 0.01);
-  EXPECT_NEAR(moved.y * sensor.pixel_pitch_mm, -0.15, 0.01);
+  EXPECT_NEAR(moved.x * kSensor.pixel_pitch_mm, 0.10, 0.01);
+  EXPECT_NEAR(moved.y * kSensor.pixel_pitch_mm, -0.15, 0.01);
   OpticsOptions dense = quiet();
   dense.dot_spacing_mm = 0.2;
-  EXPECT_THROW(Optics(sensor, dense), Error);
+  EXPECT_THROW(Optics(kSensor, dense), Error);
 }
 
 TEST(Optics, KeepsEverySlopeUpTo45DegreesApart) {
-  const Optics optics(sensor, quiet());
+  const Optics optics(kSensor, quiet());
   // Along each of 12 directions, steps of 5 degrees change the color by more than the noise (about 1.3) of a
   // pixel.
   for (int direction = 0; direction < 12; ++direction) {
@@ -105,13 +105,13 @@ TEST(Optics, KeepsEverySlopeUpTo45DegreesApart) {
 
 TEST(Optics, BackgroundIsOfMiddleBrightness) {
   double low = 0, high = 0;
-  cv::minMaxLoc(Optics(sensor, quiet()).background().reshape(1), &low, &high);
+  cv::minMaxLoc(Optics(kSensor, quiet()).background().reshape(1), &low, &high);
   EXPECT_GT(low, 20);
   EXPECT_LT(high, 180);
 }
 
 TEST(Optics, NoiseHasTheStatedSizeAndNoMean) {
-  const Optics optics(sensor, {});
+  const Optics optics(kSensor, {});
   const cv::Mat3b a = optics.render(gel_with_slope(0, 0), 1, 0, false),
                   b = optics.render(gel_with_slope(0, 0), 2, 0, false);
   double squares = 0, sum = 0, expected = 0;
@@ -130,7 +130,7 @@ TEST(Optics, NoiseHasTheStatedSizeAndNoMean) {
 
 TEST(Optics, IsTheSameForTheSameFrameOnly) {
   const GelShape gel = gel_with_slope(0.1F, 0);
-  const Optics optics(sensor, {}), again(sensor, {});
+  const Optics optics(kSensor, {}), again(kSensor, {});
   EXPECT_EQ(cv::norm(optics.render(gel, 5, 0.2, true), again.render(gel, 5, 0.2, true), cv::NORM_INF), 0);
   EXPECT_GT(cv::norm(optics.render(gel, 5, 0.2, true), optics.render(gel, 6, 0.2, true), cv::NORM_INF), 0);
 }
@@ -138,7 +138,7 @@ TEST(Optics, IsTheSameForTheSameFrameOnly) {
 TEST(Optics, DriftStartsAtNothingAndWanders) {
   OpticsOptions options = quiet();
   options.light_drift = true;
-  const Optics optics(sensor, options), steady(sensor, quiet());
+  const Optics optics(kSensor, options), steady(kSensor, quiet());
   const GelShape flat = gel_with_slope(0, 0);
   EXPECT_EQ(cv::norm(optics.render(flat, 0, 0, false), steady.render(flat, 0, 0, false), cv::NORM_INF), 0);
   double largest = 0;
@@ -152,7 +152,7 @@ TEST(Optics, DriftStartsAtNothingAndWanders) {
 TEST(Optics, DirtStaysOnTheGelAndSomeComesLater) {
   OpticsOptions options = quiet();
   options.dirt = true;
-  const Optics dirty(sensor, options), clean(sensor, quiet());
+  const Optics dirty(kSensor, options), clean(kSensor, quiet());
   const GelShape flat = gel_with_slope(0, 0);
   const cv::Mat3b before = dirty.render(flat, 0, 0, false), after = dirty.render(flat, 0, 0, true);
   const auto changed = [](const cv::Mat3b& a, const cv::Mat3b& b) {
@@ -169,11 +169,11 @@ TEST(Optics, MistakesAreErrors) {
   for (const double bad : {-1.0, 1e6, std::nan("")}) {
     OpticsOptions options;
     options.noise_gain = bad;
-    EXPECT_THROW(Optics(sensor, options), Error);
+    EXPECT_THROW(Optics(kSensor, options), Error);
   }
   GelShape wrong = gel_with_slope(0, 0);
   wrong.slope = cv::Mat2f(10, 10);
-  EXPECT_THROW(Optics(sensor, {}).render(wrong, 0, 0, true), Error);
+  EXPECT_THROW(Optics(kSensor, {}).render(wrong, 0, 0, true), Error);
 }
 
 }  // namespace

@@ -7,12 +7,12 @@ namespace {
 
 constexpr std::array<bool, 6> kAll = {true, true, true, true, true, true};
 constexpr std::array<bool, 6> kNoTwist = {true, true, true, true, true, false};
-constexpr double kFrame_s = 0.04;
+constexpr double kFrameS = 0.04;
 
 class HiddenMotionsTest : public testing::Test {
  protected:
   void pass(const std::array<bool, 6>& observable, int frames, int trial = 0) {
-    for (int k = 0; k < frames; ++k) motions.pass(trial, time_s += kFrame_s, observable);
+    for (int k = 0; k < frames; ++k) motions.pass(trial, time_s += kFrameS, observable);
   }
 
   HiddenMotions motions;

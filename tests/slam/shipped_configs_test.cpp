@@ -18,12 +18,12 @@ namespace fs = std::filesystem;
 using test::FakeCamera;
 using testing::HasSubstr;
 
-const fs::path configs = GELSLAM_CONFIGS;
+const fs::path kConfigs = GELSLAM_CONFIGS;
 
 TEST(ShippedConfigs, AllCanBeReadAndWrittenAgain) {
   const test::TemporaryFolder folder;
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(configs)) {
+  for (const auto& entry : fs::directory_iterator(kConfigs)) {
     names.push_back(entry.path().filename().string());
     const std::string text = write_config(read_config(entry.path()));  // an unknown key would throw
     test::write_bytes(folder / "again.yaml", text);
@@ -33,7 +33,7 @@ TEST(ShippedConfigs, AllCanBeReadAndWrittenAgain) {
 }
 
 TEST(ShippedConfigs, AGelSightMiniIsTheDefault) {
-  Config mini = read_config(configs / "gelsight_mini.yaml");
+  Config mini = read_config(kConfigs / "gelsight_mini.yaml");
   mini.sensor.calibration_model_path.clear();
   EXPECT_EQ(write_config(mini), write_config(Config{}));
 }
@@ -56,7 +56,7 @@ class Bench : public testing::Test {
 };
 
 TEST_F(Bench, DigitYamlAsksADigitForWhatItGives) {
-  const Config config = read_config(configs / "digit.yaml");
+  const Config config = read_config(kConfigs / "digit.yaml");
   sensor.card = "DIGIT: DIGIT";
   // As digit-interface lists its streams: QVGA and VGA, uncompressed.
   sensor.modes = {{V4L2_PIX_FMT_YUYV, 320, 240, {60, 30}}, {V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}};
@@ -74,7 +74,7 @@ TEST_F(Bench, DigitYamlAsksADigitForWhatItGives) {
 }
 
 TEST_F(Bench, DigitYamlSaysWhatACameraWithoutItsModeOffers) {
-  const Config config = read_config(configs / "digit.yaml");
+  const Config config = read_config(kConfigs / "digit.yaml");
   sensor.card = "DIGIT: DIGIT";
   sensor.modes = {{V4L2_PIX_FMT_MJPEG, 640, 480, {30}}};
   EXPECT_THAT(
@@ -84,7 +84,7 @@ TEST_F(Bench, DigitYamlSaysWhatACameraWithoutItsModeOffers) {
 }
 
 TEST_F(Bench, MiniYamlFindsTheMini) {
-  const auto camera = open(read_config(configs / "gelsight_mini.yaml"));
+  const auto camera = open(read_config(kConfigs / "gelsight_mini.yaml"));
   EXPECT_EQ(camera->description(), "GelSight Mini R0B 28KX, /dev/video3, MJPG 3280x2464, 25 Hz");
   EXPECT_EQ(camera->warning(), "");
 }

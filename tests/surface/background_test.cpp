@@ -11,8 +11,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double pitch_mm = 0.0634;
-const cv::Size sensor(320, 240);
+constexpr double kPitchMm = 0.0634;
+const cv::Size kSensor(320, 240);
 
 BackgroundCheck check(const std::vector<cv::Mat3b>& frames) {
   return check_background(frames, linear_gel_model(), SurfaceOptions{});
@@ -22,8 +22,8 @@ BackgroundCheck check(const std::vector<cv::Mat3b>& frames) {
 std::vector<cv::Mat3b> rolling(double depth_mm, double step_px, double noise) {
   std::vector<cv::Mat3b> frames;
   for (int i = 0; i < 10; ++i) {
-    const cv::Mat1f height = ball_press(sensor, pitch_mm, 140 + step_px * i, 120, 4.75, depth_mm);
-    frames.push_back(render(height, pitch_mm, noise, static_cast<std::uint64_t>(i)));
+    const cv::Mat1f height = ball_press(kSensor, kPitchMm, 140 + step_px * i, 120, 4.75, depth_mm);
+    frames.push_back(render(height, kPitchMm, noise, static_cast<std::uint64_t>(i)));
   }
   return frames;
 }
@@ -44,12 +44,13 @@ TEST(MeanImage, RefusesNothingAndDifferentSizes) {
 TEST(BackgroundImage, IsThatOfTheLastFramesExposure) {
   std::vector<cv::Mat3b> frames;
   for (int i = 0; i < 10; ++i) {
-    const cv::Mat3b gel = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, static_cast<std::uint64_t>(i));
+    const cv::Mat3b gel = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, static_cast<std::uint64_t>(i));
     frames.emplace_back();
     cv::multiply(gel, cv::Scalar(1, 1, 1) * (1.0 - 0.25 * std::exp(-0.5 * i)), frames.back());
   }
-  frames.back() = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, 9);
-  const cv::Mat3b settled = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 0.0, 0), first = frames.front().clone();
+  frames.back() = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, 9);
+  const cv::Mat3b settled = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 0),
+                  first = frames.front().clone();
   EXPECT_LT(
       cv::norm(background_image(frames), settled, cv::NORM_L1) / static_cast<double>(3 * settled.total()),
       0.5);
@@ -68,7 +69,7 @@ TEST(CheckBackground, BareGelIsClean) {
 }
 
 TEST(CheckBackground, MarkersAreNoContact) {
-  std::vector<cv::Mat3b> frames(4, render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, 3));
+  std::vector<cv::Mat3b> frames(4, render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, 3));
   for (cv::Mat3b& frame : frames) {
     frame = frame.clone();
     for (int v = 20; v < 240; v += 34)
@@ -92,7 +93,7 @@ TEST(CheckBackground, MovingContactIsSeen) {
 
 TEST(CheckBackground, ATouchInTheLastFrameIsSeen) {
   std::vector<cv::Mat3b> frames = rolling(1e-9, 0.0, 1.0);
-  frames.back() = render(ball_press(sensor, pitch_mm, 100, 100, 4.75, 0.15), pitch_mm, 1.0, 99);
+  frames.back() = render(ball_press(kSensor, kPitchMm, 100, 100, 4.75, 0.15), kPitchMm, 1.0, 99);
   EXPECT_THAT(check(frames).reason, HasSubstr("frame 10 of 10"));
 }
 

@@ -8,7 +8,7 @@
 namespace gelslam {
 namespace {
 
-constexpr double kPitch_mm = 0.0634;
+constexpr double kPitchMm = 0.0634;
 
 /// A smooth dent in the gel's middle: its height in pixels and its slope.
 double dent_px(double x, double y) { return -6.0 * std::exp(-(x * x + y * y) / 800.0); }
@@ -24,12 +24,12 @@ TEST(GradientSurfaces, GiveBackADentAndItsContact) {
       gy(v, u) = static_cast<float>(dent_px(x, y) * -y / 400.0);
       if (std::hypot(x, y) < 20) touched(v, u) = 1;
     }
-  const SurfacePtr surface = GradientSurfaces(size, kPitch_mm).make(gx, gy, touched);
-  EXPECT_EQ(surface->pixel_pitch_mm, kPitch_mm);
+  const SurfacePtr surface = GradientSurfaces(size, kPitchMm).make(gx, gy, touched);
+  EXPECT_EQ(surface->pixel_pitch_mm, kPitchMm);
   // The corners are 0 in truth; the median over the untouched gel has some of the dent's foot in it.
-  EXPECT_NEAR(surface->height_mm(2, 2), 0, 0.1 * kPitch_mm);
-  EXPECT_NEAR(surface->height_mm(59, 79) - surface->height_mm(2, 2), kPitch_mm * dent_px(0.5, 0.5),
-              0.01 * 6 * kPitch_mm);
+  EXPECT_NEAR(surface->height_mm(2, 2), 0, 0.1 * kPitchMm);
+  EXPECT_NEAR(surface->height_mm(59, 79) - surface->height_mm(2, 2), kPitchMm * dent_px(0.5, 0.5),
+              0.01 * 6 * kPitchMm);
   const cv::Vec3f n = surface->normals(59, 99);
   EXPECT_NEAR(-n[0] / n[2], gx(59, 99), 1e-6);
   EXPECT_NEAR(-n[1] / n[2], gy(59, 99), 1e-6);
@@ -43,7 +43,7 @@ TEST(GradientSurfaces, GiveBackADentAndItsContact) {
 TEST(GradientSurfaces, TakeAGelThatIsTouchedEverywhereOrNowhere) {
   const cv::Size size(32, 16);
   const cv::Mat1f flat(size, 0.0F);
-  GradientSurfaces surfaces(size, kPitch_mm);
+  GradientSurfaces surfaces(size, kPitchMm);
   const SurfacePtr everywhere = surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(255))),
                    nowhere = surfaces.make(flat, flat, cv::Mat1b(size, static_cast<unsigned char>(0)));
   EXPECT_EQ(everywhere->contact_pixels, 512);

@@ -10,20 +10,20 @@
 namespace gelslam::test {
 namespace {
 
-constexpr double pitch_mm = 0.0634;
-const cv::Size sensor(320, 240);
-const cv::Mat1f flat_gel(sensor, 0.0F);
+constexpr double kPitchMm = 0.0634;
+const cv::Size kSensor(320, 240);
+const cv::Mat1f kFlatGel(kSensor, 0.0F);
 
 // Seen from the middle, to the right and down: -1 to 1.
 cv::Vec2d place(int u, int v) {
-  return {2.0 * u / (sensor.width - 1) - 1.0, 2.0 * v / (sensor.height - 1) - 1.0};
+  return {2.0 * u / (kSensor.width - 1) - 1.0, 2.0 * v / (kSensor.height - 1) - 1.0};
 }
 
 // The linear gel under lamps that are brighter on one side, as on a real sensor: without that, gain and
 // offset could not be told apart. Slopes are then a little off, the same with every light, and pictures are
 // compared with each other.
 cv::Mat3b lit(const cv::Mat1f& height_mm, std::uint64_t seed) {
-  cv::Mat3b image = render(height_mm, pitch_mm, 1.0, seed);
+  cv::Mat3b image = render(height_mm, kPitchMm, 1.0, seed);
   for (int v = 0; v < image.rows; ++v) {
     for (int u = 0; u < image.cols; ++u) {
       const auto [x, y] = place(u, v).val;
@@ -55,52 +55,52 @@ SurfacePtr seen(SurfaceEstimator& estimator, const cv::Mat1f& height_mm, const C
 // How far heights (mm) come out from those in the background's light, from the very first picture in another
 // one.
 double worst_height_mm(const cv::Mat1f& height_mm, const Change& change) {
-  SurfaceEstimator steady(linear_gel_model(), lit(flat_gel, 1), {});
-  SurfaceEstimator disturbed(linear_gel_model(), lit(flat_gel, 1), {});
+  SurfaceEstimator steady(linear_gel_model(), lit(kFlatGel, 1), {});
+  SurfaceEstimator disturbed(linear_gel_model(), lit(kFlatGel, 1), {});
   const SurfacePtr truth = steady.estimate(lit(height_mm, 2));
   return cv::norm(seen(disturbed, height_mm, change)->height_mm, truth->height_mm, cv::NORM_INF);
 }
 
 cv::Mat1f press(double depth_mm, double u = 140, double v = 110) {
-  return ball_press(sensor, pitch_mm, u, v, 4.75, depth_mm);
+  return ball_press(kSensor, kPitchMm, u, v, 4.75, depth_mm);
 }
 
-const Change dark = [](double value, double, double, int) { return 0.6 * value; };
-const Change bright = [](double value, double, double, int) { return 1.3 * value; };
-const Change warm = [](double value, double, double, int c) {
+const Change kDark = [](double value, double, double, int) { return 0.6 * value; };
+const Change kBright = [](double value, double, double, int) { return 1.3 * value; };
+const Change kWarm = [](double value, double, double, int c) {
   return value * (c == 0 ? 0.7 : c == 2 ? 1.25 : 0.95);
 };
-const Change weak_red = [](double value, double, double, int c) { return c == 2 ? 0.3 * value : value; };
-const Change window = [](double value, double x, double y, int) {
+const Change kWeakRed = [](double value, double, double, int c) { return c == 2 ? 0.3 * value : value; };
+const Change kWindow = [](double value, double x, double y, int) {
   return value + 6 + 8 * (x + 1) + 4 * (y + 1);
 };
-const Change bowed = [](double value, double x, double y, int) { return value + 15 * (x * x + y * y); };
-const Change one_side = [](double value, double, double y, int c) {
+const Change kBowed = [](double value, double x, double y, int) { return value + 15 * (x * x + y * y); };
+const Change kOneSide = [](double value, double, double y, int c) {
   return c == 1 ? value * (1 - 0.25 * (1 - y)) : value;
 };
 
 // A lamp that flickers while a shutter rolls: rows, over the contact, too.
-const Change bands = [](double value, double, double y, int) {
+const Change kBands = [](double value, double, double y, int) {
   return value * (1 + 0.1 * std::sin(5 * y + 1));
 };
 
 // A tenth of the depth at most: 8 bits are a third as fine in the weak channel.
 TEST(Light, ThatJumpsIsFollowedAtOnce) {
-  for (const Change& change : {dark, bright, warm, weak_red})
+  for (const Change& change : {kDark, kBright, kWarm, kWeakRed})
     EXPECT_LT(worst_height_mm(press(0.5), change), 0.05)
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
 }
 
 TEST(Light, FromOneSideOrInBandsIsTakenOff) {
-  for (const Change& change : {window, bowed, one_side, bands})
+  for (const Change& change : {kWindow, kBowed, kOneSide, kBands})
     EXPECT_LT(worst_height_mm(press(0.5), change), 0.05)
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
 }
 
 TEST(Light, OnBareGelIsNoTouch) {
-  for (const Change& change : {dark, bright, warm, window, bowed, one_side, bands}) {
-    SurfaceEstimator estimator(linear_gel_model(), lit(flat_gel, 1), {});
-    EXPECT_EQ(seen(estimator, flat_gel, change)->contact_pixels, 0)
+  for (const Change& change : {kDark, kBright, kWarm, kWindow, kBowed, kOneSide, kBands}) {
+    SurfaceEstimator estimator(linear_gel_model(), lit(kFlatGel, 1), {});
+    EXPECT_EQ(seen(estimator, kFlatGel, change)->contact_pixels, 0)
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
   }
 }
@@ -112,8 +112,8 @@ TEST(Light, IsNotWhatAPressChanges) {
       const cv::Mat1f truth = press(depth_mm, u, 120);
       SurfaceOptions fixed;
       fixed.compensate_light = false;
-      SurfaceEstimator steady(linear_gel_model(), lit(flat_gel, 1), fixed);
-      SurfaceEstimator following(linear_gel_model(), lit(flat_gel, 1), {});
+      SurfaceEstimator steady(linear_gel_model(), lit(kFlatGel, 1), fixed);
+      SurfaceEstimator following(linear_gel_model(), lit(kFlatGel, 1), {});
       const SurfacePtr expected = steady.estimate(lit(truth, 2));
       EXPECT_LT(cv::norm(following.estimate(lit(truth, 2))->height_mm, expected->height_mm, cv::NORM_INF),
                 0.005 + 0.02 * depth_mm)
@@ -129,8 +129,8 @@ TEST(Light, ThatCannotBeIsForgotten) {
   const Change green = [](double, double, double, int c) { return c == 1 ? 135.0 : 0.0; };
   const Change stripes = [](double, double x, double, int c) { return 128 + 100 * std::sin(40 * x + c); };
   for (const Change& change : {no_red, green, stripes}) {
-    SurfaceEstimator steady(linear_gel_model(), lit(flat_gel, 1), {});
-    SurfaceEstimator disturbed(linear_gel_model(), lit(flat_gel, 1), {});
+    SurfaceEstimator steady(linear_gel_model(), lit(kFlatGel, 1), {});
+    SurfaceEstimator disturbed(linear_gel_model(), lit(kFlatGel, 1), {});
     for (int frame = 0; frame < 3; ++frame) seen(disturbed, press(0.5), change);
     const SurfacePtr after = disturbed.estimate(lit(press(0.5), 2)),
                      truth = steady.estimate(lit(press(0.5), 2));

@@ -12,8 +12,8 @@ namespace gelslam::test {
 
 /// A gel whose color is known exactly: red follows the slope angle in x, green in y, by 0.0065 rad per gray
 /// level (about what a GelSight Mini shows), blue nothing.
-inline constexpr double rad_per_level = 0.0065;
-inline constexpr double bare_level = 110.0;
+inline constexpr double kRadPerLevel = 0.0065;
+inline constexpr double kBareLevel = 110.0;
 
 /// The network that undoes it: pairs of rectified units carry the positive and the negative part through all
 /// layers.
@@ -26,8 +26,8 @@ inline GradientModel linear_gel_model() {
     for (int part = 0; part < 2; ++part) {
       const int unit = 2 * axis + part;
       const double sign = part == 0 ? 1.0 : -1.0;
-      weight(0, unit, axis == 0 ? 2 : 1) = static_cast<float>(sign * rad_per_level * 255.0);
-      model.bias(0)[static_cast<std::size_t>(unit)] = static_cast<float>(-sign * rad_per_level * bare_level);
+      weight(0, unit, axis == 0 ? 2 : 1) = static_cast<float>(sign * kRadPerLevel * 255.0);
+      model.bias(0)[static_cast<std::size_t>(unit)] = static_cast<float>(-sign * kRadPerLevel * kBareLevel);
       weight(1, unit, unit) = 1.0F;
       weight(2, unit, unit) = 1.0F;
       weight(3, axis, unit) = static_cast<float>(sign);
@@ -56,8 +56,8 @@ inline cv::Mat3b render(const cv::Mat1f& height_mm, double pitch_mm, double nois
     for (int u = 0; u < image.cols; ++u) {
       const double gx = (at(v, u + 1) - at(v, u - 1)) / (2 * pitch_mm),
                    gy = (at(v + 1, u) - at(v - 1, u)) / (2 * pitch_mm);
-      const double levels[] = {60.0 + 80.0 * u / image.cols, bare_level + std::atan(gy) / rad_per_level,
-                               bare_level + std::atan(gx) / rad_per_level};
+      const double levels[] = {60.0 + 80.0 * u / image.cols, kBareLevel + std::atan(gy) / kRadPerLevel,
+                               kBareLevel + std::atan(gx) / kRadPerLevel};
       for (int c = 0; c < 3; ++c) {
         image(v, u)[c] = cv::saturate_cast<unsigned char>(levels[c] + noise_levels * normal_deviate(random));
       }

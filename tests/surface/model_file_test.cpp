@@ -25,7 +25,7 @@ ModelFile some_file() {
   record.presses = 48;
   record.diameters_mm = {6.31, 9.5};
   record.seed = 18446744073709551615ULL;
-  record.background_cells = cv::Mat3f(background_grid, cv::Vec3f(10.25F, 200.5F, 77.75F));
+  record.background_cells = cv::Mat3f(kBackgroundGrid, cv::Vec3f(10.25F, 200.5F, 77.75F));
   file.record = record;
   return file;
 }

@@ -13,9 +13,9 @@
 namespace gelslam::test {
 namespace {
 
-constexpr double pitch_mm = 0.0634;
-const cv::Size sensor(320, 240);
-const cv::Mat3b bare = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 0.0, 1);
+constexpr double kPitchMm = 0.0634;
+const cv::Size kSensor(320, 240);
+const cv::Mat3b kBare = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1);
 
 /// A white spot with soft edges, as a lens would show it.
 void shine(cv::Mat3b& image, const std::vector<cv::Point>& places) {
@@ -28,11 +28,11 @@ void shine(cv::Mat3b& image, const std::vector<cv::Point>& places) {
         image(v, u)[c] = cv::saturate_cast<unsigned char>(image(v, u)[c] + 300.0F * light(v, u));
 }
 
-const std::vector<cv::Point> on_contact = {{150, 110}, {175, 131}};
-const std::vector<cv::Point> on_gel = {{40, 40}, {280, 60}, {60, 200}};
+const std::vector<cv::Point> kOnContact = {{150, 110}, {175, 131}};
+const std::vector<cv::Point> kOnGel = {{40, 40}, {280, 60}, {60, 200}};
 
 SurfacePtr surface_of(const cv::Mat3b& image) {
-  return SurfaceEstimator(linear_gel_model(), bare, SurfaceOptions{}).estimate(image);
+  return SurfaceEstimator(linear_gel_model(), kBare, SurfaceOptions{}).estimate(image);
 }
 
 /// Dots 32 pixels apart, moved by `shift_px`; one is missing, one is small, and one lies out of line.
@@ -54,12 +54,12 @@ cv::Mat3b with_dots(const cv::Mat3b& image, double shift_px = 0.0) {
 }
 
 SurfacePtr dotted_surface_of(const cv::Mat3b& image) {
-  return SurfaceEstimator(linear_gel_model(), with_dots(bare), SurfaceOptions{}).estimate(image);
+  return SurfaceEstimator(linear_gel_model(), with_dots(kBare), SurfaceOptions{}).estimate(image);
 }
 
 TEST(Markers, ABallReadsAsWithoutThem) {
-  const cv::Mat1f truth = ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6);
-  const cv::Mat3b image = render(truth, pitch_mm, 1.0, 2);
+  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
+  const cv::Mat3b image = render(truth, kPitchMm, 1.0, 2);
   const SurfacePtr clean = surface_of(image);
   for (const double shift_px : {0.0, 2.0, 5.0}) {
     const SurfacePtr surface = dotted_surface_of(with_dots(image, shift_px));
@@ -70,44 +70,46 @@ TEST(Markers, ABallReadsAsWithoutThem) {
   }
 }
 
-TEST(Markers, ThatMoveAreNoContact) { EXPECT_EQ(dotted_surface_of(with_dots(bare, 4.0))->contact_pixels, 0); }
+TEST(Markers, ThatMoveAreNoContact) {
+  EXPECT_EQ(dotted_surface_of(with_dots(kBare, 4.0))->contact_pixels, 0);
+}
 
 TEST(Markers, AreFilledInUnderWhatIsSeenBare) {
-  const MarkerFiller filler(with_dots(bare));
+  const MarkerFiller filler(with_dots(kBare));
   cv::Mat1b covered;
-  EXPECT_LT(cv::norm(filler.background(), bare, cv::NORM_INF), 4.0);
-  EXPECT_LT(cv::norm(filler.fill(with_dots(bare, 4.0), covered), bare, cv::NORM_INF), 4.0);
+  EXPECT_LT(cv::norm(filler.background(), kBare, cv::NORM_INF), 4.0);
+  EXPECT_LT(cv::norm(filler.fill(with_dots(kBare, 4.0), covered), kBare, cv::NORM_INF), 4.0);
   EXPECT_EQ(covered(56, 32), 255);
-  const MarkerFiller none(bare);
-  EXPECT_EQ(cv::norm(none.background(), bare), 0.0);
-  EXPECT_EQ(cv::norm(none.fill(with_dots(bare), covered), with_dots(bare)), 0.0);
+  const MarkerFiller none(kBare);
+  EXPECT_EQ(cv::norm(none.background(), kBare), 0.0);
+  EXPECT_EQ(cv::norm(none.fill(with_dots(kBare), covered), with_dots(kBare)), 0.0);
   EXPECT_TRUE(covered.empty());
 }
 
 // A ball's slope changes by 0.11 over the 9 pixels that are filled from around: read to a fraction of that,
 // its height is right to that times half of the width, 0.03 mm.
 TEST(Highlights, ShinesNeitherThroughTheHeightsNorTheContact) {
-  const cv::Mat1f truth = ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6);
-  cv::Mat3b image = render(truth, pitch_mm, 1.0, 2);
+  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
+  cv::Mat3b image = render(truth, kPitchMm, 1.0, 2);
   const SurfacePtr undisturbed = surface_of(image);
-  shine(image, on_contact);
-  shine(image, on_gel);
+  shine(image, kOnContact);
+  shine(image, kOnGel);
   const SurfacePtr surface = surface_of(image);
   EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03);
   cv::Mat differing = surface->contact != undisturbed->contact;
   EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
-  for (const cv::Point& place : on_gel) EXPECT_EQ(surface->contact(place), 0) << place;
+  for (const cv::Point& place : kOnGel) EXPECT_EQ(surface->contact(place), 0) << place;
 }
 
 TEST(Highlights, AloneIsNoContact) {
-  cv::Mat3b image = render(cv::Mat1f(sensor, 0.0F), pitch_mm, 1.0, 3);
-  shine(image, on_gel);
+  cv::Mat3b image = render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 1.0, 3);
+  shine(image, kOnGel);
   EXPECT_EQ(surface_of(image)->contact_pixels, 0);
 }
 
 TEST(Highlights, WithoutAnyThePictureIsPassedOnAsItIs) {
-  surface::detail::PixelRepair repair(bare);
-  cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, 1.0, 4);
+  surface::detail::PixelRepair repair(kBare);
+  cv::Mat3b image = render(ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6), kPitchMm, 1.0, 4);
   EXPECT_EQ(repair.clean(image).data, image.data);
   image(10, 10) = {255, 200,
                    100};  // one channel is full where a slope faces a lamp, and the others still tell it
@@ -116,18 +118,18 @@ TEST(Highlights, WithoutAnyThePictureIsPassedOnAsItIs) {
 
 // A lamp that dazzles the camera is in every picture, the background included.
 TEST(Highlights, ThatTheBackgroundHasIsLeftAlone) {
-  cv::Mat3b background = bare.clone();
+  cv::Mat3b background = kBare.clone();
   cv::circle(background, {300, 20}, 12, cv::Scalar::all(255), cv::FILLED);
   cv::Mat3b image = background.clone();
   EXPECT_EQ(surface::detail::PixelRepair(background).clean(image).data, image.data);
 }
 
 TEST(Highlights, OverTheWholePictureOrAtItsCornersIsSurvived) {
-  surface::detail::PixelRepair repair(bare);
-  EXPECT_EQ(cv::norm(repair.clean(cv::Mat3b(sensor, cv::Vec3b(255, 255, 255))), bare, cv::NORM_INF), 0.0);
-  cv::Mat3b image = bare.clone();
+  surface::detail::PixelRepair repair(kBare);
+  EXPECT_EQ(cv::norm(repair.clean(cv::Mat3b(kSensor, cv::Vec3b(255, 255, 255))), kBare, cv::NORM_INF), 0.0);
+  cv::Mat3b image = kBare.clone();
   shine(image, {{0, 0}, {319, 239}, {0, 239}, {319, 0}});
-  EXPECT_LE(cv::norm(repair.clean(image), bare, cv::NORM_INF), 2.0);
+  EXPECT_LE(cv::norm(repair.clean(image), kBare, cv::NORM_INF), 2.0);
 }
 
 /// A hair with soft edges.
@@ -142,8 +144,8 @@ void lay_hair(cv::Mat3b& image) {
 
 // As above: what is filled in is as wide.
 TEST(DarkSpots, AHairIsNeitherHeightNorContact) {
-  const cv::Mat1f truth = ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6);
-  cv::Mat3b image = render(truth, pitch_mm, 1.0, 5);
+  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
+  cv::Mat3b image = render(truth, kPitchMm, 1.0, 5);
   const SurfacePtr undisturbed = surface_of(image);
   lay_hair(image);
   const SurfacePtr surface = surface_of(image);
@@ -154,8 +156,8 @@ TEST(DarkSpots, AHairIsNeitherHeightNorContact) {
 
 // Then it is the light, and a touch must still be seen.
 TEST(DarkSpots, APictureThatIsDarkAllOverIsPassedOn) {
-  surface::detail::PixelRepair repair(bare);
-  cv::Mat3b image = bare.clone();
+  surface::detail::PixelRepair repair(kBare);
+  cv::Mat3b image = kBare.clone();
   image *= 0.4;
   EXPECT_EQ(repair.clean(image).data, image.data);
 }
@@ -172,22 +174,22 @@ cv::Mat3b peppered(const cv::Mat3b& image, std::uint64_t seed) {
 }
 
 TEST(WrongPixels, AreNotSeen) {
-  const cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, 1.0, 2);
+  const cv::Mat3b image = render(ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6), kPitchMm, 1.0, 2);
   const SurfacePtr undisturbed = surface_of(image), surface = surface_of(peppered(image, 5));
   // What is filled in is a neighbor's value: two gray levels, and so few of them are nothing in a height.
   EXPECT_LT(cv::norm(surface->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
   cv::Mat differing = surface->contact != undisturbed->contact;
   EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
   const SurfacePtr from_hot_background =
-      SurfaceEstimator(linear_gel_model(), peppered(bare, 5), SurfaceOptions{}).estimate(peppered(image, 5));
+      SurfaceEstimator(linear_gel_model(), peppered(kBare, 5), SurfaceOptions{}).estimate(peppered(image, 5));
   EXPECT_LT(cv::norm(from_hot_background->height_mm, undisturbed->height_mm, cv::NORM_INF), 0.01);
-  EXPECT_EQ(surface_of(peppered(bare, 6))->contact_pixels, 0);
+  EXPECT_EQ(surface_of(peppered(kBare, 6))->contact_pixels, 0);
 }
 
 TEST(WrongPixels, WithoutAnyThePictureIsPassedOnAsItIs) {
-  surface::detail::PixelRepair repair(bare);
+  surface::detail::PixelRepair repair(kBare);
   for (const double noise : {0.0, 1.0, 6.0}) {
-    const cv::Mat3b image = render(ball_press(sensor, pitch_mm, 160, 120, 4.75, 0.6), pitch_mm, noise, 4);
+    const cv::Mat3b image = render(ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6), kPitchMm, noise, 4);
     EXPECT_EQ(repair.clean(image).data, image.data) << noise;
   }
 }

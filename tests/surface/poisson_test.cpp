@@ -38,18 +38,18 @@ double largest_error(cv::Size size, const Function& height, const Function& gx, 
   return largest;
 }
 
-const cv::Size sensor(320, 240);
+const cv::Size kSensor(320, 240);
 
 TEST(Poisson, NoSlopeIsFlat) {
   const Function zero = [](double, double) { return 0.0; };
-  EXPECT_EQ(largest_error(sensor, zero, zero, zero), 0.0);
+  EXPECT_EQ(largest_error(kSensor, zero, zero, zero), 0.0);
 }
 
 // Mean edge gradients of a quadratic are its exact differences, so only float rounding remains (heights up to
 // 64 px).
 TEST(Poisson, QuadraticHeightsComeBackExactlyAtEverySize) {
   for (const cv::Size size :
-       {sensor, cv::Size(161, 121), cv::Size(162, 121), cv::Size(33, 240), cv::Size(16, 16)}) {
+       {kSensor, cv::Size(161, 121), cv::Size(162, 121), cv::Size(33, 240), cv::Size(16, 16)}) {
     const auto ramp = [](double u, double v) { return 0.2 * u - 0.1 * v; };
     EXPECT_LT(largest_error(
                   size, ramp, [](double, double) { return 0.2; }, [](double, double) { return -0.1; }),
@@ -72,7 +72,7 @@ TEST(Poisson, GaussianDentHasItsTrueDepth) {
     return -depth * std::exp(-0.5 * ((u - 150) * (u - 150) + (v - 110) * (v - 110)) / (sigma * sigma));
   };
   EXPECT_LT(largest_error(
-                sensor, bell, [&](double u, double v) { return -bell(u, v) * (u - 150) / (sigma * sigma); },
+                kSensor, bell, [&](double u, double v) { return -bell(u, v) * (u - 150) / (sigma * sigma); },
                 [&](double u, double v) { return -bell(u, v) * (v - 110) / (sigma * sigma); }),
             0.005 * depth);
 }
@@ -91,7 +91,7 @@ TEST(Poisson, SphereCapKeepsItsShapeInsideTheCrease) {
     return r < contact ? 1.0 / std::sqrt(radius * radius - r * r) : 0.0;
   };
   EXPECT_LT(largest_error(
-                sensor, cap, [&](double u, double v) { return slope(u, v) * (u - 160.3); },
+                kSensor, cap, [&](double u, double v) { return slope(u, v) * (u - 160.3); },
                 [&](double u, double v) { return slope(u, v) * (v - 119.6); }),
             0.03 * depth);
 }
@@ -123,11 +123,11 @@ TEST(Poisson, SolvesTheLeastSquaresProblemForInconsistentGradients) {
 }
 
 TEST(Poisson, DivergenceIsTheLaplacianOfHeight) {
-  PoissonSolver solver(sensor);
-  solver.solve(sample(sensor, [](double u, double) { return 0.002 * u; }),
-               sample(sensor, [](double, double v) { return 0.004 * v; }));
-  for (int v = 1; v + 1 < sensor.height; ++v) {
-    for (int u = 1; u + 1 < sensor.width; ++u) ASSERT_NEAR(solver.divergence()(v, u), 0.006, 1e-5);
+  PoissonSolver solver(kSensor);
+  solver.solve(sample(kSensor, [](double u, double) { return 0.002 * u; }),
+               sample(kSensor, [](double, double v) { return 0.004 * v; }));
+  for (int v = 1; v + 1 < kSensor.height; ++v) {
+    for (int u = 1; u + 1 < kSensor.width; ++u) ASSERT_NEAR(solver.divergence()(v, u), 0.006, 1e-5);
   }
 }
 

@@ -52,18 +52,18 @@ std::string float_bytes(const std::vector<float>& values) {
   return bytes;
 }
 
-const std::string ordered_dict = "ccollections\nOrderedDict\n)R";
+const std::string kOrderedDict = "ccollections\nOrderedDict\n)R";
 
 }  // namespace
 
 std::string PthFile::pickle() const {
-  std::string text = join({"\x80\x02", ordered_dict, "q", std::string(1, '\0'), "("});
+  std::string text = join({"\x80\x02", kOrderedDict, "q", std::string(1, '\0'), "("});
   int key = 0;
   const auto add_tensor = [&](const std::string& name, const std::vector<int>& shape,
                               const std::vector<int>& stride, std::size_t count) {
     text += join({unicode(name), global(rebuild_function), "((", unicode("storage"), global(storage_class),
                   unicode(std::to_string(key++)), unicode("cpu"), integer(static_cast<int>(count)), "tQ",
-                  integer(storage_offset), tuple_of(shape), tuple_of(stride), "\x89", ordered_dict, "tR"});
+                  integer(storage_offset), tuple_of(shape), tuple_of(stride), "\x89", kOrderedDict, "tR"});
   };
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const std::string name = join({"fc", std::to_string(i + 1)});

@@ -15,8 +15,8 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr double pitch_mm = 0.05;
-const cv::Size sensor(320, 240);
+constexpr double kPitchMm = 0.05;
+const cv::Size kSensor(320, 240);
 
 class SurfaceCommand : public ::testing::Test {
  protected:
@@ -24,9 +24,9 @@ class SurfaceCommand : public ::testing::Test {
     PthFile file;
     file.layers = layers_of(linear_gel_model());
     write_bytes(folder_ / "nnmodel.pth", zip_archive(file.entries()));
-    write_picture("background.png", render(cv::Mat1f(sensor, 0.0F), pitch_mm, 0.0, 1));
-    truth_ = ball_press(sensor, pitch_mm, 150, 110, 4.0, 0.5);
-    write_picture("touch.png", render(truth_, pitch_mm, 0.5, 2));
+    write_picture("background.png", render(cv::Mat1f(kSensor, 0.0F), kPitchMm, 0.0, 1));
+    truth_ = ball_press(kSensor, kPitchMm, 150, 110, 4.0, 0.5);
+    write_picture("touch.png", render(truth_, kPitchMm, 0.5, 2));
   }
 
   void write_picture(const std::string& name, const cv::Mat& image) {
@@ -94,7 +94,7 @@ TEST_F(SurfaceCommand, RefusesImagesThatDoNotFit) {
   write_picture("small.png", cv::Mat3b(100, 100, cv::Vec3b(10, 60, 200)));
   expect_mistake(run("small.png"), "small.png");
   expect_mistake(run("touch.png", {}, "small.png"), "small.png");
-  write_picture("gray.png", cv::Mat3b(sensor, cv::Vec3b::all(90)));
+  write_picture("gray.png", cv::Mat3b(kSensor, cv::Vec3b::all(90)));
   expect_mistake(run("gray.png"), "gray image");
   expect_mistake(run("touch.png", {}, "gray.png"), "gray image");
   expect_mistake(run("nothing.png"), "nothing.png");

@@ -11,27 +11,27 @@
 namespace gelslam::test {
 namespace {
 
-constexpr double pitch_mm = 0.0634;
-constexpr double ball_mm = 4.75;
-const cv::Size sensor(320, 240);
+constexpr double kPitchMm = 0.0634;
+constexpr double kBallMm = 4.75;
+const cv::Size kSensor(320, 240);
 
 cv::Mat1f flat(cv::Size size) { return cv::Mat1f(size, 0.0F); }
 
-cv::Mat3b bare_gel(cv::Size size = sensor) { return render(flat(size), pitch_mm, 0.0, 1); }
+cv::Mat3b bare_gel(cv::Size size = kSensor) { return render(flat(size), kPitchMm, 0.0, 1); }
 
-SurfaceEstimator make_estimator(const SurfaceOptions& options = {}, cv::Size size = sensor) {
+SurfaceEstimator make_estimator(const SurfaceOptions& options = {}, cv::Size size = kSensor) {
   return SurfaceEstimator(linear_gel_model(), bare_gel(size), options);
 }
 
 cv::Mat1f press(double depth_mm, double u = 160.0, double v = 120.0) {
-  return ball_press(sensor, pitch_mm, u, v, ball_mm, depth_mm);
+  return ball_press(kSensor, kPitchMm, u, v, kBallMm, depth_mm);
 }
 
 // Share of the contact mask that lies within `radius_px` of the ball's center.
 double share_within(const Surface& surface, double u, double v, double radius_px) {
   int inside = 0;
-  for (int row = 0; row < sensor.height; ++row) {
-    for (int column = 0; column < sensor.width; ++column) {
+  for (int row = 0; row < kSensor.height; ++row) {
+    for (int column = 0; column < kSensor.width; ++column) {
       inside += surface.contact(row, column) != 0 && std::hypot(column - u, row - v) <= radius_px ? 1 : 0;
     }
   }
@@ -48,22 +48,22 @@ void expect_same(const cv::Mat& a, const cv::Mat& b) {
 TEST(SurfaceEstimator, GivesBackTheHeightOfAPressedBall) {
   for (const double depth_mm : {0.1, 0.4, 0.8}) {
     const cv::Mat1f truth = press(depth_mm, 150, 130);
-    const SurfacePtr surface = make_estimator().estimate(render(truth, pitch_mm, 1.0, 2));
+    const SurfacePtr surface = make_estimator().estimate(render(truth, kPitchMm, 1.0, 2));
     // 8-bit color and noise cost a few micrometers; what is zeroed outside the change mask a few more.
     EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.006 + 0.02 * depth_mm) << depth_mm;
-    EXPECT_EQ(surface->pixel_pitch_mm, pitch_mm);
+    EXPECT_EQ(surface->pixel_pitch_mm, kPitchMm);
   }
 }
 
 TEST(SurfaceEstimator, NormalsFollowTheSurfaceInsideAndAroundTheContact) {
   const cv::Mat1f truth = press(0.6);
-  const SurfacePtr surface = make_estimator().estimate(render(truth, pitch_mm, 0.0, 2));
-  for (int v = 2; v < sensor.height - 2; ++v) {
-    for (int u = 2; u < sensor.width - 2; ++u) {
+  const SurfacePtr surface = make_estimator().estimate(render(truth, kPitchMm, 0.0, 2));
+  for (int v = 2; v < kSensor.height - 2; ++v) {
+    for (int u = 2; u < kSensor.width - 2; ++u) {
       const cv::Vec3f n = surface->normals(v, u);
       ASSERT_NEAR(cv::norm(n), 1.0, 1e-5);
-      const double gx = (truth(v, u + 1) - truth(v, u - 1)) / (2 * pitch_mm);
-      const double gy = (truth(v + 1, u) - truth(v - 1, u)) / (2 * pitch_mm);
+      const double gx = (truth(v, u + 1) - truth(v, u - 1)) / (2 * kPitchMm);
+      const double gy = (truth(v + 1, u) - truth(v - 1, u)) / (2 * kPitchMm);
       ASSERT_NEAR(-n[0] / n[2], gx, 0.012)
           << u << "," << v;  // half a gray level is 0.003, the change mask 0.01
       ASSERT_NEAR(-n[1] / n[2], gy, 0.012) << u << "," << v;
@@ -73,15 +73,15 @@ TEST(SurfaceEstimator, NormalsFollowTheSurfaceInsideAndAroundTheContact) {
 
 // 2/R in 1/mm is the Laplacian at a sphere's pole.
 TEST(SurfaceEstimator, CurvatureOfABallIsTwiceItsInverseRadius) {
-  const SurfacePtr surface = make_estimator().estimate(render(press(0.6), pitch_mm, 0.0, 2));
+  const SurfacePtr surface = make_estimator().estimate(render(press(0.6), kPitchMm, 0.0, 2));
   const double at_pole = cv::mean(surface->curvature(cv::Rect(150, 110, 20, 20)))[0];
-  EXPECT_NEAR(at_pole, 2.0 * pitch_mm / ball_mm, 0.05 * 2.0 * pitch_mm / ball_mm);
+  EXPECT_NEAR(at_pole, 2.0 * kPitchMm / kBallMm, 0.05 * 2.0 * kPitchMm / kBallMm);
   EXPECT_EQ(cv::countNonZero((surface->curvature != 0.0F) & (surface->contact == 0)), 0);
 }
 
 TEST(SurfaceEstimator, DeepContactIsFoundWithoutTheRim) {
-  const SurfacePtr surface = make_estimator().estimate(render(press(0.8), pitch_mm, 1.0, 3));
-  const double true_px = contact_radius_px(pitch_mm, ball_mm, 0.8);
+  const SurfacePtr surface = make_estimator().estimate(render(press(0.8), kPitchMm, 1.0, 3));
+  const double true_px = contact_radius_px(kPitchMm, kBallMm, 0.8);
   EXPECT_EQ(surface->contact_pixels, cv::countNonZero(surface->contact));
   EXPECT_GT(surface->contact_pixels, 0.8 * disc_px(true_px));
   EXPECT_GT(share_within(*surface, 160, 120, true_px + 2), 0.97);
@@ -90,8 +90,8 @@ TEST(SurfaceEstimator, DeepContactIsFoundWithoutTheRim) {
 // The public rule (0.2 mm, erosion by 5 pixels) sees nothing in all of these.
 TEST(SurfaceEstimator, ShallowTouchesAreFound) {
   for (const double depth_mm : {0.06, 0.1, 0.2}) {
-    const SurfacePtr surface = make_estimator().estimate(render(press(depth_mm), pitch_mm, 1.0, 4));
-    const double true_px = contact_radius_px(pitch_mm, ball_mm, depth_mm);
+    const SurfacePtr surface = make_estimator().estimate(render(press(depth_mm), kPitchMm, 1.0, 4));
+    const double true_px = contact_radius_px(kPitchMm, kBallMm, depth_mm);
     EXPECT_GT(surface->contact_pixels, 0.5 * disc_px(true_px)) << depth_mm;
     EXPECT_GT(share_within(*surface, 160, 120, true_px + 3), 0.95) << depth_mm;
   }
@@ -101,7 +101,7 @@ TEST(SurfaceEstimator, BareGelHasNoContactWhateverTheNoise) {
   for (const double noise : {0.0, 1.0, 3.0, 8.0}) {
     SurfaceEstimator estimator = make_estimator();
     for (std::uint64_t seed = 10; seed < 14; ++seed) {
-      const SurfacePtr surface = estimator.estimate(render(flat(sensor), pitch_mm, noise, seed));
+      const SurfacePtr surface = estimator.estimate(render(flat(kSensor), kPitchMm, noise, seed));
       EXPECT_LE(surface->contact_pixels, noise > 4.0 ? 20 : 0) << noise;
     }
   }
@@ -110,15 +110,15 @@ TEST(SurfaceEstimator, BareGelHasNoContactWhateverTheNoise) {
 // A flat face has the color of bare gel. The larger one covers more than what is left untouched.
 TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
   for (const cv::Size half : {cv::Size(60, 50), cv::Size(110, 85)}) {
-    cv::Mat1f truth(sensor, 0.0F);  // a punch 0.4 mm deep with sloping sides 1 mm wide
-    for (int v = 0; v < sensor.height; ++v) {
-      for (int u = 0; u < sensor.width; ++u) {
+    cv::Mat1f truth(kSensor, 0.0F);  // a punch 0.4 mm deep with sloping sides 1 mm wide
+    for (int v = 0; v < kSensor.height; ++v) {
+      for (int u = 0; u < kSensor.width; ++u) {
         const double outside_px =
             std::max({0, std::abs(u - 160) - half.width, std::abs(v - 120) - half.height});
-        truth(v, u) = static_cast<float>(-0.4 * std::max(0.0, 1.0 - pitch_mm * outside_px));
+        truth(v, u) = static_cast<float>(-0.4 * std::max(0.0, 1.0 - kPitchMm * outside_px));
       }
     }
-    const SurfacePtr surface = make_estimator().estimate(render(truth, pitch_mm, 1.0, 5));
+    const SurfacePtr surface = make_estimator().estimate(render(truth, kPitchMm, 1.0, 5));
     EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03);
     const cv::Rect face(160 - half.width, 120 - half.height, 2 * half.width, 2 * half.height);
     EXPECT_EQ(cv::countNonZero(surface->contact(face) == 0), 0);
@@ -130,18 +130,18 @@ TEST(SurfaceEstimator, AFlatFaceCountsAsContactThroughout) {
 TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
   for (const double period_px : {22.0, 30.0, 45.0}) {
     SurfaceEstimator estimator = make_estimator();
-    const double amplitude_mm = 0.3 * period_px * pitch_mm / (2 * CV_PI);  // slopes to 0.3
-    cv::Mat1f truth = flat(sensor);
+    const double amplitude_mm = 0.3 * period_px * kPitchMm / (2 * CV_PI);  // slopes to 0.3
+    cv::Mat1f truth = flat(kSensor);
     SurfacePtr surface;
     for (const double share : {0.25, 0.5, 1.0}) {
       for (int v = 0; v < truth.rows; ++v)
         for (int u = 0; u < truth.cols; ++u)
           truth(v, u) = static_cast<float>(share * amplitude_mm * std::sin(2 * CV_PI * u / period_px) *
                                            std::sin(2 * CV_PI * v / period_px));
-      surface = estimator.estimate(render(truth, pitch_mm, 1.0, 2));
+      surface = estimator.estimate(render(truth, kPitchMm, 1.0, 2));
     }
     EXPECT_FALSE(surface->zero_is_bare_gel) << period_px;
-    EXPECT_GT(surface->contact_pixels, sensor.area() / 5) << period_px;  // what lies below, without the rims
+    EXPECT_GT(surface->contact_pixels, kSensor.area() / 5) << period_px;  // what lies below, without the rims
     cv::Mat1f difference;
     cv::subtract(surface->height_mm, truth, difference);
     cv::Scalar mean, scatter;
@@ -154,8 +154,8 @@ TEST(SurfaceEstimator, APatternOverTheWholeGelIsReadWithoutBareGel) {
 // contact differ. Continuing heights and contact straight ahead makes steps there, of 1.2 to 2.6 %.
 TEST(SurfaceEstimator, AContactThatCrossesTheBorderHasASmoothOutline) {
   const int margin = 80;
-  const cv::Size wide(sensor.width + 2 * margin, sensor.height);
-  const cv::Rect middle(cv::Point(margin, 0), sensor);
+  const cv::Size wide(kSensor.width + 2 * margin, kSensor.height);
+  const cv::Rect middle(cv::Point(margin, 0), kSensor);
   struct Press {
     double u, v, radius_mm, depth_mm;
   };
@@ -166,7 +166,7 @@ TEST(SurfaceEstimator, AContactThatCrossesTheBorderHasASmoothOutline) {
                           {312, 80, 3, 0.5},
                           {280, 120, 10, 1.0}}) {
     const cv::Mat3b image =
-        render(ball_press(wide, pitch_mm, at.u + margin, at.v, at.radius_mm, at.depth_mm), pitch_mm, 1.0, 7);
+        render(ball_press(wide, kPitchMm, at.u + margin, at.v, at.radius_mm, at.depth_mm), kPitchMm, 1.0, 7);
     const cv::Mat1b expected = make_estimator({}, wide).estimate(image)->contact(middle).clone();
     SurfaceEstimator estimator(linear_gel_model(), bare_gel(wide)(middle).clone(), {});
     cv::Mat1b differs;
@@ -179,7 +179,7 @@ TEST(SurfaceEstimator, FollowsAChangeOfLight) {
   const cv::Mat1f truth = press(0.5, 140, 110);
   SurfaceEstimator estimator = make_estimator();
   for (int step = 1; step <= 20; ++step) {
-    cv::Mat3b image = render(truth, pitch_mm, 1.0, static_cast<std::uint64_t>(step));
+    cv::Mat3b image = render(truth, kPitchMm, 1.0, static_cast<std::uint64_t>(step));
     const double drift = step / 20.0;
     for (cv::Vec3b& pixel : image) {
       pixel = cv::Vec3b(cv::saturate_cast<unsigned char>(pixel[0] * (1 - 0.1 * drift) + 6 * drift),
@@ -191,7 +191,7 @@ TEST(SurfaceEstimator, FollowsAChangeOfLight) {
   }
   SurfaceOptions fixed_light;
   fixed_light.compensate_light = false;
-  cv::Mat3b image = render(truth, pitch_mm, 1.0, 1);
+  cv::Mat3b image = render(truth, kPitchMm, 1.0, 1);
   image += cv::Scalar(0, -8, 10);
   EXPECT_GT(cv::norm(make_estimator(fixed_light).estimate(image)->height_mm, truth, cv::NORM_INF), 0.3);
   EXPECT_LT(cv::norm(make_estimator().estimate(image)->height_mm, truth, cv::NORM_INF),
@@ -199,13 +199,13 @@ TEST(SurfaceEstimator, FollowsAChangeOfLight) {
 }
 
 TEST(SurfaceEstimator, RunsOnlyWhereTheImageChangedWithTheSameResultThere) {
-  const cv::Mat3b image = render(press(0.5), pitch_mm, 1.0, 6);
+  const cv::Mat3b image = render(press(0.5), kPitchMm, 1.0, 6);
   SurfaceOptions everywhere;
   everywhere.gradient_everywhere = true;
   const SurfacePtr some = make_estimator().estimate(image), all = make_estimator(everywhere).estimate(image);
   int ran = 0;
-  for (int v = 0; v < sensor.height; ++v) {
-    for (int u = 0; u < sensor.width; ++u) {
+  for (int v = 0; v < kSensor.height; ++v) {
+    for (int u = 0; u < kSensor.width; ++u) {
       const cv::Vec3f normal = some->normals(v, u);
       if (normal == cv::Vec3f(0, 0, 1)) continue;
       ++ran;
@@ -213,14 +213,14 @@ TEST(SurfaceEstimator, RunsOnlyWhereTheImageChangedWithTheSameResultThere) {
     }
   }
   EXPECT_GT(ran, some->contact_pixels);
-  EXPECT_LT(ran, 2 * sensor.area() / 3);
+  EXPECT_LT(ran, 2 * kSensor.area() / 3);
   EXPECT_LT(cv::norm(some->height_mm, all->height_mm, cv::NORM_INF), 0.01);
 }
 
 TEST(SurfaceEstimator, SameFramesGiveTheSameBytes) {
   SurfaceEstimator first = make_estimator(), second = make_estimator();
   for (std::uint64_t seed = 1; seed < 4; ++seed) {
-    const cv::Mat3b image = render(press(0.3 * static_cast<double>(seed)), pitch_mm, 2.0, seed);
+    const cv::Mat3b image = render(press(0.3 * static_cast<double>(seed)), kPitchMm, 2.0, seed);
     const SurfacePtr a = first.estimate(image), b = second.estimate(image);
     expect_same(a->height_mm, b->height_mm);
     expect_same(a->normals.reshape(1), b->normals.reshape(1));
@@ -231,10 +231,10 @@ TEST(SurfaceEstimator, SameFramesGiveTheSameBytes) {
 
 TEST(SurfaceEstimator, ASurfaceStaysAsItIsWhenTheNextFrameComes) {
   SurfaceEstimator estimator = make_estimator();
-  const SurfacePtr surface = estimator.estimate(render(press(0.5), pitch_mm, 0.0, 1));
+  const SurfacePtr surface = estimator.estimate(render(press(0.5), kPitchMm, 0.0, 1));
   const cv::Mat1f height = surface->height_mm.clone(), curvature = surface->curvature.clone();
   const cv::Mat1b contact = surface->contact.clone();
-  estimator.estimate(render(press(0.3, 60, 60), pitch_mm, 0.0, 1));
+  estimator.estimate(render(press(0.3, 60, 60), kPitchMm, 0.0, 1));
   expect_same(surface->height_mm, height);
   expect_same(surface->curvature, curvature);
   expect_same(surface->contact, contact);
@@ -242,15 +242,15 @@ TEST(SurfaceEstimator, ASurfaceStaysAsItIsWhenTheNextFrameComes) {
 
 TEST(SurfaceEstimator, WorksAtOddSizesAndWithContactOverTheWholeGel) {
   const cv::Size odd(161, 121);
-  const cv::Mat1f truth = ball_press(odd, pitch_mm, 80, 60, ball_mm, 0.3);
-  const SurfacePtr surface = make_estimator({}, odd).estimate(render(truth, pitch_mm, 0.0, 1));
+  const cv::Mat1f truth = ball_press(odd, kPitchMm, 80, 60, kBallMm, 0.3);
+  const SurfacePtr surface = make_estimator({}, odd).estimate(render(truth, kPitchMm, 0.0, 1));
   EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.02);
   const SurfacePtr full =
-      make_estimator().estimate(render(ball_press(sensor, pitch_mm, 160, 120, 60.0, 3.0), pitch_mm, 0.0, 1));
+      make_estimator().estimate(render(ball_press(kSensor, kPitchMm, 160, 120, 60.0, 3.0), kPitchMm, 0.0, 1));
   EXPECT_TRUE(cv::checkRange(full->height_mm) && cv::checkRange(full->normals));
   for (const int level : {0, 255}) {
     const SurfacePtr extreme =
-        make_estimator().estimate(cv::Mat3b(sensor, cv::Vec3b::all(static_cast<unsigned char>(level))));
+        make_estimator().estimate(cv::Mat3b(kSensor, cv::Vec3b::all(static_cast<unsigned char>(level))));
     EXPECT_TRUE(cv::checkRange(extreme->height_mm) && cv::checkRange(extreme->normals));
   }
 }

@@ -11,10 +11,10 @@
 
 namespace {
 
-const cv::Size raw(3280, 2464);
-const cv::Rect window(468, 353, 2344, 1758);          // what remains of it after the crop
-const cv::Size small_raw(224, 168), small(160, 120);  // before and after the crop
-const cv::Point small_border(32, 24);
+const cv::Size kRaw(3280, 2464);
+const cv::Rect kWindow(468, 353, 2344, 1758);          // what remains of it after the crop
+const cv::Size kSmallRaw(224, 168), kSmall(160, 120);  // before and after the crop
+const cv::Point kSmallBorder(32, 24);
 
 cv::Mat3b made_up_picture(int index) {
   cv::Mat3b picture(240, 320);
@@ -36,8 +36,8 @@ cv::Mat3b with_border(const cv::Mat3b& picture, cv::Size size, cv::Point place) 
 
 cv::Mat3b as_raw(const cv::Mat3b& picture) {
   cv::Mat3b inner;
-  cv::resize(picture, inner, window.size(), 0, 0, cv::INTER_CUBIC);
-  return with_border(inner, raw, window.tl());
+  cv::resize(picture, inner, kWindow.size(), 0, 0, cv::INTER_CUBIC);
+  return with_border(inner, kRaw, kWindow.tl());
 }
 
 }  // namespace
@@ -52,8 +52,8 @@ int main(int argc, char** argv) {
   for (int i = 0; i < std::stoi(argv[2]); ++i) {
     cv::Mat picture;
     if (argc > 3 && !video.read(picture)) break;
-    if (argc > 3) cv::resize(picture, picture, small, 0, 0, cv::INTER_AREA);
-    picture = argc > 3 ? with_border(picture, small_raw, small_border) : as_raw(made_up_picture(i));
+    if (argc > 3) cv::resize(picture, picture, kSmall, 0, 0, cv::INTER_AREA);
+    picture = argc > 3 ? with_border(picture, kSmallRaw, kSmallBorder) : as_raw(made_up_picture(i));
     char name[16];
     std::snprintf(name, sizeof(name), "%05d.jpg", i);
     if (!cv::imwrite((std::filesystem::path(argv[1]) / name).string(), picture,

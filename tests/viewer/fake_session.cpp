@@ -7,8 +7,8 @@
 namespace gelslam::test {
 namespace {
 
-constexpr double depth_mm = 0.9;
-constexpr double place_step_rad = 0.5;
+constexpr double kDepthMm = 0.9;
+constexpr double kPlaceStepRad = 0.5;
 
 Field object_field() { return bumpy_ellipsoid(7, {9, 8, 7}, 0.14); }
 
@@ -28,7 +28,7 @@ Pose pressed_from(const Field& field, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d inward = -field(point).second.normalized();
   Pose pose = Pose::Identity();
   pose.linear() = rotation_of_z_to(inward);
-  pose.translation() = point + depth_mm * inward;
+  pose.translation() = point + kDepthMm * inward;
   return pose;
 }
 
@@ -79,8 +79,8 @@ const std::vector<FakePlace>& fake_places() {
   static const std::vector<FakePlace> places = [] {
     std::vector<FakePlace> made;
     const Field field = object_field();
-    for (int i = 0; i < FakeSession::max_places; ++i) {
-      const double angle = place_step_rad * i;
+    for (int i = 0; i < FakeSession::kMaxPlaces; ++i) {
+      const double angle = kPlaceStepRad * i;
       const Eigen::Vector3d direction(std::sin(angle), 0.35 * std::sin(0.7 * angle), -std::cos(angle));
       const Pose pose = pressed_from(field, direction.normalized());
       made.push_back({pose, gelslam::test::touch(field, pose)});

@@ -19,7 +19,7 @@ struct FakePlace {
 /// of it, written down. Everything happens when the test says so; one thread.
 class FakeSession : public LiveSession {
  public:
-  static constexpr int max_places = 8;
+  static constexpr int kMaxPlaces = 8;
   /// `places` touches around the object, each seen for `frames_per_place` frames.
   explicit FakeSession(int places = 8, int frames_per_place = 3);
 

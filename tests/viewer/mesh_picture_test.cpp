@@ -17,11 +17,11 @@ namespace {
 using test::height_field;
 using test::plane;
 
-constexpr int kPanel_px = 160;
+constexpr int kPanelPx = 160;
 
 /// The color in the middle of one of the three panels.
 cv::Vec3d panel_color(const cv::Mat3b& picture, int panel) {
-  const int x = panel * kPanel_px + kPanel_px / 2;
+  const int x = panel * kPanelPx + kPanelPx / 2;
   const cv::Scalar mean = cv::mean(picture(cv::Rect(x - 8, picture.rows / 2 - 8, 16, 16)));
   return {mean[0], mean[1], mean[2]};
 }
@@ -45,10 +45,10 @@ class MeshPicture : public testing::Test {
 TEST_F(MeshPicture, ColorsFollowTheDistance) {
   const auto slope = [](double x, double) { return 0.01 * (x + 5); };  // 0 to 0.1 mm
   const Mesh flat = plane(0.0);
-  const cv::Mat3b picture = draw_comparison(height_field(-5, 5, -5, 5, 20, slope), flat, kPanel_px);
-  ASSERT_EQ(picture.cols, 3 * kPanel_px);
+  const cv::Mat3b picture = draw_comparison(height_field(-5, 5, -5, 5, 20, slope), flat, kPanelPx);
+  ASSERT_EQ(picture.cols, 3 * kPanelPx);
   const auto brightness_at = [&](double share) {
-    const int x = 2 * kPanel_px + static_cast<int>(share * kPanel_px);
+    const int x = 2 * kPanelPx + static_cast<int>(share * kPanelPx);
     const cv::Scalar mean = cv::mean(picture(cv::Rect(x - 4, picture.rows / 2 - 4, 8, 8)));
     return mean[0] + mean[1] + mean[2];
   };
@@ -62,21 +62,21 @@ TEST_F(MeshPicture, LooksFromWhereTheSurfaceFacesTheViewer) {
     Vector6d xi;
     xi << angle, 0.5 * angle, -angle, 3, 4, 5;
     const Mesh tilted = transformed(plane(0.0), se3_exp(xi));
-    const cv::Mat3b picture = draw_comparison(tilted, tilted, kPanel_px);
+    const cv::Mat3b picture = draw_comparison(tilted, tilted, kPanelPx);
     int covered = 0;
     for (int y = 0; y < picture.rows; ++y)
-      for (int x = 0; x < kPanel_px; ++x) covered += is_colored(cv::Vec3d(picture(y, x))) ? 1 : 0;
+      for (int x = 0; x < kPanelPx; ++x) covered += is_colored(cv::Vec3d(picture(y, x))) ? 1 : 0;
     // On its corner, a little from the side and with room for words, a square covers 0.23 of its panel; from
     // the edge nothing.
-    EXPECT_GT(covered, 0.2 * picture.rows * kPanel_px) << angle;
+    EXPECT_GT(covered, 0.2 * picture.rows * kPanelPx) << angle;
     EXPECT_TRUE(is_colored(panel_color(picture, 0)));
   }
 }
 
 TEST_F(MeshPicture, IsTheSameEveryTime) {
   const Mesh bumpy = height_field(-5, 5, -3, 3, 40, &test::bumps);
-  const cv::Mat3b a = draw_comparison(bumpy, plane(0.0), kPanel_px),
-                  b = draw_comparison(bumpy, plane(0.0), kPanel_px);
+  const cv::Mat3b a = draw_comparison(bumpy, plane(0.0), kPanelPx),
+                  b = draw_comparison(bumpy, plane(0.0), kPanelPx);
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(cv::norm(a, b, cv::NORM_INF), 0.0);
 }
@@ -88,15 +88,15 @@ TEST_F(MeshPicture, RefusesAnEmptyMesh) {
 }
 
 TEST_F(MeshPicture, ShowsThreeSides) {
-  const cv::Mat3b picture = draw_mesh(test::sphere(3.0, 48), kPanel_px);
-  EXPECT_EQ(picture.cols, 3 * kPanel_px);
+  const cv::Mat3b picture = draw_mesh(test::sphere(3.0, 48), kPanelPx);
+  EXPECT_EQ(picture.cols, 3 * kPanelPx);
   for (const int panel : {0, 1, 2}) EXPECT_TRUE(is_colored(panel_color(picture, panel))) << panel;
 }
 
 TEST_F(MeshPicture, BumpsShowAsLightAndShadow) {
   const auto contrast = [](const Mesh& mesh) {
-    const cv::Mat3b picture = draw_mesh(mesh, kPanel_px);
-    const cv::Rect middle(kPanel_px + kPanel_px / 3, picture.rows / 3, kPanel_px / 3, picture.rows / 3);
+    const cv::Mat3b picture = draw_mesh(mesh, kPanelPx);
+    const cv::Rect middle(kPanelPx + kPanelPx / 3, picture.rows / 3, kPanelPx / 3, picture.rows / 3);
     cv::Scalar mean, deviation;
     cv::meanStdDev(picture(middle), mean, deviation);
     return deviation[1];

@@ -128,7 +128,7 @@ TEST(SceneGeometry, PackedNumbersComeBack) {
               12.5F);
     EXPECT_EQ(packed[i].value, 7.25F);
   }
-  EXPECT_EQ(pack(drawable, {})[0].value, no_value);
+  EXPECT_EQ(pack(drawable, {})[0].value, kNoValue);
 }
 
 TEST(SceneGeometry, KeyframesOfABlockGoWithTheirVertices) {

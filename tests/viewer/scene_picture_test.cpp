@@ -251,7 +251,7 @@ TEST_F(ScenePicture, OnlyItsOwnPartOfTheFramebufferIsTouched) {
 TEST_F(ScenePicture, ImpossiblePicturesAreRefused) {
   EXPECT_THROW(RenderTarget(0, 100), Error);
   EXPECT_THROW(RenderTarget(100, -1), Error);
-  EXPECT_THROW(RenderTarget(RenderTarget::max_side_px + 1, 10), Error);
+  EXPECT_THROW(RenderTarget(RenderTarget::kMaxSidePx + 1, 10), Error);
 }
 
 }  // namespace

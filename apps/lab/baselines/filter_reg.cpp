@@ -12,7 +12,7 @@ namespace {
 
 using namespace baselines::detail;
 
-constexpr double kMinVariance_mm2 =
+constexpr double kMinVarianceMm2 =
     0.0025;  // a finer grid over a whole sensor would not fit in a cache or a budget
 
 /// One expectation and what the maximisation needs of it.
@@ -67,7 +67,7 @@ class PreparedFilterReg final : public PreparedReference {
     Pose found = initial;
     int iterations = 0;
     if (points_.size() >= kMinPoints && target_points.size() >= kMinPoints) {
-      const GaussianGrid grid(target_points, std::sqrt(std::max(options_.variance_mm2, kMinVariance_mm2)));
+      const GaussianGrid grid(target_points, std::sqrt(std::max(options_.variance_mm2, kMinVarianceMm2)));
       const double ratio = static_cast<double>(target_points.size()) / static_cast<double>(points_.size());
       iterations = converge(grid, ratio * options_.outlier_share / (1.0 - options_.outlier_share), found);
     }

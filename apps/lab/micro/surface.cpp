@@ -22,7 +22,7 @@ namespace {
 
 using namespace surface::detail;
 
-constexpr int width_px = 320, height_px = 240;
+constexpr int kWidthPx = 320, kHeightPx = 240;
 
 GradientModel random_model() {
   GradientModel model;
@@ -33,14 +33,14 @@ GradientModel random_model() {
 }
 
 const cv::Mat3b& background() {
-  static const cv::Mat3b image(height_px, width_px, cv::Vec3b(105, 95, 78));
+  static const cv::Mat3b image(kHeightPx, kWidthPx, cv::Vec3b(105, 95, 78));
   return image;
 }
 
 cv::Mat3b press() {
-  cv::Mat3b image(height_px, width_px);
-  for (int v = 0; v < height_px; ++v) {
-    for (int u = 0; u < width_px; ++u) {
+  cv::Mat3b image(kHeightPx, kWidthPx);
+  for (int v = 0; v < kHeightPx; ++v) {
+    for (int u = 0; u < kWidthPx; ++u) {
       const double x = (u - 160) / 45.0, y = (v - 120) / 45.0, bell = std::exp(-0.5 * (x * x + y * y));
       image(v, u) = cv::Vec3b(cv::saturate_cast<uchar>(105 + 50 * x * bell),
                               cv::saturate_cast<uchar>(95 + 40 * y * bell),
@@ -78,7 +78,7 @@ void gradient(benchmark::State& state) {
   GradientMap map(random_model(), background());
   const ColorTable colors = color_table(Light{});
   cv::Mat1b where(image.size(), static_cast<uchar>(0));
-  where.rowRange(0, height_px * static_cast<int>(state.range(0)) / 100).setTo(255);
+  where.rowRange(0, kHeightPx * static_cast<int>(state.range(0)) / 100).setTo(255);
   cv::Mat1f gx, gy;
   for (auto _ : state) {
     map.compute(image, colors, where, gx, gy);
@@ -142,8 +142,8 @@ void network_everywhere(benchmark::State& state) {
 }
 
 void poisson(benchmark::State& state) {
-  PoissonSolver solver(cv::Size(width_px, height_px));
-  const cv::Mat1f gx(height_px, width_px, 0.1F), gy(height_px, width_px, -0.1F);
+  PoissonSolver solver(cv::Size(kWidthPx, kHeightPx));
+  const cv::Mat1f gx(kHeightPx, kWidthPx, 0.1F), gy(kHeightPx, kWidthPx, -0.1F);
   for (auto _ : state) benchmark::DoNotOptimize(solver.solve(gx, gy).data);
 }
 

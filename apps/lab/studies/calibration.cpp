@@ -128,7 +128,7 @@ void print(const std::string& name, const Results& results) {
   std::printf("%-24s error %.2f deg  gain x %.3f y %.3f  by slope", name.c_str(),
               results.errors.all.mean_abs_error_deg(), results.gains.all.gain_x(),
               results.gains.all.gain_y());
-  for (std::size_t step = 0; step < SlopeStatistics::slope_limits.size(); ++step)
+  for (std::size_t step = 0; step < SlopeStatistics::kSlopeLimits.size(); ++step)
     print_gain(results, [step](const SlopeStatistics& press) {
       const auto x = along(press.by_slope[step], 0), y = along(press.by_slope[step], 1);
       return std::pair(x.first + y.first, x.second + y.second);

@@ -29,7 +29,7 @@ namespace {
 
 constexpr double kWrongPlaceMm = 1.0, kWrongPlaceDeg = 5.0;
 constexpr float kMapMeshSpacingMm = 0.1F, kCoarseSpacingMm = 0.5F;
-constexpr double kFrame_s = 0.04;
+constexpr double kFrameS = 0.04;
 constexpr int kRollFrames = 24, kRollStride = 2;  // from one touch on: about two more that show other places
 
 struct LocalizationArguments {
@@ -106,7 +106,7 @@ StudyMap map_of_run(const Object& object, Sensor& sensor, int frames) {
   StageTimer timer;
   sensor.restart();
   for (std::size_t k = 0; k < poses.size(); ++k)
-    slam.process(static_cast<std::int64_t>(k), kFrame_s * static_cast<double>(k),
+    slam.process(static_cast<std::int64_t>(k), kFrameS * static_cast<double>(k),
                  sensor.read(*object.shape, poses[k]), timer);
   const SlamMap map = slam.finish();
   if (map.anchor_frame < 0) throw Error("the object was never touched");
@@ -192,7 +192,7 @@ void judge(const Trial& trial, const StudyMap& map, Score& score) {
   for (std::size_t k = 0; k < trial.surfaces.size() && !sure; ++k) {
     const std::clock_t start = std::clock();  // processor time: other work on the machine does not count
     const LocalizedFrame found = localizer.process(
-        static_cast<std::int64_t>(k), kRollStride * kFrame_s * static_cast<double>(k), trial.surfaces[k]);
+        static_cast<std::int64_t>(k), kRollStride * kFrameS * static_cast<double>(k), trial.surfaces[k]);
     const double ms = 1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     score.add_sure(found, truth(k));
     sure = found.status == PlaceStatus::localized;
@@ -214,9 +214,8 @@ std::pair<double, double> track(const Object& object, const StudyMap& map, Senso
   std::vector<double> errors_mm;
   sensor.restart();
   for (std::size_t k = 0; k < poses.size(); ++k) {
-    const LocalizedFrame found =
-        localizer.process(static_cast<std::int64_t>(k), kFrame_s * static_cast<double>(k),
-                          sensor.read(*object.shape, poses[k]));
+    const LocalizedFrame found = localizer.process(
+        static_cast<std::int64_t>(k), kFrameS * static_cast<double>(k), sensor.read(*object.shape, poses[k]));
     score.add_sure(found, map.map_T_object * poses[k].inverse());
     if (found.status == PlaceStatus::localized) errors_mm.push_back(score.mm.back());
   }

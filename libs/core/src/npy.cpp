@@ -20,20 +20,20 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "elements are copied as they are");
 
-constexpr std::string_view magic{"\x93NUMPY", 6};
-constexpr std::size_t longest_header = 1u << 16;
+constexpr std::string_view kMagic{"\x93NUMPY", 6};
+constexpr std::size_t kLongestHeader = 1u << 16;
 
 struct TypeName {
   NpyType type;
   std::string_view descr;
   std::size_t bytes;
 };
-constexpr TypeName type_names[] = {{NpyType::float16, "<f2", 2}, {NpyType::float32, "<f4", 4},
+constexpr TypeName kTypeNames[] = {{NpyType::float16, "<f2", 2}, {NpyType::float32, "<f4", 4},
                                    {NpyType::float64, "<f8", 8}, {NpyType::int64, "<i8", 8},
                                    {NpyType::uint8, "|u1", 1},   {NpyType::boolean, "|b1", 1}};
 
 const TypeName& name_of(NpyType type) {
-  return *std::find_if(std::begin(type_names), std::end(type_names),
+  return *std::find_if(std::begin(kTypeNames), std::end(kTypeNames),
                        [&](const TypeName& n) { return n.type == type; });
 }
 
@@ -56,7 +56,7 @@ std::string read_exactly(std::istream& file, std::size_t bytes) {
 }
 
 detail::NpyHeader read_header(std::istream& file) {
-  if (read_exactly(file, magic.size()) != magic)
+  if (read_exactly(file, kMagic.size()) != kMagic)
     throw std::invalid_argument("it does not start with \\x93NUMPY");
   const std::string version = read_exactly(file, 2);
   if (version[0] < 1 || version[0] > 3) throw std::invalid_argument("its format version is unknown");
@@ -64,7 +64,7 @@ detail::NpyHeader read_header(std::istream& file) {
   std::size_t length = 0;
   for (std::size_t i = length_bytes.size(); i-- > 0;)
     length = length << 8 | static_cast<unsigned char>(length_bytes[i]);
-  if (length > longest_header) throw std::invalid_argument("its header is too long");
+  if (length > kLongestHeader) throw std::invalid_argument("its header is too long");
   return detail::parse_npy_header(read_exactly(file, length));
 }
 
@@ -78,9 +78,9 @@ struct OpenArray {
 /// The file is as long as its header says, and the array no longer than `max_bytes`.
 OpenArray open_array(std::istream& file, std::size_t max_bytes) {
   const detail::NpyHeader header = read_header(file);
-  const auto* known = std::find_if(std::begin(type_names), std::end(type_names),
+  const auto* known = std::find_if(std::begin(kTypeNames), std::end(kTypeNames),
                                    [&](const TypeName& n) { return n.descr == header.descr; });
-  if (known == std::end(type_names)) {
+  if (known == std::end(kTypeNames)) {
     throw std::invalid_argument("its element type " + header.descr + " is none of <f2 <f4 <f8 <i8 |u1 |b1");
   }
   if (header.fortran_order && header.shape.size() > 1) {
@@ -157,10 +157,10 @@ std::vector<double> converted<std::int64_t>(const std::vector<std::byte>& data) 
 /// All that stands before the elements.
 std::string format_start(NpyType type, const std::vector<std::size_t>& shape) {
   std::string header = detail::format_npy_header({std::string(name_of(type).descr), false, shape});
-  const std::size_t prefix = magic.size() + 4;
+  const std::size_t prefix = kMagic.size() + 4;
   header.append(63 - (prefix + header.size()) % 64, ' ');  // data aligned to 64 bytes, as numpy has it
   header += '\n';
-  std::string contents(magic);
+  std::string contents(kMagic);
   contents +=
       {'\x01', '\x00', static_cast<char>(header.size() & 0xff), static_cast<char>(header.size() >> 8)};
   return contents + header;

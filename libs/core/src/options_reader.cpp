@@ -16,7 +16,7 @@
 namespace gelslam {
 namespace {
 
-constexpr std::uintmax_t largest_config_bytes = 1u << 20;
+constexpr std::uintmax_t kLargestConfigBytes = 1u << 20;
 
 class OptionReader final : public OptionVisitor {
  public:
@@ -202,7 +202,7 @@ std::string read_text(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, code)) throw Error(file.string() + ": no such file");
   if (!std::filesystem::is_regular_file(file, code))
     throw Error(file.string() + ": not a configuration file");
-  if (std::filesystem::file_size(file, code) > largest_config_bytes) {
+  if (std::filesystem::file_size(file, code) > kLargestConfigBytes) {
     throw Error(file.string() + ": too large for a configuration (more than 1 MiB)");
   }
   return read_file(file);
@@ -212,7 +212,7 @@ std::string read_text(const std::filesystem::path& file) {
 std::vector<std::string> read_yaml(std::string_view yaml, const std::filesystem::path& name,
                                    const OptionList& options) {
   std::vector<std::string> notices;
-  if (yaml.size() > largest_config_bytes)
+  if (yaml.size() > kLargestConfigBytes)
     throw Error(name.string() + ": too large for a configuration (more than 1 MiB)");
   try {
     OptionReader reader(YAML::Load(std::string(yaml)), name, notices);

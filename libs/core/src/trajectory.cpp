@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMaxLineLength = 4096;   // eight numbers need a tenth of this
 constexpr std::size_t kMaxLines = 50'000'000;  // 23 days at 25 Hz
-constexpr double kMaxTranslation_m = 1000.0;   // anything beyond is not a touch sensor's path
+constexpr double kMaxTranslationM = 1000.0;    // anything beyond is not a touch sensor's path
 
 std::string at_line(const std::filesystem::path& path, std::size_t line_number) {
   return path.string() + ", line " + std::to_string(line_number);
@@ -42,7 +42,7 @@ bool parse_numbers(const std::string& line, std::array<double, 8>& numbers) {
 StampedPose to_stamped_pose(const std::array<double, 8>& n, const std::string& where) {
   const Eigen::Vector3d translation_m(n[1], n[2], n[3]);
   const Eigen::Quaterniond rotation(n[7], n[4], n[5], n[6]);
-  if (translation_m.norm() > kMaxTranslation_m) throw Error(where + ": a position more than 1 km away");
+  if (translation_m.norm() > kMaxTranslationM) throw Error(where + ": a position more than 1 km away");
   if (std::abs(rotation.norm() - 1.0) > 0.01) {
     throw Error(where + ": the quaternion (columns 5 to 8, qx qy qz qw) is not of unit length");
   }

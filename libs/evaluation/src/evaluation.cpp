@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kTruthSamples = 100'000;
 constexpr std::uint64_t kTruthSeed = 3;
-constexpr double kMaxTimeMismatch_frames = 0.25;
+constexpr double kMaxTimeMismatchFrames = 0.25;
 
 void check_lengths(const GroundTruth& truth, const RunResult& run) {
   if (run.log_frames && *run.log_frames != truth.log_frames()) {
@@ -30,7 +30,7 @@ std::vector<IndexedPose> match_frames(const GroundTruth& truth, const RunResult&
   std::vector<IndexedPose> estimate;
   for (const StampedPose& pose : run.trajectory) {
     const double frame = pose.time_s * truth.fps;
-    if (std::abs(frame) > 1e9 || std::abs(frame - std::round(frame)) > kMaxTimeMismatch_frames) {
+    if (std::abs(frame) > 1e9 || std::abs(frame - std::round(frame)) > kMaxTimeMismatchFrames) {
       throw Error("the trajectory's time " + std::to_string(pose.time_s) + " s is no frame of a log at " +
                   std::to_string(truth.fps) + " frames per second: times count from the log's first frame");
     }

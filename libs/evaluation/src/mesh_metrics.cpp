@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kAccuracySamples = 200'000;
 constexpr std::uint64_t kAccuracySeed = 1;
-constexpr double kLevels_mm[] = {0.05, 0.1, 0.25};
+constexpr double kLevelsMm[] = {0.05, 0.1, 0.25};
 
 /// Uniform in [0, 1), the same on every platform (std::uniform_real_distribution is not).
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
@@ -107,7 +107,7 @@ MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& tr
   MeshMetrics metrics;
   metrics.accuracy = summarize(to_truth);
   metrics.completeness = summarize(to_estimate);
-  for (const double level : kLevels_mm) {
+  for (const double level : kLevelsMm) {
     const double precision = share_within(to_truth, level);
     const double completeness = share_within(to_estimate, level);
     const double sum = precision + completeness;

@@ -12,7 +12,7 @@ namespace {
 constexpr int kMatchSamples = 15'000;
 constexpr std::uint64_t kMatchSeed = 2;
 constexpr int kMaxIterations = 60;
-constexpr double kSmallestStep_mm = 1e-5;
+constexpr double kSmallestStepMm = 1e-5;
 // Directions whose information is below this share of the strongest are not determined by the surface.
 constexpr double kUnobservableShare = 1e-4;
 
@@ -113,7 +113,7 @@ Refinement refine_rigidly(const TriangleScene& estimate, const TriangleScene& tr
       best_distance = matches.mean_distance;
       best.truth_T_estimate = pose;
     }
-    if (change.norm() < kSmallestStep_mm) break;
+    if (change.norm() < kSmallestStepMm) break;
   }
   best.shift_mm = (best.truth_T_estimate * first_center - first_center).norm();
   best.rotation_deg = rotation_angle_rad(best.truth_T_estimate) * kDegreesPerRadian;

@@ -41,9 +41,9 @@ void check_geometry(const Mesh& mesh) {
     if (!vertex.allFinite()) throw Error("the mesh has a vertex that is not finite");
     furthest_mm = std::max(furthest_mm, vertex.cwiseAbs().maxCoeff());
   }
-  if (furthest_mm > kFurthestVertex_mm)
+  if (furthest_mm > kFurthestVertexMm)
     throw Error("the mesh reaches " + short_number(1e-3 * static_cast<double>(furthest_mm), 3) +
-                " m from its origin, more than can be measured (" + short_number(1e-3 * kFurthestVertex_mm) +
+                " m from its origin, more than can be measured (" + short_number(1e-3 * kFurthestVertexMm) +
                 " m); is its unit right?");
   const auto count = static_cast<std::int64_t>(mesh.vertices_mm.size());
   for (const Eigen::Vector3i& triangle : mesh.triangles) {

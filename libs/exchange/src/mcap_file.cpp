@@ -10,7 +10,7 @@ namespace gelslam::exchange::detail {
 namespace {
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-constexpr std::size_t kChunk_bytes = 1 << 20;  // a reader takes chunks into memory as a whole
+constexpr std::size_t kChunkBytes = 1 << 20;  // a reader takes chunks into memory as a whole
 
 enum Opcode : std::uint8_t {
   kHeader = 1,
@@ -101,7 +101,7 @@ void McapFile::write(std::uint16_t channel, std::uint64_t time_ns, std::string_v
   chunk_ += json;
   chunk_span_.add(time_ns);
   span_.add(time_ns);
-  if (chunk_.size() >= kChunk_bytes) end_chunk();
+  if (chunk_.size() >= kChunkBytes) end_chunk();
 }
 
 void McapFile::end_chunk() {

@@ -15,7 +15,7 @@ constexpr std::int64_t kCoordinateOffset = std::int64_t{1} << (kCoordinateBits -
 /// few blocks.
 class PassedBlocks {
  public:
-  PassedBlocks() : recent_(slots, {-1, false}) {}
+  PassedBlocks() : recent_(kSlots, {-1, false}) {}
 
   void add(std::int64_t key, bool near) {
     constexpr std::uint64_t multiplier = 0x9E3779B97F4A7C15u;  // golden ratio: spreads all bits upward
@@ -37,7 +37,7 @@ class PassedBlocks {
 
  private:
   static constexpr int kSlotBits = 12;
-  static constexpr std::size_t slots = std::size_t{1} << kSlotBits;
+  static constexpr std::size_t kSlots = std::size_t{1} << kSlotBits;
 
   std::vector<PassedBlock> recent_, all_;
 };

@@ -43,7 +43,7 @@ class Field {
     const float x = distance_mm * inverse_truncation_;
     const float y = 1.0f - x * x;
     // Far observations fade out, so that the mean has no step where a patch's band ends.
-    const float w = unit * weight * y * y;
+    const float w = kUnit * weight * y * y;
     return {static_cast<std::int32_t>(w + 0.5f), static_cast<std::int32_t>(w * x + std::copysign(0.5f, x))};
   }
   float mean_mm(const DistanceSum& sum) const {
@@ -51,7 +51,7 @@ class Field {
   }
 
  private:
-  static constexpr float unit = 65536.0f;
+  static constexpr float kUnit = 65536.0f;
 
   float truncation_mm_, inverse_truncation_;
   float min_weight_;

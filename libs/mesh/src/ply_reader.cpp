@@ -255,15 +255,15 @@ void skip(const Property& property, Cursor& cursor) {
   for (std::size_t i = 0; i < n; ++i) cursor.scalar(property.type);
 }
 
-constexpr std::array<std::string_view, 7> vertex_slots{"x", "y", "z", "nx", "ny", "nz", "confidence"};
+constexpr std::array<std::string_view, 7> kVertexSlots{"x", "y", "z", "nx", "ny", "nz", "confidence"};
 
 void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, Mesh& mesh) {
   std::vector<int> slot_of_property;
-  std::array<bool, vertex_slots.size()> has{};
+  std::array<bool, kVertexSlots.size()> has{};
   for (const Property& p : element.properties) {
-    const auto found = std::find(vertex_slots.begin(), vertex_slots.end(), p.name);
-    const bool used = found != vertex_slots.end() && !p.is_list;
-    slot_of_property.push_back(used ? static_cast<int>(found - vertex_slots.begin()) : -1);
+    const auto found = std::find(kVertexSlots.begin(), kVertexSlots.end(), p.name);
+    const bool used = found != kVertexSlots.end() && !p.is_list;
+    slot_of_property.push_back(used ? static_cast<int>(found - kVertexSlots.begin()) : -1);
     if (used) has[static_cast<std::size_t>(slot_of_property.back())] = true;
   }
   if (!has[0] || !has[1] || !has[2]) throw Error("its vertices have no x y z");
@@ -273,7 +273,7 @@ void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, M
   if (has_normals) mesh.normals.reserve(n);
   if (has[6]) mesh.confidence.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
-    std::array<double, vertex_slots.size()> value{};
+    std::array<double, kVertexSlots.size()> value{};
     for (std::size_t k = 0; k < slot_of_property.size(); ++k) {
       if (slot_of_property[k] < 0) {
         skip(element.properties[k], cursor);

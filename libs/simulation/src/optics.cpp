@@ -28,13 +28,13 @@ struct Light {
 // Chosen to look like a real GelSight Mini: its background, and its answer to slopes on real ball presses
 // (gray levels per unit of slope at the center: red -110 in y, from the top; green +93 in x, from the right;
 // blue +67 in y, from below; red and blue answer much more strongly on the side away from their light).
-const std::array<Light, 3> lights = {{
+const std::array<Light, 3> kLights = {{
     {{-3.0F, -13.0F, -14.0F}, 110.0F, {-0.6F, 1.2F}, {5.6F, 3.9F}, 0.15F, {0.04F, 0.05F, 1.0F}},
     {{26.0F, 1.4F, -26.0F}, 84.0F, {-0.5F, -0.8F}, {8.0F, 5.5F}, 0.50F, {0.06F, 1.0F, 0.03F}},
     {{2.5F, 13.0F, -19.0F}, 98.0F, {-0.2F, -1.2F}, {7.5F, 4.8F}, 0.33F, {1.0F, 0.05F, 0.03F}},
 }};
 
-const cv::Vec3f ambient_level = {42.0F, 30.0F, 23.0F};  // BGR: light that has bounced about inside
+const cv::Vec3f kAmbientLevel = {42.0F, 30.0F, 23.0F};  // BGR: light that has bounced about inside
 constexpr double kLensBlurPx = 0.6;
 constexpr float kReadNoise = 0.7F;   // gray levels
 constexpr float kShotNoise = 0.01F;  // variance per gray level
@@ -132,13 +132,13 @@ Optics::Optics(const SensorGeometry& geometry, const OpticsOptions& options)
     for (int u = 0; u < size.width; ++u) {
       const float x = geometry.x_mm(u), y = geometry.y_mm(v);
       const float corner = (x * x + y * y) / 161.0F;  // 1 at the picture's corners of a GelSight Mini
-      ambient_(v, u) = ambient_level * (1.0F / (1.0F + 0.4F * corner));
-      for (std::size_t k = 0; k < lights.size(); ++k) {
-        const cv::Vec3f to_light = lights[k].position_mm - cv::Vec3f(x, y, 0.0F);
+      ambient_(v, u) = kAmbientLevel * (1.0F / (1.0F + 0.4F * corner));
+      for (std::size_t k = 0; k < kLights.size(); ++k) {
+        const cv::Vec3f to_light = kLights[k].position_mm - cv::Vec3f(x, y, 0.0F);
         const cv::Vec3f direction = to_light * static_cast<float>(1.0 / cv::norm(to_light));
         light_direction_[k](v, u) = direction;
         brightness_(v, u)[static_cast<int>(k)] =
-            lights[k].level * spread(lights[k], x, y) / incidence(-direction[2]);
+            kLights[k].level * spread(kLights[k], x, y) / incidence(-direction[2]);
       }
     }
   Random random(hash(options.seed, 0xd127));
@@ -164,10 +164,10 @@ cv::Mat3f Optics::shade(const cv::Mat2f& slope) const {
       // The camera looks from below: the normal on its side is (gx, gy, -1), normalized.
       const float scale = 1.0F / std::sqrt(1.0F + gx * gx + gy * gy);
       cv::Vec3f color = ambient_(v, u) * (0.4F + 0.6F * scale);
-      for (std::size_t k = 0; k < lights.size(); ++k) {
+      for (std::size_t k = 0; k < kLights.size(); ++k) {
         const cv::Vec3f& l = light_direction_[k](v, u);
         const float cosine = scale * (gx * l[0] + gy * l[1] - l[2]);
-        color += brightness_(v, u)[static_cast<int>(k)] * incidence(cosine) * lights[k].color_bgr;
+        color += brightness_(v, u)[static_cast<int>(k)] * incidence(cosine) * kLights[k].color_bgr;
       }
       picture(v, u) = albedo_(v, u) * color;
     }

@@ -37,7 +37,7 @@ class Stopwatch {
 };
 
 const cv::Mat3b& checked_background(const cv::Mat3b& background) {
-  constexpr int least_px = 4 * block_px;
+  constexpr int least_px = 4 * kBlockPx;
   if (std::min(background.rows, background.cols) < least_px)
     throw Error("background image is " + size_text(background.cols, background.rows) + ", need at least " +
                 size_text(least_px, least_px));

@@ -106,7 +106,7 @@ std::string map_figure(const cv::Mat1f& map, const cv::Size& size, const MapScal
 /// The gradient scale over steepness, along x and y, as an inline drawing.
 std::string gain_curve(const ModelCheck& check) {
   constexpr double width = 520.0, height = 260.0, left = 50.0, bottom = 40.0, low = 0.7, high = 1.3;
-  constexpr auto& limits = SlopeStatistics::slope_limits;
+  constexpr auto& limits = SlopeStatistics::kSlopeLimits;
   const auto x = [&](double slope) { return left + (width - left - 10.0) * slope / limits.back(); };
   const auto y = [&](double gain) {
     return (height - bottom) * (high - std::clamp(gain, low, high)) / (high - low) + 5.0;
@@ -163,7 +163,7 @@ void write_slopes(std::ostream& out, const ModelCheck& check) {
   out << "<table><tr><th>slope</th><th>gradient scale</th><th>error (degrees)</th><th>pixels</th></tr>";
   double from = 0.0;
   for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k) {
-    const double to = SlopeStatistics::slope_limits[k];
+    const double to = SlopeStatistics::kSlopeLimits[k];
     out << "<tr><td>" << number(from, 2) << " – " << number(to, 2) << "</td><td>"
         << number(check.gains.by_slope[k].gain(), 3) << "</td><td>"
         << number(check.errors.by_slope[k].mean_abs_error_deg(), 2) << "</td><td>"

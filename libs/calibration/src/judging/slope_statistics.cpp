@@ -91,7 +91,7 @@ std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& s
 
 SlopeStatistics statistics_of(const std::vector<ZoneReading>& pixels, const cv::Size& picture) {
   SlopeStatistics statistics;
-  constexpr auto& limits = SlopeStatistics::slope_limits;
+  constexpr auto& limits = SlopeStatistics::kSlopeLimits;
   for (const ZoneReading& pixel : pixels) {
     const auto ninth =
         static_cast<std::size_t>(3 * (3 * pixel.v / picture.height) + 3 * pixel.u / picture.width);

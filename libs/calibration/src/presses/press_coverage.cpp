@@ -23,16 +23,16 @@ double degrees(double slope) { return std::atan(slope) * kDegreesPerRadian; }
 }  // namespace
 
 PressCoverage::PressCoverage(const cv::Size& picture, int wanted)
-    : picture_(picture), wanted_(std::max(wanted, side * side)) {
+    : picture_(picture), wanted_(std::max(wanted, kSide * kSide)) {
   if (picture.empty() || wanted < 1)
     throw std::invalid_argument("PressCoverage: no picture or nothing wanted");
 }
 
 std::size_t PressCoverage::zone_of(const ContactCircle& circle) const {
   const auto third = [](double place_px, int size_px) {
-    return std::clamp(static_cast<int>(side * (place_px + 0.5) / size_px), 0, side - 1);
+    return std::clamp(static_cast<int>(kSide * (place_px + 0.5) / size_px), 0, kSide - 1);
   };
-  return static_cast<std::size_t>(side * third(circle.v_px, picture_.height) +
+  return static_cast<std::size_t>(kSide * third(circle.v_px, picture_.height) +
                                   third(circle.u_px, picture_.width));
 }
 
@@ -43,7 +43,7 @@ void PressCoverage::take_back(const ContactCircle& circle) { --taken_[zone_of(ci
 int PressCoverage::total() const { return std::accumulate(taken_.begin(), taken_.end(), 0); }
 
 int PressCoverage::missing(std::size_t zone) const {
-  return std::max(0, wanted_ / (side * side) - taken_[zone]);
+  return std::max(0, wanted_ / (kSide * kSide) - taken_[zone]);
 }
 
 bool PressCoverage::enough() const { return total() >= wanted_ && gaps().empty(); }

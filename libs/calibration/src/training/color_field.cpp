@@ -35,7 +35,7 @@ void terms(const std::array<float, 2>& place, const std::array<float, 2>& angle,
 }
 
 constexpr int kFolds = 5;
-constexpr int kSlopeTerms = ColorField::slope_terms, kPlaceTerms = ColorField::place_terms;
+constexpr int kSlopeTerms = ColorField::kSlopeTerms, kPlaceTerms = ColorField::kPlaceTerms;
 static_assert(kSlopeTerms == (kSlopeDegree + 1) * (kSlopeDegree + 2) / 2);
 static_assert(kPlaceTerms == (kPlaceDegree + 1) * (kPlaceDegree + 2) / 2);
 constexpr Eigen::Index kColumns = kSlopeTerms * kPlaceTerms;

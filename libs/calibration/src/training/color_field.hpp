@@ -33,7 +33,7 @@ std::vector<SlopeSample> flat_samples(const PressSet& set, int wanted);
 /// alike: whichever tells more of presses that are left out of the fit.
 class ColorField {
  public:
-  static constexpr int slope_terms = 15, place_terms = 15;  ///< of the two polynomials
+  static constexpr int kSlopeTerms = 15, kPlaceTerms = 15;  ///< of the two polynomials
 
   explicit ColorField(const std::vector<SlopeSample>& samples);
 
@@ -46,7 +46,7 @@ class ColorField {
 
  private:
   bool relative_ = false;
-  std::array<std::array<float, slope_terms * place_terms>, 3> coefficients_{};
+  std::array<std::array<float, kSlopeTerms * kPlaceTerms>, 3> coefficients_{};
 };
 
 }  // namespace gelslam::calibration::detail

@@ -25,7 +25,7 @@ void GainField::note(const Pair& place, const Pair& read, const Pair& truth) {
   };
   const std::size_t ninth = 3 * third(place[1]) + third(place[0]);
   const auto steepness = std::hypot(static_cast<double>(truth[0]), static_cast<double>(truth[1]));
-  const auto step = std::min(steps - 1, static_cast<std::size_t>(steepness / step_rad));
+  const auto step = std::min(kSteps - 1, static_cast<std::size_t>(steepness / kStepRad));
   for (std::size_t axis = 0; axis < 2; ++axis) {
     by_place_[axis][ninth].note(static_cast<double>(read[axis]), static_cast<double>(truth[axis]));
     by_steepness_[step].note(static_cast<double>(read[axis]), static_cast<double>(truth[axis]));
@@ -45,9 +45,9 @@ GainField::Pair GainField::stretched(const Pair& place, const Pair& truth) const
              row = std::min<std::size_t>(1, static_cast<std::size_t>(y));
   const double right = x - static_cast<double>(column), down = y - static_cast<double>(row);
   const double along =
-      std::clamp(std::hypot(static_cast<double>(truth[0]), static_cast<double>(truth[1])) / step_rad - 0.5,
-                 0.0, steps - 1.0);
-  const auto step = std::min(steps - 2, static_cast<std::size_t>(along));
+      std::clamp(std::hypot(static_cast<double>(truth[0]), static_cast<double>(truth[1])) / kStepRad - 0.5,
+                 0.0, kSteps - 1.0);
+  const auto step = std::min(kSteps - 2, static_cast<std::size_t>(along));
   const double up = along - static_cast<double>(step);
   const double steep = (1.0 - up) * by_steepness_[step].stretch + up * by_steepness_[step + 1].stretch;
   Pair result{};

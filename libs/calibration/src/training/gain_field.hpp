@@ -24,8 +24,8 @@ class GainField {
   Pair stretched(const Pair& place, const Pair& truth) const;
 
  private:
-  static constexpr std::size_t ninths = 9, steps = 8;
-  static constexpr double step_rad = 0.08;
+  static constexpr std::size_t kNinths = 9, kSteps = 8;
+  static constexpr double kStepRad = 0.08;
 
   struct Regression {
     double read_true = 0.0, true_true = 0.0, stretch = 1.0;
@@ -33,8 +33,8 @@ class GainField {
     void settle();
   };
 
-  std::array<std::array<Regression, ninths>, 2> by_place_;  ///< per axis
-  std::array<Regression, steps> by_steepness_;
+  std::array<std::array<Regression, kNinths>, 2> by_place_;  ///< per axis
+  std::array<Regression, kSteps> by_steepness_;
 };
 
 }  // namespace gelslam::calibration::detail

@@ -12,8 +12,8 @@ namespace {
 
 using viewer::Action;
 
-constexpr double kStep_px = 0.5;
-constexpr double kTrouble_s = 60.0;
+constexpr double kStepPx = 0.5;
+constexpr double kTroubleS = 60.0;
 
 std::vector<viewer::ActionRow> label_rows() {
   using enum Action;
@@ -56,8 +56,8 @@ std::vector<std::pair<std::string, std::string>> LabelControls::mouse_help() con
 }
 
 void LabelControls::act(Action action, double now_s) {
-  if (action == Action::wider) return change_radius(kStep_px);
-  if (action == Action::narrower) return change_radius(-kStep_px);
+  if (action == Action::wider) return change_radius(kStepPx);
+  if (action == Action::narrower) return change_radius(-kStepPx);
   turns_wheel_ = false;
   end_drag();
   if (action == Action::close) return save_and_close(now_s);
@@ -74,13 +74,13 @@ void LabelControls::act(Action action, double now_s) {
     case Action::accept_rest:
       return accept_rest_of_them(now_s);
     case Action::left:
-      return move(-kStep_px, 0.0);
+      return move(-kStepPx, 0.0);
     case Action::right:
-      return move(kStep_px, 0.0);
+      return move(kStepPx, 0.0);
     case Action::up:
-      return move(0.0, -kStep_px);
+      return move(0.0, -kStepPx);
     case Action::down:
-      return move(0.0, kStep_px);
+      return move(0.0, kStepPx);
     case Action::use_found:
       return session_.put_found();
     case Action::difference:
@@ -153,7 +153,7 @@ bool LabelControls::save_now(double now_s, const std::string& advice) {
     say(before == 0 ? "Nothing new to save" : counted(static_cast<std::int64_t>(before), "press") + " saved",
         now_s);
   } catch (const Error& error) {
-    complain(error.what() + advice, now_s, kTrouble_s);
+    complain(error.what() + advice, now_s, kTroubleS);
   }
   written_ += before - session_.unsaved();
   return session_.unsaved() == 0;

@@ -13,9 +13,9 @@ namespace gelslam::calibration::detail {
 namespace {
 
 constexpr float kRimReach = 9;  // design pixels
-constexpr double kWheelStep_px = 0.5;
+constexpr double kWheelStepPx = 0.5;
 /// Of the difference: noise is not stretched to full contrast.
-constexpr double kMidGray = 128.0, kReach = 120.0, kSmooth_px = 0.8, kShown = 0.99, kLeastLevels = 6.0;
+constexpr double kMidGray = 128.0, kReach = 120.0, kSmoothPx = 0.8, kShown = 0.99, kLeastLevels = 6.0;
 
 viewer::WindowLoopOptions loop_options(const LabelWindowOptions& options) {
   viewer::WindowLoopOptions loop;
@@ -93,12 +93,12 @@ void LabelWindow::released(int button) {
 }
 
 void LabelWindow::scrolled(double steps, const Eigen::Vector2f& at_px) {
-  if (layout_.view.contains(at_px.x(), at_px.y())) controls_.change_radius(kWheelStep_px * steps);
+  if (layout_.view.contains(at_px.x(), at_px.y())) controls_.change_radius(kWheelStepPx * steps);
 }
 
 cv::Mat3b difference_picture(const cv::Mat3b& bgr, const cv::Mat3b& background) {
   cv::Mat3f change = press_change(bgr, background);
-  cv::GaussianBlur(change, change, cv::Size(), kSmooth_px);
+  cv::GaussianBlur(change, change, cv::Size(), kSmoothPx);
   std::vector<double> sizes;
   for (const cv::Vec3f& c : change)
     for (int channel = 0; channel < 3; ++channel) sizes.push_back(static_cast<double>(std::abs(c[channel])));

@@ -14,8 +14,8 @@ namespace detail {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int wait_slice_ms = 100;  // how soon stop() is heard
-constexpr auto retry_pause = std::chrono::milliseconds(50);
+constexpr int kWaitSliceMs = 100;  // how soon stop() is heard
+constexpr auto kRetryPause = std::chrono::milliseconds(50);
 
 void give_up_if_asked(const CameraOptions& options) {
   if (options.gives_up && options.gives_up())
@@ -59,7 +59,7 @@ class V4l2Camera final : public CameraSource {
     const Clock::time_point start = Clock::now();
     int damaged_here = 0;
     while (!stopped_) {
-      const Capture capture = stream_.take(wait_slice_ms, captured_);
+      const Capture capture = stream_.take(kWaitSliceMs, captured_);
       if (capture == Capture::frame && !is_short()) return deliver();
       if (capture != Capture::nothing_yet) {
         ++damaged_;
@@ -97,7 +97,7 @@ class V4l2Camera final : public CameraSource {
     const Clock::time_point start = Clock::now();
     CapturedFrame ignored;
     while (seconds_since(start) < options_.settle_s) {
-      stream_.take(wait_slice_ms, ignored);
+      stream_.take(kWaitSliceMs, ignored);
       give_up_if_asked(options_);
     }
   }
@@ -206,7 +206,7 @@ std::unique_ptr<CameraSource> open_camera(const CameraOptions& options, const Vi
     } catch (const CameraFailure& failure) {
       if (!may_pass(failure) || seconds_since(start) > options.patience_s) throw;
     }
-    std::this_thread::sleep_for(retry_pause);
+    std::this_thread::sleep_for(kRetryPause);
   }
 }
 

@@ -11,7 +11,7 @@
 namespace gelslam::detail {
 namespace {
 
-constexpr int most_controls = 256;  // a broken driver's list need not end
+constexpr int kMostControls = 256;  // a broken driver's list need not end
 
 /// A control that follows the picture, the value that turns it off, and what it then no longer moves.
 struct Automatic {
@@ -19,7 +19,7 @@ struct Automatic {
   std::int32_t off;
   std::array<std::uint32_t, 2> moves;
 };
-constexpr std::array<Automatic, 7> automatics{{
+constexpr std::array<Automatic, 7> kAutomatics{{
     {V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, {V4L2_CID_EXPOSURE_ABSOLUTE, V4L2_CID_EXPOSURE}},
     {V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, {0, 0}},  // may lower the rate to expose longer
     {V4L2_CID_AUTO_WHITE_BALANCE, 0, {V4L2_CID_WHITE_BALANCE_TEMPERATURE, 0}},
@@ -53,7 +53,7 @@ std::string control_name(const std::string& title) {
 std::vector<Control> controls_of(const VideoNode& node) {
   std::vector<Control> controls;
   v4l2_queryctrl query{};
-  for (int i = 0; i < most_controls; ++i) {
+  for (int i = 0; i < kMostControls; ++i) {
     query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
     if (node.call(VIDIOC_QUERYCTRL, &query) != 0) break;
     const bool number = query.type == V4L2_CTRL_TYPE_INTEGER || query.type == V4L2_CTRL_TYPE_BOOLEAN ||
@@ -84,7 +84,7 @@ bool is_on(const VideoNode& node, const Automatic& automatic) {
 }
 
 bool is_moved(const VideoNode& node, std::uint32_t id) {
-  return std::any_of(automatics.begin(), automatics.end(), [&](const Automatic& automatic) {
+  return std::any_of(kAutomatics.begin(), kAutomatics.end(), [&](const Automatic& automatic) {
     const bool concerned = automatic.id == id || automatic.moves[0] == id || automatic.moves[1] == id;
     return concerned && is_on(node, automatic);
   });
@@ -164,7 +164,7 @@ class Holder {
 }  // namespace
 
 bool has_automatics_on(const VideoNode& node) {
-  return std::any_of(automatics.begin(), automatics.end(),
+  return std::any_of(kAutomatics.begin(), kAutomatics.end(),
                      [&](const Automatic& a) { return is_on(node, a); });
 }
 
@@ -172,7 +172,7 @@ ControlReport hold_controls(const VideoNode& node,
                             const std::vector<std::pair<std::string, std::int64_t>>& wanted,
                             const std::vector<CameraSetting>& values_found) {
   Holder holder(node);
-  for (const Automatic& automatic : automatics) holder.turn_off(automatic, values_found);
+  for (const Automatic& automatic : kAutomatics) holder.turn_off(automatic, values_found);
   for (const auto& [name, value] : wanted) holder.set(name, value);
   return holder.report();
 }

@@ -9,7 +9,7 @@ namespace detail {
 namespace {
 
 // A camera's name is its USB product string: "GelSight Mini R0B 2BNN-4ZE7", "DIGIT: DIGIT".
-constexpr std::array<const char*, 2> known_sensors{"GelSight Mini", "DIGIT"};
+constexpr std::array<const char*, 2> kKnownSensors{"GelSight Mini", "DIGIT"};
 
 CameraInfo look_at(const std::string& path, const VideoSystem& system) {
   CameraInfo info;
@@ -73,7 +73,7 @@ std::string find_by_name(const std::string& part, const std::vector<CameraInfo>&
 }  // namespace
 
 std::string known_sensor(const std::string& name) {
-  for (const char* sensor : known_sensors) {
+  for (const char* sensor : kKnownSensors) {
     if (name.find(sensor) != std::string::npos) return sensor;
   }
   return "";

@@ -9,8 +9,8 @@
 namespace gelslam::detail {
 namespace {
 
-constexpr std::uint32_t buffers_asked = 4;  // enough for a delay of 160 ms at 25 Hz
-constexpr auto pause_when_not_ready = std::chrono::milliseconds(5);
+constexpr std::uint32_t kBuffersAsked = 4;  // enough for a delay of 160 ms at 25 Hz
+constexpr auto kPauseWhenNotReady = std::chrono::milliseconds(5);
 
 v4l2_buffer empty_buffer(std::uint32_t index) {
   v4l2_buffer buffer{};
@@ -49,7 +49,7 @@ CaptureStream::~CaptureStream() {
 
 void CaptureStream::map_buffers() {
   v4l2_requestbuffers request{};
-  request.count = buffers_asked;
+  request.count = kBuffersAsked;
   request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   request.memory = V4L2_MEMORY_MMAP;
   node_.require(VIDIOC_REQBUFS, &request, "get buffers");
@@ -89,7 +89,7 @@ Capture CaptureStream::take(int wait_ms, CapturedFrame& frame) {
   v4l2_buffer buffer = empty_buffer(0);
   if (const int code = node_.call(VIDIOC_DQBUF, &buffer); code != 0) {
     if (code != EAGAIN) throw camera_failure(node_.system(), node_.path(), "get a frame", code);
-    std::this_thread::sleep_for(pause_when_not_ready);
+    std::this_thread::sleep_for(kPauseWhenNotReady);
     return Capture::nothing_yet;
   }
   frame.arrived = std::chrono::steady_clock::now();

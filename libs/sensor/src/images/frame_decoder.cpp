@@ -10,7 +10,7 @@
 namespace gelslam {
 namespace {
 
-constexpr std::size_t most_bytes = 512u << 20;
+constexpr std::size_t kMostBytes = 512u << 20;
 
 }  // namespace
 
@@ -134,7 +134,7 @@ cv::Mat3b FrameDecoder::Impl::decode_plain(const RawFrame& frame, int bytes_per_
 
 cv::Mat3b FrameDecoder::Impl::decode(const RawFrame& frame) {
   damage.clear();
-  if (frame.bytes.empty() || frame.bytes.size() > most_bytes) {
+  if (frame.bytes.empty() || frame.bytes.size() > kMostBytes) {
     damage =
         frame.bytes.empty() ? "the frame is empty" : "the frame is larger than any picture of a touch sensor";
     return {};

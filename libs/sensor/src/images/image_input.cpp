@@ -19,15 +19,14 @@
 namespace gelslam {
 namespace {
 
-constexpr std::uintmax_t kLargestImageFile_bytes = 256u << 20;
+constexpr std::uintmax_t kLargestImageFileBytes = 256u << 20;
 
 std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   std::error_code code;
   const std::uintmax_t size = std::filesystem::file_size(path, code);
   if (code) throw Error(path.string() + ": cannot be read: " + code.message());
   if (size == 0) throw Error(path.string() + ": the file is empty");
-  if (size > kLargestImageFile_bytes)
-    throw Error(path.string() + ": larger than any image of a touch sensor");
+  if (size > kLargestImageFileBytes) throw Error(path.string() + ": larger than any image of a touch sensor");
   std::ifstream file(path, std::ios::binary);
   std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));

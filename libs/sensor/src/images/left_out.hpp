@@ -29,7 +29,7 @@ class LeftOut {
 };
 
 /// Slopes are read from colors. Says so.
-inline constexpr const char* gray_picture =
+inline constexpr const char* kGrayPicture =
     "a gray picture; slopes are read from the sensor's colors, give the color video";
 
 /// "first; second", without those that are empty.

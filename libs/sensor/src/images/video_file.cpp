@@ -67,7 +67,7 @@ bool VideoFile::Av::open_decoder() {
   const AVCodec* decoder = avcodec_find_decoder(stream->codecpar->codec_id);
   codec = avcodec_alloc_context3(decoder);
   if (decoder == nullptr || codec == nullptr) return false;
-  codec->max_pixels = most_picture_pixels;
+  codec->max_pixels = kMostPicturePixels;
   codec->thread_count = 0;  // as many as there are cores
   return avcodec_parameters_to_context(codec, stream->codecpar) >= 0 &&
          avcodec_open2(codec, decoder, nullptr) >= 0;

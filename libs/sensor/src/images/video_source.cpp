@@ -48,7 +48,7 @@ class VideoSource final : public FrameSource {
       image.time_s = time_of_frame(frame->time_s);
       image.index = index_++;
       if (is_gray(frame->bgr)) {
-        pictures_.leave_out(name + ": " + gray_picture);
+        pictures_.leave_out(name + ": " + kGrayPicture);
         continue;
       }
       image.bgr = fit_to_profile(frame->bgr, profile_, name);

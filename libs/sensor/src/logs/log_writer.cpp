@@ -106,7 +106,7 @@ std::vector<std::uint8_t> png_of(const RawFrame& frame) {
 
 std::uint64_t ticks_of(double time_s) {
   constexpr double most_s = 1e9;
-  return static_cast<std::uint64_t>(std::llround(std::clamp(time_s, 0.0, most_s) * (1e9 / matroska_tick_ns)));
+  return static_cast<std::uint64_t>(std::llround(std::clamp(time_s, 0.0, most_s) * (1e9 / kMatroskaTickNs)));
 }
 
 void refuse_over(std::size_t size, std::size_t largest, const char* what) {
@@ -127,9 +127,9 @@ struct LogWriter::Impl {
       : path(log_path),
         attachments(std::move(log_attachments)),
         rate_hz(log_rate_hz > 0.01 && log_rate_hz < 1e5 ? log_rate_hz : 25.0) {
-    refuse_over(attachments.config_yaml.size(), largest_config_bytes, "the configuration");
-    refuse_over(attachments.model.size(), largest_model_bytes, "the gradient model");
-    refuse_over(attachments.sensor.size() + attachments.camera_settings.size(), largest_text_bytes,
+    refuse_over(attachments.config_yaml.size(), kLargestConfigBytes, "the configuration");
+    refuse_over(attachments.model.size(), kLargestModelBytes, "the gradient model");
+    refuse_over(attachments.sensor.size() + attachments.camera_settings.size(), kLargestTextBytes,
                 "the camera's settings");
     file.emplace(path);
   }
@@ -193,7 +193,7 @@ struct LogWriter::Impl {
       return;
     }
     const std::uint64_t frame_ticks =
-        static_cast<std::uint64_t>(std::llround(1e9 / matroska_tick_ns / rate_hz));
+        static_cast<std::uint64_t>(std::llround(1e9 / kMatroskaTickNs / rate_hz));
     std::string problem = file->overwrite(header.duration_at, duration_element(last_ticks + frame_ticks));
     if (problem.empty()) problem = file->overwrite(header.frames_at, frames_element(frames));
     const auto segment_bytes = static_cast<std::uint64_t>(file->size()) - header.segment_begins_at;

@@ -19,7 +19,7 @@ namespace {
 
 std::string tag_of(const AVDictionary* tags, const char* name) {
   const AVDictionaryEntry* entry = av_dict_get(tags, name, nullptr, 0);
-  return entry == nullptr ? "" : std::string(entry->value).substr(0, largest_text_bytes);
+  return entry == nullptr ? "" : std::string(entry->value).substr(0, kLargestTextBytes);
 }
 
 std::optional<FrameEncoding> encoding_of(const AVCodecParameters& codec) {
@@ -32,7 +32,7 @@ std::optional<FrameEncoding> encoding_of(const AVCodecParameters& codec) {
 
 /// LogWriter's own note; a tool that cuts a log copies it, right or wrong.
 double noted_frames(const AVFormatContext& file, const MatroskaFile::Video& video) {
-  return video.ours ? std::atof(tag_of(file.metadata, frames_tag).c_str())
+  return video.ours ? std::atof(tag_of(file.metadata, kFramesTag).c_str())
                     : std::round(video.duration_s * video.rate_hz);
 }
 
@@ -89,7 +89,7 @@ void MatroskaFile::find_video() {
   }
   if (av_->stream < 0) throw Error(path_.string() + ": holds no video");
   check_picture_size(path_, video_.width_px, video_.height_px);
-  video_.ours = tag_of(av_->file->metadata, "encoder") == log_application;
+  video_.ours = tag_of(av_->file->metadata, "encoder") == kLogApplication;
   if (av_->file->duration > 0) video_.duration_s = static_cast<double>(av_->file->duration) / AV_TIME_BASE;
   video_.frames = plausible_frames(noted_frames(*av_->file, video_));
 }
@@ -115,17 +115,17 @@ std::optional<MatroskaFile::Packet> MatroskaFile::next() {
 
 LogAttachments MatroskaFile::attachments() const {
   LogAttachments found;
-  found.sensor = tag_of(av_->file->metadata, sensor_tag);
-  found.camera_settings = tag_of(av_->file->metadata, settings_tag);
+  found.sensor = tag_of(av_->file->metadata, kSensorTag);
+  found.camera_settings = tag_of(av_->file->metadata, kSettingsTag);
   for (const AVStream* stream : std::span(av_->file->streams, av_->file->nb_streams)) {
     if (stream->codecpar->codec_type != AVMEDIA_TYPE_ATTACHMENT || stream->codecpar->extradata_size <= 0)
       continue;
     const std::string name = tag_of(stream->metadata, "filename");
-    const bool config = name == config_attachment, model = name == model_attachment;
+    const bool config = name == kConfigAttachment, model = name == kModelAttachment;
     if (!config && !model) continue;
     const std::string_view data(reinterpret_cast<const char*>(stream->codecpar->extradata),
                                 static_cast<std::size_t>(stream->codecpar->extradata_size));
-    if (data.size() > (config ? largest_config_bytes : largest_model_bytes))
+    if (data.size() > (config ? kLargestConfigBytes : kLargestModelBytes))
       throw Error(path_.string() + ": its attachment " + name + " is too large to be one");
     (config ? found.config_yaml : found.model) = data;
   }

@@ -25,34 +25,34 @@ std::string shortest_length(std::uint64_t length) {
 
 // RFC 9559 (Matroska), names as there.
 namespace id {
-constexpr std::uint32_t ebml = 0x1a45dfa3, ebml_version = 0x4286, ebml_read_version = 0x42f7,
-                        ebml_max_id = 0x42f2, ebml_max_size = 0x42f3, doc_type = 0x4282,
-                        doc_type_version = 0x4287, doc_type_read_version = 0x4285, segment = 0x18538067;
-constexpr std::uint32_t info = 0x1549a966, timestamp_scale = 0x2ad7b1, duration = 0x4489, date_utc = 0x4461,
-                        muxing_app = 0x4d80, writing_app = 0x5741;
-constexpr std::uint32_t tracks = 0x1654ae6b, track_entry = 0xae, track_number = 0xd7, track_uid = 0x73c5,
-                        track_type = 0x83, flag_lacing = 0x9c, default_duration = 0x23e383,
-                        max_block_addition = 0x55ee, codec_id = 0x86, codec_private = 0x63a2, video = 0xe0,
-                        pixel_width = 0xb0, pixel_height = 0xba, color_space = 0x2eb524;
-constexpr std::uint32_t tags = 0x1254c367, tag = 0x7373, targets = 0x63c0, simple_tag = 0x67c8,
-                        tag_name = 0x45a3, tag_string = 0x4487;
-constexpr std::uint32_t attachments = 0x1941a469, attached_file = 0x61a7, file_name = 0x466e,
-                        file_media_type = 0x4660, file_uid = 0x46ae, file_data = 0x465c;
-constexpr std::uint32_t cluster = 0x1f43b675, timestamp = 0xe7, block_group = 0xa0, block = 0xa1,
-                        block_additions = 0x75a1, block_more = 0xa6, block_additional = 0xa5;
+constexpr std::uint32_t kEbml = 0x1a45dfa3, kEbmlVersion = 0x4286, kEbmlReadVersion = 0x42f7,
+                        kEbmlMaxId = 0x42f2, kEbmlMaxSize = 0x42f3, kDocType = 0x4282,
+                        kDocTypeVersion = 0x4287, kDocTypeReadVersion = 0x4285, kSegment = 0x18538067;
+constexpr std::uint32_t kInfo = 0x1549a966, kTimestampScale = 0x2ad7b1, kDuration = 0x4489, kDateUtc = 0x4461,
+                        kMuxingApp = 0x4d80, kWritingApp = 0x5741;
+constexpr std::uint32_t kTracks = 0x1654ae6b, kTrackEntry = 0xae, kTrackNumber = 0xd7, kTrackUid = 0x73c5,
+                        kTrackType = 0x83, kFlagLacing = 0x9c, kDefaultDuration = 0x23e383,
+                        kMaxBlockAddition = 0x55ee, kCodecId = 0x86, kCodecPrivate = 0x63a2, kVideo = 0xe0,
+                        kPixelWidth = 0xb0, kPixelHeight = 0xba, kColorSpace = 0x2eb524;
+constexpr std::uint32_t kTags = 0x1254c367, kTag = 0x7373, kTargets = 0x63c0, kSimpleTag = 0x67c8,
+                        kTagName = 0x45a3, kTagString = 0x4487;
+constexpr std::uint32_t kAttachments = 0x1941a469, kAttachedFile = 0x61a7, kFileName = 0x466e,
+                        kFileMediaType = 0x4660, kFileUid = 0x46ae, kFileData = 0x465c;
+constexpr std::uint32_t kCluster = 0x1f43b675, kTimestamp = 0xe7, kBlockGroup = 0xa0, kBlock = 0xa1,
+                        kBlockAdditions = 0x75a1, kBlockMore = 0xa6, kBlockAdditional = 0xa5;
 }  // namespace id
 
 std::string file_type() {
-  return ebml_element(id::ebml, ebml_number(id::ebml_version, 1) + ebml_number(id::ebml_read_version, 1) +
-                                    ebml_number(id::ebml_max_id, 4) + ebml_number(id::ebml_max_size, 8) +
-                                    ebml_element(id::doc_type, "matroska") +
-                                    ebml_number(id::doc_type_version, 4) +
-                                    ebml_number(id::doc_type_read_version, 2));
+  return ebml_element(id::kEbml, ebml_number(id::kEbmlVersion, 1) + ebml_number(id::kEbmlReadVersion, 1) +
+                                     ebml_number(id::kEbmlMaxId, 4) + ebml_number(id::kEbmlMaxSize, 8) +
+                                     ebml_element(id::kDocType, "matroska") +
+                                     ebml_number(id::kDocTypeVersion, 4) +
+                                     ebml_number(id::kDocTypeReadVersion, 2));
 }
 
 std::string date(std::int64_t unix_time_s) {
   constexpr std::int64_t matroska_epoch_s = 978307200;  // 2001-01-01
-  return ebml_number(id::date_utc,
+  return ebml_number(id::kDateUtc,
                      static_cast<std::uint64_t>((unix_time_s - matroska_epoch_s) * 1'000'000'000));
 }
 
@@ -70,51 +70,51 @@ std::string png_codec(const MatroskaTrack& track) {
   const std::string bitmap_header = little_endian(40, 4) + little_endian(width, 4) +
                                     little_endian(height, 4) + little_endian(1, 2) + little_endian(24, 2) +
                                     "MPNG" + little_endian(3 * width * height, 4) + std::string(16, '\0');
-  return ebml_element(id::codec_id, "V_MS/VFW/FOURCC") + ebml_element(id::codec_private, bitmap_header);
+  return ebml_element(id::kCodecId, "V_MS/VFW/FOURCC") + ebml_element(id::kCodecPrivate, bitmap_header);
 }
 
 std::string track_list(const MatroskaTrack& track) {
   std::string codec, color_space;
-  if (track.encoding == FrameEncoding::jpeg) codec = ebml_element(id::codec_id, "V_MJPEG");
+  if (track.encoding == FrameEncoding::jpeg) codec = ebml_element(id::kCodecId, "V_MJPEG");
   if (track.encoding == FrameEncoding::png) codec = png_codec(track);
   if (track.encoding == FrameEncoding::yuyv) {
-    codec = ebml_element(id::codec_id, "V_UNCOMPRESSED");
-    color_space = ebml_element(id::color_space, "YUY2");
+    codec = ebml_element(id::kCodecId, "V_UNCOMPRESSED");
+    color_space = ebml_element(id::kColorSpace, "YUY2");
   }
-  const std::string video = ebml_number(id::pixel_width, static_cast<std::uint64_t>(track.width_px)) +
-                            ebml_number(id::pixel_height, static_cast<std::uint64_t>(track.height_px)) +
+  const std::string video = ebml_number(id::kPixelWidth, static_cast<std::uint64_t>(track.width_px)) +
+                            ebml_number(id::kPixelHeight, static_cast<std::uint64_t>(track.height_px)) +
                             color_space;
   constexpr std::uint64_t is_video = 1;
   const auto frame_ns = static_cast<std::uint64_t>(std::llround(1e9 / track.rate_hz));
   return ebml_element(
-      id::tracks,
-      ebml_element(id::track_entry,
-                   ebml_number(id::track_number, 1) + ebml_number(id::track_uid, 1) +
-                       ebml_number(id::track_type, is_video) + ebml_number(id::flag_lacing, 0) +
-                       ebml_number(id::default_duration, frame_ns) + ebml_number(id::max_block_addition, 1) +
-                       codec + ebml_element(id::video, video)));
+      id::kTracks,
+      ebml_element(id::kTrackEntry,
+                   ebml_number(id::kTrackNumber, 1) + ebml_number(id::kTrackUid, 1) +
+                       ebml_number(id::kTrackType, is_video) + ebml_number(id::kFlagLacing, 0) +
+                       ebml_number(id::kDefaultDuration, frame_ns) + ebml_number(id::kMaxBlockAddition, 1) +
+                       codec + ebml_element(id::kVideo, video)));
 }
 
 std::string tag_list(std::string_view name, std::string_view value) {
   return ebml_element(
-      id::tags,
-      ebml_element(id::tag, ebml_element(id::targets, "") +
-                                ebml_element(id::simple_tag, ebml_element(id::tag_name, name) +
-                                                                 ebml_element(id::tag_string, value))));
+      id::kTags,
+      ebml_element(id::kTag, ebml_element(id::kTargets, "") +
+                                 ebml_element(id::kSimpleTag, ebml_element(id::kTagName, name) +
+                                                                  ebml_element(id::kTagString, value))));
 }
 
 std::string attached_file(std::uint64_t uid, std::string_view name, std::string_view media_type,
                           std::string_view data) {
   if (data.empty()) return "";
-  return ebml_element(id::attached_file,
-                      ebml_element(id::file_name, name) + ebml_element(id::file_media_type, media_type) +
-                          ebml_number(id::file_uid, uid) + ebml_element(id::file_data, data));
+  return ebml_element(id::kAttachedFile,
+                      ebml_element(id::kFileName, name) + ebml_element(id::kFileMediaType, media_type) +
+                          ebml_number(id::kFileUid, uid) + ebml_element(id::kFileData, data));
 }
 
 std::string attachment_list(const LogAttachments& attachments) {
-  const std::string files = attached_file(1, config_attachment, "text/plain", attachments.config_yaml) +
-                            attached_file(2, model_attachment, "application/zip", attachments.model);
-  return files.empty() ? "" : ebml_element(id::attachments, files);
+  const std::string files = attached_file(1, kConfigAttachment, "text/plain", attachments.config_yaml) +
+                            attached_file(2, kModelAttachment, "application/zip", attachments.model);
+  return files.empty() ? "" : ebml_element(id::kAttachments, files);
 }
 
 }  // namespace
@@ -152,32 +152,32 @@ std::string ebml_void(std::size_t total_bytes) {
 std::string big_endian_8(std::uint64_t value) { return last_bytes(value, 8); }
 
 std::string duration_element(std::uint64_t ticks) {
-  return ebml_real(id::duration, static_cast<double>(ticks));
+  return ebml_real(id::kDuration, static_cast<double>(ticks));
 }
 
 std::string frames_element(std::int64_t frames) {
-  return tag_list(frames_tag, fmt::format("{:012}", frames));
+  return tag_list(kFramesTag, fmt::format("{:012}", frames));
 }
 
 MatroskaHeader matroska_header(const LogAttachments& attachments, const MatroskaTrack& track,
                                std::int64_t unix_time_s) {
   MatroskaHeader header;
   std::string& bytes = header.bytes;
-  bytes = file_type() + ebml_head(id::segment, 0);
+  bytes = file_type() + ebml_head(id::kSegment, 0);
   bytes.pop_back();  // the length of one byte
   header.segment_length_at = bytes.size();
   bytes += ebml_unknown_length();
   header.segment_begins_at = bytes.size();
 
   const std::string space_for_duration = ebml_void(duration_element(0).size());
-  const std::string info = ebml_number(id::timestamp_scale, matroska_tick_ns) + date(unix_time_s) +
-                           ebml_element(id::muxing_app, log_application) +
-                           ebml_element(id::writing_app, log_application);
-  bytes += ebml_element(id::info, info + space_for_duration);
+  const std::string info = ebml_number(id::kTimestampScale, kMatroskaTickNs) + date(unix_time_s) +
+                           ebml_element(id::kMuxingApp, kLogApplication) +
+                           ebml_element(id::kWritingApp, kLogApplication);
+  bytes += ebml_element(id::kInfo, info + space_for_duration);
   header.duration_at = bytes.size() - space_for_duration.size();
   bytes += track_list(track);
-  if (!attachments.sensor.empty()) bytes += tag_list(sensor_tag, attachments.sensor);
-  if (!attachments.camera_settings.empty()) bytes += tag_list(settings_tag, attachments.camera_settings);
+  if (!attachments.sensor.empty()) bytes += tag_list(kSensorTag, attachments.sensor);
+  if (!attachments.camera_settings.empty()) bytes += tag_list(kSettingsTag, attachments.camera_settings);
   header.frames_at = bytes.size();
   bytes += ebml_void(frames_element(0).size());
   bytes += attachment_list(attachments);
@@ -186,14 +186,14 @@ MatroskaHeader matroska_header(const LogAttachments& attachments, const Matroska
 
 std::string cluster_head(std::uint64_t ticks, std::uint64_t sequence, std::size_t data_bytes) {
   const std::string additions =
-      ebml_element(id::block_additions,
-                   ebml_element(id::block_more, ebml_element(id::block_additional, big_endian_8(sequence))));
+      ebml_element(id::kBlockAdditions,
+                   ebml_element(id::kBlockMore, ebml_element(id::kBlockAdditional, big_endian_8(sequence))));
   const std::string block_prefix("\x81\0\0\0", 4);  // track 1, at the cluster's time, no lacing
-  const std::string block = ebml_head(id::block, block_prefix.size() + data_bytes) + block_prefix;
+  const std::string block = ebml_head(id::kBlock, block_prefix.size() + data_bytes) + block_prefix;
   const std::string group =
-      ebml_head(id::block_group, additions.size() + block.size() + data_bytes) + additions + block;
-  const std::string time = ebml_number(id::timestamp, ticks);
-  return ebml_head(id::cluster, time.size() + group.size() + data_bytes) + time + group;
+      ebml_head(id::kBlockGroup, additions.size() + block.size() + data_bytes) + additions + block;
+  const std::string time = ebml_number(id::kTimestamp, ticks);
+  return ebml_head(id::kCluster, time.size() + group.size() + data_bytes) + time + group;
 }
 
 }  // namespace gelslam::detail

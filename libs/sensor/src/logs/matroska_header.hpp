@@ -8,16 +8,16 @@
 
 namespace gelslam::detail {
 
-inline constexpr std::uint64_t matroska_tick_ns = 1000;
-inline constexpr const char* log_application = "gelslam";
-inline constexpr const char* config_attachment = "config.yaml";
-inline constexpr const char* model_attachment = "nnmodel.pth";
-inline constexpr const char* sensor_tag = "SENSOR";
-inline constexpr const char* settings_tag = "CAMERA_SETTINGS";
-inline constexpr const char* frames_tag = "NUMBER_OF_FRAMES";
-inline constexpr std::size_t largest_config_bytes = 1u << 20;
-inline constexpr std::size_t largest_model_bytes = 4u << 20;
-inline constexpr std::size_t largest_text_bytes = 64u << 10;
+inline constexpr std::uint64_t kMatroskaTickNs = 1000;
+inline constexpr const char* kLogApplication = "gelslam";
+inline constexpr const char* kConfigAttachment = "config.yaml";
+inline constexpr const char* kModelAttachment = "nnmodel.pth";
+inline constexpr const char* kSensorTag = "SENSOR";
+inline constexpr const char* kSettingsTag = "CAMERA_SETTINGS";
+inline constexpr const char* kFramesTag = "NUMBER_OF_FRAMES";
+inline constexpr std::size_t kLargestConfigBytes = 1u << 20;
+inline constexpr std::size_t kLargestModelBytes = 4u << 20;
+inline constexpr std::size_t kLargestTextBytes = 64u << 10;
 
 struct MatroskaTrack {
   FrameEncoding encoding = FrameEncoding::jpeg;  ///< not bgr

@@ -10,7 +10,7 @@ namespace gelslam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double most_gap_s = 30.0;  // a camera that is silent for 5 s ends its log
+constexpr double kMostGapS = 30.0;  // a camera that is silent for 5 s ends its log
 
 class PacedSource final : public RawFrameSource {
  public:
@@ -24,7 +24,7 @@ class PacedSource final : public RawFrameSource {
     if (!start_) start_ = Clock::now();
     const double step_s = frame->time_s - last_s_.value_or(frame->time_s);
     last_s_ = frame->time_s;
-    if (std::abs(step_s) < most_gap_s) played_s_ += step_s;  // else a damaged time: nobody waits for it
+    if (std::abs(step_s) < kMostGapS) played_s_ += step_s;  // else a damaged time: nobody waits for it
     std::unique_lock lock(mutex_);
     if (wake_.wait_until(lock, *start_ + at_this_speed(played_s_), [this] { return stopped_; }))
       return std::nullopt;

@@ -21,7 +21,7 @@ class DecodingSource final : public FrameSource {
         return image;
       }
       pictures_.leave_out(name_ + ", frame " + std::to_string(frame->index) + ": " +
-                          (image ? gray_picture : decoder_.damage()));
+                          (image ? kGrayPicture : decoder_.damage()));
     }
     pictures_.require_some(name_ + ": the log");
     return std::nullopt;

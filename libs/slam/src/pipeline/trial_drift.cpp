@@ -89,7 +89,7 @@ void HiddenMotions::pass(int trial, double time_s, const std::array<bool, 6>& ob
     agreed_s_.fill(time_s);
   }
   for (std::size_t axis = 0; axis < observable.size(); ++axis) {
-    if (observable[axis] != observable_[axis] && time_s - agreed_s_[axis] >= kLasting_s)
+    if (observable[axis] != observable_[axis] && time_s - agreed_s_[axis] >= kLastingS)
       observable_[axis] = observable[axis];
     if (observable[axis] == observable_[axis]) agreed_s_[axis] = time_s;
   }

@@ -63,7 +63,7 @@ ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs:
   check_same_sensor(run, scan.record, part, config.sensor);
   if (!scan.record.frames.empty()) {
     scan.first_frame = scan.record.frames.back().frame + 1;
-    scan.first_time_s = scan.record.frames.back().time_s + kBetweenParts_s;
+    scan.first_time_s = scan.record.frames.back().time_s + kBetweenPartsS;
   }
   part.first_frame = scan.first_frame;
   scan.record.parts.push_back(std::move(part));

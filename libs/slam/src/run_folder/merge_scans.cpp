@@ -88,7 +88,7 @@ Offsets offsets_after(const ScanRecord& all) {
   for (const FrameRecord& frame : all.frames) next.trial = std::max(next.trial, frame.trial + 1);
   if (all.frames.empty()) return next;
   next.frame = all.frames.back().frame + 1;
-  next.time_s = all.frames.back().time_s + kBetweenParts_s;
+  next.time_s = all.frames.back().time_s + kBetweenPartsS;
   return next;
 }
 

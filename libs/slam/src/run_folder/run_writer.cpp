@@ -72,7 +72,7 @@ ordered_json part_logs(const SlamMap& map) {
   for (const ScanPart& part : map.measured.parts) {
     const auto next = std::find_if(map.frames.begin(), map.frames.end(),
                                    [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
-    const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenParts_s;
+    const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
     logs.push_back({{"file", part.log}, {"first_time_s", first_time_s}});
   }
   return logs;

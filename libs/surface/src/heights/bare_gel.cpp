@@ -11,7 +11,7 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr int kCellPx = 2 * block_px;
+constexpr int kCellPx = 2 * kBlockPx;
 constexpr float kBareSlopeRad = 0.01F;    // what unchanged gel may tilt; color changes show more
 constexpr float kBareHeightPx = 0.15F;    // 0.01 mm on a GelSight Mini
 constexpr double kLeastBareShare = 0.05;  // of the picture; less is no reference

@@ -62,7 +62,7 @@ void PressureMap::find(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Ma
   constexpr int side = 2 * kBlurRadiusBlocks + 1;
   cv::GaussianBlur(padded_, padded_, cv::Size(side, side), kBlurSigmaBlocks);
   cv::Laplacian(padded_, laplacian_, CV_32F, 1);
-  const double rim_length_blocks = kRimLengthMm / (pixel_pitch_mm * block_px);
+  const double rim_length_blocks = kRimLengthMm / (pixel_pitch_mm * kBlockPx);
   const cv::Rect inside(margin, margin, depth_.cols, depth_.rows);
   cv::addWeighted(padded_(inside), 1.0 - kPressedShare, laplacian_(inside),
                   -rim_length_blocks * rim_length_blocks, 0.0, excess_);

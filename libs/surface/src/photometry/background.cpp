@@ -29,7 +29,7 @@ constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 // Imprint: halfway between what clean backgrounds of four sensors show (slope 0.08, curvature 0.015 per
 // pixel) and what the shallowest of their ball presses do (0.14, 0.024).
 constexpr double kImprintCurvature = 0.0195;
-constexpr int kBorderPx = 3 * block_px;  // the model extrapolates there
+constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
 
 float percentile(const cv::Mat1f& values, double share) {
   std::vector<float> copy(values.begin(), values.end());

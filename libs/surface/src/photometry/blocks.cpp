@@ -21,7 +21,7 @@ constexpr int kMarginBlocks = 2;
 }  // namespace
 
 cv::Size block_grid(cv::Size image) {
-  return {(image.width + block_px - 1) / block_px, (image.height + block_px - 1) / block_px};
+  return {(image.width + kBlockPx - 1) / kBlockPx, (image.height + kBlockPx - 1) / kBlockPx};
 }
 
 void BlockAverager::average(const cv::Mat3b& bgr, cv::Mat3f& means) {
@@ -30,16 +30,16 @@ void BlockAverager::average(const cv::Mat3b& bgr, cv::Mat3f& means) {
   column_sums_.resize(static_cast<std::size_t>(channels));
   unsigned short* sums = column_sums_.data();
   for (int row = 0; row < means.rows; ++row) {
-    const int first = row * block_px;
-    const int height = std::min(block_px, bgr.rows - first);
+    const int first = row * kBlockPx;
+    const int height = std::min(kBlockPx, bgr.rows - first);
     std::fill(column_sums_.begin(), column_sums_.end(), static_cast<unsigned short>(0));
     for (int v = first; v < first + height; ++v) {
       const unsigned char* pixels = bgr[v]->val;
       for (int i = 0; i < channels; ++i) sums[i] = static_cast<unsigned short>(sums[i] + pixels[i]);
     }
     for (int column = 0; column < means.cols; ++column) {
-      const int left = column * block_px;
-      const int width = std::min(block_px, bgr.cols - left);
+      const int left = column * kBlockPx;
+      const int width = std::min(kBlockPx, bgr.cols - left);
       int total[3] = {0, 0, 0};
       for (int u = left; u < left + width; ++u) {
         for (int c = 0; c < 3; ++c) total[c] += sums[3 * u + c];
@@ -59,12 +59,12 @@ cv::Mat3f average_blocks(const cv::Mat3b& bgr) {
 void spread_blocks(const cv::Mat1b& blocks, cv::Mat1b& pixels) {
   for (int v = 0; v < pixels.rows; ++v) {
     unsigned char* out = pixels[v];
-    if (v % block_px != 0) {
+    if (v % kBlockPx != 0) {
       std::copy(pixels[v - 1], pixels[v - 1] + pixels.cols, out);
       continue;
     }
-    const unsigned char* in = blocks[v / block_px];
-    for (int u = 0; u < pixels.cols; ++u) out[u] = in[u / block_px];
+    const unsigned char* in = blocks[v / kBlockPx];
+    for (int u = 0; u < pixels.cols; ++u) out[u] = in[u / kBlockPx];
   }
 }
 
@@ -73,8 +73,8 @@ void gather_blocks(const cv::Mat1b& pixels, cv::Mat1b& blocks) {
   blocks.setTo(0);
   for (int v = 0; v < pixels.rows; ++v) {
     const unsigned char* in = pixels[v];
-    unsigned char* out = blocks[v / block_px];
-    for (int u = 0; u < pixels.cols; ++u) out[u / block_px] |= in[u];
+    unsigned char* out = blocks[v / kBlockPx];
+    for (int u = 0; u < pixels.cols; ++u) out[u / kBlockPx] |= in[u];
   }
 }
 

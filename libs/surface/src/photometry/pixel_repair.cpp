@@ -26,14 +26,14 @@ constexpr int kFailingLightIn = 8;  // more than one in 8 pixels dark: the light
 bool has_wrong_values(const cv::Mat3b& bgr) {
   int found = 0;
   constexpr int surely = 3 * kWrongLevels;
-  for (int v = 0; v < bgr.rows; v += block_px) {
+  for (int v = 0; v < bgr.rows; v += kBlockPx) {
     const unsigned char* value = bgr.ptr<unsigned char>(v);
     for (int i = 3; i < 3 * bgr.cols - 3; ++i) {
       const int low = std::min(value[i - 3], value[i + 3]), high = std::max(value[i - 3], value[i + 3]);
       found += (value[i] > high + surely) | (value[i] < low - surely);
     }
   }
-  return found * block_px * kWrongValueIn > 3 * static_cast<int>(bgr.total());
+  return found * kBlockPx * kWrongValueIn > 3 * static_cast<int>(bgr.total());
 }
 
 /// 255 where two of the three channels are full, else 0.
@@ -47,7 +47,7 @@ void mark_full(const cv::Mat3b& bgr, cv::Mat1b& full) {
 }  // namespace
 
 void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread) {
-  constexpr int side = 2 * block_px + 1;  // a spot is spread over a block
+  constexpr int side = 2 * kBlockPx + 1;  // a spot is spread over a block
   cv::dilate(spots, spread, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
 }
 
@@ -118,7 +118,7 @@ const cv::Mat3b& PixelRepair::fill_spots(const cv::Mat3b& bgr, int smooth_rounds
   readable_.convertTo(weight_, CV_32F);
   // Two box filters are nearly a cone: what is near counts most.
   for (int pass = 0; pass < 2; ++pass) {
-    constexpr int side = 3 * block_px + 1;
+    constexpr int side = 3 * kBlockPx + 1;
     cv::boxFilter(difference_, difference_, CV_32F, {side, side});
     cv::boxFilter(weight_, weight_, CV_32F, {side, side});
   }

@@ -78,8 +78,8 @@ void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& where) {
   const auto channels = static_cast<std::size_t>(3 * bgr.cols);
   least_.resize(channels);
   most_.resize(channels);
-  for (int top = 0; top < bgr.rows; top += block_px) {
-    const int height = std::min(block_px, bgr.rows - top);
+  for (int top = 0; top < bgr.rows; top += kBlockPx) {
+    const int height = std::min(kBlockPx, bgr.rows - top);
     std::copy_n(bgr[top]->val, channels, least_.begin());
     std::copy_n(bgr[top]->val, channels, most_.begin());
     for (int v = top + 1; v < top + height; ++v) {
@@ -90,13 +90,13 @@ void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& where) {
         most[i] = std::max(most[i], value[i]);
       }
     }
-    for (int left = 0; left < bgr.cols; left += block_px) {
-      const int width = std::min(block_px, bgr.cols - left);
+    for (int left = 0; left < bgr.cols; left += kBlockPx) {
+      const int width = std::min(kBlockPx, bgr.cols - left);
       bool wanted = false;
       for (int v = top; v < top + height; ++v)
         for (int u = left; u < left + width; ++u) wanted |= where(v, u) != 0;
       if (!wanted) continue;
-      if (width == block_px && height == block_px && color_range(left) <= kSmoothLevels) {
+      if (width == kBlockPx && height == kBlockPx && color_range(left) <= kSmoothLevels) {
         smooth_.emplace_back(left, top);
         continue;
       }
@@ -112,7 +112,7 @@ int GradientMap::color_range(int left) const {
   int range = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     unsigned char least = 255, most = 0;
-    for (std::size_t u = 0; u < block_px; ++u) {
+    for (std::size_t u = 0; u < kBlockPx; ++u) {
       const std::size_t i = 3 * (static_cast<std::size_t>(left) + u) + c;
       least = std::min(least, least_[i]);
       most = std::max(most, most_[i]);
@@ -125,7 +125,7 @@ int GradientMap::color_range(int left) const {
 /// At the mean color and the middle of each block, and from there along the derivatives.
 void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where) {
   constexpr float to_unit = 1.0F / 255.0F;
-  constexpr int area = block_px * block_px;
+  constexpr int area = kBlockPx * kBlockPx;
   std::array<std::array<float, 256>, 3> unit;
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t value = 0; value < 256; ++value) unit[c][value] = colors[c][value] * to_unit;
@@ -135,14 +135,14 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, con
     for (int i = 0; i < blocks; ++i) {
       const auto [left, top] = corner(i);
       std::array<float, 3> sum{};
-      for (int v = top; v < top + block_px; ++v)
-        for (int u = left; u < left + block_px; ++u)
+      for (int v = top; v < top + kBlockPx; ++v)
+        for (int u = left; u < left + kBlockPx; ++u)
           for (std::size_t c = 0; c < 3; ++c) sum[c] += unit[c][bgr(v, u)[static_cast<int>(c)]];
       float* feature = tile_.input.data() + i;
       for (std::size_t c = 0; c < 3; ++c) feature[c * kNetworkTile] = sum[c] / area;
       const auto u = static_cast<std::size_t>(left), v = static_cast<std::size_t>(top);
-      feature[3 * kNetworkTile] = 0.5F * (column_[u] + column_[u + block_px - 1]);
-      feature[4 * kNetworkTile] = 0.5F * (row_[v] + row_[v + block_px - 1]);
+      feature[3 * kNetworkTile] = 0.5F * (column_[u] + column_[u + kBlockPx - 1]);
+      feature[4 * kNetworkTile] = 0.5F * (row_[v] + row_[v + kBlockPx - 1]);
     }
     network_forward(model_, tile_);
     network_jacobian(model_, tile_, jacobian_);
@@ -154,8 +154,8 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, con
         const float* by = jacobian_.of_output[o].data() + i;
         const float at_middle = tile_.output[o * kNetworkTile + static_cast<std::size_t>(i)];
         float* angle = angles_.data() + o * kNetworkTile + static_cast<std::size_t>(count);
-        for (int v = top; v < top + block_px; ++v)
-          for (int u = left; u < left + block_px; ++u) {
+        for (int v = top; v < top + kBlockPx; ++v)
+          for (int u = left; u < left + kBlockPx; ++u) {
             const cv::Vec3b& color = bgr(v, u);
             *angle++ =
                 at_middle + by[0] * (unit[0][color[0]] - middle[0]) +
@@ -165,8 +165,8 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, con
                 by[4 * kNetworkTile] * (row_[static_cast<std::size_t>(v)] - middle[4 * kNetworkTile]);
           }
       }
-      for (int v = top; v < top + block_px; ++v)
-        for (int u = left; u < left + block_px; ++u)
+      for (int v = top; v < top + kBlockPx; ++v)
+        for (int u = left; u < left + kBlockPx; ++u)
           pixels_[static_cast<std::size_t>(count++)] = where(v, u) != 0 ? v * bgr.cols + u : -1;
       if (count == kNetworkTile || i + 1 == blocks) {
         write_slopes(count);

@@ -74,11 +74,11 @@ CalibrationRecord parse_record(const Json& json) {
   if (!seed.is_number_unsigned()) throw Error("'seed' is no whole number");
   record.seed = seed.get<std::uint64_t>();
   const std::vector<float> cells =
-      numbers(json, "background_bgr", static_cast<std::size_t>(3 * background_grid.area()));
-  record.background_cells.create(background_grid);
-  for (int k = 0; k < background_grid.area(); ++k)
+      numbers(json, "background_bgr", static_cast<std::size_t>(3 * kBackgroundGrid.area()));
+  record.background_cells.create(kBackgroundGrid);
+  for (int k = 0; k < kBackgroundGrid.area(); ++k)
     for (int c = 0; c < 3; ++c)
-      record.background_cells(k / background_grid.width, k % background_grid.width)[c] =
+      record.background_cells(k / kBackgroundGrid.width, k % kBackgroundGrid.width)[c] =
           cells[static_cast<std::size_t>(3 * k + c)];
   return record;
 }
@@ -122,7 +122,7 @@ Json to_json(const CalibrationRecord& record) {
 cv::Mat3f background_cells(const cv::Mat3b& background) {
   cv::Mat3f numbers, cells;
   background.convertTo(numbers, CV_32F);
-  cv::resize(numbers, cells, background_grid, 0.0, 0.0, cv::INTER_AREA);
+  cv::resize(numbers, cells, kBackgroundGrid, 0.0, 0.0, cv::INTER_AREA);
   return cells;
 }
 

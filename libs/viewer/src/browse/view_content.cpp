@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kGap_s = 0.25;
+constexpr double kGapS = 0.25;
 
 std::string display_name(const fs::path& path) {
   const fs::path clean = path.lexically_normal();
@@ -123,7 +123,7 @@ std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
   double last_s = 0;
   for (const PoseAt& pose : trajectory) {
     if (pose.time_s > time_s) break;
-    if (pieces.empty() || pose.time_s - last_s > kGap_s) pieces.emplace_back();
+    if (pieces.empty() || pose.time_s - last_s > kGapS) pieces.emplace_back();
     pieces.back().push_back(pose.map_T_sensor);
     last_s = pose.time_s;
   }

@@ -17,7 +17,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kFusionBudget_ms = 8;
+constexpr double kFusionBudgetMs = 8;
 constexpr std::size_t kOutlinePoints = 5000, kDistancePoints = 20000;
 
 /// Distances by Embree, kept alive by the query itself.
@@ -116,7 +116,7 @@ void ViewStage::Impl::show_time(std::optional<double> time_s) {
   }
   if (!fusion) {
     IncrementalOptions options;
-    options.budget_ms = kFusionBudget_ms;
+    options.budget_ms = kFusionBudgetMs;
     fusion.emplace(FusionOptions(), options);
   }
   works = true;

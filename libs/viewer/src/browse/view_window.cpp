@@ -9,9 +9,9 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kLongestPlay_s = 20;
+constexpr double kLongestPlayS = 20;
 constexpr double kRightEnd = 0.999;   ///< of the slider: all of it is hard to hit
-constexpr double kWork_ms = 40;       ///< on a surface, between two looks at the input
+constexpr double kWorkMs = 40;        ///< on a surface, between two looks at the input
 constexpr double kSliderHeight = 46;  // design pixels
 
 std::vector<ActionRow> view_rows(bool has_time) {
@@ -117,7 +117,7 @@ void ViewControls::play_or_rest() {
 bool ViewControls::advance(double dt_s) {
   if (!plays_ || !time_s_) return false;
   const double length_s = history_->end_s() - history_->start_s();
-  *time_s_ += dt_s * std::max(1.0, length_s / kLongestPlay_s);
+  *time_s_ += dt_s * std::max(1.0, length_s / kLongestPlayS);
   if (*time_s_ >= history_->end_s()) {
     time_s_.reset();
     plays_ = false;
@@ -140,7 +140,7 @@ bool ViewWindow::advance(double /*now_s*/, double dt_s) {
   }
   if (stage_.works()) {
     using Clock = std::chrono::steady_clock;
-    const auto end = Clock::now() + std::chrono::duration<double, std::milli>(kWork_ms);
+    const auto end = Clock::now() + std::chrono::duration<double, std::milli>(kWorkMs);
     while (stage_.work() && Clock::now() < end) {
     }
     changed |= !stage_.works();  // the surface is whole; on the way to it the one before stays

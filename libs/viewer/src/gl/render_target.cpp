@@ -19,9 +19,9 @@ struct RenderTarget::Impl {
 };
 
 RenderTarget::RenderTarget(int width_px, int height_px, int samples) {
-  if (std::min(width_px, height_px) < 1 || std::max(width_px, height_px) > max_side_px) {
+  if (std::min(width_px, height_px) < 1 || std::max(width_px, height_px) > kMaxSidePx) {
     throw Error("cannot draw a picture of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
-                " pixels: each side must be 1 to " + std::to_string(max_side_px));
+                " pixels: each side must be 1 to " + std::to_string(kMaxSidePx));
   }
   impl_ = std::make_unique<Impl>(Impl{width_px, height_px, {}, {}, {}, {}, {}});
   GLint most = 0;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPadding = 14, kMargin = 18;  // design pixels
 constexpr std::size_t kMaxStages = 8;
-constexpr double kLowDisk_bytes = 2e9;
+constexpr double kLowDiskBytes = 2e9;
 
 struct Figure {
   const char* label;
@@ -38,7 +38,7 @@ std::vector<Figure> figures_of(const LiveFrame& frame) {
       {"Memory", text_of_bytes(s.memory_mb * 1e6)},
       {"Log", s.log_bytes > 0 ? text_of_bytes(static_cast<double>(s.log_bytes)) : "none"},
       {"Disk free", disk < 0 ? "-" : text_of_bytes(disk),
-       disk >= 0 && disk < kLowDisk_bytes ? theme::kRed : theme::kText},
+       disk >= 0 && disk < kLowDiskBytes ? theme::kRed : theme::kText},
   };
 }
 

@@ -8,7 +8,7 @@ namespace gelslam::viewer::detail {
 namespace {
 
 /// A touch whose keyframe is not on the map yet keeps its last place for this time: the map comes later.
-constexpr double kPatience_s = 1.0;
+constexpr double kPatienceS = 1.0;
 
 }  // namespace
 
@@ -40,8 +40,8 @@ void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
   if (touch_ && touch && touch->index < touch_->index) samples_.clear();
   touch_ = touch;
   if (!touch_) return;
-  tactile_.set(tactile_picture(*touch_, kPictureWidth_px, outline_bgr_));
-  if (touch_->surface) normals_.set(normal_picture(*touch_->surface, kPictureWidth_px));
+  tactile_.set(tactile_picture(*touch_, kPictureWidthPx, outline_bgr_));
+  if (touch_->surface) normals_.set(normal_picture(*touch_->surface, kPictureWidthPx));
   if (touch_->keyframe >= 0) {
     const MapSnapshot::Node* node = map_ ? map_->find(touch_->keyframe) : nullptr;
     samples_.push_back({touch_->keyframe, node ? node->trial : -1, touch_->keyframe_T_frame});
@@ -56,7 +56,7 @@ void LiveScene::place_touch(double now_s) {
     placed_ = TouchPatch{touch_->surface, node->component_T_keyframe * touch_->keyframe_T_frame,
                          map_->gradient_scale.mean()};
     placed_s_ = now_s;
-  } else if (!touching || apart || now_s - placed_s_ > kPatience_s) {
+  } else if (!touching || apart || now_s - placed_s_ > kPatienceS) {
     placed_.reset();
   }
   scene_.set_touch(placed_);

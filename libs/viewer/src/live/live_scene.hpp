@@ -50,7 +50,7 @@ class LiveScene {
   std::vector<Sample> samples_;
 };
 
-inline constexpr int kPictureWidth_px = 640;  ///< more than the panel shows, for large screens
+inline constexpr int kPictureWidthPx = 640;  ///< more than the panel shows, for large screens
 
 /// The camera's picture with the border of the contact drawn over it: what the sensor sees, and what counts
 /// as touched. BGR, `width_px` wide. A picture without a surface (before the background is known) is shown as

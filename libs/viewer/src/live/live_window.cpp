@@ -10,8 +10,8 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kFiguresInterval_s = 0.5;  ///< of what costs more than a glance: stage times, disk
-constexpr double kSideWidth = 298;          // design pixels
+constexpr double kFiguresIntervalS = 0.5;  ///< of what costs more than a glance: stage times, disk
+constexpr double kSideWidth = 298;         // design pixels
 /// Below this the view needs the whole window.
 constexpr double kLeastViewWidth = 480, kLeastSideHeight = 420, kLeastBarWidth = 300;
 
@@ -98,7 +98,7 @@ void LiveWindow::look_at_figures(double now_s) {
                                            ? options_.output_folder
                                            : std::filesystem::path(frame_.status.run_folder);
   set_picture_folder(folder);
-  if (now_s - figures_s_ < kFiguresInterval_s) return;
+  if (now_s - figures_s_ < kFiguresIntervalS) return;
   figures_s_ = now_s;
   frame_.stages = session_.stage_times();
   // The parts of a stage are for report.json.

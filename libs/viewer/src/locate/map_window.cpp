@@ -95,8 +95,8 @@ void MapWindow::show(const std::shared_ptr<const LocatedTouch>& touch) {
   LiveTouch seen;
   seen.image = touch->picture;
   seen.surface = touch->surface;
-  if (!seen.image.empty()) picture_.set(tactile_picture(seen, kPictureWidth_px, bgr_of(theme::kGreen)));
-  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidth_px));
+  if (!seen.image.empty()) picture_.set(tactile_picture(seen, kPictureWidthPx, bgr_of(theme::kGreen)));
+  if (touch->surface) normals_.set(normal_picture(*touch->surface, kPictureWidthPx));
   std::optional<TouchPatch> patch;
   for (const PlaceHypothesis& place : places()) {
     const double opacity = touch->place.status == PlaceStatus::localized

@@ -15,13 +15,13 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kNearest_mm = 0.05F, kFurthest_mm = 1e6F;
+constexpr float kNearestMm = 0.05F, kFurthestMm = 1e6F;
 constexpr float kZoomPerStep = 0.9F;
-constexpr float kFollowTilt_rad = 25.0F * kPi / 180.0F;
+constexpr float kFollowTiltRad = 25.0F * kPi / 180.0F;
 constexpr float kFitMargin = 1.12F;
 
 float tangent_of_half_view() {
-  return std::tan(static_cast<float>(OrbitCamera::vertical_view_deg) * kPi / 360.0F);
+  return std::tan(static_cast<float>(OrbitCamera::kVerticalViewDeg) * kPi / 360.0F);
 }
 
 std::array<Vector3f, 8> corners(const Eigen::AlignedBox3f& box) {
@@ -43,7 +43,7 @@ float share_of_glide(double dt_s, double tau_s) {
 }  // namespace
 
 void OrbitCamera::set_distance_mm(float distance_mm) {
-  if (std::isfinite(distance_mm)) distance_mm_ = std::clamp(distance_mm, kNearest_mm, kFurthest_mm);
+  if (std::isfinite(distance_mm)) distance_mm_ = std::clamp(distance_mm, kNearestMm, kFurthestMm);
 }
 
 Vector3f OrbitCamera::eye_mm() const { return center_mm_ + map_R_camera_ * Vector3f(0, 0, distance_mm_); }
@@ -135,11 +135,11 @@ void OrbitCamera::follow(const Pose& map_T_sensor, double dt_s, double tau_s) {
   const Vector3f looks = -(map_R_camera_ * Vector3f::UnitZ());
   const Vector3f wanted = map_T_sensor.linear().col(2).cast<float>().normalized();
   const float angle = std::atan2(looks.cross(wanted).norm(), looks.dot(wanted));
-  if (angle > kFollowTilt_rad) {
+  if (angle > kFollowTiltRad) {
     Vector3f axis = looks.cross(wanted);
     // From straight behind every axis is as good; the camera's own keeps the picture upright.
     axis = axis.norm() > 1e-4F ? Vector3f(axis.normalized()) : Vector3f(map_R_camera_ * Vector3f::UnitY());
-    goal.map_R_camera_ = (AngleAxisf(angle - kFollowTilt_rad, axis) * map_R_camera_).normalized();
+    goal.map_R_camera_ = (AngleAxisf(angle - kFollowTiltRad, axis) * map_R_camera_).normalized();
   }
   glide_to(goal, dt_s, tau_s);
 }
@@ -156,13 +156,13 @@ Matrix4f OrbitCamera::projection(float aspect, const Eigen::AlignedBox3f& box_mm
   float nearest = 0.5F * distance_mm_, furthest = 2.0F * distance_mm_;
   if (is_usable(box_mm)) {
     const Vector3f eye = eye_mm(), back = map_R_camera_ * Vector3f::UnitZ();
-    nearest = kFurthest_mm, furthest = 0;
+    nearest = kFurthestMm, furthest = 0;
     for (const Vector3f& corner : corners(box_mm)) {
       const float depth = (eye - corner).dot(back);
       nearest = std::min(nearest, depth), furthest = std::max(furthest, depth);
     }
   }
-  furthest = std::max(1.01F * furthest, 2.0F * kNearest_mm);
+  furthest = std::max(1.01F * furthest, 2.0F * kNearestMm);
   nearest = std::max({0.99F * nearest, 2e-4F * furthest, 0.002F * distance_mm_});
   furthest = std::max(furthest, 1.1F * nearest);
   const float f = 1.0F / tangent_of_half_view();

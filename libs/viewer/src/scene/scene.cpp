@@ -22,14 +22,14 @@ using Eigen::Vector3f;
 using Clock = std::chrono::steady_clock;
 
 /// What levels of detail and new colors may take: a part of a frame's time, within limits.
-constexpr double kBudgetShare = 0.4, kLeastBudget_ms = 3, kMostBudget_ms = 100;
-constexpr double kUnlimited_ms = std::numeric_limits<double>::infinity();
+constexpr double kBudgetShare = 0.4, kLeastBudgetMs = 3, kMostBudgetMs = 100;
+constexpr double kUnlimitedMs = std::numeric_limits<double>::infinity();
 constexpr std::size_t kTrianglesForGpu = 1'500'000, kTrianglesForProcessor = 200'000;
 constexpr std::size_t kTrianglesPerPiece = 2000;
 constexpr std::size_t kDistanceSamples = 4000;
 constexpr std::size_t kOutlinePoints = 5000;
-constexpr int kMatcapSide_px = 256;
-constexpr float kTouchLift_mm = 0.25F;  ///< the map below the touch may be so much off before it hides it
+constexpr int kMatcapSidePx = 256;
+constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so much off before it hides it
 constexpr float kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kLeastCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 
@@ -48,10 +48,10 @@ Rgba grid_color(bool light) { return light ? Rgba{120, 125, 135, 90} : Rgba{150,
 }  // namespace
 
 struct Scene::Impl {
-  GlProgram mesh_program{mesh_vertex_shader, mesh_fragment_shader};
-  GlProgram touch_program{touch_vertex_shader, touch_fragment_shader};
-  GlProgram line_program{line_vertex_shader, line_fragment_shader};
-  GlProgram background_program{background_vertex_shader, background_fragment_shader};
+  GlProgram mesh_program{kMeshVertexShader, kMeshFragmentShader};
+  GlProgram touch_program{kTouchVertexShader, kTouchFragmentShader};
+  GlProgram line_program{kLineVertexShader, kLineFragmentShader};
+  GlProgram background_program{kBackgroundVertexShader, kBackgroundFragmentShader};
   GlVertexArray no_vertices;
   GlTexture matcap, color_map;
   SceneColor color_map_for = SceneColor::plain;
@@ -72,12 +72,12 @@ struct Scene::Impl {
   SceneStatistics statistics;
 
   Impl() {
-    const std::vector<std::uint8_t> picture = make_matcap(kMatcapSide_px);
-    fill_texture(matcap, kMatcapSide_px, kMatcapSide_px, picture.data());
+    const std::vector<std::uint8_t> picture = make_matcap(kMatcapSidePx);
+    fill_texture(matcap, kMatcapSidePx, kMatcapSidePx, picture.data());
   }
 
   double budget_ms() const {
-    return std::clamp(kBudgetShare * ms_since(last_draw), kLeastBudget_ms, kMostBudget_ms);
+    return std::clamp(kBudgetShare * ms_since(last_draw), kLeastBudgetMs, kMostBudgetMs);
   }
 
   /// Where the touch is drawn: the place first that its mesh was made for.
@@ -193,7 +193,7 @@ struct Scene::Impl {
     const auto detail_px = style.level_of_detail ? std::optional(style.detail_px) : std::nullopt;
     mesh.prepare(camera, clip_T_map, viewport, detail_px,
                  style.max_triangles > 0 ? style.max_triangles : max_triangles,
-                 details_are_due ? kUnlimited_ms : budget_ms());
+                 details_are_due ? kUnlimitedMs : budget_ms());
     mesh.draw(true);
     // Their numbers are still to come: clay, so that gray means that there is none.
     if (is_by_value(style.color)) mesh_program.set("color_by", static_cast<int>(SceneColor::plain));
@@ -207,7 +207,7 @@ struct Scene::Impl {
   void draw_touch(const OrbitCamera& camera, const Matrix4f& clip_T_camera) {
     touch_program.use();
     touch_program.set("clip_T_camera", clip_T_camera);
-    touch_program.set("lift_mm", kTouchLift_mm);
+    touch_program.set("lift_mm", kTouchLiftMm);
     for (const bool through : {true, false}) {  // ghosts are faint through the object, as lines are
       glDepthFunc(through ? GL_GREATER : GL_LEQUAL);
       glDepthMask(through ? GL_FALSE : GL_TRUE);

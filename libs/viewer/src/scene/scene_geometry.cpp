@@ -11,14 +11,14 @@ namespace {
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-constexpr float kFurthest_mm = 1e6F;
+constexpr float kFurthestMm = 1e6F;
 constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
 
 bool is_drawable(const Mesh& mesh, const Vector3i& triangle) {
   for (const int corner : triangle) {
     if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.vertices_mm.size()) return false;
     // not (a < b) on purpose: it holds for NaN too
-    if (!(mesh.vertices_mm[static_cast<std::size_t>(corner)].cwiseAbs().maxCoeff() < kFurthest_mm) ||
+    if (!(mesh.vertices_mm[static_cast<std::size_t>(corner)].cwiseAbs().maxCoeff() < kFurthestMm) ||
         !mesh.vertices_mm[static_cast<std::size_t>(corner)].allFinite()) {
       return false;
     }
@@ -198,7 +198,7 @@ std::vector<PackedVertex> pack(const DrawableMesh& mesh, const std::vector<float
                  signed_10_bits(n.x()) | signed_10_bits(n.y()) << 10 | signed_10_bits(n.z()) << 20,
                  Eigen::half(mesh.curvature[i]).x,
                  Eigen::half(mesh.confidence[i]).x,
-                 values.empty() ? no_value : values[i]};
+                 values.empty() ? kNoValue : values[i]};
   }
   return packed;
 }

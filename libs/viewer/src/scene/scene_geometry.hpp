@@ -32,14 +32,14 @@ std::vector<DrawableMesh> split(const DrawableMesh& mesh, std::size_t triangles_
 
 /// The value of a vertex that has none: drawn gray. Far below all others, so that blends with it are gray
 /// too.
-inline constexpr float no_value = -1e30F;
+inline constexpr float kNoValue = -1e30F;
 
 /// As it lies in the GPU's buffer: 24 bytes.
 struct PackedVertex {
   float position_mm[3];
   std::uint32_t normal;                 ///< 10 bits each, signed
   std::uint16_t curvature, confidence;  ///< half floats
-  float value;                          ///< what colors by number show; or no_value
+  float value;                          ///< what colors by number show; or kNoValue
 };
 
 /// `values` is empty (no value) or as long as the vertices.

@@ -46,7 +46,7 @@ using Eigen::Vector3f;
 
 constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255}, kCoverageDot{255, 196, 60, 255};
 constexpr Rgba kOdometry{150, 158, 170, 230}, kLoop{70, 214, 130, 200}, kOutlier{255, 60, 60, 255};
-constexpr float kAxis_mm = 1.0F;
+constexpr float kAxisMm = 1.0F;
 constexpr int kMaxGridLines = 200;
 
 bool is_finite(const Pose& pose) { return pose.matrix().allFinite(); }
@@ -54,7 +54,7 @@ bool is_finite(const Pose& pose) { return pose.matrix().allFinite(); }
 /// The middle of what a keyframe touches, lifted out of the object; the sensor's middle where nothing
 /// touches.
 Vector3f anchor(const Pose& map_T_sensor) {
-  return (map_T_sensor * Eigen::Vector3d(0, 0, -kHover_mm)).cast<float>();
+  return (map_T_sensor * Eigen::Vector3d(0, 0, -kHoverMm)).cast<float>();
 }
 
 bool is_shown(const MapSnapshot& map, const MapSnapshot::Node& node) {
@@ -83,7 +83,7 @@ std::vector<SceneLine> keyframe_lines(const MapSnapshot& map, const std::vector<
     const Vector3f from = anchor(node.component_T_keyframe);
     for (int axis = 0; axis < 3; ++axis) {
       const Vector3f direction = node.component_T_keyframe.linear().col(axis).cast<float>();
-      lines.push_back({from, from + kAxis_mm * direction, axis_colors[axis], 1.5F});
+      lines.push_back({from, from + kAxisMm * direction, axis_colors[axis], 1.5F});
     }
     lines.push_back({from, from, covers ? kCoverageDot : kDot, covers ? 9.0F : 6.0F});
   }

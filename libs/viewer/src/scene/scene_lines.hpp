@@ -35,7 +35,7 @@ class SceneLines {
 };
 
 /// Lines of the map are drawn this far outside the touched surface, else the object would hide them.
-inline constexpr double kHover_mm = 0.8;
+inline constexpr double kHoverMm = 0.8;
 
 std::vector<SceneLine> trajectory_lines(const std::vector<std::vector<Pose>>& map_T_sensor);
 /// A dot and short axes (x red, y green, z blue) per keyframe; `coverage` ones are larger.

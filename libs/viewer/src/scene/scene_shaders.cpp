@@ -2,7 +2,7 @@
 
 namespace gelslam::viewer::detail {
 
-const char* const mesh_vertex_shader = R"(#version 330 core
+const char* const kMeshVertexShader = R"(#version 330 core
 layout(location = 0) in vec3 position_m;
 layout(location = 1) in vec4 normal_m;
 layout(location = 2) in vec2 curvature_confidence;
@@ -23,7 +23,7 @@ void main() {
 }
 )";
 
-const char* const mesh_fragment_shader = R"(#version 330 core
+const char* const kMeshFragmentShader = R"(#version 330 core
 in vec3 position_c, normal_c;
 in float curvature, number;
 flat in float label;
@@ -78,7 +78,7 @@ void main() {
 }
 )";
 
-const char* const touch_vertex_shader = R"(#version 330 core
+const char* const kTouchVertexShader = R"(#version 330 core
 layout(location = 0) in vec3 position_m;
 layout(location = 1) in vec3 normal_m;
 layout(location = 2) in float inside_in;
@@ -95,7 +95,7 @@ void main() {
 }
 )";
 
-const char* const touch_fragment_shader = R"(#version 330 core
+const char* const kTouchFragmentShader = R"(#version 330 core
 in vec3 position_c, normal_c;
 in float inside;
 uniform float opacity;
@@ -111,7 +111,7 @@ void main() {
 }
 )";
 
-const char* const line_vertex_shader = R"(#version 330 core
+const char* const kLineVertexShader = R"(#version 330 core
 layout(location = 0) in vec3 from_m;
 layout(location = 1) in vec3 to_m;
 layout(location = 2) in vec4 rgba;
@@ -143,7 +143,7 @@ void main() {
 }
 )";
 
-const char* const line_fragment_shader = R"(#version 330 core
+const char* const kLineFragmentShader = R"(#version 330 core
 flat in vec4 line_color;
 flat in float half_width_px, length_px;
 in vec2 along_across_px;
@@ -158,7 +158,7 @@ void main() {
 }
 )";
 
-const char* const background_vertex_shader = R"(#version 330 core
+const char* const kBackgroundVertexShader = R"(#version 330 core
 out vec2 place;
 void main() {
   place = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
@@ -166,7 +166,7 @@ void main() {
 }
 )";
 
-const char* const background_fragment_shader = R"(#version 330 core
+const char* const kBackgroundFragmentShader = R"(#version 330 core
 in vec2 place;
 uniform vec3 top, bottom;
 out vec4 color;

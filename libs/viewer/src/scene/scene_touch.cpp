@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr int kFewPixels = 3000;
-constexpr float kBorder_px = 7;
+constexpr float kBorderPx = 7;
 
 bool is_usable(const Surface& surface) {
   const cv::Size size = surface.contact.size();
@@ -42,7 +42,7 @@ TouchMesh make_touch_mesh(const TouchPatch& touch) {
       mesh.vertices.push_back(
           {(touch.map_T_sensor * p).cast<float>(),
            (touch.map_T_sensor.linear() * -Vector3d(n[0], n[1], n[2] * gain)).cast<float>(),
-           std::min(1.0F, to_border(v, u) / kBorder_px)});
+           std::min(1.0F, to_border(v, u) / kBorderPx)});
     }
   }
   const auto add = [&](int a, int b, int c) {

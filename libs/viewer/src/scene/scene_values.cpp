@@ -33,9 +33,9 @@ float round_limit_mm(std::vector<float> distance_mm) {
 }
 
 std::vector<float> drawable_values(std::vector<float> distance_mm, std::size_t vertices) {
-  distance_mm.resize(vertices, no_value);
+  distance_mm.resize(vertices, kNoValue);
   for (float& d : distance_mm) {
-    if (!std::isfinite(d)) d = no_value;
+    if (!std::isfinite(d)) d = kNoValue;
   }
   return distance_mm;
 }
@@ -59,7 +59,7 @@ std::array<float, 2> KeyframePlaces::range() const {
 std::vector<float> KeyframePlaces::best(const DrawableMesh& piece) const {
   if (piece.keyframe.size() == piece.vertices_mm.size())
     return {piece.keyframe.begin(), piece.keyframe.end()};
-  std::vector<float> values(piece.vertices_mm.size(), no_value);
+  std::vector<float> values(piece.vertices_mm.size(), kNoValue);
   for (std::size_t i = 0; i < values.size(); ++i) {
     float best = std::numeric_limits<float>::infinity();
     for (const Place& place : places_) {

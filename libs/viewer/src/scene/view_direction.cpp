@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 
 constexpr int kDirections = 200;
 constexpr std::size_t kMostTriangles = 20000;
-constexpr float kTurn_rad = 0.22F, kTilt_rad = 0.28F;
+constexpr float kTurnRad = 0.22F, kTiltRad = 0.28F;
 
 /// Normals times area, and moments of the area, of some thousand triangles.
 struct Area {
@@ -76,7 +76,7 @@ void look_at_broad_side(const Mesh& mesh, OrbitCamera& camera) {
   const Vector3f back = outward.cast<float>();
   camera.look_along(-back, back.cross(lying.cast<float>()));
   const Viewport half_turn_high{0, 0, 1, 1};
-  camera.orbit(Eigen::Vector2f(kTurn_rad, kTilt_rad) / std::numbers::pi_v<float>, half_turn_high);
+  camera.orbit(Eigen::Vector2f(kTurnRad, kTiltRad) / std::numbers::pi_v<float>, half_turn_high);
 }
 
 }  // namespace gelslam::viewer::detail

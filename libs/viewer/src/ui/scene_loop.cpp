@@ -9,8 +9,8 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kDoubleClick_s = 0.35;
-constexpr float kDoubleClick_px = 6;
+constexpr double kDoubleClickS = 0.35;
+constexpr float kDoubleClickPx = 6;
 constexpr double kMargin = 18;  // design pixels
 constexpr Color kMeasure = theme::rgb(255, 220, 90);
 
@@ -82,7 +82,7 @@ void SceneLoop::pressed(int button, const Eigen::Vector2f& at_px, double now_s) 
   last_px_ = at_px;
   dragged_ = false;
   if (button != GLFW_MOUSE_BUTTON_LEFT) return;
-  const bool twice = now_s - pressed_s_ < kDoubleClick_s && (at_px - pressed_px_).norm() < kDoubleClick_px;
+  const bool twice = now_s - pressed_s_ < kDoubleClickS && (at_px - pressed_px_).norm() < kDoubleClickPx;
   pressed_s_ = now_s;
   pressed_px_ = at_px;
   if (!twice || scene_controls().measures()) return;
@@ -99,7 +99,7 @@ void SceneLoop::moved(const Eigen::Vector2f& to_px) {
   const Eigen::Vector2f movement = to_px - last_px_;
   last_px_ = to_px;
   if (!drag_button_ || movement.isZero()) return;
-  dragged_ = dragged_ || (to_px - pressed_px_).norm() >= kDoubleClick_px;
+  dragged_ = dragged_ || (to_px - pressed_px_).norm() >= kDoubleClickPx;
   glide_ = Glide::none;
   scene_controls().set_follows(false);
   if (*drag_button_ == GLFW_MOUSE_BUTTON_LEFT)

@@ -17,7 +17,7 @@ namespace gelslam::viewer::detail {
 namespace {
 
 constexpr std::size_t kMaxBytes = 1 << 20;
-constexpr double kUsualPatience_s = 60;
+constexpr double kUsualPatienceS = 60;
 
 const std::map<std::string, ScriptVerb, std::less<>> kVerbs = {{"wait", ScriptVerb::wait},
                                                                {"key", ScriptVerb::key},
@@ -155,7 +155,7 @@ ScriptCommand parse_command(LineReader& reader, int line) {
     }
     case ScriptVerb::until: {
       command.text = reader.choice("state", kStates);
-      command.x = reader.done() ? kUsualPatience_s : reader.number("a time in seconds", 0, 86400);
+      command.x = reader.done() ? kUsualPatienceS : reader.number("a time in seconds", 0, 86400);
       break;
     }
     case ScriptVerb::resize:
@@ -190,7 +190,7 @@ std::vector<ScriptCommand> parse_script(const std::string& text, const std::stri
 namespace {
 
 constexpr int kDragSteps = 8;
-constexpr double kButtonPatience_s = 5;  // for a button that is yet to appear
+constexpr double kButtonPatienceS = 5;  // for a button that is yet to appear
 
 InputEvent pointer_at(double x, double y) { return {InputEvent::Kind::pointer, 0, false, x, y}; }
 
@@ -232,7 +232,7 @@ bool ScriptPlayer::begin(const ScriptCommand& command, const Window& window, Win
       return true;
     case ScriptVerb::click:
       click(command, window);
-      if (pending_.empty() && waited_s > kButtonPatience_s)
+      if (pending_.empty() && waited_s > kButtonPatienceS)
         fail(command, "'" + command.text + "' is nowhere in the window");
       return !pending_.empty();
     case ScriptVerb::move:

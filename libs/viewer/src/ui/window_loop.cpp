@@ -11,7 +11,7 @@
 namespace gelslam::viewer {
 namespace {
 
-constexpr double kFrame_s = 1.0 / 60;
+constexpr double kFrameS = 1.0 / 60;
 
 double clock_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -36,7 +36,7 @@ void WindowLoop::run() {
       host_.wait(0);
     } else if (drew || draw_next_ || !player_->done()) {
       // Without a graphics card a picture takes long; then at least half of the time belongs to the others.
-      host_.wait(std::max(kFrame_s - took_s, options_.yields ? std::min(took_s, 0.1) : 0.001));
+      host_.wait(std::max(kFrameS - took_s, options_.yields ? std::min(took_s, 0.1) : 0.001));
     } else {
       host_.wait(options_.poll_s);
     }

@@ -14,7 +14,7 @@ namespace gelslam {
 /// left.
 class PressCoverage {
  public:
-  static constexpr int side = 3;
+  static constexpr int kSide = 3;
 
   /// `wanted` presses in all, at least nine; each zone wants a ninth of them (rounded down), the rest may lie
   /// anywhere.
@@ -39,7 +39,7 @@ class PressCoverage {
 
   cv::Size picture_;
   int wanted_;
-  std::array<int, side * side> taken_{};
+  std::array<int, kSide * kSide> taken_{};
 };
 
 /// Names of the zones, in their order: "upper left", "top", ...

@@ -32,10 +32,10 @@ struct SlopeSums {
 
 /// The same by place and by steepness.
 struct SlopeStatistics {
-  static constexpr std::array<double, 6> slope_limits = {0.05, 0.1, 0.2, 0.3, 0.4, 0.6};
+  static constexpr std::array<double, 6> kSlopeLimits = {0.05, 0.1, 0.2, 0.3, 0.4, 0.6};
   SlopeSums all;
   std::array<SlopeSums, 9> ninths;                      ///< of the gel, row by row
-  std::array<SlopeSums, slope_limits.size()> by_slope;  ///< steepness up to each limit
+  std::array<SlopeSums, kSlopeLimits.size()> by_slope;  ///< steepness up to each limit
 
   void add(const SlopeStatistics& other);
 };

@@ -21,7 +21,7 @@ struct StageStatistics {
 /// bounded by the number of stages. Thread-safe.
 class StageTimer {
  public:
-  static constexpr std::size_t kept_samples = 4096;  ///< per stage, for the median: newest 164 s at 25 Hz
+  static constexpr std::size_t kKeptSamples = 4096;  ///< per stage, for the median: newest 164 s at 25 Hz
 
   /// Adds the time from its construction to its destruction.
   class Scope {
@@ -49,7 +49,7 @@ class StageTimer {
     std::size_t order = 0;
     std::int64_t count = 0;
     double max_ms = 0, total_ms = 0;
-    std::vector<float> newest_ms;  // a ring once it holds kept_samples
+    std::vector<float> newest_ms;  // a ring once it holds kKeptSamples
   };
   mutable std::mutex mutex_;
   std::map<std::string, Stage, std::less<>> stages_;

@@ -9,7 +9,7 @@ namespace gelslam {
 
 /// Vertices further from the origin are refused: beyond it single precision no longer tells near triangles
 /// apart, and a wrong unit is the likely reason.
-inline constexpr double kFurthestVertex_mm = 10e3;
+inline constexpr double kFurthestVertexMm = 10e3;
 
 struct ClosestPoint {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();

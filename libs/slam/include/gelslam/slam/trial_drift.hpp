@@ -47,7 +47,7 @@ class HiddenMotions {
   std::string words() const;
 
  private:
-  static constexpr double kLasting_s = 0.5;
+  static constexpr double kLastingS = 0.5;
 
   int trial_ = -1;
   std::array<bool, 6> observable_{};  ///< as said

@@ -20,9 +20,9 @@ struct CalibrationRecord {
   int presses = 0;                   ///< used for training
   std::vector<double> diameters_mm;  ///< of the balls
   std::uint64_t seed = 0;
-  cv::Mat3f background_cells;  ///< mean BGR of the bare gel in background_grid cells, gray levels
+  cv::Mat3f background_cells;  ///< mean BGR of the bare gel in kBackgroundGrid cells, gray levels
 };
-inline const cv::Size background_grid{20, 15};
+inline const cv::Size kBackgroundGrid{20, 15};
 
 /// The bare gel as a record keeps it: means of 20x15 cells. `background` must be at least that large.
 cv::Mat3f background_cells(const cv::Mat3b& background);

@@ -47,9 +47,9 @@ class GlContext {
 /// context.
 class RenderTarget {
  public:
-  static constexpr int max_side_px = 8192;
+  static constexpr int kMaxSidePx = 8192;
 
-  /// Throws Error when a side is not within 1 to max_side_px or the driver has no memory for it.
+  /// Throws Error when a side is not within 1 to kMaxSidePx or the driver has no memory for it.
   RenderTarget(int width_px, int height_px, int samples = 4);
   ~RenderTarget();
   RenderTarget(const RenderTarget&) = delete;

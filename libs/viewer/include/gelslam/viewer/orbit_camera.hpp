@@ -27,7 +27,7 @@ struct PickRay {
 /// It starts at the map's outside view: looking along the sensor's +z with image y down, as the sensor does.
 class OrbitCamera {
  public:
-  static constexpr double vertical_view_deg = 35;
+  static constexpr double kVerticalViewDeg = 35;
 
   void orbit(const Eigen::Vector2f& movement_px, const Viewport& viewport);
   /// The point in the center's plane that was under the cursor stays under it.
