@@ -1,5 +1,6 @@
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -27,21 +28,21 @@ struct CheckArguments {
 
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json gains_to_json(const ModelCheck& check) {
+Json scales_to_json(const ModelCheck& check) {
   Json ninths = Json::array(), slopes = Json::array();
-  for (const SlopeSums& ninth : check.gains.ninths)
-    ninths.push_back({{"gain_x", finite(ninth.gain_x())},
-                      {"gain_y", finite(ninth.gain_y())},
+  for (const SlopeSums& ninth : check.scales.ninths)
+    ninths.push_back({{"gain_x", finite(ninth.scale_x())},
+                      {"gain_y", finite(ninth.scale_y())},
                       {"error_over_sigma", finite(ninth.z())},
                       {"pixels", ninth.pixels}});
-  for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k)
+  for (std::size_t k = 0; k < check.scales.by_slope.size(); ++k)
     slopes.push_back({{"slope_to", SlopeStatistics::kSlopeLimits[k]},
-                      {"gain", finite(check.gains.by_slope[k].gain())},
+                      {"gain", finite(check.scales.by_slope[k].scale())},
                       {"error_deg", finite(check.errors.by_slope[k].mean_abs_error_deg())},
-                      {"error_over_sigma", finite(check.gains.by_slope[k].z())},
-                      {"pixels", check.gains.by_slope[k].pixels}});
-  return {{"x", finite(check.gains.all.gain_x())},
-          {"y", finite(check.gains.all.gain_y())},
+                      {"error_over_sigma", finite(check.scales.by_slope[k].z())},
+                      {"pixels", check.scales.by_slope[k].pixels}});
+  return {{"x", finite(check.scales.all.scale_x())},
+          {"y", finite(check.scales.all.scale_y())},
           {"ninths", std::move(ninths)},
           {"by_slope", std::move(slopes)}};
 }
@@ -50,7 +51,7 @@ Json to_json(const ModelCheck& check, const PressSet& set, const BallZones& zone
   Json json = {{"verdict", verdict_name(check.verdict)},
                {"reasons", check.reasons},
                {"slope_error_deg", finite(check.errors.all.mean_abs_error_deg())},
-               {"gain", gains_to_json(check)},
+               {"gain", scales_to_json(check)},
                {"balls", Json::array()},
                {"presses", Json::array()},
                {"left_out", Json::array()}};
@@ -59,7 +60,7 @@ Json to_json(const ModelCheck& check, const PressSet& set, const BallZones& zone
                              {"presses", ball.presses},
                              {"median_radius_mm", ball.median_radius_mm},
                              {"radius_error_percent", 100.0 * ball.radius_error()},
-                             {"gain", finite(ball.gain)}});
+                             {"gain", finite(ball.scale)}});
   for (const PressCheck& press : check.presses)
     json["presses"].push_back({{"name", set.presses[press.zone.press].name},
                                {"diameter_mm", set.presses[press.zone.press].diameter_mm},
@@ -73,38 +74,39 @@ Json to_json(const ModelCheck& check, const PressSet& set, const BallZones& zone
 }
 
 void print_for_people(const ModelCheck& check) {
-  std::printf("%s\n", verdict_name(check.verdict));
-  for (const std::string& reason : check.reasons) std::printf("  %s\n", reason.c_str());
-  std::printf("slope error %.2f degrees on %zu presses; gradient scale (read over true) x %.3f, y %.3f\n",
-              check.errors.all.mean_abs_error_deg(), check.presses.size(), check.gains.all.gain_x(),
-              check.gains.all.gain_y());
-  std::printf("gain by steepness:");
+  fmt::print("{}\n", verdict_name(check.verdict));
+  for (const std::string& reason : check.reasons) fmt::print("  {}\n", reason);
+  fmt::print("slope error {:.2f} degrees on {} presses; gradient scale (read over true) x {:.3f}, y {:.3f}\n",
+             check.errors.all.mean_abs_error_deg(), check.presses.size(), check.scales.all.scale_x(),
+             check.scales.all.scale_y());
+  fmt::print("gradient scale by steepness:");
   double from = 0.0;
-  for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k) {
+  for (std::size_t k = 0; k < check.scales.by_slope.size(); ++k) {
     const double to = SlopeStatistics::kSlopeLimits[k];
-    if (check.gains.by_slope[k].pixels > 0.0)
-      std::printf("  %.2f-%.2f: %.3f", from, to, check.gains.by_slope[k].gain());
+    if (check.scales.by_slope[k].pixels > 0.0)
+      fmt::print("  {:.2f}-{:.2f}: {:.3f}", from, to, check.scales.by_slope[k].scale());
     from = to;
   }
-  std::printf("\ngain by place (x/y):\n");
+  fmt::print("\ngradient scale by place (x/y):\n");
   for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums& ninth = check.gains.ninths[k];
-    std::printf(ninth.pixels > 0.0 ? "  %.3f/%.3f" : "  no press   ", ninth.gain_x(), ninth.gain_y());
-    if (k % 3 == 2) std::printf("\n");
+    const SlopeSums& ninth = check.scales.ninths[k];
+    ninth.pixels > 0.0 ? fmt::print("  {:.3f}/{:.3f}", ninth.scale_x(), ninth.scale_y())
+                       : fmt::print("  no press   ");
+    if (k % 3 == 2) fmt::print("\n");
   }
-  std::printf("error over stated sigma (1: honest) by place:\n");
+  fmt::print("error over stated sigma (1: honest) by place:\n");
   for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums& ninth = check.gains.ninths[k];
-    std::printf(ninth.pixels > 0.0 ? "  %.2f" : "  no press", ninth.z());
-    if (k % 3 == 2) std::printf("\n");
+    const SlopeSums& ninth = check.scales.ninths[k];
+    ninth.pixels > 0.0 ? fmt::print("  {:.2f}", ninth.z()) : fmt::print("  no press");
+    if (k % 3 == 2) fmt::print("\n");
   }
-  std::printf("by steepness:");
-  for (const SlopeSums& slopes : check.gains.by_slope)
-    if (slopes.pixels > 0.0) std::printf("  %.2f", slopes.z());
-  std::printf("\n");
+  fmt::print("by steepness:");
+  for (const SlopeSums& slopes : check.scales.by_slope)
+    if (slopes.pixels > 0.0) fmt::print("  {:.2f}", slopes.z());
+  fmt::print("\n");
   for (const DiameterCheck& ball : check.diameters)
-    std::printf("ball of %.2f mm: median radius %.3f mm (%+.1f %%) over %zu presses\n", ball.diameter_mm,
-                ball.median_radius_mm, 100.0 * ball.radius_error(), ball.presses);
+    fmt::print("ball of {:.2f} mm: median radius {:.3f} mm ({:+.1f} %) over {} presses\n", ball.diameter_mm,
+               ball.median_radius_mm, 100.0 * ball.radius_error(), ball.presses);
 }
 
 /// A picture whose red and blue have changed places since the model was trained.

@@ -1,5 +1,6 @@
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <opencv2/imgproc.hpp>
@@ -77,8 +78,8 @@ void compare_with_labels(const PressSet& set, const std::vector<FoundCircle>& fo
     radii.push_back(std::abs(found[k].circle.radius_px - label->radius_px));
   }
   if (!centers.empty())
-    std::printf("%zu labels were there; median distance of the centers %.1f px, of the radii %.1f px\n",
-                centers.size(), median(centers), median(radii));
+    fmt::print("{} labels were there; median distance of the centers {:.1f} px, of the radii {:.1f} px\n",
+               centers.size(), median(centers), median(radii));
 }
 
 const char* said_of(const CalibrationPress& press) {
@@ -127,7 +128,7 @@ int label_in_window(const LabelArguments& arguments, PressSet set, std::vector<F
 int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
                       const std::vector<FoundCircle>& found) {
   std::size_t unclear = 0, written = 0, kept = 0;
-  std::printf("%-16s %8s %8s %8s %11s\n", "press", "u px", "v px", "radius", "confidence");
+  fmt::print("{:<16} {:>8} {:>8} {:>8} {:>11}\n", "press", "u px", "v px", "radius", "confidence");
   for (std::size_t k = 0; k < found.size(); ++k) {
     const CalibrationPress& press = set.presses[k];
     const bool keep = (press.label || press.left_out) && !arguments.overwrite;
@@ -135,11 +136,11 @@ int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
     if (const std::string& problem = press.problem.empty() ? found[k].problem : press.problem;
         !problem.empty()) {
       ++unclear;
-      std::printf("%-16s %s%s\n", press.name.c_str(), problem.c_str(), said_of(press));
+      fmt::print("{:<16} {}{}\n", press.name, problem, said_of(press));
       continue;
     }
-    std::printf("%-16s %8.1f %8.1f %8.1f %11.2f%s\n", press.name.c_str(), circle.u_px, circle.v_px,
-                circle.radius_px, found[k].confidence, keep ? said_of(press) : "");
+    fmt::print("{:<16} {:8.1f} {:8.1f} {:8.1f} {:11.2f}{}\n", press.name, circle.u_px, circle.v_px,
+               circle.radius_px, found[k].confidence, keep ? said_of(press) : "");
     kept += keep ? 1 : 0;
     if (!arguments.accept || keep) continue;
     write_decision(set.folder / press.name, circle, false);

@@ -40,11 +40,11 @@ std::string square_words(bool square) {
 /// Prints what the patterns say; true when the configuration says about the same.
 bool print_pattern_pitch(const PixelPitch& pitch, double configured_mm) {
   if (pitch.both_axes) {
-    std::printf("pitch: x %.5f +- %.5f, y %.5f +- %.5f mm per pixel\n", pitch.x_mm, pitch.x_uncertainty_mm,
-                pitch.y_mm, pitch.y_uncertainty_mm);
+    fmt::print("pitch: x {:.5f} +- {:.5f}, y {:.5f} +- {:.5f} mm per pixel\n", pitch.x_mm,
+               pitch.x_uncertainty_mm, pitch.y_mm, pitch.y_uncertainty_mm);
   } else {
-    std::printf(
-        "pitch: %.5f +- %.5f mm per pixel along the pattern; turn it by 90 degrees for the other axis\n",
+    fmt::print(
+        "pitch: {:.5f} +- {:.5f} mm per pixel along the pattern; turn it by 90 degrees for the other axis\n",
         pitch.x_mm, pitch.x_uncertainty_mm);
   }
   const double mean_mm = std::sqrt(pitch.x_mm * pitch.y_mm), y_over_x = pitch.y_mm / pitch.x_mm;
@@ -53,14 +53,14 @@ bool print_pattern_pitch(const PixelPitch& pitch, double configured_mm) {
   const bool square = !pitch.both_axes || pixels_are_square(y_over_x, uncertainty);
   const bool as_configured = std::abs(mean_mm / configured_mm - 1.0) <= kMostPitchError;
   if (pitch.both_axes)
-    std::printf("pixels are %.3f +- %.3f times as high as wide%s\n", y_over_x, uncertainty,
-                square_words(square).c_str());
+    fmt::print("pixels are {:.3f} +- {:.3f} times as high as wide{}\n", y_over_x, uncertainty,
+               square_words(square));
   if (as_configured)
-    std::printf("that is the %.5f of the configuration, within %.0f %%\n", configured_mm,
-                100.0 * kMostPitchError);
+    fmt::print("that is the {:.5f} of the configuration, within {:.0f} %\n", configured_mm,
+               100.0 * kMostPitchError);
   else
-    std::printf("the configuration says %.5f: write ppmm: %.5f, and calibrate again\n", configured_mm,
-                mean_mm);
+    fmt::print("the configuration says {:.5f}: write ppmm: {:.5f}, and calibrate again\n", configured_mm,
+               mean_mm);
   return square && as_configured;
 }
 
@@ -79,8 +79,8 @@ PatternWave wave_in(const fs::path& path, const cv::Mat3b& background, const Sen
             "it in evenly, at least four periods of it, and give --pitch if the "
             "configuration's is far off",
             period_mm, 0.8 * period_px, 1.25 * period_px));
-  std::printf("%s: %.3f pixels per period (halves of the picture differ by %.2f %%)\n", path.string().c_str(),
-              wave->period_px(), 200.0 * wave->uncertainty);
+  fmt::print("{}: {:.3f} pixels per period (halves of the picture differ by {:.2f} %)\n", path.string(),
+             wave->period_px(), 200.0 * wave->uncertainty);
   return *wave;
 }
 
@@ -106,13 +106,13 @@ bool measure_balls(PressOptions& options) {
   const BallZones zones = find_zones_for_people(set, options, true, *progress, interrupt);
   const auto aspect = aspect_from_balls(set, zones.zones, options.pitch_mm);
   if (!aspect) {
-    std::printf("pixel aspect: too few presses lie whole in the picture (five are needed)\n");
+    fmt::print("pixel aspect: too few presses lie whole in the picture (five are needed)\n");
     return false;
   }
   const bool square = pixels_are_square(aspect->y_over_x, aspect->uncertainty);
-  std::printf("pixels are %.3f +- %.3f times as high as wide, by the round contacts of %zu presses%s\n",
-              aspect->y_over_x, aspect->uncertainty, aspect->presses, square_words(square).c_str());
-  std::printf(
+  fmt::print("pixels are {:.3f} +- {:.3f} times as high as wide, by the round contacts of {} presses{}\n",
+             aspect->y_over_x, aspect->uncertainty, aspect->presses, square_words(square));
+  fmt::print(
       "balls do not show the pitch itself: press in something of known period (--pattern, --period)\n");
   return square;
 }

@@ -1,4 +1,5 @@
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <iostream>
 #include <memory>
 
@@ -35,12 +36,12 @@ int run_train(TrainArguments arguments) {
   const ModelCheck& check = calibration.check;
   write_calibration(arguments.output, calibration);
   if (!arguments.pth.empty()) write_pth_model(arguments.pth, calibration.file.model);
-  std::printf("trained on %zu presses; on these: slope error %.2f degrees, gain x %.3f y %.3f",
-              check.presses.size(), check.errors.all.mean_abs_error_deg(), check.gains.all.gain_x(),
-              check.gains.all.gain_y());
+  fmt::print("trained on {} presses; on these: slope error {:.2f} degrees, gradient scale x {:.3f} y {:.3f}",
+             check.presses.size(), check.errors.all.mean_abs_error_deg(), check.scales.all.scale_x(),
+             check.scales.all.scale_y());
   for (const DiameterCheck& ball : check.diameters)
-    std::printf(", %.2f mm ball %+.1f %%", ball.diameter_mm, 100.0 * ball.radius_error());
-  std::printf("\n");
+    fmt::print(", {:.2f} mm ball {:+.1f} %", ball.diameter_mm, 100.0 * ball.radius_error());
+  fmt::print("\n");
   if (check.diameters.size() == 1)
     std::cerr
         << "note: presses of one ball cannot show whether its diameter is right: press a second size too, "

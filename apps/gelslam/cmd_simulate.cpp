@@ -62,9 +62,9 @@ void spread_seed(SimulateArguments& arguments) {
 void calibrate_into(const std::filesystem::path& folder, const SimulateArguments& arguments,
                     ProgressSink& progress) {
   refuse_to_replace(folder / "catalog.csv", arguments.overwrite);
-  const HeldOutGain gain = write_calibration_folder(folder, arguments.calibration, progress);
-  std::cerr << std::fixed << std::setprecision(3) << "gradient scale on presses not trained on: x " << gain.x
-            << ", y " << gain.y << "; mean error " << std::setprecision(2) << gain.mean_error_deg
+  const HeldOutScale scale = write_calibration_folder(folder, arguments.calibration, progress);
+  std::cerr << std::fixed << std::setprecision(3) << "gradient scale on presses not trained on: x " << scale.x
+            << ", y " << scale.y << "; mean error " << std::setprecision(2) << scale.mean_error_deg
             << " degrees\n";
 }
 

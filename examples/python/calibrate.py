@@ -16,6 +16,6 @@ result = gelslam.calibrate(arguments.presses, arguments.output, steps=arguments.
 for press in result.left_out:
     print("left out:", press)
 print(f"{result.verdict}: {result.presses} presses, slopes are off by {result.slope_error_deg:.2f} degrees, "
-      f"gain x {result.gain[0]:.3f} y {result.gain[1]:.3f}")
+      f"gradient scale x {result.gradient_scale[0]:.3f} y {result.gradient_scale[1]:.3f}")
 for reason in result.reasons:
     print("note:", reason)

@@ -37,6 +37,11 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
   return result;
 }
 
+py::tuple gradient_scale(const PythonCalibration& calibration) {
+  const SlopeSums& all = calibration.check.scales.all;
+  return py::make_tuple(all.scale_x(), all.scale_y());
+}
+
 }  // namespace
 
 void bind_calibration(py::module_& module) {
@@ -52,12 +57,8 @@ void bind_calibration(py::module_& module) {
           "slope_error_deg",
           [](const PythonCalibration& self) { return self.check.errors.all.mean_abs_error_deg(); },
           "Mean absolute error of the slopes, degrees.")
-      .def_property_readonly(
-          "gain",
-          [](const PythonCalibration& self) {
-            return py::make_tuple(self.check.gains.all.gain_x(), self.check.gains.all.gain_y());
-          },
-          "Read over true slope along x and y.")
+      .def_property_readonly("gradient_scale", gradient_scale, "Read over true slope along x and y.")
+      .def_property_readonly("gain", gradient_scale, "The old name of gradient_scale.")
       .def_property_readonly(
           "presses", [](const PythonCalibration& self) { return self.check.presses.size(); },
           "Number of presses that were used.")

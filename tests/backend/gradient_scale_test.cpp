@@ -23,8 +23,8 @@ ScaleSolution solve(const Graph& graph, double sigma = 0.1) {
 TEST(PoseGraphGradientScale, IsRecoveredFromOneLoopAtAFullTurn) {
   const Graph graph = roll_of_400_degrees({1.05, 1.05}, true);
   const auto [solution, scale] = solve(graph);
-  // The roll is about one axis and tells one gain; the prior (1 +- 0.1) pulls by half a sigma against a turn
-  // measured to 0.02 rad in 6.3, a pull of (0.003/0.1)^2. The other gain is told by nothing but its half of
+  // The roll is about one axis and tells one scale; the prior (1 +- 0.1) pulls by half a sigma against a turn
+  // measured to 0.02 rad in 6.3, a pull of (0.003/0.1)^2. The other scale is told by nothing but its half of
   // tz's.
   const double told = std::max(scale.x, scale.y);
   EXPECT_NEAR(told, 1.05, 0.001);
@@ -51,7 +51,7 @@ TEST(PoseGraphGradientScale, DiffersAlongTheTwoAxesAndALoopTurnedByHalfATwistIsN
   }
   for (int i = 0; i + 1 < 30; ++i) graph.join(i, i + 1, EdgeKind::odometry);
   for (int i = 0; i < 3; ++i) graph.join(i, 27 + i, EdgeKind::loop);
-  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_gain(edge.from_T_to, {1.06, 0.98});
+  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_scale(edge.from_T_to, {1.06, 0.98});
   const auto [solution, scale] = solve(graph, 1.0);
   // The edges are linear in the factors: what is left is of second order, and free to move by the prior.
   EXPECT_NEAR(scale.x, 1.06, 5e-4);
@@ -63,7 +63,7 @@ TEST(PoseGraphGradientScale, DiffersAlongTheTwoAxesAndALoopTurnedByHalfATwistIsN
 TEST(PoseGraphGradientScale, SlopesThatMixTheAxesAreFoundAsWell) {
   Graph graph = roll_of_400_degrees({1.0, 1.0}, true);
   const ReadOverTrue mixed{1.02, 1.02, 0.03, -0.02};
-  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_gain(edge.from_T_to, mixed);
+  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_scale(edge.from_T_to, mixed);
   EXPECT_GT(worst_error(graph.chained(), graph.truth).deg, 5.0);
   EXPECT_LT(worst_error(solve(graph).solution.component_T_node, graph.truth).deg, 1.0);
 }
@@ -108,16 +108,16 @@ TEST(PoseGraphGradientScale, AKnownScaleCorrectsTheEdges) {
 }
 
 TEST(PoseGraphGradientScale, FramesAreLaidOnEachOtherWhereTheyTouch) {
-  const ReadOverTrue gain{1.1, 1.1};
+  const ReadOverTrue scale{1.1, 1.1};
   const Eigen::Vector3d read_center(0.7, -0.4, -0.6);  // touched 0.6 mm below the sensor's origin, as read
   Graph graph = roll_of_400_degrees({1.0, 1.0}, true);
   for (PoseGraphEdge& edge : graph.edges) {
     const Pose motion = edge.from_T_to;
-    edge.from_T_to = with_gain(motion, gain);
+    edge.from_T_to = with_scale(motion, scale);
     Eigen::Vector3d touched = read_center;
-    touched.z() /= gain.mean();
+    touched.z() /= scale.mean();
     Eigen::Vector3d in_from = motion * touched;
-    in_from.z() *= gain.mean();
+    in_from.z() *= scale.mean();
     edge.from_T_to.translation() = in_from - edge.from_T_to.linear() * read_center;
     edge.shared_center_mm = read_center;
   }

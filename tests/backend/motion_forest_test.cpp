@@ -80,10 +80,10 @@ TEST(MotionForest, CovarianceIsThatOfManyDraws) {
     for (int i = 0; i < 6; ++i) EXPECT_NEAR(sampled[k](i, i) / promised[k](i, i), 1.0, 0.4) << k << ' ' << i;
 }
 
-// The same against motions that a sensor with a gain would have read.
+// The same against motions that a sensor with a scale would have read.
 TEST(MotionForest, KnowsWhatAGradientScaleDoes) {
-  constexpr double kGain = 1e-3;
-  const Graph plain = roll_of_400_degrees({1, 1}, false), read = roll_of_400_degrees({1 + kGain, 1}, false);
+  constexpr double kScale = 1e-3;
+  const Graph plain = roll_of_400_degrees({1, 1}, false), read = roll_of_400_degrees({1 + kScale, 1}, false);
   std::vector<UncertainMotion> a, b;
   std::vector<MotionForest::Edge> edges_a, edges_b;
   for (const PoseGraphEdge& edge : plain.edges) a.push_back(uncertain_motion(edge));
@@ -96,10 +96,10 @@ TEST(MotionForest, KnowsWhatAGradientScaleDoes) {
                         read_path = MotionForest(101, edges_b).path(10, 60);
   const Vector6d change = se3_log(true_path.from_T_to.inverse() * read_path.from_T_to);
   EXPECT_GT(change.norm(), 1e-3);  // 200 degrees by a thousandth: 0.0035 rad
-  EXPECT_LT((change + kGain * true_path.by_scale.col(0)).norm(), 0.02 * change.norm());
+  EXPECT_LT((change + kScale * true_path.by_scale.col(0)).norm(), 0.02 * change.norm());
 }
 
-// By the formulas for a straight chain: noise adds up by its squares, what a gain does simply adds up.
+// By the formulas for a straight chain: noise adds up by its squares, what a scale does simply adds up.
 TEST(MotionCertainty, OfAChainIsWhatItsEdgesSay) {
   std::vector<PoseGraphEdge> edges;
   for (int i = 0; i < 16; ++i) {
@@ -114,7 +114,7 @@ TEST(MotionCertainty, OfAChainIsWhatItsEdgesSay) {
   EXPECT_EQ(certainty.sigma_mm(0, 500), std::numeric_limits<double>::infinity());
   EXPECT_EQ(certainty.sigma_mm(0, 77), std::numeric_limits<double>::infinity());
 
-  // Once round a ball: a gain common to all edges does more than their noise, until a loop tells where the
+  // Once round a ball: a scale common to all edges does more than their noise, until a loop tells where the
   // round ends.
   Graph roll = roll_of_400_degrees({1, 1}, false);
   const double noise_only = MotionCertainty(roll.edges, 0.0).sigma_mm(0, 89);

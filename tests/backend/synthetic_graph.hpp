@@ -91,10 +91,10 @@ struct ReadOverTrue {
   double mean() const { return 0.5 * (x + y); }
 };
 
-// What a sensor with gains measures of a motion, written independently of the library: the tilt's axis and
+// What a sensor with scales measures of a motion, written independently of the library: the tilt's axis and
 // angle after a twist about z are found by where the z axis goes; slopes along x tell the tilt about y, and
 // those along y that about x.
-inline Pose with_gain(const Pose& motion, const ReadOverTrue& gain) {
+inline Pose with_scale(const Pose& motion, const ReadOverTrue& scale) {
   const Eigen::Vector3d z = motion.linear().col(2);
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(z);
   const double angle = std::atan2(axis.norm(), z.z());
@@ -103,20 +103,20 @@ inline Pose with_gain(const Pose& motion, const ReadOverTrue& gain) {
     const Eigen::AngleAxisd tilt(angle, axis.normalized());
     const Eigen::Vector3d about = angle * axis.normalized();
     const Eigen::Matrix3d read = so3_exp(
-        {gain.y * about.x() - gain.x_in_y * about.y(), gain.x * about.y() - gain.y_in_x * about.x(), 0});
+        {scale.y * about.x() - scale.x_in_y * about.y(), scale.x * about.y() - scale.y_in_x * about.x(), 0});
     measured.linear() = read * tilt.toRotationMatrix().transpose() * motion.linear();
   }
-  measured.translation().z() *= gain.mean();
+  measured.translation().z() *= scale.mean();
   return measured;
 }
 
-inline Graph roll_of_400_degrees(const ReadOverTrue& gain, bool with_loop) {
+inline Graph roll_of_400_degrees(const ReadOverTrue& scale, bool with_loop) {
   Graph graph;
   constexpr double kStepDeg = 4;
   for (int i = 0; i <= 100; ++i) graph.truth[i] = rolled(i, kStepDeg);
   for (int i = 0; i < 100; ++i) graph.join(i, i + 1, EdgeKind::odometry);
   if (with_loop) graph.join(0, 90, EdgeKind::loop);
-  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_gain(edge.from_T_to, gain);
+  for (PoseGraphEdge& edge : graph.edges) edge.from_T_to = with_scale(edge.from_T_to, scale);
   return graph;
 }
 

@@ -16,7 +16,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "simulated_presses.hpp"
-#include "training/gain_field.hpp"
+#include "training/scale_field.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -29,22 +29,22 @@ constexpr double kPitchMm = 0.0634;
 
 // A reader that shrinks everything by a tenth, and the right side by two: asked for what the field says, it
 // is right.
-TEST(GainField, StretchesUntilReadingsAreTrue) {
-  GainField field;
+TEST(ScaleField, StretchesUntilReadingsAreTrue) {
+  ScaleField field;
   std::mt19937 random(1);
   std::uniform_real_distribution<float> place(0.0F, 1.0F), angle(-0.3F, 0.3F);
-  const auto shrink = [](const GainField::Pair& where) { return where[0] > 2.0F / 3.0F ? 0.8F : 0.9F; };
+  const auto shrink = [](const ScaleField::Pair& where) { return where[0] > 2.0F / 3.0F ? 0.8F : 0.9F; };
   for (int step = 0; step < 3000; ++step) {
     for (int k = 0; k < 64; ++k) {
-      const GainField::Pair where{place(random), place(random)}, truth{angle(random), angle(random)};
-      const GainField::Pair asked = field.stretched(where, truth);
+      const ScaleField::Pair where{place(random), place(random)}, truth{angle(random), angle(random)};
+      const ScaleField::Pair asked = field.stretched(where, truth);
       field.note(where, {shrink(where) * asked[0], shrink(where) * asked[1]}, truth);
     }
-    field.settle();
+    field.update();
   }
-  for (const GainField::Pair& where : {GainField::Pair{0.17F, 0.5F}, {0.83F, 0.17F}, {0.9F, 0.9F}}) {
-    const GainField::Pair truth{0.2F, -0.1F};
-    const GainField::Pair asked = field.stretched(where, truth);
+  for (const ScaleField::Pair& where : {ScaleField::Pair{0.17F, 0.5F}, {0.83F, 0.17F}, {0.9F, 0.9F}}) {
+    const ScaleField::Pair truth{0.2F, -0.1F};
+    const ScaleField::Pair asked = field.stretched(where, truth);
     EXPECT_NEAR(shrink(where) * asked[0] / truth[0], 1.0, 0.05) << where[0];
   }
 }
@@ -117,8 +117,8 @@ TEST(TrainModel, ReadsUnseenBallsFromPicturesAlone) {
   const SimulatedPresses unseen = simulated_presses(1000, 10);
   const SlopeSums sums = against_the_truth(model, unseen);
   EXPECT_LT(sums.mean_abs_error_deg(), 2.5);
-  EXPECT_NEAR(sums.gain_x(), 1.0, 0.05);
-  EXPECT_NEAR(sums.gain_y(), 1.0, 0.05);
+  EXPECT_NEAR(sums.scale_x(), 1.0, 0.05);
+  EXPECT_NEAR(sums.scale_y(), 1.0, 0.05);
   const BallZones unseen_zones = find_ball_zones(unseen.set, kPitchMm, true);
   const ModelCheck check = check_model(model, unseen.set, unseen_zones.zones, kPitchMm);
   for (const DiameterCheck& ball : check.diameters)
@@ -187,7 +187,7 @@ TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
   for (float& bias : steep.bias(3)) bias *= 1.2F;
   const ModelCheck good = check_model(model, set, zones.zones, kPitchMm),
                    bad = check_model(steep, set, zones.zones, kPitchMm);
-  EXPECT_NEAR(bad.gains.all.gain() / good.gains.all.gain(), 1.2, 0.03);
+  EXPECT_NEAR(bad.scales.all.scale() / good.scales.all.scale(), 1.2, 0.03);
   EXPECT_EQ(bad.verdict, Verdict::recalibrate);
 }
 
@@ -259,13 +259,13 @@ TEST(ModelCheck, WritesAPage) {
   EXPECT_THAT(page, ::testing::HasSubstr("&lt;model&gt;"));
   EXPECT_THAT(page, ::testing::HasSubstr("data:image/png;base64,iVBORw0KGgo"));
   EXPECT_THAT(page, ::testing::HasSubstr(verdict_name(check.verdict)));
-  EXPECT_THAT(page, ::testing::HasSubstr("<svg id=\"gain-curve\""));
+  EXPECT_THAT(page, ::testing::HasSubstr("<svg id=\"scale-curve\""));
   // The map of the gradient scale has a number where presses lie, and it is about 1 there.
   std::vector<double> scales;
-  for (const float scale : check.gain_map)
+  for (const float scale : check.scale_map)
     if (!std::isnan(scale)) scales.push_back(static_cast<double>(scale));
   EXPECT_GT(scales.size(), 40U);
-  EXPECT_NEAR(median(scales), check.gains.all.gain(), 0.15);
+  EXPECT_NEAR(median(scales), check.scales.all.scale(), 0.15);
   EXPECT_EQ(folder.names(), std::vector<std::string>{"check.html"});
 }
 

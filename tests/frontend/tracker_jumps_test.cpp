@@ -17,24 +17,24 @@ TEST(Tracker, AfterAMotionTooLargeToFollowItLooksWhereTheTexturesAgree) {
   const Pose jump = motion(3, -2, 25, 3.5, -2.2, 0.4);
   const SurfacePtr before = touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere()),
                    after = touch(field, jump, everywhere());
-  for (const bool search_far : {true, false}) {
+  for (const bool relocalize : {true, false}) {
     TrackerOptions options;
-    options.search_far = search_far;
+    options.relocalize = relocalize;
     Tracker tracker(options);
     tracker.track(0, 0, before);
     const TrackedFrame frame = tracker.track(1, 0.04, after);
-    ASSERT_EQ(frame.status, search_far ? TrackStatus::tracked : TrackStatus::lost);
-    if (search_far) expect_pose(frame.trial_T_frame, motion(0, 0, 0, 0, 0, 0.4).inverse() * jump, 1);
+    ASSERT_EQ(frame.status, relocalize ? TrackStatus::tracked : TrackStatus::lost);
+    if (relocalize) expect_pose(frame.trial_T_frame, motion(0, 0, 0, 0, 0, 0.4).inverse() * jump, 1);
   }
 }
 
 constexpr double kPeriodMm = 1.6;
 
 /// Two pictures of the object at rest, and one when it was slid along.
-TrackedFrame slide_at_once(const Field& field, double slide_mm, bool search_far = true,
+TrackedFrame slide_at_once(const Field& field, double slide_mm, bool relocalize = true,
                            double step_s = 0.04) {
   TrackerOptions options;
-  options.search_far = search_far;
+  options.relocalize = relocalize;
   Tracker tracker(options);
   const SurfacePtr at_rest = touch(field, motion(0, 0, 0, 0, 0, 0.4), everywhere());
   tracker.track(0, 0, at_rest);
@@ -138,7 +138,7 @@ LiveRun run_live(bool limited, double search_s) {
     searching = !searching;
     return now_s;
   };
-  tracker.limit_search(limited ? 0.5 : 1e9, clock);
+  tracker.limit_relocalization(limited ? 0.5 : 1e9, clock);
   const auto at = [](double x_mm) {
     return touch(textured_plane(6), motion(0, 0, 0, x_mm, 0, 0.4), everywhere());
   };

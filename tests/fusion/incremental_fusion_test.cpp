@@ -20,7 +20,7 @@ const Errors kUsualErrors{0.006, 0.08, 0.03, 0.01};  // 0.35 degrees, 0.08 mm, 3
 
 IncrementalOptions exact() {
   IncrementalOptions options;
-  options.max_displacement_mm = options.max_gain_change = 0;
+  options.max_displacement_mm = options.max_scale_change = 0;
   options.budget_ms = 1;
   return options;
 }
@@ -78,7 +78,7 @@ TEST_P(AnyHistory, EndsWhereFuseDoes) {
   IncrementalFusion fusion({}, options);
   Shown shown;
   std::map<int, PosedSurface> present;
-  double gain = 1.0;
+  double scale = 1.0;
   for (int event = 0; event < 14; ++event) {
     for (const PosedSurface& patch : peanut_patches()) {
       if (!present.contains(patch.id)) {
@@ -89,20 +89,20 @@ TEST_P(AnyHistory, EndsWhereFuseDoes) {
         present[patch.id] = disturbed(patch, random, 0.02, 0.2);
       }
     }
-    if (chance(5)) gain = 0.95 + 0.01 * static_cast<double>(random() % 10);
+    if (chance(5)) scale = 0.95 + 0.01 * static_cast<double>(random() % 10);
     std::vector<PosedSurface> now;
     for (const auto& [id, patch] : present) now.push_back(patch);
     std::shuffle(now.begin(), now.end(), random);
-    fusion.set_patches(now, gain);
+    fusion.set_patches(now, scale);
     // Mostly the next change comes before this one is done.
     for (auto steps = random() % 3000; steps > 0 && fusion.work(); --steps) shown.take(fusion);
   }
   std::vector<PosedSurface> last;
   for (const auto& [id, patch] : present) last.push_back(patch);
   shown.finish(fusion);
-  expect_same_as_fuse(shown, last, gain);
+  expect_same_as_fuse(shown, last, scale);
 
-  fusion.set_patches({}, gain);
+  fusion.set_patches({}, scale);
   shown.finish(fusion);
   EXPECT_TRUE(shown.blocks().empty());
 }
@@ -237,15 +237,15 @@ TEST(IncrementalFusion, SmallChangesAreLeftUntilTheyAddUp) {
   PosedSurface patch{3, pose, touch(ball, pose)};
   IncrementalOptions options;
   options.max_displacement_mm = 0.02;
-  options.max_gain_change = 0.01;
+  options.max_scale_change = 0.01;
   IncrementalFusion fusion({}, options);
   Shown shown;
   fusion.set_patches({patch}, 1.0);
   shown.finish(fusion);
   const int before = shown.changes();
 
-  const auto changes_after = [&](const PosedSurface& posed, double gain) {
-    fusion.set_patches({posed}, gain);
+  const auto changes_after = [&](const PosedSurface& posed, double scale) {
+    fusion.set_patches({posed}, scale);
     shown.finish(fusion);
     return shown.changes() - before;
   };
@@ -337,7 +337,7 @@ TEST(IncrementalFusion, DamagedInputChangesNothing) {
   for (const auto& spoil : std::vector<void (*)(FusionOptions&, IncrementalOptions&)>{
            [](FusionOptions&f, IncrementalOptions&) { f.voxel_size_mm = 0; },
            [](FusionOptions&, IncrementalOptions&o) { o.budget_ms = -1; },
-           [](FusionOptions&, IncrementalOptions&o) { o.max_gain_change = std::nan(""); },
+           [](FusionOptions&, IncrementalOptions&o) { o.max_scale_change = std::nan(""); },
            [](FusionOptions&, IncrementalOptions&o) { o.warm_blocks = 0; }}) {
     FusionOptions options;
     IncrementalOptions incremental;

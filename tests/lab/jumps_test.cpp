@@ -26,9 +26,9 @@ TouchPair make(const Jump& jump) {
 }
 
 /// The object jumps between the first two pictures of a trial.
-Judgement follow(const TouchPair& pair, bool search_far) {
+Judgement follow(const TouchPair& pair, bool relocalize) {
   TrackerOptions options;
-  options.search_far = search_far;
+  options.relocalize = relocalize;
   Tracker tracker(options);
   tracker.track(0, 0, pair.reference);
   const TrackedFrame frame = tracker.track(1, 0.04, pair.target);

@@ -62,9 +62,9 @@ TEST(Relocalization, SaysSoWhenSeveralPlacesAgreeAsWell) {
 TEST(Relocalization, MayCountOnSmallStepsToBeLikelier) {
   const Field waffle_of_unlike_bumps = together(waffle(kPeriodMm), textured_plane(5, 0.01));
   for (const double slide_mm : {0.3, 0.6}) {  // the next bump is 1.3 or 1.0 mm off
-    const Search s =
-        search(waffle_of_unlike_bumps, motion(0, 0, 0, slide_mm, 0, 0.4), everywhere(), kRivalDistance);
-    const bool likelier = (kPeriodMm - slide_mm) / slide_mm > kRivalDistance;
+    const Search s = search(waffle_of_unlike_bumps, motion(0, 0, 0, slide_mm, 0, 0.4), everywhere(),
+                            VerificationOptions{}.rival_distance);
+    const bool likelier = (kPeriodMm - slide_mm) / slide_mm > VerificationOptions{}.rival_distance;
     EXPECT_EQ(s.place.status, likelier ? RegistrationStatus::converged : RegistrationStatus::ambiguous)
         << slide_mm;
   }

@@ -56,10 +56,10 @@ TEST(BallPress, ShowsTheBallInsideItsCircle) {
 }
 
 TEST(Training, SlopesOfUnseenPressesAreUnbiased) {
-  const HeldOutGain gain = measure_gradient_scale(trained(), small(), 16);
-  EXPECT_NEAR(gain.x, 1, 0.03);
-  EXPECT_NEAR(gain.y, 1, 0.03);
-  EXPECT_LT(gain.mean_error_deg, 2.2);
+  const HeldOutScale scale = measure_gradient_scale(trained(), small(), 16);
+  EXPECT_NEAR(scale.x, 1, 0.03);
+  EXPECT_NEAR(scale.y, 1, 0.03);
+  EXPECT_LT(scale.mean_error_deg, 2.2);
 }
 
 TEST(Training, SlopesOfATexturedObjectAreUnbiasedToo) {

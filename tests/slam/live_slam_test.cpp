@@ -421,7 +421,7 @@ TEST_F(Live, ALogWhoseNameIsNotUtf8IsPlayedToItsEnd) {
   EXPECT_EQ(nlohmann::json::parse(read("report.json")).at("frames").at("total"), summary.frames);
 }
 
-TEST_F(Live, StoppedInAHurryItSavesWhatThereIs) {
+TEST_F(Live, AbortedItSavesWhatThereIs) {
   source->before(40, [&] {
     wait_for_touch(39);
     session->abort();

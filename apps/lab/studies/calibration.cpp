@@ -1,9 +1,11 @@
 // Study: which recipe makes the best gradient model on presses it has not seen?
 // The presses of a calibration folder are split at random, five times, into four fifths to train on and one
-// fifth to test; what is printed per recipe are the slope error, the gain of the slopes (by axis, by
+// fifth to test; what is printed per recipe are the slope error, the gradient scale (by axis, by
 // steepness, by ninth of the gel; in brackets the standard error in hundredths, from the scatter of the
 // presses) and the radius of the reconstructed balls, all on the tested fifths. First come the automatic
 // circles against the labels of the folder, if it has any.
+
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <chrono>
@@ -46,13 +48,13 @@ struct Recipe {
 };
 
 std::vector<Recipe> recipes() {
-  TrainingRecipe no_gain, no_moves, no_differences;
-  no_gain.correct_gain = false;
+  TrainingRecipe no_scale, no_moves, no_differences;
+  no_scale.correct_scale = false;
   no_moves.move_share = 0.0;
   no_differences.differences = false;
   no_differences.flat_share = 0.2;
   return {{"published", published_recipe(), true}, {"published, zones", published_recipe(), false},
-          {"ours, absolute", no_differences},      {"ours, gain as it falls", no_gain},
+          {"ours, absolute", no_differences},      {"ours, scale not corrected", no_scale},
           {"ours, not moved", no_moves},           {"ours", {}}};
 }
 
@@ -73,19 +75,20 @@ void compare_labels(const PressSet& set, double pitch_mm) {
     signed_radii.push_back(found.circle.radius_px - press.label->radius_px);
     radii.push_back(std::abs(signed_radii.back()));
   }
-  std::printf("circles: %zu presses, %zu not clear, %.0f ms each\n", set.presses.size(), unclear,
-              1000.0 * seconds_since(start) / static_cast<double>(set.presses.size()));
+  fmt::print("circles: {} presses, {} not clear, {:.0f} ms each\n", set.presses.size(), unclear,
+             1000.0 * seconds_since(start) / static_cast<double>(set.presses.size()));
   if (!centers.empty())
-    std::printf(
-        "against %zu labels: center median %.2f, 90 %% %.2f px; radius median |%.2f| (%+.2f), 90 %% %.2f "
+    fmt::print(
+        "against {} labels: center median {:.2f}, 90 % {:.2f} px; radius median |{:.2f}| ({:+.2f}), 90 % "
+        "{:.2f} "
         "px\n",
         centers.size(), quantile(centers, 0.5), quantile(centers, 0.9), quantile(radii, 0.5),
         quantile(signed_radii, 0.5), quantile(radii, 0.9));
 }
 
 struct Results {
-  SlopeStatistics errors, gains;
-  std::vector<SlopeStatistics> press_gains;
+  SlopeStatistics errors, scales;
+  std::vector<SlopeStatistics> press_scales;
   std::map<double, std::vector<double>> radius_errors;
   double seconds = 0.0;
 };
@@ -95,29 +98,30 @@ void check(const GradientModel& model, const PressSet& set, const std::vector<Ba
   for (const BallZone& zone : zones) {  // one by one, to see how much they scatter
     const ModelCheck found = check_model(model, set, {zone}, pitch_mm);
     results.errors.add(found.errors);
-    results.gains.add(found.gains);
-    results.press_gains.push_back(found.gains);
+    results.scales.add(found.scales);
+    results.press_scales.push_back(found.scales);
     const double diameter_mm = set.presses[zone.press].diameter_mm;
     if (const auto& radius_mm = found.presses.front().radius_mm)
       results.radius_errors[diameter_mm].push_back(*radius_mm / (0.5 * diameter_mm) - 1.0);
   }
 }
 
-/// A gain and its standard error from the scatter of the presses; `sums` picks read * true and true * true.
+/// A gradient scale and its standard error from the scatter of the presses; `sums` picks read * true and true
+/// * true.
 template <class Sums>
-void print_gain(const Results& results, const Sums& sums) {
+void print_scale(const Results& results, const Sums& sums) {
   double read = 0.0, truth = 0.0, squared = 0.0;
-  for (const SlopeStatistics& press : results.press_gains) {
+  for (const SlopeStatistics& press : results.press_scales) {
     const auto [r, t] = sums(press);
     read += r;
     truth += t;
   }
-  const double gain = read / truth;
-  for (const SlopeStatistics& press : results.press_gains) {
+  const double scale = read / truth;
+  for (const SlopeStatistics& press : results.press_scales) {
     const auto [r, t] = sums(press);
-    squared += (r - gain * t) * (r - gain * t);
+    squared += (r - scale * t) * (r - scale * t);
   }
-  std::printf(" %.2f(%.0f)", gain, 100.0 * std::sqrt(squared) / truth);
+  fmt::print(" {:.2f}({:.0f})", scale, 100.0 * std::sqrt(squared) / truth);
 }
 
 std::pair<double, double> along(const SlopeSums& sums, std::size_t axis) {
@@ -125,23 +129,23 @@ std::pair<double, double> along(const SlopeSums& sums, std::size_t axis) {
 }
 
 void print(const std::string& name, const Results& results) {
-  std::printf("%-24s error %.2f deg  gain x %.3f y %.3f  by slope", name.c_str(),
-              results.errors.all.mean_abs_error_deg(), results.gains.all.gain_x(),
-              results.gains.all.gain_y());
+  fmt::print("{:<24} error {:.2f} deg  gradient scale x {:.3f} y {:.3f}  by slope", name,
+             results.errors.all.mean_abs_error_deg(), results.scales.all.scale_x(),
+             results.scales.all.scale_y());
   for (std::size_t step = 0; step < SlopeStatistics::kSlopeLimits.size(); ++step)
-    print_gain(results, [step](const SlopeStatistics& press) {
+    print_scale(results, [step](const SlopeStatistics& press) {
       const auto x = along(press.by_slope[step], 0), y = along(press.by_slope[step], 1);
       return std::pair(x.first + y.first, x.second + y.second);
     });
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    std::printf("  by ninth %s", axis == 0 ? "x" : "y");
+    fmt::print("  by ninth {}", axis == 0 ? "x" : "y");
     for (std::size_t ninth = 0; ninth < 9; ++ninth)
-      print_gain(results, [=](const SlopeStatistics& press) { return along(press.ninths[ninth], axis); });
+      print_scale(results, [=](const SlopeStatistics& press) { return along(press.ninths[ninth], axis); });
   }
   for (const auto& [diameter_mm, errors] : results.radius_errors)
-    std::printf("  ball %.2f mm %+.1f %%", diameter_mm, 100.0 * quantile(errors, 0.5));
-  if (results.seconds > 0.0) std::printf("  %.0f s", results.seconds);
-  std::printf("\n");
+    fmt::print("  ball {:.2f} mm {:+.1f} %", diameter_mm, 100.0 * quantile(errors, 0.5));
+  if (results.seconds > 0.0) fmt::print("  {:.0f} s", results.seconds);
+  fmt::print("\n");
   std::fflush(stdout);
 }
 
@@ -164,7 +168,7 @@ void run(const CalibrationArguments& arguments) {
   compare_labels(set, arguments.pitch_mm);
   const BallZones found = find_ball_zones(set, arguments.pitch_mm, true);
   for (const RejectedPress& press : found.rejected)
-    std::printf("left out: %s, %s\n", set.presses[press.press].name.c_str(), press.reason.c_str());
+    fmt::print("left out: {}, {}\n", set.presses[press.press].name, press.reason);
   const std::vector<BallZone> drawn = drawn_zones(set, found.zones, arguments.pitch_mm);
   const fs::path shipped =
       arguments.model.empty() ? arguments.folder / "model" / "nnmodel.pth" : arguments.model;

@@ -4,16 +4,17 @@
 //   wrong        called tracked, yet more than 1 mm or 5 degrees off along an axis called observable
 //   median, p90  of the errors weighed by their information, over those of the chi-square distribution with
 //   as
-//                many degrees of freedom as directions are shown: 1 is honest, above 1 is too sure
+//                many degrees of freedom as directions are observable: 1 is honest, above 1 is too sure
 //   x .. rz      root mean square error along an axis over its own sigma, about the shared contact's center,
 //   where
-//                the axis is shown
+//                the axis is observable
 // --csv writes every pair.
+
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -33,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A sigma beyond these is no knowledge: the direction is not shown.
+// A sigma beyond these is no knowledge: the direction is not observable.
 constexpr double kUnknownRad = 0.2, kUnknownMm = 1.0;
 // Median and 90 % of chi-square for 1 to 6 degrees of freedom.
 constexpr std::array<double, 6> kChiMedian = {0.455, 1.386, 2.366, 3.357, 4.351, 5.348};
@@ -53,7 +54,7 @@ struct Outcome {
   Vector6d error = Vector6d::Zero();  ///< true = estimate * exp(error)
   Vector6d sigma = Vector6d::Zero();
   double chi_square = 0.0;
-  int shown = 0;  ///< directions
+  int observable = 0;  ///< directions
 };
 
 Outcome judge(const RegistrationResult& result, const RegistrationProblem& problem) {
@@ -70,9 +71,10 @@ Outcome judge(const RegistrationResult& result, const RegistrationProblem& probl
   unknown << kUnknownRad, kUnknownRad, kUnknownRad, kUnknownMm, kUnknownMm, kUnknownMm;
   const Matrix6d scaled = unknown.asDiagonal() * information * unknown.asDiagonal();
   const SymmetricEigen eigen = symmetric_eigen(scaled);
-  outcome.shown = static_cast<int>((eigen.values.array() > 1.0).count());
+  outcome.observable = static_cast<int>((eigen.values.array() > 1.0).count());
   const Vector6d along = eigen.vectors.transpose() * outcome.error.cwiseQuotient(unknown);
-  for (int i = 6 - outcome.shown; i < 6; ++i) outcome.chi_square += eigen.values[i] * along[i] * along[i];
+  for (int i = 6 - outcome.observable; i < 6; ++i)
+    outcome.chi_square += eigen.values[i] * along[i] * along[i];
   const Matrix6d covariance = (scaled + 1e-9 * Matrix6d::Identity()).inverse();
   outcome.sigma = unknown.cwiseProduct(covariance.diagonal().cwiseSqrt());
   return outcome;
@@ -86,9 +88,9 @@ std::string row(const std::string& name, const std::vector<Outcome>& outcomes) {
   for (const Outcome& outcome : outcomes) {
     tracked += outcome.tracked ? 1 : 0;
     wrong += outcome.wrong ? 1 : 0;
-    if (outcome.shown == 0) continue;
-    by_median.push_back(outcome.chi_square / kChiMedian[static_cast<std::size_t>(outcome.shown - 1)]);
-    by_90.push_back(outcome.chi_square / kChi90[static_cast<std::size_t>(outcome.shown - 1)]);
+    if (outcome.observable == 0) continue;
+    by_median.push_back(outcome.chi_square / kChiMedian[static_cast<std::size_t>(outcome.observable - 1)]);
+    by_90.push_back(outcome.chi_square / kChi90[static_cast<std::size_t>(outcome.observable - 1)]);
     for (std::size_t i = 0; i < 6; ++i) {
       const int axis = kColumns[i];
       if (outcome.sigma[axis] > (axis < 3 ? kUnknownRad : kUnknownMm)) continue;
@@ -96,19 +98,19 @@ std::string row(const std::string& name, const std::vector<Outcome>& outcomes) {
       ++count[i];
     }
   }
-  std::string text = format_text("%-20s %5zu %7d %5d %7.2f %6.2f ", name.c_str(), outcomes.size(), tracked,
+  std::string text = fmt::format("{:<20} {:5} {:7} {:5} {:7.2f} {:6.2f} ", name, outcomes.size(), tracked,
                                  wrong, quantile(by_median, 0.5), quantile(by_90, 0.9));
   for (std::size_t i = 0; i < 6; ++i)
-    text += count[i] == 0 ? "     -" : format_text(" %5.2f", std::sqrt(sum2[i] / count[i]));
+    text += count[i] == 0 ? "     -" : fmt::format(" {:5.2f}", std::sqrt(sum2[i] / count[i]));
   return text;
 }
 
 std::string csv_lines(const std::string& name, const std::vector<Outcome>& outcomes) {
   std::string text;
   for (const Outcome& o : outcomes) {
-    text += format_text("%s,%d,%d,%d,%.6g", name.c_str(), o.tracked, o.wrong, o.shown, o.chi_square);
+    text += fmt::format("{},{},{},{},{:.6g}", name, o.tracked, o.wrong, o.observable, o.chi_square);
     for (const Vector6d& numbers : {o.error, o.sigma})
-      for (const int axis : kColumns) text += format_text(",%.6g", numbers[axis]);
+      for (const int axis : kColumns) text += fmt::format(",{:.6g}", numbers[axis]);
     text += "\n";
   }
   return text;
@@ -116,11 +118,12 @@ std::string csv_lines(const std::string& name, const std::vector<Outcome>& outco
 
 void run(const InformationArguments& arguments) {
   std::string csv =
-      "sequence,tracked,wrong,shown,chi_square,ex_mm,ey_mm,ez_mm,erx_rad,ery_rad,erz_rad,sx_mm,sy_mm,sz_mm,"
+      "sequence,tracked,wrong,observable,chi_square,ex_mm,ey_mm,ez_mm,erx_rad,ery_rad,erz_rad,sx_mm,sy_mm,sz_"
+      "mm,"
       "srx_rad,"
       "sry_rad,srz_rad\n";
-  std::printf("%-20s %5s %7s %5s %7s %6s  %5s %5s %5s %5s %5s %5s\n", "sequence", "pairs", "tracked", "wrong",
-              "median", "p90", "x", "y", "z", "rx", "ry", "rz");
+  fmt::print("{:<20} {:>5} {:>7} {:>5} {:>7} {:>6}  {:>5} {:>5} {:>5} {:>5} {:>5} {:>5}\n", "sequence",
+             "pairs", "tracked", "wrong", "median", "p90", "x", "y", "z", "rx", "ry", "rz");
   std::vector<Outcome> all;
   const NormalFlowOptions options;
   StudyCases cases(arguments.data.size());

@@ -1,5 +1,7 @@
 // Study: how many of the loops that the chain believes are wrong, stage by stage, on data folders with truth;
 // and how many of the keyframes that come back to a seen place are told so.
+#include <fmt/core.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -129,8 +131,8 @@ std::vector<PoseGraphEdge> loops_of(const std::vector<PoseGraphEdge>& edges, con
 }
 
 void print(const char* stage, const Count& count, std::size_t returning) {
-  std::printf("  %-28s %5d loops, %4d wrong; keyframes with a right one: %d, returning %zu\n", stage,
-              count.loops, count.wrong, count.keyframes, returning);
+  fmt::print("  {:<28} {:5} loops, {:4} wrong; keyframes with a right one: {}, returning {}\n", stage,
+             count.loops, count.wrong, count.keyframes, returning);
 }
 
 void study(const std::filesystem::path& folder, const std::filesystem::path& model, bool list) {
@@ -139,8 +141,8 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   std::vector<bool> returns(scan.keyframes.size(), false);
   for (const auto& [from, to] : overlaps) returns[static_cast<std::size_t>(to)] = true;
   const auto returning = static_cast<std::size_t>(std::count(returns.begin(), returns.end(), true));
-  std::printf("%s: %zu keyframes, %zu pairs overlap\n", folder.filename().c_str(), scan.keyframes.size(),
-              overlaps.size());
+  fmt::print("{}: {} keyframes, {} pairs overlap\n", folder.filename().string(), scan.keyframes.size(),
+             overlaps.size());
 
   const std::vector<LoopConstraint> open = search(scan, as_published(scan.options));
   const std::vector<LoopConstraint> verified = search(scan, scan.options);
@@ -148,10 +150,10 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   print("verified", count(scan, verified), returning);
   if (list)
     for (const LoopConstraint& loop : open)
-      std::printf("    %s %d %d trials %d %d inliers %d scr %.2f ccs %.2f texture %.2f rmse %.3f\n",
-                  right(scan, loop.from, loop.to, loop.from_T_to) ? "right" : "WRONG", loop.from, loop.to,
-                  scan.keyframe(loop.from).trial, scan.keyframe(loop.to).trial, loop.sift_inliers, loop.scr,
-                  loop.ccs, loop.texture_correlation, loop.height_rmse_mm);
+      fmt::print("    {} {} {} trials {} {} inliers {} scr {:.2f} ccs {:.2f} texture {:.2f} rmse {:.3f}\n",
+                 right(scan, loop.from, loop.to, loop.from_T_to) ? "right" : "WRONG", loop.from, loop.to,
+                 scan.keyframe(loop.from).trial, scan.keyframe(loop.to).trial, loop.sift_inliers, loop.scr,
+                 loop.ccs, loop.texture_correlation, loop.height_rmse_mm);
 
   Mapper mapper(scan.options);
   for (const NewKeyframe& added : scan.keyframes) mapper.add_keyframe(added);
@@ -162,8 +164,8 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   inlier.flip();
   print("refined", count(scan, loops_of(map.edges, {})), returning);
   print("refined, without outliers", count(scan, loops_of(map.edges, inlier)), returning);
-  std::printf("  components %d of %d trials, gradient scale %.3f %.3f\n", map.components, map.trials,
-              map.slope_correction.scale().x, map.slope_correction.scale().y);
+  fmt::print("  components {} of {} trials, gradient scale {:.3f} {:.3f}\n", map.components, map.trials,
+             map.slope_correction.scale().x, map.slope_correction.scale().y);
   std::fflush(stdout);
 }
 

@@ -45,7 +45,7 @@ struct TrackingArguments {
 /// The tracker as the program runs it, and one that stays where it is when track is lost.
 struct Follower {
   const char* name;
-  bool search_far;
+  bool relocalize;
 };
 
 constexpr Follower kTrackers[] = {{"tracker", true}, {"tracker without search", false}};
@@ -70,7 +70,7 @@ void follow_alone(const TouchStream& stream, Tally& tally) {
 /// Steps are from the last picture that was tracked; a trial that begins anew has lost the one before.
 void follow(const TouchStream& stream, const Follower& follower, Tally& tally) {
   TrackerOptions options;
-  options.search_far = follower.search_far;
+  options.relocalize = follower.relocalize;
   Tracker tracker(options);
   TrackedFrame last;
   for (std::size_t k = 0; k < stream.surfaces.size(); ++k) {

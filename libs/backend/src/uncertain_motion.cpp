@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "gelslam/core/gradient_model.hpp"
 #include "motion_forest.hpp"
 
 namespace gelslam {
@@ -58,8 +59,7 @@ MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
 }
 
 Eigen::Vector4d scale_sigmas(double sigma) {
-  constexpr double kCross = 0.3;  // as between the axes of one registration (pose_information.cpp)
-  return sigma * Eigen::Vector4d(1, kCross, kCross, 1);
+  return sigma * Eigen::Vector4d(1, kCrossAxisShare, kCrossAxisShare, 1);
 }
 
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma) {

@@ -85,8 +85,8 @@ void Tracker::continue_after(int keyframe_id, int trial) {
   trial_ = trial;
 }
 
-void Tracker::limit_search(double share_of_time, Clock clock) {
-  search_share_ = share_of_time;
+void Tracker::limit_relocalization(double share_of_time, Clock clock) {
+  relocalization_share_ = share_of_time;
   clock_ = std::move(clock);
 }
 
@@ -94,8 +94,8 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   TrackedFrame result;
   result.frame = frame;
   result.time_s = time_s;
-  search_debt_s_ =
-      std::max(0.0, search_debt_s_ - search_share_ * (time_s - std::exchange(last_time_s_, time_s)));
+  relocalization_debt_s_ = std::max(
+      0.0, relocalization_debt_s_ - relocalization_share_ * (time_s - std::exchange(last_time_s_, time_s)));
   if (surface->contact_pixels < options_.contact_threshold_px / (in_trial_ ? kContactShrinks : 1)) {
     end_trial(result);
     return result;
@@ -173,8 +173,8 @@ bool Tracker::is_usual(const RegistrationResult& registration, const Reference& 
 /// none, there are several, or there is no time to search.
 RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surface& surface,
                                           const RegistrationResult& registration) {
-  if (!options_.search_far) return registration;
-  if (search_debt_s_ > 0) {
+  if (!options_.relocalize) return registration;
+  if (relocalization_debt_s_ > 0) {
     RegistrationResult unconfirmed = registration;
     if (unconfirmed.ok()) unconfirmed.status = RegistrationStatus::unconfirmed;
     return unconfirmed;
@@ -185,8 +185,8 @@ RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surf
   const double start_s = clock_ ? clock_() : 0;
   const RegistrationResult place = relocalize(
       *reference.prepared.samples(), surface, reference.T_predicted.inverse(), registration, normal_flow_,
-      verification_, is_small ? kRivalDistance : std::numeric_limits<double>::infinity());
-  if (clock_) search_debt_s_ += clock_() - start_s;
+      verification_, is_small ? verification_.rival_distance : std::numeric_limits<double>::infinity());
+  if (clock_) relocalization_debt_s_ += clock_() - start_s;
   // Another method starts from there and decides.
   return place.ok() ? reference.prepared.register_to(surface, place.target_T_reference) : place;
 }

@@ -114,8 +114,8 @@ std::vector<std::int64_t> BlockMap::take_dirty() {
     const Block* block = find(key);
     if (!block || !block->dirty) continue;
     const int listed = block->listed.empty() ? 0 : block->listed.back().patch->keyframe();
-    const int held = block->held.empty() ? 0 : block->held.back()->keyframe();
-    entries.push_back({std::max(listed, held), key});
+    const int used = block->used.empty() ? 0 : block->used.back()->keyframe();
+    entries.push_back({std::max(listed, used), key});
   }
   dirty_.clear();
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
@@ -131,7 +131,7 @@ void BlockMap::sample(std::int64_t key, std::vector<std::int64_t>& to_place) {
   if (!block || !block->dirty) return;
   block->dirty = false;
   std::vector<PatchPtr> wanted = block->wanted();
-  if (wanted == block->held) return;
+  if (wanted == block->used) return;
   const std::vector<float> before = block->distances;
   update_distances(key, *block, std::move(wanted));
   to_place.push_back(key);
@@ -142,11 +142,11 @@ void BlockMap::sample(std::int64_t key, std::vector<std::int64_t>& to_place) {
 }
 
 void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<PatchPtr> wanted) {
-  const std::vector<PatchPtr> gone = difference(block.held, wanted), come = difference(wanted, block.held);
-  block.held = std::move(wanted);
+  const std::vector<PatchPtr> gone = difference(block.used, wanted), come = difference(wanted, block.used);
+  block.used = std::move(wanted);
   const BlockLattice at = lattice(key);
   // With more changes than that, starting again is cheaper.
-  const bool in_steps = block.sums && gone.size() + come.size() < block.held.size();
+  const bool in_steps = block.sums && gone.size() + come.size() < block.used.size();
   if (in_steps) {
     for (const PatchPtr& patch : gone) block.sums->take(at, *patch, field_);
     for (const PatchPtr& patch : come) block.sums->add(at, *patch, field_);
@@ -158,7 +158,7 @@ void BlockMap::update_distances(std::int64_t key, Block& block, std::vector<Patc
       block.sums = std::make_unique<BlockSums>();
       ++warm_;
     }
-    sample_block(at, plain(block.held), field_, *block.sums, block.distances);
+    sample_block(at, plain(block.used), field_, *block.sums, block.distances);
   }
   drop_if_unobserved(block.distances);
   keep_warm(key, block);
@@ -188,7 +188,7 @@ BlockSurface BlockMap::vertices_of(std::int64_t key, const Block& block) const {
     if (neighbor) upper[index(n)] = &neighbor->distances;
   }
   BlockSurface surface;
-  place_vertices(lattice(key), upper, plain(block.held), field_, surface);
+  place_vertices(lattice(key), upper, plain(block.used), field_, surface);
   return surface;
 }
 
@@ -235,9 +235,9 @@ Mesh BlockMap::finish(int threads, ProgressSink* progress) {
 
   for_each_block([&](std::size_t i, Block& block) {
     block.dirty = false;
-    block.held = block.wanted();
+    block.used = block.wanted();
     thread_local BlockSums sums;
-    sample_block(lattice(keys[i]), plain(block.held), field_, sums, block.distances);
+    sample_block(lattice(keys[i]), plain(block.used), field_, sums, block.distances);
     drop_if_unobserved(block.distances);
     fusing.step();  // what follows takes a small part of the time
   });
@@ -270,7 +270,7 @@ Mesh BlockMap::finish(int threads, ProgressSink* progress) {
 
 void BlockMap::drop_if_empty(std::int64_t key) {
   const auto found = blocks_.find(key);
-  if (found == blocks_.end() || !found->second.listed.empty() || !found->second.held.empty()) return;
+  if (found == blocks_.end() || !found->second.listed.empty() || !found->second.used.empty()) return;
   if (found->second.sums) --warm_;
   blocks_.erase(found);
 }

@@ -53,8 +53,8 @@ class BlockMap {
   };
   struct Block {
     std::vector<Listing> listed;      ///< by keyframe
-    std::vector<PatchPtr> held;       ///< by keyframe: what distances and vertices are made of
-    std::unique_ptr<BlockSums> sums;  ///< of `held`; null while cold
+    std::vector<PatchPtr> used;       ///< by keyframe: what distances and vertices are made of
+    std::unique_ptr<BlockSums> sums;  ///< of `used`; null while cold
     std::uint64_t last_use = 0;       ///< of the sums
     std::vector<float> distances;     ///< empty when nothing was observed
     BlockSurface surface;

@@ -38,7 +38,7 @@ void check(const FusionOptions& o) {
 void check(const IncrementalOptions& o) {
   if (!(o.budget_ms >= 0) || !std::isfinite(o.budget_ms))
     throw Error("the time for one piece of work on the live mesh must not be negative");
-  if (!(o.max_displacement_mm >= 0) || !(o.max_gain_change >= 0))
+  if (!(o.max_displacement_mm >= 0) || !(o.max_scale_change >= 0))
     throw Error("the live mesh's limits on changes must not be negative");
   if (o.warm_blocks < 1) throw Error("the live mesh needs at least one warm block");
 }

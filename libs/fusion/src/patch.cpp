@@ -67,15 +67,15 @@ std::optional<Patch> Patch::prepare(const PosedSurface& posed, double gradient_s
   patch.width_ = box.width;
   patch.height_ = box.height;
   const cv::Mat1f weight = rim_weight(s.contact);
-  const float inverse_gain = static_cast<float>(1.0 / gradient_scale);
+  const float inverse_scale = static_cast<float>(1.0 / gradient_scale);
   std::vector<Pixel> pixels(static_cast<std::size_t>(box.area()));
   for (int v = 0; v < box.height; ++v) {
     for (int u = 0; u < box.width; ++u) {
       const cv::Point at(box.x + u, box.y + v);
       const cv::Vec3f& n = s.normals(at);
       const Eigen::Vector3f tilted =
-          Eigen::Vector3f(n[0] * inverse_gain, n[1] * inverse_gain, n[2]).normalized();
-      const float height_mm = s.height_mm(at) * inverse_gain;
+          Eigen::Vector3f(n[0] * inverse_scale, n[1] * inverse_scale, n[2]).normalized();
+      const float height_mm = s.height_mm(at) * inverse_scale;
       if (!tilted.allFinite() || !std::isfinite(height_mm)) continue;  // weight 0: it shows nothing
       // A steep slope's height is uncertain by 1/nz: its information falls with nz squared.
       pixels[static_cast<std::size_t>(v * box.width + u)] = {

@@ -46,7 +46,7 @@ void PatchPlaces::declare(const std::vector<PosedSurface>& patches, double gradi
 
 bool PatchPlaces::stale(const PlacedPatch& placed, const PosedSurface& wanted) const {
   if (!(placed.posed.surface == wanted.surface)) return true;
-  if (std::fabs(gradient_scale_ / placed.gradient_scale - 1.0) > options_.max_gain_change) return true;
+  if (std::fabs(gradient_scale_ / placed.gradient_scale - 1.0) > options_.max_scale_change) return true;
   const Pose& from = placed.posed.map_T_keyframe;
   const Pose& to = wanted.map_T_keyframe;
   if ((to.translation() - from.translation()).norm() > options_.max_displacement_mm) return true;

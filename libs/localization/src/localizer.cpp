@@ -230,7 +230,7 @@ double Localizer::log_odds(const MapFit& fit, const Touch& touch) const {
       std::max(0.0, above / (limits.sure_texture_correlation - limits.min_texture_correlation));
   const double noise_rad = options_.registration.normal_noise_rad;
   const bool fits_as_well =
-      fit.registration.normal_rmse_rad < kRivalResidual * std::max(touch.best_rmse_rad, noise_rad);
+      fit.registration.normal_rmse_rad < limits.rival_residual * std::max(touch.best_rmse_rad, noise_rad);
   return fits_as_well ? std::max(own, touch.best_log_odds) : own;
 }
 

@@ -70,8 +70,8 @@ class Alignment {
     Progress progress(options_);
     Pose& target_T_reference = result.target_T_reference = initial;
     result.iterations = 0;
-    bool settled = false;
-    while (result.iterations < options_.max_iterations && !settled) {
+    bool converged = false;
+    while (result.iterations < options_.max_iterations && !converged) {
       warp(reference_.samples, view_, target_T_reference, residuals());
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
       apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
@@ -86,7 +86,7 @@ class Alignment {
       // Smaller than one standard deviation of the noise, all five directions together.
       const bool is_noise = step.dot(equations.hessian * step) < noise_variance;
       wandering_ = !is_noise && is_large(step);
-      settled =
+      converged =
           result.iterations >= options_.min_iterations && (is_noise || (progress.over() && !wandering_));
     }
     target_T_reference = normalized(target_T_reference);
@@ -105,9 +105,9 @@ class Alignment {
     const HeightGap gap = lay_upon_target(result.target_T_reference);
     result.target_T_reference.translation().z() += gap.mean_mm;
     result.height_rmse_mm = gap.rmse_mm;
-    Directions shown = assess(reference_, target_, residuals(), options_, result);
+    Directions updated = assess(reference_, target_, residuals(), options_, result);
     if (result.ok() && wandering_) result.status = RegistrationStatus::diverged;
-    return shown;
+    return updated;
   }
 
  private:

@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gelslam/core/gradient_model.hpp"
 #include "registration_quality.hpp"
 
 namespace gelslam::registration::detail {
 namespace {
 
 // Errors that grow with the motion; root mean squares over simulated sequences.
-constexpr double kOtherAxisShare = 0.3;   // of the gain's error, from tilting about the other axis
 constexpr double kTiltRadPerMm = 0.0025;  // the model's unevenness over the gel, from sliding
 constexpr double kTwistPerTilt = 0.007;
 constexpr double kSlideMmPerTiltRad = 0.007;
@@ -28,13 +28,13 @@ CenterMotion motion_of(const RegistrationResult& result) {
 }
 
 /// Variance of what the motion itself puts wrong, about the shared center, by a model of this model_sigma.
-Vector6d motion_variance(const CenterMotion& motion, bool all_shown, double model_sigma,
+Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double model_sigma,
                          const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
-  // A motion that is not shown altogether may be larger than what was found of it.
-  const double slide = std::max(motion.slide_mm(), all_shown ? 0.0 : options.prior_translation_mm);
+  // A motion that is not observable altogether may be larger than what was found of it.
+  const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : options.prior_translation_mm);
   const auto tilt_sigma = [&](double about, double other) {
-    return std::hypot(options.gradient_scale_error * std::hypot(about, kOtherAxisShare * other),
+    return std::hypot(options.gradient_scale_error * std::hypot(about, kCrossAxisShare * other),
                       kTiltRadPerMm * slide);
   };
   const double slide_sigma = std::hypot(kSlideMmPerTiltRad * tilt, kSlidePerSlide * slide);
@@ -46,17 +46,17 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_shown, double mode
 }
 
 /// What the normals say, about the reference's origin.
-Matrix5d information_of_normals(const ObservableDirections& shown, double pull,
+Matrix5d information_of_normals(const ObservableDirections& directions, double pull,
                                 const RegistrationResult& result, const NormalFlowOptions& options) {
   const Vector5d prior_variance = prior_information(options).cwiseInverse();
   const double noise_variance = normal_variance(result.normal_rmse_rad, options);
   Matrix5d information = Matrix5d::Zero();
-  for (int i = 0; i < shown.count(); ++i) {
+  for (int i = 0; i < directions.count(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const Vector5d measure = shown.measures.col(i);
+    const Vector5d measure = directions.measures.col(i);
     // Gauss-Newton with a noisy Jacobian: the error's variance is read / common², not 1 / read.
-    const double noise = noise_variance / (shown.share[k] * shown.share[k]);
-    const double bias = pull * shown.pattern_share[k] * shown.pattern_share[k];
+    const double noise = noise_variance / (directions.share[k] * directions.share[k]);
+    const double bias = pull * directions.pattern_share[k] * directions.pattern_share[k];
     information +=
         measure * measure.transpose() / (noise + bias * bias * measure.cwiseAbs2().dot(prior_variance));
   }
@@ -65,14 +65,14 @@ Matrix5d information_of_normals(const ObservableDirections& shown, double pull,
 
 }  // namespace
 
-Matrix6d pose_information(const ObservableDirections& shown, bool heights_known, double model_sigma,
+Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double model_sigma,
                           double pull, const RegistrationResult& result, const NormalFlowOptions& options) {
   Matrix6d center_from_origin = Matrix6d::Identity();  // of an error's six numbers
   center_from_origin.bottomLeftCorner<3, 3>() = -skew(result.shared_center_mm);
   const Matrix6d origin_from_center = 2.0 * Matrix6d::Identity() - center_from_origin;
 
   Matrix6d noise = Matrix6d::Zero();
-  noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(shown, pull, result, options);
+  noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(directions, pull, result, options);
   noise = (origin_from_center.transpose() * noise * origin_from_center).eval();
   // Where no bare gel tells the depth, both touches still lie within the gel.
   const double height_sigma_mm = heights_known ? options.height_noise_mm : options.prior_translation_mm;
@@ -80,7 +80,7 @@ Matrix6d pose_information(const ObservableDirections& shown, bool heights_known,
 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
   const Vector6d variance =
-      motion_variance(motion_of(result), shown.count() == kParameters, model_sigma, options);
+      motion_variance(motion_of(result), directions.count() == kParameters, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   const Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
   return 0.5 * (information + information.transpose());

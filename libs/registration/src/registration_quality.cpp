@@ -187,17 +187,18 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   const double shared_share = static_cast<double>(result.shared_pixels) / reference.samples.size();
   const TextureAgreement texture = compare_texture(reference.samples, target, result.target_T_reference,
                                                    residuals, options.gel_pattern_rad_per_mm);
-  const ObservableDirections shown =
+  const ObservableDirections directions =
       observable_directions(texture, least_share(shared_share, reference, options));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
-  result.information = pose_information(shown, heights_known, model_sigma, kUsualPull, result, options);
-  result.observable = observability(pose_information(shown, heights_known, model_sigma, 1.0, result, options),
-                                    result.target_T_reference.linear(), heights_known, options);
+  result.information = pose_information(directions, heights_known, model_sigma, kUsualPull, result, options);
+  result.observable =
+      observability(pose_information(directions, heights_known, model_sigma, 1.0, result, options),
+                    result.target_T_reference.linear(), heights_known, options);
   result.status = judge(result, agreement, options);
   // Where texture is found again, the estimate along a weak direction is better than none.
   if (agreement.texture_correlation >= options.texture_to_follow) return Matrix5d::Identity();
-  return shown.followed;
+  return directions.updated;
 }
 
 }  // namespace gelslam::registration::detail

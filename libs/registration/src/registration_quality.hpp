@@ -36,13 +36,13 @@ inline std::size_t thinning(const Residuals& residuals) {
 /// The directions that both surfaces show. A motion's part along one of them is measures.col(i) * motion.
 struct ObservableDirections {
   Directions measures;
-  Directions followed;        ///< these and weaker ones: worth moving along, though not to be relied on
+  Directions updated;         ///< these and weaker ones: worth moving along, though not to be relied on
   std::vector<double> share;  ///< of what was read along each, that is common to both: 0..1
   std::vector<double> pattern_share;  ///< of what is common, that may move with the gel: 0..1
   int count() const { return static_cast<int>(share.size()); }
 };
 
-/// A direction is shown when at least `least_share` of what was read along it is common to both.
+/// A direction is observable when at least `least_share` of what was read along it is common to both.
 ObservableDirections observable_directions(const TextureAgreement& texture, double least_share);
 
 /// The target for warp_residuals(); refers to the surface's maps.
@@ -58,7 +58,7 @@ NormalEquations linearize(const Samples& samples, const Residuals& residuals);
 int count_shared(const Residuals& residuals);
 
 /// Information that says "stay near the start" (rx ry rz tx ty), in the units of the information matrix. It
-/// decides only along directions which the surface does not show.
+/// decides only along directions that are not observable.
 Eigen::Matrix<double, kParameters, 1> prior_information(const NormalFlowOptions& options);
 
 /// Of a normal, after a registration that left this residual.
@@ -84,8 +84,8 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
                   const Residuals& residuals, const NormalFlowOptions& options, RegistrationResult& result);
 
 /// Information of a registered pose, in the order and axes of RegistrationResult::information. The normals
-/// tell the shown directions, the heights z at the shared center, and both err with the motion between the
-/// two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
+/// tell the observable directions, the heights z at the shared center, and both err with the motion between
+/// the two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
 /// pulls towards no motion. Sizes measured by gelslam-lab information. (Own.)
 /// `pull`: how far the sensor may have moved along a direction in which a pattern of the gel pulls the pose
 /// back, as a share of the prior's sigma (1 at worst).

@@ -61,7 +61,8 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
     return a.normal_rmse_rad < b.normal_rmse_rad;
   });
   // Differences that are smaller than the noise of normals say nothing.
-  const double rival_rmse_rad = kRivalResidual * std::max(best.normal_rmse_rad, normal_flow.normal_noise_rad);
+  const double rival_rmse_rad =
+      options.rival_residual * std::max(best.normal_rmse_rad, normal_flow.normal_noise_rad);
   const double rival_mm = rival_distance * innovation_mm(best, expected);
   const auto is_rival = [&](const RegistrationResult& place) {
     return place.normal_rmse_rad < rival_rmse_rad && is_elsewhere(best, place.target_T_reference) &&

@@ -8,7 +8,7 @@
 namespace gelslam::registration::detail {
 namespace {
 
-constexpr double kShareToFollow = 0.5;  // of what makes a direction count as shown
+constexpr double kShareToUpdate = 0.5;  // of what makes a direction count as observable
 
 Eigen::Vector3f vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 
@@ -84,13 +84,13 @@ ObservableDirections observable_directions(const TextureAgreement& texture, doub
   const auto at_least = [&](double share) {
     return (eigen.eigenvalues().array() >= share).count();
   };  // they ascend
-  const auto shown = at_least(least_share);
-  const Directions basis = eigen.eigenvectors().rightCols(shown);
+  const auto count = at_least(least_share);
+  const Directions basis = eigen.eigenvectors().rightCols(count);
   ObservableDirections result;
-  result.followed = eigen.eigenvectors().rightCols(at_least(kShareToFollow * least_share));
+  result.updated = eigen.eigenvectors().rightCols(at_least(kShareToUpdate * least_share));
   result.measures = scale * basis;  // of the eigenvectors' inverse, transposed
-  for (int i = 0; i < shown; ++i) {
-    const double share = eigen.eigenvalues()[kParameters - shown + i];
+  for (int i = 0; i < count; ++i) {
+    const double share = eigen.eigenvalues()[kParameters - count + i];
     const double pattern = basis.col(i).dot(texture.pattern * basis.col(i));
     result.share.push_back(std::min(1.0, share));
     result.pattern_share.push_back(std::min(1.0, pattern / share));

@@ -25,7 +25,7 @@ constexpr int kBackgroundPictures = 10;
 constexpr int kHeldOutFirst = 1'000'000;  // numbers of presses that training never uses
 constexpr double kCircleShrinkPx = 2;     // the lens mixes in what lies outside
 constexpr int kSamplesPerPress = 1500;
-constexpr int kValidationEvery = 5;  // every fifth press shows the gain instead of training
+constexpr int kValidationEvery = 5;  // every fifth press shows the gradient scale instead of training
 constexpr double kBackgroundShare = 0.2;
 
 void check(const CalibrationSpec& spec) {
@@ -74,8 +74,8 @@ void add_background_samples(const PressSimulator& simulator, std::size_t count, 
 }
 
 /// Read on true slope inside the contact circles. See measure_gradient_scale.
-HeldOutGain gain_on(const GradientModel& network, const PressSimulator& simulator,
-                    const std::vector<BallPress>& presses) {
+HeldOutScale scale_on(const GradientModel& network, const PressSimulator& simulator,
+                      const std::vector<BallPress>& presses) {
   const cv::Mat2f zero = read_slopes(network, simulator.background());
   cv::Vec2d read_true(0, 0), true_true(0, 0);
   double error_rad = 0, count = 0;
@@ -99,10 +99,10 @@ HeldOutGain gain_on(const GradientModel& network, const PressSimulator& simulato
   return {read_true[0] / true_true[0], read_true[1] / true_true[1], error_rad / count * kDegreesPerRadian};
 }
 
-/// Noise in the colors makes every regression read slopes too flat. Dividing its output by the gain on
-/// presses that it was not trained on takes that out.
-void remove_gain(GradientModel& network, const HeldOutGain& gain) {
-  const std::array<double, 2> factors = {1 / gain.x, 1 / gain.y};
+/// Noise in the colors makes every regression read slopes too flat. Dividing its output by the gradient scale
+/// on presses that it was not trained on takes that out.
+void remove_scale(GradientModel& network, const HeldOutScale& scale) {
+  const std::array<double, 2> factors = {1 / scale.x, 1 / scale.y};
   constexpr std::size_t last = GradientModel::kLayers - 1;
   const std::size_t inputs = network.weight(last).size() / factors.size();
   for (std::size_t axis = 0; axis < factors.size(); ++axis) {
@@ -151,11 +151,11 @@ cv::Mat3b PressSimulator::background() const {
   return mean;
 }
 
-HeldOutGain measure_gradient_scale(const GradientModel& network, const CalibrationSpec& spec, int presses) {
+HeldOutScale measure_gradient_scale(const GradientModel& network, const CalibrationSpec& spec, int presses) {
   const PressSimulator simulator(spec);
   std::vector<BallPress> unseen;
   for (int k = 0; k < presses; ++k) unseen.push_back(simulator.press(kHeldOutFirst + k));
-  return gain_on(network, simulator, unseen);
+  return scale_on(network, simulator, unseen);
 }
 
 GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progress) {
@@ -176,12 +176,12 @@ GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progre
   const auto background = static_cast<double>(samples.size()) * kBackgroundShare / (1 - kBackgroundShare);
   add_background_samples(simulator, static_cast<std::size_t>(background), random, samples);
   GradientModel network = train_network(samples, spec.training, progress);
-  remove_gain(network, gain_on(network, simulator, validation));
+  remove_scale(network, scale_on(network, simulator, validation));
   return network;
 }
 
-HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
-                                     ProgressSink& progress) {
+HeldOutScale write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
+                                      ProgressSink& progress) {
   const PressSimulator simulator(spec);
   make_folder(folder / "model");
   std::ostringstream catalog, circles;

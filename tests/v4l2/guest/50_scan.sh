@@ -9,7 +9,7 @@ load_loopback
 frames=$(ls "$work/scan" | wc -l)
 feed "$work/scan" 2 "$frames" "$tmp/go"
 # Without what other tests show and the emulated processor takes 15 s each for.
-sed 's/pose_graph_config:/&\n    calibrate_slopes: false/; s/track_config:/&\n    search_far: false/
+sed 's/pose_graph_config:/&\n    calibrate_slopes: false/; s/track_config:/&\n    relocalize: false/
   s/ppmm:.*/ppmm: 0.1268/; s/ imgh:.*/ imgh: 120/; s/ imgw:.*/ imgw: 160/; s/raw_imgh:.*/raw_imgh: 168/; s/raw_imgw:.*/raw_imgw: 224/' "$data/config.yaml" >"$tmp/config.yaml"
 "$gelslam" scan --headless --camera "GelSight Mini" --config "$tmp/config.yaml" \
   --model "$data/../../calibration_sim/model/nnmodel.pth" -o "$tmp/run" >"$tmp/out" 2>"$tmp/err" &

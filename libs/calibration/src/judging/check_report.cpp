@@ -18,7 +18,7 @@ namespace gelslam {
 namespace {
 
 constexpr double kErrorScaleDeg = 6.0;  // the end of the error map's colors
-constexpr double kGainScale = 0.15;     // above and below 1, the ends of the gradient scale's colors
+constexpr double kScaleRange = 0.15;    // above and below 1, the ends of the gradient scale's colors
 constexpr std::string_view kStyle =
     "body{font:15px sans-serif;max-width:60em;margin:2em auto;color:#222}table{border-collapse:collapse}"
     "td,th{border:1px solid #ccc;padding:.2em .6em;text-align:right}th{background:#f4f4f4}"
@@ -104,21 +104,22 @@ std::string map_figure(const cv::Mat1f& map, const cv::Size& size, const MapScal
 }
 
 /// The gradient scale over steepness, along x and y, as an inline drawing.
-std::string gain_curve(const ModelCheck& check) {
+std::string scale_curve(const ModelCheck& check) {
   constexpr double width = 520.0, height = 260.0, left = 50.0, bottom = 40.0, low = 0.7, high = 1.3;
   constexpr auto& limits = SlopeStatistics::kSlopeLimits;
   const auto x = [&](double slope) { return left + (width - left - 10.0) * slope / limits.back(); };
-  const auto y = [&](double gain) {
-    return (height - bottom) * (high - std::clamp(gain, low, high)) / (high - low) + 5.0;
+  const auto y = [&](double scale) {
+    return (height - bottom) * (high - std::clamp(scale, low, high)) / (high - low) + 5.0;
   };
   std::string svg = fmt::format(
-      "<svg id=\"gain-curve\" width=\"{}\" height=\"{}\" font-size=\"12\" font-family=\"sans-serif\">", width,
-      height);
-  for (const double gain : {0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3})
+      "<svg id=\"scale-curve\" width=\"{}\" height=\"{}\" font-size=\"12\" font-family=\"sans-serif\">",
+      width, height);
+  for (const double scale : {0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3})
     svg += fmt::format(
         "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\"/><text x=\"{}\" y=\"{:.1f}\" "
         "text-anchor=\"end\">{:.1f}</text>",
-        left, width - 10.0, y(gain), y(gain), gain == 1.0 ? "#222" : "#ddd", left - 6.0, y(gain) + 4.0, gain);
+        left, width - 10.0, y(scale), y(scale), scale == 1.0 ? "#222" : "#ddd", left - 6.0, y(scale) + 4.0,
+        scale);
   for (const double slope : limits)
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:.2f}</text>", x(slope),
                        height - bottom + 22.0, slope);
@@ -128,14 +129,14 @@ std::string gain_curve(const ModelCheck& check) {
     std::string points;
     double from = 0.0;
     for (std::size_t k = 0; k < limits.size(); ++k) {
-      const SlopeSums& sums = check.gains.by_slope[k];
-      const double gain = axis == 0 ? sums.gain_x() : sums.gain_y(), middle = 0.5 * (from + limits[k]);
+      const SlopeSums& sums = check.scales.by_slope[k];
+      const double scale = axis == 0 ? sums.scale_x() : sums.scale_y(), middle = 0.5 * (from + limits[k]);
       from = limits[k];
-      if (!std::isfinite(gain)) continue;
-      points += fmt::format("{:.1f},{:.1f} ", x(middle), y(gain));
+      if (!std::isfinite(scale)) continue;
+      points += fmt::format("{:.1f},{:.1f} ", x(middle), y(scale));
       svg += fmt::format(
           "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"><title>{} {:.3f}</title></circle>",
-          x(middle), y(gain), colors[axis], names[axis], gain);
+          x(middle), y(scale), colors[axis], names[axis], scale);
     }
     svg += fmt::format(
         "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"{}/><text x=\"{}\" y=\"20\" "
@@ -151,8 +152,8 @@ void write_ninths(std::ostream& out, const ModelCheck& check) {
   for (std::size_t row = 0; row < 3; ++row) {
     out << "<tr>";
     for (std::size_t column = 0; column < 3; ++column) {
-      const SlopeSums& ninth = check.gains.ninths[3 * row + column];
-      out << "<td>x " << number(ninth.gain_x(), 3) << "<br>y " << number(ninth.gain_y(), 3) << "</td>";
+      const SlopeSums& ninth = check.scales.ninths[3 * row + column];
+      out << "<td>x " << number(ninth.scale_x(), 3) << "<br>y " << number(ninth.scale_y(), 3) << "</td>";
     }
     out << "</tr>";
   }
@@ -162,12 +163,12 @@ void write_ninths(std::ostream& out, const ModelCheck& check) {
 void write_slopes(std::ostream& out, const ModelCheck& check) {
   out << "<table><tr><th>slope</th><th>gradient scale</th><th>error (degrees)</th><th>pixels</th></tr>";
   double from = 0.0;
-  for (std::size_t k = 0; k < check.gains.by_slope.size(); ++k) {
+  for (std::size_t k = 0; k < check.scales.by_slope.size(); ++k) {
     const double to = SlopeStatistics::kSlopeLimits[k];
     out << "<tr><td>" << number(from, 2) << " – " << number(to, 2) << "</td><td>"
-        << number(check.gains.by_slope[k].gain(), 3) << "</td><td>"
+        << number(check.scales.by_slope[k].scale(), 3) << "</td><td>"
         << number(check.errors.by_slope[k].mean_abs_error_deg(), 2) << "</td><td>"
-        << number(check.gains.by_slope[k].pixels, 0) << "</td></tr>";
+        << number(check.scales.by_slope[k].pixels, 0) << "</td></tr>";
     from = to;
   }
   out << "</table>";
@@ -179,7 +180,7 @@ void write_balls(std::ostream& out, const ModelCheck& check) {
   for (const DiameterCheck& ball : check.diameters)
     out << "<tr><td>" << number(ball.diameter_mm, 2) << "</td><td>" << ball.presses << "</td><td>"
         << number(ball.median_radius_mm, 3) << "</td><td>" << number(100.0 * ball.radius_error(), 1)
-        << "</td><td>" << number(ball.gain, 3) << "</td></tr>";
+        << "</td><td>" << number(ball.scale, 3) << "</td></tr>";
   out << "</table>";
 }
 
@@ -213,17 +214,18 @@ void write_check_report(const std::filesystem::path& path, const ModelCheck& che
   }
   out << "<p>Mean error of a slope angle " << number(check.errors.all.mean_abs_error_deg(), 2)
       << " degrees; gradient scale (read over true slope; 1 is unbiased) x "
-      << number(check.gains.all.gain_x(), 3) << ", y " << number(check.gains.all.gain_y(), 3) << ".</p>\n";
+      << number(check.scales.all.scale_x(), 3) << ", y " << number(check.scales.all.scale_y(), 3)
+      << ".</p>\n";
   const cv::Size size = set.background.size();
   out << "<h2>Over the gel</h2>\n<figure>" << picture(coverage_picture(check, set))
       << "<figcaption>The presses</figcaption></figure>"
       << map_figure(check.error_map_deg, size, {0.0, kErrorScaleDeg, false},
                     "Mean error of the slope angle, degrees; gray: no press")
-      << map_figure(check.gain_map, size, {1.0 - kGainScale, 1.0 + kGainScale, true},
+      << map_figure(check.scale_map, size, {1.0 - kScaleRange, 1.0 + kScaleRange, true},
                     "Gradient scale: blue reads too flat, red too steep; gray: too few pixels")
       << "\n<p>Gradient scale in each ninth of the gel:</p>\n";
   write_ninths(out, check);
-  out << "\n<h2>Over steepness</h2>\n" << gain_curve(check) << "\n";
+  out << "\n<h2>Over steepness</h2>\n" << scale_curve(check) << "\n";
   write_slopes(out, check);
   out << "\n<h2>Balls</h2>\n";
   write_balls(out, check);

@@ -23,10 +23,10 @@ const cv::Size kCells{16, 12};
 // Read from models of four sensors: a fresh good calibration stays within the first limits, one from the
 // published recipe within the second.
 struct Limits {
-  double error_deg, gain, radius;
+  double error_deg, scale, radius;
 };
 constexpr Limits kGoodLimits = {3.0, 0.03, 0.03}, kUsableLimits = {5.0, 0.10, 0.08};
-constexpr double kOddNinthGain = 0.15;  // of one ninth, worth a sentence
+constexpr double kOddNinthScale = 0.15;  // of one ninth, worth a sentence
 constexpr double kMinNinthPixels = 1500;
 
 constexpr double kMinCellPixels = 100;  // of the gradient scale's map: fewer are noise
@@ -120,9 +120,9 @@ const char* place_name(std::size_t ninth) {
   return names[ninth];
 }
 
-std::string scale_words(double gain) {
-  return fmt::format("slopes read {:.0f} % too {}", 100.0 * std::abs(gain - 1.0),
-                     gain > 1.0 ? "steep" : "flat");
+std::string scale_words(double scale) {
+  return fmt::format("slopes read {:.0f} % too {}", 100.0 * std::abs(scale - 1.0),
+                     scale > 1.0 ? "steep" : "flat");
 }
 
 Verdict worse(Verdict a, Verdict b) { return std::max(a, b); }
@@ -140,16 +140,16 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
   const double error = check.errors.all.mean_abs_error_deg();
   note(judge_number(error, kGoodLimits.error_deg, kUsableLimits.error_deg),
        fmt::format("slopes are wrong by {:.1f} degrees on average", error));
-  const double gain = check.gains.all.gain();
-  note(judge_number(gain - 1.0, kGoodLimits.gain, kUsableLimits.gain), scale_words(gain));
+  const double scale = check.scales.all.scale();
+  note(judge_number(scale - 1.0, kGoodLimits.scale, kUsableLimits.scale), scale_words(scale));
   for (const DiameterCheck& ball : check.diameters)
     note(judge_number(ball.radius_error(), kGoodLimits.radius, kUsableLimits.radius),
          fmt::format("balls of {:.2f} mm come out {:+.1f} % in radius", ball.diameter_mm,
                      100.0 * ball.radius_error()));
   for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums& ninth = check.gains.ninths[k];
-    if (ninth.pixels < kMinNinthPixels || std::abs(ninth.gain() - 1.0) < kOddNinthGain) continue;
-    note(Verdict::usable, fmt::format("at the {} of the gel {}", place_name(k), scale_words(ninth.gain())));
+    const SlopeSums& ninth = check.scales.ninths[k];
+    if (ninth.pixels < kMinNinthPixels || std::abs(ninth.scale() - 1.0) < kOddNinthScale) continue;
+    note(Verdict::usable, fmt::format("at the {} of the gel {}", place_name(k), scale_words(ninth.scale())));
   }
   if (std::string missing = missing_depths(rim_slopes); !missing.empty())
     note(Verdict::usable, std::move(missing));
@@ -178,7 +178,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   options.compensate_light = false;
   SurfaceEstimator estimator(model, set.background, options);
   ModelCheck check;
-  CellMap error_cells, gain_cells;
+  CellMap error_cells, scale_cells;
   std::vector<double> rim_slopes;
   struct Size {
     std::vector<double> radii_mm;
@@ -192,24 +192,24 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
     const std::vector<ZoneReading> labelled = read_zone(model, set, zone, pixel_pitch_mm, false);
     const SlopeStatistics errors = statistics_of(labelled, press.bgr.size());
     const std::vector<ZoneReading> recentered = read_zone(model, set, zone, pixel_pitch_mm, true);
-    const SlopeStatistics gains = statistics_of(recentered, press.bgr.size());
+    const SlopeStatistics scales = statistics_of(recentered, press.bgr.size());
     check.errors.add(errors);
-    check.gains.add(gains);
+    check.scales.add(scales);
     error_cells.add(labelled, press.bgr.size());
-    gain_cells.add(recentered, press.bgr.size());
+    scale_cells.add(recentered, press.bgr.size());
     const SurfacePtr surface = estimator.estimate(press.bgr);
     const auto radius_mm = fit_ball_radius_mm(*surface, press, zone, 0.5 * press.diameter_mm);
     check.presses.push_back({zone, errors.all.mean_abs_error_deg(), radius_mm});
     Size& size = sizes[press.diameter_mm];
-    size.slopes.add(gains.all);
+    size.slopes.add(scales.all);
     ++size.presses;
     if (radius_mm) size.radii_mm.push_back(*radius_mm);
     if (progress) progress(check.presses.size());
   }
   for (const auto& [diameter_mm, size] : sizes)
-    check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm), size.slopes.gain()});
+    check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm), size.slopes.scale()});
   check.error_map_deg = error_cells.map(1.0, [](const SlopeSums& cell) { return cell.mean_abs_error_deg(); });
-  check.gain_map = gain_cells.map(kMinCellPixels, [](const SlopeSums& cell) { return cell.gain(); });
+  check.scale_map = scale_cells.map(kMinCellPixels, [](const SlopeSums& cell) { return cell.scale(); });
   judge(check, rim_slopes);
   return check;
 }

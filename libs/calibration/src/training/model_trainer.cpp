@@ -8,7 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/gradient_model.hpp"
 #include "training/color_field.hpp"
-#include "training/gain_field.hpp"
+#include "training/scale_field.hpp"
 
 namespace gelslam {
 namespace {
@@ -103,7 +103,7 @@ class ModelTrainer {
  private:
   void train_step(double rate, bool second_half) {
     GradientModel gradient;
-    const bool correcting = recipe_.correct_gain && second_half;
+    const bool correcting = recipe_.correct_scale && second_half;
     for (std::size_t done = 0; done < kBatch; done += kTile) {
       load_tile();
       network_forward(network_, touched_);
@@ -112,7 +112,7 @@ class ModelTrainer {
       network_backward(network_, touched_, d_touched_, gradient);
       if (recipe_.differences) network_backward(network_, untouched_, d_untouched_, gradient);
     }
-    if (correcting) gain_.settle();
+    if (correcting) scale_.update();
     adam_.step(network_, gradient, rate);
   }
 
@@ -181,9 +181,9 @@ class ModelTrainer {
       }
       if (!moved_[k] && sample.zone >= 0) {
         const std::array<float, 2> truth = recentered_angle_rad(sample, read);
-        if (correcting) gain_.note(sample.place, read, truth);
+        if (correcting) scale_.note(sample.place, read, truth);
       }
-      if (correcting) wanted = gain_.stretched(sample.place, sample.angle_rad);
+      if (correcting) wanted = scale_.stretched(sample.place, sample.angle_rad);
       for (std::size_t axis = 0; axis < 2; ++axis) {
         const std::size_t at = axis * kTile + k;
         const float error = read[axis] - wanted[axis];
@@ -206,7 +206,7 @@ class ModelTrainer {
   ColorField field_;
   std::array<SlopeSample, kTile> tile_;
   std::array<bool, kTile> moved_{};
-  GainField gain_;
+  ScaleField scale_;
   std::vector<std::array<float, 2>> zone_shift_rad_;  ///< as the network sees it
   NetworkTile touched_, untouched_;
   NetworkTile::Values<2> d_touched_{}, d_untouched_{};
@@ -221,7 +221,7 @@ TrainingRecipe published_recipe() {
           .absolute_loss = true,
           .flat_share = 0.2,
           .differences = false,
-          .correct_gain = false,
+          .correct_scale = false,
           .move_share = 0.0,
           .light_jitter = 0.0};
 }

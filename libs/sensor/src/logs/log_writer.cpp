@@ -141,7 +141,7 @@ struct LogWriter::Impl {
   }
 
   /// A file without a name goes on growing on the disk, for nobody.
-  bool lose() {
+  bool fail_removed() {
     failure = path.string() + ": recording stopped: somebody removed the log, and with it " +
               counted(frames, "frame");
     return false;
@@ -165,7 +165,7 @@ struct LogWriter::Impl {
 
   bool write(const RawFrame& frame) {
     if (!failure.empty()) return false;
-    if (file->removed()) return lose();
+    if (file->removed()) return fail_removed();
     if (frames == 0 && file->size() == 0 && !begin(frame)) return false;
     if (!fits(frame)) return fail("the camera's pictures changed their size or kind");
     const std::uint64_t ticks = ticks_of(frame.time_s);
@@ -184,7 +184,7 @@ struct LogWriter::Impl {
     if (closed) return;
     closed = true;
     if (file->removed()) {
-      if (failure.empty() && frames > 0) lose();
+      if (failure.empty() && frames > 0) fail_removed();
       return;
     }
     if (frames == 0) {

@@ -26,7 +26,7 @@ constexpr std::size_t kQueuedFrames = 2;
 
 /// Half of the time is left for tracking. Without drops searches may take any time, and the result is that of
 /// the offline program.
-std::optional<double> search_share(const LiveOptions& options) {
+std::optional<double> relocalization_share(const LiveOptions& options) {
   if (!options.drop_when_behind) return std::nullopt;
   return 0.5;
 }
@@ -39,7 +39,7 @@ struct LiveSlam::Impl {
         source(std::move(frames)),
         board(source->description()),
         surface(options.config, options.background, options.force, board, timer),
-        tracking(options.config.slam, search_share(options),
+        tracking(options.config.slam, relocalization_share(options),
                  options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
                  timer),
         mapping(options.config.slam, timer),

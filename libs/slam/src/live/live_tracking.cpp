@@ -4,11 +4,11 @@
 
 namespace gelslam::slam::detail {
 
-TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> search_share,
+TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
                              const ContinuedScan* continued, PoseStream* stream, RecordQueue& session,
                              LiveBoard& board, StageTimer& timer)
     : options_(options),
-      search_share_(search_share),
+      relocalization_share_(relocalization_share),
       continued_(continued),
       tracker_(new_tracker()),
       stream_(stream),
@@ -24,8 +24,8 @@ TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> s
 
 Tracker TrackingStage::new_tracker() const {
   Tracker tracker(options_.tracker, options_.registration, options_.verification);
-  if (search_share_)
-    tracker.limit_search(*search_share_, [] {
+  if (relocalization_share_)
+    tracker.limit_relocalization(*relocalization_share_, [] {
       return std::chrono::duration<double>(LiveClock::now().time_since_epoch()).count();
     });
   return tracker;
@@ -82,7 +82,8 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
 /// Whoever drops frames does not wait for the mapper; who does not gets the result of the offline program.
 void TrackingStage::take_neighborhood() {
   if (!neighborhood_.valid()) return;
-  if (search_share_ && neighborhood_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  if (relocalization_share_ && neighborhood_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+    return;
   try {
     tracker_.set_neighborhood(neighborhood_.get());
   } catch (const std::future_error&) {  // the mapper has ended

@@ -19,9 +19,9 @@ namespace gelslam::slam::detail {
 /// waits.
 class TrackingStage {
  public:
-  /// `search_share`: Tracker::limit_search(), or nothing. `continued`: null for a new scan. `stream`: null
-  /// for none.
-  TrackingStage(const SlamOptions& options, std::optional<double> search_share,
+  /// `relocalization_share`: Tracker::limit_relocalization(), or nothing. `continued`: null for a new scan.
+  /// `stream`: null for none.
+  TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
                 const ContinuedScan* continued, PoseStream* stream, RecordQueue& session, LiveBoard& board,
                 StageTimer& timer);
 
@@ -45,7 +45,7 @@ class TrackingStage {
   void stream(const TrackedFrame& tracked, const SurfacedFrame& frame);
 
   const SlamOptions options_;
-  const std::optional<double> search_share_;
+  const std::optional<double> relocalization_share_;
   const ContinuedScan* const continued_;
   Tracker tracker_;
   PoseStream* stream_;

@@ -34,7 +34,7 @@ std::optional<Pose> candidate_pose(const Keyframe& older, const Keyframe& newer,
       register_normal_flow(*newer.reference.get(), *older.surface.get(), older_T_newer, options.registration);
   const RegistrationResult place =
       relocalize(*newer.reference.get(), *older.surface.get(), older_T_newer, here, options.registration,
-                 options.verification, kRivalDistance);
+                 options.verification, options.verification.rival_distance);
   if (place.status == RegistrationStatus::ambiguous) return std::nullopt;
   return place.ok() ? place.target_T_reference : older_T_newer;
 }

@@ -58,7 +58,8 @@ void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
   visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,
                "a motion that turns back leaves a keyframe where that alone shows so much of its contact");
   visit.number("patience_s", options.patience_s, 0, 10, "a trial outlasts torn pictures for so long");
-  visit.flag("search_far", options.search_far,
+  visit.renamed("search_far", "relocalize");
+  visit.flag("relocalize", options.relocalize,
              "after an unusual motion, look for the one place where the textures agree");
   describe_registration(visit, slam.registration);
 }

@@ -16,11 +16,11 @@ using Json = nlohmann::ordered_json;
 /// drifted.
 std::string reservations(const TrackedFrame& frame, const Vector6d& sigma) {
   const std::array<bool, 6>& observable = frame.registration.observable;
-  Vector6d of_shown = sigma;
+  Vector6d of_observable = sigma;
   for (std::size_t axis = 0; axis < observable.size(); ++axis)
-    if (!observable[axis]) of_shown[static_cast<int>(axis)] = 0.0;  // said already
+    if (!observable[axis]) of_observable[static_cast<int>(axis)] = 0.0;  // said already
   std::string text = describe_observability(observable);
-  append_sentence(text, describe_drift(of_shown));
+  append_sentence(text, describe_drift(of_observable));
   return text;
 }
 

@@ -39,7 +39,7 @@ LiveControls::LiveControls(LiveSession& session, bool keeps_run)
 void LiveControls::act(Action action, double now_s) {
   switch (action) {
     case Action::pause:
-      return pause_or_go_on(now_s);
+      return toggle_pause(now_s);
     case Action::undo:
       return undo_last_trial(now_s);
     case Action::new_scan:
@@ -87,7 +87,7 @@ bool LiveControls::refuse_unless_scanning(const char* what, double now_s) {
   return true;
 }
 
-void LiveControls::pause_or_go_on(double now_s) {
+void LiveControls::toggle_pause(double now_s) {
   if (refuse_unless_scanning("pause", now_s)) return;
   const bool paused = session_.status().phase == LivePhase::paused;
   session_.set_paused(!paused);

@@ -22,7 +22,7 @@ class LiveControls : public SceneControls {
   void act(Action action, double now_s) override;
 
  private:
-  void pause_or_go_on(double now_s);
+  void toggle_pause(double now_s);
   void undo_last_trial(double now_s);
   void save(double now_s);
   void ask_to_close();

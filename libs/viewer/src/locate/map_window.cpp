@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "gelslam/core/se3.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "scene/scene_geometry.hpp"
 
@@ -136,7 +137,7 @@ std::optional<Eigen::Vector3f> MapWindow::pick(std::size_t /*part*/, const PickR
   return scene_.pick(ray);
 }
 
-void MapWindow::settle() {
+void MapWindow::show_everything() {
   scene_.finish_details();
   follow_touch(1e9);
 }
@@ -178,7 +179,7 @@ void MapWindow::draw_probabilities(Ui& ui) const {
 
 void MapWindow::draw_side(Ui& ui, const Box& side) const {
   ui.begin_panel("##side", side, 14);
-  ui.row(Face::small, map_.name, text_of_duration(touch_ ? touch_->place.tracked.time_s : 0));
+  ui.row(Face::small, map_.name, duration_text(touch_ ? touch_->place.tracked.time_s : 0));
   ui.gap(8);
   const std::size_t rows = std::min(places().size(), kMostRows);
   const float row = ui.height_of(Face::body) + ui.px(11);
@@ -225,7 +226,7 @@ void write_map_snapshot(const ShownMap& map, const LocatedTouches& touches,
   options.visible = false;
   viewer::detail::MapWindow window(map, last, options);
   window.turn(0, true);  // lays the window out
-  window.settle();
+  window.show_everything();
   viewer::write_png(png, window.picture(0.01));
 }
 

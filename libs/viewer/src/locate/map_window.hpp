@@ -27,7 +27,7 @@ class MapWindow : public SceneLoop {
   ~MapWindow() override { host().make_current(); }
 
   MapControls& controls() override { return controls_; }
-  void settle();  ///< all that is shown bit by bit, at once
+  void show_everything();  ///< all that is shown bit by bit, at once
 
  private:
   bool advance(double now_s, double dt_s) override;

@@ -27,7 +27,7 @@ TouchMesh make_touch_mesh(const TouchPatch& touch) {
     return mesh;
   const Surface& s = *touch.surface;
   const int step = s.contact_pixels > kFewPixels ? 2 : 1, width = s.contact.cols, height = s.contact.rows;
-  const double gain = touch.gradient_scale > 0 ? touch.gradient_scale : 1.0;
+  const double scale = touch.gradient_scale > 0 ? touch.gradient_scale : 1.0;
   cv::Mat1f to_border;
   cv::distanceTransform(s.contact, to_border, cv::DIST_L2, 3);
   cv::Mat1i index((height + step - 1) / step, (width + step - 1) / step, -1);
@@ -37,11 +37,11 @@ TouchMesh make_touch_mesh(const TouchPatch& touch) {
       const float z = s.height_mm(v, u);
       if (s.contact(v, u) == 0 || !std::isfinite(z) || !std::isfinite(n[0] + n[1] + n[2])) continue;
       const Vector3d p((u - 0.5 * width + 0.5) * s.pixel_pitch_mm,
-                       (v - 0.5 * height + 0.5) * s.pixel_pitch_mm, z / gain);
+                       (v - 0.5 * height + 0.5) * s.pixel_pitch_mm, z / scale);
       index(v / step, u / step) = static_cast<int>(mesh.vertices.size());
       mesh.vertices.push_back(
           {(touch.map_T_sensor * p).cast<float>(),
-           (touch.map_T_sensor.linear() * -Vector3d(n[0], n[1], n[2] * gain)).cast<float>(),
+           (touch.map_T_sensor.linear() * -Vector3d(n[0], n[1], n[2] * scale)).cast<float>(),
            std::min(1.0F, to_border(v, u) / kBorderPx)});
     }
   }

@@ -22,9 +22,9 @@ struct SlopeSums {
   void add(const std::array<double, 2>& read, const std::array<double, 2>& truth, double sigma_rad);
   void add(const SlopeSums& other);
   /// Regression of read on true slope through 0: 1 is unbiased. NaN without slopes.
-  double gain_x() const { return read_true[0] / true_true[0]; }
-  double gain_y() const { return read_true[1] / true_true[1]; }
-  double gain() const { return (read_true[0] + read_true[1]) / (true_true[0] + true_true[1]); }
+  double scale_x() const { return read_true[0] / true_true[0]; }
+  double scale_y() const { return read_true[1] / true_true[1]; }
+  double scale() const { return (read_true[0] + read_true[1]) / (true_true[0] + true_true[1]); }
   /// Root mean square of error over stated standard deviation: 1 is honest.
   double z() const { return std::sqrt(squared_z / (2.0 * pixels)); }
   double mean_abs_error_deg() const { return abs_error_deg / (2.0 * pixels); }  ///< per axis, of the angles
@@ -49,7 +49,8 @@ struct ZoneReading {
 
 /// Reads the press's zone with the model, but for pixels that markers cover. `recentered`: the ball's center
 /// is moved first to where the model itself sees it, so that an error of the circle is not taken for one of
-/// the model (for gains); else it is taken as it is (for errors). Throws Error when the model does not fit.
+/// the model (for gradient scales); else it is taken as it is (for errors). Throws Error when the model does
+/// not fit.
 std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
                                    double pixel_pitch_mm, bool recentered);
 

@@ -9,6 +9,9 @@
 
 namespace gelslam {
 
+/// Of what a model reads wrong along one axis, the share that tilting about the other axis shows.
+inline constexpr double kCrossAxisShare = 0.3;
+
 /// The pixel-wise network of the public systems: (B,G,R)/255, u/W, v/H -> two slope angles in radians
 /// (atan dh/dx, atan dh/dy). 5-32-32-32-2 with ReLU. The same type holds derivatives by the network's
 /// numbers and Adam's moments. A new one holds zeros.

@@ -24,7 +24,7 @@ struct TrackerOptions {
   double keyframe_min_unseen = 0.05;
   /// When registration fails from where the sensor is expected, or the step it finds is an unusual one, look
   /// for the one place where the two textures agree. If there are several, the frame is lost.
-  bool search_far = true;
+  bool relocalize = true;
   /// A frame that fits nothing may be a torn picture: until this long after the last tracked frame, the trial
   /// continues if a later frame fits it again. A new trial begins with the first two frames that fit each
   /// other.
@@ -58,8 +58,8 @@ struct TrackedFrame {
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
-/// §IV; the retries and the early keyframes are our own). Deterministic without limit_search(); frames must
-/// come in order.
+/// §IV; the retries and the early keyframes are our own). Deterministic without limit_relocalization();
+/// frames must come in order.
 class Tracker {
  public:
   /// Registers with NormalFlow.
@@ -89,7 +89,7 @@ class Tracker {
   /// For live tracking: searches may take this share of the time that passes between frames. A search that
   /// takes longer is paid back before the next one. Without this a slow search drops frames, the next step is
   /// then a large one and is searched again, and so on.
-  void limit_search(double share_of_time, Clock clock);
+  void limit_relocalization(double share_of_time, Clock clock);
 
  private:
   struct Seen {
@@ -163,13 +163,13 @@ class Tracker {
   Pose trial_T_keyframe_ = Pose::Identity();
   std::vector<Known> known_;  ///< besides the current keyframe
   TurningPoints turning_points_;
-  Tracked previous_;                ///< the last tracked frame of the trial
-  double innovation_variance_ = 0;  ///< running mean square, (mm/s)²
-  std::optional<Pending> pending_;  ///< the last frame, if it is not tracked
-  Clock clock_;                     ///< none: relocalization may take any time
-  double search_share_ = 0;         ///< of the time that passes, that it may take
-  double search_debt_s_ = 0;        ///< by how much it went beyond that
-  double last_time_s_ = 0;          ///< of the last frame, tracked or not
+  Tracked previous_;                  ///< the last tracked frame of the trial
+  double innovation_variance_ = 0;    ///< running mean square, (mm/s)²
+  std::optional<Pending> pending_;    ///< the last frame, if it is not tracked
+  Clock clock_;                       ///< none: relocalization may take any time
+  double relocalization_share_ = 0;   ///< of the time that passes, that it may take
+  double relocalization_debt_s_ = 0;  ///< by how much it went beyond that
+  double last_time_s_ = 0;            ///< of the last frame, tracked or not
 };
 
 }  // namespace gelslam

@@ -12,8 +12,8 @@ struct IncrementalOptions {
   /// A patch is moved in the mesh when its center or a corner has moved by more than this since it was put
   /// there,
   double max_displacement_mm = 0.02;
-  double max_gain_change = 0.005;  ///< or the gradient scale by more than this share. 0: at any change.
-  int warm_blocks = 4096;          ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
+  double max_scale_change = 0.005;  ///< or the gradient scale by more than this share. 0: at any change.
+  int warm_blocks = 4096;           ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
 };
 
 /// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are
@@ -31,7 +31,7 @@ class IncrementalFusion {
 
   /// Says which patches there are now and where; those no longer named are gone. Only takes note, and keeps
   /// the surfaces. Throws Error, and changes nothing, when an id is given twice, a patch is damaged (as
-  /// fuse() does), or the gain is no positive number.
+  /// fuse() does), or the scale is no positive number.
   void set_patches(const std::vector<PosedSurface>& patches, double gradient_scale);
 
   /// Works for about `budget_ms`; true while there may be more to do. New patches first, newest first, then

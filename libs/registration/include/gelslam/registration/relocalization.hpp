@@ -22,15 +22,6 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
 /// center moved or, if that is more, by how much it turned (kMmPerRad).
 double innovation_mm(const RegistrationResult& found, const Pose& expected);
 
-/// Of a step whose innovation is no larger than usual, a place this many times as far is not the right one:
-/// motion between two frames is continuous.
-inline constexpr double kRivalDistance = 2.5;
-
-/// Another place does not count when its normals fit this much worse than those of the best. Measured: a
-/// tooth, bead or dimple further they fit 1.02 to 1.4 times worse, on texture that does not repeat 2 to 3
-/// times.
-inline constexpr double kRivalResidual = 1.15;
-
 /// Finds the one place where the target fits on the reference, among all shifts and among twists about that
 /// of `expected` (target_T_reference). `found` is the result of a registration from the expected place, ok or
 /// not; it wins when no other place fits as well. Every place has to pass verify_registered(). Status

@@ -25,6 +25,13 @@ struct VerificationOptions {
   /// 0.6, other objects less than 0.5. On such a surface the place must be known beforehand to less than half
   /// of the shortest period that self_similarity() looks for, at two standard deviations.
   double max_self_similarity = 0.8;
+  /// Another place does not count when its normals fit this many times worse than those of the best.
+  /// Measured: a tooth, bead or dimple further they fit 1.02 to 1.4 times worse, on texture that does not
+  /// repeat 2 to 3 times.
+  double rival_residual = 1.15;
+  /// Of a step whose innovation is no larger than usual, a place this many times as far is not the right one:
+  /// motion between two frames is continuous.
+  double rival_distance = 2.5;
 };
 
 /// What was known of a place before the two surfaces were compared. The less it was, the better they have to

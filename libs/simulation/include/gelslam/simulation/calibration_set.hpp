@@ -73,10 +73,10 @@ class PressSimulator {
 /// How a network reads slopes of the gel inside the contact circles (less 2 px, where the
 /// lens mixes in the membrane rim) of presses it has not seen: least-squares factor of read on
 /// true slope, through 0 (1: unbiased), and the mean absolute error of the angles.
-struct HeldOutGain {
+struct HeldOutScale {
   double x = 0, y = 0, mean_error_deg = 0;
 };
-HeldOutGain measure_gradient_scale(const GradientModel& network, const CalibrationSpec& spec, int presses);
+HeldOutScale measure_gradient_scale(const GradientModel& network, const CalibrationSpec& spec, int presses);
 
 /// Trains the published network on four fifths of the spec's presses by the published recipe (L1, Adam 2e-3,
 /// batch 1024, a fifth of background pixels; fewer epochs), labels from the balls' geometry inside the
@@ -84,9 +84,9 @@ HeldOutGain measure_gradient_scale(const GradientModel& network, const Calibrati
 GradientModel train_on_presses(const CalibrationSpec& spec, ProgressSink& progress);
 
 /// Writes a calibration folder: catalog.csv, <d>mm/<n>/gelsight.png, background.png, circles.csv (the truth
-/// about the contact circles), model/nnmodel.pth. Returns the gain on 12 held-out presses. The folder is made
-/// if it is not there.
-HeldOutGain write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
-                                     ProgressSink& progress);
+/// about the contact circles), model/nnmodel.pth. Returns the gradient scale on 12 held-out presses. The
+/// folder is made if it is not there.
+HeldOutScale write_calibration_folder(const std::filesystem::path& folder, const CalibrationSpec& spec,
+                                      ProgressSink& progress);
 
 }  // namespace gelslam

@@ -1,4 +1,4 @@
-#include "training/gain_field.hpp"
+#include "training/scale_field.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,12 +6,12 @@
 
 namespace gelslam::calibration::detail {
 
-void GainField::Regression::note(double read, double truth) {
+void ScaleField::Regression::note(double read, double truth) {
   read_true += read * truth;
   true_true += truth * truth;
 }
 
-void GainField::Regression::settle() {
+void ScaleField::Regression::update() {
   constexpr double keep = 0.98, follow = 0.02, bound = 1.25, enough = 1e-3;
   if (true_true > enough)
     stretch = std::clamp(stretch * (1.0 + follow * (1.0 - read_true / true_true)), 1.0 / bound, bound);
@@ -19,7 +19,7 @@ void GainField::Regression::settle() {
   true_true *= keep;
 }
 
-void GainField::note(const Pair& place, const Pair& read, const Pair& truth) {
+void ScaleField::note(const Pair& place, const Pair& read, const Pair& truth) {
   const auto third = [](float along) {
     return std::min<std::size_t>(2, static_cast<std::size_t>(3.0F * along));
   };
@@ -32,13 +32,13 @@ void GainField::note(const Pair& place, const Pair& read, const Pair& truth) {
   }
 }
 
-void GainField::settle() {
+void ScaleField::update() {
   for (auto& axis : by_place_)
-    for (Regression& ninth : axis) ninth.settle();
-  for (Regression& step : by_steepness_) step.settle();
+    for (Regression& ninth : axis) ninth.update();
+  for (Regression& step : by_steepness_) step.update();
 }
 
-GainField::Pair GainField::stretched(const Pair& place, const Pair& truth) const {
+ScaleField::Pair ScaleField::stretched(const Pair& place, const Pair& truth) const {
   const double x = std::clamp(3.0 * static_cast<double>(place[0]) - 0.5, 0.0, 2.0),
                y = std::clamp(3.0 * static_cast<double>(place[1]) - 0.5, 0.0, 2.0);
   const auto column = std::min<std::size_t>(1, static_cast<std::size_t>(x)),

@@ -10,7 +10,7 @@ namespace gelslam::calibration::detail {
 /// regression of read on true angles is followed for each ninth of the gel and axis, and for steps of
 /// steepness; the angles asked for are stretched until all are 1. Between ninths and steps the stretch is
 /// interpolated.
-class GainField {
+class ScaleField {
  public:
   using Pair = std::array<float, 2>;
 
@@ -18,7 +18,7 @@ class GainField {
   void note(const Pair& place, const Pair& read, const Pair& truth);
 
   /// After each step: forgets slowly, and stretches a little more where read slopes are still too flat.
-  void settle();
+  void update();
 
   /// What to ask the network for, so that it reads `truth`.
   Pair stretched(const Pair& place, const Pair& truth) const;
@@ -30,7 +30,7 @@ class GainField {
   struct Regression {
     double read_true = 0.0, true_true = 0.0, stretch = 1.0;
     void note(double read, double truth);
-    void settle();
+    void update();
   };
 
   std::array<std::array<Regression, kNinths>, 2> by_place_;  ///< per axis
