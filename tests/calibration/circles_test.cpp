@@ -11,6 +11,7 @@
 #include "gelslam/calibration/ball_zones.hpp"
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "simulated_presses.hpp"
 
 namespace gelslam::test {
@@ -19,11 +20,6 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr double kPitchMm = 0.0634;
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 FoundCircle found_in(const SimulatedPresses& presses, std::size_t k) {
   return find_circle(presses.set.presses[k].bgr, presses.set.background,

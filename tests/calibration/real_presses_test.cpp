@@ -11,6 +11,7 @@
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/pixel_pitch.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::test {
@@ -27,11 +28,6 @@ class RealPresses : public ::testing::Test {
   }
   const fs::path data_ = test::data_folder();
 };
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
-}
 
 // Two ways of finding a center agree better with each other than with these labels, which are good to a pixel
 // and a half per axis: their centers cannot be met much closer.
@@ -89,7 +85,7 @@ TEST_F(RealPresses, AModelReadsBallsItHasNotSeenBetterThanTheSensorsOwn) {
   const ModelCheck shipped =
       check_model(read_model(data_ / "calibration/model/nnmodel.pth"), set, unseen, kPitchMm);
   EXPECT_LT(ours.errors.all.mean_abs_error_deg(), shipped.errors.all.mean_abs_error_deg());
-  EXPECT_NEAR(ours.gains.all.gain(), 1.0, 0.05);
+  EXPECT_NEAR(ours.scales.all.scale(), 1.0, 0.05);
   for (const DiameterCheck& ball : ours.diameters)
     EXPECT_NEAR(ball.radius_error(), 0.0, 0.05) << ball.diameter_mm;
 }

@@ -15,7 +15,7 @@ TEST(StageTimer, StatisticsOfKnownTimes) {
   ASSERT_EQ(statistics.size(), 2u);
   EXPECT_EQ(statistics[0].stage, "track");
   EXPECT_EQ(statistics[0].count, 100);
-  EXPECT_EQ(statistics[0].median_ms, 50);
+  EXPECT_EQ(statistics[0].median_ms, 51);
   EXPECT_EQ(statistics[0].p95_ms, 95);
   EXPECT_EQ(statistics[0].max_ms, 100);
   EXPECT_EQ(statistics[0].total_ms, 5050);

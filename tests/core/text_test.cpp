@@ -70,9 +70,14 @@ TEST(DurationText, NamesItsUnit) {
   EXPECT_EQ(duration_text(HUGE_VAL), "277777:46:40 h");
 }
 
-TEST(BytesText, NamesItsUnit) {
+TEST(BytesText, HasThreeDigitsAndAUnit) {
+  EXPECT_EQ(bytes_text(0), "0 B");
+  EXPECT_EQ(bytes_text(999), "999 B");
+  EXPECT_EQ(bytes_text(1000), "1.00 kB");
+  EXPECT_EQ(bytes_text(999'600), "1.00 MB");
   EXPECT_EQ(bytes_text(12'345'678), "12.3 MB");
   EXPECT_EQ(bytes_text(1'204'000'000), "1.20 GB");
+  EXPECT_EQ(bytes_text(5'000'000'000'000'000), "5000 TB");
 }
 
 TEST(NaturalLess, NumbersCompareAsNumbers) {

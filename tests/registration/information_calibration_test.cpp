@@ -7,6 +7,7 @@
 #include <array>
 
 #include "../support/analytic_surface.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 
 namespace gelslam {
@@ -52,11 +53,6 @@ SurfacePtr as_read(const Field& field, const Pose& object_T_sensor, const Faults
   surface->height_mm *= 0.5 * (faults.gain_x + faults.gain_y);
   set_curvature(*surface, gx, gy);
   return with_noise(*surface, 0.01, seed, 2.0);
-}
-
-double quantile(std::vector<double> values, double fraction) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1))];
 }
 
 /// With faults as large as the model states.

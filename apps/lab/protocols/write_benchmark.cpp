@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -29,7 +31,7 @@ std::string axis_names(const std::string& prefix) {
 
 std::string fields(const SixAxes& values) {
   std::string text;
-  for (const double value : values) text += format_text(",%.6g", value);
+  for (const double value : values) text += fmt::format(",{:.6g}", value);
   return text;
 }
 
@@ -38,23 +40,23 @@ std::string accuracy_csv(const std::vector<AccuracyRow>& rows) {
                      ",geometric_mean_mm,final_mm,final_deg,median_ms,p95_ms\n";
   for (const AccuracyRow& row : rows)
     text += quoted(row.method) + "," + quoted(row.object) + "," + quoted(row.trial) +
-            format_text(",%d,%d,%.4f", row.trials, row.frames, row.tracked_share()) + fields(row.mae) +
-            format_text(",%.6g,%.6g,%.6g,%.6g,%.6g\n", row.geometric_mean_mm, row.final_mm, row.final_deg,
-                        row.median_ms, row.p95_ms);
+            fmt::format(",{},{},{:.4f}", row.trials, row.frames, row.tracked_share()) + fields(row.mae) +
+            fmt::format(",{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", row.geometric_mean_mm, row.final_mm,
+                        row.final_deg, row.median_ms, row.p95_ms);
   return text;
 }
 
 std::string runtime_csv(const BenchmarkResult& result) {
   std::string text = "method,low_ms,high_ms,frames\n";
   for (const RuntimeBin& bin : runtime_histogram(result))
-    text += quoted(bin.method) + format_text(",%.6g,%.6g,%d\n", bin.low_ms, bin.high_ms, bin.frames);
+    text += quoted(bin.method) + fmt::format(",{:.6g},{:.6g},{}\n", bin.low_ms, bin.high_ms, bin.frames);
   return text;
 }
 
 std::string error_csv(const BenchmarkResult& result) {
   std::string text = "method,object,frame,trials" + axis_names("mean_") + axis_names("deviation_") + "\n";
   for (const ErrorBand& band : error_bands(result))
-    text += quoted(band.method) + "," + quoted(band.object) + format_text(",%d,%d", band.frame, band.trials) +
+    text += quoted(band.method) + "," + quoted(band.object) + fmt::format(",{},{}", band.frame, band.trials) +
             fields(band.mean) + fields(band.deviation) + "\n";
   return text;
 }
@@ -67,8 +69,8 @@ std::string frames_csv(const BenchmarkResult& result) {
         quoted(record.method) + "," + quoted(record.object) + "," + quoted(record.trial);
     for (const FrameEstimate& frame : record.frames)
       text += names +
-              format_text(",%lld,%.6f,%d,%.6g", static_cast<long long>(frame.frame), frame.time_s,
-                          frame.tracked ? 1 : 0, frame.cpu_ms) +
+              fmt::format(",{},{:.6f},{},{:.6g}", frame.frame, frame.time_s, frame.tracked ? 1 : 0,
+                          frame.cpu_ms) +
               fields(six_axes(frame.first_T_frame)) + fields(six_axes(frame.true_first_T_frame)) + "\n";
   }
   return text;
@@ -95,14 +97,14 @@ Json to_json(const std::vector<AccuracyRow>& rows) {
 }  // namespace
 
 std::string to_table(const BenchmarkResult& result) {
-  std::string text =
-      format_text("%-16s %-16s %6s %5s %7s %7s %7s %7s %7s %7s %8s %9s\n", "object", "method", "frames",
-                  "share", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg", "mean mm", "median ms");
+  std::string text = fmt::format(
+      "{:<16} {:<16} {:>6} {:>5} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>8} {:>9}\n", "object", "method",
+      "frames", "share", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg", "mean mm", "median ms");
   for (const AccuracyRow& row : accuracy_by_object(result))
-    text += format_text("%-16.40s %-16s %6d %5.2f %7.3f %7.3f %7.3f %7.2f %7.2f %7.2f %8.4f %9.2f\n",
-                        row.object.c_str(), row.method.c_str(), row.frames, row.tracked_share(), row.mae[0],
-                        row.mae[1], row.mae[2], row.mae[3], row.mae[4], row.mae[5], row.geometric_mean_mm,
-                        row.median_ms);
+    text += fmt::format(
+        "{:<16.40} {:<16} {:6} {:5.2f} {:7.3f} {:7.3f} {:7.3f} {:7.2f} {:7.2f} {:7.2f} {:8.4f} {:9.2f}\n",
+        row.object, row.method, row.frames, row.tracked_share(), row.mae[0], row.mae[1], row.mae[2],
+        row.mae[3], row.mae[4], row.mae[5], row.geometric_mean_mm, row.median_ms);
   return text;
 }
 

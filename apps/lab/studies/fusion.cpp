@@ -4,11 +4,11 @@
 
 #include "gelslam/fusion/fusion.hpp"
 
+#include <fmt/core.h>
 #include <malloc.h>
 #include <time.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <vector>
@@ -82,8 +82,8 @@ void print_costs(const char* name, std::vector<Cost> costs) {
   }
   std::sort(costs.begin(), costs.end(), [](const Cost& a, const Cost& b) { return a.ms < b.ms; });
   const std::size_t n = costs.size();
-  std::printf("%-30s median %6.1f ms, 95 %% %6.1f, max %6.1f; longest call %5.1f; %zu blocks each\n", name,
-              costs[n / 2].ms, costs[n * 95 / 100].ms, costs.back().ms, longest_call, blocks / n);
+  fmt::print("{:<30} median {:6.1f} ms, 95 % {:6.1f}, max {:6.1f}; longest call {:5.1f}; {} blocks each\n",
+             name, costs[n / 2].ms, costs[n * 95 / 100].ms, costs.back().ms, longest_call, blocks / n);
 }
 
 void run(const FusionArguments& arguments) {
@@ -97,8 +97,8 @@ void run(const FusionArguments& arguments) {
   options.threads = 1;
   const double start = now_ms();
   const Mesh mesh = fuse(patches, options);
-  std::printf("%zu keyframes (%zu of the run)\n%-30s %.0f ms, %zu triangles\n", patches.size(),
-              session.patches.size(), "fuse()", now_ms() - start, mesh.triangles.size());
+  fmt::print("{} keyframes ({} of the run)\n{:<30} {:.0f} ms, {} triangles\n", patches.size(),
+             session.patches.size(), "fuse()", now_ms() - start, mesh.triangles.size());
 
   const double before_mb = allocated_mb();
   IncrementalFusion fusion(options, {});
@@ -110,8 +110,8 @@ void run(const FusionArguments& arguments) {
   const auto quarter = static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, costs.size() / 4));
   print_costs("a new keyframe, first quarter", {costs.begin(), costs.begin() + quarter});
   print_costs("a new keyframe, last quarter", {costs.end() - quarter, costs.end()});
-  std::printf("%-30s %.2f MB per keyframe\n", "memory",
-              (allocated_mb() - before_mb) / static_cast<double>(patches.size()));
+  fmt::print("{:<30} {:.2f} MB per keyframe\n", "memory",
+             (allocated_mb() - before_mb) / static_cast<double>(patches.size()));
 
   std::vector<PosedSurface> moved = patches;
   for (PosedSurface& patch : moved) patch.map_T_keyframe.translation() += Eigen::Vector3d(0.05, 0.05, 0.05);

@@ -2,9 +2,10 @@
 // keyframes, samples, pixels that the gradient model sees, triangles, bytes, against the errors of trajectory
 // and mesh.
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -47,7 +48,7 @@ template <class Value, class Turn>
 void add_settings(std::vector<Setting>& settings, const char* knob, const std::vector<Value>& values,
                   const Turn& turn) {
   for (const Value value : values)
-    settings.push_back({knob, format_text("%g", static_cast<double>(value)),
+    settings.push_back({knob, fmt::format("{:g}", static_cast<double>(value)),
                         [turn, value](Config& config) { turn(config, value); }});
 }
 

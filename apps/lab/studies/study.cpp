@@ -1,5 +1,7 @@
 #include "study.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <iostream>
 
@@ -33,7 +35,7 @@ std::string to_csv(const Json& rows) {
 
 std::string table_cell(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_float()) return format_text("%.4g", value.get<double>());
+  if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
   return value.is_null() ? "-" : value.dump();
 }
 

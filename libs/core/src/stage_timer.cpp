@@ -1,20 +1,8 @@
 #include "gelslam/core/stage_timer.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include "gelslam/core/median.hpp"
 
 namespace gelslam {
-namespace {
-
-/// Smallest sample that at least `share` of all samples do not exceed.
-double nearest_rank(std::vector<float>& samples, double share) {
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(samples.size())));
-  const auto at = samples.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
-  std::nth_element(samples.begin(), at, samples.end());
-  return *at;
-}
-
-}  // namespace
 
 void StageTimer::add(std::string_view stage, double duration_ms) {
   const std::lock_guard lock(mutex_);
@@ -41,7 +29,7 @@ std::vector<StageStatistics> StageTimer::statistics() const {
   for (const auto& [name, times] : stages_) {
     std::vector<float> samples = times.newest_ms;
     result[times.order] = {
-        name,         times.count,   nearest_rank(samples, 0.5), nearest_rank(samples, 0.95),
+        name,         times.count,   quantile_in_place(samples, 0.5), quantile_in_place(samples, 0.95),
         times.max_ms, times.total_ms};
   }
   return result;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
@@ -137,10 +138,7 @@ std::pair<float, float> range_of(std::vector<float> values, MeshColor color) {
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     return {*low, std::max(*high, *low + 1e-6F)};
   }
-  const auto p95 =
-      values.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), p95, values.end());
-  return {0.0F, std::max(*p95, 1e-3F)};
+  return {0.0F, std::max(quantile_in_place(values, 0.95), 1e-3F)};
 }
 
 fs::path data_folder_of(const fs::path& run) {

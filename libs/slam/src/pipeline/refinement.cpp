@@ -19,18 +19,17 @@ namespace {
 /// pairs of keyframes are many, and unpacking their surfaces for each would take minutes.
 class ContactGrid {
  public:
-  explicit ContactGrid(const Surface& surface)
-      : points_mm_(coarse_contact_points_mm(surface)),
-        cell_mm_(kCellPx * surface.pixel_pitch_mm),
-        corner_mm_(-0.5 * surface.pixel_pitch_mm *
-                   Eigen::Vector2d(surface.contact.cols, surface.contact.rows)),
-        height_mm_((surface.contact.rows + kCellPx - 1) / kCellPx,
-                   (surface.contact.cols + kCellPx - 1) / kCellPx, std::nanf("")) {
-    for (int v = 0; v < height_mm_.rows; ++v)
-      for (int u = 0; u < height_mm_.cols; ++u) {
-        const cv::Point middle(std::min(kCellPx * u + kCellPx / 2, surface.contact.cols - 1),
-                               std::min(kCellPx * v + kCellPx / 2, surface.contact.rows - 1));
-        if (surface.contact(middle)) height_mm_(v, u) = surface.height_mm(middle);
+  explicit ContactGrid(const Surface& surface) : points_mm_(coarse_contact_points_mm(surface)) {
+    const int rows = surface.contact.rows, columns = surface.contact.cols;
+    coarse_.pixel_pitch_mm = kCellPx * surface.pixel_pitch_mm;
+    coarse_.contact.create((rows + kCellPx - 1) / kCellPx, (columns + kCellPx - 1) / kCellPx);
+    coarse_.height_mm.create(coarse_.contact.size());
+    for (int v = 0; v < coarse_.contact.rows; ++v)
+      for (int u = 0; u < coarse_.contact.cols; ++u) {
+        const cv::Point middle(std::min(kCellPx * u + kCellPx / 2, columns - 1),
+                               std::min(kCellPx * v + kCellPx / 2, rows - 1));
+        coarse_.contact(v, u) = surface.contact(middle);
+        coarse_.height_mm(v, u) = surface.height_mm(middle);
       }
     for (const Eigen::Vector3d& point : points_mm_)
       center_mm_ += point / static_cast<double>(points_mm_.size());
@@ -38,21 +37,12 @@ class ContactGrid {
       radius_mm_ = std::max(radius_mm_, (point - center_mm_).norm());
   }
 
-  /// Whether a point of the sensor frame lies in the contact and close to its height.
-  bool shows(const Eigen::Vector3d& point_mm) const {
-    constexpr double kHeightToleranceMm = 0.5;
-    const Eigen::Vector2d cell = (point_mm.head<2>() - corner_mm_) / cell_mm_;
-    if (!(cell.x() >= 0 && cell.y() >= 0 && cell.x() < height_mm_.cols && cell.y() < height_mm_.rows))
-      return false;
-    const double height_mm = height_mm_(static_cast<int>(cell.y()), static_cast<int>(cell.x()));
-    return std::abs(point_mm.z() - height_mm) < kHeightToleranceMm;  // false for NaN
-  }
-
   /// Share of the smaller contact that lies on the other's.
   static double overlap(const ContactGrid& a, const ContactGrid& b, const Pose& a_T_b) {
     constexpr double kLeastFacing = 0.3;
     if (a_T_b.linear()(2, 2) < kLeastFacing) return 0.0;
-    if ((a_T_b * b.center_mm_ - a.center_mm_).norm() > a.radius_mm_ + b.radius_mm_ + a.cell_mm_) return 0.0;
+    if ((a_T_b * b.center_mm_ - a.center_mm_).norm() > a.radius_mm_ + b.radius_mm_ + a.coarse_.pixel_pitch_mm)
+      return 0.0;
     return a.points_mm_.size() < b.points_mm_.size() ? a.share_on(b, a_T_b.inverse()) : b.share_on(a, a_T_b);
   }
 
@@ -60,15 +50,14 @@ class ContactGrid {
   static constexpr int kCellPx = 4;
 
   double share_on(const ContactGrid& other, const Pose& other_T_this) const {
-    const auto shown = std::count_if(points_mm_.begin(), points_mm_.end(),
-                                     [&](const auto& point) { return other.shows(other_T_this * point); });
+    const auto shown = std::count_if(points_mm_.begin(), points_mm_.end(), [&](const auto& point) {
+      return shows(other.coarse_, other_T_this * point);
+    });
     return points_mm_.empty() ? 0.0 : static_cast<double>(shown) / static_cast<double>(points_mm_.size());
   }
 
   std::vector<Eigen::Vector3d> points_mm_;
-  double cell_mm_;
-  Eigen::Vector2d corner_mm_;
-  cv::Mat1f height_mm_;  ///< NaN outside the contact
+  Surface coarse_;  ///< contact and heights alone
   Eigen::Vector3d center_mm_ = Eigen::Vector3d::Zero();
   double radius_mm_ = 0;
 };

@@ -1,5 +1,7 @@
 #include "gelslam/slam/trial_drift.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 
 #include "gelslam/core/se3.hpp"
@@ -70,15 +72,15 @@ std::string describe_drift(const Vector6d& sigma) {
   constexpr double kMuchMm = 1.0, kMuchDeg = 5.0, kTwoSigma = 2.0;
   constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   std::string where;
-  const auto add = [&](const char* pattern, double two_sigma, std::size_t axis) {
-    where += (where.empty() ? "" : ", ") + format_text(pattern, two_sigma, kAxes[axis]);
+  const auto add = [&](const std::string& amount, const char* preposition, std::size_t axis) {
+    where += fmt::format("{}{} {} {}", where.empty() ? "" : ", ", amount, preposition, kAxes[axis]);
   };
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (const double mm = kTwoSigma * sigma[static_cast<int>(axis)]; mm > kMuchMm)
-      add("%.1f mm along %s", mm, axis);
+      add(fmt::format("{:.1f} mm", mm), "along", axis);
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (const double deg = kTwoSigma * kDegreesPerRadian * sigma[static_cast<int>(axis) + 3]; deg > kMuchDeg)
-      add("%.0f degrees about %s", deg, axis);
+      add(fmt::format("{:.0f} degrees", deg), "about", axis);
   return where.empty() ? "" : "may be off by " + where + " since the trial began";
 }
 

@@ -1,5 +1,7 @@
 #include "gelslam/surface/background.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -32,8 +34,7 @@ constexpr double kImprintCurvature = 0.0195;
 constexpr int kBorderPx = 3 * kBlockPx;  // the model extrapolates there
 
 float percentile(const cv::Mat1f& values, double share) {
-  std::vector<float> copy(values.begin(), values.end());
-  return quantile_in_place(copy, share);
+  return quantile(std::vector<float>(values.begin(), values.end()), share);
 }
 
 cv::Mat1f inside_border(const cv::Mat1f& map) {
@@ -101,7 +102,7 @@ std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, doub
   if (slope_99 < kBareSlope && curvature_99 < kImprintCurvature) return {};
   const double depth_mm =
       -pixel_pitch_mm * static_cast<double>(percentile(inside_border(local_part(height, 1.0, 32.0)), 0.005));
-  return format_text("the gel already shows an imprint, about %.1f mm deep (local slope %.2f)", depth_mm,
+  return fmt::format("the gel already shows an imprint, about {:.1f} mm deep (local slope {:.2f})", depth_mm,
                      slope_99);
 }
 

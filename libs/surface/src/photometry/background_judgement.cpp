@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -140,15 +142,16 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   const cv::Scalar channels = cv::mean(bgr);
   const double brightness = (channels[0] + channels[1] + channels[2]) / 3;
   if (brightness < kDarkLevel) {
-    doubts.push_back(format_text(
-        "the picture is very dark (mean %.0f of 255): are the sensor's lamps on, and is the exposure right?",
-        brightness));
+    doubts.push_back(
+        fmt::format("the picture is very dark (mean {:.0f} of 255): are the sensor's lamps on, and is the "
+                    "exposure right?",
+                    brightness));
   }
   const ChannelRange range = channel_range(bgr);
   const double saturated = share_above(range.most, surface::detail::kFullLevel);
   if (saturated > kSpoiltShare) {
     doubts.push_back(
-        format_text("%.1f %% of the picture is saturated: shorten the exposure; slopes cannot be read there",
+        fmt::format("{:.1f} % of the picture is saturated: shorten the exposure; slopes cannot be read there",
                     100 * saturated));
   }
   if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < kLeastColor) {
@@ -159,8 +162,8 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   if (markers) doubts.push_back(markers->sentence());
   const double stains = markers ? 0.0 : stained(bgr);
   if (stains > kSpoiltShare) {
-    doubts.push_back(format_text(
-        "%.1f %% of the gel differ sharply from what is around them: dirt, a tear, or something touches it",
+    doubts.push_back(fmt::format(
+        "{:.1f} % of the gel differ sharply from what is around them: dirt, a tear, or something touches it",
         100 * stains));
   }
   const std::string lamps = judge_lamps(mean, device_name);
@@ -168,11 +171,11 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);
     if (slope > surface::detail::kBareSlope) {
-      doubts.push_back(
-          format_text("the model reads the bare gel as sloped (%.2f in the middle of all pixels): is it this "
-                      "sensor's model, and were gel and "
-                      "exposure the same when it was calibrated?",
-                      slope));
+      doubts.push_back(fmt::format(
+          "the model reads the bare gel as sloped ({:.2f} in the middle of all pixels): is it this "
+          "sensor's model, and were gel and "
+          "exposure the same when it was calibrated?",
+          slope));
     }
   }
   return doubts;

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -83,11 +85,11 @@ double spread_of(const std::vector<double>& values, double middle) {
 
 std::string MarkerDots::sentence() const {
   if (!are_readable())
-    return format_text(
-        "the gel has %d markers, %.0f pixels apart, that cover %.0f %% of it: too little is left to read "
+    return fmt::format(
+        "the gel has {} markers, {:.0f} pixels apart, that cover {:.0f} % of it: too little is left to read "
         "slopes from; use a gel with fewer markers or none",
         count, spacing_px, 100 * covered_share);
-  return format_text("the gel has %d markers, %.0f pixels apart: their pixels are filled in from around",
+  return fmt::format("the gel has {} markers, {:.0f} pixels apart: their pixels are filled in from around",
                      count, spacing_px);
 }
 

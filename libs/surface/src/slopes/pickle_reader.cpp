@@ -1,6 +1,7 @@
 #include "slopes/pickle_reader.hpp"
 
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <string_view>
 #include <unordered_map>
 
@@ -182,10 +183,8 @@ class PickleMachine {
   }
 
   [[noreturn]] void refuse_opcode(unsigned char opcode) const {
-    char code[8];
-    std::snprintf(code, sizeof code, "0x%02x", opcode);
-    throw Error(std::string("pickle instruction ") + code + " at byte " + std::to_string(position_ - 1) +
-                " is not one a state_dict needs; refused");
+    throw Error(fmt::format("pickle instruction 0x{:02x} at byte {} is not one a state_dict needs; refused",
+                            opcode, position_ - 1));
   }
 
   unsigned char read_byte() {

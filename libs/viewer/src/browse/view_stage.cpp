@@ -10,6 +10,7 @@
 #include <numeric>
 #include <utility>
 
+#include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/triangle_scene.hpp"
 #include "gelslam/fusion/incremental_fusion.hpp"
 #include "scene/scene_geometry.hpp"
@@ -47,11 +48,10 @@ void add_vertices(const Mesh& mesh, std::size_t count, std::vector<Eigen::Vector
 std::vector<std::string> distance_notes(std::vector<float> distances_mm) {
   std::erase_if(distances_mm, [](float d) { return !std::isfinite(d); });
   if (distances_mm.empty()) return {};
-  const double count = static_cast<double>(distances_mm.size());
-  const double mean_mm = std::accumulate(distances_mm.begin(), distances_mm.end(), 0.0) / count;
-  const auto p90 = distances_mm.begin() + static_cast<std::ptrdiff_t>(0.9 * (count - 1));
-  std::nth_element(distances_mm.begin(), p90, distances_mm.end());
-  return {fmt::format("mean {:.3f} mm", mean_mm), fmt::format("90 % below {:.3f} mm", *p90)};
+  const double mean_mm = std::accumulate(distances_mm.begin(), distances_mm.end(), 0.0) /
+                         static_cast<double>(distances_mm.size());
+  return {fmt::format("mean {:.3f} mm", mean_mm),
+          fmt::format("90 % below {:.3f} mm", quantile_in_place(distances_mm, 0.9))};
 }
 
 }  // namespace

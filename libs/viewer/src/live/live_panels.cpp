@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gelslam/core/text.hpp"
 #include "live/live_window.hpp"
 
 namespace gelslam::viewer::detail {
@@ -10,7 +11,7 @@ namespace {
 
 constexpr double kPadding = 14, kMargin = 18;  // design pixels
 constexpr std::size_t kMaxStages = 8;
-constexpr double kLowDiskBytes = 2e9;
+constexpr std::int64_t kLowDiskBytes = 2'000'000'000;
 
 struct Figure {
   const char* label;
@@ -24,7 +25,7 @@ Figure loss(const char* label, std::int64_t count) {
 
 std::vector<Figure> figures_of(const LiveFrame& frame) {
   const LiveStatus& s = frame.status;
-  const double disk = frame.disk_free_bytes;
+  const std::int64_t disk = frame.disk_free_bytes;
   return {
       {"Rate", s.rate_hz > 0 ? fmt::format("{:.1f} Hz", s.rate_hz) : "-"},
       {"Latency", text_of_ms(s.latency_ms)},
@@ -35,9 +36,9 @@ std::vector<Figure> figures_of(const LiveFrame& frame) {
       loss("Camera lost", s.lost_by_camera),
       loss("Dropped", s.dropped),
       loss("Damaged", s.damaged),
-      {"Memory", text_of_bytes(s.memory_mb * 1e6)},
-      {"Log", s.log_bytes > 0 ? text_of_bytes(static_cast<double>(s.log_bytes)) : "none"},
-      {"Disk free", disk < 0 ? "-" : text_of_bytes(disk),
+      {"Memory", bytes_text(std::llround(s.memory_mb * 1e6))},
+      {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"},
+      {"Disk free", disk < 0 ? "-" : bytes_text(disk),
        disk >= 0 && disk < kLowDiskBytes ? theme::kRed : theme::kText},
   };
 }
@@ -98,7 +99,7 @@ void draw_results(Ui& ui, float bottom, const LiveFrame& frame) {
   ui.gap(12);
   for (const ResultFile& file : frame.results) {
     if (ui.room().y + ui.height_of(Face::body) + ui.px(7) > bottom) return;
-    ui.row(Face::body, file.name, file.bytes < 0 ? "" : text_of_bytes(file.bytes), theme::kText, theme::kDim,
+    ui.row(Face::body, file.name, file.bytes < 0 ? "" : bytes_text(file.bytes), theme::kText, theme::kDim,
            Cut::start);
     ui.gap(7);
   }
@@ -143,7 +144,7 @@ void draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, bool names_fol
 
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame) {
   ui.begin_panel("##side", side, kPadding);
-  ui.row(Face::small, frame.status.source, text_of_duration(frame.status.age_s));
+  ui.row(Face::small, frame.status.source, duration_text(frame.status.age_s));
   ui.gap(8);
   const Box inner = ui.room();
   const float stages = stages_height(ui, frame.stages.size()), figures = figures_height(ui);

@@ -22,10 +22,10 @@ std::filesystem::path existing_parent(std::filesystem::path folder) {
   return folder;
 }
 
-double free_bytes(const std::filesystem::path& folder) {
+std::int64_t free_bytes(const std::filesystem::path& folder) {
   std::error_code code;
   const auto space = std::filesystem::space(existing_parent(folder), code);
-  return code ? -1 : static_cast<double>(space.available);
+  return code ? -1 : static_cast<std::int64_t>(space.available);
 }
 
 /// Meshes are what most people look for, screenshots what they know already.
@@ -38,7 +38,7 @@ std::vector<ResultFile> files_in(const std::filesystem::path& folder) {
   for (std::filesystem::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
     std::error_code ignored;
     const bool is_folder = it->is_directory(ignored);
-    const double bytes = is_folder ? -1 : static_cast<double>(it->file_size(ignored));
+    const std::int64_t bytes = is_folder ? -1 : static_cast<std::int64_t>(it->file_size(ignored));
     files.push_back({it->path().filename().string() + (is_folder ? "/" : ""), bytes});
   }
   std::sort(files.begin(), files.end(), [](const ResultFile& a, const ResultFile& b) {

@@ -16,7 +16,7 @@ namespace gelslam::viewer::detail {
 /// A file of the finished scan; negative bytes for a folder.
 struct ResultFile {
   std::string name;
-  double bytes = 0;
+  std::int64_t bytes = 0;
 };
 
 /// All that the panels show.
@@ -24,9 +24,9 @@ struct LiveFrame {
   LiveStatus status;
   StateWords words;
   std::vector<StageStatistics> stages;
-  std::string output_folder;        ///< of the run; empty: nothing is kept
-  double disk_free_bytes = -1;      ///< negative: not known
-  std::vector<ResultFile> results;  ///< once finished
+  std::string output_folder;          ///< of the run; empty: nothing is kept
+  std::int64_t disk_free_bytes = -1;  ///< negative: not known
+  std::vector<ResultFile> results;    ///< once finished
   const Texture* tactile = nullptr;
   const Texture* normals = nullptr;
 };

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <string_view>
@@ -88,26 +87,6 @@ StateWords state_words(const LiveStatus& status) {
     words.advice = sentences(describe(status.completeness)) + " The rest is saved. Q closes.";
   }
   return words;
-}
-
-std::string text_of_bytes(double bytes) {
-  if (!(bytes >= 1)) return "0";
-  if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
-  constexpr std::array<const char*, 4> kUnits = {"kB", "MB", "GB", "TB"};
-  std::size_t unit = 0;
-  double value = bytes / 1e3;
-  while (value >= 999.5 && unit + 1 < kUnits.size()) {
-    value /= 1e3;
-    ++unit;
-  }
-  return fmt::format("{:.{}f} {}", value, value < 9.995 ? 2 : value < 99.95 ? 1 : 0, kUnits[unit]);
-}
-
-std::string text_of_duration(double s) {
-  if (!std::isfinite(s) || s < 0) s = 0;
-  const auto total = static_cast<long long>(s);
-  if (total >= 3600) return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
-  return fmt::format("{}:{:02}", total / 60, total % 60);
 }
 
 std::string text_of_count(std::int64_t n) {

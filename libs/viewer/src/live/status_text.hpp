@@ -20,8 +20,6 @@ StateWords state_words(const LiveStatus& status);
 std::string sentences(
     std::string_view text);  ///< "too little; touch a place" -> "Too little. Touch a place."
 
-std::string text_of_bytes(double bytes);    ///< "0", "812 kB", "1.24 GB"
-std::string text_of_duration(double s);     ///< "0:07", "12:30", "1:02:03"
 std::string text_of_count(std::int64_t n);  ///< "12 345"
 std::string text_of_ms(double ms);          ///< "4.2 ms", "18 ms", "1.3 s"; "-" when it is not known
 

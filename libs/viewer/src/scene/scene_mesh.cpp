@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "gelslam/core/median.hpp"
 #include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
@@ -45,19 +46,6 @@ std::optional<int> level_for(const DrawableMesh& mesh, float cell_mm) {
   const int level = static_cast<int>(std::floor(std::log2(std::min(cell_mm, coarsest))));
   if (std::ldexp(1.0F, level) < kLeastEdgesPerCell * mesh.edge_mm) return std::nullopt;
   return level;
-}
-
-float percentile(std::vector<float> values, double share) {
-  if (values.empty()) return 0;
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
-float percentile_of_size(std::vector<float> values, double share) {
-  for (float& value : values) value = std::abs(value);
-  return percentile(std::move(values), share);
 }
 
 /// Distance along the ray to the triangle, or nothing (Möller & Trumbore 1997; both sides).
@@ -119,8 +107,10 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   if (mesh.indices.empty()) return;
   Block& block = blocks_[key];
   block.mesh = std::move(mesh);
-  block.confidence_p95 = percentile(block.mesh.confidence, 0.95);
-  block.curvature_p80 = percentile_of_size(block.mesh.curvature, 0.8);
+  block.confidence_p95 = quantile(block.mesh.confidence, 0.95);
+  std::vector<float> bend = block.mesh.curvature;
+  for (float& curvature : bend) curvature = std::abs(curvature);
+  block.curvature_p80 = quantile_in_place(bend, 0.8);
   upload_vertices(block, {});
   block.full = upload_indices(block.mesh.indices);
   triangles_ += block.mesh.indices.size() / 3;
@@ -150,14 +140,14 @@ const AlignedBox3f& SceneMesh::box_mm() const {
 float SceneMesh::confidence_p95() const {
   std::vector<float> of_blocks;
   for (const auto& [key, block] : blocks_) of_blocks.push_back(block.confidence_p95);
-  return percentile(std::move(of_blocks), 0.95);
+  return quantile_in_place(of_blocks, 0.95);
 }
 
 float SceneMesh::typical_curvature() const {
   if (curvature_is_old_) {
     std::vector<float> of_blocks;
     for (const auto& [key, block] : blocks_) of_blocks.push_back(block.curvature_p80);
-    typical_curvature_ = percentile(std::move(of_blocks), 0.5);
+    typical_curvature_ = quantile_in_place(of_blocks, 0.5);
     curvature_is_old_ = false;
   }
   return typical_curvature_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "gelslam/core/median.hpp"
+
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -21,10 +23,7 @@ Eigen::Vector3d contact_center(const MapSnapshot::Node& node) {
 float round_limit_mm(std::vector<float> distance_mm) {
   std::erase_if(distance_mm, [](float d) { return !std::isfinite(d) || d < 0; });
   if (distance_mm.empty()) return 1;
-  const auto place =
-      distance_mm.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(distance_mm.size() - 1));
-  std::nth_element(distance_mm.begin(), place, distance_mm.end());
-  const float wanted = std::max(*place, 1e-4F);
+  const float wanted = std::max(quantile_in_place(distance_mm, 0.98), 1e-4F);
   const float power = std::pow(10.0F, std::floor(std::log10(wanted)));
   for (const float step : {1.0F, 2.0F, 5.0F}) {
     if (step * power >= wanted) return step * power;

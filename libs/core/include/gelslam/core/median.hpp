@@ -26,6 +26,9 @@ Value quantile_in_place(std::vector<Value>& values, double share) {
 }
 
 /// The same of a copy.
-inline double quantile(std::vector<double> values, double share) { return quantile_in_place(values, share); }
+template <typename Value>
+Value quantile(std::vector<Value> values, double share) {
+  return quantile_in_place(values, share);
+}
 
 }  // namespace gelslam

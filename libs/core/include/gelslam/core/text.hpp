@@ -30,10 +30,6 @@ std::string quoted(const std::filesystem::path& path);
 /// ASCII letters only.
 std::string lower_case(std::string text);
 
-/// printf into a string, of 511 bytes at most. New code calls fmt::format (<fmt/core.h>), which every library
-/// that links core can use.
-[[gnu::format(printf, 1, 2)]] std::string format_text(const char* pattern, ...);
-
 /// "1 loop", "0 loops", "2 presses": with the noun's regular plural.
 std::string counted(std::int64_t number, std::string_view noun);
 
@@ -50,7 +46,7 @@ std::string short_number(double value, int digits = 4);
 /// "4 s", "2:05 min", "1:02:05 h"; rounded to whole seconds.
 std::string duration_text(double seconds);
 
-/// "12.3 MB", "1.20 GB" (powers of ten).
+/// "7 B", "812 kB", "1.24 GB" (powers of ten).
 std::string bytes_text(std::int64_t bytes);
 
 /// Bytes as text for JSON and HTML: RFC 4648, with padding.
