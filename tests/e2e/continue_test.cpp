@@ -6,7 +6,6 @@
 
 #include <nlohmann/json.hpp>
 #include <random>
-#include <thread>
 
 #include "../support/run_program.hpp"
 #include "simulated_scan.hpp"

@@ -8,13 +8,10 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <sstream>
-#include <thread>
 
 #include "simulated_scan.hpp"
 

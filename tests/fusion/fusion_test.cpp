@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 #include "gelslam/core/error.hpp"
 #include "mesh_checks.hpp"

@@ -7,7 +7,6 @@
 #include <array>
 #include <fstream>
 #include <random>
-#include <set>
 #include <sstream>
 #include <string>
 

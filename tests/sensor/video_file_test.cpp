@@ -5,7 +5,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
-#include <random>
 
 #include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"

@@ -143,7 +143,7 @@ TEST(Training, LearnsAKnownFunctionOfColor) {
 TEST(PthFile, IsReadBackExactlyByTheEstimatorsReader) {
   const TemporaryFolder folder;
   write_pth_model(folder / "nnmodel.pth", trained());
-  EXPECT_EQ(read_pth_model(folder / "nnmodel.pth"), trained());
+  EXPECT_EQ(read_model(folder / "nnmodel.pth"), trained());
 }
 
 TEST(PthFile, SameNetworkSameBytesAndNothingHalfWritten) {
@@ -173,7 +173,7 @@ TEST(CalibrationFolder, HasWhatItsCatalogNames) {
   }
   EXPECT_EQ(presses, 10);
   EXPECT_TRUE(std::filesystem::exists(folder / "background.png"));
-  EXPECT_NO_THROW(read_pth_model(folder / "model" / "nnmodel.pth"));
+  EXPECT_NO_THROW(read_model(folder / "model" / "nnmodel.pth"));
 }
 
 TEST(Calibration, MistakesAreErrors) {

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 #include <opencv2/core.hpp>
 
 #include "gelslam/core/error.hpp"

@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 #include <set>
 #include <vector>

@@ -14,7 +14,6 @@
 #include <ctime>
 #include <fstream>
 #include <thread>
-#include <vector>
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"

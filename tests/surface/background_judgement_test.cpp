@@ -181,10 +181,10 @@ class RealBackgrounds : public ::testing::Test {
     if (!fs::exists(data / "sequences")) GTEST_SKIP() << "no data in " << data << "; set GELSLAM_DATA";
     for (const char* name : {"calibration", "calibration_b", "calibration_sim"}) {
       sensors.push_back({name, cv::imread((data / name / "background.png").string()),
-                         read_pth_model(data / name / "model/nnmodel.pth")});
+                         read_model(data / name / "model/nnmodel.pth")});
     }
     sensors.push_back({"frames", cv::imread((data / "frames/background.png").string()),
-                       read_pth_model(data / "frames/nnmodel.pth")});
+                       read_model(data / "frames/nnmodel.pth")});
     cv::Mat3b clip;
     cv::resize(cv::imread((data / "clips/background.png").string()), clip, cv::Size(320, 240), 0, 0,
                cv::INTER_CUBIC);

@@ -87,7 +87,6 @@ TEST(ModelFile, ReadsBothKindsByContentNotByName) {
   EXPECT_EQ(read_model(folder / "a.json"), written.model);
   EXPECT_EQ(read_model(folder / "b.pth"), written.model);
   EXPECT_FALSE(read_model_file(folder / "a.json").record);
-  EXPECT_EQ(read_pth_model(folder / "a.json"), written.model);
 }
 
 TEST(ModelFile, GivesTheSameBytesForTheSameModel) {

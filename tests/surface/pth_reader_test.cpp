@@ -20,9 +20,7 @@ PthFile good_file() {
 }
 
 GradientModel read(const std::string& bytes) {
-  const TemporaryFolder folder;
-  write_bytes(folder / "nnmodel.pth", bytes);
-  return read_pth_model(folder / "nnmodel.pth");
+  return parse_pth_model({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}, "nnmodel.pth");
 }
 
 GradientModel read(const PthFile& file) { return read(zip_archive(file.entries())); }
@@ -116,14 +114,15 @@ TEST(PthReader, RefusesWhatIsNoModelFile) {
   EXPECT_THAT(refusal(std::string()), HasSubstr("no data.pkl"));  // an empty file is an empty archive
   EXPECT_THAT(refusal(whole.substr(0, whole.size() / 2)), HasSubstr("not a zip archive, or truncated"));
   EXPECT_THAT(refusal(zip_archive({{"readme.txt", "hello"}})), HasSubstr("no data.pkl"));
-  EXPECT_THAT(refusal(std::string(5 << 20, 'x')), HasSubstr("larger than 4 MiB"));
+  const TemporaryFolder folder;
+  write_bytes(folder / "nnmodel.pth", std::string(5 << 20, 'x'));
+  EXPECT_THAT(message_of<Error>([&] { read_model(folder / "nnmodel.pth"); }), HasSubstr("larger than 4 MiB"));
 }
 
 TEST(PthReader, SaysWhichFileIsMissing) {
   const TemporaryFolder folder;
-  EXPECT_THAT(message_of<Error>([&] { read_pth_model(folder / "no.pth"); }),
-              HasSubstr("no.pth' does not exist"));
-  EXPECT_THAT(message_of<Error>([&] { read_pth_model(folder.path()); }), HasSubstr("is no file"));
+  EXPECT_THAT(message_of<Error>([&] { read_model(folder / "no.pth"); }), HasSubstr("no.pth' does not exist"));
+  EXPECT_THAT(message_of<Error>([&] { read_model(folder.path()); }), HasSubstr("is no file"));
 }
 
 TEST(PthReader, RefusesDeeplyNestedAndSelfReferringPicklesQuickly) {

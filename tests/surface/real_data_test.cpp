@@ -56,12 +56,12 @@ class RealData : public ::testing::Test {
 TEST_F(RealData, EveryModelIsRead) {
   for (const char* path : {"frames/nnmodel.pth", "calibration/model/nnmodel.pth",
                            "calibration_b/model/nnmodel.pth", "calibration_sim/model/nnmodel.pth"}) {
-    EXPECT_NO_THROW(read_pth_model(data_folder() / path)) << path;
+    EXPECT_NO_THROW(read_model(data_folder() / path)) << path;
   }
 }
 
 TEST_F(RealData, ContactIsFoundAsSoonAsTheObjectTouches) {
-  const GradientModel model = read_pth_model(data_folder() / "calibration_sim" / "model" / "nnmodel.pth");
+  const GradientModel model = read_model(data_folder() / "calibration_sim" / "model" / "nnmodel.pth");
   for (const char* sequence :
        {"track_coin", "track_peanut", "track_plank", "hard_noise", "hard_light", "hard_dirt"}) {
     const std::vector<cv::Mat3b> frames = first_frames(sequence, 12);
@@ -77,7 +77,7 @@ TEST_F(RealData, ContactIsFoundAsSoonAsTheObjectTouches) {
 TEST_F(RealData, BackgroundsAreCleanAndPressesAreNot) {
   for (const char* name : {"calibration", "calibration_b", "calibration_sim"}) {
     const fs::path folder = data_folder() / name;
-    const GradientModel model = read_pth_model(folder / "model" / "nnmodel.pth");
+    const GradientModel model = read_model(folder / "model" / "nnmodel.pth");
     EXPECT_EQ(check_background({read(folder / "background.png")}, model, {}).reason, "") << name;
     const std::vector<Press> all = presses(folder);
     for (std::size_t k = 0; k < all.size(); k += 3) {

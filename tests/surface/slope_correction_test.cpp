@@ -3,12 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 namespace gelslam {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
+
+SlopeCorrection of_scale(const GradientScale& read_over_true) {
+  SlopeCorrection correction;
+  correction.factors[SlopeCorrection::kScaleX] = 1.0 - 1.0 / read_over_true.x;
+  correction.factors[SlopeCorrection::kScaleY] = 1.0 - 1.0 / read_over_true.y;
+  return correction;
+}
 
 /// A dent of the gel, 1.2 mm wide and 0.6 mm deep, with slopes read `gain` times too steep and heights
 /// integrated from them; touched where it is deep.
@@ -42,7 +48,7 @@ TEST(SlopeCorrection, NoneLeavesTheSurfaceAsItIs) {
 
 TEST(SlopeCorrection, TakesAGainFromSlopesAndHeights) {
   const Surface truth = dent(1.0, 1.0);
-  const SurfacePtr corrected = SlopeCorrector().apply(dent(1.2, 1.2), SlopeCorrection::of_scale({1.2, 1.2}));
+  const SurfacePtr corrected = SlopeCorrector().apply(dent(1.2, 1.2), of_scale({1.2, 1.2}));
   EXPECT_LT(cv::norm(corrected->normals, truth.normals, cv::NORM_INF), 1e-5);
   // The dent's rim is 6 sigma wide and the pixels are 0.1 mm: what the integral of sampled slopes leaves.
   EXPECT_LT(cv::norm(corrected->height_mm, truth.height_mm, cv::NORM_INF), 0.002);
@@ -50,7 +56,7 @@ TEST(SlopeCorrection, TakesAGainFromSlopesAndHeights) {
 
 TEST(SlopeCorrection, GainsAlongTheAxesDoNotMix) {
   const Surface truth = dent(1.0, 1.0);
-  const SurfacePtr corrected = SlopeCorrector().apply(dent(1.1, 0.9), SlopeCorrection::of_scale({1.1, 0.9}));
+  const SurfacePtr corrected = SlopeCorrector().apply(dent(1.1, 0.9), of_scale({1.1, 0.9}));
   EXPECT_LT(cv::norm(corrected->normals, truth.normals, cv::NORM_INF), 1e-5);
 }
 
@@ -73,7 +79,7 @@ TEST(SlopeCorrection, TakesSurfacesOfAnySizeInTurn) {
   small.normals = large.normals(part).clone();
   small.contact = large.contact(part).clone();
   small.curvature = large.curvature(part).clone();
-  const SlopeCorrection correction = SlopeCorrection::of_scale({1.1, 0.9});
+  const SlopeCorrection correction = of_scale({1.1, 0.9});
   SlopeCorrector corrector;
   for (const Surface* read : {&large, static_cast<const Surface*>(&small)}) {
     const SurfacePtr corrected = corrector.apply(*read, correction),

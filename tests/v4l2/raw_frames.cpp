@@ -1,7 +1,6 @@
 // Writes pictures as a GelSight Mini's camera would send them, as JPEG: raw_frames OUT FRAMES [VIDEO]
 // Without a video: a made-up gel picture of the camera's full size. With one (320x240, as logs are): its
 // frames at half their size with a border that the crop takes away, which an emulated machine can follow.
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <opencv2/imgproc.hpp>
 
 #include "../support/round_touch.hpp"
 #include "window_pictures.hpp"

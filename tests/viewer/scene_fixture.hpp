@@ -33,7 +33,14 @@ class SceneDrawing : public testing::Test {
     camera.set_distance_mm(30);
   }
 
-  cv::Mat3b draw(Scene& scene) const { return render_scene_offscreen(scene, camera, style, kWidth, kHeight); }
+  /// Finer levels of detail are made first, so that the picture does not depend on what was drawn before.
+  cv::Mat3b draw(Scene& scene) const {
+    RenderTarget target(kWidth, kHeight);
+    target.bind();
+    scene.finish_details();
+    scene.draw(camera, kWhole, style);
+    return target.read();
+  }
 
   /// 255 where the picture differs from the empty background.
   cv::Mat1b mask_of(const cv::Mat3b& picture) const {

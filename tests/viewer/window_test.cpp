@@ -7,7 +7,6 @@
 
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "fake_session.hpp"
 #include "live/live_window.hpp"

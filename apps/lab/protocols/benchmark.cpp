@@ -1,7 +1,6 @@
 #include "protocols/benchmark.hpp"
 
 #include <cstdint>
-#include <utility>
 
 namespace gelslam {
 namespace {

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <numeric>
 #include <random>
@@ -23,7 +22,6 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/surface/model_file.hpp"
 #include "study.hpp"

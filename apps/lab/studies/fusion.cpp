@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <vector>
 
 #include "gelslam/core/error.hpp"

@@ -2,7 +2,6 @@
 // those of the sequences; every answer is written with its gates' values and its true error.
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <iterator>

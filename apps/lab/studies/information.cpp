@@ -12,7 +12,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -20,11 +19,9 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/se3.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 #include "judgement.hpp"
 #include "study.hpp"

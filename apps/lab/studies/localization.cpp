@@ -1,7 +1,6 @@
 // Study: the sensor's place in a known map, from maps of runs and of meshes, on touches with truth. How often
 // is it found at the first touch and after rolling on, how exactly, how fast, and is anything given as
 // certain that is wrong?
-#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <iostream>

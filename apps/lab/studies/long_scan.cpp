@@ -15,7 +15,6 @@
 #include <thread>
 #include <vector>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"

@@ -4,8 +4,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
-#include <string>
 #include <vector>
 
 #include "gelslam/backend/pose_graph.hpp"

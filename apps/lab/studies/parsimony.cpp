@@ -5,7 +5,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -15,9 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/progress.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/slam/reconstruct.hpp"
 #include "gelslam/slam/surface_stream.hpp"

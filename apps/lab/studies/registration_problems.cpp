@@ -63,8 +63,7 @@ std::map<int, SurfacePtr> surfaces_of(const std::filesystem::path& folder, cv::S
     if (!estimator) {
       SurfaceOptions options = config.surface;
       options.pixel_pitch_mm = config.sensor.pixel_pitch_mm * config.sensor.width_px / size.width;
-      estimator.emplace(read_pth_model(config.sensor.calibration_model_path), mean_image(background),
-                        options);
+      estimator.emplace(read_model(config.sensor.calibration_model_path), mean_image(background), options);
     }
     const double start_ms = thread_cpu_ms();
     SurfacePtr surface = estimator->estimate(picture);

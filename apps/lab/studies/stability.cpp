@@ -2,7 +2,6 @@
 // method against the size of the motion, overlap, noise, texture, depth, light, dirt and missing frames.
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <map>

@@ -1,7 +1,6 @@
 #include "touch_studio.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <random>

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <map>
-#include <tuple>
 
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"

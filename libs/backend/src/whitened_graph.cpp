@@ -1,7 +1,5 @@
 #include "whitened_graph.hpp"
 
-#include <cmath>
-
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/se3.hpp"
 

@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <utility>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"

@@ -2,7 +2,6 @@
 
 #include <Eigen/SVD>
 #include <cmath>
-#include <string>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/se3.hpp"

@@ -1,5 +1,4 @@
 #include <Eigen/Geometry>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,6 @@
 #include "normal_flow_kernels.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 

@@ -1,11 +1,8 @@
 #include "registration_quality.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 namespace gelslam::registration::detail {
 namespace {

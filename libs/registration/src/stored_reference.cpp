@@ -7,11 +7,9 @@
 namespace gelslam {
 namespace {
 
-/// References that stay ready: 0.5 MB each, and the surface (1.7 MB).
-constexpr std::size_t kReadyReferences = 32;
-
+/// 0.5 MB each, and the surface (1.7 MB).
 RecentlyUsed<std::shared_ptr<const NormalFlowReference>>& ready_references() {
-  static RecentlyUsed<std::shared_ptr<const NormalFlowReference>> references(kReadyReferences);
+  static RecentlyUsed<std::shared_ptr<const NormalFlowReference>> references;
   return references;
 }
 

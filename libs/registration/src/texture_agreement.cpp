@@ -1,6 +1,5 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 
 #include "normal_flow_reference.hpp"
 #include "registration_quality.hpp"

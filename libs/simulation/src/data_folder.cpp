@@ -7,7 +7,6 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <sstream>
 #include <thread>
 
 #include "data_files.hpp"

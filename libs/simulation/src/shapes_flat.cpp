@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <numbers>
-#include <vector>
 
 #include "implicit_shape.hpp"
 #include "random.hpp"

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
@@ -17,7 +16,6 @@ namespace gelslam {
 namespace {
 
 constexpr std::string_view kMagic = "GELSURF1";
-constexpr int kMaxSide = 8192;
 constexpr std::size_t kShortPlanes = 4;   // nx, ny, height, curvature
 constexpr std::size_t kCoarsePlanes = 3;  // nx, ny, height
 constexpr int kCellPx = 4;
@@ -229,7 +227,8 @@ std::string inflated(const std::string& bytes, std::size_t expected) {
 }
 
 bool is_possible(const PackedHeader& h) {
-  const bool size = h.width >= 1 && h.height >= 1 && h.width <= kMaxSide && h.height <= kMaxSide;
+  const bool size = h.width >= 1 && h.height >= 1 && h.width <= PackedSurface::kMaxSide &&
+                    h.height <= PackedSurface::kMaxSide;
   const bool box = h.box_x + h.box_width <= h.width && h.box_y + h.box_height <= h.height;
   const bool center = std::isfinite(h.center_x_mm) && std::isfinite(h.center_y_mm);
   const bool sigma = h.model_sigma > 0 && h.model_sigma <= 1000;

@@ -9,12 +9,9 @@
 namespace gelslam {
 namespace {
 
-/// Surfaces that stay unpacked: 1.7 MB each at 320x240. Loop closure and refinement come back to the same few
-/// dozen keyframes.
-constexpr std::size_t kUnpackedSurfaces = 32;
-
+/// 1.7 MB each at 320x240. Loop closure and refinement come back to the same few dozen keyframes.
 RecentlyUsed<SurfacePtr>& unpacked_surfaces() {
-  static RecentlyUsed<SurfacePtr> surfaces(kUnpackedSurfaces);
+  static RecentlyUsed<SurfacePtr> surfaces;
   return surfaces;
 }
 

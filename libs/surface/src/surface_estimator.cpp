@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"

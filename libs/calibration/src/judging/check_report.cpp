@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "gelslam/calibration/model_check.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"

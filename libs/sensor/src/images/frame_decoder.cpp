@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"

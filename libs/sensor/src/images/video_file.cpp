@@ -7,7 +7,6 @@ extern "C" {
 }
 
 #include <cmath>
-#include <vector>
 
 #include "gelslam/core/error.hpp"
 #include "images/crop.hpp"

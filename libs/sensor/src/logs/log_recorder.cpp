@@ -5,7 +5,6 @@
 #include <mutex>
 #include <thread>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "images/sources.hpp"

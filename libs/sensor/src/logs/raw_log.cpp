@@ -1,13 +1,10 @@
 #include "gelslam/sensor/raw_log.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <fstream>
 #include <sstream>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "images/sources.hpp"
 #include "logs/matroska_file.hpp"

@@ -1,7 +1,6 @@
 #include "gelslam/slam/refinement.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <set>
 

@@ -5,7 +5,6 @@
 #include <array>
 
 #include "gelslam/core/se3.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam {

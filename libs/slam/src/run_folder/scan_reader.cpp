@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
-#include <set>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"

@@ -1,8 +1,5 @@
 #include "gelslam/slam/session.hpp"
 
-#include <fmt/format.h>
-
-#include <cmath>
 #include <limits>
 
 #include "gelslam/core/error.hpp"

@@ -1,17 +1,15 @@
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/image/tiff.hpp"
+#include "gelslam/surface/packed_surface.hpp"
 #include "run_folder/session_text.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kMaxSide = 8192;
 
 /// What version 1 has written: a unit normal's x and y, a height, and a curvature or NaN.
 bool possible(const cv::Vec4f& value) {
@@ -83,7 +81,7 @@ Session load_session_v1(const fs::path& folder, const Json& json) {
     throw Error("impossible gradient scale");
   if (json.at("keyframes").empty()) return session;
   const cv::Size size(json.at("width_px").get<int>(), json.at("height_px").get<int>());
-  if (size.width < 1 || size.height < 1 || size.width > kMaxSide || size.height > kMaxSide)
+  if (size.width < 1 || size.height < 1 || std::max(size.width, size.height) > PackedSurface::kMaxSide)
     throw Error("impossible image size");
   const double pixel_pitch_mm = json.at("pixel_pitch_mm").get<double>();
   if (!(pixel_pitch_mm > 0 && pixel_pitch_mm <= 10)) throw Error("impossible pixel pitch");

@@ -4,7 +4,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/trajectory.hpp"
 
 namespace gelslam {

@@ -11,7 +11,6 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <climits>
 #include <csignal>
 #include <deque>
 #include <list>
@@ -20,7 +19,6 @@
 #include <thread>
 #include <vector>
 
-#include "gelslam/core/error.hpp"
 #include "stream/stream_socket.hpp"
 
 namespace gelslam {

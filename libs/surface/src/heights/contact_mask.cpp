@@ -4,7 +4,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/median.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gelslam/core/median.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/surface/background.hpp"
 #include "photometry/pixel_repair.hpp"
 

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <string_view>
 
@@ -155,22 +154,6 @@ GradientModel parse_pth_model(std::span<const unsigned char> file, const std::st
   } catch (const Error& error) {
     throw Error("gradient model '" + name + "': " + error.what());
   }
-}
-
-GradientModel read_pth_model(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    throw Error("gradient model '" + path.string() + "' does not exist or is no file (give an nnmodel.pth)");
-  }
-  std::ifstream stream(path, std::ios::binary);
-  std::vector<unsigned char> bytes(kMaxModelBytes + 1);
-  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!stream.is_open() || stream.bad()) throw Error("gradient model '" + path.string() + "' cannot be read");
-  bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() > kMaxModelBytes) {
-    throw Error("gradient model '" + path.string() + "' is larger than 4 MiB, this is no gradient model");
-  }
-  return parse_pth_model(bytes, path.string());
 }
 
 }  // namespace gelslam

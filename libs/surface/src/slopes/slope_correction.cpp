@@ -38,13 +38,6 @@ float weighted(const SlopeCorrection::AxisTerms& terms, const double* factors, f
 
 }  // namespace
 
-SlopeCorrection SlopeCorrection::of_scale(const GradientScale& read_over_true) {
-  SlopeCorrection correction;
-  correction.factors[kScaleX] = 1.0 - 1.0 / read_over_true.x;
-  correction.factors[kScaleY] = 1.0 - 1.0 / read_over_true.y;
-  return correction;
-}
-
 GradientScale SlopeCorrection::scale() const {
   return {1.0 / (1.0 - factors[kScaleX]), 1.0 / (1.0 - factors[kScaleY])};
 }

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <numbers>
 #include <opencv2/core.hpp>
 #include <vector>
 

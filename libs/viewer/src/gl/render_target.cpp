@@ -5,7 +5,6 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/gl_context.hpp"
-#include "gelslam/viewer/scene.hpp"
 #include "gl/gl_objects.hpp"
 
 namespace gelslam {
@@ -66,19 +65,6 @@ cv::Mat3b RenderTarget::read() {
   cv::cvtColor(rgba, bgr, cv::COLOR_RGBA2BGR);
   cv::flip(bgr, upright, 0);
   return upright;
-}
-
-cv::Mat3b render_scene_offscreen(Scene& scene, const OrbitCamera& camera, const SceneStyle& style,
-                                 int width_px, int height_px) {
-  GLint bound_before = 0;
-  glGetIntegerv(GL_FRAMEBUFFER_BINDING, &bound_before);
-  RenderTarget target(width_px, height_px);
-  target.bind();
-  scene.finish_details();
-  scene.draw(camera, {0, 0, width_px, height_px}, style);
-  cv::Mat3b picture = target.read();
-  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(bound_before));
-  return picture;
 }
 
 }  // namespace gelslam

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <system_error>
 
-#include "gelslam/core/error.hpp"
 #include "ui/script.hpp"
 
 namespace gelslam::viewer::detail {

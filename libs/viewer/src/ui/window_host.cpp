@@ -11,7 +11,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <opencv2/imgproc.hpp>
 #include <thread>
 
 #include "gelslam/core/error.hpp"

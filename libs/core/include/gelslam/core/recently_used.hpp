@@ -8,12 +8,10 @@
 
 namespace gelslam {
 
-/// Keeps the shared objects alive that were used last, a fixed number of them. Thread-safe.
+/// Keeps the 32 shared objects alive that were used last. Thread-safe.
 template <typename SharedPointer>
 class RecentlyUsed {
  public:
-  explicit RecentlyUsed(std::size_t capacity) : capacity_(capacity) {}
-
   void use(const SharedPointer& object) {
     SharedPointer dropped;  // destroyed outside the lock
     const std::lock_guard lock(mutex_);
@@ -23,13 +21,14 @@ class RecentlyUsed {
       return;
     }
     kept_.push_back(object);
-    if (kept_.size() <= capacity_) return;
+    if (kept_.size() <= kCapacity) return;
     dropped = std::move(kept_.front());
     kept_.pop_front();
   }
 
  private:
-  const std::size_t capacity_;
+  static constexpr std::size_t kCapacity = 32;
+
   std::mutex mutex_;
   std::deque<SharedPointer> kept_;  // the last used at the end
 };

@@ -35,7 +35,7 @@ struct ModelFile {
   std::optional<CalibrationRecord> record;  ///< nothing in an nnmodel.pth
 };
 
-/// Reads a model of either kind, told apart by content: nnmodel.pth (zip, see read_pth_model) or our own
+/// Reads a model of either kind, told apart by content: nnmodel.pth (zip, see parse_pth_model) or our own
 /// (JSON, see docs/file-formats.md). Throws Error when it is neither, damaged, of a newer version, or no
 /// 5-32-32-32-2 network.
 ModelFile read_model_file(const std::filesystem::path& path);
@@ -46,7 +46,6 @@ ModelFile parse_model_file(std::span<const unsigned char> bytes, const std::stri
 
 /// Reads a PyTorch state_dict (`nnmodel.pth`: zip + pickle protocol 2) without ever running code: only the
 /// opcodes and globals a state_dict of float32 tensors needs are known, all else is refused. Throws Error.
-GradientModel read_pth_model(const std::filesystem::path& path);
 GradientModel parse_pth_model(std::span<const unsigned char> file, const std::string& name);
 
 /// Writes our own format, whole or not at all; the same content gives the same bytes. Throws Error when the

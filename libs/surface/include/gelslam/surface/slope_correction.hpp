@@ -34,8 +34,7 @@ struct SlopeCorrection {
   static constexpr std::size_t kScaleX = 0, kScaleY = kTermsPerAxis + 1;
   /// The factors of a linear map from read to true slopes: xx, xy, yx, yy.
   static constexpr std::array<std::size_t, 4> kLinear = {kScaleX, 1, kTermsPerAxis, kScaleY};
-  static SlopeCorrection of_scale(const GradientScale& read_over_true);
-  GradientScale scale() const;  ///< at the center of the gel: what of_scale() was given
+  GradientScale scale() const;  ///< at the center of the gel
   /// (x, y) of a pixel, as terms() takes it.
   static cv::Point2f place(cv::Size size, cv::Point pixel);
   static AxisTerms terms(float x, float y, float gx, float gy);

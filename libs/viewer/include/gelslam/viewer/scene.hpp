@@ -87,9 +87,4 @@ class Scene {
   std::unique_ptr<Impl> impl_;
 };
 
-/// One picture of a scene. Finer levels of detail are made first, so that the picture does not depend on what
-/// was drawn before.
-cv::Mat3b render_scene_offscreen(Scene& scene, const OrbitCamera& camera, const SceneStyle& style,
-                                 int width_px, int height_px);
-
 }  // namespace gelslam
