@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <sstream>
 
 #include "data_files.hpp"
 #include "gelslam/core/error.hpp"
@@ -183,9 +182,8 @@ HeldOutScale write_calibration_folder(const std::filesystem::path& folder, const
                                       ProgressSink& progress) {
   const PressSimulator simulator(spec);
   make_folder(folder / "model");
-  std::ostringstream catalog, circles;
-  catalog << "experiment_reldir,diameter(mm)\n";
-  circles << "experiment_reldir,center_u_px,center_v_px,radius_px\n";
+  std::string catalog = "experiment_reldir,diameter(mm)\n";
+  std::string circles = "experiment_reldir,center_u_px,center_v_px,radius_px\n";
   std::array<int, kDiametersMm.size()> numbers{};
   progress.begin("writing presses", spec.presses);
   for (int k = 0; k < spec.presses; ++k) {
@@ -194,16 +192,17 @@ HeldOutScale write_calibration_folder(const std::filesystem::path& folder, const
         press_folder(press.diameter_mm, numbers[static_cast<std::size_t>(k) % kDiametersMm.size()]++);
     make_folder(folder / name);
     write_png(folder / name / "gelsight.png", press.bgr);
-    catalog << name << "," << press.diameter_mm << "\n";
-    circles << name << "," << press.center_px.x << "," << press.center_px.y << "," << press.radius_px << "\n";
+    catalog += fmt::format("{},{:g}\n", name, press.diameter_mm);
+    circles +=
+        fmt::format("{},{:g},{:g},{:g}\n", name, press.center_px.x, press.center_px.y, press.radius_px);
     progress.update(k + 1);
   }
   progress.end();
   write_png(folder / "background.png", simulator.background());
   const GradientModel network = train_on_presses(without_dots(spec), progress);
   write_pth_model(folder / "model" / "nnmodel.pth", network);
-  write_file_atomically(folder / "circles.csv", circles.str());
-  write_file_atomically(folder / "catalog.csv", catalog.str());
+  write_file_atomically(folder / "circles.csv", circles);
+  write_file_atomically(folder / "catalog.csv", catalog);
   return measure_gradient_scale(network, without_dots(spec), 12);
 }
 

@@ -1,9 +1,10 @@
 #include "gelslam/simulation/press_log.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <opencv2/core.hpp>
-#include <sstream>
 
 #include "data_files.hpp"
 #include "gelslam/core/error.hpp"
@@ -183,13 +184,12 @@ void write_press_log(const std::filesystem::path& folder, const PressLogSpec& sp
     progress.update(++frames);
   });
   progress.end();
-  std::ostringstream truth;
-  truth << "kind,first_frame,last_frame,diameter_mm,center_u_px,center_v_px,radius_px\n";
+  std::string truth = "kind,first_frame,last_frame,diameter_mm,center_u_px,center_v_px,radius_px\n";
   for (const SimulatedTouch& touch : touches)
-    truth << touch_kind_name(touch.kind) << "," << touch.first_frame << "," << touch.last_frame << ","
-          << spec.diameter_mm << "," << touch.center_px.x << "," << touch.center_px.y << ","
-          << touch.radius_px << "\n";
-  write_file_atomically(folder / "touches.csv", truth.str());
+    truth += fmt::format("{},{},{},{:g},{:g},{:g},{:g}\n", touch_kind_name(touch.kind), touch.first_frame,
+                         touch.last_frame, spec.diameter_mm, touch.center_px.x, touch.center_px.y,
+                         touch.radius_px);
+  write_file_atomically(folder / "touches.csv", truth);
   write_file_atomically(folder / "config.yaml", config_yaml(folder, spec.geometry, spec.frame_rate_hz, {}));
   video.finish();  // last: a folder with a gelsight.avi is whole
 }

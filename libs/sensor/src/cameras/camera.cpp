@@ -1,7 +1,8 @@
+#include <fmt/core.h>
+
 #include <atomic>
 #include <cerrno>
 #include <cmath>
-#include <sstream>
 #include <thread>
 
 #include "cameras/capture_stream.hpp"
@@ -76,11 +77,10 @@ class V4l2Camera final : public CameraSource {
   const std::vector<CameraSetting>& settings() const override { return settings_; }
 
   std::string description() const override {
-    std::ostringstream text;
-    text << identity_.name << ", " << node_.path() << ", "
-         << (options_.encoding == FrameEncoding::jpeg ? "MJPG " : "YUYV ") << options_.width_px << "x"
-         << options_.height_px << ", " << std::round(format_.rate_hz * 100) / 100 << " Hz";
-    return text.str();
+    return fmt::format("{}, {}, {} {}, {:g} Hz", identity_.name, node_.path(),
+                       options_.encoding == FrameEncoding::jpeg ? "MJPG" : "YUYV",
+                       size_text(options_.width_px, options_.height_px),
+                       std::round(format_.rate_hz * 100) / 100);
   }
 
   std::string warning() const override {
@@ -109,12 +109,12 @@ class V4l2Camera final : public CameraSource {
   }
 
   std::string stall_words(int damaged_here) const {
-    std::ostringstream text;
-    text << node_.path() << ": no " << (damaged_here > 0 ? "whole " : "") << "frame for "
-         << options_.timeout_s << " s";
-    if (damaged_here > 0) text << " (" << damaged_here << " damaged ones)";
-    text << "; unplug the camera and plug it in again, directly and into another port if this comes back";
-    return text.str();
+    return fmt::format(
+        "{}: no {}frame for {:g} s{}; unplug the camera and plug it in again, directly and into another port "
+        "if this "
+        "comes back",
+        node_.path(), damaged_here > 0 ? "whole " : "", options_.timeout_s,
+        damaged_here > 0 ? fmt::format(" ({} damaged ones)", damaged_here) : "");
   }
 
   /// An uncompressed picture that ends early would keep the last one's rows.

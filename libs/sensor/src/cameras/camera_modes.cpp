@@ -1,10 +1,11 @@
+#include <fmt/core.h>
 #include <linux/videodev2.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "cameras/v4l2_camera.hpp"
+#include "gelslam/core/text.hpp"
 
 namespace gelslam {
 namespace detail {
@@ -99,15 +100,13 @@ std::string modes_text(const std::vector<CameraMode>& modes) {
 }  // namespace detail
 
 std::string mode_text(const CameraMode& mode) {
-  std::ostringstream text;
-  text << mode.format << ' ';
+  std::string text = mode.format + " ";
   if (mode.smallest_width_px != mode.width_px || mode.smallest_height_px != mode.height_px)
-    text << mode.smallest_width_px << 'x' << mode.smallest_height_px << " to ";
-  text << mode.width_px << 'x' << mode.height_px;
+    text += size_text(mode.smallest_width_px, mode.smallest_height_px) + " to ";
+  text += size_text(mode.width_px, mode.height_px);
   for (std::size_t i = 0; i < mode.rates_hz.size(); ++i)
-    text << (i == 0 ? " at " : ", ") << std::round(mode.rates_hz[i] * 100) / 100;
-  if (!mode.rates_hz.empty()) text << " Hz";
-  return text.str();
+    text += fmt::format("{}{:g}", i == 0 ? " at " : ", ", std::round(mode.rates_hz[i] * 100) / 100);
+  return mode.rates_hz.empty() ? text : text + " Hz";
 }
 
 }  // namespace gelslam

@@ -1,8 +1,8 @@
+#include <fmt/core.h>
 #include <linux/videodev2.h>
 
 #include <cerrno>
 #include <cmath>
-#include <sstream>
 
 #include "cameras/v4l2_camera.hpp"
 
@@ -52,11 +52,7 @@ v4l2_pix_format set_format(const VideoNode& node, const CameraOptions& options) 
               what_there_is(node));
 }
 
-std::string hertz(double rate_hz) {
-  std::ostringstream text;
-  text << std::round(rate_hz * 100) / 100 << " Hz";
-  return text.str();
-}
+std::string hertz(double rate_hz) { return fmt::format("{:g} Hz", std::round(rate_hz * 100) / 100); }
 
 /// Hz, or 0 where the driver does not say.
 double set_rate(const VideoNode& node, double rate_hz) {

@@ -1,6 +1,7 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
-#include <sstream>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
@@ -40,9 +41,7 @@ class ImageFolderSource final : public FrameSource {
   double rate_hz() const override { return profile_.frame_rate_hz; }
 
   std::string description() const override {
-    std::ostringstream text;
-    text << "folder " << folder_.string() << " of " << images_.size() << " images, " << rate_hz() << " Hz";
-    return text.str();
+    return fmt::format("folder {} of {} images, {:g} Hz", folder_.string(), images_.size(), rate_hz());
   }
 
   std::string warning() const override { return pictures_.warning(); }

@@ -1,8 +1,9 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <sstream>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
@@ -63,11 +64,8 @@ class VideoSource final : public FrameSource {
   double rate_hz() const override { return rate_hz_; }
 
   std::string description() const override {
-    std::ostringstream text;
-    text << "video " << path_.filename().string() << ", "
-         << size_text(video_.properties().width_px, video_.properties().height_px) << ", " << rate_hz_
-         << " Hz";
-    return text.str();
+    return fmt::format("video {}, {}, {:g} Hz", path_.filename().string(),
+                       size_text(video_.properties().width_px, video_.properties().height_px), rate_hz_);
   }
 
   std::string warning() const override { return joined({truncation_, pictures_.warning()}); }

@@ -1,8 +1,9 @@
 #include "gelslam/sensor/raw_log.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <atomic>
-#include <sstream>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
@@ -66,10 +67,8 @@ class MatroskaLog final : public RawFrameSource {
 
   std::string description() const override {
     const MatroskaFile::Video& video = file_->video();
-    std::ostringstream text;
-    text << "log " << path_.filename().string() << ", " << video.width_px << "x" << video.height_px << ", "
-         << rate_hz_ << " Hz, " << name_of(*video.encoding);
-    return text.str();
+    return fmt::format("log {}, {}x{}, {:g} Hz, {}", path_.filename().string(), video.width_px,
+                       video.height_px, rate_hz_, name_of(*video.encoding));
   }
 
  private:

@@ -1,6 +1,7 @@
 #include "ui/script.hpp"
 
 #include <GLFW/glfw3.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <charconv>
@@ -75,11 +76,8 @@ class LineReader {
     double value = 0;
     const char* end = text.data() + text.size();
     const auto [stopped, problem] = std::from_chars(text.data(), end, value);
-    if (problem != std::errc() || stopped != end || !(value >= min && value <= max)) {
-      std::ostringstream range;
-      range << "'" << text << "' is not " << what << " between " << min << " and " << max;
-      fail(range.str());
-    }
+    if (problem != std::errc() || stopped != end || !(value >= min && value <= max))
+      fail(fmt::format("'{}' is not {} between {:g} and {:g}", text, what, min, max));
     return value;
   }
 
