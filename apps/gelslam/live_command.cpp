@@ -155,7 +155,7 @@ LogInput LiveArguments::input(const std::string& log) const {
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
   check_run_folder(options);
   WindowOptions window;
-  window.output_folder = options.run_folder.empty() ? "." : options.run_folder.string();
+  window.picture_folder = options.run_folder.empty() ? "." : options.run_folder.string();
   window.keeps_run = !options.run_folder.empty();
   window.script = read_script_file(arguments.script);
   window.script_name = arguments.script;

@@ -47,7 +47,7 @@ TEST(RunLiveWindow, PlaysAScriptAsAPersonWould) {
   session.advance(4);
   session.looks_until_finished = 20;
   WindowOptions options = hidden(600, 400);
-  options.output_folder = folder.path();
+  options.picture_folder = folder.path();
   options.snapshot = folder / "last.png";
   options.script =
       "until tracking\nkey space; until paused\nkey space\ndrag 60 10\nscroll 2\nscreenshot a.png\n"

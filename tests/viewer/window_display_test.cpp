@@ -29,7 +29,7 @@ WindowOptions small_window(const TemporaryFolder& folder) {
   WindowOptions options;
   options.width_px = 640;
   options.height_px = 420;
-  options.output_folder = folder.path();
+  options.picture_folder = folder.path();
   return options;
 }
 

@@ -28,7 +28,7 @@ class Window : public testing::Test {
     options_.visible = false;
     options_.width_px = 820;
     options_.height_px = 540;
-    options_.output_folder = folder_ / "run";
+    options_.picture_folder = folder_ / "run";
     window_ = std::make_unique<LiveWindow>(session_, options_);
   }
 
@@ -244,15 +244,15 @@ TEST_F(Window, FinishedSaysWhereEverythingIs) {
   scan(8);
   session_.stop();
   picture("stopping");
-  std::filesystem::create_directories(options_.output_folder / "session");
-  write_bytes(options_.output_folder / "mesh.ply", std::string(2'340'000, 'x'));
-  write_bytes(options_.output_folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
+  std::filesystem::create_directories(options_.picture_folder / "session");
+  write_bytes(options_.picture_folder / "mesh.ply", std::string(2'340'000, 'x'));
+  write_bytes(options_.picture_folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
   session_.say(LivePhase::finished, "");
   const cv::Mat3b shown = picture("finished");
   expect_text(shown, "Finished", theme::kGreen);
   for (const char* text : {"mesh.ply", "trajectory.tum", "session/"}) expect_text(shown, text, theme::kText);
   expect_text(shown, "2.34 MB", theme::kDim);
-  EXPECT_NE(find(options_.output_folder.string()), nullptr);
+  EXPECT_NE(find(options_.picture_folder.string()), nullptr);
   press(GLFW_KEY_Q);
   EXPECT_TRUE(window_->wants_to_close());
 }
@@ -314,8 +314,8 @@ TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
   press(GLFW_KEY_ENTER);
   EXPECT_THAT(session_.calls, ElementsAre("stop"));
   session_.say(LivePhase::finished, "");
-  std::filesystem::create_directories(options_.output_folder);
-  write_bytes(options_.output_folder / "letter.txt", "not ours");
+  std::filesystem::create_directories(options_.picture_folder);
+  write_bytes(options_.picture_folder / "letter.txt", "not ours");
   expect_text(picture("finished_without_folder"), "Nothing is kept", theme::kText);
   EXPECT_EQ(find("letter.txt"), nullptr);
   EXPECT_EQ(find("Saved in"), nullptr);
@@ -325,16 +325,16 @@ TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
 TEST_F(Window, PicturesAndExportsGoToTheRunFolder) {
   scan(6);
   press(GLFW_KEY_P);
-  const auto shot = options_.output_folder / "screenshot_001.png";
+  const auto shot = options_.picture_folder / "screenshot_001.png";
   EXPECT_EQ(cv::imread(shot.string()).size(), cv::Size(820, 540));
   EXPECT_THAT(window_->controls().toasts().back().text, HasSubstr(shot.string()));
   press(GLFW_KEY_E);
   press(GLFW_KEY_O);
-  for (int i = 0; i < 100 && !std::filesystem::exists(options_.output_folder / "mesh_mm_001.obj"); ++i) {
+  for (int i = 0; i < 100 && !std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"); ++i) {
     window_->turn(now_s_ += 0.3);
     window_->host().wait(0.02);
   }
-  EXPECT_TRUE(std::filesystem::exists(options_.output_folder / "mesh_mm_001.obj"));
+  EXPECT_TRUE(std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"));
 }
 
 TEST_F(Window, PicturesAndExportsOfASecondScanGoToItsFolder) {
@@ -351,12 +351,12 @@ TEST_F(Window, PicturesAndExportsOfASecondScanGoToItsFolder) {
   }
   EXPECT_TRUE(std::filesystem::exists(mesh));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "run-2" / "screenshot_001.png"));
-  EXPECT_FALSE(std::filesystem::exists(options_.output_folder / "mesh_mm_001.obj"));
-  EXPECT_FALSE(std::filesystem::exists(options_.output_folder / "screenshot_001.png"));
+  EXPECT_FALSE(std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"));
+  EXPECT_FALSE(std::filesystem::exists(options_.picture_folder / "screenshot_001.png"));
 }
 
 TEST_F(Window, AFolderThatCannotBeWrittenIsSaidNotThrown) {
-  write_bytes(options_.output_folder, "a file, not a folder");
+  write_bytes(options_.picture_folder, "a file, not a folder");
   scan(1);
   press(GLFW_KEY_P);
   ASSERT_FALSE(window_->controls().toasts().empty());

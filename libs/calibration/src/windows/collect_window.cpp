@@ -18,16 +18,6 @@ namespace theme = viewer::theme;
 constexpr int kEnlargement = 3, kSide = 3;
 constexpr double kCollectSideWidth = 360, kCollectMargin = 20;  // design pixels
 
-viewer::WindowLoopOptions loop_options(const CollectWindowOptions& options) {
-  viewer::WindowLoopOptions loop;
-  loop.host = {options.title, options.width_px, options.height_px, options.visible};
-  loop.script = options.script;
-  loop.script_name = options.script_name;
-  loop.picture_stem = "presses";
-  loop.poll_s = 1.0 / 30;
-  return loop;
-}
-
 void draw_counts(Ui& ui, const Box& picture, const CollectView& view) {
   const float width = picture.width / kSide, height = picture.height / kSide;
   for (std::size_t zone = 0; zone < view.taken.size(); ++zone) {
@@ -87,7 +77,7 @@ void CollectControls::act(Action action, double /*now_s*/) {
 }
 
 CollectWindow::CollectWindow(CollectWatch& session, const CollectWindowOptions& options)
-    : WindowLoop(loop_options(options)), session_(session), controls_(session) {}
+    : WindowLoop(options), session_(session), controls_(session) {}
 
 bool CollectWindow::advance(double /*now_s*/, double /*dt_s*/) {
   shown_ = session_.view();

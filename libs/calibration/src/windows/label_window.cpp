@@ -17,20 +17,10 @@ constexpr double kWheelStepPx = 0.5;
 /// Of the difference: noise is not stretched to full contrast.
 constexpr double kMidGray = 128.0, kReach = 120.0, kSmoothPx = 0.8, kShown = 0.99, kLeastLevels = 6.0;
 
-viewer::WindowLoopOptions loop_options(const LabelWindowOptions& options) {
-  viewer::WindowLoopOptions loop;
-  loop.host = {options.title, options.width_px, options.height_px, options.visible};
-  loop.script = options.script;
-  loop.script_name = options.script_name;
-  loop.picture_folder = options.picture_folder;
-  loop.picture_stem = "labels";
-  return loop;
-}
-
 }  // namespace
 
 LabelWindow::LabelWindow(LabelSession& session, const LabelWindowOptions& options)
-    : WindowLoop(loop_options(options)), session_(session), options_(options), controls_(session) {}
+    : WindowLoop(options), session_(session), options_(options), controls_(session) {}
 
 void LabelWindow::run_and_save() {
   try {

@@ -37,17 +37,6 @@ std::vector<SceneColor> known_colors(bool has_time, bool has_second) {
   return known;
 }
 
-WindowLoopOptions loop_options(const ViewWindowOptions& options) {
-  WindowLoopOptions loop;
-  loop.host = {options.title, options.width_px, options.height_px, options.visible};
-  loop.script = options.script;
-  loop.script_name = options.script_name;
-  loop.picture_folder = options.picture_folder;
-  loop.picture_stem = "view";
-  loop.poll_s = 0.25;
-  return loop;
-}
-
 }  // namespace
 
 ViewControls::ViewControls(const RunHistory* history, bool has_second, const SceneStyle& style,
@@ -126,7 +115,7 @@ bool ViewControls::advance(double dt_s) {
 }
 
 ViewWindow::ViewWindow(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options)
-    : SceneLoop(loop_options(options)),
+    : SceneLoop(options),
       options_(options),
       stage_(std::move(first), std::move(second)),
       controls_(stage_.history(), stage_.has_second(), options.style, options.time_s) {}

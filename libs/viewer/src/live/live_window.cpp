@@ -48,24 +48,12 @@ std::vector<ResultFile> files_in(const std::filesystem::path& folder) {
 
 }  // namespace
 
-WindowLoopOptions loop_options(const WindowOptions& options) {
-  WindowLoopOptions loop;
-  loop.host = {options.title, options.width_px, options.height_px, options.visible};
-  loop.script = options.script;
-  loop.script_name = options.script_name;
-  loop.picture_folder = options.output_folder;
-  loop.poll_s = 1.0 / 60;
-  loop.redraw_s = 0.5;
-  loop.yields = true;
-  return loop;
-}
-
 cv::Vec3b bgr_of(Color color) {
   return {static_cast<uchar>(color >> 16U), static_cast<uchar>(color >> 8U), static_cast<uchar>(color)};
 }
 
 LiveWindow::LiveWindow(LiveSession& session, const WindowOptions& options)
-    : SceneLoop(loop_options(options)),
+    : SceneLoop(options),
       session_(session),
       options_(options),
       scene_(bgr_of(theme::kGreen)),
@@ -94,7 +82,7 @@ void LiveWindow::look_at_figures(double now_s) {
   frame_.words = state_words(frame_.status);
   // A new scan has a folder of its own.
   const std::filesystem::path folder = frame_.status.run_folder.empty()
-                                           ? options_.output_folder
+                                           ? options_.picture_folder
                                            : std::filesystem::path(frame_.status.run_folder);
   set_picture_folder(folder);
   if (now_s - figures_s_ < kFiguresIntervalS) return;

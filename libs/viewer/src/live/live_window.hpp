@@ -36,7 +36,6 @@ struct Layout {
   Box view, side, bar;
 };
 Layout lay_out(const Ui& ui, bool shows_panels);
-WindowLoopOptions loop_options(const WindowOptions& options);
 cv::Vec3b bgr_of(Color color);
 
 /// A picture under its name, as wide as fits into the height.

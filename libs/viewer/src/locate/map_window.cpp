@@ -72,7 +72,7 @@ StateWords place_words(const LocatedTouch* touch) {
 }
 
 MapWindow::MapWindow(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options)
-    : SceneLoop(loop_options(options)), map_(map), touches_(touches), options_(options) {
+    : SceneLoop(options), map_(map), touches_(touches), options_(options) {
   scene_.set_mesh(map.mesh);
   frame_.words = place_words(nullptr);
 }

@@ -24,7 +24,7 @@ WindowHost& host_of(GLFWwindow* window) {
   return *static_cast<WindowHost*>(glfwGetWindowUserPointer(window));
 }
 
-GlWindowOptions window_options(const WindowHostOptions& options) {
+GlWindowOptions window_options(const WindowLoopOptions& options) {
   GlWindowOptions result;
   result.title = options.title;
   result.width_px = options.width_px;
@@ -109,7 +109,7 @@ bool load_fonts(float scale) {
 
 }  // namespace
 
-WindowHost::WindowHost(const WindowHostOptions& options)
+WindowHost::WindowHost(const WindowLoopOptions& options)
     : gl_(options.visible ? GlContext::window(window_options(options)) : GlContext::offscreen()),
       width_px_(options.width_px),
       height_px_(options.height_px) {

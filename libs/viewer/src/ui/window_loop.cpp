@@ -21,7 +21,7 @@ double clock_s() {
 
 WindowLoop::WindowLoop(const WindowLoopOptions& options)
     : options_(options),
-      host_(options.host),
+      host_(options),
       player_(std::make_unique<detail::ScriptPlayer>(options.script, options.script_name)) {}
 
 WindowLoop::~WindowLoop() = default;

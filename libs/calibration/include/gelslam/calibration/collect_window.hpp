@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "gelslam/viewer/window_options.hpp"
+
 namespace gelslam {
 
 /// What the window of `gelslam calibrate collect` shows, gathered at once.
@@ -32,12 +34,8 @@ class CollectWatch {
   virtual void take_back() = 0;  ///< the last press
 };
 
-struct CollectWindowOptions {
-  std::string title = "Ball presses - GelSLAM";
-  int width_px = 1280, height_px = 800;
-  std::string script;  ///< keys and movements instead of a person's (docs/viewer.md); empty: none
-  std::string script_name = "script";
-  bool visible = true;             ///< false: drawn without a display, for tests
+struct CollectWindowOptions : viewer::WindowLoopOptions {
+  CollectWindowOptions() { title = "Ball presses - GelSLAM", picture_stem = "presses", poll_s = 1.0 / 30; }
   std::filesystem::path snapshot;  ///< PNG of the window as it was last; empty: none
 };
 

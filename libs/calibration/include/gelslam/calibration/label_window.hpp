@@ -3,21 +3,17 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <string>
+
+#include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {
 
 class LabelSession;
 
-struct LabelWindowOptions {
-  std::string title = "Labels - GelSLAM";
-  int width_px = 1280, height_px = 800;
+struct LabelWindowOptions : viewer::WindowLoopOptions {
+  LabelWindowOptions() { title = "Labels - GelSLAM", picture_stem = "labels"; }
   double pixel_pitch_mm = 0.0634;
-  std::filesystem::path picture_folder = ".";  ///< where key P puts pictures
-  std::string script;  ///< keys and movements instead of a person's (docs/viewer.md); empty: none
-  std::string script_name = "script";
   std::function<bool()> asks_to_end;  ///< Ctrl-C: once true, as if Q were pressed. Empty: never
-  bool visible = true;                ///< false: drawn without a display, for tests; a script must end it
 };
 
 /// Shows press after press with its circle until the person (or the script) ends it; then what was decided is

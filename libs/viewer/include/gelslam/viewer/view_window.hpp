@@ -2,23 +2,18 @@
 
 #include <filesystem>
 #include <optional>
-#include <string>
 
 #include "gelslam/viewer/scene_style.hpp"
 #include "gelslam/viewer/view_content.hpp"
+#include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {
 
-struct ViewWindowOptions {
-  std::string title = "GelSLAM";
-  int width_px = 1280, height_px = 800;
-  SceneStyle style;                            ///< at first
-  std::optional<double> time_s;                ///< at first; empty: the run as it was saved
-  double yaw_deg = 0, pitch_deg = 0;           ///< how far the object is turned from the view of most of it
-  std::filesystem::path picture_folder = ".";  ///< where key P puts pictures
-  std::string script;  ///< keys and movements instead of a person's (docs/viewer.md); empty: none
-  std::string script_name = "script";
-  bool visible = true;  ///< false: drawn without a display, for tests; a script must end it
+struct ViewWindowOptions : viewer::WindowLoopOptions {
+  ViewWindowOptions() { picture_stem = "view", poll_s = 0.25; }
+  SceneStyle style;                   ///< at first
+  std::optional<double> time_s;       ///< at first; empty: the run as it was saved
+  double yaw_deg = 0, pitch_deg = 0;  ///< how far the object is turned from the view of most of it
 };
 
 /// Looks at a run or mesh, alone or beside a second one, until the person closes the window: turning, time,

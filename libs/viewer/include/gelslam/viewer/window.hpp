@@ -6,23 +6,18 @@
 #include <string>
 
 #include "gelslam/slam/live_session.hpp"
+#include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {
 
-struct WindowOptions {
-  std::string title = "GelSLAM";
-  /// Where screenshots and exports go, and what the finished window points at; made when it is first needed.
-  std::filesystem::path output_folder = ".";
-  bool keeps_run = true;  ///< false: there is no run folder; output_folder only takes pictures and exports
-  /// Keys and movements instead of a person's (docs/viewer.md has the format); empty: none. Text, not a
-  /// file's name.
-  std::string script;
-  std::string script_name = "script";  ///< as errors call it
+struct WindowOptions : viewer::WindowLoopOptions {
+  WindowOptions() { poll_s = 1.0 / 60, redraw_s = 0.5, yields = true; }
+  /// False: there is no run folder. picture_folder also takes exports, and the finished window points at it;
+  /// it is made when it is first needed.
+  bool keeps_run = true;
   /// Whether somebody ended the scan from elsewhere (Ctrl-C, log-out): then the window closes by itself once
   /// the scan is finished. Empty: never.
   std::function<bool()> asks_to_end;
-  int width_px = 1280, height_px = 800;
-  bool visible = true;             ///< false: drawn off-screen without a display, for tests and pictures
   std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
 };
 

@@ -11,6 +11,7 @@
 
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
+#include "gelslam/viewer/window_options.hpp"
 
 struct GLFWwindow;
 struct ImGuiContext;
@@ -27,18 +28,12 @@ struct InputEvent {
   double x = 0, y = 0;  ///< pointer: where; scroll: steps in y
 };
 
-struct WindowHostOptions {
-  std::string title = "GelSLAM";
-  int width_px = 1280, height_px = 800;
-  bool visible = true;  ///< false: no display is needed, drawing goes to a picture
-};
-
 /// A window (or a picture in its place) with OpenGL and Dear ImGui in it. One frame is: take_input(),
 /// begin_frame(), draw (OpenGL into viewport(), then ImGui), end_frame(), perhaps read(), present(). ImGui's
 /// unit is a framebuffer pixel. Main thread only. Throws Error where there is no display or no OpenGL.
 class WindowHost {
  public:
-  explicit WindowHost(const WindowHostOptions& options);
+  explicit WindowHost(const WindowLoopOptions& options);
   ~WindowHost();
   WindowHost(const WindowHost&) = delete;
   WindowHost& operator=(const WindowHost&) = delete;

@@ -15,17 +15,6 @@ namespace detail {
 class ScriptPlayer;
 }
 
-struct WindowLoopOptions {
-  WindowHostOptions host;
-  std::string script;  ///< keys and movements instead of a person's (docs/viewer.md); empty: none
-  std::string script_name = "script";
-  std::filesystem::path picture_folder = ".";  ///< of screenshots
-  std::string picture_stem = "screenshot";
-  double poll_s = 0.1;    ///< how often an idle window looks for news
-  double redraw_s = 1e9;  ///< an idle window is drawn again after this time
-  bool yields = false;    ///< other threads need the processor: sleeps as long as a frame took
-};
-
 /// The event loop of all windows: takes input from a person or a script, draws when something has changed,
 /// and passes keys and buttons to the window's Controls. Throws Error where there is no display or the script
 /// is wrong.

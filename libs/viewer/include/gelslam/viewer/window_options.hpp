@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace gelslam::viewer {
+
+/// What all windows have in common.
+struct WindowLoopOptions {
+  std::string title = "GelSLAM";
+  int width_px = 1280, height_px = 800;
+  bool visible = true;  ///< false: drawn without a display, for tests and pictures; a script must end it
+  /// Keys and movements instead of a person's (docs/viewer.md); empty: none. Text, not a file's name.
+  std::string script;
+  std::string script_name = "script";          ///< as errors call it
+  std::filesystem::path picture_folder = ".";  ///< of screenshots
+  std::string picture_stem = "screenshot";
+  double poll_s = 0.1;    ///< how often an idle window looks for news
+  double redraw_s = 1e9;  ///< an idle window is drawn again after this time
+  bool yields = false;    ///< other threads need the processor: sleeps as long as a frame took
+};
+
+}  // namespace gelslam::viewer
