@@ -127,9 +127,7 @@ cv::Mat3b collect_picture(const CollectView& view) {
 namespace gelslam {
 
 void run_collect_window(CollectWatch& session, const CollectWindowOptions& options) {
-  calibration::detail::CollectWindow window(session, options);
-  window.run();
-  if (!options.snapshot.empty()) viewer::write_png(options.snapshot, window.picture(1e9));
+  calibration::detail::CollectWindow(session, options).run();
 }
 
 void write_collect_snapshot(CollectWatch& session, const CollectWindowOptions& options) {

@@ -171,11 +171,8 @@ void LiveWindow::show_all_at_once() {
 
 namespace gelslam {
 
-int run_live_window(LiveSession& session, const WindowOptions& options) {
-  viewer::detail::LiveWindow window(session, options);
-  window.run();
-  if (!options.snapshot.empty()) viewer::write_png(options.snapshot, window.picture(1e9));
-  return 0;
+void run_live_window(LiveSession& session, const WindowOptions& options) {
+  viewer::detail::LiveWindow(session, options).run();
 }
 
 void write_live_snapshot(LiveSession& session, const std::filesystem::path& png,

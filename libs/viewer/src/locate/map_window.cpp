@@ -213,9 +213,7 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
 namespace gelslam {
 
 void run_map_window(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options) {
-  viewer::detail::MapWindow window(map, touches, options);
-  window.run();
-  if (!options.snapshot.empty()) viewer::write_png(options.snapshot, window.picture(1e9));
+  viewer::detail::MapWindow(map, touches, options).run();
 }
 
 void write_map_snapshot(const ShownMap& map, const LocatedTouches& touches,

@@ -41,6 +41,7 @@ void WindowLoop::run() {
       host_.wait(options_.poll_s);
     }
   }
+  if (!options_.snapshot.empty()) write_png(options_.snapshot, picture(1e9));
 }
 
 bool WindowLoop::wants_to_close() {

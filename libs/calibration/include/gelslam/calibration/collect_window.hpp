@@ -36,7 +36,6 @@ class CollectWatch {
 
 struct CollectWindowOptions : viewer::WindowLoopOptions {
   CollectWindowOptions() { title = "Ball presses - GelSLAM", picture_stem = "presses", poll_s = 1.0 / 30; }
-  std::filesystem::path snapshot;  ///< PNG of the window as it was last; empty: none
 };
 
 /// Shows a session until the person closes the window (Q, Esc) or view().closes; U takes the last press back.

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <optional>
 #include <string>
 
 #include "gelslam/slam/live_session.hpp"
@@ -15,22 +13,18 @@ struct WindowOptions : viewer::WindowLoopOptions {
   /// False: there is no run folder. picture_folder also takes exports, and the finished window points at it;
   /// it is made when it is first needed.
   bool keeps_run = true;
-  /// Whether somebody ended the scan from elsewhere (Ctrl-C, log-out): then the window closes by itself once
-  /// the scan is finished. Empty: never.
-  std::function<bool()> asks_to_end;
-  std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
 };
 
-/// Shows a live scan until the person (or the script) closes the window; to be called on the main thread.
-/// Drawing never blocks the session: at most 60 pictures a second, hardly any when nothing changes. Closing
-/// asks, and then stops the session; but whoever calls must be ready for a window that closes while the
-/// session is still scanning (script `quit`) or finishing. Returns 0. Throws Error when there is no display,
-/// when the script is wrong (line and word) or waits in vain, and when the snapshot cannot be written.
-int run_live_window(LiveSession& session, const WindowOptions& options);
+/// Shows a live scan until the person (or the script) closes the window, or the scan is finished and
+/// options.asks_to_end. Main thread. Drawing never blocks the session: at most 60 pictures a second, hardly
+/// any when nothing changes. Closing asks, and then stops the session; but whoever calls must be ready for a
+/// window that closes while the session is still scanning (script `quit`) or finishing. Throws Error when
+/// there is no display, when the script is wrong (line and word) or waits in vain, and when the snapshot
+/// cannot be written.
+void run_live_window(LiveSession& session, const WindowOptions& options);
 
 /// The window as it would look now (map, touch, figures, words), drawn without a display and written as PNG:
-/// what
-/// `--headless --snapshot` leaves behind. Takes the session's mesh changes: not while a window is open.
+/// what `--headless --snapshot` leaves behind. Takes the session's mesh changes: not while a window is open.
 /// Throws Error when it cannot be drawn or written.
 void write_live_snapshot(LiveSession& session, const std::filesystem::path& png,
                          const WindowOptions& options = {});

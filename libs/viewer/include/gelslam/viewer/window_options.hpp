@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 namespace gelslam::viewer {
@@ -15,6 +16,9 @@ struct WindowLoopOptions {
   std::string script_name = "script";          ///< as errors call it
   std::filesystem::path picture_folder = ".";  ///< of screenshots
   std::string picture_stem = "screenshot";
+  std::filesystem::path snapshot;  ///< PNG of the window as it was last, written when it closes; empty: none
+  /// Whether somebody wants the end from elsewhere (Ctrl-C, log-out). Empty: never.
+  std::function<bool()> asks_to_end;
   double poll_s = 0.1;    ///< how often an idle window looks for news
   double redraw_s = 1e9;  ///< an idle window is drawn again after this time
   bool yields = false;    ///< other threads need the processor: sleeps as long as a frame took
