@@ -69,10 +69,9 @@ double residual_norm(const WhitenedEdge& edge, const NodeState& from, const Node
 /// Robust against a false loop as long as a piece has more true links than false ones. Source: own.
 void place_pieces(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes);
 
-/// The active region: nodes that a Newton step of their own (neighbors held) would move by more than a
-/// twentieth of their standard deviation, grown by `rings` edges. Nodes already in `region` stay in
-/// it. Loops count with their robust weight (Cauchy, `loop_loss_scale`). Returns false when nothing new was
-/// found.
+/// The active region: nodes that a Newton step of their own (neighbors fixed) would move by more than a
+/// twentieth of their standard deviation, grown by `rings` edges. Nodes already in `region` stay in it. Loops
+/// count with their robust weight (Cauchy, `loop_loss_scale`). Returns false when nothing new was found.
 bool grow_active_region(const std::vector<WhitenedEdge>& edges, const std::vector<NodeState>& nodes,
                         double loop_loss_scale, int rings, std::vector<bool>& region);
 

@@ -22,8 +22,7 @@ struct PoseGraphEdge {
   /// Center of what both frames showed, as measured, in the `to` frame: where the frames touch. Used by
   /// motion_by_gradient_scale().
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  /// A loop that is too weak to join two pieces alone (consistent_edges). solve_pose_graph() does not
-  /// ask.
+  /// A loop that is too weak to join two pieces alone (consistent_edges). solve_pose_graph() does not ask.
   bool tentative = false;
 };
 

@@ -53,10 +53,9 @@ struct McapOutcome {
   std::string missing;  ///< what could not be written, as a sentence, or ""
 };
 
-/// Writes a run as MCAP (https://mcap.dev/spec) with Foxglove's JSON messages; docs/file-formats.md lists
-/// the topics. Pictures come from `logs`, cropped and resized as the tracker saw them. A log
-/// that is missing or damaged costs its pictures only. Appears whole or not at all. Throws Error when the
-/// disk is full.
+/// Writes a run as MCAP (https://mcap.dev/spec) with Foxglove's JSON messages; docs/file-formats.md lists the
+/// topics. Pictures come from `logs`, cropped and resized as the tracker saw them. A log that is missing or
+/// damaged costs its pictures only. Appears whole or not at all. Throws Error when the disk is full.
 McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run, const VertexColors& colors,
                        ProgressSink& progress);
 

@@ -32,9 +32,8 @@ class Shape {
   virtual float intersect(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
                           float t_max) const = 0;
 
-  /// The crossing of the same ray next to `guess` (mm, from a neighboring ray), or NaN where it is not
-  /// easily found: then intersect() must decide. Much cheaper than intersect() for shapes that are slow to
-  /// evaluate.
+  /// The crossing of the same ray next to `guess` (mm, from a neighboring ray), or NaN where it is not easily
+  /// found: then intersect() must decide. Much cheaper than intersect() for shapes that are slow to evaluate.
   virtual float intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
                                float guess) const = 0;
 
