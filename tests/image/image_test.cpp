@@ -3,6 +3,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <random>
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/crc32.hpp"

@@ -5,6 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <random>
 
 #include "../support/data_folder.hpp"
 #include "../support/pictures.hpp"

@@ -93,7 +93,10 @@ TEST(WindowOnADisplay, LabelsPressesAndSavesThem) {
 
 TEST(WindowOnADisplay, IsNoLargerThanTheScreen) {
   if (!has_display()) GTEST_SKIP() << "no display; run under xvfb-run";
-  WindowHost host({"large", 20000, 300, true});
+  WindowLoopOptions large;
+  large.width_px = 20000;
+  large.height_px = 300;
+  WindowHost host(large);
   int left = 0, top = 0, width = 0, height = 0;
   glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &left, &top, &width, &height);
   host.take_input();  // the window's own size is looked at

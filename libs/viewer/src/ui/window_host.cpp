@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <opencv2/core.hpp>
 #include <thread>
 
 #include "gelslam/core/error.hpp"
