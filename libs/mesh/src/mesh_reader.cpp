@@ -43,9 +43,9 @@ LengthUnit usual_unit(const std::filesystem::path& path) {
 }
 
 std::optional<LengthUnit> noted_unit(const std::filesystem::path& path) {
-  constexpr std::size_t kBeginning_bytes = 512;
-  std::string beginning(kBeginning_bytes, '\0');
-  std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginning_bytes);
+  constexpr std::size_t kBeginningBytes = 512;
+  std::string beginning(kBeginningBytes, '\0');
+  std::ifstream(path, std::ios::binary).read(beginning.data(), kBeginningBytes);
   if (beginning.find("unit millimetre") != std::string::npos) return LengthUnit::millimeter;
   if (beginning.find("unit metre") != std::string::npos) return LengthUnit::meter;
   return std::nullopt;
