@@ -15,6 +15,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/text.hpp"
 #include "judgement.hpp"
 #include "registration_problems.hpp"
 #include "study.hpp"

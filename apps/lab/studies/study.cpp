@@ -8,6 +8,7 @@
 #include "baselines/baselines.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/text.hpp"
 #include "stability_levels.hpp"
 
 namespace gelslam::lab {
