@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -10,7 +11,6 @@
 #include "gelslam/calibration/model_check.hpp"
 #include "gelslam/calibration/model_trainer.hpp"
 #include "gelslam/calibration/pixel_pitch.hpp"
-#include "gelslam/core/median.hpp"
 #include "gelslam/surface/model_file.hpp"
 
 namespace gelslam::test {
@@ -28,6 +28,12 @@ class RealPresses : public ::testing::Test {
   const fs::path data_ = test::data_folder();
 };
 
+/// The mean of the two in the middle, of an even number.
+double middle(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+}
+
 // Two ways of finding a center agree better with each other than with these labels, which are good to a pixel
 // and a half per axis: their centers cannot be met much closer.
 TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
@@ -40,8 +46,8 @@ TEST_F(RealPresses, CirclesAreWhereAPersonDrewThem) {
         std::hypot(found.circle.u_px - press.label->u_px, found.circle.v_px - press.label->v_px));
     radii.push_back(std::abs(found.circle.radius_px - press.label->radius_px));
   }
-  EXPECT_LT(median(centers), 2.0);
-  EXPECT_LT(median(radii), 1.0);
+  EXPECT_LT(middle(centers), 2.0);
+  EXPECT_LT(middle(radii), 1.0);
 }
 
 // A GelSight Mini's pixels are square: its camera's are, and the crop keeps the shape.
