@@ -13,17 +13,17 @@ constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kChunkBytes = 1 << 20;  // a reader takes chunks into memory as a whole
 
 enum Opcode : std::uint8_t {
-  kHeader = 1,
-  kFooter = 2,
-  kSchema = 3,
-  kChannel = 4,
-  kMessage = 5,
-  kChunk = 6,
-  kMessageIndex = 7,
-  kChunkIndex = 8,
-  kStatistics = 11,
-  kSummaryOffset = 14,
-  kDataEnd = 15,
+  header = 1,
+  footer = 2,
+  schema = 3,
+  channel = 4,
+  message = 5,
+  chunk = 6,
+  message_index = 7,
+  chunk_index = 8,
+  statistics = 11,
+  summary_offset = 14,
+  data_end = 15,
 };
 
 template <typename Number>
@@ -63,7 +63,7 @@ void McapFile::Span::add(std::uint64_t time_ns) {
 McapFile::McapFile(const std::filesystem::path& path)
     : path_(path), temporary_(path), stream_(temporary_.path(), std::ios::binary) {
   put(kMagic);
-  put(record(kHeader, counted_bytes("") + counted_bytes("GelSLAM")));
+  put(record(Opcode::header, counted_bytes("") + counted_bytes("GelSLAM")));
 }
 
 void McapFile::put(std::string_view bytes) {
@@ -78,14 +78,15 @@ std::uint16_t McapFile::add_channel(const std::string& topic, const std::string&
   const auto next = static_cast<std::uint16_t>(schema_ids_.size() + 1);
   const auto [place, is_new] = schema_ids_.emplace(schema_name, next);
   if (is_new) {
-    const std::string bytes = record(kSchema, number(next) + counted_bytes(schema_name) +
-                                                  counted_bytes("jsonschema") + counted_bytes(schema));
+    const std::string bytes = record(Opcode::schema, number(next) + counted_bytes(schema_name) +
+                                                         counted_bytes("jsonschema") + counted_bytes(schema));
     put(bytes);
     schemas_ += bytes;
   }
   const auto id = static_cast<std::uint16_t>(counts_.size() + 1);
-  const std::string bytes = record(kChannel, number(id) + number(place->second) + counted_bytes(topic) +
-                                                 counted_bytes("json") + counted_bytes(""));
+  const std::string bytes =
+      record(Opcode::channel, number(id) + number(place->second) + counted_bytes(topic) +
+                                  counted_bytes("json") + counted_bytes(""));
   put(bytes);
   channels_ += bytes;
   counts_[id] = 0;
@@ -96,7 +97,7 @@ void McapFile::write(std::uint16_t channel, std::uint64_t time_ns, std::string_v
   chunk_entries_[channel].emplace_back(time_ns, chunk_.size());
   const auto sequence = static_cast<std::uint32_t>(counts_.at(channel)++);
   const std::string head = number(channel) + number(sequence) + number(time_ns) + number(time_ns);
-  chunk_ += record_head(kMessage, head.size() + json.size());
+  chunk_ += record_head(Opcode::message, head.size() + json.size());
   chunk_ += head;
   chunk_ += json;
   chunk_span_.add(time_ns);
@@ -109,7 +110,7 @@ void McapFile::end_chunk() {
   const std::uint64_t start = offset_, size = chunk_.size();
   const std::string times = number(chunk_span_.start) + number(chunk_span_.end);
   const std::string head = times + number(size) + number(crc32_of(chunk_)) + counted_bytes("") + number(size);
-  put(record_head(kChunk, head.size() + chunk_.size()));
+  put(record_head(Opcode::chunk, head.size() + chunk_.size()));
   put(head);
   put(chunk_);
   const std::uint64_t indexes = offset_;
@@ -117,11 +118,11 @@ void McapFile::end_chunk() {
   for (auto& [channel, entries] : chunk_entries_) {
     std::stable_sort(entries.begin(), entries.end());
     index_offsets[channel] = offset_;
-    put(record(kMessageIndex, number(channel) + map_bytes(entries)));
+    put(record(Opcode::message_index, number(channel) + map_bytes(entries)));
   }
-  chunk_indexes_ +=
-      record(kChunkIndex, times + number(start) + number(indexes - start) + map_bytes(index_offsets) +
-                              number(offset_ - indexes) + counted_bytes("") + number(size) + number(size));
+  chunk_indexes_ += record(Opcode::chunk_index, times + number(start) + number(indexes - start) +
+                                                    map_bytes(index_offsets) + number(offset_ - indexes) +
+                                                    counted_bytes("") + number(size) + number(size));
   ++chunks_;
   chunk_.clear();
   chunk_entries_.clear();
@@ -132,11 +133,11 @@ std::string McapFile::statistics() const {
   std::uint64_t messages = 0;
   for (const auto& [channel, count] : counts_) messages += count;
   const std::uint32_t none = 0;
-  return record(kStatistics, number(messages) + number(static_cast<std::uint16_t>(schema_ids_.size())) +
-                                 number(static_cast<std::uint32_t>(counts_.size())) + number(none) +
-                                 number(none) + number(chunks_) +
-                                 number(messages > 0 ? span_.start : std::uint64_t{0}) + number(span_.end) +
-                                 map_bytes(counts_));
+  return record(Opcode::statistics,
+                number(messages) + number(static_cast<std::uint16_t>(schema_ids_.size())) +
+                    number(static_cast<std::uint32_t>(counts_.size())) + number(none) + number(none) +
+                    number(chunks_) + number(messages > 0 ? span_.start : std::uint64_t{0}) +
+                    number(span_.end) + map_bytes(counts_));
 }
 
 /// Schemas, channels, chunk indexes and statistics once more, where each group of them is, and the footer.
@@ -146,25 +147,25 @@ void McapFile::write_summary() {
   std::string offsets;
   const std::string figures = statistics();
   for (const auto& [opcode, records] :
-       std::array<std::pair<Opcode, const std::string*>, 4>{{{kSchema, &schemas_},
-                                                             {kChannel, &channels_},
-                                                             {kChunkIndex, &chunk_indexes_},
-                                                             {kStatistics, &figures}}}) {
+       std::array<std::pair<Opcode, const std::string*>, 4>{{{Opcode::schema, &schemas_},
+                                                             {Opcode::channel, &channels_},
+                                                             {Opcode::chunk_index, &chunk_indexes_},
+                                                             {Opcode::statistics, &figures}}}) {
     if (records->empty()) continue;
-    offsets += record(kSummaryOffset, static_cast<char>(opcode) + number(offset_) +
-                                          number(static_cast<std::uint64_t>(records->size())));
+    offsets += record(Opcode::summary_offset, static_cast<char>(opcode) + number(offset_) +
+                                                  number(static_cast<std::uint64_t>(records->size())));
     put(*records);
   }
   const std::uint64_t offsets_start = offset_;
   put(offsets);
   const std::string places = number(start) + number(offsets_start);
-  put(record_head(kFooter, places.size() + 4) + places);
+  put(record_head(Opcode::footer, places.size() + 4) + places);
   put(number(crc_));
 }
 
 void McapFile::finish() {
   end_chunk();
-  put(record(kDataEnd, number(crc_)));
+  put(record(Opcode::data_end, number(crc_)));
   write_summary();
   put(kMagic);
   stream_.close();

@@ -21,14 +21,14 @@ class Slab : public ImplicitShape {
       : ImplicitShape(ShapeKind::flat, bounds(half, limits.texture_high), limits), half_(half) {}
 
  private:
-  static constexpr float rounding = 0.5F;
+  static constexpr float kRounding = 0.5F;
   static Eigen::AlignedBox3f bounds(const Vector3f& half, float high) {
     return {Vector3f(-half.x() - high, -half.y() - high, -2 * half.z() - high),
             Vector3f(half.x() + high, half.y() + high, high)};
   }
   float base(const Vector3f& point) const override {
-    const Vector3f q = (point + Vector3f(0, 0, half_.z())).cwiseAbs() - half_ + Vector3f::Constant(rounding);
-    return q.cwiseMax(0.0F).norm() + std::fmin(q.maxCoeff(), 0.0F) - rounding;
+    const Vector3f q = (point + Vector3f(0, 0, half_.z())).cwiseAbs() - half_ + Vector3f::Constant(kRounding);
+    return q.cwiseMax(0.0F).norm() + std::fmin(q.maxCoeff(), 0.0F) - kRounding;
   }
   float texture(const Vector3f&) const override { return 0; }
   Vector3f half_;
@@ -64,11 +64,11 @@ class Weave final : public Slab {
         dials_(dials) {}
 
  private:
-  static constexpr float thread_mm = 1.6F;
+  static constexpr float kThreadMm = 1.6F;
   static float high(const ShapeDials& dials) { return 0.35F * dials.texture; }
   float texture(const Vector3f& point) const override {
-    const float u = std::numbers::pi_v<float> * point.x() / thread_mm;
-    const float v = std::numbers::pi_v<float> * point.y() / thread_mm;
+    const float u = std::numbers::pi_v<float> * point.x() / kThreadMm;
+    const float v = std::numbers::pi_v<float> * point.y() / kThreadMm;
     const float over = 0.5F * std::cos(u) * std::cos(v);
     const float warp = std::cos(v) * std::cos(v) * (0.5F + over);
     const float weft = std::cos(u) * std::cos(u) * (0.5F - over);
@@ -93,28 +93,28 @@ class Coin final : public ImplicitShape {
   }
 
  private:
-  static constexpr int glyph_count = 22, stroke_ends = 4;
-  static constexpr float disc_radius = 12.0F, thickness = 2.0F, letters_at = 8.1F;
-  using Glyph = std::array<Vector2f, stroke_ends>;  ///< a line through four points, about its own center, mm
+  static constexpr int kGlyphCount = 22, kStrokeEnds = 4;
+  static constexpr float kDiscRadius = 12.0F, kThickness = 2.0F, kLettersAt = 8.1F;
+  using Glyph = std::array<Vector2f, kStrokeEnds>;  ///< a line through four points, about its own center, mm
 
   static float high(const ShapeDials& dials) { return 0.36F * dials.texture; }
   static Eigen::AlignedBox3f bounds(const ShapeDials& dials) {
-    const float r = disc_radius * dials.size + high(dials);
-    return {Vector3f(-r, -r, -thickness - high(dials)), Vector3f(r, r, high(dials))};
+    const float r = kDiscRadius * dials.size + high(dials);
+    return {Vector3f(-r, -r, -kThickness - high(dials)), Vector3f(r, r, high(dials))};
   }
   float base(const Vector3f& point) const override {
-    constexpr float rounding = 0.4F;
-    const float across = std::hypot(point.x(), point.y()) - disc_radius * dials_.size + rounding;
-    const float along = std::fabs(point.z() + 0.5F * thickness) - 0.5F * thickness + rounding;
+    constexpr float kRounding = 0.4F;
+    const float across = std::hypot(point.x(), point.y()) - kDiscRadius * dials_.size + kRounding;
+    const float along = std::fabs(point.z() + 0.5F * kThickness) - 0.5F * kThickness + kRounding;
     const float outside = std::hypot(std::fmax(across, 0.0F), std::fmax(along, 0.0F));
-    return std::fmin(std::fmax(across, along), 0.0F) + outside - rounding;
+    return std::fmin(std::fmax(across, along), 0.0F) + outside - kRounding;
   }
   float letters(float r, float angle) const {
-    const float turn = (angle / (2 * std::numbers::pi_v<float>)+0.5F) * glyph_count;
-    const int index = std::clamp(static_cast<int>(turn), 0, glyph_count - 1);
+    const float turn = (angle / (2 * std::numbers::pi_v<float>)+0.5F) * kGlyphCount;
+    const int index = std::clamp(static_cast<int>(turn), 0, kGlyphCount - 1);
     const float along =
-        (turn - static_cast<float>(index) - 0.5F) * (2 * std::numbers::pi_v<float> * r / glyph_count);
-    const Vector2f here(along, r - letters_at);
+        (turn - static_cast<float>(index) - 0.5F) * (2 * std::numbers::pi_v<float> * r / kGlyphCount);
+    const Vector2f here(along, r - kLettersAt);
     float nearest = 10;
     const Glyph& glyph = glyphs_[static_cast<std::size_t>(index)];
     for (std::size_t k = 0; k + 1 < glyph.size(); ++k) {
@@ -125,7 +125,7 @@ class Coin final : public ImplicitShape {
     return 0.15F * (1 - smooth_step(0.1F, 0.34F, nearest));
   }
   float texture(const Vector3f& point) const override {
-    if (point.z() < -0.5F * thickness) return 0;  // the back is plain
+    if (point.z() < -0.5F * kThickness) return 0;  // the back is plain
     const Vector3f p(point.x() / dials_.size, point.y() / dials_.size, 0.5F);
     const float r = std::hypot(p.x(), p.y()), angle = std::atan2(p.y(), p.x());
     float height = 0.22F * (1 - smooth_step(0.25F, 0.7F, std::fabs(r - 11.2F)));
@@ -141,7 +141,7 @@ class Coin final : public ImplicitShape {
   }
 
   ShapeDials dials_;
-  std::array<Glyph, glyph_count> glyphs_{};
+  std::array<Glyph, kGlyphCount> glyphs_{};
 };
 
 }  // namespace

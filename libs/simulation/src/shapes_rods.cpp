@@ -45,16 +45,16 @@ class Knurl final : public Rod {
         dials_(dials) {}
 
  private:
-  static constexpr float depth = 0.22F, wear = 0.05F;
-  static float high(const ShapeDials& dials) { return (depth + wear) * dials.texture; }
+  static constexpr float kDepth = 0.22F, kWear = 0.05F;
+  static float high(const ShapeDials& dials) { return (kDepth + kWear) * dials.texture; }
   float texture(const Vector3f& point) const override {
     const float angle = std::atan2(point.z(), point.y());
     const float teeth = std::fmax(6.0F, std::round(20.0F * dials_.size));
     const float along = teeth / radius() * point.x();
     const float u = 0.5F + 0.5F * std::cos(teeth * angle + along);
     const float v = 0.5F + 0.5F * std::cos(teeth * angle - along);
-    const float worn = 0.5F * wear * (1 + gradient_noise(point * 0.9F, dials_.seed));
-    return std::clamp(dials_.texture * (depth * std::sqrt(u * v + 0.003F) + worn), 0.0F, high(dials_));
+    const float worn = 0.5F * kWear * (1 + gradient_noise(point * 0.9F, dials_.seed));
+    return std::clamp(dials_.texture * (kDepth * std::sqrt(u * v + 0.003F) + worn), 0.0F, high(dials_));
   }
   ShapeDials dials_;
 };
@@ -66,14 +66,14 @@ class Screw final : public Rod {
         dials_(dials) {}
 
  private:
-  static constexpr float depth = 0.4F, pitch = 1.5F, wear = 0.03F;
-  static float high(const ShapeDials& dials) { return (depth + wear) * dials.texture; }
+  static constexpr float kDepth = 0.4F, kPitch = 1.5F, kWear = 0.03F;
+  static float high(const ShapeDials& dials) { return (kDepth + kWear) * dials.texture; }
   float texture(const Vector3f& point) const override {
     const float angle = std::atan2(point.z(), point.y());
-    const float phase = 2 * std::numbers::pi_v<float> * point.x() / pitch + angle;
+    const float phase = 2 * std::numbers::pi_v<float> * point.x() / kPitch + angle;
     const float thread = 0.5F + 0.5F * std::cos(phase);
-    const float worn = 0.5F * wear * (1 + gradient_noise(point * 1.2F, dials_.seed));
-    return std::clamp(dials_.texture * (depth * thread + worn), 0.0F, high(dials_));
+    const float worn = 0.5F * kWear * (1 + gradient_noise(point * 1.2F, dials_.seed));
+    return std::clamp(dials_.texture * (kDepth * thread + worn), 0.0F, high(dials_));
   }
   ShapeDials dials_;
 };

@@ -96,46 +96,46 @@ class Peanut final : public ImplicitShape {
 class GolfBall final : public ImplicitShape {
  public:
   explicit GolfBall(const ShapeDials& dials)
-      : ImplicitShape(ShapeKind::body, centered_box(Vector3f::Constant(ball_radius * dials.size)),
-                      {-dimple_depth * dials.texture - scratch_mm, 0, 1.1F + 0.35F * dials.texture}),
-        radius_(ball_radius * dials.size),
+      : ImplicitShape(ShapeKind::body, centered_box(Vector3f::Constant(kBallRadius * dials.size)),
+                      {-kDimpleDepth * dials.texture - kScratchMm, 0, 1.1F + 0.35F * dials.texture}),
+        radius_(kBallRadius * dials.size),
         dials_(dials) {
-    for (int k = 0; k < dimples; ++k) {
-      const double z = 1.0 - (2.0 * k + 1.0) / dimples;
+    for (int k = 0; k < kDimples; ++k) {
+      const double z = 1.0 - (2.0 * k + 1.0) / kDimples;
       const double angle = k * std::numbers::pi * (3.0 - std::sqrt(5.0)) + dials.seed;
       const double r = std::sqrt(1.0 - z * z);
       centers_.push_back(Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), z).cast<float>());
     }
-    for (int bin = 0; bin < bins; ++bin) fill_bin(bin);
+    for (int bin = 0; bin < kBins; ++bin) fill_bin(bin);
   }
 
  private:
-  static constexpr float ball_radius = 21.35F, dimple_depth = 0.22F, scratch_mm = 0.03F;
-  static constexpr int dimples = 332, side = 24, bins = 6 * side * side, candidates = 5;
+  static constexpr float kBallRadius = 21.35F, kDimpleDepth = 0.22F, kScratchMm = 0.03F;
+  static constexpr int kDimples = 332, kSide = 24, kBins = 6 * kSide * kSide, kCandidates = 5;
 
   static int bin_of(const Vector3f& d) {
     int axis = 0;
     const float largest = d.cwiseAbs().maxCoeff(&axis);
     const float a = d[(axis + 1) % 3] / largest, b = d[(axis + 2) % 3] / largest;
-    const int ia = std::clamp(static_cast<int>((a + 1) * 0.5F * side), 0, side - 1);
-    const int ib = std::clamp(static_cast<int>((b + 1) * 0.5F * side), 0, side - 1);
-    return ((2 * axis + (d[axis] < 0 ? 1 : 0)) * side + ia) * side + ib;
+    const int ia = std::clamp(static_cast<int>((a + 1) * 0.5F * kSide), 0, kSide - 1);
+    const int ib = std::clamp(static_cast<int>((b + 1) * 0.5F * kSide), 0, kSide - 1);
+    return ((2 * axis + (d[axis] < 0 ? 1 : 0)) * kSide + ia) * kSide + ib;
   }
   static Vector3f bin_center(int bin) {
-    const int face = bin / (side * side), ia = bin / side % side, ib = bin % side, axis = face / 2;
+    const int face = bin / (kSide * kSide), ia = bin / kSide % kSide, ib = bin % kSide, axis = face / 2;
     Vector3f d;
     d[axis] = face % 2 == 0 ? 1.0F : -1.0F;
-    d[(axis + 1) % 3] = (static_cast<float>(ia) + 0.5F) / side * 2 - 1;
-    d[(axis + 2) % 3] = (static_cast<float>(ib) + 0.5F) / side * 2 - 1;
+    d[(axis + 1) % 3] = (static_cast<float>(ia) + 0.5F) / kSide * 2 - 1;
+    d[(axis + 2) % 3] = (static_cast<float>(ib) + 0.5F) / kSide * 2 - 1;
     return d.normalized();
   }
   void fill_bin(int bin) {
     const Vector3f center = bin_center(bin);
     std::vector<std::pair<float, int>> order;
-    for (int k = 0; k < dimples; ++k)
+    for (int k = 0; k < kDimples; ++k)
       order.emplace_back(-center.dot(centers_[static_cast<std::size_t>(k)]), k);
-    std::partial_sort(order.begin(), order.begin() + candidates, order.end());
-    for (std::size_t k = 0; k < candidates; ++k) table_[static_cast<std::size_t>(bin)][k] = order[k].second;
+    std::partial_sort(order.begin(), order.begin() + kCandidates, order.end());
+    for (std::size_t k = 0; k < kCandidates; ++k) table_[static_cast<std::size_t>(bin)][k] = order[k].second;
   }
 
   float base(const Vector3f& point) const override { return point.norm() - radius_; }
@@ -146,15 +146,15 @@ class GolfBall final : public ImplicitShape {
       nearest = std::fmax(nearest, direction.dot(centers_[static_cast<std::size_t>(k)]));
     const float distance = radius_ * std::sqrt(std::fmax(0.0F, 2 - 2 * nearest));
     const float rim = 1.85F * dials_.size;
-    const float dimple = dimple_depth * (1 - smooth_step(0.2F * rim, rim, distance));
-    const float scratch = 0.5F * scratch_mm * (1 + gradient_noise(point * 1.1F, dials_.seed + 1));
-    return -dials_.texture * dimple - std::clamp(scratch * std::fmin(dials_.texture, 1.0F), 0.0F, scratch_mm);
+    const float dimple = kDimpleDepth * (1 - smooth_step(0.2F * rim, rim, distance));
+    const float scratch = 0.5F * kScratchMm * (1 + gradient_noise(point * 1.1F, dials_.seed + 1));
+    return -dials_.texture * dimple - std::clamp(scratch * std::fmin(dials_.texture, 1.0F), 0.0F, kScratchMm);
   }
 
   float radius_;
   ShapeDials dials_;
   std::vector<Vector3f> centers_;
-  std::array<std::array<int, candidates>, bins> table_{};
+  std::array<std::array<int, kCandidates>, kBins> table_{};
 };
 
 }  // namespace

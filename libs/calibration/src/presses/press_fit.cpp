@@ -29,13 +29,13 @@ struct Glimpse {
 
 /// One picture, taken at once.
 struct Sharp {
-  static constexpr int parameters = 0;
+  static constexpr int kParameters = 0;
   static std::array<Glimpse<0>, 1> glimpses() { return {}; }
 };
 
 /// The ball moved along the two parameters while the picture was taken.
 struct Slid {
-  static constexpr int parameters = 2;
+  static constexpr int kParameters = 2;
   static std::array<Glimpse<2>, 5> glimpses() {
     std::array<Glimpse<2>, 5> result;
     for (std::size_t k = 0; k < result.size(); ++k)
@@ -46,7 +46,7 @@ struct Slid {
 
 /// Blurred by a Gaussian of this many pixels: Radon's seven points.
 struct Blurred {
-  static constexpr int parameters = 1;
+  static constexpr int kParameters = 1;
   static std::array<Glimpse<1>, 7> glimpses() {
     std::array<Glimpse<1>, 7> result;
     result[0] = {0.5, Eigen::Vector2d::Zero()};
@@ -116,13 +116,13 @@ struct Powers {
 
 template <int degree, class Exposure = Sharp>
 class Fitter {
-  static constexpr int unknowns = 4 + Exposure::parameters, features = terms_of(degree);
-  using Features = Eigen::Matrix<double, features, 1>;
+  static constexpr int kUnknowns = 4 + Exposure::kParameters, kFeatures = terms_of(degree);
+  using Features = Eigen::Matrix<double, kFeatures, 1>;
   using Residuals = std::vector<Change>;
-  using Information = Eigen::Matrix<double, unknowns, unknowns>;
+  using Information = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
  public:
-  using Parameters = Eigen::Matrix<double, unknowns, 1>;  ///< center, radius, decay, exposure
+  using Parameters = Eigen::Matrix<double, kUnknowns, 1>;  ///< center, radius, decay, exposure
 
   Fitter(const PressPoints& points, double ball_px)
       : points_(points), ball_px_(ball_px), features_(points.u_px.size()), weights_(features_.size(), 1.0) {
@@ -156,7 +156,7 @@ class Fitter {
   template <class G>
   Eigen::Vector2d place(std::size_t point, const Parameters& p, const G& glimpse) const {
     return Eigen::Vector2d(points_.u_px[point], points_.v_px[point]) - p.template head<2>() -
-           glimpse.offsets * p.template tail<Exposure::parameters>();
+           glimpse.offsets * p.template tail<Exposure::kParameters>();
   }
 
   void fill_features(const Parameters& p) {
@@ -175,11 +175,12 @@ class Fitter {
 
   /// What is left of the colors when the best color function of the features is taken away.
   Residuals solve() {
-    Eigen::Matrix<double, features, features> information = Eigen::Matrix<double, features, features>::Zero();
-    Eigen::Matrix<double, features, 3> right = Eigen::Matrix<double, features, 3>::Zero();
+    Eigen::Matrix<double, kFeatures, kFeatures> information =
+        Eigen::Matrix<double, kFeatures, kFeatures>::Zero();
+    Eigen::Matrix<double, kFeatures, 3> right = Eigen::Matrix<double, kFeatures, 3>::Zero();
     for (std::size_t k = 0; k < features_.size(); ++k) {
       const Features weighted = weights_[k] * features_[k];
-      for (int term = 0; term < features; ++term) information.col(term) += weighted[term] * features_[k];
+      for (int term = 0; term < kFeatures; ++term) information.col(term) += weighted[term] * features_[k];
       for (int channel = 0; channel < 3; ++channel) right.col(channel) += changes_[k][channel] * weighted;
     }
     information.diagonal().array() += 1e-9 * information.trace() + 1e-12;
@@ -210,9 +211,9 @@ class Fitter {
   }
 
   /// Derivatives of the color at a point by all unknowns, for fixed color functions.
-  Eigen::Matrix<double, 3, unknowns> color_derivatives(std::size_t point, const Parameters& p,
-                                                       const Gel& gel) const {
-    Eigen::Matrix<double, 3, unknowns> result = Eigen::Matrix<double, 3, unknowns>::Zero();
+  Eigen::Matrix<double, 3, kUnknowns> color_derivatives(std::size_t point, const Parameters& p,
+                                                        const Gel& gel) const {
+    Eigen::Matrix<double, 3, kUnknowns> result = Eigen::Matrix<double, 3, kUnknowns>::Zero();
     for (const auto& glimpse : glimpses_) {
       Eigen::Matrix<double, 2, 4> by_shape;
       const Powers<degree> powers(gel.slope(place(point, p, glimpse), by_shape));
@@ -228,7 +229,7 @@ class Fitter {
       const Eigen::Matrix<double, 3, 4> colors = glimpse.share * by_slope * by_shape;
       result.template leftCols<2>() -= colors.template leftCols<2>();
       result.template middleCols<2>(2) += colors.template rightCols<2>();
-      result.template rightCols<Exposure::parameters>() -= colors.template leftCols<2>() * glimpse.offsets;
+      result.template rightCols<Exposure::kParameters>() -= colors.template leftCols<2>() * glimpse.offsets;
     }
     return result;
   }
@@ -238,21 +239,21 @@ class Fitter {
   std::pair<Information, Parameters> normal_equations(const Parameters& p, const Residuals& residuals) const {
     Information information = Information::Zero();
     Parameters right = Parameters::Zero();
-    Eigen::Matrix<double, 3 * unknowns, features> explained =
-        Eigen::Matrix<double, 3 * unknowns, features>::Zero();
+    Eigen::Matrix<double, 3 * kUnknowns, kFeatures> explained =
+        Eigen::Matrix<double, 3 * kUnknowns, kFeatures>::Zero();
     const Gel gel(ball_px_, p[2], p[3]);
     for (std::size_t k = 0; k < residuals.size(); ++k) {
-      const Eigen::Matrix<double, 3, unknowns> derivatives = color_derivatives(k, p, gel);
-      const Eigen::Matrix<double, 3, unknowns> weighted = weights_[k] * derivatives;
+      const Eigen::Matrix<double, 3, kUnknowns> derivatives = color_derivatives(k, p, gel);
+      const Eigen::Matrix<double, 3, kUnknowns> weighted = weights_[k] * derivatives;
       information.noalias() += weighted.transpose() * derivatives;
       right.noalias() += weighted.transpose() * residuals[k];
-      for (int term = 0; term < features; ++term)
+      for (int term = 0; term < kFeatures; ++term)
         explained.col(term) += features_[k][term] * weighted.reshaped();
     }
-    const Eigen::Matrix<double, features, 3 * unknowns> followed =
+    const Eigen::Matrix<double, kFeatures, 3 * kUnknowns> followed =
         solver_.solve(Eigen::MatrixXd(explained.transpose()));
-    for (int i = 0; i < unknowns; ++i)
-      for (int j = 0; j < unknowns; ++j)
+    for (int i = 0; i < kUnknowns; ++i)
+      for (int j = 0; j < kUnknowns; ++j)
         information(i, j) -= explained.template middleRows<3>(3 * i)
                                  .transpose()
                                  .cwiseProduct(followed.template middleCols<3>(3 * j))
@@ -291,7 +292,7 @@ class Fitter {
   std::vector<Change> changes_;
   std::vector<double> weights_;
   Solver solver_;
-  Eigen::Matrix<double, 3, features> colors_;
+  Eigen::Matrix<double, 3, kFeatures> colors_;
 };
 
 Eigen::Vector4d values_of(const PressShape& shape) {
