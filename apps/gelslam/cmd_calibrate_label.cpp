@@ -12,7 +12,6 @@
 #include "gelslam/calibration/circle_finder.hpp"
 #include "gelslam/calibration/label_session.hpp"
 #include "gelslam/calibration/label_window.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/image/codecs.hpp"

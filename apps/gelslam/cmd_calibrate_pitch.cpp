@@ -2,9 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
-#include <iostream>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "calibrate_commands.hpp"

@@ -6,7 +6,6 @@
 #include <memory>
 #include <set>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "command_line.hpp"

@@ -5,7 +5,6 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/localization/maps.hpp"

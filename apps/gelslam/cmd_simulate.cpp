@@ -3,9 +3,7 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <string>
-#include <string_view>
 
 #include "command_line.hpp"
 #include "commands.hpp"

@@ -5,7 +5,6 @@
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "command_line.hpp"
 #include "commands.hpp"

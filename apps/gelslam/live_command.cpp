@@ -10,7 +10,6 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/viewer/gl_context.hpp"

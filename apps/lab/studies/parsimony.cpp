@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <iostream>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <set>
