@@ -2,6 +2,9 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/surface/surface_estimator.hpp"
 #include "studies/simulated_frames.hpp"
@@ -9,17 +12,22 @@
 namespace gelslam {
 namespace {
 
-/// Goes to and fro through the frames, so that any number of steps is one unbroken scan.
+/// Swings through the frames, so that any number of steps is one unbroken scan. It slows down where it turns,
+/// as a hand does: a sudden turn is unusual, and the tracker would search for the place. The first frame,
+/// which is the keyframe, does not come back: with no noise between them, the next frame would seem to fit
+/// badly.
 class ToAndFro {
  public:
-  explicit ToAndFro(std::size_t count) : count_(count) {}
+  explicit ToAndFro(std::size_t count) : last_(static_cast<double>(count - 1)) {}
   std::size_t next() {
-    const std::size_t phase = step_++ % (2 * count_ - 2);
-    return phase < count_ ? phase : 2 * count_ - 2 - phase;
+    constexpr double kMost = 8;  // frames per step: 0.1 mm
+    const double phase = 2 * kMost / last_ * step_++;
+    const auto frame = static_cast<std::size_t>(std::lround(0.5 * last_ * (1 - std::cos(phase))));
+    return phase > 0 ? std::max<std::size_t>(frame, 1) : frame;
   }
 
  private:
-  std::size_t count_, step_ = 0;
+  double last_, step_ = 0;
 };
 
 void surface_estimate(benchmark::State& state) {

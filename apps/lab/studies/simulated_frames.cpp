@@ -8,7 +8,7 @@
 namespace gelslam::lab {
 namespace {
 
-constexpr int kFrames = 12;
+constexpr int kFrames = 96;
 
 }  // namespace
 
@@ -25,7 +25,8 @@ namespace {
 SimulatedFrames make() {
   ScanSpec spec;
   spec.object.name = "peanut";
-  spec.motion.frames = 120;  // 0.1 mm per frame: to and fro, no step is an unusual one
+  spec.motion.frame_rate_hz = 8 * 25;  // eight frames are 0.1 mm
+  spec.motion.frames = 8 * 120;
   const Simulator simulator(spec);
   SimulatedFrames frames;
   frames.model = quickly_trained_model();

@@ -4,16 +4,14 @@
 
 #include "gelslam/core/target_clones.hpp"
 
-#define GELSLAM_NETWORK_KERNEL GELSLAM_TARGET_CLONES("avx512f", "fma", "default")
-
 namespace gelslam {
 namespace {
 
 constexpr int kTile = kNetworkTile;
 
-// Eight floats at once; the compiler splits or joins them for the instruction set.
-typedef float Lanes __attribute__((vector_size(32), aligned(32), may_alias));
-constexpr int kLanes = 8;
+// Sixteen floats at once; the compiler splits them for the instruction set.
+typedef float Lanes __attribute__((vector_size(64), aligned(64), may_alias));
+constexpr int kLanes = 16;
 
 // out[o][p] = sum_i weight(o, i) in[i][p] + bias[o]; weight(o, i) = weight[o * OutStride + i * InStride].
 // Blocks of four outputs by sixteen samples keep their sums in registers.
@@ -22,27 +20,16 @@ template <int Outputs, int Inputs, int OutStride, int InStride, bool Rectify>
                                             float* out) {
   constexpr int block = Outputs % 4 == 0 ? 4 : 1;
   for (int o = 0; o < Outputs; o += block)
-    for (int p = 0; p < kTile; p += 2 * kLanes) {
-      Lanes sum[block][2];
-      for (int k = 0; k < block; ++k) {
-        const float start = bias != nullptr ? bias[o + k] : 0.0F;
-        sum[k][0] = sum[k][1] = Lanes{} + start;
-      }
+    for (int p = 0; p < kTile; p += kLanes) {
+      Lanes sum[block];
+      for (int k = 0; k < block; ++k) sum[k] = Lanes{} + (bias != nullptr ? bias[o + k] : 0.0F);
       for (int i = 0; i < Inputs; ++i) {
-        const Lanes a = *reinterpret_cast<const Lanes*>(in + i * kTile + p),
-                    b = *reinterpret_cast<const Lanes*>(in + i * kTile + p + kLanes);
-        for (int k = 0; k < block; ++k) {
-          const float w = weight[(o + k) * OutStride + i * InStride];
-          sum[k][0] += w * a;
-          sum[k][1] += w * b;
-        }
+        const Lanes x = *reinterpret_cast<const Lanes*>(in + i * kTile + p);
+        for (int k = 0; k < block; ++k) sum[k] += weight[(o + k) * OutStride + i * InStride] * x;
       }
       for (int k = 0; k < block; ++k)
-        for (int half = 0; half < 2; ++half) {
-          const Lanes value = sum[k][half];
-          *reinterpret_cast<Lanes*>(out + (o + k) * kTile + p + half * kLanes) =
-              Rectify ? (value > 0.0F ? value : Lanes{}) : value;
-        }
+        *reinterpret_cast<Lanes*>(out + (o + k) * kTile + p) =
+            Rectify ? (sum[k] > 0.0F ? sum[k] : Lanes{}) : sum[k];
     }
 }
 
@@ -81,15 +68,15 @@ template <int Neurons>
 
 }  // namespace
 
-GELSLAM_NETWORK_KERNEL void network_forward(const GradientModel& n, NetworkTile& t) {
+GELSLAM_CLONES void network_forward(const GradientModel& n, NetworkTile& t) {
   multiply<32, 5, 5, 1, true>(n.weight(0).data(), n.bias(0).data(), t.input.data(), t.hidden[0].data());
   multiply<32, 32, 32, 1, true>(n.weight(1).data(), n.bias(1).data(), t.hidden[0].data(), t.hidden[1].data());
   multiply<32, 32, 32, 1, true>(n.weight(2).data(), n.bias(2).data(), t.hidden[1].data(), t.hidden[2].data());
   multiply<2, 32, 32, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
 }
 
-GELSLAM_NETWORK_KERNEL void network_jacobian(const GradientModel& n, const NetworkTile& t,
-                                             NetworkJacobian& jacobian) {
+GELSLAM_CLONES void network_jacobian(const GradientModel& n, const NetworkTile& t,
+                                     NetworkJacobian& jacobian) {
   alignas(64) float upper[32 * kTile];
   alignas(64) float lower[32 * kTile];
   for (std::size_t o = 0; o < 2; ++o) {
@@ -104,8 +91,8 @@ GELSLAM_NETWORK_KERNEL void network_jacobian(const GradientModel& n, const Netwo
   }
 }
 
-GELSLAM_NETWORK_KERNEL void network_backward(const GradientModel& n, const NetworkTile& t,
-                                             const NetworkTile::Values<2>& d_output, GradientModel& g) {
+GELSLAM_CLONES void network_backward(const GradientModel& n, const NetworkTile& t,
+                                     const NetworkTile::Values<2>& d_output, GradientModel& g) {
   alignas(64) float upper[32 * kTile];
   alignas(64) float lower[32 * kTile];
   alignas(64) float output[2 * kTile];
@@ -126,8 +113,7 @@ GELSLAM_NETWORK_KERNEL void network_backward(const GradientModel& n, const Netwo
   add_sums<32>(upper, g.bias(0).data());
 }
 
-GELSLAM_NETWORK_KERNEL void Adam::step(GradientModel& network, const GradientModel& gradient,
-                                       double learning_rate) {
+GELSLAM_CLONES void Adam::step(GradientModel& network, const GradientModel& gradient, double learning_rate) {
   ++steps_;
   // The published bias corrections, folded into rate and epsilon.
   const double second = std::sqrt(1.0 - std::pow(0.999, steps_)), first = 1.0 - std::pow(0.9, steps_);

@@ -5,8 +5,8 @@
 
 namespace gelslam::loop_closure::detail {
 
-GELSLAM_TARGET_CLONES("avx2", "default")
-void squared_distances(const std::uint8_t* query, const std::uint8_t* others, int count, int* result) {
+GELSLAM_CLONES void squared_distances(const std::uint8_t* query, const std::uint8_t* others, int count,
+                                      int* result) {
   for (int i = 0; i < count; ++i) {
     const std::uint8_t* other = others + static_cast<std::ptrdiff_t>(i) * kDescriptorSize;
     int sum = 0;

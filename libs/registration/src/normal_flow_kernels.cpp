@@ -12,8 +12,6 @@ namespace {
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 
-#define GELSLAM_CLONES GELSLAM_TARGET_CLONES("avx512f", "arch=haswell", "default")
-
 // Sums in 64 independent lanes: the order of additions, and so the result, does not depend on the vector
 // width. Samples are warped in blocks of as many, which stay in the first-level cache.
 constexpr int kLanes = 64;

@@ -81,8 +81,8 @@ template <std::size_t Size, bool ByRows, class Lanes>
 
 // X_k = sum_i x_i cos(pi (i + 1/2) k / n). Sums of mirrored values have the even coefficients; differences,
 // divided by 2 cos, have sums of neighboring odd ones.
-GELSLAM_TARGET_CLONES("avx2", "default")
-void RowTransform::forward_lanes(Lanes* x, Lanes* room, std::size_t n, const float* secant) const {
+GELSLAM_CLONES void RowTransform::forward_lanes(Lanes* x, Lanes* room, std::size_t n,
+                                                const float* secant) const {
   if (n == odd_) {
     if (n == 5)
       multiply<5, 1>(cosines_.data(), x, room, n);
@@ -106,8 +106,8 @@ void RowTransform::forward_lanes(Lanes* x, Lanes* room, std::size_t n, const flo
 }
 
 // The transpose: x_i = sum_k X_k cos(pi (i + 1/2) k / n), step by step backward.
-GELSLAM_TARGET_CLONES("avx2", "default")
-void RowTransform::inverse_lanes(Lanes* x, Lanes* room, std::size_t n, const float* secant) const {
+GELSLAM_CLONES void RowTransform::inverse_lanes(Lanes* x, Lanes* room, std::size_t n,
+                                                const float* secant) const {
   if (n == odd_) {
     if (n == 5)
       multiply<5, 0>(cosines_.data(), x, room, n);
@@ -247,9 +247,12 @@ cv::Mat3f normals_from_gradient(const cv::Mat1f& gx, const cv::Mat1f& gy) {
 }
 
 cv::Mat1f curvature_in_contact(const PoissonSolver& solved, const cv::Mat1b& contact) {
-  cv::Mat1f curvature;
-  cv::GaussianBlur(solved.divergence(), curvature, cv::Size(5, 5), 0.0);
-  clip_curvature_to_contact(contact, curvature);
+  cv::Mat1f curvature(contact.size(), 0.0F);
+  const cv::Rect box = cv::boundingRect(contact);
+  if (box.empty()) return curvature;
+  cv::Mat1f inside = curvature(box);
+  cv::GaussianBlur(solved.divergence()(box), inside, cv::Size(5, 5), 0.0);
+  clip_curvature_to_contact(contact(box), inside);
   return curvature;
 }
 

@@ -23,8 +23,7 @@ constexpr std::size_t kLanes = 8;
 }  // namespace
 
 // By the power series of sine and cosine, without branches or calls.
-GELSLAM_TARGET_CLONES("avx512f", "fma", "default")
-void tangents(NetworkTile::Values<2>& angles_rad) {
+GELSLAM_CLONES void tangents(NetworkTile::Values<2>& angles_rad) {
   for (std::size_t first = 0; first < angles_rad.size(); first += kLanes) {
     Lanes x;
     std::memcpy(&x, angles_rad.data() + first, sizeof x);
