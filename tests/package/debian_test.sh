@@ -5,6 +5,8 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 fail() { echo "debian_test: $*" >&2; exit 1; }
+# grep -q would leave at the first match, and what writes into it would fail.
+holds() { (($(grep -c -- "$1") > 0)); }
 
 "$1" --build "$2" "$work"
 contents() { dpkg-deb -c "$work"/"$1"_*.deb | awk '{ print $NF }'; }
@@ -13,18 +15,18 @@ for file in usr/bin/gelslam usr/share/man/man1/gelslam.1.gz usr/share/bash-compl
   lib/udev/rules.d/61-gelslam.rules usr/share/applications/gelslam.desktop; do
   grep -qx "./$file" "$work/program" || fail "gelslam lacks $file"
 done
-contents libgelslam-dev | grep -q 'cmake/gelslam/gelslamConfig.cmake$' || fail "libgelslam-dev lacks its CMake package"
+contents libgelslam-dev | holds 'cmake/gelslam/gelslamConfig.cmake$' || fail "libgelslam-dev lacks its CMake package"
 if compgen -G "$work/python3-gelslam_*.deb" >/dev/null; then
-  contents python3-gelslam | grep -q '^./usr/lib/python3/dist-packages/gelslam/_core' || fail "python3-gelslam lies elsewhere"
-  dpkg-deb -f "$work"/python3-gelslam_*.deb Depends | grep -q 'python3 (<< 3' || fail "python3-gelslam goes with any Python"
-  dpkg-deb -I "$work"/python3-gelslam_*.deb prerm | grep -q py3clean || fail "python3-gelslam leaves compiled files"
+  contents python3-gelslam | holds '^./usr/lib/python3/dist-packages/gelslam/_core' || fail "python3-gelslam lies elsewhere"
+  dpkg-deb -f "$work"/python3-gelslam_*.deb Depends | holds 'python3 (<< 3' || fail "python3-gelslam goes with any Python"
+  dpkg-deb -I "$work"/python3-gelslam_*.deb prerm | holds py3clean || fail "python3-gelslam leaves compiled files"
 fi
 
 dpkg-deb -x "$work"/gelslam_*.deb "$work/root"
 version=$("$work/root/usr/bin/gelslam" --version)
 [[ $(dpkg-deb -f "$work"/gelslam_*.deb Version) == "${version##* }" ]] || fail "the program is of another version: $version"
-dpkg-deb -f "$work"/gelslam_*.deb Depends | grep -q libopencv-core || fail "no dependencies"
-zcat "$work/root/usr/share/man/man1/gelslam.1.gz" | grep -q '^.SH CALIBRATE TRAIN' || fail "the manual page lacks a command"
+dpkg-deb -f "$work"/gelslam_*.deb Depends | holds libopencv-core || fail "no dependencies"
+zcat "$work/root/usr/share/man/man1/gelslam.1.gz" | holds '^.SH CALIBRATE TRAIN' || fail "the manual page lacks a command"
 udev=$work/root/lib/udev/rules.d/61-gelslam.rules
 if command -v desktop-file-validate >/dev/null; then desktop-file-validate "$work/root/usr/share/applications/gelslam.desktop"; fi
 [[ $(grep -c 'SYMLINK' "$udev") == 1 ]] || fail "the udev rule gives no name"
