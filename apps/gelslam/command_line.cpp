@@ -94,9 +94,9 @@ std::optional<double> MeshUnit::mm(const std::filesystem::path& file) const {
 
 void MeshUnit::say(const std::filesystem::path& file) const {
   if (!std::filesystem::is_regular_file(file)) return;
-  const std::optional<LengthUnit> noted = noted_unit(file);
+  const bool noted = noted_unit(file).has_value();
   if (noted && name.empty()) return;
-  const std::string unit = !noted && !name.empty() ? name : short_name(noted.value_or(usual_unit(file)));
+  const std::string unit = noted || name.empty() ? short_name(unit_of(file)) : name;
   const char* const reason = noted ? ", as the file notes" : name.empty() ? " (--unit names another)" : "";
   std::cerr << "unit of " << file.string() << ": " << unit << reason << "\n";
 }

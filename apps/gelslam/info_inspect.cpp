@@ -121,20 +121,21 @@ void add_truth(InfoReport& report, const fs::path& file) {
 
 void add_mesh(InfoReport& report, const fs::path& file) {
   const Mesh mesh = read_mesh(file);
-  const std::optional<LengthUnit> noted = noted_unit(file);
+  const bool notes_unit = noted_unit(file).has_value();
+  const char* const unit = short_name(unit_of(file));
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
   const Eigen::Vector3f size = box.isEmpty() ? Eigen::Vector3f::Zero().eval() : box.sizes();
-  report.add("mesh",
-             Json{{"file", file.string()},
-                  {"vertices", mesh.vertices_mm.size()},
-                  {"triangles", mesh.triangles.size()},
-                  {"size_mm", {size.x(), size.y(), size.z()}},
-                  {"unit", short_name(noted.value_or(usual_unit(file)))}},
-             fmt::format("{} vertices, {} triangles, {} x {} x {} mm; {} {}", mesh.vertices_mm.size(),
-                         mesh.triangles.size(), short_number(size.x()), short_number(size.y()),
-                         short_number(size.z()), noted ? "its unit is" : "notes no unit; read in",
-                         short_name(noted.value_or(usual_unit(file)))));
+  report.add(
+      "mesh",
+      Json{{"file", file.string()},
+           {"vertices", mesh.vertices_mm.size()},
+           {"triangles", mesh.triangles.size()},
+           {"size_mm", {size.x(), size.y(), size.z()}},
+           {"unit", unit}},
+      fmt::format("{} vertices, {} triangles, {} x {} x {} mm; {} {}", mesh.vertices_mm.size(),
+                  mesh.triangles.size(), short_number(size.x()), short_number(size.y()),
+                  short_number(size.z()), notes_unit ? "its unit is" : "notes no unit; read in", unit));
 }
 
 Json read_json_object(const fs::path& file) {

@@ -51,6 +51,8 @@ std::optional<LengthUnit> noted_unit(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
+LengthUnit unit_of(const std::filesystem::path& path) { return noted_unit(path).value_or(usual_unit(path)); }
+
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit) {
   const std::string extension = lower_extension(path);
   if (extension != ".ply" && extension != ".obj" && extension != ".stl") {
@@ -59,8 +61,7 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_u
   try {
     if (!std::filesystem::exists(path)) throw Error("there is no such file");
     if (!std::filesystem::is_regular_file(path)) throw Error("it is not a regular file");
-    const LengthUnit unit = noted_unit(path).value_or(usual_unit(path));
-    const double factor = mm_per_unit.value_or(unit == LengthUnit::meter ? 1000.0 : 1.0);
+    const double factor = mm_per_unit.value_or(unit_of(path) == LengthUnit::meter ? 1000.0 : 1.0);
     Mesh mesh = extension == ".ply" ? mesh::detail::read_ply(path, factor)
                                     : mesh::detail::read_with_assimp(path, extension, factor);
     check_readable(mesh);

@@ -26,9 +26,12 @@ LengthUnit usual_unit(const std::filesystem::path& path);
 /// The unit that write_mesh() noted near the beginning of the file; nothing in files of other programs.
 std::optional<LengthUnit> noted_unit(const std::filesystem::path& path);
 
+/// The unit in which read_mesh() takes the numbers of a file by default: the noted one, else the usual one.
+LengthUnit unit_of(const std::filesystem::path& path);
+
 /// Reads PLY, OBJ or STL (by extension, through Assimp; confidence only from our own PLY). Without
-/// `mm_per_unit` the numbers are in the noted unit, else in the usual one. Throws Error when the file is
-/// missing, truncated, empty or not a triangle mesh.
+/// `mm_per_unit` the numbers are in unit_of(path). Throws Error when the file is missing, truncated, empty or
+/// not a triangle mesh.
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit = std::nullopt);
 
 /// Writes PLY (binary, with normals, confidence and colors), OBJ or STL (binary), or GLB (encode_glb), by
