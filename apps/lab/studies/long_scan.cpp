@@ -41,7 +41,7 @@ struct LongScanArguments {
   ScanSpec scan;
   std::filesystem::path model, out;
   int reports = 20, ahead = 0;
-  bool recall = false;
+  int recall = 0;
 };
 
 /// Processor time of this thread: neither the simulation nor other programs count.
@@ -189,35 +189,42 @@ Json mesh_errors(const Mesh& mesh, const Simulator& simulator, const Pose& objec
 
 using Pairs = std::set<std::pair<int, int>>;
 
-/// All loops, each keyframe being compared with `candidates` earlier ones.
-Pairs loops_among(const SlamMap& map, SlamOptions options, int candidates, double& ms) {
+/// The loops of every `every`-th keyframe, compared with `candidates` earlier ones.
+Pairs loops_among(const SlamMap& map, SlamOptions options, int candidates, std::size_t every, double& ms) {
   options.loop_closure.max_candidates = candidates;
   options.loop_closure.max_constraints = candidates;
   LoopCloser closer(options.loop_closure, options.registration, options.verification);
   Pairs found;
-  const double start = thread_ms();
-  for (const auto& keyframe : map.keyframes)
-    for (const LoopConstraint& loop : closer.add(*keyframe)) found.emplace(loop.from, loop.to);
-  ms = thread_ms() - start;
+  for (std::size_t k = 0; k < map.keyframes.size(); ++k) {
+    if ((k + 1) % every != 0) {
+      closer.keep({*map.keyframes[k]});
+      continue;
+    }
+    const double start = thread_ms();
+    for (const LoopConstraint& loop : closer.add(*map.keyframes[k])) found.emplace(loop.from, loop.to);
+    ms += thread_ms() - start;
+  }
   return found;
 }
 
 /// The share of the loops of an exhaustive search that the index finds, and of its time that it takes.
-Json recall_of_index(const SlamMap& map, const SlamOptions& options) {
+Json recall_of_index(const SlamMap& map, const SlamOptions& options, int searches) {
   double exhaustive_ms = 0, index_ms = 0;
-  const Pairs all = loops_among(map, options, static_cast<int>(map.keyframes.size()), exhaustive_ms);
-  const Pairs found = loops_among(map, options, options.loop_closure.max_candidates, index_ms);
+  const std::size_t keyframes = map.keyframes.size(),
+                    every = std::max<std::size_t>(1, keyframes / static_cast<std::size_t>(searches));
+  const Pairs all = loops_among(map, options, static_cast<int>(keyframes), every, exhaustive_ms);
+  const Pairs found = loops_among(map, options, options.loop_closure.max_candidates, every, index_ms);
   const auto both =
       std::count_if(all.begin(), all.end(), [&](const auto& pair) { return found.contains(pair); });
   return {
       {"exhaustive_loops", all.size()},
       {"index_recall", static_cast<double>(both) / static_cast<double>(std::max<std::size_t>(1, all.size()))},
       {"index_time_share", index_ms / exhaustive_ms},
-      {"index_ms_per_keyframe", index_ms / static_cast<double>(map.keyframes.size())}};
+      {"index_ms_per_keyframe", index_ms / static_cast<double>(std::max<std::size_t>(1, keyframes / every))}};
 }
 
 Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& options, const GelSlam& slam,
-             bool recall) {
+             int recall) {
   Json result = {{"frames", scan.truth.size()}, {"memory_mb", resident_memory_mb() - scan.memory_before_mb}};
   const double start = wall_s();
   const SlamMap map = slam.finish();
@@ -247,7 +254,7 @@ Json summary(const Simulator& simulator, const Scan& scan, const SlamOptions& op
     result.update(
         mesh_errors(mesh, simulator,
                     simulator.start_T_object().inverse() * *scan.truth[static_cast<std::size_t>(reference)]));
-  if (recall) result.update(recall_of_index(map, options));
+  if (recall > 0) result.update(recall_of_index(map, options, recall));
   return result;
 }
 
@@ -309,9 +316,11 @@ void add_long_scan(CLI::App& lab) {
   command->add_option("--ahead", arguments->ahead, "Pictures drawn ahead, one thread each (0: one per core)")
       ->check(CLI::Range(0, 64))
       ->capture_default_str();
-  command->add_flag(
-      "--recall", arguments->recall,
-      "Also count the loops that place recognition finds of those of an exhaustive search (slow)");
+  command
+      ->add_option("--recall", arguments->recall,
+                   "Also compare this many keyframes with all earlier ones, and count which of these loops "
+                   "place recognition finds")
+      ->check(CLI::Range(0, 100'000));
   command->add_option("-o,--output", arguments->out, "Folder for the tables and the object")->required();
   command->footer("Example: gelslam-lab long-scan --frames 5000 -o STUDY && scripts/plot_long_scan.py STUDY");
 }
