@@ -192,40 +192,77 @@ Eigen::Matrix3d rotation(const Grip& grip, ShapeKind kind) {
          rest(kind);
 }
 
+/// A surface's points in runs of neighbors: who asks for low ones passes over most runs.
+class PointRuns {
+ public:
+  explicit PointRuns(const Mesh& surface) : points_mm_(surface.vertices_mm) {
+    constexpr std::size_t kPoints = 128;
+    for (std::size_t first = 0; first < points_mm_.size(); first += kPoints) {
+      Run run{first, std::min(first + kPoints, points_mm_.size()), Eigen::Vector3f::Zero(), 0.0F};
+      for (std::size_t k = run.first; k < run.end; ++k)
+        run.center_mm += points_mm_[k] / static_cast<float>(run.end - run.first);
+      constexpr float kRoundingMm = 1e-3F;
+      for (std::size_t k = run.first; k < run.end; ++k)
+        run.radius_mm = std::max(run.radius_mm, (points_mm_[k] - run.center_mm).norm() + kRoundingMm);
+      runs_.push_back(run);
+    }
+  }
+
+  /// Calls visit(point, its height along `up`) in order for all points below `limit_mm` and a few above it;
+  /// visit may lower the limit.
+  template <class Visit>
+  void each_below(const Eigen::Vector3f& up, const float& limit_mm, Visit&& visit) const {
+    for (const Run& run : runs_) {
+      if (up.dot(run.center_mm) - run.radius_mm > limit_mm) continue;
+      for (std::size_t k = run.first; k < run.end; ++k) visit(points_mm_[k], up.dot(points_mm_[k]));
+    }
+  }
+
+ private:
+  struct Run {
+    std::size_t first, end;
+    Eigen::Vector3f center_mm;
+    float radius_mm;
+  };
+  const std::vector<Eigen::Vector3f>& points_mm_;
+  std::vector<Run> runs_;
+};
+
 /// Where a round body rests: the mean of its lowest points (object axes turned into the sensor's), x and y.
-Eigen::Vector2d support_center(const Eigen::Matrix3d& sensor_R_object, const Mesh& surface) {
+Eigen::Vector2d support_center(const Eigen::Matrix3d& sensor_R_object, const PointRuns& surface) {
   const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
   float lowest = 1e9F;
-  for (const Eigen::Vector3f& p : surface.vertices_mm) lowest = std::min(lowest, turn.row(2).dot(p));
+  surface.each_below(turn.row(2), lowest,
+                     [&](const Eigen::Vector3f&, float z) { lowest = std::min(lowest, z); });
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double weights = 0;
-  for (const Eigen::Vector3f& p : surface.vertices_mm) {
-    const double above = turn.row(2).dot(p) - lowest;
-    if (above > 8 * kSupportSoftnessMm) continue;
+  constexpr auto kReachMm = static_cast<float>(8 * kSupportSoftnessMm);
+  surface.each_below(turn.row(2), lowest + kReachMm, [&](const Eigen::Vector3f& p, float z) {
+    const double above = z - lowest;
+    if (above > kReachMm) return;
     const double weight = std::exp(-above / kSupportSoftnessMm);
     sum += weight * Eigen::Vector2d(turn.row(0).dot(p), turn.row(1).dot(p));
     weights += weight;
-  }
+  });
   return sum / weights;
 }
 
 /// Lowest point over the sensor's view, of the whole object if none is over it. Object axes as above, moved
 /// by `shift`.
 double lowest_in_view(const Eigen::Matrix3d& sensor_R_object, const Eigen::Vector2d& shift,
-                      const Mesh& surface, const SensorGeometry& geometry) {
+                      const PointRuns& surface, const SensorGeometry& geometry) {
   const Eigen::Matrix3f turn = sensor_R_object.cast<float>();
   const auto half_width = static_cast<float>(geometry.half_width_mm() - kViewMarginMm);
   const auto half_height = static_cast<float>(geometry.half_height_mm() - kViewMarginMm);
   const Eigen::Vector2f move = shift.cast<float>();
   float in_view = 1e9F, anywhere = 1e9F;
-  for (const Eigen::Vector3f& p : surface.vertices_mm) {
-    const float z = turn.row(2).dot(p);
-    if (z >= in_view) continue;
+  surface.each_below(turn.row(2), in_view, [&](const Eigen::Vector3f& p, float z) {
+    if (z >= in_view) return;
     anywhere = std::min(anywhere, z);
     if (std::abs(turn.row(0).dot(p) + move.x()) < half_width &&
         std::abs(turn.row(1).dot(p) + move.y()) < half_height)
       in_view = z;
-  }
+  });
   return in_view < 1e8F ? in_view : anywhere;
 }
 
@@ -289,6 +326,7 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
                     0.5 * shape.bounds_mm().sizes().head<2>().cast<double>(),
                     shape.kind(),
                     {curve(0), curve(1), curve(2), curve(3), curve(4), curve(5)}};
+  const PointRuns points(surface);
   const auto frames = static_cast<std::size_t>(spec.frames);
   std::vector<Grip> grips(frames);
   std::vector<Eigen::Matrix3d> turns(frames);
@@ -299,12 +337,12 @@ std::vector<Pose> make_motion(const MotionSpec& spec, const Shape& shape, const 
     turns[k] = rotation(grips[k], shape.kind());
     // Only a body needs to be followed; a rod's axis and a plate's middle stay where they are put.
     shifts[k] = Eigen::Vector2d::Zero();
-    if (shape.kind() == ShapeKind::body) shifts[k] = -support_center(turns[k], surface);
+    if (shape.kind() == ShapeKind::body) shifts[k] = -support_center(turns[k], points);
   }
   shifts = smoothed(shifts, kLateralSmoothingFrames);
   for (std::size_t k = 0; k < frames; ++k) {
     shifts[k] += grips[k].shift_mm + spec.place_mm;
-    supports[k] = lowest_in_view(turns[k], shifts[k], surface, geometry);
+    supports[k] = lowest_in_view(turns[k], shifts[k], points, geometry);
   }
   const std::vector<double> steady = smoothed(supports, kSupportSmoothingFrames);
   std::vector<Pose> poses(frames, Pose::Identity());
