@@ -22,14 +22,14 @@ cv::Vec2d place(int u, int v) {
 // The linear gel under lamps that are brighter on one side, as on a real sensor: without that, gain and
 // offset could not be told apart. Slopes are then a little off, the same with every light, and pictures are
 // compared with each other.
-cv::Mat3b lit(const cv::Mat1f& height_mm, std::uint64_t seed) {
+cv::Mat3b lit(const cv::Mat1f& height_mm, std::uint64_t seed, double unevenness = 1) {
   cv::Mat3b image = render(height_mm, kPitchMm, 1.0, seed);
   for (int v = 0; v < image.rows; ++v) {
     for (int u = 0; u < image.cols; ++u) {
       const auto [x, y] = place(u, v).val;
       const double pattern = 8 * std::sin(6 * x) * std::cos(5 * y);
-      image(v, u)[1] = cv::saturate_cast<unsigned char>(image(v, u)[1] + 25 * y + pattern);
-      image(v, u)[2] = cv::saturate_cast<unsigned char>(image(v, u)[2] + 25 * x + pattern);
+      image(v, u)[1] = cv::saturate_cast<unsigned char>(image(v, u)[1] + unevenness * (25 * y + pattern));
+      image(v, u)[2] = cv::saturate_cast<unsigned char>(image(v, u)[2] + unevenness * (25 * x + pattern));
     }
   }
   return image;
@@ -89,6 +89,22 @@ TEST(Light, ThatJumpsIsFollowedAtOnce) {
   for (const Change& change : {kDark, kBright, kWarm, kWeakRed})
     EXPECT_LT(worst_height_mm(press(0.5), change), 0.05)
         << change(100, 0, 0, 0) << " " << change(100, 1, 1, 1);
+}
+
+// A gain hardly differs from an offset on a gel that is lit evenly; only in contact, where colors are others.
+// Slopes that are read 20 % flat, as with an offset, would be 0.07 mm of the depth.
+TEST(Light, ThatDimsSlowlyIsFollowedOnAnEvenlyLitGel) {
+  constexpr double kUnevenness = 0.4;
+  SurfaceEstimator steady(linear_gel_model(), lit(kFlatGel, 1, kUnevenness), {});
+  SurfaceEstimator dimmed(linear_gel_model(), lit(kFlatGel, 1, kUnevenness), {});
+  const cv::Mat3b picture = lit(press(0.5), 2, kUnevenness);
+  const SurfacePtr truth = steady.estimate(picture);
+  SurfacePtr surface;
+  for (int k = 0; k <= 30; ++k)
+    surface = dimmed.estimate(changed(picture.clone(), [&](double value, double, double, int) {
+      return value * (1 - 0.2 * std::min(1.0, k / 25.0));
+    }));
+  EXPECT_LT(cv::norm(surface->height_mm, truth->height_mm, cv::NORM_INF), 0.02);
 }
 
 TEST(Light, FromOneSideOrInBandsIsTakenOff) {

@@ -20,7 +20,7 @@ constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need 
 constexpr double kClearlyMore = 1.3;
 // Variance of the background's brightness below which gain and offset cannot be told apart, and the gain
 // stays as expected. A field does what a gain over a smooth background does, too.
-constexpr double kGainPriorVariance = 50.0;
+constexpr double kGainPriorVariance = 20.0;
 constexpr double kFieldPriorShare = 0.002;  // keeps the field 0 where too little is seen
 // A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
 constexpr double kLeastGain = 0.25;
@@ -124,17 +124,17 @@ int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& exclu
   return count;
 }
 
-/// Gain (near 1) and offset of the inliers. False where no lamp has that gain.
+/// Gain (near that of `light`) and offset of the inliers. False where no lamp has that gain.
 bool LightTracker::fit_even(const cv::Mat3f& blocks, Light& light) const {
-  light = Light{};
   for (std::size_t c = 0; c < 3; ++c) {
+    const double expected_gain = light.channels[c][0];
     const int channel = static_cast<int>(c);
     double count = 0.0, then_sum = 0.0, then_squares = 0.0, changes = 0.0, then_changes = 0.0;
     for (int row = 0; row < blocks.rows; ++row) {
       for (int column = 0; column < blocks.cols; ++column) {
         if (inliers_(row, column) == 0) continue;
         const double then = background_(row, column)[channel];
-        const double change = blocks(row, column)[channel] - then;
+        const double change = blocks(row, column)[channel] - expected_gain * then;
         count += 1.0;
         then_sum += then;
         then_squares += then * then;
@@ -145,10 +145,9 @@ bool LightTracker::fit_even(const cv::Mat3f& blocks, Light& light) const {
     then_squares += kGainPriorVariance * count;
     const double determinant = then_squares * count - then_sum * then_sum;
     if (!(determinant > 0.0)) return false;
-    const double gain = 1.0 + (then_changes * count - then_sum * changes) / determinant;
+    const double gain = expected_gain + (then_changes * count - then_sum * changes) / determinant;
     if (gain < kLeastGain || gain > 1 / kLeastGain) return false;
-    light.channels[c][0] = gain;
-    light.channels[c][1] = (then_squares * changes - then_sum * then_changes) / determinant;
+    light.channels[c] = {gain, (then_squares * changes - then_sum * then_changes) / determinant};
   }
   return true;
 }
@@ -241,8 +240,11 @@ std::vector<double> LightTracker::fit_rows(const cv::Mat3f& blocks, const cv::Ma
 
 LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light) {
   const int enough = static_cast<int>(kLeastShare * static_cast<double>(blocks.total()));
+  const Light start = light;
   for (int iteration = 0; iteration < 3; ++iteration) {
-    if (select_inliers(blocks, excluded, light, kGateLevels) < enough || !fit_even(blocks, light)) return {};
+    if (select_inliers(blocks, excluded, light, kGateLevels) < enough) return {};
+    light = start;  // its gains are the expected ones
+    if (!fit_even(blocks, light)) return {};
   }
   return {light, select_inliers(blocks, excluded, light, kGateLevels)};
 }
