@@ -14,7 +14,7 @@ charts are:
   accuracy.png speed_accuracy.png stability.png tracking.png honesty.png honesty_six.png parsimony.png long_scan.png
   frame0/ and keyframes/: tables and pictures of the two protocols; protocols.txt: both tables
   information.txt, loops.txt, silent_failures.txt, borders.txt, calibration.txt, markers.txt, marker_scans.txt,
-  localization.txt, speed.txt, pose_graph.txt, soak.txt: the other tables
+  localization.txt, speed.txt, pose_graph.txt, disturbances.txt, soak.txt: the other tables
 END
 }
 
@@ -94,6 +94,7 @@ table marker_scans "$root/scripts/marker_study.py" --out "$out/marker_runs"
 table localization "$lab" localize --trials "$trials" -o "$out/localize"
 table speed "$lab" micro-benchmarks 'network_everywhere|frame_from_picture_to_pose'
 table pose_graph "$lab" micro-benchmarks backend/solve
+table disturbances "$lab" disturbances "$data/sequences/track_golf"
 table soak "$lab" soak "$data/sequences/track_coin" --minutes "$minutes"
 
 say "protocols"

@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
   add_long_scan(lab);
   add_localize(lab);
   add_calibration(lab);
+  add_disturbances(lab);
   add_fusion(lab);
   add_soak(lab);
   add_micro_benchmarks(lab);

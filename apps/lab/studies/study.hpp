@@ -16,6 +16,7 @@ using Json = nlohmann::ordered_json;
 /// The arguments belong to the callback. Mistakes are thrown as Error; main prints them.
 void add_benchmark(CLI::App& lab);
 void add_calibration(CLI::App& lab);
+void add_disturbances(CLI::App& lab);
 void add_fusion(CLI::App& lab);
 void add_honesty(CLI::App& lab);
 void add_information(CLI::App& lab);
