@@ -192,11 +192,18 @@ Eigen::Matrix3d rotation(const Grip& grip, ShapeKind kind) {
          rest(kind);
 }
 
-/// A surface's points in runs of neighbors: who asks for low ones passes over most runs.
+/// A surface's points, sorted into runs of neighbors: who asks for low ones passes over most runs.
 class PointRuns {
  public:
   explicit PointRuns(const Mesh& surface) : points_mm_(surface.vertices_mm) {
     constexpr std::size_t kPoints = 128;
+    static constexpr float kCellMm = 2.0F;
+    const auto cell = [](const Eigen::Vector3f& p) {
+      const Eigen::Vector3i at = (p / kCellMm).array().floor().cast<int>();
+      return std::array{at.x(), at.y(), at.z()};
+    };
+    std::stable_sort(points_mm_.begin(), points_mm_.end(),
+                     [&](const Eigen::Vector3f& a, const Eigen::Vector3f& b) { return cell(a) < cell(b); });
     for (std::size_t first = 0; first < points_mm_.size(); first += kPoints) {
       Run run{first, std::min(first + kPoints, points_mm_.size()), Eigen::Vector3f::Zero(), 0.0F};
       for (std::size_t k = run.first; k < run.end; ++k)
@@ -208,8 +215,8 @@ class PointRuns {
     }
   }
 
-  /// Calls visit(point, its height along `up`) in order for all points below `limit_mm` and a few above it;
-  /// visit may lower the limit.
+  /// Calls visit(point, its height along `up`) for all points below `limit_mm` and a few above it; visit may
+  /// lower the limit.
   template <class Visit>
   void each_below(const Eigen::Vector3f& up, const float& limit_mm, Visit&& visit) const {
     for (const Run& run : runs_) {
@@ -224,7 +231,7 @@ class PointRuns {
     Eigen::Vector3f center_mm;
     float radius_mm;
   };
-  const std::vector<Eigen::Vector3f>& points_mm_;
+  std::vector<Eigen::Vector3f> points_mm_;
   std::vector<Run> runs_;
 };
 
