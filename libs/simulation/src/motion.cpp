@@ -2,6 +2,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/simulation/simulator.hpp"
@@ -215,13 +217,16 @@ class PointRuns {
     }
   }
 
-  /// Calls visit(point, its height along `up`) for all points below `limit_mm` and a few above it; visit may
-  /// lower the limit.
+  /// Calls visit(point, its height along `up`) for all points below `limit_mm` and a few above it, low runs
+  /// first; visit may lower the limit.
   template <class Visit>
   void each_below(const Eigen::Vector3f& up, const float& limit_mm, Visit&& visit) const {
-    for (const Run& run : runs_) {
-      if (up.dot(run.center_mm) - run.radius_mm > limit_mm) continue;
-      for (std::size_t k = run.first; k < run.end; ++k) visit(points_mm_[k], up.dot(points_mm_[k]));
+    std::vector<std::pair<float, const Run*>> order;  // by the height above which all of a run lies
+    for (const Run& run : runs_) order.emplace_back(up.dot(run.center_mm) - run.radius_mm, &run);
+    std::sort(order.begin(), order.end());
+    for (const auto& [above_mm, run] : order) {
+      if (above_mm > limit_mm) return;
+      for (std::size_t k = run->first; k < run->end; ++k) visit(points_mm_[k], up.dot(points_mm_[k]));
     }
   }
 
