@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -221,12 +222,14 @@ class PointRuns {
   /// first; visit may lower the limit.
   template <class Visit>
   void each_below(const Eigen::Vector3f& up, const float& limit_mm, Visit&& visit) const {
-    std::vector<std::pair<float, const Run*>> order;  // by the height above which all of a run lies
-    for (const Run& run : runs_) order.emplace_back(up.dot(run.center_mm) - run.radius_mm, &run);
-    std::sort(order.begin(), order.end());
-    for (const auto& [above_mm, run] : order) {
-      if (above_mm > limit_mm) return;
-      for (std::size_t k = run->first; k < run->end; ++k) visit(points_mm_[k], up.dot(points_mm_[k]));
+    std::vector<std::pair<float, const Run*>> lowest;  // a heap; all of a run lies above its number
+    for (const Run& run : runs_) lowest.emplace_back(up.dot(run.center_mm) - run.radius_mm, &run);
+    std::make_heap(lowest.begin(), lowest.end(), std::greater<>());
+    while (!lowest.empty() && lowest.front().first <= limit_mm) {
+      const Run& run = *lowest.front().second;
+      for (std::size_t k = run.first; k < run.end; ++k) visit(points_mm_[k], up.dot(points_mm_[k]));
+      std::pop_heap(lowest.begin(), lowest.end(), std::greater<>());
+      lowest.pop_back();
     }
   }
 

@@ -14,7 +14,7 @@ namespace gelslam {
 
 /// How a network is trained. The default is ours; published_recipe() is that of the public systems.
 struct TrainingRecipe {
-  int steps = 12000;            ///< of 1024 samples each
+  int steps = 36000;            ///< of 1024 samples each
   double learning_rate = 3e-3;  ///< Adam; falls to 0 along a cosine
   bool absolute_loss = false;   ///< L1 instead of L2
   double flat_share = 0.0;      ///< share of samples that are background pixels with slope 0
