@@ -20,7 +20,7 @@ constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need 
 constexpr double kClearlyMore = 1.3;
 // Variance of the background's brightness below which gain and offset cannot be told apart, and the gain
 // stays as expected. A field does what a gain over a smooth background does, too.
-constexpr double kGainPriorVariance = 20.0;
+constexpr double kGainPriorVariance = 50.0;
 constexpr double kFieldPriorShare = 0.002;  // keeps the field 0 where too little is seen
 // A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
 constexpr double kLeastGain = 0.25;
@@ -124,10 +124,11 @@ int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& exclu
   return count;
 }
 
-/// Gain (near that of `light`) and offset of the inliers. False where no lamp has that gain.
-bool LightTracker::fit_even(const cv::Mat3f& blocks, Light& light) const {
+/// Gain (near that of `scaled`) and offset of the inliers. False where no lamp has that gain.
+bool LightTracker::fit_even(const cv::Mat3f& blocks, const Light& scaled, Light& light) const {
+  light = Light{};
   for (std::size_t c = 0; c < 3; ++c) {
-    const double expected_gain = light.channels[c][0];
+    const double expected_gain = scaled.channels[c][0];
     const int channel = static_cast<int>(c);
     double count = 0.0, then_sum = 0.0, then_squares = 0.0, changes = 0.0, then_changes = 0.0;
     for (int row = 0; row < blocks.rows; ++row) {
@@ -147,7 +148,8 @@ bool LightTracker::fit_even(const cv::Mat3f& blocks, Light& light) const {
     if (!(determinant > 0.0)) return false;
     const double gain = expected_gain + (then_changes * count - then_sum * changes) / determinant;
     if (gain < kLeastGain || gain > 1 / kLeastGain) return false;
-    light.channels[c] = {gain, (then_squares * changes - then_sum * then_changes) / determinant};
+    light.channels[c][0] = gain;
+    light.channels[c][1] = (then_squares * changes - then_sum * then_changes) / determinant;
   }
   return true;
 }
@@ -189,27 +191,22 @@ bool LightTracker::fit_field(const cv::Mat3f& blocks, Light& light) const {
   return true;
 }
 
-/// The median over the blocks, per channel: of the change, or of the ratio.
-Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded, bool as_gain) const {
+/// Gains only: per channel the median ratio over the blocks.
+Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded) const {
   Light light;
-  std::vector<double> changes;
-  changes.reserve(blocks.total());
+  std::vector<double> ratios;
+  ratios.reserve(blocks.total());
   for (std::size_t c = 0; c < 3; ++c) {
     const int channel = static_cast<int>(c);
-    changes.clear();
+    ratios.clear();
     for (int row = 0; row < blocks.rows; ++row) {
       for (int column = 0; column < blocks.cols; ++column) {
         if (!excluded.empty() && excluded(row, column) != 0) continue;
-        const float seen = blocks(row, column)[channel], then = background_(row, column)[channel];
-        changes.push_back(as_gain ? seen / std::max(then, 1.0F) : seen - then);
+        ratios.push_back(blocks(row, column)[channel] / std::max(background_(row, column)[channel], 1.0F));
       }
     }
-    if (changes.empty()) return {};
-    const double change = quantile_in_place(changes, 0.5);
-    if (as_gain)
-      light.channels[c][0] = std::clamp(change, kLeastGain, 1 / kLeastGain);
-    else
-      light.channels[c][1] = change;
+    if (ratios.empty()) return {};
+    light.channels[c][0] = std::clamp(quantile_in_place(ratios, 0.5), kLeastGain, 1 / kLeastGain);
   }
   return light;
 }
@@ -238,13 +235,12 @@ std::vector<double> LightTracker::fit_rows(const cv::Mat3f& blocks, const cv::Ma
   return gains;
 }
 
-LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light) {
+LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
+                                            const Light& scaled, Light light) {
   const int enough = static_cast<int>(kLeastShare * static_cast<double>(blocks.total()));
-  const Light start = light;
   for (int iteration = 0; iteration < 3; ++iteration) {
-    if (select_inliers(blocks, excluded, light, kGateLevels) < enough) return {};
-    light = start;  // its gains are the expected ones
-    if (!fit_even(blocks, light)) return {};
+    if (select_inliers(blocks, excluded, light, kGateLevels) < enough || !fit_even(blocks, scaled, light))
+      return {};
   }
   return {light, select_inliers(blocks, excluded, light, kGateLevels)};
 }
@@ -276,7 +272,7 @@ LightTracker::Fit LightTracker::refine_rows(const cv::Mat3f& blocks, const cv::M
     rows.row_gain = fit_rows(blocks, excluded, light);
     cv::Mat3f even = blocks.clone();
     to_background_light(rows, even);
-    best = refine_even(even, excluded, light);
+    best = refine_even(even, excluded, light, light);
     if (best.agree < enough) return {};
     light = best.light;
     best.light.row_gain = rows.row_gain;
@@ -286,10 +282,9 @@ LightTracker::Fit LightTracker::refine_rows(const cv::Mat3f& blocks, const cv::M
 
 /// Light that jumped or is uneven, where the even light followed so far explains little.
 LightTracker::Fit LightTracker::search(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
-                                       const Fit& followed) {
-  const Light scaled = fit_by_median(blocks, excluded, true);
+                                       const Light& scaled, const Fit& followed) {
   Fit best = followed;
-  const Fit jumped = refine_even(blocks, excluded, scaled);
+  const Fit jumped = refine_even(blocks, excluded, scaled, scaled);
   if (jumped.agree > kClearlyMore * best.agree) best = jumped;
   if (!may_be_uneven_) return best;
   Fit uneven = refine_rows(blocks, excluded, scaled);
@@ -312,16 +307,16 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   const cv::Mat1b excluded = is_believable ? touched : cv::Mat1b();
   Light even;
   for (std::size_t c = 0; c < 3; ++c) even.channels[c] = {light_.channels[c][0], light_.channels[c][1]};
-  const Light shifted = fit_by_median(blocks, excluded, false);
-  const int agree_shifted = select_inliers(blocks, excluded, shifted, kGateLevels);
+  const Light scaled = fit_by_median(blocks, excluded);
+  const int agree_scaled = select_inliers(blocks, excluded, scaled, kGateLevels);
   const int agree_last = select_inliers(blocks, excluded, even, kGateLevels);
-  Fit best = refine_even(blocks, excluded, agree_shifted > kClearlyMore * agree_last ? shifted : even);
+  Fit best = refine_even(blocks, excluded, scaled, agree_scaled > kClearlyMore * agree_last ? scaled : even);
   const double share = static_cast<double>(best.agree) / bare;
   if (share >= kExplainedShare) {
     share_at_vain_search_ = 1.0;
   } else if (best.agree == 0 || share * kClearlyMore < share_at_vain_search_) {
     const int followed = best.agree;
-    best = search(blocks, excluded, best);
+    best = search(blocks, excluded, scaled, best);
     share_at_vain_search_ = best.agree > followed ? 1.0 : share;
   }
   if (best.agree > 0) light_ = best.light;

@@ -52,15 +52,15 @@ class LightTracker {
   };
 
   int select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light, double gate);
-  bool fit_even(const cv::Mat3f& blocks, Light& light) const;
+  bool fit_even(const cv::Mat3f& blocks, const Light& scaled, Light& light) const;
   bool fit_field(const cv::Mat3f& blocks, Light& light) const;
-  Light fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded, bool as_gain) const;
+  Light fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded) const;
   std::vector<double> fit_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light) const;
-  Fit refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
+  Fit refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& scaled, Light light);
   Fit refine_field(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light, bool multiplies,
                    double gate);
   Fit refine_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
-  Fit search(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Fit& followed);
+  Fit search(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& scaled, const Fit& followed);
 
   cv::Mat3f background_;
   bool may_be_uneven_;
