@@ -124,11 +124,11 @@ int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& exclu
   return count;
 }
 
-/// Gain (near that of `scaled`) and offset of the inliers. False where no lamp has that gain.
-bool LightTracker::fit_even(const cv::Mat3f& blocks, const Light& scaled, Light& light) const {
+/// Gain (near that of `expected`) and offset of the inliers. False where no lamp has that gain.
+bool LightTracker::fit_even(const cv::Mat3f& blocks, const Light& expected, Light& light) const {
   light = Light{};
   for (std::size_t c = 0; c < 3; ++c) {
-    const double expected_gain = scaled.channels[c][0];
+    const double expected_gain = expected.channels[c][0];
     const int channel = static_cast<int>(c);
     double count = 0.0, then_sum = 0.0, then_squares = 0.0, changes = 0.0, then_changes = 0.0;
     for (int row = 0; row < blocks.rows; ++row) {
@@ -236,10 +236,10 @@ std::vector<double> LightTracker::fit_rows(const cv::Mat3f& blocks, const cv::Ma
 }
 
 LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
-                                            const Light& scaled, Light light) {
+                                            const Light& expected, Light light) {
   const int enough = static_cast<int>(kLeastShare * static_cast<double>(blocks.total()));
   for (int iteration = 0; iteration < 3; ++iteration) {
-    if (select_inliers(blocks, excluded, light, kGateLevels) < enough || !fit_even(blocks, scaled, light))
+    if (select_inliers(blocks, excluded, light, kGateLevels) < enough || !fit_even(blocks, expected, light))
       return {};
   }
   return {light, select_inliers(blocks, excluded, light, kGateLevels)};
@@ -310,7 +310,11 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   const Light scaled = fit_by_median(blocks, excluded);
   const int agree_scaled = select_inliers(blocks, excluded, scaled, kGateLevels);
   const int agree_last = select_inliers(blocks, excluded, even, kGateLevels);
-  Fit best = refine_even(blocks, excluded, scaled, agree_scaled > kClearlyMore * agree_last ? scaled : even);
+  // A light that did not change explains as many blocks as one that follows their noise.
+  const Light expected =
+      agree_scaled > kClearlyMore * select_inliers(blocks, excluded, Light{}, kGateLevels) ? scaled : Light{};
+  Fit best =
+      refine_even(blocks, excluded, expected, agree_scaled > kClearlyMore * agree_last ? scaled : even);
   const double share = static_cast<double>(best.agree) / bare;
   if (share >= kExplainedShare) {
     share_at_vain_search_ = 1.0;

@@ -52,11 +52,11 @@ class LightTracker {
   };
 
   int select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light, double gate);
-  bool fit_even(const cv::Mat3f& blocks, const Light& scaled, Light& light) const;
+  bool fit_even(const cv::Mat3f& blocks, const Light& expected, Light& light) const;
   bool fit_field(const cv::Mat3f& blocks, Light& light) const;
   Light fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded) const;
   std::vector<double> fit_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light) const;
-  Fit refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& scaled, Light light);
+  Fit refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& expected, Light light);
   Fit refine_field(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light, bool multiplies,
                    double gate);
   Fit refine_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
