@@ -5,7 +5,6 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
-#include "gelslam/core/error.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "judgement.hpp"
@@ -21,8 +20,8 @@ struct DisturbancesArguments {
 /// A picture while it is changed: gray levels, and when it was taken.
 struct Picture {
   cv::Mat3f bgr;
-  double time_s = 0, progress = 0;  ///< progress: 0 at the first frame in contact, 1 at the last
-  int number = 0;                   ///< 0 at the first frame in contact
+  double time_s = 0, progress = 0;  ///< progress: 0 at the first frame after the background, 1 at the end
+  int number = 0;                   ///< 0 at the first frame after the background
 };
 
 /// A value of every pixel, of its place (0 to 1 along both sides).
@@ -57,12 +56,12 @@ void add(Picture& picture, const cv::Mat1f& levels) {
 double wave(double turns) { return std::sin(2 * CV_PI * turns); }
 double bell(double distance) { return std::exp(-0.5 * distance * distance); }
 
-/// Values between -1 and 1, the same in every run.
-cv::Mat3f random_levels(const Picture& picture, bool normal) {
-  cv::RNG random(static_cast<std::uint64_t>(picture.number) + 1);
-  cv::Mat3f levels(picture.bgr.size());
-  random.fill(levels, normal ? cv::RNG::NORMAL : cv::RNG::UNIFORM, normal ? 0.0 : -1.0, 1.0);
-  return levels;
+/// Numbers that are the same in every run: uniform from -1 to 1, or standard normal.
+cv::Mat3f random_numbers(const Picture& picture, int distribution, int stream = 0) {
+  cv::RNG random(static_cast<std::uint64_t>(picture.number + stream) + 1);
+  cv::Mat3f numbers(picture.bgr.size());
+  random.fill(numbers, distribution, distribution == cv::RNG::NORMAL ? 0.0 : -1.0, 1.0);
+  return numbers;
 }
 
 struct Disturbance {
@@ -91,16 +90,14 @@ void flicker(Picture& p) {
   multiply(p, over_gel(p.bgr, [&](double, double v) { return 1 + 0.1 * wave(1.7 * v + 8.3 * p.time_s); }));
 }
 void wrong_values(Picture& p) {
-  const cv::Mat3f which = random_levels(p, false);
-  Picture other = p;
-  other.number += 100'000;
-  const cv::Mat3f value = random_levels(other, false);
+  const cv::Mat3f which = random_numbers(p, cv::RNG::UNIFORM),
+                  value = random_numbers(p, cv::RNG::UNIFORM, 100'000);
   p.bgr.forEach([&](cv::Vec3f& pixel, const int* at) {
     for (int c = 0; c < 3; ++c)
       if (which(at)[c] > 0.98F) pixel[c] = 127.5F * (1 + value(at)[c]);
   });
 }
-void noise(Picture& p) { p.bgr += 15.0 * random_levels(p, true); }
+void noise(Picture& p) { p.bgr += 15.0 * random_numbers(p, cv::RNG::NORMAL); }
 void defocus(Picture& p) { cv::GaussianBlur(p.bgr, p.bgr, {}, 1.5); }
 void gamma(Picture& p) {
   p.bgr.forEach([](cv::Vec3f& pixel, const int*) {
