@@ -1,31 +1,48 @@
 # `gelslam scan` from camera to mesh: a simulated scan's frames at half their size, slowly (the machine is emulated;
 # 20_capture.sh reads the camera's full size).
-# When they end, the camera stalls: what was scanned must be saved all the same.
+# It is killed and continued. When the frames end, the camera stalls: what was scanned must be saved all the same.
 . "$here/guest/common.sh"
 
 [[ -e $work/scan/00020.jpg ]] || { echo "  no data; set GELSLAM_DATA"; exit 77; }
 
 load_loopback
 frames=$(ls "$work/scan" | wc -l)
-feed "$work/scan" 2 "$frames" "$tmp/go"
 # Without what other tests show and the emulated processor takes 15 s each for.
 sed 's/pose_graph_config:/&\n    calibrate_slopes: false/; s/track_config:/&\n    relocalize: false/
   s/ppmm:.*/ppmm: 0.1268/; s/ imgh:.*/ imgh: 120/; s/ imgw:.*/ imgw: 160/; s/raw_imgh:.*/raw_imgh: 168/; s/raw_imgw:.*/raw_imgw: 224/' "$data/config.yaml" >"$tmp/config.yaml"
-"$gelslam" scan --headless --camera "GelSight Mini" --config "$tmp/config.yaml" \
-  --model "$data/../../calibration_sim/model/nnmodel.pth" -o "$tmp/run" >"$tmp/out" 2>"$tmp/err" &
-scanner=$!
-until grep -q video10 "/proc/$scanner/maps"; do
-  kill -0 $scanner 2>/dev/null || { cat "$tmp/err"; fail "the scan did not begin"; }
+# begin ARGUMENTS...: the scan in the background; pictures of a contact come from when it reads the camera
+begin() {
+  rm -f "$tmp/go"
+  feed "$work/scan" 2 "$frames" "$tmp/go"
+  "$gelslam" scan --headless --camera "GelSight Mini" "$@" >"$tmp/out" 2>"$tmp/err" &
+  scanner=$!
+  until grep -q video10 "/proc/$scanner/maps"; do
+    kill -0 $scanner 2>/dev/null || { cat "$tmp/err"; fail "the scan did not begin"; }
+    sleep 0.2
+  done
+  touch "$tmp/go"
+}
+begin --config "$tmp/config.yaml" --model "$data/../../calibration_sim/model/nnmodel.pth" -o "$tmp/run"
+until grep -q '^{"keyframe".*}$' "$tmp/run/session/scan.jsonl" 2>/dev/null; do
+  kill -0 $scanner 2>/dev/null || { cat "$tmp/err"; fail "no keyframe"; }
   sleep 0.2
 done
-touch "$tmp/go"
+sleep "0.$((RANDOM % 10))"
+kill -9 $scanner
+wait $scanner
+stop_feeding
+runs_with 0 "$gelslam" info --json "$tmp/run/log.mkv"
+python3 -c 'import json, sys; log = json.load(sys.stdin)["readable"]; print("  killed after", log["frames"], "recorded frames"); sys.exit(log["frames"] < 3)' \
+  <"$tmp/out" || fail "the log was lost"
+
+begin --continue "$tmp/run"
 wait $scanner
 echo "  exit code $?"
 cut -c-200 "$tmp/err" | tr '\r' '\n' | tail -8
 has "no frame for 5 s" "$tmp/err"
 
 [[ -s $tmp/run/mesh.ply ]] || { ls -R "$tmp/run"; fail "no mesh"; }
-runs_with 0 "$gelslam" info --json "$tmp/run/log.mkv"
+runs_with 0 "$gelslam" info --json "$tmp/run/log-2.mkv"
 python3 - "$tmp/run" "$frames" "$tmp/out" <<'P' || fail "the run is not as expected"
 import json, pathlib, sys
 run, sent, log = pathlib.Path(sys.argv[1]), int(sys.argv[2]), json.load(open(sys.argv[3]))["readable"]
