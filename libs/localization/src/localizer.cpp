@@ -107,6 +107,7 @@ void Localizer::begin_trial(const Touch& touch) {
   hypotheses_.clear();
   touches_.clear();
   looked_elsewhere_ = false;
+  looked_from_ = -1;
   trial_ = touch.keyframe.trial;
   trial_T_sensor_ = touch.trial_T_sensor;
 }
@@ -208,13 +209,18 @@ void Localizer::add_symmetric(const Touch& touch) {
 }
 
 /// Place recognition may miss a place that looks the same, because it compares a touch with only a few
-/// keyframes. The map's own keyframe tells where else to look.
+/// keyframes. The map's own keyframe tells where else to look. Where it is not even recognized at its own
+/// place, the map repeats itself, and no place is certain.
 void Localizer::add_look_alikes(const Touch& touch) {
   const auto best = std::max_element(hypotheses_.begin(), hypotheses_.end(),
                                      [](const auto& a, const auto& b) { return a.total() < b.total(); });
-  if (!best->fit.ok()) return;
-  looked_elsewhere_ = true;
-  for (const Pose& map_T_sensor : map_->look_alikes(best->fit)) add(touch, map_T_sensor);
+  if (!best->fit.ok() || best->fit.keyframe == looked_from_) return;
+  looked_from_ = best->fit.keyframe;
+  const Pose here = best->fit.map_T_sensor;
+  for (const Pose& map_T_sensor : map_->look_alikes(best->fit)) {
+    looked_elsewhere_ |= pose_distance_mm(here, map_T_sensor, touch.center_mm) < kMinPeriodMm;
+    add(touch, map_T_sensor);
+  }
   add_symmetric(touch);
 }
 
@@ -297,6 +303,8 @@ void Localizer::conclude(const Touch& touch, LocalizedFrame& result) const {
   if (shares.front() < kCertain) {
     result.reason = hypotheses_.size() > 1 ? "several places of the map look like this touch"
                                            : "this touch shows too little to be certain";
+  } else if (!looked_elsewhere_) {
+    result.reason = "the map repeats itself here";
   } else if (!is_known_well(best.covariance)) {
     result.reason = describe_observability(best.fit.registration.observable);
   } else {

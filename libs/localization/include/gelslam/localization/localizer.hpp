@@ -91,7 +91,8 @@ class Localizer {
   Pose trial_T_sensor_ = Pose::Identity();  ///< of the frame before
   std::vector<Hypothesis> hypotheses_;
   std::vector<Touch> touches_;     ///< of the trial; the last one is the current one, by its largest frame
-  bool looked_elsewhere_ = false;  ///< add_look_alikes() was called in this trial
+  bool looked_elsewhere_ = false;  ///< in this trial, all places that look like the best were added
+  int looked_from_ = -1;           ///< the map's keyframe at which add_look_alikes() looked last
   int searched_contact_px_ = 0;    ///< contact of the current touch when it was last searched for
   std::vector<Pose> last_places_;  ///< hypotheses of the trial before
 };
