@@ -282,7 +282,8 @@ LightTracker::Fit LightTracker::refine_rows(const cv::Mat3f& blocks, const cv::M
 
 /// Light that jumped or is uneven, where the even light followed so far explains little.
 LightTracker::Fit LightTracker::search(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
-                                       const Light& scaled, const Fit& followed) {
+                                       const Fit& followed) {
+  const Light scaled = fit_by_median(blocks, excluded);
   Fit best = followed;
   const Fit jumped = refine_even(blocks, excluded, scaled, scaled);
   if (jumped.agree > kClearlyMore * best.agree) best = jumped;
@@ -307,12 +308,16 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   const cv::Mat1b excluded = is_believable ? touched : cv::Mat1b();
   Light even;
   for (std::size_t c = 0; c < 3; ++c) even.channels[c] = {light_.channels[c][0], light_.channels[c][1]};
-  const Light scaled = fit_by_median(blocks, excluded);
-  const int agree_scaled = select_inliers(blocks, excluded, scaled, kGateLevels);
   const int agree_last = select_inliers(blocks, excluded, even, kGateLevels);
+  const int agree_unchanged = select_inliers(blocks, excluded, Light{}, kGateLevels);
+  Light scaled;
+  int agree_scaled = agree_unchanged;
+  if (bare > kClearlyMore * std::min(agree_last, agree_unchanged)) {
+    scaled = fit_by_median(blocks, excluded);
+    agree_scaled = select_inliers(blocks, excluded, scaled, kGateLevels);
+  }
   // A light that did not change explains as many blocks as one that follows their noise.
-  const Light expected =
-      agree_scaled > kClearlyMore * select_inliers(blocks, excluded, Light{}, kGateLevels) ? scaled : Light{};
+  const Light expected = agree_scaled > kClearlyMore * agree_unchanged ? scaled : Light{};
   Fit best =
       refine_even(blocks, excluded, expected, agree_scaled > kClearlyMore * agree_last ? scaled : even);
   const double share = static_cast<double>(best.agree) / bare;
@@ -320,7 +325,7 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
     share_at_vain_search_ = 1.0;
   } else if (best.agree == 0 || share * kClearlyMore < share_at_vain_search_) {
     const int followed = best.agree;
-    best = search(blocks, excluded, scaled, best);
+    best = search(blocks, excluded, best);
     share_at_vain_search_ = best.agree > followed ? 1.0 : share;
   }
   if (best.agree > 0) light_ = best.light;

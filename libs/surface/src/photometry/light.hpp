@@ -61,7 +61,7 @@ class LightTracker {
   Fit refine_field(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light, bool multiplies,
                    double gate);
   Fit refine_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
-  Fit search(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& scaled, const Fit& followed);
+  Fit search(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Fit& followed);
 
   cv::Mat3f background_;
   bool may_be_uneven_;
