@@ -7,35 +7,36 @@
 #include <random>
 #include <utility>
 
+#include "gelslam/core/target_clones.hpp"
+
 namespace gelslam::loop_closure::detail {
 
 PlaceIndex::PlaceIndex() {
   std::mt19937_64 random;  // with its standard seed: the same on every machine
-  projections_.resize(static_cast<std::size_t>(kTables * kBits * kDescriptorSize));
-  for (float& p : projections_) {
-    int sum = 0;  // of 8 bytes: near enough to a normal, and the same on every machine
-    for (std::uint64_t bytes = random(), k = 0; k < 8; ++k, bytes >>= 8)
-      sum += static_cast<int>(bytes & 255U);
-    p = static_cast<float>(sum) - 8.0F * 127.5F;
-  }
-  // Descriptors are never negative: rows that sum to zero look at their shape, not at their mean.
-  for (auto row = projections_.begin(); row != projections_.end(); row += kDescriptorSize) {
-    const float mean = std::accumulate(row, row + kDescriptorSize, 0.0F) / kDescriptorSize;
-    std::for_each(row, row + kDescriptorSize, [mean](float& p) { p -= mean; });
+  projections_.resize(static_cast<std::size_t>(kDescriptorSize * kProjections));
+  for (int projection = 0; projection < kProjections; ++projection) {
+    std::array<float, kDescriptorSize> weights;
+    for (float& weight : weights) {
+      int sum = 0;  // of 8 bytes: near enough to a normal, and the same on every machine
+      for (std::uint64_t bytes = random(), k = 0; k < 8; ++k, bytes >>= 8)
+        sum += static_cast<int>(bytes & 255U);
+      weight = static_cast<float>(sum) - 8.0F * 127.5F;
+    }
+    // Descriptors are never negative: weights that sum to zero look at their shape, not at their mean.
+    const float mean = std::accumulate(weights.begin(), weights.end(), 0.0F) / kDescriptorSize;
+    for (std::size_t k = 0; k < weights.size(); ++k)
+      projections_[k * kProjections + static_cast<std::size_t>(projection)] = weights[k] - mean;
   }
   for (auto& table : tables_) table.resize(std::size_t{1} << kBits);
 }
 
-std::array<float, PlaceIndex::kTables * PlaceIndex::kBits> PlaceIndex::project(
-    const std::uint8_t* descriptor) const {
-  std::array<float, kTables * kBits> result;
-  const float* row = projections_.data();
-  for (float& value : result) {
-    value = 0;
-    for (int k = 0; k < kDescriptorSize; ++k) value += row[k] * static_cast<float>(descriptor[k]);
-    row += kDescriptorSize;
+GELSLAM_CLONES void PlaceIndex::project(const std::uint8_t* descriptor, Projected& result) const {
+  result.fill(0);
+  const float* weight = projections_.data();
+  for (int k = 0; k < kDescriptorSize; ++k, weight += kProjections) {
+    const auto value = static_cast<float>(descriptor[k]);
+    for (int p = 0; p < kProjections; ++p) result[static_cast<std::size_t>(p)] += weight[p] * value;
   }
-  return result;
 }
 
 std::uint32_t PlaceIndex::bucket_of(const float* projected) {
@@ -46,7 +47,8 @@ std::uint32_t PlaceIndex::bucket_of(const float* projected) {
 
 template <typename See>
 void PlaceIndex::for_neighbors(const std::uint8_t* descriptor, See see) const {
-  const auto projected = project(descriptor);
+  Projected projected;
+  project(descriptor, projected);
   for (int table = 0; table < kTables; ++table) {
     const float* values = projected.data() + table * kBits;
     const auto least_sure =
@@ -64,8 +66,9 @@ void PlaceIndex::for_neighbors(const std::uint8_t* descriptor, See see) const {
 }
 
 void PlaceIndex::add(const PlaceFeatures& features) {
+  Projected projected;
   for (int i = 0; i < features.size(); ++i) {
-    const auto projected = project(features.descriptor(i));
+    project(features.descriptor(i), projected);
     for (int table = 0; table < kTables; ++table)
       tables_[static_cast<std::size_t>(table)][bucket_of(projected.data() + table * kBits)].push_back(
           static_cast<int>(keyframe_of_.size()));

@@ -29,8 +29,10 @@ class PlaceIndex {
  private:
   static constexpr int kTables = 8;
   static constexpr int kBits = 14;
+  static constexpr int kProjections = kTables * kBits;
+  using Projected = std::array<float, kProjections>;
 
-  std::array<float, kTables * kBits> project(const std::uint8_t* descriptor) const;
+  void project(const std::uint8_t* descriptor, Projected& result) const;
   /// By the signs of kBits projections.
   static std::uint32_t bucket_of(const float* projected);
 
@@ -40,7 +42,7 @@ class PlaceIndex {
   void for_neighbors(const std::uint8_t* descriptor, See see) const;
 
   int keyframes_ = 0;
-  std::vector<float> projections_;                             // kTables * kBits rows of kDescriptorSize
+  std::vector<float> projections_;                             // kDescriptorSize rows of kProjections
   std::array<std::vector<std::vector<int>>, kTables> tables_;  // bucket -> descriptors
   std::vector<std::uint8_t> descriptors_;                      // of all keyframes, one after the other
   std::vector<int> keyframe_of_;                               // of a descriptor, ascending
