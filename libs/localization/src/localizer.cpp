@@ -73,8 +73,10 @@ LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr 
   if (touches_.empty() || touches_.back().reference_id != touch.reference_id) begin_touch(touch);
   correct(touch);
   if (!is_certain() && shows_new_surface(touch)) {
-    for (const Pose& map_T_sensor : recognized(touch)) add(touch, map_T_sensor);
-    add_symmetric(touch);
+    constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    for (const Pose& map_T_sensor : recognized(touch))
+      add(touch, map_T_sensor, PlacePrior::suspected, kUnknown);
+    add_symmetric(touch, PlacePrior::suspected, kUnknown);
     searched_contact_px_ = touch.keyframe.surface->contact_pixels;
   }
   weigh(touch);
@@ -170,11 +172,10 @@ bool Localizer::is_known(const Touch& touch, const Pose& map_T_sensor) const {
 }
 
 /// A new hypothesis if the touch fits the map there, judged by all touches of the trial.
-void Localizer::add(const Touch& touch, const Pose& map_T_sensor) {
+void Localizer::add(const Touch& touch, const Pose& map_T_sensor, PlacePrior prior, double sigma_mm) {
   if (hypotheses_.size() == kMostHypotheses || is_known(touch, map_T_sensor)) return;
   Hypothesis h;
-  h.fit = map_->fit(*touch.keyframe.reference.get(), map_T_sensor, PlacePrior::suspected,
-                    std::numeric_limits<double>::infinity());
+  h.fit = map_->fit(*touch.keyframe.reference.get(), map_T_sensor, prior, sigma_mm);
   if (!h.fit.ok() || is_known(touch, h.fit.map_T_sensor)) return;
   h.map_T_sensor = h.fit.map_T_sensor;
   h.covariance = h.fit.covariance;
@@ -191,7 +192,7 @@ void Localizer::add(const Touch& touch, const Pose& map_T_sensor) {
 
 /// Where two places fit, the map looks the same after the motion between them: then it may do so after the
 /// same motion from any other place, too.
-void Localizer::add_symmetric(const Touch& touch) {
+void Localizer::add_symmetric(const Touch& touch, PlacePrior prior, double sigma_mm) {
   std::vector<Pose> tried;
   for (std::size_t i = 0; i < hypotheses_.size(); ++i)
     for (std::size_t j = 0; j < hypotheses_.size(); ++j)
@@ -204,24 +205,25 @@ void Localizer::add_symmetric(const Touch& touch) {
         if (was_tried || is_known(touch, place)) continue;
         if (tried.size() == kMostSymmetricTries) return;
         tried.push_back(place);
-        add(touch, place);
+        add(touch, place, prior, sigma_mm);
       }
 }
 
 /// Place recognition may miss a place that looks the same, because it compares a touch with only a few
-/// keyframes. The map's own keyframe tells where else to look. Where it is not even recognized at its own
-/// place, the map repeats itself, and no place is certain.
+/// keyframes. The map's own keyframe tells where else to look, as exactly as the best place is known. Where
+/// it is not even recognized at its own place, the map repeats itself, and no place is certain.
 void Localizer::add_look_alikes(const Touch& touch) {
   const auto best = std::max_element(hypotheses_.begin(), hypotheses_.end(),
                                      [](const auto& a, const auto& b) { return a.total() < b.total(); });
   if (!best->fit.ok() || best->fit.keyframe == looked_from_) return;
   looked_from_ = best->fit.keyframe;
   const Pose here = best->fit.map_T_sensor;
+  const double sigma_mm = translation_sigma_mm(best->covariance);
   for (const Pose& map_T_sensor : map_->look_alikes(best->fit)) {
     looked_elsewhere_ |= pose_distance_mm(here, map_T_sensor, touch.center_mm) < kMinPeriodMm;
-    add(touch, map_T_sensor);
+    add(touch, map_T_sensor, PlacePrior::known, sigma_mm);
   }
-  add_symmetric(touch);
+  add_symmetric(touch, PlacePrior::known, sigma_mm);
 }
 
 /// What a touch says for a place (negative: against it) compared with chance, in nats. Nothing where the map

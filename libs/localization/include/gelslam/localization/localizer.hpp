@@ -74,8 +74,8 @@ class Localizer {
   bool is_certain() const;
   bool shows_new_surface(const Touch& touch) const;
   std::vector<Pose> recognized(const Touch& touch) const;
-  void add(const Touch& touch, const Pose& map_T_sensor);
-  void add_symmetric(const Touch& touch);
+  void add(const Touch& touch, const Pose& map_T_sensor, PlacePrior prior, double sigma_mm);
+  void add_symmetric(const Touch& touch, PlacePrior prior, double sigma_mm);
   void add_look_alikes(const Touch& touch);
   bool is_known(const Touch& touch, const Pose& map_T_sensor) const;
   double log_odds(const MapFit& fit, const Touch& touch) const;
