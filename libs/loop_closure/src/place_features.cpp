@@ -33,6 +33,14 @@ cv::Mat1b gray_curvature(const Surface& surface, const cv::Mat1b& mask) {
 
 }  // namespace
 
+/// Around the contact, with room for the largest blobs; on the grid of SIFT's coarsest octave.
+cv::Rect around(const cv::Mat1b& mask) {
+  constexpr int kGridPx = 32;
+  const cv::Rect box = cv::boundingRect(mask);
+  const cv::Point first = (box.tl() - cv::Point(kGridPx, kGridPx)) / kGridPx * kGridPx;
+  return cv::Rect(first, box.br() + cv::Point(kGridPx, kGridPx)) & cv::Rect(cv::Point(), mask.size());
+}
+
 PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions& options) {
   PlaceFeatures features;
   const cv::Mat1b mask = inner_contact(surface);
@@ -43,10 +51,11 @@ PlaceFeatures extract_features(const Surface& surface, const LoopClosureOptions&
       cv::SIFT::create(options.max_features, kOctaveLayers, options.sift_contrast_threshold);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat1f descriptors;
-  sift->detectAndCompute(gray_curvature(surface, mask), mask, keypoints, descriptors);
+  const cv::Rect box = around(mask);
+  sift->detectAndCompute(gray_curvature(surface, mask)(box), mask(box), keypoints, descriptors);
   for (int i = 0; i < descriptors.rows; ++i) {
     const cv::Point2f& p = keypoints[static_cast<std::size_t>(i)].pt;
-    features.pixels.emplace_back(p.x, p.y);
+    features.pixels.emplace_back(p.x + static_cast<float>(box.x), p.y + static_cast<float>(box.y));
     for (int k = 0; k < kDescriptorSize; ++k)
       features.descriptors.push_back(static_cast<std::uint8_t>(std::lround(descriptors(i, k))));
   }
