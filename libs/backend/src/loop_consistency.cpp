@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <map>
+#include <unordered_map>
+#include <utility>
 
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"
@@ -17,7 +19,6 @@ struct Link {
   std::size_t edge = 0;  // in the caller's order
   int from = 0, to = 0;  // nodes, numbered from 0
   bool loop = false, tentative = false;
-  UncertainMotion motion;
 };
 
 /// The largest set of loops between two pieces that agree.
@@ -27,20 +28,46 @@ struct Agreement {
   bool enough = false;
 };
 
+}  // namespace
+
+/// What was computed of the first edges.
+struct GrowingConsistency::Known {
+  double scale_sigma = 0;
+  std::vector<UncertainMotion> motions;             // of the edges
+  std::vector<std::size_t> joins;                   // edges that join pieces of odometry, ascending
+  std::unordered_map<std::size_t, bool> supported;  // by the path between its ends: a loop
+  std::map<std::pair<std::size_t, std::size_t>, bool> agreeing;  // two loops of one tree
+
+  /// Motions between the nodes of one tree stay the same unless one of its joins goes.
+  void set_joins(std::vector<std::size_t> now) {
+    std::sort(now.begin(), now.end());
+    if (!std::includes(now.begin(), now.end(), joins.begin(), joins.end())) forget_verdicts();
+    joins = std::move(now);
+  }
+  void forget_verdicts() {
+    supported.clear();
+    agreeing.clear();
+  }
+};
+
+namespace {
+
 class Consistency {
  public:
-  Consistency(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma)
-      : scale_sigma_(gradient_scale_sigma), accepted_(edges.size(), true) {
+  Consistency(const std::vector<PoseGraphEdge>& edges, GrowingConsistency::Known& known)
+      : known_(known), scale_sigma_(known.scale_sigma), accepted_(edges.size(), true) {
     std::map<int, int> node_of;
     for (const PoseGraphEdge& edge : edges) {
       node_of.try_emplace(edge.from, 0);
       node_of.try_emplace(edge.to, 0);
     }
     for (auto& [id, node] : node_of) node = nodes_++;
+    for (std::size_t i = known_.motions.size(); i < edges.size(); ++i)
+      known_.motions.push_back(uncertain_motion(edges[i]));
     for (std::size_t i = 0; i < edges.size(); ++i) {
       const PoseGraphEdge& edge = edges[i];
-      links_.push_back({i, node_of.at(edge.from), node_of.at(edge.to), edge.kind == EdgeKind::loop,
-                        edge.tentative, uncertain_motion(edge)});
+      links_.push_back(
+          {i, node_of.at(edge.from), node_of.at(edge.to), edge.kind == EdgeKind::loop, edge.tentative});
     }
     for (int i = 0; i < static_cast<int>(links_.size()); ++i)
       if (!link(i).loop) tree_links_.push_back(i);
@@ -48,13 +75,16 @@ class Consistency {
 
   std::vector<bool> run() {
     MotionForest forest = plant();
+    const std::size_t odometry = tree_links_.size();
     while (join_pieces(forest)) forest = plant();
+    std::vector<std::size_t> joins;
+    for (std::size_t i = odometry; i < tree_links_.size(); ++i) joins.push_back(link(tree_links_[i]).edge);
+    known_.set_joins(std::move(joins));
     std::vector<int> loops;
     for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
       const Link& l = link(i);
       if (!l.loop) continue;
-      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) &&
-                          mismatch(forest.path(l.from, l.to), l.motion, scale_sigma_) <= kMaxMismatch;
+      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && supported(forest, l);
       if (accepted_[l.edge]) loops.push_back(i);
     }
     leave_out_contradicted(forest, loops);
@@ -63,11 +93,27 @@ class Consistency {
 
  private:
   const Link& link(int i) const { return links_[index(i)]; }
+  const UncertainMotion& motion(const Link& link) const { return known_.motions[link.edge]; }
 
   MotionForest plant() const {
     std::vector<MotionForest::Edge> edges;
-    for (const int i : tree_links_) edges.push_back({link(i).from, link(i).to, &link(i).motion});
+    for (const int i : tree_links_) edges.push_back({link(i).from, link(i).to, &motion(link(i))});
     return MotionForest(nodes_, edges);
+  }
+
+  /// Whether the path between a loop's ends says the same.
+  bool supported(const MotionForest& forest, const Link& loop) {
+    const auto [place, is_new] = known_.supported.try_emplace(loop.edge);
+    if (is_new)
+      place->second = mismatch(forest.path(loop.from, loop.to), motion(loop), scale_sigma_) <= kMaxMismatch;
+    return place->second;
+  }
+
+  /// agree() for two loops of one tree.
+  bool agree_in_tree(const MotionForest& forest, int a, int b) {
+    const auto [place, is_new] = known_.agreeing.try_emplace({link(a).edge, link(b).edge});
+    if (is_new) place->second = agree(forest, a, b);
+    return place->second;
   }
 
   /// Whether two loops between the same two trees (or within one) are consistent.
@@ -76,9 +122,9 @@ class Consistency {
     const bool same_way = forest.tree(first.from) == forest.tree(second.from);
     const int from = same_way ? second.from : second.to, to = same_way ? second.to : second.from;
     UncertainMotion predicted =
-        compose(compose(forest.path(from, first.from), first.motion), forest.path(first.to, to));
-    if (same_way) return mismatch(predicted, second.motion, scale_sigma_) <= kMaxMismatch;
-    const UncertainMotion nothing = compose(predicted, second.motion);  // a closed cycle
+        compose(compose(forest.path(from, first.from), motion(first)), forest.path(first.to, to));
+    if (same_way) return mismatch(predicted, motion(second), scale_sigma_) <= kMaxMismatch;
+    const UncertainMotion nothing = compose(predicted, motion(second));  // a closed cycle
     return mismatch({}, nothing, scale_sigma_) <= kMaxMismatch;
   }
 
@@ -158,7 +204,7 @@ class Consistency {
     for (std::size_t i = 0; i < loops.size(); ++i)
       for (std::size_t j = i > kPeers ? i - kPeers : 0; j < i; ++j) {
         if (forest.tree(link(loops[i]).from) != forest.tree(link(loops[j]).from)) continue;
-        const int vote = agree(forest, loops[i], loops[j]) ? -1 : 1;
+        const int vote = agree_in_tree(forest, loops[i], loops[j]) ? -1 : 1;
         peers[i].push_back({j, vote});
         peers[j].push_back({i, vote});
         against[i] += vote;
@@ -174,6 +220,7 @@ class Consistency {
     }
   }
 
+  GrowingConsistency::Known& known_;
   const double scale_sigma_;
   std::vector<bool> accepted_;
   int nodes_ = 0;
@@ -184,9 +231,21 @@ class Consistency {
 }  // namespace
 
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma) {
+  return GrowingConsistency().judge(edges, gradient_scale_sigma);
+}
+
+GrowingConsistency::GrowingConsistency() : known_(std::make_unique<Known>()) {}
+GrowingConsistency::~GrowingConsistency() = default;
+
+std::vector<bool> GrowingConsistency::judge(const std::vector<PoseGraphEdge>& edges,
+                                            double gradient_scale_sigma) {
   if (!(gradient_scale_sigma >= 0))
     throw Error("loop consistency: gradient_scale_sigma must not be negative");
-  return Consistency(edges, gradient_scale_sigma).run();
+  if (known_->scale_sigma != gradient_scale_sigma) known_->forget_verdicts();
+  known_->scale_sigma = gradient_scale_sigma;
+  return Consistency(edges, *known_).run();
 }
+
+void GrowingConsistency::forget() { *known_ = {}; }
 
 }  // namespace gelslam

@@ -180,7 +180,7 @@ void Mapper::add_edge(const PoseGraphEdge& edge) {
 void Mapper::judge_edges() {
   if (consistent_.size() == edges_.size()) return;
   consistent_ =
-      consistent_edges(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
+      consistency_.judge(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
 }
 
 Neighborhood Mapper::neighborhood(int keyframe) {
@@ -224,6 +224,7 @@ void Mapper::forget_from_trial(int trial) {
   std::swap(kept, edges_);
   edges_of_.clear();
   consistent_.clear();
+  consistency_.forget();
   for (const PoseGraphEdge& edge : kept)
     if (edge.from < id && edge.to < id) add_edge(edge);
   update();

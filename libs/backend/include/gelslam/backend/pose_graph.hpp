@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "gelslam/core/se3.hpp"
@@ -82,5 +83,21 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
 /// their loops wait, with the flag false. Depends on the edges' order only to break ties. Throws Error for a
 /// negative sigma; what an edge holds is checked by solve_pose_graph().
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
+
+/// consistent_edges() of edges that become more and more: what later edges do not change is computed once.
+class GrowingConsistency {
+ public:
+  GrowingConsistency();
+  ~GrowingConsistency();
+
+  /// The first edges must be those of the call before, unless forget() was called.
+  std::vector<bool> judge(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
+  void forget();
+
+  struct Known;
+
+ private:
+  std::unique_ptr<Known> known_;
+};
 
 }  // namespace gelslam

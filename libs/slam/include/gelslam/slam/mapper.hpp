@@ -70,6 +70,7 @@ class Mapper {
   std::map<int, Pose> trial_T_keyframe_;                    // the nodes
   std::vector<PoseGraphEdge> edges_;                        // all that were measured
   std::map<int, std::vector<std::size_t>> edges_of_;        // of a node, as indices into edges_
+  GrowingConsistency consistency_;                          // of edges_
   std::vector<bool> consistent_;                            // of each of the first edges_, when last judged
   std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
   PoseGraphSolution live_;
