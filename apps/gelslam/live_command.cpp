@@ -134,6 +134,7 @@ void LiveArguments::add_to(CLI::App& command) {
 
 LiveOptions LiveArguments::options(const Config& resolved_config) const {
   LiveOptions options;
+  options.show_mesh = !headless || !snapshot.empty();
   options.config = resolved_config;
   options.background = background;
   options.force = force;

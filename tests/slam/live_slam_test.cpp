@@ -81,6 +81,18 @@ TEST_F(Live, TheWindowSeesTheMeshGrowAndAtLastTheSavedOne) {
   EXPECT_GT(summary.triangles, 1000U);
 }
 
+TEST_F(Live, WithoutAWindowNoMeshGrows) {
+  start().wait();
+  const std::string with_window = read("mesh.ply");
+  options.show_mesh = false;
+  options.run_folder = folder / "unseen";
+  source = std::make_unique<Pictures>(peanut_pictures());
+  start().wait();
+  EXPECT_TRUE(session->take_mesh_changes().blocks.empty());
+  EXPECT_TRUE(read("mesh.ply") == with_window);
+  for (const StageStatistics& stage : session->stage_times()) EXPECT_NE(stage.stage, "fusion");
+}
+
 TEST_F(Live, RecordsEveryFrameAlsoThoseItLeavesOut) {
   options.record = LogAttachments{};
   options.drop_when_behind = true;

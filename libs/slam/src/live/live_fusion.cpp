@@ -29,7 +29,7 @@ void FusionStage::run() {
     if (const auto map = wait_for_map(work_left)) follow(*map);
     {
       const std::lock_guard lock(mutex_);
-      if (stopped_) return;
+      if (stopped_) return fusion_.reset();  // the saved mesh needs the memory
     }
     if (fusion_) work_left = work();
   }

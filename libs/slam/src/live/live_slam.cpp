@@ -206,7 +206,7 @@ void LiveSlam::Impl::map_keyframes() {
       keyframes, aborted, found,
       [this](std::shared_ptr<const MapSnapshot> map) {
         if (options.stream) options.stream->write_map(*map);
-        fusion.set_map(map);
+        if (options.show_mesh) fusion.set_map(map);
         board.set_map(std::move(map));
       },
       [this](const SaveSoFar& so_far) { save_for_now(so_far); });
@@ -244,7 +244,7 @@ void LiveSlam::Impl::finish() {
   board.set_words("saving", TrackStatus::background);
   captured.wait();
   save(map, mesh, aborted || lost || failed(), folders.record_bytes());
-  show(map, mesh);
+  if (options.show_mesh) show(map, mesh);
   const std::shared_ptr<LiveRun> run = folders.of_scan(mapping.scan());
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
