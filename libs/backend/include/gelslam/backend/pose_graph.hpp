@@ -84,7 +84,7 @@ PoseGraphSolution solve_pose_graph(const std::map<int, Pose>& initial_map_T_node
 /// negative sigma; what an edge holds is checked by solve_pose_graph().
 std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
 
-/// consistent_edges() of edges that become more and more: what later edges do not change is computed once.
+/// consistent_edges() of a list of edges that grows: what later edges do not change is computed once.
 class GrowingConsistency {
  public:
   GrowingConsistency();
@@ -92,7 +92,7 @@ class GrowingConsistency {
 
   /// The first edges must be those of the call before, unless forget() was called.
   std::vector<bool> judge(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);
-  void forget();
+  void forget();  ///< the edges of the call before
 
   struct Known;
 
