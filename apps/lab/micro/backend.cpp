@@ -1,4 +1,4 @@
-// Time of one pose graph solve as a live scan sees it: a graph that was solved before, plus one new keyframe.
+// Times of the pose graph as a live scan sees it: known before, plus one new keyframe or edge.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

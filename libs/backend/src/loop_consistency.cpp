@@ -33,6 +33,7 @@ struct Agreement {
 /// What was computed of the first edges.
 struct GrowingConsistency::Known {
   double scale_sigma = 0;
+  std::vector<bool> accepted;                       // of the edges
   std::vector<UncertainMotion> motions;             // of the edges
   std::vector<std::size_t> joins;                   // edges that join pieces of odometry, ascending
   std::unordered_map<std::size_t, bool> supported;  // by the path between its ends: a loop
@@ -237,13 +238,15 @@ std::vector<bool> consistent_edges(const std::vector<PoseGraphEdge>& edges, doub
 GrowingConsistency::GrowingConsistency() : known_(std::make_unique<Known>()) {}
 GrowingConsistency::~GrowingConsistency() = default;
 
-std::vector<bool> GrowingConsistency::judge(const std::vector<PoseGraphEdge>& edges,
-                                            double gradient_scale_sigma) {
+const std::vector<bool>& GrowingConsistency::judge(const std::vector<PoseGraphEdge>& edges,
+                                                   double gradient_scale_sigma) {
   if (!(gradient_scale_sigma >= 0))
     throw Error("loop consistency: gradient_scale_sigma must not be negative");
-  if (known_->scale_sigma != gradient_scale_sigma) known_->forget_verdicts();
+  const bool same_scale = known_->scale_sigma == gradient_scale_sigma;
+  if (same_scale && known_->accepted.size() == edges.size()) return known_->accepted;
+  if (!same_scale) known_->forget_verdicts();
   known_->scale_sigma = gradient_scale_sigma;
-  return Consistency(edges, *known_).run();
+  return known_->accepted = Consistency(edges, *known_).run();
 }
 
 void GrowingConsistency::forget() { *known_ = {}; }

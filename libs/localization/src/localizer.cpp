@@ -74,9 +74,8 @@ LocalizedFrame Localizer::process(std::int64_t frame, double time_s, SurfacePtr 
   correct(touch);
   if (!is_certain() && shows_new_surface(touch)) {
     constexpr double kUnknown = std::numeric_limits<double>::infinity();
-    for (const Pose& map_T_sensor : recognized(touch))
-      add(touch, map_T_sensor, PlacePrior::suspected, kUnknown);
-    add_symmetric(touch, PlacePrior::suspected, kUnknown);
+    for (const Pose& map_T_sensor : recognized(touch)) add(touch, map_T_sensor, kUnknown);
+    add_symmetric(touch, kUnknown);
     searched_contact_px_ = touch.keyframe.surface->contact_pixels;
   }
   weigh(touch);
@@ -172,10 +171,11 @@ bool Localizer::is_known(const Touch& touch, const Pose& map_T_sensor) const {
 }
 
 /// A new hypothesis if the touch fits the map there, judged by all touches of the trial.
-void Localizer::add(const Touch& touch, const Pose& map_T_sensor, PlacePrior prior, double sigma_mm) {
+void Localizer::add(const Touch& touch, const Pose& map_T_sensor, double sigma_mm) {
   if (hypotheses_.size() == kMostHypotheses || is_known(touch, map_T_sensor)) return;
   Hypothesis h;
-  h.fit = map_->fit(*touch.keyframe.reference.get(), map_T_sensor, prior, sigma_mm);
+  h.fit = map_->fit(*touch.keyframe.reference.get(), map_T_sensor,
+                    std::isfinite(sigma_mm) ? PlacePrior::known : PlacePrior::suspected, sigma_mm);
   if (!h.fit.ok() || is_known(touch, h.fit.map_T_sensor)) return;
   h.map_T_sensor = h.fit.map_T_sensor;
   h.covariance = h.fit.covariance;
@@ -192,7 +192,7 @@ void Localizer::add(const Touch& touch, const Pose& map_T_sensor, PlacePrior pri
 
 /// Where two places fit, the map looks the same after the motion between them: then it may do so after the
 /// same motion from any other place, too.
-void Localizer::add_symmetric(const Touch& touch, PlacePrior prior, double sigma_mm) {
+void Localizer::add_symmetric(const Touch& touch, double sigma_mm) {
   std::vector<Pose> tried;
   for (std::size_t i = 0; i < hypotheses_.size(); ++i)
     for (std::size_t j = 0; j < hypotheses_.size(); ++j)
@@ -205,7 +205,7 @@ void Localizer::add_symmetric(const Touch& touch, PlacePrior prior, double sigma
         if (was_tried || is_known(touch, place)) continue;
         if (tried.size() == kMostSymmetricTries) return;
         tried.push_back(place);
-        add(touch, place, prior, sigma_mm);
+        add(touch, place, sigma_mm);
       }
 }
 
@@ -221,9 +221,9 @@ void Localizer::add_look_alikes(const Touch& touch) {
   const double sigma_mm = translation_sigma_mm(best->covariance);
   for (const Pose& map_T_sensor : map_->look_alikes(best->fit)) {
     looked_elsewhere_ |= pose_distance_mm(here, map_T_sensor, touch.center_mm) < kMinPeriodMm;
-    add(touch, map_T_sensor, PlacePrior::known, sigma_mm);
+    add(touch, map_T_sensor, sigma_mm);
   }
-  add_symmetric(touch, PlacePrior::known, sigma_mm);
+  add_symmetric(touch, sigma_mm);
 }
 
 /// What a touch says for a place (negative: against it) compared with chance, in nats. Nothing where the map

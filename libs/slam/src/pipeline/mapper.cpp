@@ -176,15 +176,14 @@ void Mapper::add_edge(const PoseGraphEdge& edge) {
   edges_.push_back(edge);
 }
 
-/// Which edges are consistent, unless that is known already.
-void Mapper::judge_edges() {
-  if (consistent_.size() == edges_.size()) return;
-  consistent_ =
-      consistency_.judge(edges_, slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
+/// Which of edges_ are consistent.
+const std::vector<bool>& Mapper::judge_edges() {
+  return consistency_.judge(edges_,
+                            slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration));
 }
 
 Neighborhood Mapper::neighborhood(int keyframe) {
-  judge_edges();
+  const std::vector<bool>& consistent = judge_edges();
   // Half of the sensor: what is further away does not show most of what a frame near this keyframe shows.
   constexpr double kReachMm = 10.0;
   Neighborhood result{keyframe, {}};
@@ -198,7 +197,7 @@ Neighborhood Mapper::neighborhood(int keyframe) {
       const PoseGraphEdge& edge = edges_[i];
       const bool forward = edge.from == reached[next];
       const int other = forward ? edge.to : edge.from;
-      if (edge.tentative || !consistent_[i] || center_T_node.contains(other)) continue;
+      if (edge.tentative || !consistent[i] || center_T_node.contains(other)) continue;
       const Pose center_T_other = center_T_this * (forward ? edge.from_T_to : Pose(edge.from_T_to.inverse()));
       if (center_T_other.translation().norm() > kReachMm || center_T_other.linear()(2, 2) <= 0) continue;
       center_T_node.emplace(other, center_T_other);
@@ -223,7 +222,6 @@ void Mapper::forget_from_trial(int trial) {
   std::vector<PoseGraphEdge> kept;
   std::swap(kept, edges_);
   edges_of_.clear();
-  consistent_.clear();
   consistency_.forget();
   for (const PoseGraphEdge& edge : kept)
     if (edge.from < id && edge.to < id) add_edge(edge);
@@ -233,8 +231,7 @@ void Mapper::forget_from_trial(int trial) {
 void Mapper::update() {
   PoseGraphOptions options = options_.pose_graph;
   options.only_where_needed = true;
-  judge_edges();
-  live_edges_ = chosen(edges_, consistent_);
+  live_edges_ = chosen(edges_, judge_edges());
   const Eigen::VectorXd scale = live_.shared_unknowns;  // held until optimize()
   live_ = solve_pose_graph(live_.component_T_node, scale_corrected(live_edges_, scale), options);
   live_.shared_unknowns = scale;
@@ -243,8 +240,7 @@ void Mapper::update() {
 
 void Mapper::optimize() {
   const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
-  judge_edges();
-  live_edges_ = chosen(edges_, consistent_);
+  live_edges_ = chosen(edges_, judge_edges());
   live_ = solve(live_.component_T_node, live_edges_, scale_sigma, options_);
   new_loops_ = 0;
   ++version_;

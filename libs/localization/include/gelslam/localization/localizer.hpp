@@ -74,8 +74,9 @@ class Localizer {
   bool is_certain() const;
   bool shows_new_surface(const Touch& touch) const;
   std::vector<Pose> recognized(const Touch& touch) const;
-  void add(const Touch& touch, const Pose& map_T_sensor, PlacePrior prior, double sigma_mm);
-  void add_symmetric(const Touch& touch, PlacePrior prior, double sigma_mm);
+  /// `sigma_mm`: of the pose, before looking; infinite: the place is only suspected.
+  void add(const Touch& touch, const Pose& map_T_sensor, double sigma_mm);
+  void add_symmetric(const Touch& touch, double sigma_mm);
   void add_look_alikes(const Touch& touch);
   bool is_known(const Touch& touch, const Pose& map_T_sensor) const;
   double log_odds(const MapFit& fit, const Touch& touch) const;

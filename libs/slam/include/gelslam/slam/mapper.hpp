@@ -59,7 +59,7 @@ class Mapper {
 
  private:
   void add_edge(const PoseGraphEdge& edge);
-  void judge_edges();
+  const std::vector<bool>& judge_edges();
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
 
   SlamOptions options_;
@@ -71,7 +71,6 @@ class Mapper {
   std::vector<PoseGraphEdge> edges_;                        // all that were measured
   std::map<int, std::vector<std::size_t>> edges_of_;        // of a node, as indices into edges_
   GrowingConsistency consistency_;                          // of edges_
-  std::vector<bool> consistent_;                            // of each of the first edges_, when last judged
   std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
   PoseGraphSolution live_;
   int new_loops_ = 0;  // since optimize()

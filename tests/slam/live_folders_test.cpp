@@ -1,0 +1,239 @@
+// New scans, scans that go on, and what of them is saved where.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/file_descriptor.hpp"
+#include "gelslam/sensor/raw_log.hpp"
+#include "gelslam/slam/pose_stream.hpp"
+#include "live_fixture.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+/// Everything that a socket says until it closes.
+std::string hear_all(const fs::path& path) {
+  const FileDescriptor client(::socket(AF_UNIX, SOCK_STREAM, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.string().copy(address.sun_path, sizeof address.sun_path - 1);
+  EXPECT_EQ(::connect(client.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  std::string text;
+  char bytes[4096];
+  for (ssize_t count; (count = ::recv(client.get(), bytes, sizeof bytes, 0)) > 0;)
+    text.append(bytes, static_cast<std::size_t>(count));
+  return text;
+}
+
+TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
+  // A second touch: one that is recognized, so that taking it back has to undo loops, too.
+  std::vector<cv::Mat3b> pictures = peanut_pictures();
+  pictures.insert(pictures.end(), 3, pictures.front());
+  pictures.insert(pictures.end(), peanut_pictures().begin() + 30, peanut_pictures().begin() + 45);
+  pictures.push_back(pictures.front());
+  source = std::make_unique<Pictures>(pictures);
+  const int last = static_cast<int>(pictures.size()) - 1;
+  int trials_before = 0;
+  source->before(last, [&] {
+    wait_for_touch(last - 1);
+    EXPECT_TRUE(comes_true(
+        [&] { return !session->map()->nodes.empty() && session->map()->nodes.back().trial == 1; }));
+    trials_before = session->status().trials;
+    session->undo_last_trial();
+    EXPECT_TRUE(comes_true([&] { return session->status().trials == 1; }));
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(trials_before, 2);
+  EXPECT_EQ(summary.components, 1);
+  EXPECT_THAT(read("report.json"), HasSubstr("\"undone\": 15"));
+  const std::string trajectory = read("trajectory.tum");
+  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.in_map);
+  EXPECT_LE(summary.in_map, kScanFrames);
+}
+
+TEST_F(Live, ANewScanForgetsTheMap) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->start_new_scan();
+    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 40);
+  EXPECT_EQ(session->map()->scan, 1);
+  EXPECT_GE(session->map()->nodes.front().frame, 40);
+}
+
+TEST_F(Live, ANewScanAfterASaveGetsAFolderAndALogOfItsOwn) {
+  options.record = LogAttachments{};
+  std::string saved;
+  source->before(40, [&] {
+    wait_for_touch(39);
+    EXPECT_EQ(session->status().run_folder, (folder / "run").string());
+    session->save_now();
+    EXPECT_EQ(session->status().next_run_folder, (folder / "run-2").string());
+    EXPECT_TRUE(comes_true([&] { return fs::exists(options.run_folder / "mesh.ply"); }));
+    saved = read("trajectory.tum");
+    session->start_new_scan();
+    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
+    EXPECT_EQ(session->status().run_folder, (folder / "run-2").string());
+    EXPECT_EQ(session->status().next_run_folder, "");
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 40);
+  EXPECT_EQ(read("trajectory.tum"), saved) << "what was saved stays";
+  const fs::path second = folder / "run-2";
+  const std::string trajectory = read_bytes(second / "trajectory.tum");
+  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.in_map);
+  const auto frames_in = [&](const fs::path& log) {
+    int frames = 0;
+    const auto source = open_raw_log(log, options.config.sensor);
+    while (source->next()) ++frames;
+    EXPECT_EQ(source->lost_frames(), 0) << log;
+    return frames;
+  };
+  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), 40);
+  EXPECT_GE(frames_in(second / "log.mkv"), kBackgroundFrames + kScanFrames - 40 + kBackgroundFrames);
+}
+
+TEST_F(Live, ANewScanInAContinuedRunLeavesThatRunAsItIs) {
+  options.record = LogAttachments{};
+  start().wait();
+  const std::string record = read("session/scan.jsonl"), mesh = read("mesh.ply"), log = read("log.mkv");
+  continue_run();
+  source->before(30, [&] {
+    wait_for_touch(kBackgroundFrames + kScanFrames + 29);
+    EXPECT_EQ(session->status().next_run_folder, (folder / "run-2").string()) << "as the dialog says";
+    session->start_new_scan();
+    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
+  });
+  const ReconstructSummary second = start().wait();
+  EXPECT_TRUE(read("session/scan.jsonl").starts_with(record));
+  EXPECT_TRUE(read("mesh.ply") == mesh);
+  EXPECT_TRUE(read("log.mkv") == log);
+  EXPECT_EQ(second.frames, kBackgroundFrames + kScanFrames - 30);
+  const ScanRecord own = read_scan(folder / "run-2/session", NormalFlowOptions{});
+  EXPECT_EQ(static_cast<int>(own.keyframes.size()), second.keyframes);
+  EXPECT_TRUE(fs::exists(folder / "run-2/mesh.ply"));
+}
+
+TEST_F(Live, AStreamShowsTheKeyframesOfTheScanThatGoesOn) {
+  const int before = start().wait().keyframes;
+  continue_run();
+  PoseStream::Options to;
+  to.target = "unix:" + (folder / "pose").string();
+  to.surface = true;
+  options.stream = std::make_shared<PoseStream>(to);
+  std::future<std::string> heard;
+  source->before(30, [&] { heard = std::async(std::launch::async, hear_all, folder / "pose"); });
+  const int all = start().wait().keyframes;
+  session.reset();
+  options.stream.reset();
+  std::set<int> ids;
+  std::istringstream lines(heard.get());
+  for (std::string line; std::getline(lines, line);) {
+    const auto json = nlohmann::json::parse(line);
+    if (json.at("type") != "keyframe") continue;
+    EXPECT_TRUE(ids.insert(json.at("keyframe").get<int>()).second) << "one line each";
+    EXPECT_GT(json.at("points").size(), 300u);
+  }
+  EXPECT_GT(before, 2);
+  EXPECT_EQ(static_cast<int>(ids.size()), all);
+}
+
+TEST_F(Live, WhoeverReadsARunToGoOnInItKeepsOthersOut) {
+  start().wait();
+  continue_run();
+  const auto another = [&] { continue_in_place(options.run_folder, options.config); };
+  EXPECT_THAT(message_of<Error>(another), HasSubstr("another program is writing to"));
+  start().wait();
+  const std::size_t keyframes = read_scan(options.run_folder / "session", {}).keyframes.size();
+  continue_run();
+  EXPECT_EQ(options.continued->record.keyframes.size(), keyframes) << "what the one before has added, too";
+}
+
+TEST_F(Live, ASecondNewScanWithoutASaveKeepsTheFolder) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->start_new_scan();
+    EXPECT_EQ(session->status().run_folder, options.run_folder.string());
+  });
+  start().wait();
+  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+  EXPECT_FALSE(fs::exists(folder / "run-2"));
+}
+
+TEST_F(Live, SaysWhenItCouldNotSave) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    remove_in_use(options.run_folder);
+    std::ofstream(options.run_folder) << "in the way";
+  });
+  EXPECT_THAT(message_of<Error>([&] { start().wait(); }), HasSubstr("/run: cannot be written: "));
+  EXPECT_EQ(session->status().phase, LivePhase::finished);
+  EXPECT_THAT(session->status().failure, HasSubstr("/run: cannot be written: "));
+}
+
+TEST_F(Live, SavesOnTheWayAndGoesOn) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->save_now();
+    EXPECT_TRUE(comes_true([&] { return fs::exists(options.run_folder / "mesh.ply"); }));
+    EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": true"));
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_THAT(read("report.json"), HasSubstr("\"partial\": false"));
+  EXPECT_FALSE(fs::exists(options.run_folder / "saving.tmp"));
+}
+
+TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
+  // The first of these keeps the mapper busy, while the tracker goes on to a new scan: the others must not be
+  // made of the old map and the new scan's frames.
+  source->before(40, [&] {
+    wait_for_touch(39);
+    for (int i = 0; i < 5; ++i) session->save_now();
+    session->start_new_scan();
+    EXPECT_TRUE(comes_true(
+        [&] { return session->map()->scan == 1 && session->map()->version > 0; }));  // by the mapper
+    EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));
+    session->stop();
+  });
+  start().wait();
+}
+
+TEST_F(Live, ARunFolderThatCannotBeWrittenDoesNotEndTheScan) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    remove_in_use(options.run_folder);
+    std::ofstream(options.run_folder) << "in the way";
+    session->save_now();
+    EXPECT_TRUE(comes_true(
+        [&] { return session->status().warning.find("/run: cannot be written: ") != std::string::npos; }));
+    EXPECT_NE(session->status().phase, LivePhase::finished);
+    fs::remove(options.run_folder);
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+}
+
+TEST_F(Live, RefusesARunFolderThatIsThere) {
+  fs::create_directory(options.run_folder);
+  std::ofstream(options.run_folder / "thesis.tex") << "years of work";
+  EXPECT_THAT(message_of<Error>([&] { start(); }), HasSubstr("exists already"));
+  options.overwrite = true;
+  source = std::make_unique<Pictures>(peanut_pictures());
+  EXPECT_THAT(message_of<Error>([&] { start(); }), HasSubstr("will not be overwritten"));
+}
+
+}  // namespace
+}  // namespace gelslam
