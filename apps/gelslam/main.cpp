@@ -1,3 +1,4 @@
+#include <opencv2/core/utility.hpp>
 #include <algorithm>
 #include <csignal>
 #include <exception>
@@ -127,6 +128,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file over its limit is a failed write, which is reported and cleaned up
+  cv::setNumThreads(1);
   try {
     return gelslam::run(argc, argv);
   } catch (const gelslam::Error& error) {

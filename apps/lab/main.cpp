@@ -1,3 +1,4 @@
+#include <opencv2/core/utility.hpp>
 #include <exception>
 #include <iostream>
 
@@ -46,6 +47,7 @@ int run(int argc, char** argv) {
 }  // namespace gelslam::lab
 
 int main(int argc, char** argv) {
+  cv::setNumThreads(1);
   try {
     return gelslam::lab::run(argc, argv);
   } catch (const std::exception& error) {
