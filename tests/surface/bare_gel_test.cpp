@@ -9,6 +9,7 @@
 
 #include "gelslam/surface/slopes.hpp"
 #include "heights/poisson.hpp"
+#include "photometry/blocks.hpp"
 
 namespace gelslam::test {
 namespace {
@@ -37,6 +38,12 @@ Reading read(const cv::Mat1f& truth, const std::function<double(int)>& factor_of
   return reading;
 }
 
+cv::Mat1b in_blocks(const cv::Mat1b& pixels) {
+  cv::Mat1b blocks;
+  surface::detail::gather_blocks(pixels, blocks);
+  return blocks;
+}
+
 cv::Mat1f height_field(const std::function<double(int, int)>& height_px) {
   cv::Mat1f heights(kSensor);
   for (int v = 0; v < heights.rows; ++v)
@@ -58,7 +65,7 @@ TEST(BareGel, LiesAtZeroOnBothSidesOfAContactThatSpansThePicture) {
   const Reading reading = read(truth, [](int u) { return u > 160 ? 0.8 : 1.0; });
   PoissonSolver poisson(kSensor);
   cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-  const BareGelLeveler::Result gel = BareGelLeveler(kSensor).level(height, reading.changed);
+  const BareGelLeveler::Result gel = BareGelLeveler(kSensor).level(height, in_blocks(reading.changed));
   EXPECT_TRUE(gel.seen);
   for (int v = 0; v < kSensor.height; v += 20)
     for (int u = 0; u < kSensor.width; u += 4) {
@@ -79,7 +86,7 @@ TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
   const auto deepest_mm = [&](const cv::Mat1b& known) {
     PoissonSolver poisson(kSensor);
     cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-    BareGelLeveler(kSensor, known).level(height, reading.changed);
+    BareGelLeveler(kSensor, known).level(height, in_blocks(reading.changed));
     return kPitchMm * height(120, 250);
   };
   EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
@@ -96,7 +103,7 @@ TEST(BareGel, AFlatFaceThatTouchesIsNotBare) {
   ASSERT_EQ(reading.changed(120, 160), 0);
   PoissonSolver poisson(kSensor);
   cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, reading.changed).seen);
+  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, in_blocks(reading.changed)).seen);
   EXPECT_NEAR(kPitchMm * height(120, 160), -0.5, 0.01);
   EXPECT_NEAR(kPitchMm * height(10, 10), 0.0, 0.01);
 }
@@ -112,7 +119,7 @@ TEST(BareGel, AFieldInsideARaisedRimIsNotBare) {
   ASSERT_EQ(reading.changed(120, 160), 0);
   PoissonSolver poisson(kSensor);
   cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
-  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, reading.changed).seen);
+  EXPECT_TRUE(BareGelLeveler(kSensor).level(height, in_blocks(reading.changed)).seen);
   EXPECT_NEAR(height(120, 160), -4, 0.1);
   EXPECT_NEAR(height(10, 10), 0, 0.1);
 }
@@ -128,7 +135,7 @@ TEST(BareGel, CorrectsNothingWhereHeightsAreRight) {
         height(v, u) = static_cast<float>(-8 * std::max(0.0, 1 - r / 30) + 3);  // up to a constant
         changed(v, u) = r < 34 ? 255 : 0;
       }
-    const BareGelLeveler::Result gel = BareGelLeveler(size).level(height, changed);
+    const BareGelLeveler::Result gel = BareGelLeveler(size).level(height, in_blocks(changed));
     EXPECT_TRUE(gel.seen);
     EXPECT_NEAR(height(center), -8, 0.02);
     EXPECT_NEAR(height(2, 2), 0, 0.01);

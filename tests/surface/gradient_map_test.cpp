@@ -6,6 +6,7 @@
 #include <random>
 
 #include "linear_gel.hpp"
+#include "photometry/blocks.hpp"
 #include "pth_file.hpp"
 
 namespace gelslam::test {
@@ -39,8 +40,6 @@ cv::Mat3b random_image(cv::Size size, std::uint64_t seed) {
   return image;
 }
 
-cv::Mat1b everywhere(cv::Size size) { return cv::Mat1b(size, static_cast<unsigned char>(255)); }
-
 TEST(Tangents, AreRightOverTheirWholeRangeAndLimitedBeyond) {
   NetworkTile::Values<2> values{};
   const auto angle_of = [&](std::size_t k) {
@@ -60,7 +59,7 @@ TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
   const cv::Mat3b background = random_image(size, 1), image = random_image(size, 2);
   GradientMap map(model, background);
   cv::Mat1f gx, gy;
-  map.compute(image, color_table(Light{}), everywhere(size), gx, gy);
+  map.compute(image, color_table(Light{}), surface::detail::all_blocks(size), gx, gy);
   const auto at = [&](const cv::Mat3b& picture, int v, int u) {
     const cv::Vec3b color = picture(v, u);
     return naive_gradient(model, {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0,
@@ -82,14 +81,14 @@ TEST(GradientMap, GivesTheSameBitsWhereverElseItRuns) {
   light.channels = {{{1.1, 3.0}, {0.9, -2.0}, {1.0, 0.5}}};
   const ColorTable colors = color_table(light);
   cv::Mat1f all_gx, all_gy, some_gx, some_gy;
-  map.compute(image, colors, everywhere(size), all_gx, all_gy);
-  cv::Mat1b some(size, static_cast<unsigned char>(0));
+  map.compute(image, colors, surface::detail::all_blocks(size), all_gx, all_gy);
+  cv::Mat1b some = surface::detail::all_blocks(size);
   std::mt19937_64 random(10);
-  for (unsigned char& pixel : some) pixel = random() % 3 == 0 ? 255 : 0;
+  for (unsigned char& block : some) block = random() % 3 == 0 ? 255 : 0;
   map.compute(image, colors, some, some_gx, some_gy);
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
-      const bool ran = some(v, u) != 0;
+      const bool ran = some(v / surface::detail::kBlockPx, u / surface::detail::kBlockPx) != 0;
       ASSERT_EQ(some_gx(v, u), ran ? all_gx(v, u) : 0.0F);
       ASSERT_EQ(some_gy(v, u), ran ? all_gy(v, u) : 0.0F);
     }

@@ -77,11 +77,11 @@ void gradient(benchmark::State& state) {
   const cv::Mat3b image = press();
   GradientMap map(random_model(), background());
   const ColorTable colors = color_table(Light{});
-  cv::Mat1b where(image.size(), static_cast<uchar>(0));
-  where.rowRange(0, kHeightPx * static_cast<int>(state.range(0)) / 100).setTo(255);
+  cv::Mat1b blocks = all_blocks(image.size());
+  blocks.rowRange(blocks.rows * static_cast<int>(state.range(0)) / 100, blocks.rows).setTo(0);
   cv::Mat1f gx, gy;
   for (auto _ : state) {
-    map.compute(image, colors, where, gx, gy);
+    map.compute(image, colors, blocks, gx, gy);
     benchmark::DoNotOptimize(gx.data);
   }
 }
@@ -108,7 +108,7 @@ void network_everywhere(benchmark::State& state) {
   const cv::Mat3b& image = frames.pictures.front();
   GradientMap map(frames.model, frames.background);
   const ColorTable colors = color_table(Light{});
-  const cv::Mat1b everywhere(image.size(), static_cast<uchar>(255));
+  const cv::Mat1b everywhere = all_blocks(image.size());
   cv::Mat1f gx, gy;
   map.compute(image, colors, everywhere, gx, gy);
   cv::Mat2d exact(image.size());

@@ -58,18 +58,16 @@ struct SurfaceEstimator::Impl {
         confidence(confidence_map(uncertainty, size)),
         leveler(size, confidence),
         contact_detector(size, {options.color_dist_threshold, options.height_threshold_mm}),
-        changed(size, static_cast<unsigned char>(0)),
-        everywhere(size, static_cast<unsigned char>(255)) {}
+        everywhere(all_blocks(size)) {}
 
-  // Fills colors (the frame's light) and changed (where the gradient is needed). Returns the picture to which
-  // colors apply: in even light, which it becomes where the light is uneven.
+  // Fills colors (the frame's light) and changed_blocks (where the gradient is needed). Returns the picture
+  // to which colors apply: in even light, which it becomes where the light is uneven.
   const cv::Mat3b& find_changes(const cv::Mat3b& bgr) {
     averager.average(bgr, blocks);
     const Light light = options.compensate_light ? light_tracker.update(blocks, touched_blocks) : Light{};
     to_background_light(light, blocks);
     cv::subtract(blocks, background_blocks, blocks);
     change_detector.detect(blocks, changed_blocks);
-    spread_blocks(changed_blocks, changed);
     colors = color_table(light.is_even() ? light : Light{});
     if (light.is_even()) return bgr;
     to_background_light(light, bgr, even);
@@ -79,7 +77,7 @@ struct SurfaceEstimator::Impl {
   // Height in mm, 0 on the untouched gel.
   cv::Mat1f height_from_gradient() {
     cv::Mat1f height_px = poisson.solve(gx, gy);
-    const BareGelLeveler::Result gel = leveler.level(height_px, changed);
+    const BareGelLeveler::Result gel = leveler.level(height_px, changed_blocks);
     scatter_mm = gel.scatter_px * static_cast<float>(options.pixel_pitch_mm);
     bare_gel_seen = gel.seen;
     cv::Mat1f height_mm;
@@ -106,7 +104,7 @@ struct SurfaceEstimator::Impl {
   ColorTable colors{};
   cv::Mat3f blocks;  // block means, then their difference to the background
   cv::Mat3b even;    // the picture in the background's light, where the light is uneven
-  cv::Mat1b changed_blocks, touched_blocks, changed, everywhere;
+  cv::Mat1b changed_blocks, touched_blocks, everywhere;
   cv::Mat contact_margin = cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7));
   cv::Mat1f gx, gy;
   float scatter_mm = 0.0F;
@@ -132,8 +130,8 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   surface->pixel_pitch_mm = self.options.pixel_pitch_mm;
 
   const cv::Mat3b& bgr = self.find_changes(self.pixels.clean(image));
-  const cv::Mat1b& where = self.options.gradient_everywhere ? self.everywhere : self.changed;
-  self.gradient.compute(bgr, self.colors, where, self.gx, self.gy);
+  const cv::Mat1b& blocks = self.options.gradient_everywhere ? self.everywhere : self.changed_blocks;
+  self.gradient.compute(bgr, self.colors, blocks, self.gx, self.gy);
   self.timings.gradient_ms = watch.lap_ms();
 
   surface->height_mm = self.height_from_gradient();

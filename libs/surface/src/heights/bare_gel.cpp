@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/target_clones.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "photometry/blocks.hpp"
 
@@ -19,6 +22,45 @@ constexpr double kLeastBareShare = 0.05;  // of the picture; less is no referenc
 // of the contact's depth. Pressed faces lie lower than that.
 constexpr float kMostFall = 0.3F;
 constexpr float kLeastFallPx = 3 * kBareHeightPx;
+
+typedef float Lanes __attribute__((vector_size(32)));
+constexpr int kLanes = 8, kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
+
+/// Solves a symmetric band system by Cholesky decomposition; x: the right side, then the solution, and stride
+/// zeros. Row i of the band has 2 stride numbers: columns i .. i + stride - 1, then zeros.
+GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
+  for (int i = 0; i < count; ++i) {
+    float* const row = band + 2 * i * stride;
+    for (float* part = row; part != row + stride; part += kPanel) {
+      Lanes sum[kPanel / kLanes], other;
+      std::memcpy(sum, part, sizeof sum);
+      // What was computed last comes last: the others need not wait for it.
+      for (int j = std::min(stride - 1, i); j > 0; --j) {
+        const float* const above = part - 2 * j * stride + j;
+        const float factor = row[-2 * j * stride + j];
+        for (int k = 0; k < kPanel / kLanes; ++k) {
+          std::memcpy(&other, above + k * kLanes, sizeof other);
+          sum[k] -= factor * other;
+        }
+      }
+      std::memcpy(part, sum, sizeof sum);
+    }
+    const float scale = 1.0F / std::sqrt(row[0]);
+    for (int k = 0; k < stride; ++k) row[k] *= scale;
+    const float known = x[i] * scale;
+    for (int k = 0; k < stride; ++k) x[i + k] -= row[k] * known;
+    x[i] = known;
+  }
+  for (int i = count - 1; i >= 0; --i) {
+    const float* const row = band + 2 * i * stride;
+    const float known = x[i];
+    x[i] = 0.0F;
+    float sum[kLanes] = {};
+    for (int part = 0; part < stride; part += kLanes)
+      for (int k = 0; k < kLanes; ++k) sum[k] += row[part + k] * x[i + part + k];
+    x[i] = (known - std::accumulate(sum, sum + kLanes, 0.0F)) / row[0];
+  }
+}
 
 }  // namespace
 
@@ -37,11 +79,10 @@ void BareGelLeveler::average_cells(const cv::Mat1f& height_px, const cv::Mat1b& 
   cv::resize(height_px, height_, grid_, 0, 0, cv::INTER_AREA);
   bare_.create(grid_);
   bare_.setTo(255);
-  for (int v = 0; v < size_.height; ++v) {
-    unsigned char* bare = bare_[v / kCellPx];
-    for (int u = 0; u < size_.width; ++u)
-      if (changed(v, u) != 0) bare[u / kCellPx] = 0;
-  }
+  constexpr int kBlocks = kCellPx / kBlockPx;
+  for (int row = 0; row < changed.rows; ++row)
+    for (int column = 0; column < changed.cols; ++column)
+      if (changed(row, column) != 0) bare_(row / kBlocks, column / kBlocks) = 0;
 }
 
 /// Removes unchanged pieces that are pressed; returns the number of bare cells. The gel never rises above its
@@ -76,13 +117,14 @@ int BareGelLeveler::find_bare_cells() {
 void BareGelLeveler::solve() {
   correction_.create(grid_);
   const bool by_rows = grid_.width <= grid_.height;
-  const int width = std::min(grid_.width, grid_.height), count = grid_.area(), stride = width + 1;
+  const int width = std::min(grid_.width, grid_.height), count = grid_.area();
+  const int stride = (width / kPanel + 1) * kPanel;
   const auto cell = [&](int i) {
     return by_rows ? cv::Point(i % width, i / width) : cv::Point(i / width, i % width);
   };
-  band_.assign(static_cast<std::size_t>(count * stride), 0.0F);  // row i holds columns i .. i + width
-  right_side_.assign(static_cast<std::size_t>(count), 0.0F);
-  const auto row = [&](int i) { return band_.data() + i * stride; };
+  band_.assign(static_cast<std::size_t>(2 * count * stride), 0.0F);
+  right_side_.assign(static_cast<std::size_t>(count + stride), 0.0F);
+  const auto row = [&](int i) { return band_.data() + 2 * i * stride; };
   const auto variance = [&](cv::Point p) {
     return bare_(p) ? kBareSlopeRad * kBareSlopeRad : changed_variance_(p);
   };
@@ -100,26 +142,8 @@ void BareGelLeveler::solve() {
     row(i)[0] += kWeight;
     right_side_[static_cast<std::size_t>(i)] = -kWeight * height_(cell(i));
   }
-  float* const x = right_side_.data();
-  for (int i = 0; i < count; ++i) {
-    const int reach = std::min(width, count - 1 - i);
-    float* const pivot = row(i);
-    const float scale = 1.0F / std::sqrt(pivot[0]);
-    for (int k = 0; k <= reach; ++k) pivot[k] *= scale;
-    x[i] *= scale;
-    for (int j = 1; j <= reach; ++j) {
-      const float factor = pivot[j];
-      float* const below = row(i + j);
-      for (int k = j; k <= reach; ++k) below[k - j] -= factor * pivot[k];
-      x[i + j] -= factor * x[i];
-    }
-  }
-  for (int i = count - 1; i >= 0; --i) {
-    const float* const pivot = row(i);
-    for (int k = 1; k <= std::min(width, count - 1 - i); ++k) x[i] -= pivot[k] * x[i + k];
-    x[i] /= pivot[0];
-    correction_(cell(i)) = x[i];
-  }
+  solve_band(band_.data(), right_side_.data(), count, stride);
+  for (int i = 0; i < count; ++i) correction_(cell(i)) = right_side_[static_cast<std::size_t>(i)];
 }
 
 void BareGelLeveler::add_correction(cv::Mat1f& height_px) {

@@ -22,7 +22,8 @@ class BareGelLeveler {
     bool seen = false;        ///< enough bare gel; else the level is a guess: the object covers the whole gel
     float scatter_px = 0.0F;  ///< of the bare gel's heights, about 0
   };
-  /// `height_px` (HxW, in pixels) in place; `changed`: 0 where the picture shows no change.
+  /// `height_px` (HxW, in pixels) in place; `changed`: a block mask (block_grid()), 0 where the picture shows
+  /// no change.
   Result level(cv::Mat1f& height_px, const cv::Mat1b& changed);
 
  private:

@@ -3,6 +3,7 @@
 #include "gelslam/surface/slopes.hpp"
 #include "heights/bare_gel.hpp"
 #include "heights/poisson.hpp"
+#include "photometry/blocks.hpp"
 
 namespace gelslam {
 
@@ -37,7 +38,9 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& gx, const cv::Mat1f& gy, cons
   cv::Mat1b disturbed;
   cv::compare(slope, kStillSlope, disturbed, cv::CMP_GT);
   cv::bitwise_or(disturbed, touched, disturbed);
-  surface->zero_is_bare_gel = impl_->leveler.level(height_px, disturbed).seen;
+  cv::Mat1b blocks;
+  gather_blocks(disturbed, blocks);
+  surface->zero_is_bare_gel = impl_->leveler.level(height_px, blocks).seen;
   height_px.convertTo(surface->height_mm, CV_32F, impl_->pixel_pitch_mm);
   cv::erode(touched != 0, surface->contact, impl_->border);
   surface->contact_pixels = cv::countNonZero(surface->contact);

@@ -24,6 +24,8 @@ cv::Size block_grid(cv::Size image) {
   return {(image.width + kBlockPx - 1) / kBlockPx, (image.height + kBlockPx - 1) / kBlockPx};
 }
 
+cv::Mat1b all_blocks(cv::Size image) { return {block_grid(image), static_cast<unsigned char>(255)}; }
+
 void BlockAverager::average(const cv::Mat3b& bgr, cv::Mat3f& means) {
   means.create(block_grid(bgr.size()));
   const int channels = 3 * bgr.cols;
@@ -70,11 +72,18 @@ void spread_blocks(const cv::Mat1b& blocks, cv::Mat1b& pixels) {
 
 void gather_blocks(const cv::Mat1b& pixels, cv::Mat1b& blocks) {
   blocks.create(block_grid(pixels.size()));
-  blocks.setTo(0);
-  for (int v = 0; v < pixels.rows; ++v) {
-    const unsigned char* in = pixels[v];
-    unsigned char* out = blocks[v / kBlockPx];
-    for (int u = 0; u < pixels.cols; ++u) out[u / kBlockPx] |= in[u];
+  std::vector<unsigned char> columns(static_cast<std::size_t>(pixels.cols));
+  for (int row = 0; row < blocks.rows; ++row) {
+    std::fill(columns.begin(), columns.end(), static_cast<unsigned char>(0));
+    for (int v = row * kBlockPx; v < std::min((row + 1) * kBlockPx, pixels.rows); ++v) {
+      const unsigned char* in = pixels[v];
+      for (std::size_t u = 0; u < columns.size(); ++u) columns[u] |= in[u];
+    }
+    for (int column = 0; column < blocks.cols; ++column) {
+      const auto left = columns.begin() + column * kBlockPx;
+      const auto right = columns.begin() + std::min((column + 1) * kBlockPx, pixels.cols);
+      blocks(row, column) = std::any_of(left, right, [](unsigned char set) { return set != 0; }) ? 255 : 0;
+    }
   }
 }
 

@@ -10,6 +10,9 @@ inline constexpr int kBlockPx = 4;
 /// Size of the grid of 4x4-pixel blocks over an image; blocks at the right and lower border may be cut.
 cv::Size block_grid(cv::Size image);
 
+/// A block mask that holds all.
+cv::Mat1b all_blocks(cv::Size image);
+
 /// Mean color of each block, exact up to rounding of float.
 class BlockAverager {
  public:

@@ -51,13 +51,12 @@ GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background
   for (int v = 0; v < background.rows; ++v)
     row_.push_back(static_cast<float>(v) / static_cast<float>(background.rows));
   cv::Mat1f gx, gy;
-  compute(background, color_table(Light{}), cv::Mat1b(background.size(), static_cast<unsigned char>(255)), gx,
-          gy);
+  compute(background, color_table(Light{}), all_blocks(background.size()), gx, gy);
   background_gx_ = gx;
   background_gy_ = gy;
 }
 
-void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where,
+void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& blocks,
                           cv::Mat1f& gx, cv::Mat1f& gy) {
   gx.create(bgr.size());
   gy.create(bgr.size());
@@ -65,13 +64,13 @@ void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const 
   gy.setTo(0.0F);
   gx_ = gx;
   gy_ = gy;
-  sort_blocks(bgr, where);
-  run_smooth(bgr, colors, where);
+  sort_blocks(bgr, blocks);
+  run_smooth(bgr, colors);
   run_rough(bgr, colors);
 }
 
 /// By the range of each color within a block.
-void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& where) {
+void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& blocks) {
   smooth_.clear();
   rough_.clear();
   const auto channels = static_cast<std::size_t>(3 * bgr.cols);
@@ -90,18 +89,14 @@ void GradientMap::sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& where) {
       }
     }
     for (int left = 0; left < bgr.cols; left += kBlockPx) {
+      if (blocks(top / kBlockPx, left / kBlockPx) == 0) continue;
       const int width = std::min(kBlockPx, bgr.cols - left);
-      bool wanted = false;
-      for (int v = top; v < top + height; ++v)
-        for (int u = left; u < left + width; ++u) wanted |= where(v, u) != 0;
-      if (!wanted) continue;
       if (width == kBlockPx && height == kBlockPx && color_range(left) <= kSmoothLevels) {
         smooth_.emplace_back(left, top);
         continue;
       }
       for (int v = top; v < top + height; ++v)
-        for (int u = left; u < left + width; ++u)
-          if (where(v, u) != 0) rough_.emplace_back(u, v);
+        for (int u = left; u < left + width; ++u) rough_.emplace_back(u, v);
     }
   }
 }
@@ -122,7 +117,7 @@ int GradientMap::color_range(int left) const {
 }
 
 /// At the mean color and the middle of each block, and from there along the derivatives.
-void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where) {
+void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
   constexpr float to_unit = 1.0F / 255.0F;
   constexpr int area = kBlockPx * kBlockPx;
   std::array<std::array<float, 256>, 3> unit;
@@ -166,7 +161,7 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, con
       }
       for (int v = top; v < top + kBlockPx; ++v)
         for (int u = left; u < left + kBlockPx; ++u)
-          pixels_[static_cast<std::size_t>(count++)] = where(v, u) != 0 ? v * bgr.cols + u : -1;
+          pixels_[static_cast<std::size_t>(count++)] = v * bgr.cols + u;
       if (count == kNetworkTile || i + 1 == blocks) {
         write_slopes(count);
         count = 0;
@@ -206,7 +201,6 @@ void GradientMap::write_slopes(int count) {
   const float* background_y = background_gy_.ptr<float>();
   for (int i = 0; i < count; ++i) {
     const int pixel = pixels_[static_cast<std::size_t>(i)];
-    if (pixel < 0) continue;
     out_x[pixel] = slope_x[i] - background_x[pixel];
     out_y[pixel] = slope_y[i] - background_y[pixel];
   }
@@ -220,9 +214,7 @@ SlopeMap read_slope_map(const GradientModel& model, const cv::Mat3b& bgr, const 
   if (bgr.size() != background.size()) throw Error("image and background differ in size");
   SlopeMap map;
   using namespace surface::detail;
-  GradientMap(model, background)
-      .compute(bgr, color_table(Light{}), cv::Mat1b(bgr.size(), static_cast<unsigned char>(255)), map.gx,
-               map.gy);
+  GradientMap(model, background).compute(bgr, color_table(Light{}), all_blocks(bgr.size()), map.gx, map.gy);
   return map;
 }
 

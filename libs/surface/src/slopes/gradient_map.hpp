@@ -23,10 +23,10 @@ class GradientMap {
  public:
   GradientMap(const GradientModel& model, const cv::Mat3b& background);
 
-  /// Writes gx, gy (HxW, height per distance) at the pixels set in `where` (HxW), and zero elsewhere. All
-  /// images have the background's size; `colors` brings them into the background's light. The result at a
-  /// pixel does not depend on which other pixels are set.
-  void compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where, cv::Mat1f& gx,
+  /// Writes gx, gy (HxW, height per distance) in the blocks set in `blocks` (block_grid()), and zero
+  /// elsewhere. All images have the background's size; `colors` brings them into the background's light. The
+  /// result in a block does not depend on which others are set.
+  void compute(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& blocks, cv::Mat1f& gx,
                cv::Mat1f& gy);
 
   /// What the model says about the background itself: a bias that is smooth if nothing touches there.
@@ -34,9 +34,9 @@ class GradientMap {
   const cv::Mat1f& background_gy() const { return background_gy_; }
 
  private:
-  void sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& where);
+  void sort_blocks(const cv::Mat3b& bgr, const cv::Mat1b& blocks);
   int color_range(int left) const;
-  void run_smooth(const cv::Mat3b& bgr, const ColorTable& colors, const cv::Mat1b& where);
+  void run_smooth(const cv::Mat3b& bgr, const ColorTable& colors);
   void run_rough(const cv::Mat3b& bgr, const ColorTable& colors);
   void write_slopes(int count);
 
