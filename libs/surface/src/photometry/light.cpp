@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/target_clones.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
@@ -16,6 +17,7 @@ constexpr int kGateHalvings =
     3;  // where the light changed suddenly, the gate is this much wider and closes on it
 constexpr double kLeastShare = 0.1;  // of all blocks, to believe in a light; twice as many in an uneven one
 constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
+constexpr int kMuchOf = 100;             // of the blocks that agree; a fit that changes fewer has converged
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
 // Variance of the background's brightness below which gain and offset cannot be told apart, and the gain
@@ -90,11 +92,42 @@ void to_background_light(const Light& light, cv::Mat3f& means) {
 LightTracker::LightTracker(const cv::Mat3f& background_blocks, bool uneven)
     : background_(background_blocks.clone()),
       may_be_uneven_(uneven),
-      inliers_(background_blocks.size(), static_cast<unsigned char>(0)) {}
+      none_(background_blocks.size(), static_cast<unsigned char>(0)),
+      inliers_(none_.clone()) {}
+
+namespace {
+
+/// select_inliers() for even light.
+GELSLAM_CLONES int select_by_even_light(const cv::Vec3f* now, const cv::Vec3f* background,
+                                        const unsigned char* excluded, std::size_t count, const Light& light,
+                                        float squared_gate, unsigned char* inliers) {
+  float gain[3], offset[3];
+  for (std::size_t c = 0; c < 3; ++c) {
+    gain[c] = static_cast<float>(light.channels[c][0]);
+    offset[c] = static_cast<float>(light.channels[c][1]);
+  }
+  int found = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    float squared_residual = 0.0F;
+    for (int c = 0; c < 3; ++c) {
+      const float residual = now[i].val[c] - (gain[c] * background[i].val[c] + offset[c]);
+      squared_residual += residual * residual;
+    }
+    const unsigned char agrees = (squared_residual < squared_gate) & (excluded[i] == 0);
+    inliers[i] = agrees;
+    found += agrees;
+  }
+  return found;
+}
+
+}  // namespace
 
 int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light,
                                  double gate) {
   const double squared_gate = gate * gate;
+  if (light.is_even())
+    return select_by_even_light(blocks[0], background_[0], excluded.empty() ? none_[0] : excluded[0],
+                                blocks.total(), light, static_cast<float>(squared_gate), inliers_[0]);
   int count = 0;
   for (int row = 0; row < blocks.rows; ++row) {
     const double y = unit_place(row, blocks.rows);
@@ -238,11 +271,13 @@ std::vector<double> LightTracker::fit_rows(const cv::Mat3f& blocks, const cv::Ma
 LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
                                             const Light& expected, Light light) {
   const int enough = static_cast<int>(kLeastShare * static_cast<double>(blocks.total()));
-  for (int iteration = 0; iteration < 3; ++iteration) {
-    if (select_inliers(blocks, excluded, light, kGateLevels) < enough || !fit_even(blocks, expected, light))
-      return {};
+  int agree = select_inliers(blocks, excluded, light, kGateLevels), before = 0;
+  for (int iteration = 0; iteration < 3 && kMuchOf * std::abs(agree - before) > agree; ++iteration) {
+    if (agree < enough || !fit_even(blocks, expected, light)) return {};
+    before = agree;
+    agree = select_inliers(blocks, excluded, light, kGateLevels);
   }
-  return {light, select_inliers(blocks, excluded, light, kGateLevels)};
+  return {light, agree};
 }
 
 /// Fitted again and again while the gate closes.

@@ -34,9 +34,9 @@ void to_background_light(const Light& light, cv::Mat3f& means);
 
 /// Follows the light from frame to frame by a robust fit (own): block means outside the last contact that
 /// agree with the last light (or with gains by the median, where they explain clearly more blocks) are fitted
-/// by least squares, three times over. Where gain and offset are hard to tell apart, the gain is 1, or the
-/// median's where that explains clearly more blocks. Where even light explains little, a field and flickering
-/// rows are tried as well. Keeps the last light where fewer than a tenth of the blocks agree.
+/// by least squares, up to three times over. Where gain and offset are hard to tell apart, the gain is 1, or
+/// the median's where that explains clearly more blocks. Where even light explains little, a field and
+/// flickering rows are tried as well. Keeps the last light where fewer than a tenth of the blocks agree.
 class LightTracker {
  public:
   /// `uneven`: also look for a field and for rows. (A contact may look like one as long as its place is not
@@ -65,7 +65,7 @@ class LightTracker {
 
   cv::Mat3f background_;
   bool may_be_uneven_;
-  cv::Mat1b inliers_;
+  cv::Mat1b none_, inliers_;
   Light light_;
   /// Noise, too, makes few blocks agree: where a search found nothing better, this share of blocks agreed,
   /// and none is made again until clearly fewer do.
