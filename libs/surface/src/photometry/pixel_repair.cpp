@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "gelslam/core/target_clones.hpp"
 #include "gelslam/surface/background.hpp"
 #include "photometry/blocks.hpp"
 
@@ -22,26 +23,54 @@ constexpr int kSmoothRounds = 20;   // over a dot of ten pixels' radius
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
 constexpr int kFailingLightIn = 8;  // more than one in 8 pixels dark: the light fails, and no spot is there
 
+/// Values of a row that lie further beyond those of both neighbors than `levels`.
+GELSLAM_CLONES int count_outliers(const unsigned char* value, int count, unsigned char levels) {
+  int found = 0;
+  for (int i = 3; i < count - 3; ++i) {
+    const unsigned char low = std::min(value[i - 3], value[i + 3]),
+                        high = std::max(value[i - 3], value[i + 3]);
+    const auto above = static_cast<unsigned char>(std::max(value[i], high) - high);
+    const auto below = static_cast<unsigned char>(low - std::min(value[i], low));
+    found += std::max(above, below) > levels;
+  }
+  return found;
+}
+
 /// Looks at one row in each row of blocks.
 bool has_wrong_values(const cv::Mat3b& bgr) {
   int found = 0;
-  constexpr int surely = 3 * kWrongLevels;
-  for (int v = 0; v < bgr.rows; v += kBlockPx) {
-    const unsigned char* value = bgr.ptr<unsigned char>(v);
-    for (int i = 3; i < 3 * bgr.cols - 3; ++i) {
-      const int low = std::min(value[i - 3], value[i + 3]), high = std::max(value[i - 3], value[i + 3]);
-      found += (value[i] > high + surely) | (value[i] < low - surely);
-    }
-  }
+  for (int v = 0; v < bgr.rows; v += kBlockPx)
+    found += count_outliers(bgr.ptr<unsigned char>(v), 3 * bgr.cols, 3 * kWrongLevels);
   return found * kBlockPx * kWrongValueIn > 3 * static_cast<int>(bgr.total());
 }
 
-/// 255 where two of the three channels are full, else 0.
-void mark_full(const cv::Mat3b& bgr, cv::Mat1b& full) {
-  full.create(bgr.size());
-  std::transform(bgr.begin(), bgr.end(), full.begin(), [](const cv::Vec3b& color) {
-    return (color[0] >= kFullLevel) + (color[1] >= kFullLevel) + (color[2] >= kFullLevel) >= 2 ? 255 : 0;
-  });
+/// Three values from `i` on, of a pixel or of two neighbors.
+bool is_dark(const unsigned char* value, const unsigned char* below, int i) {
+  return (value[i] < below[i]) & (value[i + 1] < below[i + 1]) & (value[i + 2] < below[i + 2]);
+}
+bool is_full(const unsigned char* value, const unsigned char* above, int i) {
+  const bool a = value[i] > above[i], b = value[i + 1] > above[i + 1], c = value[i + 2] > above[i + 2];
+  return (a & b) | (b & c) | (c & a);
+}
+
+/// False where no pixel of a row is dark or full. Without comparisons, which compilers do not make vectors
+/// of.
+GELSLAM_CLONES bool may_show_spots(const unsigned char* value, const unsigned char* below,
+                                   const unsigned char* above, int count) {
+  const auto excess = [](unsigned char a, unsigned char b) {
+    return static_cast<unsigned char>(std::max(a, b) - b);
+  };
+  unsigned char found = 0;
+  for (int i = 0; i + 2 < count; ++i) {
+    const unsigned char dark =
+        std::min(std::min(excess(below[i], value[i]), excess(below[i + 1], value[i + 1])),
+                 excess(below[i + 2], value[i + 2]));
+    const unsigned char a = excess(value[i], above[i]), b = excess(value[i + 1], above[i + 1]),
+                        c = excess(value[i + 2], above[i + 2]);
+    const unsigned char full = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    found |= std::max(dark, full);
+  }
+  return found != 0;
 }
 
 }  // namespace
@@ -55,12 +84,15 @@ PixelRepair::PixelRepair(const cv::Mat3b& background) {
   background_ = replace_wrong_values(background).clone();
   const auto markers = find_marker_dots(background_);
   if (markers) fill_background(markers->mask);
-  mark_full(background_, is_full_in_background_);
-  background_.convertTo(dark_limit_, CV_8U, markers ? kInkShare : kDarkShare);
-  cv::Mat1b is_lit;
-  cv::inRange(dark_limit_, cv::Scalar::all(kUnlitLevel), cv::Scalar::all(255), is_lit);
-  dark_from_ = cv::Mat3b(background.size(), cv::Vec3b::all(0));
-  dark_from_.setTo(cv::Scalar::all(255), is_lit == 0);  // a range that holds nothing
+  background_.convertTo(dark_below_, CV_8U, markers ? kInkShare : kDarkShare);
+  full_above_ = cv::Mat3b(background.size(), cv::Vec3b::all(kFullLevel - 1));
+  for (int v = 0; v < background.rows; ++v)
+    for (int u = 0; u < background.cols; ++u) {
+      cv::Vec3b &dark = dark_below_(v, u), &full = full_above_(v, u);
+      const bool is_lit = *std::min_element(dark.val, dark.val + 3) >= kUnlitLevel;
+      dark = is_lit ? dark + cv::Vec3b::all(1) : cv::Vec3b();
+      if (is_full(background_(v, u).val, full.val, 0)) full = cv::Vec3b::all(255);
+    }
 }
 
 void PixelRepair::fill_background(const cv::Mat1b& dots) {
@@ -95,14 +127,19 @@ const cv::Mat3b& PixelRepair::replace_wrong_values(const cv::Mat3b& bgr) {
   return median_;
 }
 
-/// Fills readable_; false where all of the picture is. Two quick looks tell for nearly every picture.
+/// Fills readable_; false where all of the picture is.
 bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
-  cv::inRange(bgr, dark_from_, dark_limit_, dark_);
-  const int dark = cv::countNonZero(dark_), full = cv::countNonZero(bgr.reshape(1) >= kFullLevel);
-  if (full < 2 && dark == 0 && dots_.empty()) return false;
-  mark_full(bgr, spots_);
-  spots_.setTo(0, is_full_in_background_);
-  const int ink = dots_.empty() ? 0 : cv::countNonZero(dots_);
+  spots_ = cv::Mat1b::zeros(bgr.size());
+  dark_ = cv::Mat1b::zeros(bgr.size());
+  for (int v = 0; v < bgr.rows; ++v) {
+    const unsigned char *value = bgr[v]->val, *below = dark_below_[v]->val, *above = full_above_[v]->val;
+    if (!may_show_spots(value, below, above, 3 * bgr.cols)) continue;
+    for (int u = 0; u < bgr.cols; ++u) {
+      dark_(v, u) = is_dark(value, below, 3 * u) ? 255 : 0;
+      spots_(v, u) = is_full(value, above, 3 * u) ? 255 : 0;
+    }
+  }
+  const int dark = cv::countNonZero(dark_), ink = dots_.empty() ? 0 : cv::countNonZero(dots_);
   if ((dark - ink) * kFailingLightIn < static_cast<int>(bgr.total())) spots_ |= dark_;
   if (cv::countNonZero(spots_) == 0 && dots_.empty()) return false;
   spread_spots(spots_, spots_);
