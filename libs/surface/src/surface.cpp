@@ -17,10 +17,22 @@ std::vector<Eigen::Vector3d> coarse_contact_points_mm(const Surface& surface) {
 }
 
 Eigen::Vector2d contact_center_mm(const Surface& surface) {
-  const cv::Moments m = cv::moments(surface.contact, true);
-  if (!(m.m00 > 0)) return Eigen::Vector2d::Zero();
-  return {(m.m10 / m.m00 - 0.5 * surface.contact.cols + 0.5) * surface.pixel_pitch_mm,
-          (m.m01 / m.m00 - 0.5 * surface.contact.rows + 0.5) * surface.pixel_pitch_mm};
+  const cv::Mat1b& contact = surface.contact;
+  double pixels = 0, u_sum = 0, v_sum = 0;
+  for (int v = 0; v < contact.rows; ++v) {
+    const unsigned char* row = contact[v];
+    int in_row = 0, u_in_row = 0;
+    for (int u = 0; u < contact.cols; ++u) {
+      in_row += row[u] != 0 ? 1 : 0;
+      u_in_row += row[u] != 0 ? u : 0;
+    }
+    pixels += in_row;
+    u_sum += u_in_row;
+    v_sum += static_cast<double>(v) * in_row;
+  }
+  if (!(pixels > 0)) return Eigen::Vector2d::Zero();
+  return surface.pixel_pitch_mm * Eigen::Vector2d(u_sum / pixels - 0.5 * contact.cols + 0.5,
+                                                  v_sum / pixels - 0.5 * contact.rows + 0.5);
 }
 
 bool shows(const Surface& surface, const Eigen::Vector3d& point_mm) {

@@ -33,6 +33,7 @@ struct VideoFile::Av {
   AVFrame* frame = av_frame_alloc();
   AVFrame* bgr = av_frame_alloc();
   SwsContext* scaler = nullptr;
+  int format = AV_PIX_FMT_NONE;  // that the scaler reads
 
   Av() = default;
   Av(const Av&) = delete;
@@ -74,9 +75,14 @@ bool VideoFile::Av::open_decoder() {
 
 /// Into libav's own memory: its fast paths write beyond the end of a row.
 bool VideoFile::Av::convert() {
-  scaler = sws_getCachedContext(scaler, frame->width, frame->height,
-                                static_cast<AVPixelFormat>(frame->format), frame->width, frame->height,
-                                AV_PIX_FMT_BGR24, SWS_BICUBIC, nullptr, nullptr, nullptr);
+  // (sws_getCachedContext() makes a new one for each frame of the formats of JPEG, which it renames.)
+  if (scaler == nullptr || bgr->width != frame->width || bgr->height != frame->height ||
+      format != frame->format) {
+    sws_freeContext(scaler);
+    format = frame->format;
+    scaler = sws_getContext(frame->width, frame->height, static_cast<AVPixelFormat>(format), frame->width,
+                            frame->height, AV_PIX_FMT_BGR24, SWS_BICUBIC, nullptr, nullptr, nullptr);
+  }
   av_frame_unref(bgr);
   bgr->format = AV_PIX_FMT_BGR24;
   bgr->width = frame->width;

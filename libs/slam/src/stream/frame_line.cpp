@@ -1,6 +1,5 @@
 #include <array>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/se3.hpp"
 #include "gelslam/core/text.hpp"
@@ -57,10 +56,8 @@ Json contact_of(const Surface* surface) {
   const double pitch_mm = surface->pixel_pitch_mm;
   Json contact = {{"area_mm2", surface->contact_pixels * pitch_mm * pitch_mm}, {"center_mm", nullptr}};
   if (surface->contact_pixels == 0) return contact;
-  const cv::Moments moments = cv::moments(surface->contact, true);
-  const cv::Size size = surface->contact.size();
-  contact["center_mm"] = {(moments.m10 / moments.m00 - 0.5 * size.width + 0.5) * pitch_mm,
-                          (moments.m01 / moments.m00 - 0.5 * size.height + 0.5) * pitch_mm};
+  const Eigen::Vector2d center_mm = contact_center_mm(*surface);
+  contact["center_mm"] = {center_mm.x(), center_mm.y()};
   return contact;
 }
 

@@ -143,25 +143,32 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
     int count = 0;
     for (int i = 0; i < blocks; ++i) {
       const auto [left, top] = corner(i);
-      const float* middle = tile_.input.data() + i;
+      constexpr std::size_t kInputs = 5;
+      std::array<std::array<float, area>, kInputs> step;  // of each input from the middle of the block
+      int pixel = 0;
+      for (int v = top; v < top + kBlockPx; ++v)
+        for (int u = left; u < left + kBlockPx; ++u, ++pixel) {
+          const cv::Vec3b& color = bgr(v, u);
+          const auto at = static_cast<std::size_t>(pixel);
+          for (std::size_t c = 0; c < 3; ++c) step[c][at] = unit[c][color[static_cast<int>(c)]];
+          step[3][at] = column_[static_cast<std::size_t>(u)];
+          step[4][at] = row_[static_cast<std::size_t>(v)];
+          pixels_[static_cast<std::size_t>(count + pixel)] = v * bgr.cols + u;
+        }
+      for (std::size_t k = 0; k < kInputs; ++k) {
+        const float middle = tile_.input[k * kNetworkTile + static_cast<std::size_t>(i)];
+        for (float& value : step[k]) value -= middle;
+      }
       for (std::size_t o = 0; o < 2; ++o) {
         const float* by = jacobian_.of_output[o].data() + i;
         const float at_middle = tile_.output[o * kNetworkTile + static_cast<std::size_t>(i)];
         float* angle = angles_.data() + o * kNetworkTile + static_cast<std::size_t>(count);
-        for (int v = top; v < top + kBlockPx; ++v)
-          for (int u = left; u < left + kBlockPx; ++u) {
-            const cv::Vec3b& color = bgr(v, u);
-            *angle++ =
-                at_middle + by[0] * (unit[0][color[0]] - middle[0]) +
-                by[kNetworkTile] * (unit[1][color[1]] - middle[kNetworkTile]) +
-                by[2 * kNetworkTile] * (unit[2][color[2]] - middle[2 * kNetworkTile]) +
-                by[3 * kNetworkTile] * (column_[static_cast<std::size_t>(u)] - middle[3 * kNetworkTile]) +
-                by[4 * kNetworkTile] * (row_[static_cast<std::size_t>(v)] - middle[4 * kNetworkTile]);
-          }
+        for (std::size_t p = 0; p < area; ++p)
+          angle[p] = at_middle + by[0] * step[0][p] + by[kNetworkTile] * step[1][p] +
+                     by[2 * kNetworkTile] * step[2][p] + by[3 * kNetworkTile] * step[3][p] +
+                     by[4 * kNetworkTile] * step[4][p];
       }
-      for (int v = top; v < top + kBlockPx; ++v)
-        for (int u = left; u < left + kBlockPx; ++u)
-          pixels_[static_cast<std::size_t>(count++)] = v * bgr.cols + u;
+      count += area;
       if (count == kNetworkTile || i + 1 == blocks) {
         write_slopes(count);
         count = 0;
