@@ -130,7 +130,7 @@ TEST(StudyPlots, SpeedAgainstAccuracy) {
 TEST(StudyPlots, Parsimony) {
   if (!can_draw()) GTEST_SKIP() << "no matplotlib";
   ScanSpec spec;
-  spec.object.name = "coin";
+  spec.object.name = "pebble";
   spec.motion.frames = 30;
   const TemporaryFolder scan;
   DataFolderOptions options;

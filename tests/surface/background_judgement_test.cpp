@@ -146,7 +146,7 @@ TEST(JudgeBackground, DirtAndTears) {
 
 TEST(JudgeBackground, Markers) {
   EXPECT_THAT(judge(with_markers(bare_gel(), 9, 7, 9)), ElementsAre(HasSubstr("the gel has 63 markers, 3")));
-  const auto dense = find_marker_dots(with_markers(bare_gel(), 16, 12, 9));
+  const auto dense = find_marker_dots(with_markers(bare_gel(), 16, 12, 11));
   ASSERT_TRUE(dense);
   EXPECT_FALSE(dense->are_readable());
   EXPECT_THAT(dense->sentence(), HasSubstr("too little is left"));

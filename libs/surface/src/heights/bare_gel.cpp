@@ -164,7 +164,7 @@ BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat
   solve();
   add_correction(height_px);
   for (int v = 0; v < height_px.rows; v += kCellPx)
-    for (int u = 0; u < height_px.cols; ++u)
+    for (int u = 0; u < height_px.cols; u += kBlockPx)
       if (bare_(v / kCellPx, u / kCellPx)) scratch_.push_back(std::abs(height_px(v, u)));
   return {true, 1.4826F * quantile_in_place(scratch_, 0.5)};
 }

@@ -19,6 +19,9 @@ constexpr int kWrongValueIn = 500;  // fewer than one in 500 are left to the rob
 
 constexpr double kDarkShare = 0.5;  // of the background's brightness
 constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave 0.74
+// By this much lens and JPEG spread a spot: slopes of real presses between markers are read as well as with
+// 4, and flatter with 2.
+constexpr int kSpreadPx = 3;
 constexpr int kSmoothRounds = 20;   // over a dot of ten pixels' radius
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
 constexpr int kFailingLightIn = 8;  // more than one in 8 pixels dark: the light fails, and no spot is there
@@ -76,7 +79,7 @@ GELSLAM_CLONES bool may_show_spots(const unsigned char* value, const unsigned ch
 }  // namespace
 
 void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread) {
-  constexpr int side = 2 * kBlockPx + 1;  // a spot is spread over a block
+  constexpr int side = 2 * kSpreadPx + 1;
   cv::dilate(spots, spread, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
 }
 
