@@ -44,7 +44,7 @@ def main():
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/gelslam")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/marker_study")
     parser.add_argument("--objects", nargs="+", default=["pebble", "peanut"])
-    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
+    parser.add_argument("--seeds", nargs="+", type=int, default=list(range(1, 9)))
     parser.add_argument("--frames", type=int, default=600)
     parser.add_argument("--spacing", type=float, default=2.0, help="of the dots, mm")
     arguments = parser.parse_args()
