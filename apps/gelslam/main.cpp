@@ -1,9 +1,9 @@
-#include <opencv2/core/utility.hpp>
 #include <algorithm>
 #include <csignal>
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <opencv2/core/utility.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -128,7 +128,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file over its limit is a failed write, which is reported and cleaned up
-  cv::setNumThreads(1);
+  cv::setNumThreads(1);           // pictures are small, and our own threads do the work
   try {
     return gelslam::run(argc, argv);
   } catch (const gelslam::Error& error) {

@@ -1,6 +1,6 @@
-#include <opencv2/core/utility.hpp>
 #include <exception>
 #include <iostream>
+#include <opencv2/core/utility.hpp>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
@@ -47,7 +47,7 @@ int run(int argc, char** argv) {
 }  // namespace gelslam::lab
 
 int main(int argc, char** argv) {
-  cv::setNumThreads(1);
+  cv::setNumThreads(1);  // pictures are small, and our own threads do the work
   try {
     return gelslam::lab::run(argc, argv);
   } catch (const std::exception& error) {

@@ -218,7 +218,7 @@ void PoissonSolver::solve_columns() {
 }
 
 cv::Mat1f PoissonSolver::solve(const cv::Mat1f& gx, const cv::Mat1f& gy) {
-  [[maybe_unused]] const FlushDenormals flush;
+  [[maybe_unused]] const FlushDenormals flush{};
   source_.setTo(0.0F);
   for (int v = 0; v < size_.height; ++v) add_row_divergence(gx[v], source_[v], size_.width);
   for (int v = 0; v + 1 < size_.height; ++v) {

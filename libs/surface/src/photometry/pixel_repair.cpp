@@ -56,22 +56,13 @@ bool is_full(const unsigned char* value, const unsigned char* above, int i) {
   return (a & b) | (b & c) | (c & a);
 }
 
-/// False where no pixel of a row is dark or full. Without comparisons, which compilers do not make vectors
-/// of.
+/// False where no pixel of a row is dark or full.
 GELSLAM_CLONES bool may_show_spots(const unsigned char* value, const unsigned char* below,
                                    const unsigned char* above, int count) {
-  const auto excess = [](unsigned char a, unsigned char b) {
-    return static_cast<unsigned char>(std::max(a, b) - b);
-  };
   unsigned char found = 0;
   for (int i = 0; i + 2 < count; ++i) {
-    const unsigned char dark =
-        std::min(std::min(excess(below[i], value[i]), excess(below[i + 1], value[i + 1])),
-                 excess(below[i + 2], value[i + 2]));
-    const unsigned char a = excess(value[i], above[i]), b = excess(value[i + 1], above[i + 1]),
-                        c = excess(value[i + 2], above[i + 2]);
-    const unsigned char full = std::max(std::min(a, b), std::min(std::max(a, b), c));
-    found |= std::max(dark, full);
+    const unsigned char seen = is_dark(value, below, i) | is_full(value, above, i);
+    found |= seen;
   }
   return found != 0;
 }

@@ -42,7 +42,7 @@ class PixelRepair {
   cv::Mat3b median_, median_difference_;
   cv::Mat3b background_;
   cv::Mat3b dark_below_, full_above_;  // of each channel
-  cv::Mat1b dots_;  // of the background; empty without markers
+  cv::Mat1b dots_;                     // of the background; empty without markers
   cv::Mat1b covered_;
   cv::Mat1b spots_, dark_;
   cv::Mat1b readable_;  // 1 where colors tell the slope, else 0
