@@ -1,3 +1,5 @@
+#include "photometry/light.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -136,6 +138,25 @@ TEST(Light, IsNotWhatAPressChanges) {
           << depth_mm << " mm at " << u;
     }
   }
+}
+
+// A shallow touch changes colors by little more than noise; the contact of the frame before tells that it is
+// no light.
+TEST(Light, IsReadBesideTheLastContact) {
+  cv::Mat3f background(60, 80);
+  for (int v = 0; v < background.rows; ++v)
+    for (int u = 0; u < background.cols; ++u) background(v, u) = cv::Vec3d(90.0 + u, 100.0 + v, 150.0 - u);
+  cv::Mat3f frame = background.clone();
+  cv::Mat1b touched(background.size(), static_cast<unsigned char>(0));
+  const cv::Range face(0, 60);
+  touched.colRange(face).setTo(255);
+  frame.colRange(face) += cv::Scalar::all(1.2);
+  const auto brighter = [&](const cv::Mat1b& contact) {
+    const auto light = surface::detail::LightTracker(background).update(frame, contact).channels[0];
+    return light[0] * 120 + light[1] - 120;
+  };
+  EXPECT_NEAR(brighter(touched), 0.0, 0.01);
+  EXPECT_GT(brighter({}), 0.5);
 }
 
 // Neither of a lamp that is out nor of pictures of something else is any light believed; all is well when
