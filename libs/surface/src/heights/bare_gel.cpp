@@ -9,6 +9,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/target_clones.hpp"
 #include "gelslam/surface/slopes.hpp"
+#include "lanes.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
@@ -23,8 +24,7 @@ constexpr double kLeastBareShare = 0.05;  // of the picture; less is no referenc
 constexpr float kMostFall = 0.3F;
 constexpr float kLeastFallPx = 3 * kBareHeightPx;
 
-typedef float Lanes __attribute__((vector_size(32)));
-constexpr int kLanes = 8, kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
+constexpr int kPanel = 4 * kLanes;  // columns at a time, for which vector registers suffice
 
 /// Solves a symmetric band system by Cholesky decomposition; x: the right side, then the solution, and stride
 /// zeros. Row i of the band has 2 stride numbers: columns i .. i + stride - 1, then zeros.

@@ -3,6 +3,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "lanes.hpp"
+
 namespace gelslam::surface::detail {
 
 /// Cosine transform of the rows of an image and its inverse (Lee, IEEE Trans. ASSP 1984), eight rows at once.
@@ -14,8 +16,6 @@ class RowTransform {
   void inverse(const cv::Mat1f& spectrum, cv::Mat1f& rows);
 
  private:
-  static constexpr int kLanes = 8;
-  typedef float Lanes __attribute__((vector_size(32), may_alias));
   void forward_lanes(Lanes* x, Lanes* room, std::size_t n, const float* secant) const;
   void inverse_lanes(Lanes* x, Lanes* room, std::size_t n, const float* secant) const;
   template <class Transform>

@@ -17,7 +17,7 @@ constexpr int kGateHalvings =
     3;  // where the light changed suddenly, the gate is this much wider and closes on it
 constexpr double kLeastShare = 0.1;  // of all blocks, to believe in a light; twice as many in an uneven one
 constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
-constexpr int kMuchOf = 100;             // of the blocks that agree; a fit that changes fewer has converged
+constexpr int kConvergedIn = 100;  // a fit after which fewer than one in 100 agreeing blocks change is done
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
 // Variance of the background's brightness below which gain and offset cannot be told apart, and the gain
@@ -126,13 +126,12 @@ int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& exclu
                                  double gate) {
   const double squared_gate = gate * gate;
   if (light.is_even())
-    return select_by_even_light(blocks[0], background_[0], excluded.empty() ? none_[0] : excluded[0],
-                                blocks.total(), light, static_cast<float>(squared_gate), inliers_[0]);
+    return select_by_even_light(blocks[0], background_[0], excluded[0], blocks.total(), light,
+                                static_cast<float>(squared_gate), inliers_[0]);
   int count = 0;
   for (int row = 0; row < blocks.rows; ++row) {
     const double y = unit_place(row, blocks.rows);
     const double row_gain = light.row_gain.empty() ? 1.0 : light.row_gain[static_cast<std::size_t>(row)];
-    const unsigned char* is_excluded = excluded.empty() ? nullptr : excluded[row];
     for (int column = 0; column < blocks.cols; ++column) {
       const cv::Vec3f &now = blocks(row, column), &background = background_(row, column);
       double squared_residual = 0.0;
@@ -148,8 +147,7 @@ int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& exclu
         const double residual = now[static_cast<int>(c)] - row_gain * expected;
         squared_residual += residual * residual;
       }
-      const bool agrees =
-          squared_residual < squared_gate && (is_excluded == nullptr || is_excluded[column] == 0);
+      const bool agrees = squared_residual < squared_gate && excluded(row, column) == 0;
       inliers_(row, column) = agrees ? 1 : 0;
       count += agrees ? 1 : 0;
     }
@@ -234,7 +232,7 @@ Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excl
     ratios.clear();
     for (int row = 0; row < blocks.rows; ++row) {
       for (int column = 0; column < blocks.cols; ++column) {
-        if (!excluded.empty() && excluded(row, column) != 0) continue;
+        if (excluded(row, column) != 0) continue;
         ratios.push_back(blocks(row, column)[channel] / std::max(background_(row, column)[channel], 1.0F));
       }
     }
@@ -252,7 +250,7 @@ std::vector<double> LightTracker::fit_rows(const cv::Mat3f& blocks, const cv::Ma
   for (int row = 0; row < blocks.rows; ++row) {
     ratios.clear();
     for (int column = 0; column < blocks.cols; ++column) {
-      if (!excluded.empty() && excluded(row, column) != 0) continue;
+      if (excluded(row, column) != 0) continue;
       double seen = 0.0, expected = 0.0;
       for (std::size_t c = 0; c < 3; ++c) {
         seen += blocks(row, column)[static_cast<int>(c)];
@@ -272,7 +270,7 @@ LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::M
                                             const Light& expected, Light light) {
   const int enough = static_cast<int>(kLeastShare * static_cast<double>(blocks.total()));
   int agree = select_inliers(blocks, excluded, light, kGateLevels), before = 0;
-  for (int iteration = 0; iteration < 3 && kMuchOf * std::abs(agree - before) > agree; ++iteration) {
+  for (int iteration = 0; iteration < 3 && kConvergedIn * std::abs(agree - before) > agree; ++iteration) {
     if (agree < enough || !fit_even(blocks, expected, light)) return {};
     before = agree;
     agree = select_inliers(blocks, excluded, light, kGateLevels);
@@ -340,7 +338,7 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   // Light that was not followed looks like contact all over.
   const bool is_believable = bare >= kLeastShare * total;
   if (!is_believable) bare = total;
-  const cv::Mat1b excluded = is_believable ? touched : cv::Mat1b();
+  const cv::Mat1b& excluded = is_believable && !touched.empty() ? touched : none_;
   Light even;
   for (std::size_t c = 0; c < 3; ++c) even.channels[c] = {light_.channels[c][0], light_.channels[c][1]};
   const int agree_last = select_inliers(blocks, excluded, even, kGateLevels);

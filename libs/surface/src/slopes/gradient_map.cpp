@@ -6,6 +6,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/target_clones.hpp"
 #include "gelslam/surface/slopes.hpp"
+#include "lanes.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
@@ -15,10 +16,6 @@ namespace {
 constexpr float kMaxAngleRad = 1.5F;  // keeps tan finite; no gel is steeper
 // Range of a color within a block up to which the network is taken to be linear there.
 constexpr int kSmoothLevels = 10;
-
-// Eight floats at once; the compiler splits or joins them for the instruction set.
-typedef float Lanes __attribute__((vector_size(32)));
-constexpr std::size_t kLanes = 8;
 
 }  // namespace
 
@@ -143,7 +140,7 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
     int count = 0;
     for (int i = 0; i < blocks; ++i) {
       const auto [left, top] = corner(i);
-      constexpr std::size_t kInputs = 5;
+      constexpr std::size_t kInputs = GradientModel::kSizes.front();
       std::array<std::array<float, area>, kInputs> step;  // of each input from the middle of the block
       int pixel = 0;
       for (int v = top; v < top + kBlockPx; ++v)
@@ -163,10 +160,9 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
         const float* by = jacobian_.of_output[o].data() + i;
         const float at_middle = tile_.output[o * kNetworkTile + static_cast<std::size_t>(i)];
         float* angle = angles_.data() + o * kNetworkTile + static_cast<std::size_t>(count);
-        for (std::size_t p = 0; p < area; ++p)
-          angle[p] = at_middle + by[0] * step[0][p] + by[kNetworkTile] * step[1][p] +
-                     by[2 * kNetworkTile] * step[2][p] + by[3 * kNetworkTile] * step[3][p] +
-                     by[4 * kNetworkTile] * step[4][p];
+        std::fill_n(angle, area, at_middle);
+        for (std::size_t k = 0; k < kInputs; ++k)
+          for (std::size_t p = 0; p < area; ++p) angle[p] += by[k * kNetworkTile] * step[k][p];
       }
       count += area;
       if (count == kNetworkTile || i + 1 == blocks) {
