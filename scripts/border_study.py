@@ -4,8 +4,8 @@
 Simulates a sensor, its calibration by ball presses and scans (`gelslam simulate scan --place`), runs `gelslam track` and
 prints one row per case: share of the touched frames that are tracked, mean error of the pose in its trial (geometric mean over
 the six axes, a degree counted as 0.087 mm) and its ratio to the middle, the same ratio for the error at the middle of the
-contact (the pose is that of the sensor's origin, where a tilt counts in z by its lever), and the root mean square of error over stated
-standard deviation for each axis. A ratio of 1.5 and 0.7 to 1.4 are the aims. silent: as in scripts/silent_failures.py.
+contact (the pose is that of the sensor's origin, where a tilt counts in z by its lever), and the root mean square of error
+over stated standard deviation for each axis. A ratio of 1.5 and 0.7 to 1.4 are the aims. silent: as in scripts/silent_failures.py.
 
 Example: scripts/border_study.py --cases narrow_right
 """
@@ -19,7 +19,7 @@ import statistics
 import subprocess
 import sys
 
-from check_sequences import MM_PER_DEG
+from check_sequences import AXES, geometric_mean
 from silent_failures import between, count, errors, joined, read_poses
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -54,8 +54,7 @@ def at_contact(error, center_mm):
 
 def mean_error(frames):
     """Geometric mean over the axes of the mean absolute errors, in mm."""
-    means = [statistics.fmean(map(abs, axis)) * (1 if i < 3 else MM_PER_DEG) for i, axis in enumerate(zip(*frames))]
-    return math.exp(statistics.fmean(math.log(max(m, 1e-9)) for m in means))
+    return geometric_mean({name: max(statistics.fmean(map(abs, axis)), 1e-9) for name, axis in zip(AXES, zip(*frames))})
 
 
 def track(program, folder, extra):
