@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 
+#include "gelslam/core/target_clones.hpp"
 #include "photometry/blocks.hpp"
 
 namespace gelslam::surface::detail {
@@ -15,6 +17,7 @@ constexpr double kDepthShare = 0.3, kDeepShare = 0.25;
 constexpr double kLeastLimitMm = 0.015;  // what the network's own noise integrates to
 constexpr float kScattersAboveGel = 4.0F;
 constexpr double kLeastColorLevels = 4.0;  // noise of a block mean stays below
+constexpr int kStretchPx = 32;             // looked at together
 constexpr int kFewPixels = 50;             // a depth that fewer pixels reach is noise
 constexpr double kBlurSigmaBlocks = 1.2;
 constexpr int kBlurRadiusBlocks = 2;
@@ -47,6 +50,18 @@ void add_margin(const cv::Mat1f& inner, int margin, cv::Mat1f& padded) {
           extrapolate([&](int k) { return padded(margin + last_row - k, u); }, i, inner.rows);
     }
   }
+}
+
+GELSLAM_CLONES bool any_below(const float* value, int count, float bound) {
+  int found = 0;
+  for (int i = 0; i < count; ++i) found |= value[i] < bound ? 1 : 0;
+  return found != 0;
+}
+
+/// With a margin, within the image.
+cv::Rect grown(const cv::Rect& box, int margin, cv::Size image) {
+  if (box.empty()) return box;
+  return (box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect({}, image);
 }
 
 cv::Mat square(int side_px) { return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)); }
@@ -85,10 +100,12 @@ double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter
     bound = scratch_.back();
   };
   for (int v = 0; v < height_mm.rows; ++v)
-    for (const float* height = height_mm[v]; height != height_mm[v] + height_mm.cols; ++height) {
-      if (*height >= bound) continue;
-      scratch_.push_back(*height);
-      if (scratch_.size() == room) keep_deepest();
+    for (int left = 0; left < height_mm.cols; left += kStretchPx) {
+      const float* const height = height_mm[v] + left;
+      const int count = std::min(kStretchPx, height_mm.cols - left);
+      if (!any_below(height, count, bound)) continue;
+      std::copy_if(height, height + count, std::back_inserter(scratch_), [&](float h) { return h < bound; });
+      if (scratch_.size() > room) keep_deepest();
     }
   if (scratch_.empty()) return floor_mm;
   keep_deepest();
@@ -128,11 +145,7 @@ void ContactDetector::close_gaps(cv::Mat1b& contact) {
   cv::bitwise_or(contact, closed_, contact);
 }
 
-void ContactDetector::fill_small_holes(cv::Mat1b& whole_contact) {
-  const cv::Rect box = cv::boundingRect(whole_contact);  // an enclosed hole does not reach its border
-  if (box.empty()) return;
-  cv::Mat1b contact = whole_contact(box);
-  const cv::Mat1b below = below_(box);
+void ContactDetector::fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contact) {
   cv::bitwise_not(contact, holes_);
   const int count = cv::connectedComponentsWithStats(holes_, labels_, stats_, centroids_, 4, CV_32S);
   const int largest_px = 8 * half_gap_px_ * 8 * half_gap_px_;
@@ -156,14 +169,17 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, 
   cv::compare(height_mm, -limit_mm, below_, cv::CMP_LT);
   pressure_.find(height_mm, pixel_pitch_mm, pressed_);
   cv::bitwise_and(below_, pressed_, contact);
-  close_gaps(contact);
-  fill_small_holes(contact);
   // Slivers and the border's blur grow with depth; a faint touch is small and thin itself.
   const auto scaled = [deep](int half_px) {
     return square(2 * std::max(1, static_cast<int>(std::lround(half_px * deep))) + 1);
   };
-  cv::morphologyEx(contact, contact, cv::MORPH_OPEN, scaled(half_gap_px_));
-  cv::erode(contact, contact, scaled(half_gap_px_ / 2));
+  if (const cv::Rect box = grown(cv::boundingRect(contact), half_gap_px_ + 1, contact.size()); !box.empty()) {
+    cv::Mat1b inside = contact(box);
+    close_gaps(inside);
+    fill_small_holes(below_(box), inside);
+    cv::morphologyEx(inside, inside, cv::MORPH_OPEN, scaled(half_gap_px_));
+    cv::erode(inside, inside, scaled(half_gap_px_ / 2));
+  }
   keep_colored_pieces(block_difference, std::max(kLeastColorLevels, rule_.color_dist_threshold * deep),
                       contact);
 }

@@ -51,8 +51,8 @@ class ContactDetector {
   /// the outline straight ahead, in steps that no object has.
   void close_gaps(cv::Mat1b& contact);
   /// Flat fields between raised parts are hardly pressed, but touched: small holes that are deep enough are
-  /// filled.
-  void fill_small_holes(cv::Mat1b& contact);
+  /// filled. `below`: where they are; a hole that reaches the border of `contact` is open.
+  void fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contact);
   double depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm);
   void keep_colored_pieces(const cv::Mat3f& block_difference, double color_threshold, cv::Mat1b& contact);
 
