@@ -66,6 +66,7 @@ TEST(BareGel, LiesAtZeroOnBothSidesOfAContactThatSpansThePicture) {
   PoissonSolver poisson(kSensor);
   cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
   const BareGelLeveler::Result gel = BareGelLeveler(kSensor).level(height, in_blocks(reading.changed));
+  height = poisson.pixels(height);
   EXPECT_TRUE(gel.seen);
   for (int v = 0; v < kSensor.height; v += 20)
     for (int u = 0; u < kSensor.width; u += 4) {
@@ -87,7 +88,7 @@ TEST(BareGel, ErrorsAreSpreadWhereSlopesAreLeastCertain) {
     PoissonSolver poisson(kSensor);
     cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
     BareGelLeveler(kSensor, known).level(height, in_blocks(reading.changed));
-    return kPitchMm * height(120, 250);
+    return kPitchMm * poisson.pixels(height)(120, 250);
   };
   EXPECT_LT(std::abs(deepest_mm(confidence) + 1.0), 0.5 * std::abs(deepest_mm(cv::Mat1b()) + 1.0));
 }
@@ -104,6 +105,7 @@ TEST(BareGel, AFlatFaceThatTouchesIsNotBare) {
   PoissonSolver poisson(kSensor);
   cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
   EXPECT_TRUE(BareGelLeveler(kSensor).level(height, in_blocks(reading.changed)).seen);
+  height = poisson.pixels(height);
   EXPECT_NEAR(kPitchMm * height(120, 160), -0.5, 0.01);
   EXPECT_NEAR(kPitchMm * height(10, 10), 0.0, 0.01);
 }
@@ -120,25 +122,26 @@ TEST(BareGel, AFieldInsideARaisedRimIsNotBare) {
   PoissonSolver poisson(kSensor);
   cv::Mat1f height = poisson.solve(reading.gx, reading.gy);
   EXPECT_TRUE(BareGelLeveler(kSensor).level(height, in_blocks(reading.changed)).seen);
+  height = poisson.pixels(height);
   EXPECT_NEAR(height(120, 160), -4, 0.1);
   EXPECT_NEAR(height(10, 10), 0, 0.1);
 }
 
 TEST(BareGel, CorrectsNothingWhereHeightsAreRight) {
   for (const cv::Size size : {kSensor, cv::Size(162, 121), cv::Size(121, 162)}) {
-    cv::Mat1f height(size, 0.0F);
+    cv::Mat1f height((size.height + 1) / 2, (size.width + 1) / 2);  // of squares
     cv::Mat1b changed(size, static_cast<unsigned char>(0));
     const cv::Point center(size.width / 2, size.height / 2);
     for (int v = 0; v < size.height; ++v)
       for (int u = 0; u < size.width; ++u) {
         const double r = std::hypot(u - center.x, v - center.y);
-        height(v, u) = static_cast<float>(-8 * std::max(0.0, 1 - r / 30) + 3);  // up to a constant
+        height(v / 2, u / 2) = static_cast<float>(-8 * std::max(0.0, 1 - r / 30) + 3);  // up to a constant
         changed(v, u) = r < 34 ? 255 : 0;
       }
     const BareGelLeveler::Result gel = BareGelLeveler(size).level(height, in_blocks(changed));
     EXPECT_TRUE(gel.seen);
-    EXPECT_NEAR(height(center), -8, 0.02);
-    EXPECT_NEAR(height(2, 2), 0, 0.01);
+    EXPECT_NEAR(height(center / 2), -8, 0.4);  // a tip that falls by 0.27 per pixel
+    EXPECT_NEAR(height(1, 1), 0, 0.01);
     EXPECT_LT(gel.scatter_px, 0.01);
   }
 }

@@ -80,9 +80,7 @@ struct SurfaceEstimator::Impl {
     const BareGelLeveler::Result gel = leveler.level(height_px, changed_blocks);
     scatter_mm = gel.scatter_px * static_cast<float>(options.pixel_pitch_mm);
     bare_gel_seen = gel.seen;
-    cv::Mat1f height_mm;
-    height_px.convertTo(height_mm, CV_32F, options.pixel_pitch_mm);
-    return height_mm;
+    return poisson.pixels(height_px, static_cast<float>(options.pixel_pitch_mm));
   }
 
   // Blocks the next frame's light must not be read from.
@@ -151,7 +149,7 @@ SurfacePtr SurfaceEstimator::estimate(const cv::Mat3b& image) {
   self.timings.contact_ms = watch.lap_ms();
 
   surface->normals = normals_from_gradient(self.gx, self.gy);
-  surface->curvature = curvature_in_contact(self.poisson, surface->contact);
+  surface->curvature = curvature_in_contact(self.gx, self.gy, surface->contact);
   self.timings.normals_ms = watch.lap_ms();
   return surface;
 }

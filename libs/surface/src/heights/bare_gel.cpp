@@ -16,6 +16,7 @@ namespace gelslam::surface::detail {
 namespace {
 
 constexpr int kCellPx = 2 * kBlockPx;
+constexpr int kBlockSquares = kBlockPx / 2, kCellSquares = kCellPx / 2;  // PoissonSolver's
 constexpr float kBareSlopeRad = 0.01F;    // what unchanged gel may tilt; color changes show more
 constexpr float kBareHeightPx = 0.15F;    // 0.01 mm on a GelSight Mini
 constexpr double kLeastBareShare = 0.05;  // of the picture; less is no reference
@@ -32,18 +33,25 @@ GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
   for (int i = 0; i < count; ++i) {
     float* const row = band + 2 * i * stride;
     for (float* part = row; part != row + stride; part += kPanel) {
-      Lanes sum[kPanel / kLanes], other;
-      std::memcpy(sum, part, sizeof sum);
-      // What was computed last comes last: the others need not wait for it.
-      for (int j = std::min(stride - 1, i); j > 0; --j) {
+      // Two sums: a processor adds to one while the other waits. What was computed last comes last.
+      Lanes sum[2][kPanel / kLanes] = {}, other;
+      std::memcpy(sum, part, sizeof sum[0]);
+      const auto subtract = [&](int j, Lanes* from) {
         const float* const above = part - 2 * j * stride + j;
         const float factor = row[-2 * j * stride + j];
         for (int k = 0; k < kPanel / kLanes; ++k) {
           std::memcpy(&other, above + k * kLanes, sizeof other);
-          sum[k] -= factor * other;
+          from[k] -= factor * other;
         }
+      };
+      int j = std::min(stride - 1, i);
+      for (; j > 1; j -= 2) {
+        subtract(j, sum[0]);
+        subtract(j - 1, sum[1]);
       }
-      std::memcpy(part, sum, sizeof sum);
+      if (j == 1) subtract(1, sum[0]);
+      for (int k = 0; k < kPanel / kLanes; ++k) sum[0][k] += sum[1][k];
+      std::memcpy(part, sum, sizeof sum[0]);
     }
     const float scale = 1.0F / std::sqrt(row[0]);
     for (int k = 0; k < stride; ++k) row[k] *= scale;
@@ -65,8 +73,7 @@ GELSLAM_CLONES void solve_band(float* band, float* x, int count, int stride) {
 }  // namespace
 
 BareGelLeveler::BareGelLeveler(cv::Size size, const cv::Mat1b& confidence)
-    : size_(size),
-      grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
+    : grid_((size.width + kCellPx - 1) / kCellPx, (size.height + kCellPx - 1) / kCellPx),
       changed_variance_(grid_, static_cast<float>(kBestSlopeSigmaRad * kBestSlopeSigmaRad)) {
   if (confidence.empty()) return;
   cv::Mat1f known;
@@ -147,9 +154,9 @@ void BareGelLeveler::solve() {
 }
 
 void BareGelLeveler::add_correction(cv::Mat1f& height_px) {
-  cv::resize(correction_, fine_, cv::Size(grid_.width * kCellPx, grid_.height * kCellPx), 0, 0,
+  cv::resize(correction_, fine_, cv::Size(grid_.width * kCellSquares, grid_.height * kCellSquares), 0, 0,
              cv::INTER_LINEAR);
-  height_px += fine_(cv::Rect(cv::Point(), size_));
+  height_px += fine_(cv::Rect(cv::Point(), height_px.size()));
 }
 
 BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat1b& changed) {
@@ -163,9 +170,9 @@ BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat
   }
   solve();
   add_correction(height_px);
-  for (int v = 0; v < height_px.rows; v += kCellPx)
-    for (int u = 0; u < height_px.cols; u += kBlockPx)
-      if (bare_(v / kCellPx, u / kCellPx)) scratch_.push_back(std::abs(height_px(v, u)));
+  for (int v = 0; v < height_px.rows; v += kCellSquares)
+    for (int u = 0; u < height_px.cols; u += kBlockSquares)
+      if (bare_(v / kCellSquares, u / kCellSquares)) scratch_.push_back(std::abs(height_px(v, u)));
   return {true, 1.4826F * quantile_in_place(scratch_, 0.5)};
 }
 

@@ -15,15 +15,15 @@ namespace gelslam::surface::detail {
 /// more than errors of slopes explain: such pieces of unchanged gel are not bare.
 class BareGelLeveler {
  public:
-  /// `confidence`: confidence_map(); empty: slopes are known equally well everywhere.
+  /// `size`: of the picture; `confidence`: confidence_map(); empty: slopes are known equally well everywhere.
   explicit BareGelLeveler(cv::Size size, const cv::Mat1b& confidence = {});
 
   struct Result {
     bool seen = false;        ///< enough bare gel; else the level is a guess: the object covers the whole gel
     float scatter_px = 0.0F;  ///< of the bare gel's heights, about 0
   };
-  /// `height_px` (HxW, in pixels) in place; `changed`: a block mask (block_grid()), 0 where the picture shows
-  /// no change.
+  /// `height_px` (as PoissonSolver::solve() returns it) in place; `changed`: a block mask (block_grid()), 0
+  /// where the picture shows no change.
   Result level(cv::Mat1f& height_px, const cv::Mat1b& changed);
 
  private:
@@ -32,7 +32,7 @@ class BareGelLeveler {
   void solve();
   void add_correction(cv::Mat1f& height_px);
 
-  cv::Size size_, grid_;
+  cv::Size grid_;
   cv::Mat1f changed_variance_;     // of slopes in cells that changed
   cv::Mat1f height_, correction_;  // of the cells: mean height, d
   cv::Mat1b bare_;                 // cells

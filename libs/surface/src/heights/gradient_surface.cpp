@@ -41,11 +41,11 @@ SurfacePtr GradientSurfaces::make(const cv::Mat1f& gx, const cv::Mat1f& gy, cons
   cv::Mat1b blocks;
   gather_blocks(disturbed, blocks);
   surface->zero_is_bare_gel = impl_->leveler.level(height_px, blocks).seen;
-  height_px.convertTo(surface->height_mm, CV_32F, impl_->pixel_pitch_mm);
+  surface->height_mm = impl_->poisson.pixels(height_px, static_cast<float>(impl_->pixel_pitch_mm));
   cv::erode(touched != 0, surface->contact, impl_->border);
   surface->contact_pixels = cv::countNonZero(surface->contact);
   surface->normals = normals_from_gradient(gx, gy);
-  surface->curvature = curvature_in_contact(impl_->poisson, surface->contact);
+  surface->curvature = curvature_in_contact(gx, gy, surface->contact);
   return surface;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
@@ -32,19 +33,80 @@ class FlushDenormals {
 #endif
 };
 
-// The transform halves its length at least once; an odd width is solved on a grid with its last column
+// The transform halves its length at least once; an odd number of squares is solved with the last one
 // doubled.
 int even(int length) { return length + length % 2; }
 
-// source += d(edge gradient) along one row, with no flux through both ends.
-void add_row_divergence(const float* gx, float* source, int width) {
-  float before = 0.0F;
-  for (int u = 0; u + 1 < width; ++u) {
-    const float after = 0.5F * (gx[u] + gx[u + 1]);
-    source[u] += after - before;
-    before = after;
+struct GradientRow {
+  const float *gx, *gy;
+};
+
+// Of squares of four pixels: height differences from the middle of a square half way to its neighbors', so
+// that those of two neighbors add up to what their eight pixels' edge gradients say; and a quarter of how far
+// opposite corners lie above the others.
+struct SquareRow {
+  float *rightward, *leftward, *downward, *upward, *twist;
+};
+constexpr int kStepsPerSquare = 5;
+
+// Row v of them; nothing beyond the image.
+SquareRow square_row(cv::Mat1f steps, int v) {
+  const int first = kStepsPerSquare * v;
+  if (first < 0 || first >= steps.rows) return {};
+  return {steps[first], steps[first + 1], steps[first + 2], steps[first + 3], steps[first + 4]};
+}
+
+// No difference between the last two.
+void double_last(const SquareRow& row, std::size_t squares) {
+  const std::size_t last = squares - 1;
+  row.leftward[last] = -row.rightward[last - 1];
+  row.downward[last] = row.downward[last - 1];
+  row.upward[last] = row.upward[last - 1];
+}
+
+// From two rows of gradients. What is missing of an odd last square is like what is there.
+GELSLAM_CLONES void join_squares(const GradientRow& upper, const GradientRow& lower, std::size_t width,
+                                 const SquareRow& to) {
+  const auto join = [&](std::size_t u, std::size_t left, std::size_t right) {
+    const float x_left = upper.gx[left] + lower.gx[left], x_right = upper.gx[right] + lower.gx[right];
+    const float y_upper = upper.gy[left] + upper.gy[right], y_lower = lower.gy[left] + lower.gy[right];
+    to.rightward[u] = 0.125F * x_left + 0.375F * x_right;
+    to.leftward[u] = 0.375F * x_left + 0.125F * x_right;
+    to.downward[u] = 0.125F * y_upper + 0.375F * y_lower;
+    to.upward[u] = 0.375F * y_upper + 0.125F * y_lower;
+    to.twist[u] = 0.0625F * (x_left + x_right - 2 * (upper.gx[left] + upper.gx[right]) + y_upper + y_lower -
+                             2 * (upper.gy[left] + lower.gy[left]));
+  };
+#pragma GCC ivdep
+  for (std::size_t u = 0; u < width / 2; ++u) join(u, 2 * u, 2 * u + 1);
+  if (width % 2 != 0) join(width / 2, width - 1, width - 1);
+}
+
+// The inverse, given the mean heights of the squares.
+GELSLAM_CLONES void split_squares(const float* middle, const SquareRow& from, std::size_t squares,
+                                  float scale, float* upper, float* lower) {
+#pragma GCC ivdep
+  for (std::size_t u = 0; u < squares; ++u) {
+    const float height = scale * middle[u], twist = scale * from.twist[u];
+    const float to_right = 0.25F * scale * (from.rightward[u] + from.leftward[u]),
+                down = 0.25F * scale * (from.downward[u] + from.upward[u]);
+    upper[2 * u] = height - to_right - down + twist;
+    upper[2 * u + 1] = height + to_right - down - twist;
+    lower[2 * u] = height - to_right + down - twist;
+    lower[2 * u + 1] = height + to_right + down + twist;
   }
-  source[width - 1] -= before;
+}
+
+// Divergence of the differences between squares. Nothing flows through the border of the image.
+GELSLAM_CLONES void square_divergence(const SquareRow& above, const SquareRow& row, const SquareRow& below,
+                                      std::size_t squares, float* source) {
+  std::fill_n(source, squares, 0.0F);
+  for (std::size_t u = 0; u + 1 < squares; ++u) source[u] += row.rightward[u] + row.leftward[u + 1];
+  for (std::size_t u = 1; u < squares; ++u) source[u] -= row.rightward[u - 1] + row.leftward[u];
+  if (above.downward != nullptr)
+    for (std::size_t u = 0; u < squares; ++u) source[u] -= above.downward[u] + row.upward[u];
+  if (below.upward != nullptr)
+    for (std::size_t u = 0; u < squares; ++u) source[u] += row.downward[u] + below.upward[u];
 }
 
 // The constant along rows: second differences in v alone, integrated twice in double because nothing damps
@@ -185,9 +247,11 @@ void RowTransform::inverse(const cv::Mat1f& spectrum, cv::Mat1f& rows) {
 
 PoissonSolver::PoissonSolver(cv::Size size)
     : size_(size),
-      transform_(even(size.width)),
-      pivot_(size.height, even(size.width)),
-      source_(pivot_.size()) {
+      grid_((size.width + 1) / 2, (size.height + 1) / 2),
+      transform_(even(grid_.width)),
+      pivot_(grid_.height, even(grid_.width)),
+      steps_(kStepsPerSquare * grid_.height, even(grid_.width)),
+      solution_(pivot_.size()) {
   for (int k = 0; k < pivot_.cols; ++k) {
     const double eigenvalue = 2.0 - 2.0 * std::cos(std::numbers::pi * k / pivot_.cols);
     double pivot = 0.0;
@@ -200,80 +264,103 @@ PoissonSolver::PoissonSolver(cv::Size size)
   }
 }
 
-void PoissonSolver::solve_columns() {
-  const int rows = spectrum_.rows, columns = spectrum_.cols;
-  integrate_constant(spectrum_);
+GELSLAM_CLONES void PoissonSolver::solve_columns() {
+  const int rows = solution_.rows, columns = solution_.cols;
+  integrate_constant(solution_);
   for (int v = 0; v < rows; ++v) {
     const float* pivot = pivot_[v];
-    const float* above = v == 0 ? nullptr : spectrum_[v - 1];
-    float* row = spectrum_[v];
+    const float* above = v == 0 ? nullptr : solution_[v - 1];
+    float* row = solution_[v];
     for (int k = 1; k < columns; ++k) row[k] = ((above == nullptr ? 0.0F : above[k]) - row[k]) * pivot[k];
   }
   for (int v = rows - 2; v >= 0; --v) {
     const float* pivot = pivot_[v];
-    const float* below = spectrum_[v + 1];
-    float* row = spectrum_[v];
+    const float* below = solution_[v + 1];
+    float* row = solution_[v];
     for (int k = 1; k < columns; ++k) row[k] += pivot[k] * below[k];
   }
 }
 
 cv::Mat1f PoissonSolver::solve(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   [[maybe_unused]] const FlushDenormals flush{};
-  source_.setTo(0.0F);
-  for (int v = 0; v < size_.height; ++v) add_row_divergence(gx[v], source_[v], size_.width);
-  for (int v = 0; v + 1 < size_.height; ++v) {
-    const float* upper = gy[v];
-    const float* lower = gy[v + 1];
-    float* source = source_[v];
-    float* next = source_[v + 1];
-    for (int u = 0; u < size_.width; ++u) {
-      const float flux = 0.5F * (upper[u] + lower[u]);
-      source[u] += flux;
-      next[u] -= flux;
-    }
+  const auto width = static_cast<std::size_t>(size_.width), squares = static_cast<std::size_t>(steps_.cols);
+  for (int v = 0; v < grid_.height; ++v) {
+    const int upper = 2 * v, lower = std::min(upper + 1, size_.height - 1);
+    const SquareRow row = square_row(steps_, v);
+    join_squares({gx[upper], gy[upper]}, {gx[lower], gy[lower]}, width, row);
+    if (grid_.width < steps_.cols) double_last(row, squares);
   }
-  if (source_.cols > size_.width) {
-    // The doubled column has no flux to its neighbor, and along itself what its neighbor has.
-    float before = 0.0F;
-    for (int v = 0; v < size_.height; ++v) {
-      const float after =
-          v + 1 < size_.height ? 0.5F * (gy(v, size_.width - 1) + gy(v + 1, size_.width - 1)) : 0.0F;
-      source_(v, size_.width) = after - before;
-      before = after;
-    }
-  }
-  spectrum_.create(source_.size());
-  height_.create(source_.size());
-  transform_.forward(source_, spectrum_);
+  for (int v = 0; v < grid_.height; ++v)
+    square_divergence(square_row(steps_, v - 1), square_row(steps_, v), square_row(steps_, v + 1), squares,
+                      solution_[v]);
+  transform_.forward(solution_, solution_);
   solve_columns();
-  transform_.inverse(spectrum_, height_);
-  return height_(cv::Rect(cv::Point(), size_));
+  transform_.inverse(solution_, solution_);
+  return solution_(cv::Rect(cv::Point(), grid_));
 }
 
-cv::Mat1f PoissonSolver::divergence() const { return source_(cv::Rect(cv::Point(), size_)); }
+cv::Mat1f PoissonSolver::pixels(const cv::Mat1f& squares, float scale) const {
+  cv::Mat1f height(2 * grid_.height, 2 * grid_.width);
+  for (int v = 0; v < grid_.height; ++v)
+    split_squares(squares[v], square_row(steps_, v), static_cast<std::size_t>(grid_.width), scale,
+                  height[2 * v], height[2 * v + 1]);
+  return height(cv::Rect(cv::Point(), size_));
+}
+
+namespace {
+
+GELSLAM_CLONES void normals_of_row(const float* gx, const float* gy, std::size_t length, float* out) {
+  std::size_t u = 0;
+  for (; u + kLanes <= length; u += kLanes) {
+    Lanes x, y;
+    std::memcpy(&x, gx + u, sizeof x);
+    std::memcpy(&y, gy + u, sizeof y);
+    Lanes z = 1.0F + x * x + y * y;
+    for (int lane = 0; lane < kLanes; ++lane) z[lane] = std::sqrt(z[lane]);
+    z = 1.0F / z;
+    x *= -z;
+    y *= -z;
+    const Lanes low = __builtin_shufflevector(x, y, 0, 8, 1, 9, 2, 10, 3, 11),
+                high = __builtin_shufflevector(x, y, 4, 12, 5, 13, 6, 14, 7, 15),
+                middle = __builtin_shufflevector(low, high, 5, 6, 7, 0, 8, 9, 10, 11);
+    const Lanes first = __builtin_shufflevector(low, z, 0, 1, 8, 2, 3, 9, 4, 5),
+                second = __builtin_shufflevector(middle, z, 10, 1, 2, 11, 4, 5, 12, 6),
+                third = __builtin_shufflevector(high, z, 3, 13, 4, 5, 14, 6, 7, 15);
+    std::memcpy(out + 3 * u, &first, sizeof first);
+    std::memcpy(out + 3 * u + kLanes, &second, sizeof second);
+    std::memcpy(out + 3 * u + 2 * kLanes, &third, sizeof third);
+  }
+  for (; u < length; ++u) {
+    const float z = 1.0F / std::sqrt(1.0F + gx[u] * gx[u] + gy[u] * gy[u]);
+    out[3 * u] = -gx[u] * z;
+    out[3 * u + 1] = -gy[u] * z;
+    out[3 * u + 2] = z;
+  }
+}
+
+}  // namespace
 
 cv::Mat3f normals_from_gradient(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   cv::Mat3f normals(gx.size());
-  for (int v = 0; v < gx.rows; ++v) {
-    const float* x = gx[v];
-    const float* y = gy[v];
-    float* out = normals[v]->val;
-    for (int u = 0; u < gx.cols; ++u) {
-      const float z = 1.0F / std::sqrt(1.0F + x[u] * x[u] + y[u] * y[u]);
-      out[3 * u] = -x[u] * z;
-      out[3 * u + 1] = -y[u] * z;
-      out[3 * u + 2] = z;
-    }
-  }
+  for (int v = 0; v < gx.rows; ++v)
+    normals_of_row(gx[v], gy[v], static_cast<std::size_t>(gx.cols), normals[v]->val);
   return normals;
 }
 
-cv::Mat1f curvature_in_contact(const PoissonSolver& solved, const cv::Mat1b& contact) {
+cv::Mat1f divergence(const cv::Mat1f& gx, const cv::Mat1f& gy) {
+  cv::Mat1f by_x, by_y;
+  cv::Sobel(gx, by_x, CV_32F, 1, 0, 1, 0.5, 0.0, cv::BORDER_REPLICATE);
+  cv::Sobel(gy, by_y, CV_32F, 0, 1, 1, 0.5, 0.0, cv::BORDER_REPLICATE);
+  by_x += by_y;
+  return by_x;
+}
+
+cv::Mat1f curvature_in_contact(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& contact) {
   cv::Mat1f curvature(contact.size(), 0.0F);
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return curvature;
   cv::Mat1f inside = curvature(box);
-  cv::GaussianBlur(solved.divergence()(box), inside, cv::Size(5, 5), 0.0);
+  cv::GaussianBlur(divergence(gx(box), gy(box)), inside, cv::Size(5, 5), 0.0);
   clip_curvature_to_contact(contact(box), inside);
   return curvature;
 }

@@ -11,7 +11,7 @@ namespace gelslam::surface::detail {
 class RowTransform {
  public:
   explicit RowTransform(int length);
-  /// X_k = sum_i x_i cos(pi (i + 1/2) k / length). Images are as wide as that.
+  /// X_k = sum_i x_i cos(pi (i + 1/2) k / length). Images are as wide as that, and may be the same.
   void forward(const cv::Mat1f& rows, cv::Mat1f& spectrum);
   void inverse(const cv::Mat1f& spectrum, cv::Mat1f& rows);
 
@@ -26,36 +26,40 @@ class RowTransform {
   std::vector<float> secants_, cosines_;
 };
 
-/// Least-squares height from gradients on a grid, with Neumann (free) borders: the discrete Poisson equation
-/// solved exactly, by the cosine transform along rows and a tridiagonal system per frequency along columns.
-/// Edge gradient = mean of its two pixels; source = divergence of the edge gradients. (The same solution as a
-/// two-dimensional cosine transform with eigenvalues (2cos(pi k/W)-2)+(2cos(pi l/H)-2), in half its time.) A
+/// Least-squares height from gradients, with Neumann (free) borders. Unknowns are the mean heights of squares
+/// of four pixels. Edge gradient between two pixels = mean of theirs; difference between two squares = sum of
+/// the edge gradients between their middles. The discrete Poisson equation of these differences is solved
+/// exactly, by the cosine transform along rows and a tridiagonal system per frequency along columns. A
 /// consistent gradient field comes back exactly, up to a constant.
 class PoissonSolver {
  public:
   explicit PoissonSolver(cv::Size size);
 
-  /// gx, gy: HxW, height difference per pixel step. Returns HxW heights in pixels, up to a constant (a view
-  /// of the work buffer, valid until the next call).
+  /// gx, gy: HxW, height difference per pixel step. Returns the heights of the squares, ceil(H/2) x
+  /// ceil(W/2), in pixels and up to a constant (a view of the work buffer, valid until the next call).
   cv::Mat1f solve(const cv::Mat1f& gx, const cv::Mat1f& gy);
 
-  /// The divergence of the last solve's edge gradients, HxW: inside the image the central difference
-  /// d(gx)/dx + d(gy)/dy, hence the Laplacian of height in 1/pixel.
-  cv::Mat1f divergence() const;
+  /// Heights of the pixels, HxW, in units of 1/`scale` pixels. `squares`: what solve() returned; smooth
+  /// heights may have been added.
+  cv::Mat1f pixels(const cv::Mat1f& squares, float scale = 1.0F) const;
 
  private:
   void solve_columns();
 
-  cv::Size size_;
+  cv::Size size_, grid_;  // grid_: of squares
   RowTransform transform_;
-  cv::Mat1f pivot_;  // inverse pivots of the tridiagonal systems, one column per frequency
-  cv::Mat1f source_, spectrum_, height_;
+  cv::Mat1f pivot_;             // inverse pivots of the tridiagonal systems, one column per frequency
+  cv::Mat1f steps_, solution_;  // steps_: between squares
 };
+
+/// The divergence of gradients (HxW), 1/pixel: inside the image the central difference d(gx)/dx + d(gy)/dy,
+/// hence the Laplacian of height.
+cv::Mat1f divergence(const cv::Mat1f& gx, const cv::Mat1f& gy);
 
 /// Unit normals (-gx, -gy, 1) normalized.
 cv::Mat3f normals_from_gradient(const cv::Mat1f& gx, const cv::Mat1f& gy);
 
-/// Curvature as Surface has it, from the divergence of the solver's last gradients.
-cv::Mat1f curvature_in_contact(const PoissonSolver& solved, const cv::Mat1b& contact);
+/// Curvature as Surface has it.
+cv::Mat1f curvature_in_contact(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& contact);
 
 }  // namespace gelslam::surface::detail

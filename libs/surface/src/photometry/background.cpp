@@ -93,9 +93,10 @@ std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, doub
   cv::magnitude(local_part(gradient.background_gx(), 3.0, 16.0),
                 local_part(gradient.background_gy(), 3.0, 16.0), slope);
   PoissonSolver poisson(mean.size());
-  const cv::Mat1f height = poisson.solve(gradient.background_gx(), gradient.background_gy()).clone();
+  const cv::Mat1f height = poisson.pixels(poisson.solve(gradient.background_gx(), gradient.background_gy()));
   cv::Mat1f curvature;
-  cv::GaussianBlur(poisson.divergence().clone(), curvature, cv::Size(), 4.0, 4.0, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(divergence(gradient.background_gx(), gradient.background_gy()), curvature, cv::Size(), 4.0,
+                   4.0, cv::BORDER_REPLICATE);
   const double slope_99 = percentile(inside_border(slope), 0.99);
   const double curvature_99 = percentile(inside_border(curvature), 0.995);
   if (slope_99 < kBareSlope && curvature_99 < kImprintCurvature) return {};

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/target_clones.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
@@ -17,6 +18,10 @@ constexpr float kQuartilesAboveNoise = 4.5F;
 // Six times a camera's noise. A quartile beyond it is no noise, but a texture that covers the whole gel.
 constexpr float kMostNoiseLevels = 2.2F;
 constexpr int kMarginBlocks = 2;
+
+GELSLAM_CLONES void add_row(const unsigned char* pixels, int channels, unsigned short* sums) {
+  for (int i = 0; i < channels; ++i) sums[i] = static_cast<unsigned short>(sums[i] + pixels[i]);
+}
 
 }  // namespace
 
@@ -35,10 +40,7 @@ void BlockAverager::average(const cv::Mat3b& bgr, cv::Mat3f& means) {
     const int first = row * kBlockPx;
     const int height = std::min(kBlockPx, bgr.rows - first);
     std::fill(column_sums_.begin(), column_sums_.end(), static_cast<unsigned short>(0));
-    for (int v = first; v < first + height; ++v) {
-      const unsigned char* pixels = bgr[v]->val;
-      for (int i = 0; i < channels; ++i) sums[i] = static_cast<unsigned short>(sums[i] + pixels[i]);
-    }
+    for (int v = first; v < first + height; ++v) add_row(bgr[v]->val, channels, sums);
     for (int column = 0; column < means.cols; ++column) {
       const int left = column * kBlockPx;
       const int width = std::min(kBlockPx, bgr.cols - left);

@@ -101,7 +101,7 @@ SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& cor
   auto surface = std::make_shared<Surface>(read);
   surface->normals = normals_from_gradient(self.gx, self.gy);
   const auto pitch_mm = static_cast<float>(read.pixel_pitch_mm);
-  const cv::Mat1f change_px = self.poisson.solve(self.dx, self.dy);
+  const cv::Mat1f change_px = self.poisson.pixels(self.poisson.solve(self.dx, self.dy));
   const float level = change_of_bare_gel(change_px, read, self.scratch);
   surface->height_mm = read.height_mm.clone();
   for (int v = 0; v < change_px.rows; ++v)
