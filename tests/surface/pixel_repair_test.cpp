@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <vector>
@@ -99,6 +100,26 @@ TEST(Highlights, ShinesNeitherThroughTheHeightsNorTheContact) {
   cv::Mat differing = surface->contact != undisturbed->contact;
   EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50);
   for (const cv::Point& place : kOnGel) EXPECT_EQ(surface->contact(place), 0) << place;
+}
+
+// As above: what is filled in is as wide. Also in a brighter light, of which the ring is no part.
+TEST(Highlights, ARingThatFillsNoChannelIsNeitherHeightNorContact) {
+  const cv::Mat1f truth = ball_press(kSensor, kPitchMm, 160, 120, 4.75, 0.6);
+  for (const double brighter : {1.0, 1.2}) {
+    cv::Mat3b image = render(truth, kPitchMm, 1.0, 2);
+    image *= brighter;
+    const SurfacePtr undisturbed = surface_of(image);
+    for (int v = 0; v < image.rows; ++v)
+      for (int u = 0; u < image.cols; ++u) {
+        const double across_px = (std::hypot(u - 190, v - 120) - 32) / 2;
+        image(v, u) +=
+            cv::Vec3b::all(cv::saturate_cast<unsigned char>(100 * std::exp(-0.5 * across_px * across_px)));
+      }
+    const SurfacePtr surface = surface_of(image);
+    EXPECT_LT(cv::norm(surface->height_mm, truth, cv::NORM_INF), 0.03) << brighter;
+    cv::Mat differing = surface->contact != undisturbed->contact;
+    EXPECT_LT(cv::countNonZero(differing), undisturbed->contact_pixels / 50) << brighter;
+  }
 }
 
 TEST(Highlights, AloneIsNoContact) {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <vector>
 
+#include "gelslam/core/median.hpp"
 #include "gelslam/core/target_clones.hpp"
 #include "gelslam/surface/background.hpp"
 #include "photometry/blocks.hpp"
@@ -22,9 +24,11 @@ constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave
 // By this much lens and JPEG spread a spot: slopes of real presses between markers are read as well as with
 // 4, and flatter with 2.
 constexpr int kSpreadPx = 3;
-constexpr int kSmoothRounds = 20;   // over a dot of ten pixels' radius
+constexpr int kSmoothRounds = 20;  // over a dot of ten pixels' radius
+// No slope brightens all colors by more: it takes from one what it gives to another. Real presses reach 30.
+constexpr int kMostBrighter = 35;
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
-constexpr int kFailingLightIn = 8;  // more than one in 8 pixels dark: the light fails, and no spot is there
+constexpr int kOtherLightIn = 8;    // more than one in 8 pixels dark, or bright: the light changed
 
 /// Values of a row that lie further beyond those of both neighbors than `levels`.
 GELSLAM_CLONES int count_outliers(const unsigned char* value, int count, unsigned char levels) {
@@ -51,17 +55,25 @@ bool has_wrong_values(const cv::Mat3b& bgr) {
 bool is_dark(const unsigned char* value, const unsigned char* below, int i) {
   return (value[i] < below[i]) & (value[i + 1] < below[i + 1]) & (value[i + 2] < below[i + 2]);
 }
-bool is_full(const unsigned char* value, const unsigned char* above, int i) {
-  const bool a = value[i] > above[i], b = value[i + 1] > above[i + 1], c = value[i + 2] > above[i + 2];
+bool may_be_bright(const unsigned char* value, const unsigned char* above, int i) {
+  return (value[i] > above[i]) & (value[i + 1] > above[i + 1]) & (value[i + 2] > above[i + 2]);
+}
+bool is_bright(const cv::Vec3b& color, const cv::Vec3b& background, const cv::Vec3f& gain) {
+  for (int c = 0; c < 3; ++c)
+    if (color[c] <= gain[c] * background[c] + kMostBrighter) return false;
+  return true;
+}
+bool is_full(const unsigned char* value, int i) {
+  const bool a = value[i] >= kFullLevel, b = value[i + 1] >= kFullLevel, c = value[i + 2] >= kFullLevel;
   return (a & b) | (b & c) | (c & a);
 }
 
-/// False where no pixel of a row is dark or full.
+/// False where no pixel of a row is dark, bright or full.
 GELSLAM_CLONES bool may_show_spots(const unsigned char* value, const unsigned char* below,
                                    const unsigned char* above, int count) {
   unsigned char found = 0;
   for (int i = 0; i + 2 < count; ++i) {
-    const unsigned char seen = is_dark(value, below, i) | is_full(value, above, i);
+    const unsigned char seen = is_dark(value, below, i) | may_be_bright(value, above, i) | is_full(value, i);
     found |= seen;
   }
   return found != 0;
@@ -79,14 +91,11 @@ PixelRepair::PixelRepair(const cv::Mat3b& background) {
   const auto markers = find_marker_dots(background_);
   if (markers) fill_background(markers->mask);
   background_.convertTo(dark_below_, CV_8U, markers ? kInkShare : kDarkShare);
-  full_above_ = cv::Mat3b(background.size(), cv::Vec3b::all(kFullLevel - 1));
-  for (int v = 0; v < background.rows; ++v)
-    for (int u = 0; u < background.cols; ++u) {
-      cv::Vec3b &dark = dark_below_(v, u), &full = full_above_(v, u);
-      const bool is_lit = *std::min_element(dark.val, dark.val + 3) >= kUnlitLevel;
-      dark = is_lit ? dark + cv::Vec3b::all(1) : cv::Vec3b();
-      if (is_full(background_(v, u).val, full.val, 0)) full = cv::Vec3b::all(255);
-    }
+  cv::add(background_, cv::Scalar::all(kMostBrighter), bright_above_);
+  for (cv::Vec3b& dark : dark_below_) {
+    const bool is_lit = *std::min_element(dark.val, dark.val + 3) >= kUnlitLevel;
+    dark = is_lit ? dark + cv::Vec3b::all(1) : cv::Vec3b();
+  }
 }
 
 void PixelRepair::fill_background(const cv::Mat1b& dots) {
@@ -121,20 +130,43 @@ const cv::Mat3b& PixelRepair::replace_wrong_values(const cv::Mat3b& bgr) {
   return median_;
 }
 
+/// The median ratio to the background of every 64th pixel, at least 1.
+cv::Vec3f PixelRepair::gain_of_light(const cv::Mat3b& bgr) const {
+  cv::Vec3f gain;
+  std::vector<float> ratios;
+  for (int c = 0; c < 3; ++c) {
+    ratios.clear();
+    for (int v = 0; v < bgr.rows; v += 8)
+      for (int u = 0; u < bgr.cols; u += 8)
+        ratios.push_back(static_cast<float>(bgr(v, u)[c]) /
+                         std::max(static_cast<float>(background_(v, u)[c]), 1.0F));
+    gain[c] = std::max(1.0F, quantile_in_place(ratios, 0.5));
+  }
+  return gain;
+}
+
 /// Fills readable_; false where all of the picture is.
 bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
   spots_ = cv::Mat1b::zeros(bgr.size());
   dark_ = cv::Mat1b::zeros(bgr.size());
+  bright_ = cv::Mat1b::zeros(bgr.size());
+  std::optional<cv::Vec3f> gain;
   for (int v = 0; v < bgr.rows; ++v) {
-    const unsigned char *value = bgr[v]->val, *below = dark_below_[v]->val, *above = full_above_[v]->val;
+    const unsigned char *value = bgr[v]->val, *below = dark_below_[v]->val, *above = bright_above_[v]->val;
     if (!may_show_spots(value, below, above, 3 * bgr.cols)) continue;
+    if (!gain) gain = gain_of_light(bgr);
     for (int u = 0; u < bgr.cols; ++u) {
       dark_(v, u) = is_dark(value, below, 3 * u) ? 255 : 0;
-      spots_(v, u) = is_full(value, above, 3 * u) ? 255 : 0;
+      bright_(v, u) = is_bright(bgr(v, u), background_(v, u), *gain) ? 255 : 0;
+      spots_(v, u) = is_full(value, 3 * u) && !is_full(background_(v, u).val, 0) ? 255 : 0;
     }
   }
-  const int dark = cv::countNonZero(dark_), ink = dots_.empty() ? 0 : cv::countNonZero(dots_);
-  if ((dark - ink) * kFailingLightIn < static_cast<int>(bgr.total())) spots_ |= dark_;
+  const auto is_other_light = [&](int pixels) {
+    return pixels * kOtherLightIn >= static_cast<int>(bgr.total());
+  };
+  const int ink = dots_.empty() ? 0 : cv::countNonZero(dots_);
+  if (!is_other_light(cv::countNonZero(dark_) - ink)) spots_ |= dark_;
+  if (!is_other_light(cv::countNonZero(bright_))) spots_ |= bright_;
   if (cv::countNonZero(spots_) == 0 && dots_.empty()) return false;
   spread_spots(spots_, spots_);
   if (!dots_.empty()) spots_ |= dots_;
