@@ -16,10 +16,10 @@ namespace gelslam::surface::detail {
 namespace {
 
 constexpr int kCellPx = 2 * kBlockPx;
-constexpr int kBlockSquares = kBlockPx / 2, kCellSquares = kCellPx / 2;  // PoissonSolver's
-constexpr float kBareSlopeRad = 0.01F;    // what unchanged gel may tilt; color changes show more
-constexpr float kBareHeightPx = 0.15F;    // 0.01 mm on a GelSight Mini
-constexpr double kLeastBareShare = 0.05;  // of the picture; less is no reference
+constexpr int kCellSquares = kCellPx / 2;  // PoissonSolver's
+constexpr float kBareSlopeRad = 0.01F;     // what unchanged gel may tilt; color changes show more
+constexpr float kBareHeightPx = 0.15F;     // 0.01 mm on a GelSight Mini
+constexpr double kLeastBareShare = 0.05;   // of the picture; less is no reference
 // Slopes that are read too flat on one flank of a contact let bare gel beyond it come out too low by a share
 // of the contact's depth. Pressed faces lie lower than that.
 constexpr float kMostFall = 0.3F;
@@ -171,7 +171,7 @@ BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat
   solve();
   add_correction(height_px);
   for (int v = 0; v < height_px.rows; v += kCellSquares)
-    for (int u = 0; u < height_px.cols; u += kBlockSquares)
+    for (int u = 0; u < height_px.cols; u += kCellSquares / 2)
       if (bare_(v / kCellSquares, u / kCellSquares)) scratch_.push_back(std::abs(height_px(v, u)));
   return {true, 1.4826F * quantile_in_place(scratch_, 0.5)};
 }
