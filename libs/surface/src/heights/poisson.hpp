@@ -49,6 +49,7 @@ class PoissonSolver {
   cv::Size size_, grid_;  // grid_: of squares
   RowTransform transform_;
   cv::Mat1f pivot_;             // inverse pivots of the tridiagonal systems, one column per frequency
+  cv::Mat1f gx_, gy_;           // of the last solve
   cv::Mat1f steps_, solution_;  // steps_: between squares
 };
 
