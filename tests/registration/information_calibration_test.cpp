@@ -120,5 +120,20 @@ TEST(Information, LessIsKnownOfALongerMotion) {
   EXPECT_GT(sigma_rad(motion(0, 0, 0, 1.5, 0), 0), 1.5 * still);
 }
 
+// Gel that hangs beside a narrow part gets steeper as it is pressed deeper. Where one flank is seen, that
+// looks like tilting toward it; slopes to all sides cancel out.
+TEST(Information, LessIsKnownOfATiltOnOneFlankPressedDeeper) {
+  const Field field = textured_plane(1);
+  const auto sigma_rad = [&](double slope_deg, double deeper_mm) {
+    const Pose above = motion(0, slope_deg, 0, 0, 0, 0.5), first_T_second = motion(0, 0, 0, 0, 0, deeper_mm);
+    const SurfacePtr first = touch(field, above), second = touch(field, above * first_T_second);
+    const RegistrationResult result =
+        register_normal_flow(NormalFlowReference(second, {}), *first, first_T_second, {});
+    return std::sqrt(Matrix6d(result.information.inverse())(1, 1));
+  };
+  EXPECT_GT(sigma_rad(10, 0.2), 3 * sigma_rad(10, 0));
+  EXPECT_GT(sigma_rad(10, 0.2), 5 * sigma_rad(0, 0.2));
+}
+
 }  // namespace
 }  // namespace gelslam

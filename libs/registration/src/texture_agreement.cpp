@@ -44,6 +44,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const Eigen::Matrix3f back = rotation.transpose();
   const auto inverse_pitch = static_cast<float>(1.0 / target.pixel_pitch_mm);
   SampleMatrix read = SampleMatrix::Zero(), common = read, moments = read;
+  Eigen::Matrix<float, kParameters, 1> by_slopes = Eigen::Matrix<float, kParameters, 1>::Zero();
   const std::size_t step = thinning(residuals);
   const auto stride = static_cast<float>(step);
   for (std::size_t k = 0; k < residuals.weight.size(); k += step) {
@@ -68,9 +69,12 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
     read += w * here.transpose() * here;
     common += w * here.transpose() * there;
     moments += w * gel_pattern(s, k);
+    const Eigen::Vector3f normal(s.nx[k], s.ny[k], s.nz[k]), flat(s.nx[k], s.ny[k], 0);
+    by_slopes += w * here.transpose() * (flat - flat.squaredNorm() * normal);
   }
   TextureAgreement texture;
   texture.read = read.cast<double>();
+  texture.by_slopes = by_slopes.cast<double>();
   texture.common = 0.5 * (common + common.transpose()).cast<double>();
   texture.pattern = gel_pattern_per_mm * gel_pattern_per_mm * moments.cast<double>();
   return texture;
@@ -86,6 +90,7 @@ ObservableDirections observable_directions(const TextureAgreement& texture, doub
   const auto count = at_least(least_share);
   const Directions basis = eigen.eigenvectors().rightCols(count);
   ObservableDirections result;
+  result.by_slopes = scale.ldlt().solve(texture.by_slopes);
   result.updated = eigen.eigenvectors().rightCols(at_least(kShareToUpdate * least_share));
   result.measures = scale * basis;  // of the eigenvectors' inverse, transposed
   for (int i = 0; i < count; ++i) {
