@@ -16,7 +16,7 @@ constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide = 0.005;
 // Of the slopes, how much belongs to gel that hangs beside what presses: it gets steeper as it is pressed
 // deeper. Leaves errors as large as their sigma at the borders of the gel, where one flank is seen.
-constexpr double kHangingShare = 0.5;
+constexpr double kHangingShare = 0.4;
 
 /// The motion of the shared center from the reference to the target, in the reference's axes.
 struct CenterMotion {
