@@ -68,9 +68,9 @@ Matrix5d information_of_normals(const ObservableDirections& directions, double p
 
 /// The motion that hanging gel pretends, where another depth was pressed: one standard deviation, about the
 /// reference's origin. Flanks on both sides pretend none.
-Vector6d pull_of_hanging_gel(const ObservableDirections& directions, const RegistrationResult& result) {
-  const Eigen::Vector3d& center = result.shared_center_mm;
-  const double deeper = std::min(1.0, std::abs(motion_of(result).shift_mm.z() / center.z()));
+Vector6d pull_of_hanging_gel(const ObservableDirections& directions, const CenterMotion& motion,
+                             const Eigen::Vector3d& center) {
+  const double deeper = std::min(1.0, std::abs(motion.shift_mm.z() / center.z()));
   Vector6d pull;
   pull.head<kParameters>() = kHangingShare * deeper * directions.by_slopes;
   pull[5] = -pull.head<3>().cross(center).z();  // the center's height is read
@@ -93,11 +93,11 @@ Matrix6d pose_information(const ObservableDirections& directions, bool heights_k
   noise(5, 5) += 1.0 / (height_sigma_mm * height_sigma_mm);
 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
-  const Vector6d variance =
-      motion_variance(motion_of(result), directions.count() == kParameters, model_sigma, options);
+  const CenterMotion motion = motion_of(result);
+  const Vector6d variance = motion_variance(motion, directions.count() == kParameters, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
-  const Vector6d hang = pull_of_hanging_gel(directions, result);
+  const Vector6d hang = pull_of_hanging_gel(directions, motion, result.shared_center_mm);
   const Vector6d pulled = information * hang;
   information -= pulled * pulled.transpose() / (1.0 + hang.dot(pulled));
   return 0.5 * (information + information.transpose());

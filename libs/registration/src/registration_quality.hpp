@@ -19,8 +19,8 @@ struct TextureAgreement {
   Matrix5d read = Matrix5d::Zero();  ///< Σ w JᵀJ: the object and noise
   /// Σ w JᵀJ', J' from the target's gradients, symmetric: the object alone
   Matrix5d common = Matrix5d::Zero();
-  Vector5d by_slopes = Vector5d::Zero();  ///< Σ w Jᵀ dn, dn: of slopes that grow, per share of them
   Matrix5d pattern = Matrix5d::Zero();    ///< what moves with the gel (the model's unevenness) adds to both
+  Vector5d by_slopes = Vector5d::Zero();  ///< Σ w Jᵀ dn, dn: of slopes that grow, per share of them
 };
 
 TextureAgreement compare_texture(const Samples& samples, const Surface& target,
@@ -39,8 +39,8 @@ struct ObservableDirections {
   Directions measures;
   Directions updated;         ///< these and weaker ones: worth moving along, though not to be relied on
   std::vector<double> share;  ///< of what was read along each, that is common to both: 0..1
-  Vector5d by_slopes = Vector5d::Zero();  ///< motion per share by which all slopes grow
   std::vector<double> pattern_share;      ///< of what is common, that may move with the gel: 0..1
+  Vector5d by_slopes = Vector5d::Zero();  ///< motion per share by which all slopes grow
   int count() const { return static_cast<int>(share.size()); }
 };
 

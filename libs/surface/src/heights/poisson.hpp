@@ -40,7 +40,7 @@ class PoissonSolver {
   cv::Mat1f solve(const cv::Mat1f& gx, const cv::Mat1f& gy);
 
   /// Heights of the pixels, HxW, in units of 1/`scale` pixels. `squares`: what solve() returned; smooth
-  /// heights may have been added.
+  /// heights may have been added. The gradients given to solve() must still be there.
   cv::Mat1f pixels(const cv::Mat1f& squares, float scale = 1.0F) const;
 
  private:

@@ -17,10 +17,11 @@ void spread_spots(const cv::Mat1b& spots, cv::Mat1b& spread);
 /// background by more than slopes explain, or less than half as bright, do not tell how steep the gel is.
 /// Their difference to the background, and that of the neighbors into which the lens spreads them, is filled
 /// in from around, so that a spot is neither a contact nor a texture. What the background shows itself is
-/// left alone. (On the real presses of three sensors no pixel is below 0.74 of its background.) Markers: on a
-/// gel with printed dots (find_marker_dots) the background is filled in under them, too. A picture's spots
-/// are then what is darker than the gel without dots, wherever its dots have moved, and the places of the
-/// dots in the background.
+/// left alone. (On the real presses of three sensors no pixel is below 0.74 of its background.)
+///
+/// Markers: on a gel with printed dots (find_marker_dots) the background is filled in under them, too. A
+/// picture's spots are then what is darker than the gel without dots, wherever its dots have moved, and the
+/// places of the dots in the background.
 class PixelRepair {
  public:
   explicit PixelRepair(const cv::Mat3b& background);
