@@ -58,15 +58,14 @@ GELSLAM_CLONES bool any_below(const float* value, int count, float bound) {
   return found != 0;
 }
 
-/// With a margin, within the image.
+cv::Mat square(int side_px) { return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)); }
+
+}  // namespace
+
 cv::Rect grown(const cv::Rect& box, int margin, cv::Size image) {
   if (box.empty()) return box;
   return (box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect({}, image);
 }
-
-cv::Mat square(int side_px) { return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(side_px, side_px)); }
-
-}  // namespace
 
 void PressureMap::find(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& pressed) {
   cv::resize(height_mm, depth_, block_grid(height_mm.size()), 0, 0, cv::INTER_AREA);

@@ -8,6 +8,9 @@ namespace gelslam::surface::detail {
 /// Over which the gel's membrane rim decays around a contact.
 inline constexpr double kRimLengthMm = 1.4;
 
+/// The box with a margin, within the image; an empty one stays empty.
+cv::Rect grown(const cv::Rect& box, int margin, cv::Size image);
+
 /// Where something presses on the gel, as opposed to the membrane rim, where the gel only hangs between what
 /// presses and the rest (own). The gel is modeled as a stretched membrane on an elastic foundation: pressure
 /// is proportional to d - λ² Δd for a depth d. It vanishes on a membrane rim (which decays with the length

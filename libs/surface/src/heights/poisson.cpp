@@ -12,6 +12,7 @@
 
 #include "gelslam/core/target_clones.hpp"
 #include "gelslam/surface/surface.hpp"
+#include "heights/contact_mask.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
@@ -130,16 +131,6 @@ void integrate_constant(cv::Mat1f& spectrum) {
     spectrum(v, 0) = static_cast<float>(height);
     flux += source;
     height += flux;
-  }
-}
-
-void clip_curvature_to_contact(const cv::Mat1b& contact, cv::Mat1f& curvature) {
-  for (int v = 0; v < curvature.rows; ++v) {
-    const unsigned char* inside = contact[v];
-    float* value = curvature[v];
-    for (int u = 0; u < curvature.cols; ++u) {
-      value[u] = inside[u] != 0 ? std::clamp(value[u], -kMaxCurvature, kMaxCurvature) : 0.0F;
-    }
   }
 }
 
@@ -379,12 +370,16 @@ cv::Mat1f divergence(const cv::Mat1f& gx, const cv::Mat1f& gy) {
 }
 
 cv::Mat1f curvature_in_contact(const cv::Mat1f& gx, const cv::Mat1f& gy, const cv::Mat1b& contact) {
-  cv::Mat1f curvature(contact.size(), 0.0F);
+  constexpr int kSmoothedPx = 2;  // to each side
+  cv::Mat1f curvature(contact.size(), 0.0F), smooth;
   const cv::Rect box = cv::boundingRect(contact);
   if (box.empty()) return curvature;
-  cv::Mat1f inside = curvature(box);
-  cv::GaussianBlur(divergence(gx(box), gy(box)), inside, cv::Size(5, 5), 0.0);
-  clip_curvature_to_contact(contact(box), inside);
+  const cv::Rect around = grown(box, kSmoothedPx, contact.size());
+  cv::GaussianBlur(divergence(gx(around), gy(around)), smooth,
+                   cv::Size(2 * kSmoothedPx + 1, 2 * kSmoothedPx + 1), 0.0);
+  cv::min(smooth, kMaxCurvature, smooth);
+  cv::max(smooth, -kMaxCurvature, smooth);
+  smooth(box - around.tl()).copyTo(curvature(box), contact(box));
   return curvature;
 }
 
