@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 #include <vector>
 
 #include "gelslam/core/median.hpp"
@@ -145,22 +144,29 @@ cv::Vec3f PixelRepair::gain_of_light(const cv::Mat3b& bgr) const {
   return gain;
 }
 
+std::vector<int> PixelRepair::rows_that_may_show_spots(const cv::Mat3b& bgr) const {
+  std::vector<int> rows;
+  for (int v = 0; v < bgr.rows; ++v)
+    if (may_show_spots(bgr[v]->val, dark_below_[v]->val, bright_above_[v]->val, 3 * bgr.cols))
+      rows.push_back(v);
+  return rows;
+}
+
 /// Fills readable_; false where all of the picture is.
 bool PixelRepair::find_spots(const cv::Mat3b& bgr) {
+  const std::vector<int> rows = rows_that_may_show_spots(bgr);
+  if (rows.empty() && dots_.empty()) return false;
   spots_ = cv::Mat1b::zeros(bgr.size());
   dark_ = cv::Mat1b::zeros(bgr.size());
   bright_ = cv::Mat1b::zeros(bgr.size());
-  std::optional<cv::Vec3f> gain;
-  for (int v = 0; v < bgr.rows; ++v) {
-    const unsigned char *value = bgr[v]->val, *below = dark_below_[v]->val, *above = bright_above_[v]->val;
-    if (!may_show_spots(value, below, above, 3 * bgr.cols)) continue;
-    if (!gain) gain = gain_of_light(bgr);
+  const cv::Vec3f gain = gain_of_light(bgr);
+  for (const int v : rows)
     for (int u = 0; u < bgr.cols; ++u) {
-      dark_(v, u) = is_dark(value, below, 3 * u) ? 255 : 0;
-      bright_(v, u) = is_bright(bgr(v, u), background_(v, u), *gain) ? 255 : 0;
-      spots_(v, u) = is_full(value, 3 * u) && !is_full(background_(v, u).val, 0) ? 255 : 0;
+      const unsigned char* value = bgr(v, u).val;
+      dark_(v, u) = is_dark(value, dark_below_(v, u).val, 0) ? 255 : 0;
+      bright_(v, u) = is_bright(bgr(v, u), background_(v, u), gain) ? 255 : 0;
+      spots_(v, u) = is_full(value, 0) && !is_full(background_(v, u).val, 0) ? 255 : 0;
     }
-  }
   const auto is_other_light = [&](int pixels) {
     return pixels * kOtherLightIn >= static_cast<int>(bgr.total());
   };
