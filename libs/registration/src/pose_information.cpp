@@ -52,7 +52,8 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
 Matrix5d information_of_normals(const ObservableDirections& directions, double pull,
                                 const RegistrationResult& result, const NormalFlowOptions& options) {
   const Vector5d prior_variance = prior_information(options).cwiseInverse();
-  const double noise_variance = normal_variance(result.normal_rmse_rad, options);
+  // Of an angle between normals each of its two components has half of the variance.
+  const double noise_variance = 0.5 * normal_variance(result.normal_rmse_rad, options);
   Matrix5d information = Matrix5d::Zero();
   for (int i = 0; i < directions.count(); ++i) {
     const auto k = static_cast<std::size_t>(i);
