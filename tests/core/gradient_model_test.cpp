@@ -80,6 +80,36 @@ TEST(NetworkForward, GivesTheSameBitsAtEveryPlaceOfATile) {
     ASSERT_EQ(tile.output[k], tile.output[k / kNetworkTile * kNetworkTile]) << k;
 }
 
+// Each instruction set has a kernel of its own, of which this processor would otherwise run one.
+TEST(Network, GivesTheSameAtEveryInstructionLevel) {
+  std::mt19937 random(4);
+  const GradientModel network = random_network(random);
+  const NetworkTile inputs = random_tile(random);
+  NetworkTile lowest = inputs;
+  NetworkJacobian by_input;
+  GradientModel by_number;
+  network_forward(network, lowest, 1);
+  network_jacobian(network, lowest, by_input, 1);
+  network_backward(network, lowest, lowest.output, by_number, 1);
+  for (int level = 3; level <= instruction_level(); ++level) {
+    NetworkTile tile = inputs;
+    NetworkJacobian jacobian;
+    GradientModel gradient;
+    network_forward(network, tile, level);
+    network_jacobian(network, lowest, jacobian, level);
+    network_backward(network, lowest, lowest.output, gradient, level);
+    // Float sums of 32 terms (forward) and of 64 samples (backward), in another order and with fused
+    // products.
+    for (std::size_t k = 0; k < tile.output.size(); ++k)
+      ASSERT_NEAR(tile.output[k], lowest.output[k], 2e-6F) << "level " << level << ", " << k;
+    for (std::size_t o = 0; o < 2; ++o)
+      for (std::size_t k = 0; k < by_input.of_output[o].size(); ++k)
+        ASSERT_NEAR(jacobian.of_output[o][k], by_input.of_output[o][k], 2e-6F) << "level " << level;
+    for (std::size_t k = 0; k < by_number.numbers.size(); ++k)
+      ASSERT_NEAR(gradient.numbers[k], by_number.numbers[k], 1e-4F) << "level " << level << ", " << k;
+  }
+}
+
 TEST(NetworkBackward, DerivativesAreThoseOfFiniteDifferences) {
   std::mt19937 random(5);
   const GradientModel network = random_network(random);

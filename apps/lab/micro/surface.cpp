@@ -141,6 +141,20 @@ void network_everywhere(benchmark::State& state) {
   state.counters["slope_max"] = largest;
 }
 
+/// 64 samples and their derivatives, as a processor of this level does it (instruction_level()).
+void network_tile(benchmark::State& state) {
+  const auto level = static_cast<int>(state.range(0));
+  if (level > instruction_level()) return state.SkipWithError("this processor lacks the instructions");
+  const GradientModel model = random_model();
+  NetworkTile tile;
+  NetworkJacobian jacobian;
+  for (auto _ : state) {
+    network_forward(model, tile, level);
+    network_jacobian(model, tile, jacobian, level);
+    benchmark::DoNotOptimize(jacobian.of_output.data());
+  }
+}
+
 void poisson(benchmark::State& state) {
   PoissonSolver solver(cv::Size(kWidthPx, kHeightPx));
   const cv::Mat1f gx(kHeightPx, kWidthPx, 0.1F), gy(kHeightPx, kWidthPx, -0.1F);
@@ -182,6 +196,13 @@ BENCHMARK(network_everywhere)
     ->Arg(0)
     ->Arg(1)
     ->Unit(benchmark::kMillisecond);
+BENCHMARK(network_tile)
+    ->Name("surface/network_tile")
+    ->ArgName("level")
+    ->Arg(1)
+    ->Arg(3)
+    ->Arg(4)
+    ->Unit(benchmark::kMicrosecond);
 BENCHMARK(poisson)->Name("surface/poisson")->Unit(benchmark::kMillisecond);
 BENCHMARK(whole_estimate)
     ->Name("surface/whole_estimate")

@@ -9,108 +9,166 @@ namespace {
 
 constexpr int kTile = kNetworkTile;
 
-// Sixteen floats at once; the compiler splits them for the instruction set.
-typedef float Lanes __attribute__((vector_size(64), aligned(64), may_alias));
-constexpr int kLanes = 16;
+// Vectors of one register: GCC keeps longer ones in memory, which takes ten times as long.
+struct Register128 {
+  typedef float Vector __attribute__((vector_size(16), may_alias));
+};
+struct Register256 {
+  typedef float Vector __attribute__((vector_size(32), may_alias));
+};
+struct Register512 {
+  typedef float Vector __attribute__((vector_size(64), may_alias));
+};
 
-// out[o][p] = sum_i weight(o, i) in[i][p] + bias[o]; weight(o, i) = weight[o * OutStride + i * InStride].
-// Blocks of four outputs by sixteen samples keep their sums in registers.
-template <int Outputs, int Inputs, int OutStride, int InStride, bool Rectify>
-[[gnu::always_inline]] inline void multiply(const float* weight, const float* bias, const float* in,
-                                            float* out) {
-  constexpr int block = Outputs % 4 == 0 ? 4 : 1;
-  for (int o = 0; o < Outputs; o += block)
-    for (int p = 0; p < kTile; p += kLanes) {
-      Lanes sum[block];
-      for (int k = 0; k < block; ++k) sum[k] = Lanes{} + (bias != nullptr ? bias[o + k] : 0.0F);
-      for (int i = 0; i < Inputs; ++i) {
-        const Lanes x = *reinterpret_cast<const Lanes*>(in + i * kTile + p);
-        for (int k = 0; k < block; ++k) sum[k] += weight[(o + k) * OutStride + i * InStride] * x;
-      }
-      for (int k = 0; k < block; ++k)
-        *reinterpret_cast<Lanes*>(out + (o + k) * kTile + p) =
-            Rectify ? (sum[k] > 0.0F ? sum[k] : Lanes{}) : sum[k];
-    }
-}
+template <class Register>
+struct Kernels {
+  using Vector = typename Register::Vector;
+  static constexpr int kLanes = sizeof(Vector) / sizeof(float);
 
-// gradient[o][i] += sum_p delta[o][p] in[i][p]
-template <int Outputs, int Inputs>
-[[gnu::always_inline]] inline void add_products(const float* delta, const float* in, float* gradient) {
-  constexpr int block = 2;
-  for (int o = 0; o < Outputs; o += block)
-    for (int i = 0; i < Inputs; ++i) {
-      Lanes sum[block] = {};
+  // out[o][p] = sum_i weight(o, i) in[i][p] + bias[o]; weight(o, i) = weight[o * OutStride + i * InStride].
+  // Eight sums in registers hide the latency of multiply-add.
+  template <int Outputs, int Inputs, int OutStride, int InStride, bool Rectify>
+  [[gnu::always_inline]] static void multiply(const float* weight, const float* bias, const float* in,
+                                              float* out) {
+    constexpr int block = Outputs % 8 == 0 ? 8 : Outputs % 2 == 0 ? 2 : 1;
+    for (int o = 0; o < Outputs; o += block)
       for (int p = 0; p < kTile; p += kLanes) {
-        const Lanes x = *reinterpret_cast<const Lanes*>(in + i * kTile + p);
+        Vector sum[block];
+        for (int k = 0; k < block; ++k) sum[k] = Vector{} + (bias != nullptr ? bias[o + k] : 0.0F);
+        for (int i = 0; i < Inputs; ++i) {
+          const Vector x = *reinterpret_cast<const Vector*>(in + i * kTile + p);
+          for (int k = 0; k < block; ++k) sum[k] += weight[(o + k) * OutStride + i * InStride] * x;
+        }
         for (int k = 0; k < block; ++k)
-          sum[k] += x * *reinterpret_cast<const Lanes*>(delta + (o + k) * kTile + p);
+          *reinterpret_cast<Vector*>(out + (o + k) * kTile + p) =
+              Rectify ? (sum[k] > 0.0F ? sum[k] : Vector{}) : sum[k];
       }
-      for (int k = 0; k < block; ++k) {
-        float total = 0.0F;
-        for (int lane = 0; lane < kLanes; ++lane) total += sum[k][lane];
-        gradient[(o + k) * Inputs + i] += total;
-      }
-    }
-}
-
-template <int Neurons>
-[[gnu::always_inline]] inline void add_sums(const float* delta, float* gradient) {
-  for (int n = 0; n < Neurons; ++n) {
-    Lanes sum{};
-    for (int p = 0; p < kTile; p += kLanes) sum += *reinterpret_cast<const Lanes*>(delta + n * kTile + p);
-    for (int lane = 0; lane < kLanes; ++lane) gradient[n] += sum[lane];
   }
+
+  // gradient[o][i] += sum_p delta[o][p] in[i][p]
+  template <int Outputs, int Inputs>
+  [[gnu::always_inline]] static void add_products(const float* delta, const float* in, float* gradient) {
+    constexpr int block = 2;
+    for (int o = 0; o < Outputs; o += block)
+      for (int i = 0; i < Inputs; ++i) {
+        Vector sum[block] = {};
+        for (int p = 0; p < kTile; p += kLanes) {
+          const Vector x = *reinterpret_cast<const Vector*>(in + i * kTile + p);
+          for (int k = 0; k < block; ++k)
+            sum[k] += x * *reinterpret_cast<const Vector*>(delta + (o + k) * kTile + p);
+        }
+        for (int k = 0; k < block; ++k) {
+          float total = 0.0F;
+          for (int lane = 0; lane < kLanes; ++lane) total += sum[k][lane];
+          gradient[(o + k) * Inputs + i] += total;
+        }
+      }
+  }
+
+  template <int Neurons>
+  [[gnu::always_inline]] static void add_sums(const float* delta, float* gradient) {
+    for (int n = 0; n < Neurons; ++n) {
+      Vector sum{};
+      for (int p = 0; p < kTile; p += kLanes) sum += *reinterpret_cast<const Vector*>(delta + n * kTile + p);
+      for (int lane = 0; lane < kLanes; ++lane) gradient[n] += sum[lane];
+    }
+  }
+
+  [[gnu::always_inline]] static void rectify_derivative(const float* output, float* delta) {
+    for (int k = 0; k < 32 * kTile; ++k) delta[k] = output[k] > 0.0F ? delta[k] : 0.0F;
+  }
+
+  [[gnu::always_inline]] static void forward(const GradientModel& n, NetworkTile& t) {
+    multiply<32, 5, 5, 1, true>(n.weight(0).data(), n.bias(0).data(), t.input.data(), t.hidden[0].data());
+    multiply<32, 32, 32, 1, true>(n.weight(1).data(), n.bias(1).data(), t.hidden[0].data(),
+                                  t.hidden[1].data());
+    multiply<32, 32, 32, 1, true>(n.weight(2).data(), n.bias(2).data(), t.hidden[1].data(),
+                                  t.hidden[2].data());
+    multiply<2, 32, 32, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
+  }
+
+  [[gnu::always_inline]] static void jacobian(const GradientModel& n, const NetworkTile& t,
+                                              NetworkJacobian& result) {
+    alignas(64) float upper[32 * kTile];
+    alignas(64) float lower[32 * kTile];
+    for (std::size_t o = 0; o < 2; ++o) {
+      for (std::size_t k = 0; k < 32; ++k)
+        for (int p = 0; p < kTile; ++p) upper[static_cast<int>(k) * kTile + p] = n.weight(3)[o * 32 + k];
+      rectify_derivative(t.hidden[2].data(), upper);
+      multiply<32, 32, 1, 32, false>(n.weight(2).data(), nullptr, upper, lower);
+      rectify_derivative(t.hidden[1].data(), lower);
+      multiply<32, 32, 1, 32, false>(n.weight(1).data(), nullptr, lower, upper);
+      rectify_derivative(t.hidden[0].data(), upper);
+      multiply<5, 32, 1, 5, false>(n.weight(0).data(), nullptr, upper, result.of_output[o].data());
+    }
+  }
+
+  [[gnu::always_inline]] static void backward(const GradientModel& n, const NetworkTile& t,
+                                              const NetworkTile::Values<2>& d_output, GradientModel& g) {
+    alignas(64) float upper[32 * kTile];
+    alignas(64) float lower[32 * kTile];
+    alignas(64) float output[2 * kTile];
+    for (int k = 0; k < 2 * kTile; ++k) output[k] = d_output[static_cast<std::size_t>(k)];
+    add_products<2, 32>(output, t.hidden[2].data(), g.weight(3).data());
+    add_sums<2>(output, g.bias(3).data());
+    multiply<32, 2, 1, 32, false>(n.weight(3).data(), nullptr, output, upper);
+    rectify_derivative(t.hidden[2].data(), upper);
+    add_products<32, 32>(upper, t.hidden[1].data(), g.weight(2).data());
+    add_sums<32>(upper, g.bias(2).data());
+    multiply<32, 32, 1, 32, false>(n.weight(2).data(), nullptr, upper, lower);
+    rectify_derivative(t.hidden[1].data(), lower);
+    add_products<32, 32>(lower, t.hidden[0].data(), g.weight(1).data());
+    add_sums<32>(lower, g.bias(1).data());
+    multiply<32, 32, 1, 32, false>(n.weight(1).data(), nullptr, lower, upper);
+    rectify_derivative(t.hidden[0].data(), upper);
+    add_products<32, 5>(upper, t.input.data(), g.weight(0).data());
+    add_sums<32>(upper, g.bias(0).data());
+  }
+};
+
+template <class Function>
+GELSLAM_TARGET("arch=x86-64-v4")
+void run_v4(const Function& function) {
+  function(Kernels<Register512>{});
 }
 
-[[gnu::always_inline]] inline void rectify_derivative(const float* output, float* delta) {
-  for (int k = 0; k < 32 * kTile; ++k) delta[k] = output[k] > 0.0F ? delta[k] : 0.0F;
+template <class Function>
+GELSLAM_TARGET("arch=x86-64-v3")
+void run_v3(const Function& function) {
+  function(Kernels<Register256>{});
+}
+
+template <class Function>
+void run(int level, const Function& function) {
+  if (level >= 4)
+    run_v4(function);
+  else if (level == 3)
+    run_v3(function);
+  else
+    function(Kernels<Register128>{});
 }
 
 }  // namespace
 
-GELSLAM_CLONES void network_forward(const GradientModel& n, NetworkTile& t) {
-  multiply<32, 5, 5, 1, true>(n.weight(0).data(), n.bias(0).data(), t.input.data(), t.hidden[0].data());
-  multiply<32, 32, 32, 1, true>(n.weight(1).data(), n.bias(1).data(), t.hidden[0].data(), t.hidden[1].data());
-  multiply<32, 32, 32, 1, true>(n.weight(2).data(), n.bias(2).data(), t.hidden[1].data(), t.hidden[2].data());
-  multiply<2, 32, 32, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
+int instruction_level() {
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+  if (__builtin_cpu_supports("x86-64-v4")) return 4;
+  if (__builtin_cpu_supports("x86-64-v3")) return 3;
+#endif
+  return 1;
 }
 
-GELSLAM_CLONES void network_jacobian(const GradientModel& n, const NetworkTile& t,
-                                     NetworkJacobian& jacobian) {
-  alignas(64) float upper[32 * kTile];
-  alignas(64) float lower[32 * kTile];
-  for (std::size_t o = 0; o < 2; ++o) {
-    for (std::size_t k = 0; k < 32; ++k)
-      for (int p = 0; p < kTile; ++p) upper[static_cast<int>(k) * kTile + p] = n.weight(3)[o * 32 + k];
-    rectify_derivative(t.hidden[2].data(), upper);
-    multiply<32, 32, 1, 32, false>(n.weight(2).data(), nullptr, upper, lower);
-    rectify_derivative(t.hidden[1].data(), lower);
-    multiply<32, 32, 1, 32, false>(n.weight(1).data(), nullptr, lower, upper);
-    rectify_derivative(t.hidden[0].data(), upper);
-    multiply<5, 32, 1, 5, false>(n.weight(0).data(), nullptr, upper, jacobian.of_output[o].data());
-  }
+void network_forward(const GradientModel& n, NetworkTile& t, int level) {
+  run(level, [&] [[gnu::always_inline]] (auto kernels) { kernels.forward(n, t); });
 }
 
-GELSLAM_CLONES void network_backward(const GradientModel& n, const NetworkTile& t,
-                                     const NetworkTile::Values<2>& d_output, GradientModel& g) {
-  alignas(64) float upper[32 * kTile];
-  alignas(64) float lower[32 * kTile];
-  alignas(64) float output[2 * kTile];
-  for (int k = 0; k < 2 * kTile; ++k) output[k] = d_output[static_cast<std::size_t>(k)];
-  add_products<2, 32>(output, t.hidden[2].data(), g.weight(3).data());
-  add_sums<2>(output, g.bias(3).data());
-  multiply<32, 2, 1, 32, false>(n.weight(3).data(), nullptr, output, upper);
-  rectify_derivative(t.hidden[2].data(), upper);
-  add_products<32, 32>(upper, t.hidden[1].data(), g.weight(2).data());
-  add_sums<32>(upper, g.bias(2).data());
-  multiply<32, 32, 1, 32, false>(n.weight(2).data(), nullptr, upper, lower);
-  rectify_derivative(t.hidden[1].data(), lower);
-  add_products<32, 32>(lower, t.hidden[0].data(), g.weight(1).data());
-  add_sums<32>(lower, g.bias(1).data());
-  multiply<32, 32, 1, 32, false>(n.weight(1).data(), nullptr, lower, upper);
-  rectify_derivative(t.hidden[0].data(), upper);
-  add_products<32, 5>(upper, t.input.data(), g.weight(0).data());
-  add_sums<32>(upper, g.bias(0).data());
+void network_jacobian(const GradientModel& n, const NetworkTile& t, NetworkJacobian& jacobian, int level) {
+  run(level, [&] [[gnu::always_inline]] (auto kernels) { kernels.jacobian(n, t, jacobian); });
+}
+
+void network_backward(const GradientModel& n, const NetworkTile& t, const NetworkTile::Values<2>& d_output,
+                      GradientModel& g, int level) {
+  run(level, [&] [[gnu::always_inline]] (auto kernels) { kernels.backward(n, t, d_output, g); });
 }
 
 GELSLAM_CLONES void Adam::step(GradientModel& network, const GradientModel& gradient, double learning_rate) {

@@ -64,19 +64,25 @@ struct alignas(64) NetworkTile {
   Values<2> output{};
 };
 
+/// Of this processor, as the levels of x86-64 are numbered: 4 has AVX-512, 3 AVX2. 1 elsewhere.
+int instruction_level();
+
 /// Computes `output` (and `hidden`, which network_backward needs) from `input`. Every sample takes the same
 /// operations in the same order: its result does not depend on its place in the tile.
-void network_forward(const GradientModel& network, NetworkTile& tile);
+/// A `level` below this processor's is for tests and benchmarks.
+void network_forward(const GradientModel& network, NetworkTile& tile, int level = instruction_level());
 
 /// Derivatives of both outputs by the inputs, after network_forward.
 struct alignas(64) NetworkJacobian {
   std::array<NetworkTile::Values<5>, 2> of_output{};
 };
-void network_jacobian(const GradientModel& network, const NetworkTile& tile, NetworkJacobian& jacobian);
+void network_jacobian(const GradientModel& network, const NetworkTile& tile, NetworkJacobian& jacobian,
+                      int level = instruction_level());
 
 /// Adds the derivatives of a loss by the network's numbers; `d_output` holds its derivatives by the outputs.
 void network_backward(const GradientModel& network, const NetworkTile& tile,
-                      const NetworkTile::Values<2>& d_output, GradientModel& gradient);
+                      const NetworkTile::Values<2>& d_output, GradientModel& gradient,
+                      int level = instruction_level());
 
 /// Adam (Kingma & Ba 2015, algorithm 1), with the published decay rates.
 class Adam {

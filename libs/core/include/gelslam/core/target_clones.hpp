@@ -12,3 +12,10 @@
 #endif
 
 #define GELSLAM_CLONES GELSLAM_TARGET_CLONES("arch=x86-64-v4", "arch=x86-64-v3", "default")
+
+/// GELSLAM_TARGET("arch=x86-64-v3") before a function: compiled for this instruction set alone.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define GELSLAM_TARGET(...) __attribute__((target(__VA_ARGS__)))
+#else
+#define GELSLAM_TARGET(...)
+#endif
