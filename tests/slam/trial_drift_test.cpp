@@ -145,6 +145,20 @@ TEST(TrialDrift, AFrameAddsItsOwnErrorToItsKeyframes) {
 // A polished ball of 8 mm radius may have rolled by half a radian unseen: then it slid by as much, and lies
 // off along z by about 8 mm * 0.5² / 2, although z is read to 0.01 mm. Against 20 000 draws of the
 // perturbation; what is left out is of third order (0.5³ / 6 of 4 mm).
+// What pressing deeper pretends is gone once the touch is as deep as before.
+TEST(TrialDrift, HangingGelPullsAsLongAsAFrameIsDeeper) {
+  constexpr double kPullRad = 0.1;
+  RollingTracker tracker(Pose::Identity(), 1);
+  TrialDrift drift(0.0);
+  drift.add(tracker.begin(0));
+  TrackedFrame deeper = tracker.next();
+  deeper.new_keyframes[0].link.hanging_pull[1] = kPullRad;
+  EXPECT_NEAR(sigma_of(*drift.add(deeper))[4], std::hypot(kPullRad, kSigmaRad), 1e-3 * kPullRad);
+  TrackedFrame back = tracker.beside(Pose::Identity());
+  back.registration.hanging_pull[1] = kPullRad;  // of the keyframe's pose in the frame
+  EXPECT_NEAR(sigma_of(*drift.add(back))[4], std::sqrt(2.0) * kSigmaRad, 0.05 * kSigmaRad);
+}
+
 TEST(TrialDrift, TurnsThatAreNotShownMoveTheFrameAlongAllAxes) {
   constexpr double kRadius = 8, kTurn = 0.5;
   Matrix6d by_cause = Matrix6d::Identity() * 0.01;

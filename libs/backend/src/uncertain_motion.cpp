@@ -92,24 +92,24 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
 
 Matrix6d UncertainMotion::covariance_with_scale(double gradient_scale_sigma) const {
   const MotionByScale sigma = by_scale * scale_sigmas(gradient_scale_sigma).asDiagonal();
-  return covariance + sigma * sigma.transpose();
+  return covariance + sigma * sigma.transpose() + by_hanging * by_hanging.transpose();
 }
 
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
-  return {edge.from_T_to, covariance_of(edge.information), motion_by_gradient_scale(edge)};
+  return {edge.from_T_to, covariance_of(edge.information), motion_by_gradient_scale(edge), Vector6d::Zero()};
 }
 
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
   const Matrix6d to_end = adjoint(b.from_T_to.inverse());
   return {a.from_T_to * b.from_T_to, to_end * a.covariance * to_end.transpose() + b.covariance,
-          to_end * a.by_scale + b.by_scale};
+          to_end * a.by_scale + b.by_scale, to_end * a.by_hanging + b.by_hanging};
 }
 
 UncertainMotion inverse(const UncertainMotion& motion) {
   // (T exp(n))^-1 = T^-1 exp(-Ad(T) n)
   const Matrix6d to_start = adjoint(motion.from_T_to);
   return {motion.from_T_to.inverse(), to_start * motion.covariance * to_start.transpose(),
-          -to_start * motion.by_scale};
+          -to_start * motion.by_scale, -to_start * motion.by_hanging};
 }
 
 struct MotionCertainty::Impl {

@@ -69,7 +69,8 @@ KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe,
   const Pose& frame_T_keyframe = registration.target_T_reference;
   return {keyframe, frame_T_keyframe.inverse(),
           information_of_inverse(registration.information, frame_T_keyframe),
-          frame_T_keyframe * registration.shared_center_mm};
+          frame_T_keyframe * registration.shared_center_mm,
+          -adjoint(frame_T_keyframe) * registration.hanging_pull};
 }
 
 Tracker::Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar,

@@ -16,7 +16,7 @@ constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide = 0.005;
 // Of the slopes, how much belongs to gel that hangs beside what presses: it gets steeper as it is pressed
 // deeper. Leaves errors as large as their sigma at the borders of the gel, where one flank is seen.
-constexpr double kHangingShare = 0.4;
+constexpr double kHangingShare = 0.6;
 
 /// The motion of the shared center from the reference to the target, in the reference's axes.
 struct CenterMotion {
@@ -67,17 +67,6 @@ Matrix5d information_of_normals(const ObservableDirections& directions, double p
   return information;
 }
 
-/// The motion that hanging gel pretends, where another depth was pressed: one standard deviation, about the
-/// reference's origin. Flanks on both sides pretend none.
-Vector6d pull_of_hanging_gel(const ObservableDirections& directions, const CenterMotion& motion,
-                             const Eigen::Vector3d& center) {
-  const double deeper = std::min(1.0, std::abs(motion.shift_mm.z() / center.z()));
-  Vector6d pull;
-  pull.head<kParameters>() = kHangingShare * deeper * directions.by_slopes;
-  pull[5] = -pull.head<3>().cross(center).z();  // the center's height is read
-  return pull;
-}
-
 }  // namespace
 
 Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double model_sigma,
@@ -97,11 +86,19 @@ Matrix6d pose_information(const ObservableDirections& directions, bool heights_k
   const CenterMotion motion = motion_of(result);
   const Vector6d variance = motion_variance(motion, directions.count() == kParameters, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
-  Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
-  const Vector6d hang = pull_of_hanging_gel(directions, motion, result.shared_center_mm);
-  const Vector6d pulled = information * hang;
-  information -= pulled * pulled.transpose() / (1.0 + hang.dot(pulled));
+  const Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
   return 0.5 * (information + information.transpose());
+}
+
+Vector6d hanging_pull(const ObservableDirections& directions, const RegistrationResult& result) {
+  const Eigen::Vector3d& center = result.shared_center_mm;
+  const double before = std::abs(center.z()), after = std::abs((result.target_T_reference * center).z());
+  const double deepest = std::max(before, after);
+  if (deepest == 0) return Vector6d::Zero();
+  Vector6d pull;
+  pull.head<kParameters>() = kHangingShare * (after - before) / deepest * directions.by_slopes;
+  pull[5] = -pull.head<3>().cross(center).z();  // the center's height is read
+  return pull;
 }
 
 }  // namespace gelslam::registration::detail

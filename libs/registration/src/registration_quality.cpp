@@ -189,6 +189,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
   result.information = pose_information(directions, heights_known, model_sigma, kUsualPull, result, options);
+  result.hanging_pull = hanging_pull(directions, result);
   result.observable =
       observability(pose_information(directions, heights_known, model_sigma, 1.0, result, options),
                     result.target_T_reference.linear(), heights_known, options);

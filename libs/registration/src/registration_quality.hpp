@@ -94,4 +94,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
 Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double model_sigma,
                           double pull, const RegistrationResult& result, const NormalFlowOptions& options);
 
+/// RegistrationResult::hanging_pull. Flanks on both sides pull to no side.
+Vector6d hanging_pull(const ObservableDirections& directions, const RegistrationResult& result);
+
 }  // namespace gelslam::registration::detail

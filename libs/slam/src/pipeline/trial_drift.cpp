@@ -11,8 +11,14 @@ namespace gelslam {
 
 namespace {
 
+UncertainMotion uncertain_motion(const KeyframeLink& link) {
+  UncertainMotion motion = uncertain_motion(odometry_edge(link, -1));
+  motion.by_hanging = link.hanging_pull;
+  return motion;
+}
+
 UncertainMotion onward(const UncertainMotion& trial_T_previous, const KeyframeLink& link) {
-  UncertainMotion motion = compose(trial_T_previous, uncertain_motion(odometry_edge(link, -1)));
+  UncertainMotion motion = compose(trial_T_previous, uncertain_motion(link));
   motion.from_T_to = normalized(motion.from_T_to);
   return motion;
 }
@@ -49,7 +55,7 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   if (frame.left && !trial_T_keyframes_.contains(frame.keyframe->id))  // a keyframe of another trial
     trial_T_keyframes_[frame.keyframe->id] =
         compose(onward(trial_T_keyframes_.at(frame.left->previous->id), *frame.left),
-                inverse(uncertain_motion(odometry_edge(link_to(frame.keyframe, frame.registration), -1))));
+                inverse(uncertain_motion(link_to(frame.keyframe, frame.registration))));
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)

@@ -39,15 +39,18 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_m
                                             const PoseGraphOptions& options, double sigma);
 
 /// A measured motion, with what is not known of it: noise, and what a gradient scale common to all
-/// measurements does.
+/// measurements and hanging gel do.
 struct UncertainMotion {
   Pose from_T_to = Pose::Identity();
   Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm)
   /// How the measurement changes when the gradient scale is corrected (motion_by_gradient_scale()). The
   /// correction is common to all measurements.
   MotionByScale by_scale = MotionByScale::Zero();
+  /// One standard deviation of what hanging gel pretends, common to all measurements: what pressing deeper
+  /// adds, less depth takes away.
+  Vector6d by_hanging = Vector6d::Zero();
 
-  /// Noise and gradient scale together; the scale is known to `gradient_scale_sigma`.
+  /// All three together; the scale is known to `gradient_scale_sigma`.
   Matrix6d covariance_with_scale(double gradient_scale_sigma) const;
 };
 

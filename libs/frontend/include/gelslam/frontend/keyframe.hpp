@@ -26,6 +26,7 @@ struct KeyframeLink {
   Matrix6d information = Matrix6d::Zero();  ///< of the right perturbation of previous_T_this
   /// of what both show, in this keyframe's frame
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
+  Vector6d hanging_pull = Vector6d::Zero();  ///< RegistrationResult::hanging_pull, of previous_T_this
 };
 
 /// How a frame hangs on the keyframe it was registered to.
