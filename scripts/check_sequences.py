@@ -14,7 +14,7 @@ mean after rigid ICP. silent counts the frames that `gelslam track` calls tracke
 both are run. Exit code: 0 all targets met, 1 not, 2 wrong use,
 77 no data (for ctest).
 
-Example: scripts/check_sequences.py track_coin scan_peanut360 --jobs 2 --extra "--threads 1"
+Example: scripts/check_sequences.py track_coin scan_peanut360 --jobs 2 --extra "--model model.json"
 """
 
 import argparse

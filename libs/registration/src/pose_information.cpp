@@ -15,7 +15,8 @@ constexpr double kSlideMmPerTiltRad = 0.007;
 constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide = 0.005;
 // Of the slopes, how much belongs to gel that hangs beside what presses: it gets steeper as it is pressed
-// deeper. Leaves errors as large as their sigma at the borders of the gel, where one flank is seen.
+// deeper. So chosen that errors at the borders of the gel, where one flank is seen, are about as large as
+// their sigma.
 constexpr double kHangingShare = 0.6;
 
 /// The motion of the shared center from the reference to the target, in the reference's axes.
