@@ -142,9 +142,6 @@ TEST(TrialDrift, AFrameAddsItsOwnErrorToItsKeyframes) {
               std::sqrt(2.0) * std::hypot(kSigmaMm, 10 * kSigmaRad), 1e-3);
 }
 
-// A polished ball of 8 mm radius may have rolled by half a radian unseen: then it slid by as much, and lies
-// off along z by about 8 mm * 0.5² / 2, although z is read to 0.01 mm. Against 20 000 draws of the
-// perturbation; what is left out is of third order (0.5³ / 6 of 4 mm).
 // What pressing deeper pretends is gone once the touch is as deep as before.
 TEST(TrialDrift, HangingGelPullsAsLongAsAFrameIsDeeper) {
   constexpr double kPullRad = 0.1;
@@ -159,6 +156,9 @@ TEST(TrialDrift, HangingGelPullsAsLongAsAFrameIsDeeper) {
   EXPECT_NEAR(sigma_of(*drift.add(back))[4], std::sqrt(2.0) * kSigmaRad, 0.05 * kSigmaRad);
 }
 
+// A polished ball of 8 mm radius may have rolled by half a radian unseen: then it slid by as much, and lies
+// off along z by about 8 mm * 0.5² / 2, although z is read to 0.01 mm. Against 20 000 draws of the
+// perturbation; what is left out is of third order (0.5³ / 6 of 4 mm).
 TEST(TrialDrift, TurnsThatAreNotShownMoveTheFrameAlongAllAxes) {
   constexpr double kRadius = 8, kTurn = 0.5;
   Matrix6d by_cause = Matrix6d::Identity() * 0.01;

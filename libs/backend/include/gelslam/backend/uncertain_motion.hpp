@@ -38,8 +38,8 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_m
                                             const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphOptions& options, double sigma);
 
-/// A measured motion, with what is not known of it: noise, and what a gradient scale common to all
-/// measurements and hanging gel do.
+/// A measured motion, with what is not known of it: its noise, and two causes common to all measurements, the
+/// gradient scale and hanging gel.
 struct UncertainMotion {
   Pose from_T_to = Pose::Identity();
   Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm)
@@ -50,7 +50,7 @@ struct UncertainMotion {
   /// adds, less depth takes away.
   Vector6d by_hanging = Vector6d::Zero();
 
-  /// All three together; the scale is known to `gradient_scale_sigma`.
+  /// Noise, gradient scale and hanging gel together; the scale is known to `gradient_scale_sigma`.
   Matrix6d covariance_with_scale(double gradient_scale_sigma) const;
 };
 
