@@ -110,6 +110,18 @@ TEST_F(CalibrateSlopes, FindsAPlantedUnevennessAndPutsPosesRight) {
   EXPECT_FALSE(map.keyframes[3]->surface == keyframes[3]->surface);
 }
 
+// As a network does that takes faint colors for bare gel.
+TEST_F(CalibrateSlopes, FindsThatSmallSlopesReadFlat) {
+  SlopeCorrection flat;
+  constexpr std::size_t kX = SlopeCorrection::kSmallSlopes, kY = SlopeCorrection::kTermsPerAxis + kX;
+  flat.factors[kX] = flat.factors[kY] = -0.5;
+  look(many_looks(), flat);
+  const std::optional<CalibratedMap> map = calibrate();
+  ASSERT_TRUE(map);
+  for (const std::size_t k : {kX, kY}) EXPECT_NEAR(map->correction.factors[k], -0.5, 0.2) << k;
+  EXPECT_LT(error_deg(map->solution), error_deg(solution));
+}
+
 TEST_F(CalibrateSlopes, LeavesAGoodModelAlone) {
   look(many_looks(), {});
   const std::optional<CalibratedMap> map = calibrate();

@@ -92,9 +92,28 @@ TEST(SlopeCorrection, TakesSurfacesOfAnySizeInTurn) {
 
 TEST(SlopeCorrection, EvenASteepSlopeIsMovedByAShareOfItselfOnly) {
   for (const float slope : {0.1F, 1.0F, 10.0F}) {
-    const auto terms = SlopeCorrection::terms(1.0F, 0.75F, slope, -slope);
-    for (std::size_t k = 0; k + 2 < terms.size(); ++k) EXPECT_LE(std::abs(terms[k]), 1.001F * slope);
+    for (const std::size_t axis : {0U, 1U}) {
+      const auto terms = SlopeCorrection::terms(axis, 1.0F, 0.75F, slope, -slope);
+      for (std::size_t k = 0; k + 2 < terms.size(); ++k) EXPECT_LE(std::abs(terms[k]), 1.001F * slope);
+    }
   }
+}
+
+TEST(SlopeCorrection, TheFactorOfSmallSlopesLeavesSteepOnesAlone) {
+  SlopeCorrection correction;
+  for (const std::size_t axis : {0U, 1U})
+    correction.factors[axis * SlopeCorrection::kTermsPerAxis + SlopeCorrection::kSmallSlopes] = -1.0;
+  const Surface read = dent(1.0, 1.0);
+  const SurfacePtr corrected = SlopeCorrector().apply(read, correction);
+  const auto slope = [](const Surface& surface, int v, int u) {
+    const cv::Vec3f& n = surface.normals(v, u);
+    return std::hypot(n[0], n[1]) / n[2];
+  };
+  const float steep = slope(read, kHeight / 2, 67), small = slope(read, kHeight / 2, 112);
+  ASSERT_GT(steep, 0.28F);
+  ASSERT_LT(small, 0.04F);
+  EXPECT_NEAR(slope(*corrected, kHeight / 2, 67), steep, 0.02F * steep);
+  EXPECT_GT(slope(*corrected, kHeight / 2, 112), 1.4F * small);
 }
 
 }  // namespace

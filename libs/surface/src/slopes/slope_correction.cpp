@@ -49,16 +49,23 @@ cv::Point2f SlopeCorrection::place(cv::Size size, cv::Point pixel) {
           (static_cast<float>(pixel.y) - center_v) / half_width};
 }
 
-SlopeCorrection::AxisTerms SlopeCorrection::terms(float x, float y, float gx, float gy) {
-  const float m = 1.0F / std::sqrt(1.0F + gx * gx + gy * gy);
-  return {gx, gy, x * gx, y * gx, x * gy, y * gy, m * gx * gx, m * gx * gy, m * gy * gy, x, y};
+SlopeCorrection::AxisTerms SlopeCorrection::terms(std::size_t axis, float x, float y, float gx, float gy) {
+  constexpr float kSmallSlope = 0.07F;  // up to here the camera's noise lets slopes look like bare gel
+  const float steepness2 = gx * gx + gy * gy, m = 1.0F / std::sqrt(1.0F + steepness2),
+              small = std::exp(-std::sqrt(steepness2) / kSmallSlope);
+  return {gx,          gy,
+          x * gx,      y * gx,
+          x * gy,      y * gy,
+          m * gx * gx, m * gx * gy,
+          m * gy * gy, small * (axis == 0 ? gx : gy),
+          x,           y};
 }
 
 std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gradient_scale_sigma,
                                                                          double model_sigma) {
-  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kBias = 0.02;
+  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kSmall = 0.6, kBias = 0.02;
   constexpr std::array<double, kTermsPerAxis> kOfAxis = {kCross, kCross, kPlace, kPlace, kPlace, kPlace,
-                                                         kSlope, kSlope, kSlope, kBias,  kBias};
+                                                         kSlope, kSlope, kSlope, kSmall, kBias,  kBias};
   std::array<double, kTerms> sigma;
   std::copy(kOfAxis.begin(), kOfAxis.end(), sigma.begin());
   std::copy(kOfAxis.begin(), kOfAxis.end(), sigma.begin() + kTermsPerAxis);
@@ -91,10 +98,13 @@ SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& cor
       const cv::Vec3f& n = read.normals(v, u);
       const float gx = -n[0] / n[2], gy = -n[1] / n[2];
       const cv::Point2f place = SlopeCorrection::place(read.normals.size(), {u, v});
-      const auto terms = SlopeCorrection::terms(place.x, place.y, gx, gy);
-      self.dx(v, u) = -weighted(terms, correction.factors.data(), self.touched(v, u));
-      self.dy(v, u) =
-          -weighted(terms, correction.factors.data() + SlopeCorrection::kTermsPerAxis, self.touched(v, u));
+      const float touched = self.touched(v, u);
+      const auto of_axis = [&](std::size_t axis) {
+        return weighted(SlopeCorrection::terms(axis, place.x, place.y, gx, gy),
+                        correction.factors.data() + axis * SlopeCorrection::kTermsPerAxis, touched);
+      };
+      self.dx(v, u) = -of_axis(0);
+      self.dy(v, u) = -of_axis(1);
       self.gx(v, u) = gx + self.dx(v, u);
       self.gy(v, u) = gy + self.dy(v, u);
     }

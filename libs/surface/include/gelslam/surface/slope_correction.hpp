@@ -18,13 +18,14 @@ struct GradientScale {
 
 /// What a color model reads wrong, as a few numbers: true slope = read slope - sum of factor * term. Nothing
 /// where the gel is flat. A model trained on presses of balls errs by a few per cent of the slope, not by the
-/// same along x and y (GradientScale), unevenly over the gel, and more on slopes toward one lamp than toward
-/// another. The factors are unknowns that all edges of the pose graph share. Source: own.
+/// same along x and y (GradientScale), unevenly over the gel, more on slopes toward one lamp than toward
+/// another, and differently on small slopes, which look like bare gel, than on steep ones. The factors are
+/// unknowns that all edges of the pose graph share. Source: own.
 struct SlopeCorrection {
   /// Terms of one axis, of read slopes gx, gy at (x, y) in half image widths from the center, with
-  /// m = 1 / sqrt(1 + gx² + gy²): gx, gy, x gx, y gx, x gy, y gy, m gx², m gx gy, m gy², and in contact x and
-  /// y.
-  static constexpr std::size_t kTermsPerAxis = 11;
+  /// m = 1 / sqrt(1 + gx² + gy²) and a weight s of small slopes, exp(-|g| / 0.07): gx, gy, x gx, y gx, x gy,
+  /// y gy, m gx², m gx gy, m gy², s times the slope of this axis, and in contact x and y.
+  static constexpr std::size_t kTermsPerAxis = 12;
   static constexpr std::size_t kTerms = 2 * kTermsPerAxis;
   using AxisTerms = std::array<float, kTermsPerAxis>;
 
@@ -32,12 +33,14 @@ struct SlopeCorrection {
 
   /// Index of the factor that scales the slope along the axis it corrects.
   static constexpr std::size_t kScaleX = 0, kScaleY = kTermsPerAxis + 1;
+  static constexpr std::size_t kSmallSlopes = 9;  ///< of an axis's terms
   /// The factors of a linear map from read to true slopes: xx, xy, yx, yy.
   static constexpr std::array<std::size_t, 4> kLinear = {kScaleX, 1, kTermsPerAxis, kScaleY};
   GradientScale scale() const;  ///< at the center of the gel
   /// (x, y) of a pixel, as terms() takes it.
   static cv::Point2f place(cv::Size size, cv::Point pixel);
-  static AxisTerms terms(float x, float y, float gx, float gy);
+  /// `axis` 0: of the slope along x, 1: along y.
+  static AxisTerms terms(std::size_t axis, float x, float y, float gx, float gy);
   /// How far a factor may be from 0, before anything is known: one standard deviation each. A model that
   /// states a smaller standard deviation of its slopes (Surface::model_sigma) also errs less in common.
   static std::array<double, kTerms> prior_sigma(double gradient_scale_sigma, double model_sigma = 1.0);
