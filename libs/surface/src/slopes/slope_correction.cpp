@@ -63,7 +63,7 @@ SlopeCorrection::AxisTerms SlopeCorrection::terms(std::size_t axis, float x, flo
 
 std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gradient_scale_sigma,
                                                                          double model_sigma) {
-  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kSmall = 0.6, kBias = 0.02;
+  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kSmall = 0.3, kBias = 0.02;
   constexpr std::array<double, kTermsPerAxis> kOfAxis = {kCross, kCross, kPlace, kPlace, kPlace, kPlace,
                                                          kSlope, kSlope, kSlope, kSmall, kBias,  kBias};
   std::array<double, kTerms> sigma;
