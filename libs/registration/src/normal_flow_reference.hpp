@@ -63,9 +63,8 @@ class PixelLookup {
     return rotation_ * Eigen::Vector3f(samples_.x[k], samples_.y[k], samples_.z[k]) + translation_;
   }
   cv::Point pixel(const Eigen::Vector3f& p) const {
-    return {
-        std::clamp(static_cast<int>(std::lround(p.x() * inverse_pitch_ + center_u_)), 0, size_.width - 1),
-        std::clamp(static_cast<int>(std::lround(p.y() * inverse_pitch_ + center_v_)), 0, size_.height - 1)};
+    return {std::clamp(cvRound(p.x() * inverse_pitch_ + center_u_), 0, size_.width - 1),
+            std::clamp(cvRound(p.y() * inverse_pitch_ + center_v_), 0, size_.height - 1)};
   }
 
   const Eigen::Matrix3f& rotation() const { return rotation_; }

@@ -67,20 +67,28 @@ cv::Rect grown(const cv::Rect& box, int margin, cv::Size image) {
   return (box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect({}, image);
 }
 
-void PressureMap::find(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& pressed) {
-  cv::resize(height_mm, depth_, block_grid(height_mm.size()), 0, 0, cv::INTER_AREA);
+void PressureMap::keep_pressed(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& places) {
+  const cv::Rect box = cv::boundingRect(places);
+  if (box.empty()) return;
+  const cv::Size whole = height_mm.size() / kBlockPx, grid = block_grid(height_mm.size());
+  cv::resize(height_mm(cv::Rect({}, whole * kBlockPx)), depth_, whole, 0, 0, cv::INTER_AREA);
   depth_ *= -1.0;
-  constexpr int margin = kBlurRadiusBlocks + 1;  // one more for the Laplacian
+  constexpr int margin =
+      kBlurRadiusBlocks + 2;  // one more for the Laplacian, one for blocks cut by the border
   add_margin(depth_, margin, padded_);
   constexpr int side = 2 * kBlurRadiusBlocks + 1;
   cv::GaussianBlur(padded_, padded_, cv::Size(side, side), kBlurSigmaBlocks);
   cv::Laplacian(padded_, laplacian_, CV_32F, 1);
   const double rim_length_blocks = kRimLengthMm / (pixel_pitch_mm * kBlockPx);
-  const cv::Rect inside(margin, margin, depth_.cols, depth_.rows);
+  const cv::Rect inside(cv::Point(margin, margin), grid);
   cv::addWeighted(padded_(inside), 1.0 - kPressedShare, laplacian_(inside),
                   -rim_length_blocks * rim_length_blocks, 0.0, excess_);
-  cv::resize(excess_, excess_px_, height_mm.size(), 0, 0, cv::INTER_LINEAR);
-  cv::compare(excess_px_, 0.0, pressed, cv::CMP_GT);
+  // Blocks of the box, and one more around, because values are interpolated between the blocks' middles.
+  const cv::Point first = box.tl() / kBlockPx, last = (box.br() - cv::Point(1, 1)) / kBlockPx;
+  const cv::Rect around = grown(cv::Rect(first, last + cv::Point(1, 1)), 1, grid);
+  cv::resize(excess_(around), excess_px_, around.size() * kBlockPx, 0, 0, cv::INTER_LINEAR);
+  cv::compare(excess_px_(box - around.tl() * kBlockPx), 0.0, pressed_, cv::CMP_GT);
+  cv::bitwise_and(places(box), pressed_, places(box));
 }
 
 ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
@@ -120,6 +128,7 @@ void ContactDetector::keep_colored_pieces(const cv::Mat3f& block_difference, dou
   std::vector<bool> colored(static_cast<std::size_t>(pieces), false);
   for (int row = 0; row < blocks_.rows; ++row) {
     for (int column = 0; column < blocks_.cols; ++column) {
+      if (blocks_(row, column) == 0) continue;
       const cv::Vec3f& difference = block_difference(row, column);
       if (static_cast<double>(difference.dot(difference)) > color_threshold * color_threshold) {
         colored[static_cast<std::size_t>(labels_(row, column))] = true;
@@ -166,8 +175,8 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, 
   const double deep =
       std::min(1.0, limit_mm / rule_.height_threshold_mm);  // 1: as deep as the public rule wants
   cv::compare(height_mm, -limit_mm, below_, cv::CMP_LT);
-  pressure_.find(height_mm, pixel_pitch_mm, pressed_);
-  cv::bitwise_and(below_, pressed_, contact);
+  below_.copyTo(contact);
+  pressure_.keep_pressed(height_mm, pixel_pitch_mm, contact);
   // Slivers and the border's blur grow with depth; a faint touch is small and thin itself.
   const auto scaled = [deep](int half_px) {
     return square(2 * std::max(1, static_cast<int>(std::lround(half_px * deep))) + 1);

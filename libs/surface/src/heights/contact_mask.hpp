@@ -19,11 +19,13 @@ cv::Rect grown(const cv::Rect& box, int margin, cv::Size image);
 /// not tear holes into its mask.
 class PressureMap {
  public:
-  /// Fills `pressed` (HxW, 0 or 255) from heights (0 on the untouched gel, negative in contact).
-  void find(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& pressed);
+  /// Leaves of `places` (HxW, 0 or 255) what is pressed, by heights (0 on the untouched gel, negative in
+  /// contact).
+  void keep_pressed(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& places);
 
  private:
   cv::Mat1f depth_, padded_, laplacian_, excess_, excess_px_;
+  cv::Mat1b pressed_;
 };
 
 struct ContactRule {
@@ -63,7 +65,7 @@ class ContactDetector {
   PressureMap pressure_;
   int half_gap_px_;
   cv::Mat gap_;
-  cv::Mat1b below_, pressed_, closed_, blocks_, keep_;
+  cv::Mat1b below_, closed_, blocks_, keep_;
   cv::Mat1b holes_;
   cv::Mat1i labels_, stats_;
   cv::Mat centroids_;

@@ -42,6 +42,8 @@ class ChangeDetector {
   void detect(const cv::Mat3f& difference, cv::Mat1b& changed_blocks);
 
  private:
+  float threshold_levels();
+
   cv::Mat3f mean_;
   cv::Mat1f squared_;
   std::vector<float> scratch_;

@@ -57,8 +57,8 @@ void GradientMap::compute(const cv::Mat3b& bgr, const ColorTable& colors, const 
                           cv::Mat1f& gx, cv::Mat1f& gy) {
   gx.create(bgr.size());
   gy.create(bgr.size());
-  gx.setTo(0.0F);
-  gy.setTo(0.0F);
+  std::fill_n(gx.ptr<float>(), gx.total(), 0.0F);
+  std::fill_n(gy.ptr<float>(), gy.total(), 0.0F);
   gx_ = gx;
   gy_ = gy;
   sort_blocks(bgr, blocks);
@@ -117,6 +117,7 @@ int GradientMap::color_range(int left) const {
 void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
   constexpr float to_unit = 1.0F / 255.0F;
   constexpr int area = kBlockPx * kBlockPx;
+  colors_of_blocks_.resize(3 * area * kNetworkTile);
   std::array<std::array<float, 256>, 3> unit;
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t value = 0; value < 256; ++value) unit[c][value] = colors[c][value] * to_unit;
@@ -126,9 +127,13 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
     for (int i = 0; i < blocks; ++i) {
       const auto [left, top] = corner(i);
       std::array<float, 3> sum{};
+      float* color = colors_of_blocks_.data() + 3 * area * i;
       for (int v = top; v < top + kBlockPx; ++v)
-        for (int u = left; u < left + kBlockPx; ++u)
-          for (std::size_t c = 0; c < 3; ++c) sum[c] += unit[c][bgr(v, u)[static_cast<int>(c)]];
+        for (int u = left; u < left + kBlockPx; ++u, ++color)
+          for (std::size_t c = 0; c < 3; ++c) {
+            color[c * area] = unit[c][bgr(v, u)[static_cast<int>(c)]];
+            sum[c] += color[c * area];
+          }
       float* feature = tile_.input.data() + i;
       for (std::size_t c = 0; c < 3; ++c) feature[c * kNetworkTile] = sum[c] / area;
       const auto u = static_cast<std::size_t>(left), v = static_cast<std::size_t>(top);
@@ -142,12 +147,11 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
       const auto [left, top] = corner(i);
       constexpr std::size_t kInputs = GradientModel::kSizes.front();
       std::array<std::array<float, area>, kInputs> step;  // of each input from the middle of the block
+      std::copy_n(colors_of_blocks_.data() + 3 * area * i, 3 * area, step.front().data());
       int pixel = 0;
       for (int v = top; v < top + kBlockPx; ++v)
         for (int u = left; u < left + kBlockPx; ++u, ++pixel) {
-          const cv::Vec3b& color = bgr(v, u);
           const auto at = static_cast<std::size_t>(pixel);
-          for (std::size_t c = 0; c < 3; ++c) step[c][at] = unit[c][color[static_cast<int>(c)]];
           step[3][at] = column_[static_cast<std::size_t>(u)];
           step[4][at] = row_[static_cast<std::size_t>(v)];
           pixels_[static_cast<std::size_t>(count + pixel)] = v * bgr.cols + u;

@@ -46,6 +46,7 @@ class GradientMap {
   cv::Mat1f gx_, gy_;                        // the result of compute()
   std::vector<cv::Point> smooth_, rough_;    // first pixels of smooth blocks; pixels of all others
   std::vector<unsigned char> least_, most_;  // values of a row of blocks, by column
+  std::vector<float> colors_of_blocks_;      // of a tile of smooth blocks, corrected: block, channel, pixel
   NetworkTile tile_;
   NetworkJacobian jacobian_;
   alignas(64) NetworkTile::Values<2> angles_{};
