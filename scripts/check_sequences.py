@@ -8,11 +8,12 @@ For every sequence it runs `gelslam reconstruct` and `gelslam evaluate --json`, 
                recorded, so the root of the summed squares of its x y z mean absolute errors stands in, which is a
                lower bound of it (a stricter target)
   hard_breaks  one piece
-Other sequences are shown without a target; --targets runs only those that have one. mesh, compl (within 0.1 mm) and F are at the known pose, icp is the mesh
-mean after rigid ICP. silent counts the frames that `gelslam track` calls tracked although they are more than 1 mm or
-5 degrees off along an axis that they call observable, and further than they say of themselves (scripts/silent_failures.py); no sequence may have any. hard_edge, hard_light and hard_dirt are to stay within twice the error of the same object undisturbed (kin), where
-both are run. Exit code: 0 all targets met, 1 not, 2 wrong use,
-77 no data (for ctest).
+Other sequences are shown without a target; --targets runs only those that have one. mesh, compl (within 0.1 mm) and F
+are at the known pose, icp is the mesh mean after rigid ICP. silent counts the frames that `gelslam track` calls tracked
+although they are more than 1 mm or 5 degrees off along an axis that they call observable, and further than they say of
+themselves (scripts/silent_failures.py); no sequence may have any. hard_edge, hard_light and hard_dirt are to stay
+within twice the error of the same object undisturbed (kin), where both are run. Exit code: 0 all targets met, 1 not,
+2 wrong use, 77 no data (for ctest).
 
 Example: scripts/check_sequences.py track_coin scan_peanut360 --jobs 2 --extra "--model model.json"
 """

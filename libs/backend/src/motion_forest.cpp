@@ -10,7 +10,7 @@ namespace gelslam::backend::detail {
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma) {
   const Vector6d error = se3_log(a.from_T_to.inverse() * b.from_T_to);
   const UncertainMotion difference{Pose::Identity(), a.covariance + b.covariance, b.by_scale - a.by_scale};
-  const Matrix6d covariance = difference.covariance_with_scale(gradient_scale_sigma);
+  const Matrix6d covariance = difference.total_covariance(gradient_scale_sigma);
   return std::sqrt(std::max(error.dot(covariance.ldlt().solve(error)), 0.0));  // NaN stays NaN
 }
 

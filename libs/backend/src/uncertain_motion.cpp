@@ -90,7 +90,7 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
   return solve_pose_graph(first.component_T_node, edges, options, gradient_scale_unknowns(agreed, sigma));
 }
 
-Matrix6d UncertainMotion::covariance_with_scale(double gradient_scale_sigma) const {
+Matrix6d UncertainMotion::total_covariance(double gradient_scale_sigma) const {
   const MotionByScale sigma = by_scale * scale_sigmas(gradient_scale_sigma).asDiagonal();
   return covariance + sigma * sigma.transpose() + by_hanging * by_hanging.transpose();
 }
@@ -142,7 +142,7 @@ double MotionCertainty::sigma_mm(int from, int to) const {
     return std::numeric_limits<double>::infinity();
   const UncertainMotion path = impl_->forest.path(a->second, b->second);
   const Eigen::Matrix3d covariance =
-      path.covariance_with_scale(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>();
+      path.total_covariance(impl_->gradient_scale_sigma).bottomRightCorner<3, 3>();
   return std::sqrt(
       std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
 }

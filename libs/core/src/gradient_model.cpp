@@ -151,7 +151,7 @@ void run(int level, const Function& function) {
 }  // namespace
 
 int instruction_level() {
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#if GELSLAM_HAS_TARGETS
   if (__builtin_cpu_supports("x86-64-v4")) return 4;
   if (__builtin_cpu_supports("x86-64-v3")) return 3;
 #endif

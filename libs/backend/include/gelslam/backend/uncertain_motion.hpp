@@ -51,7 +51,7 @@ struct UncertainMotion {
   Vector6d by_hanging = Vector6d::Zero();
 
   /// Noise, gradient scale and hanging gel together; the scale is known to `gradient_scale_sigma`.
-  Matrix6d covariance_with_scale(double gradient_scale_sigma) const;
+  Matrix6d total_covariance(double gradient_scale_sigma) const;
 };
 
 /// What an edge says. Where it says nothing, overlapping frames are known to a radian and to the sensor's

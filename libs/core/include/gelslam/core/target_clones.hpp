@@ -1,21 +1,27 @@
 #pragma once
 
+/// Whether functions can be compiled for other instruction sets than the program's.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define GELSLAM_HAS_TARGETS 1
+#else
+#define GELSLAM_HAS_TARGETS 0
+#endif
+
+/// GELSLAM_TARGET("arch=x86-64-v3") before a function: compiled for this instruction set alone.
+#if GELSLAM_HAS_TARGETS
+#define GELSLAM_TARGET(...) __attribute__((target(__VA_ARGS__)))
+#else
+#define GELSLAM_TARGET(...)
+#endif
+
 /// GELSLAM_TARGET_CLONES("avx2", "default") before a function: compiled once for each instruction set, chosen
 /// when the program is loaded. A macro, because an attribute cannot be anything else. Not with sanitizers:
 /// the choice is made before their run time is ready, and crashes. GELSLAM_CLONES: for AVX-512 and AVX2, both
 /// with fused multiply-add ("avx512f" alone has none for vectors of 256 bits).
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
+#if GELSLAM_HAS_TARGETS && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define GELSLAM_TARGET_CLONES(...) __attribute__((target_clones(__VA_ARGS__)))
 #else
 #define GELSLAM_TARGET_CLONES(...)
 #endif
 
 #define GELSLAM_CLONES GELSLAM_TARGET_CLONES("arch=x86-64-v4", "arch=x86-64-v3", "default")
-
-/// GELSLAM_TARGET("arch=x86-64-v3") before a function: compiled for this instruction set alone.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define GELSLAM_TARGET(...) __attribute__((target(__VA_ARGS__)))
-#else
-#define GELSLAM_TARGET(...)
-#endif
