@@ -1,9 +1,8 @@
 // Makes a virtual camera do what a test wants; used inside QEMU by tests/v4l2/guest/*.sh.
-//   virtual_camera feed DEVICE FOLDER RATE_HZ FRAMES [FILE]   writes FOLDER/*.jpg in turn to a v4l2loopback
-//   device;
-//                                                             until FILE exists, the first again and again
-//   virtual_camera control DEVICE TITLE VALUE          sets a control by its title (vivid injects faults by
-//   controls)
+//   virtual_camera feed DEVICE FOLDER RATE_HZ FRAMES [LOG]
+//       writes FOLDER/*.jpg in turn to a v4l2loopback device; with LOG, each again until this file has grown
+//   virtual_camera control DEVICE TITLE VALUE
+//       sets a control by its title (vivid injects faults by controls)
 #include <fcntl.h>
 #include <linux/videodev2.h>
 #include <sys/ioctl.h>
@@ -20,6 +19,7 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -51,8 +51,14 @@ std::pair<unsigned, unsigned> size_of(const std::vector<char>& jpeg) {
   throw std::runtime_error("no JPEG");
 }
 
-void feed(const std::string& device, const std::filesystem::path& folder, double rate_hz, int frames,
-          const std::filesystem::path& go) {
+std::uintmax_t size_or_0(const std::filesystem::path& path) {
+  std::error_code missing;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, missing);
+  return missing ? 0 : bytes;
+}
+
+void feed(const std::string& device, const std::filesystem::path& folder, double rate_hz,
+          std::uintmax_t frames, const std::filesystem::path& log) {
   std::vector<std::vector<char>> pictures;
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
@@ -70,9 +76,10 @@ void feed(const std::string& device, const std::filesystem::path& folder, double
   if (::ioctl(fd, VIDIOC_S_FMT, &format) != 0) throw failure("set the format");
   std::cout << "feeding" << std::endl;  // a test waits for this line
   auto due = std::chrono::steady_clock::now();
-  for (int i = 0; i < frames;) {
-    const std::vector<char>& picture = pictures[static_cast<std::size_t>(i) % pictures.size()];
-    if (go.empty() || std::filesystem::exists(go)) ++i;
+  for (std::uintmax_t i = 0, logged = 0; i < frames;) {
+    const std::vector<char>& picture = pictures[i % pictures.size()];
+    const std::uintmax_t bytes = log.empty() ? i + 1 : size_or_0(log);
+    if (bytes > std::exchange(logged, bytes)) ++i;
     if (::write(fd, picture.data(), picture.size()) < 0) throw failure("write a frame");
     due += std::chrono::microseconds(static_cast<long>(1e6 / rate_hz));
     std::this_thread::sleep_until(due);
@@ -99,7 +106,7 @@ int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   try {
     if (arguments.size() >= 5 && arguments[0] == "feed") {
-      feed(arguments[1], arguments[2], std::stod(arguments[3]), std::stoi(arguments[4]),
+      feed(arguments[1], arguments[2], std::stod(arguments[3]), std::stoul(arguments[4]),
            arguments.size() > 5 ? arguments[5] : "");
     } else if (arguments.size() == 4 && arguments[0] == "control") {
       set_control(arguments[1], arguments[2], std::stoi(arguments[3]));

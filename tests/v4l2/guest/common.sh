@@ -23,7 +23,8 @@ runs_with() {
 load_loopback() {
   busybox insmod "$cache/modules/v4l2loopback.ko" video_nr=10 'card_label="GelSight Mini R0B TEST"' exclusive_caps=1
 }
-# feed FOLDER RATE FRAMES [FILE]: in the background, once the camera has its format; its process id is in $feeder
+# feed FOLDER RATE FRAMES [LOG]: in the background, once the camera has its format; its process id is in $feeder.
+# With LOG each picture is shown until this file has grown.
 feed() {
   "$build/bin/virtual_camera" feed /dev/video10 "$@" >"$tmp/feeder" &
   feeder=$!
