@@ -28,11 +28,15 @@ SampleJacobian target_jacobian(const Samples& s, std::size_t k, const Eigen::Vec
   return jacobian;
 }
 
-/// What a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm.
-SampleMatrix gel_pattern(const Samples& s, std::size_t k) {
-  const float x = s.x[k], y = s.y[k], z = s.z[k];
-  const Eigen::Matrix<float, kParameters, 1> by_dx(0, z, -y, 1, 0), by_dy(-z, 0, x, 0, 1);
-  return by_dx * by_dx.transpose() + by_dy * by_dy.transpose();
+/// What a pattern that stays with the gel would show of each motion, for a pattern of 1 rad/mm. `moments`:
+/// weighted sum of the products of (x, y, z, 1). A sample moves by (z, -y, 1) along x with ry, rz, tx, and by
+/// (-z, x, 1) along y with rx, rz, ty.
+Matrix5d gel_pattern(const Eigen::Matrix4d& moments) {
+  Eigen::Matrix<double, kParameters, 4> along_x = Eigen::Matrix<double, kParameters, 4>::Zero(),
+                                        along_y = along_x;
+  along_x(1, 2) = along_x(3, 3) = along_y(2, 0) = along_y(4, 3) = 1;
+  along_x(2, 1) = along_y(0, 2) = -1;
+  return along_x * moments * along_x.transpose() + along_y * moments * along_y.transpose();
 }
 
 }  // namespace
@@ -43,7 +47,8 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const Eigen::Matrix3f& rotation = lookup.rotation();
   const Eigen::Matrix3f back = rotation.transpose();
   const auto inverse_pitch = static_cast<float>(1.0 / target.pixel_pitch_mm);
-  SampleMatrix read = SampleMatrix::Zero(), common = read, moments = read;
+  SampleMatrix read = SampleMatrix::Zero(), common = read;
+  Eigen::Matrix4f moments = Eigen::Matrix4f::Zero();
   Eigen::Matrix<float, kParameters, 1> by_slopes = Eigen::Matrix<float, kParameters, 1>::Zero();
   const std::size_t step = thinning(residuals);
   const auto stride = static_cast<float>(step);
@@ -66,17 +71,19 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
         carried_back(rotation(0, 1) + rotation(0, 2) * slope_y, rotation(1, 1) + rotation(1, 2) * slope_y);
     const Eigen::Vector3f n(s.nx[k] + residuals.rx[k], s.ny[k] + residuals.ry[k], s.nz[k] + residuals.rz[k]);
     const SampleJacobian here = jacobian_of(s, k), there = target_jacobian(s, k, n, dx, dy);
-    read += w * here.transpose() * here;
-    common += w * here.transpose() * there;
-    moments += w * gel_pattern(s, k);
+    const SampleJacobian weighted = w * here;
+    read += weighted.transpose() * here;
+    common += weighted.transpose() * there;
+    const Eigen::Vector4f place(s.x[k], s.y[k], s.z[k], 1);
+    moments += w * place * place.transpose();
     const Eigen::Vector3f normal(s.nx[k], s.ny[k], s.nz[k]), flat(s.nx[k], s.ny[k], 0);
-    by_slopes += w * here.transpose() * (flat - flat.squaredNorm() * normal);
+    by_slopes += weighted.transpose() * (flat - flat.squaredNorm() * normal);
   }
   TextureAgreement texture;
   texture.read = read.cast<double>();
   texture.by_slopes = by_slopes.cast<double>();
   texture.common = 0.5 * (common + common.transpose()).cast<double>();
-  texture.pattern = gel_pattern_per_mm * gel_pattern_per_mm * moments.cast<double>();
+  texture.pattern = gel_pattern_per_mm * gel_pattern_per_mm * gel_pattern(moments.cast<double>());
   return texture;
 }
 

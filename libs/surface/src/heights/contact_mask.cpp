@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/target_clones.hpp"
@@ -155,18 +156,23 @@ void ContactDetector::close_gaps(cv::Mat1b& contact) {
 
 void ContactDetector::fill_small_holes(const cv::Mat1b& below, cv::Mat1b& contact) {
   cv::bitwise_not(contact, holes_);
-  const int count = cv::connectedComponentsWithStats(holes_, labels_, stats_, centroids_, 4, CV_32S);
-  const int largest_px = 8 * half_gap_px_ * 8 * half_gap_px_;
-  fills_.assign(static_cast<std::size_t>(count), false);
-  for (int i = 1; i < count; ++i) {
-    const int left = stats_(i, cv::CC_STAT_LEFT), top = stats_(i, cv::CC_STAT_TOP);
-    const bool enclosed = left > 0 && top > 0 && left + stats_(i, cv::CC_STAT_WIDTH) < contact.cols &&
-                          top + stats_(i, cv::CC_STAT_HEIGHT) < contact.rows;
-    fills_[static_cast<std::size_t>(i)] = enclosed && stats_(i, cv::CC_STAT_AREA) < largest_px;
-  }
+  const int count = cv::connectedComponents(holes_, labels_, 4, CV_32S);
+  constexpr int kOpen = std::numeric_limits<int>::max();
+  area_px_.assign(static_cast<std::size_t>(count), 0);
+  const auto area_px = [&](int v, int u) -> int& {
+    return area_px_[static_cast<std::size_t>(labels_(v, u))];
+  };
+  area_px_[0] = kOpen;  // the contact
+  for (int v = 0; v < contact.rows; ++v) area_px(v, 0) = area_px(v, contact.cols - 1) = kOpen;
+  for (int u = 0; u < contact.cols; ++u) area_px(0, u) = area_px(contact.rows - 1, u) = kOpen;
+  if (std::all_of(area_px_.begin(), area_px_.end(), [](int area) { return area == kOpen; })) return;
   for (int v = 0; v < contact.rows; ++v)
     for (int u = 0; u < contact.cols; ++u)
-      if (fills_[static_cast<std::size_t>(labels_(v, u))] && below(v, u)) contact(v, u) = 255;
+      if (int& area = area_px(v, u); area != kOpen) ++area;
+  const int largest_px = 8 * half_gap_px_ * 8 * half_gap_px_;
+  for (int v = 0; v < contact.rows; ++v)
+    for (int u = 0; u < contact.cols; ++u)
+      if (area_px(v, u) < largest_px && below(v, u)) contact(v, u) = 255;
 }
 
 void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, float scatter_mm,

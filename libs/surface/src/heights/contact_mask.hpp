@@ -67,9 +67,8 @@ class ContactDetector {
   cv::Mat gap_;
   cv::Mat1b below_, closed_, blocks_, keep_;
   cv::Mat1b holes_;
-  cv::Mat1i labels_, stats_;
-  cv::Mat centroids_;
-  std::vector<bool> fills_;
+  cv::Mat1i labels_;
+  std::vector<int> area_px_;  // of each hole
   std::vector<float> scratch_;
 };
 

@@ -51,7 +51,7 @@ struct SquareRow {
 constexpr int kStepsPerSquare = 5;
 
 // Row v of them; nothing beyond the image.
-SquareRow square_row(cv::Mat1f steps, int v) {
+SquareRow square_row(cv::Mat1f& steps, int v) {
   const int first = kStepsPerSquare * v;
   if (first < 0 || first >= steps.rows) return {};
   return {steps[first], steps[first + 1], steps[first + 2], steps[first + 3], steps[first + 4]};
@@ -98,7 +98,8 @@ GELSLAM_CLONES void split_squares(const float* middle, const SquareRow& from, st
   }
 }
 
-// One step of relaxation: toward what a pixel's neighbors and the edge gradients between say of it.
+// One step of relaxation: toward what a pixel's neighbors and the edge gradients between say of it. The
+// picture's border stays.
 GELSLAM_CLONES void relax_row(const float* above, const float* row, const float* below,
                               const GradientRow& middle, const float* gy_above, const float* gy_below,
                               std::size_t width, float scale, float step, float* relaxed) {
@@ -108,6 +109,8 @@ GELSLAM_CLONES void relax_row(const float* above, const float* row, const float*
     const float edges = middle.gx[u - 1] - middle.gx[u + 1] + gy_above[u] - gy_below[u];
     relaxed[u] = row[u] + step * (0.25F * around + 0.125F * scale * edges - row[u]);
   }
+  relaxed[0] = row[0];
+  relaxed[width - 1] = row[width - 1];
 }
 
 // Divergence of the differences between squares. Nothing flows through the border of the image.
@@ -254,7 +257,8 @@ PoissonSolver::PoissonSolver(cv::Size size)
       transform_(even(grid_.width)),
       pivot_(grid_.height, even(grid_.width)),
       steps_(kStepsPerSquare * grid_.height, even(grid_.width)),
-      solution_(pivot_.size()) {
+      solution_(pivot_.size()),
+      relaxed_(2 * grid_.height, 2 * grid_.width) {
   for (int k = 0; k < pivot_.cols; ++k) {
     const double eigenvalue = 2.0 - 2.0 * std::cos(std::numbers::pi * k / pivot_.cols);
     double pivot = 0.0;
@@ -304,20 +308,22 @@ cv::Mat1f PoissonSolver::solve(const cv::Mat1f& gx, const cv::Mat1f& gy) {
   return solution_(cv::Rect(cv::Point(), grid_));
 }
 
-cv::Mat1f PoissonSolver::pixels(const cv::Mat1f& squares, float scale) const {
+cv::Mat1f PoissonSolver::pixels(const cv::Mat1f& squares, float scale) {
   cv::Mat1f height(2 * grid_.height, 2 * grid_.width);
   for (int v = 0; v < grid_.height; ++v)
     split_squares(squares[v], square_row(steps_, v), static_cast<std::size_t>(grid_.width), scale,
                   height[2 * v], height[2 * v + 1]);
   // Gradients that contradict each other leave steps between squares. The two sizes are the Chebyshev ones
   // for errors that only pixels can have (eigenvalues 0.5 to 2), of which a fifth is left.
-  cv::Mat1f relaxed = height.clone();
-  for (const float step : {1.39F, 0.56F}) {
+  const auto relax = [&](const cv::Mat1f& from, float step, cv::Mat1f& to) {
     for (int v = 1; v + 1 < size_.height; ++v)
-      relax_row(height[v - 1], height[v], height[v + 1], {gx_[v], gy_[v]}, gy_[v - 1], gy_[v + 1],
-                static_cast<std::size_t>(size_.width), scale, step, relaxed[v]);
-    std::swap(height, relaxed);
-  }
+      relax_row(from[v - 1], from[v], from[v + 1], {gx_[v], gy_[v]}, gy_[v - 1], gy_[v + 1],
+                static_cast<std::size_t>(size_.width), scale, step, to[v]);
+  };
+  height.row(0).copyTo(relaxed_.row(0));
+  height.row(size_.height - 1).copyTo(relaxed_.row(size_.height - 1));
+  relax(height, 1.39F, relaxed_);
+  relax(relaxed_, 0.56F, height);
   return height(cv::Rect(cv::Point(), size_));
 }
 

@@ -41,7 +41,7 @@ class PoissonSolver {
 
   /// Heights of the pixels, HxW, in units of 1/`scale` pixels. `squares`: what solve() returned; smooth
   /// heights may have been added. The gradients given to solve() must still be there.
-  cv::Mat1f pixels(const cv::Mat1f& squares, float scale = 1.0F) const;
+  cv::Mat1f pixels(const cv::Mat1f& squares, float scale = 1.0F);
 
  private:
   void solve_columns();
@@ -51,6 +51,7 @@ class PoissonSolver {
   cv::Mat1f pivot_;             // inverse pivots of the tridiagonal systems, one column per frequency
   cv::Mat1f gx_, gy_;           // of the last solve
   cv::Mat1f steps_, solution_;  // steps_: between squares
+  cv::Mat1f relaxed_;           // pixel heights after one step of relaxation
 };
 
 /// The divergence of gradients (HxW), 1/pixel: inside the image the central difference d(gx)/dx + d(gy)/dy,
