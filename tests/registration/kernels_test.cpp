@@ -198,5 +198,29 @@ TEST(Jacobian, ItsHessianIsItsOwnSquare) {
   }
 }
 
+TEST(Kernels, APatternOnTheGelShowsAMotionByHowFarItMovesTheSamples) {
+  Samples samples = random_samples(900, 5);
+  for (auto* v : {&samples.x, &samples.y})
+    for (float& value : *v) value *= 0.5F;  // all within the image
+  const Residuals residuals = random_residuals(900, 6);
+  const auto target = touch(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
+  constexpr double kPatternPerMm = 0.03;
+  const Matrix5d pattern =
+      compare_texture(samples, *target, Pose::Identity(), residuals, kPatternPerMm).pattern;
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 20; ++i) {
+    Vector5d moved;
+    for (double& value : moved) value = uniform(random, -1, 1);
+    const Eigen::Vector3d shift(moved[3], moved[4], 0);
+    double sum = 0;
+    for (std::size_t k = 0; k < 900; ++k) {
+      const Eigen::Vector3d place(samples.x[k], samples.y[k], samples.z[k]);
+      sum += residuals.weight[k] * (moved.head<3>().cross(place) + shift).head<2>().squaredNorm();
+    }
+    sum *= kPatternPerMm * kPatternPerMm;
+    EXPECT_NEAR(moved.dot(pattern * moved), sum, 1e-5 * sum);  // summed in single precision
+  }
+}
+
 }  // namespace
 }  // namespace gelslam
