@@ -14,9 +14,6 @@ int run(int argc, char** argv) {
   lab.name("gelslam-lab");
   lab.set_version_flag("--version", "gelslam-lab " GELSLAM_VERSION);
   lab.require_subcommand(1);
-  lab.footer(
-      "Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY\nAll charts: "
-      "scripts/charts.sh DATA");
   add_benchmark(lab);
   add_speed_accuracy(lab);
   add_stability(lab);
@@ -32,6 +29,10 @@ int run(int argc, char** argv) {
   add_fusion(lab);
   add_soak(lab);
   add_micro_benchmarks(lab);
+  // After the subcommands, which would inherit it.
+  lab.footer(
+      "Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY\n"
+      "All charts: scripts/charts.sh DATA");
   try {
     lab.parse(argc, argv);
   } catch (const CLI::RuntimeError& error) {  // a study that is done, but has nothing good to show

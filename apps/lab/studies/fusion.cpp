@@ -131,6 +131,7 @@ void add_fusion(CLI::App& lab) {
   command
       ->add_option("--keyframes", arguments->keyframes, "Number of keyframes; those of the run are repeated")
       ->check(CLI::Range(1, 100000));
+  command->footer("Example: gelslam-lab fusion RUN --keyframes 2000");
 }
 
 }  // namespace gelslam::lab

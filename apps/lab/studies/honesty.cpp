@@ -105,7 +105,7 @@ std::vector<Answer> ask_all(const TouchStudyArguments& arguments) {
   simulated_levels(studio, choice, sink);
   trap_levels(studio, choice, sink);
   for (const fs::path& folder : folders) {
-    std::cerr << folder.filename().string() << "\n";
+    std::cerr << name_of(folder) << "\n";
     add(answers_to(folder, arguments.quick ? 60 : std::numeric_limits<int>::max(), arguments.methods));
   }
   return answers;
@@ -140,6 +140,7 @@ void add_honesty(CLI::App& lab) {
                     "Only these generated problems, and no sequences but those named (default: all)",
                     "Few generated problems, 60 frames of each sequence",
                     "Folder for honesty, honesty_answers, silent_failures and gates, each .csv and .json");
+  command->footer("Example: gelslam-lab honesty --quick -o STUDY && scripts/plot_honesty.py STUDY");
 }
 
 }  // namespace gelslam::lab

@@ -300,6 +300,7 @@ void add_localize(CLI::App& lab) {
       ->capture_default_str();
   command->add_flag("--mesh-only", arguments->mesh_only, "Without maps of runs");
   command->add_option("-o,--output", arguments->out, "Folder for localize.csv and localize.json");
+  command->footer("Example: gelslam-lab localize --objects coin,brick --trials 20");
 }
 
 }  // namespace gelslam::lab

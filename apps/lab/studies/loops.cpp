@@ -139,8 +139,7 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
   std::vector<bool> returns(scan.keyframes.size(), false);
   for (const auto& [from, to] : overlaps) returns[static_cast<std::size_t>(to)] = true;
   const auto returning = static_cast<std::size_t>(std::count(returns.begin(), returns.end(), true));
-  fmt::print("{}: {} keyframes, {} pairs overlap\n", folder.filename().string(), scan.keyframes.size(),
-             overlaps.size());
+  fmt::print("{}: {} keyframes, {} pairs overlap\n", name_of(folder), scan.keyframes.size(), overlaps.size());
 
   const std::vector<LoopConstraint> open = search(scan, as_published(scan.options));
   const std::vector<LoopConstraint> verified = search(scan, scan.options);
@@ -170,7 +169,7 @@ void study(const std::filesystem::path& folder, const std::filesystem::path& mod
 void run(const LoopsArguments& arguments) {
   StudyCases cases(arguments.folders.size());
   for (const std::filesystem::path& folder : arguments.folders) {
-    cases.begin(folder.filename().string());
+    cases.begin(name_of(folder));
     study(folder, arguments.model, arguments.list);
   }
 }
@@ -184,6 +183,7 @@ void add_loops(CLI::App& lab) {
   command->add_option("DATA", arguments->folders, "Data folders with true_start_T_currs.npy")->required();
   command->add_option("--model", arguments->model, "Gradient model (default: the one that the folder names)");
   command->add_flag("--list", arguments->list, "Print every loop with its measures");
+  command->footer("Example: gelslam-lab loops DATA/sequences/scan_* --list");
 }
 
 }  // namespace gelslam::lab

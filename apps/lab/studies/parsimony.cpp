@@ -132,7 +132,7 @@ Json measure(const fs::path& folder, const Setting& setting, double changed, con
   request.overwrite = true;
   NoProgress progress;
   const ReconstructSummary summary = reconstruct(request, progress, [] { return false; });
-  Json row = {{"sequence", folder.filename().string()}, {"knob", setting.knob}, {"value", setting.value}};
+  Json row = {{"sequence", name_of(folder)}, {"knob", setting.knob}, {"value", setting.value}};
   row["keyframes"] = summary.keyframes;
   row["samples"] = request.config.slam.registration.max_samples;
   const SensorProfile& sensor = request.config.sensor;
@@ -156,7 +156,7 @@ void run(const ParsimonyArguments& chosen) {
   for (const fs::path& folder : arguments.data) {
     const double changed = changed_pixels({folder, {}, {}, {}, false});
     for (const Setting& setting : settings) {
-      cases.begin(folder.filename().string() + " " + setting.knob + " " + setting.value);
+      cases.begin(name_of(folder) + " " + setting.knob + " " + setting.value);
       rows.push_back(measure(folder, setting, changed, last_run));
       write_study(arguments.out, "parsimony", rows);
     }
@@ -180,6 +180,7 @@ void add_parsimony(CLI::App& lab) {
       ->check(CLI::IsMember(knob_names()));
   command->add_flag("--quick", arguments->quick, "Two settings per knob");
   command->add_option("-o,--output", arguments->out, "Folder for parsimony.csv and .json")->required();
+  command->footer("Example: gelslam-lab parsimony --quick -o STUDY && scripts/plot_parsimony.py STUDY");
 }
 
 }  // namespace gelslam::lab

@@ -121,7 +121,7 @@ ProblemSet load_problems(const std::filesystem::path& folder, cv::Size size, con
     if (!choice.frames_missing) problem.start = pose(pair.target - 1).inverse() * pose(reference);
     problem.truth = pose(pair.target).inverse() * pose(reference);
     problem.gap = pair.target - pair.reference;
-    problem.name = folder.filename().string() + ", frames " + std::to_string(pair.reference) + " and " +
+    problem.name = name_of(folder) + ", frames " + std::to_string(pair.reference) + " and " +
                    std::to_string(pair.target);
     set.problems.push_back(problem);
   }

@@ -125,7 +125,7 @@ std::vector<Measured> measure_all(const SpeedAccuracyArguments& arguments, const
   for (const auto& [width, height] : sizes) {
     std::vector<Measured>& settings = by_size[{width, height}];
     for (const fs::path& folder : arguments.data) {
-      cases.begin(size_text(width, height) + " " + folder.filename().string());
+      cases.begin(size_text(width, height) + " " + name_of(folder));
       measure(load_problems(folder, {width, height}, arguments.choice), settings);
     }
     std::move(settings.begin(), settings.end(), std::back_inserter(all));
@@ -214,6 +214,8 @@ void add_speed_accuracy(CLI::App& lab) {
   add_list(*command, "--gaps", arguments->choice.gaps, "Frames from a reference to its targets")
       ->check(CLI::PositiveNumber);
   command->add_option("-o,--output", arguments->out, "Folder for speed_accuracy.csv and .json");
+  command->footer(
+      "Example: gelslam-lab speed-accuracy --slow-every 12 -o STUDY && scripts/plot_speed_accuracy.py STUDY");
 }
 
 }  // namespace gelslam::lab

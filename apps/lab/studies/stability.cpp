@@ -90,6 +90,7 @@ void add_stability(CLI::App& lab) {
                     "Data folders with truth, for missing frames (default: GELSLAM_DATA/sequences/track_*)",
                     "Only these (default: all)", "One place of each object, every second level",
                     "Folder for stability.csv and .json");
+  command->footer("Example: gelslam-lab stability -o STUDY && scripts/plot_stability.py STUDY");
 }
 
 }  // namespace gelslam::lab

@@ -276,7 +276,7 @@ void run(const TrackingArguments& arguments) {
     folders = arguments.data.empty() ? sequence_folders({"track_"}) : arguments.data;
   StudyCases cases(folders.size());
   for (const fs::path& folder : folders) {
-    cases.begin(folder.filename().string());
+    cases.begin(name_of(folder));
     const TouchStream all = recorded(folder);
     for (const double left_out : simulated.chosen(kLeftOut))
       study.add(kLeftOutRecorded, left_out, every(all, static_cast<std::size_t>(left_out) + 1));
@@ -303,6 +303,7 @@ void add_tracking(CLI::App& lab) {
   command->add_flag("--quick", arguments->quick, "One place of each object, every third level");
   command->add_flag("--simulated-only", arguments->simulated_only, "Without the sequences");
   command->add_option("-o,--output", arguments->out, "Folder for tracking.csv and .json");
+  command->footer("Example: gelslam-lab tracking --places 1 -o STUDY && scripts/plot_tracking.py STUDY");
 }
 
 }  // namespace gelslam::lab
