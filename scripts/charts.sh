@@ -85,7 +85,7 @@ say "a long scan"
 draw long_scan long_scan.png "$out/long_scan"
 
 table information "$lab" information "$data"/sequences/track_* "$data"/sequences/hard_*
-table loops "$lab" loops "$data"/sequences/scan_* "$data"/sequences/hard_breaks "$data"/sequences/track_{screw,pen,golf,knurl}
+table loops "$lab" loops "$data"/sequences/*
 table silent_failures "$root/scripts/silent_failures.py" "$data"/sequences/*/
 table borders "$root/scripts/border_study.py" "${borders[@]}" --out "$out/borders"
 table calibration "$lab" calibration "$data/calibration"

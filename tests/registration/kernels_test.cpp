@@ -198,7 +198,7 @@ TEST(Jacobian, ItsHessianIsItsOwnSquare) {
   }
 }
 
-TEST(Kernels, APatternOnTheGelShowsAMotionByHowFarItMovesTheSamples) {
+TEST(Kernels, GelPatternIsTheWeightedSquaredMotionOfTheSamples) {
   Samples samples = random_samples(900, 5);
   for (auto* v : {&samples.x, &samples.y})
     for (float& value : *v) value *= 0.5F;  // all within the image

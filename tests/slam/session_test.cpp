@@ -117,6 +117,26 @@ TEST(Session, SurvivesChangedBytes) {
   }
 }
 
+TEST(Session, IsReadWithoutFactorsOfSmallSlopes) {
+  const TemporaryFolder folder;
+  SlamMap map = small_map();
+  for (std::size_t k = 0; k < SlopeCorrection::kTerms; ++k)
+    map.slope_correction.factors[k] = 0.001 * static_cast<double>(k);
+  save_session(folder.path(), map);
+  auto expected = load_map(folder.path()).slope_correction.factors;
+  ASSERT_EQ(expected[5], 0.005);
+  slam::detail::Json old = slam::detail::Json::parse(read_bytes(folder / "session.json"));
+  old.erase("crc32");
+  for (const std::size_t axis : {1, 0}) {
+    constexpr std::size_t kSmall = SlopeCorrection::kSmallSlopes;
+    const std::size_t k = kSmall + axis * SlopeCorrection::kTermsPerAxis;
+    old["slope_correction"].erase(k);
+    expected[k] = 0.0;
+  }
+  write_bytes(folder / "session.json", slam::detail::with_checksum(old));
+  EXPECT_EQ(load_map(folder.path()).slope_correction.factors, expected);
+}
+
 TEST(Session, AMapWithoutKeyframesIsASessionToo) {
   const TemporaryFolder folder;
   save_session(folder / "session", SlamMap{});

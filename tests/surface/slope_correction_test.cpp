@@ -93,7 +93,7 @@ TEST(SlopeCorrection, TakesSurfacesOfAnySizeInTurn) {
 TEST(SlopeCorrection, EvenASteepSlopeIsMovedByAShareOfItselfOnly) {
   for (const float slope : {0.1F, 1.0F, 10.0F}) {
     for (const std::size_t axis : {0U, 1U}) {
-      const auto terms = SlopeCorrection::terms(axis, 1.0F, 0.75F, slope, -slope);
+      const auto terms = SlopeCorrection::terms(1.0F, 0.75F, slope, -slope)[axis];
       for (std::size_t k = 0; k + 2 < terms.size(); ++k) EXPECT_LE(std::abs(terms[k]), 1.001F * slope);
     }
   }

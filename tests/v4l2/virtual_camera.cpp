@@ -19,7 +19,6 @@
 #include <string>
 #include <system_error>
 #include <thread>
-#include <utility>
 #include <vector>
 
 namespace {
@@ -76,10 +75,18 @@ void feed(const std::string& device, const std::filesystem::path& folder, double
   if (::ioctl(fd, VIDIOC_S_FMT, &format) != 0) throw failure("set the format");
   std::cout << "feeding" << std::endl;  // a test waits for this line
   auto due = std::chrono::steady_clock::now();
-  for (std::uintmax_t i = 0, logged = 0; i < frames;) {
+  const auto most_again = static_cast<std::uintmax_t>(120 * rate_hz);
+  std::uintmax_t i = 0, logged = 0, shown_again = 0;
+  while (i < frames) {
     const std::vector<char>& picture = pictures[i % pictures.size()];
-    const std::uintmax_t bytes = log.empty() ? i + 1 : size_or_0(log);
-    if (bytes > std::exchange(logged, bytes)) ++i;
+    const std::uintmax_t bytes = size_or_0(log);
+    if (log.empty() || bytes > logged) {
+      ++i;
+      shown_again = 0;
+    } else if (++shown_again > most_again) {
+      throw std::runtime_error(log.string() + " does not grow");
+    }
+    logged = bytes;
     if (::write(fd, picture.data(), picture.size()) < 0) throw failure("write a frame");
     due += std::chrono::microseconds(static_cast<long>(1e6 / rate_hz));
     std::this_thread::sleep_until(due);

@@ -13,6 +13,7 @@
 
 #include "answers.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/registration/normal_flow.hpp"
 #include "simulated_frames.hpp"
 #include "stability_levels.hpp"

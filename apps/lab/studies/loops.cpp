@@ -8,6 +8,7 @@
 
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/refinement.hpp"

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/progress.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/slam/reconstruct.hpp"

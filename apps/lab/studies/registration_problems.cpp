@@ -8,6 +8,7 @@
 #include <set>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/surface_stream.hpp"

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/text.hpp"
 #include "judgement.hpp"

@@ -55,10 +55,6 @@ void check_methods(const std::vector<std::string>& methods) {
   for (const std::string& method : methods) make_registrar(method, {});
 }
 
-std::string name_of(const std::filesystem::path& folder) {
-  return (folder.has_filename() ? folder : folder.parent_path()).filename().string();
-}
-
 void StudyCases::begin(const std::string& name) {
   const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
   const auto done = static_cast<double>(begun_++);

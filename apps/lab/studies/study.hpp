@@ -61,9 +61,6 @@ struct TouchStudyArguments {
 /// Throws Error if one of the methods is unknown.
 void check_methods(const std::vector<std::string>& methods);
 
-/// Name of a data folder, which may be given with a slash at its end.
-std::string name_of(const std::filesystem::path& folder);
-
 /// Says on stderr which case of a long study begins, how many there are and the time left.
 class StudyCases {
  public:

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/core/se3.hpp"
 #include "gelslam/frontend/tracker.hpp"
 #include "judgement.hpp"

@@ -86,6 +86,11 @@ void write_file_atomically(const fs::path& path, std::string_view contents) {
   temporary.commit();
 }
 
+std::string name_of(const std::filesystem::path& path) {
+  const std::filesystem::path clean = path.lexically_normal();
+  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
+}
+
 std::string read_file(const std::filesystem::path& path) {
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   std::string bytes;

@@ -21,10 +21,11 @@ using PoseByFactor = Eigen::Matrix<double, kParameters, SlopeSensitivity::kTerms
 NormalByFactor normal_by_factor(const Eigen::Vector3d& n, const Surface& surface, const cv::Point& pixel) {
   const cv::Point2f place = SlopeCorrection::place(surface.normals.size(), pixel);
   const auto gx = static_cast<float>(-n.x() / n.z()), gy = static_cast<float>(-n.y() / n.z());
+  const SlopeCorrection::Terms terms = SlopeCorrection::terms(place.x, place.y, gx, gy);
   NormalByFactor result;
   for (int axis = 0; axis < 2; ++axis) {
-    const auto terms = SlopeCorrection::terms(index(axis), place.x, place.y, gx, gy);
-    const Eigen::Map<const Eigen::RowVectorXf> row(terms.data(), std::ssize(terms));
+    const auto& of_axis = terms[index(axis)];
+    const Eigen::Map<const Eigen::RowVectorXf> row(of_axis.data(), std::ssize(of_axis));
     // n = (-gx, -gy, 1) / |.|, so dn/dg = -n_z (e - n n_axis); with dg = -term both signs cancel.
     const Eigen::Vector3d by_slope = n.z() * (Eigen::Vector3d::Unit(axis) - n * n[axis]);
     result.middleCols(axis * row.size(), row.size()) = by_slope * row.cast<double>();

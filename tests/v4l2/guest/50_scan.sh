@@ -46,7 +46,8 @@ head = (run / "mesh.ply").read_bytes()[:2000].decode("latin1").splitlines()
 vertices = next(int(line.split()[2]) for line in head if line.startswith("element vertex"))
 print("  sent", sent, "recorded", log["frames"], "tracked", len(tracked), "vertices", vertices)
 print("  files", *sorted(path.name for path in run.iterdir()))
-assert log["state"] == "whole" and log["frames"] + log["lost_by_camera"] >= sent, log
+# The log grew before each picture but the first: once by its head, then by a frame each.
+assert log["state"] == "whole" and log["frames"] >= sent - 2, log
 # The emulated processor leaves out as many frames as it must; these are enough to see that the chain is whole.
 assert len(tracked) >= 4, "too few frames were tracked"
 assert vertices > 4000, "too small a mesh"

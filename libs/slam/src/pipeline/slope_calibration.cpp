@@ -57,7 +57,8 @@ struct Residuals {
 
   /// Flatter surfaces always fit each other better, whatever the gradient scale: noise and the gel's
   /// smoothing shrink what two frames share. Scales, and biases that bend a patch as a whole, are therefore
-  /// determined by loops alone: their information is removed here.
+  /// determined by loops alone: their information is removed here. That on small slopes is kept: where it
+  /// matters, residuals ask for steeper ones.
   void marginalize_flattening() {
     constexpr int kAxis = static_cast<int>(SlopeCorrection::kTermsPerAxis);
     const std::array<int, 8> open = {0,     1,         kAxis - 2,     kAxis - 1,
@@ -120,7 +121,7 @@ Registered registered_again(const CalibratedMap& map, std::size_t i, const Norma
 /// registered stays as it was.
 SharedUnknowns register_again(CalibratedMap& map, const PerTerm& sigma, const NormalFlowOptions& options,
                               int threads, ParallelProgress& progress) {
-  constexpr std::size_t kAtOnce = 256;  // 4 kB each
+  constexpr std::size_t kAtOnce = 256;  // 6 kB each
   SharedUnknowns shared;
   shared.edge_by_unknown.resize(map.edges.size(), Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0));
   Residuals residuals;
@@ -160,7 +161,7 @@ Size size_of(const SlopeCorrection& correction, const PerTerm& sigma) {
 
 /// Slope models err by less than this; a larger correction has fitted something else. False for NaN.
 bool plausible(const SlopeCorrection& correction, const PerTerm& sigma) {
-  constexpr double kMostSigmas = 3.0;  // no sequence with ground truth needs more than 2
+  constexpr double kMostSigmas = 3.0;  // of 31 sequences with ground truth one needs more: 3.8
   const Size size = size_of(correction, sigma);
   return std::isfinite(size.together) && size.largest < kMostSigmas;
 }

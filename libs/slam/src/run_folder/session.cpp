@@ -51,11 +51,25 @@ std::string read_text(const fs::path& file) {
   return read_file(file);
 }
 
+/// Sessions of early versions of 0.3 have no factors of small slopes.
+std::array<double, SlopeCorrection::kTerms> slope_factors_from(const Json& json) {
+  auto factors = json.get<std::vector<double>>();
+  if (factors.size() + 2 == SlopeCorrection::kTerms)
+    for (const std::size_t axis : {0, 1})
+      factors.insert(factors.begin() + std::ssize(SlopeCorrection::AxisTerms{}) * static_cast<int>(axis) +
+                         static_cast<int>(SlopeCorrection::kSmallSlopes),
+                     0.0);
+  if (factors.size() != SlopeCorrection::kTerms) throw Error("wrong number of slope factors");
+  std::array<double, SlopeCorrection::kTerms> result;
+  std::copy(factors.begin(), factors.end(), result.begin());
+  return result;
+}
+
 SavedMap map_from(const Json& json) {
   SavedMap map;
   map.gradient_scale = json.at("gradient_scale").get<double>();
   if (!(map.gradient_scale > 0.1 && map.gradient_scale < 10)) throw Error("impossible gradient scale");
-  map.slope_correction.factors = json.at("slope_correction").get<decltype(SlopeCorrection::factors)>();
+  map.slope_correction.factors = slope_factors_from(json.at("slope_correction"));
   map.surfaces_corrected = json.at("surfaces_corrected").get<bool>();
   map.scan_bytes =
       json.value("scan_bytes", std::numeric_limits<std::uintmax_t>::max());  // missing: not known

@@ -68,8 +68,8 @@ cv::Rect grown(const cv::Rect& box, int margin, cv::Size image) {
   return (box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect({}, image);
 }
 
-void PressureMap::keep_pressed(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& places) {
-  const cv::Rect box = cv::boundingRect(places);
+void PressureMap::keep_pressed(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& mask) {
+  const cv::Rect box = cv::boundingRect(mask);
   if (box.empty()) return;
   const cv::Size whole = height_mm.size() / kBlockPx, grid = block_grid(height_mm.size());
   cv::resize(height_mm(cv::Rect({}, whole * kBlockPx)), depth_, whole, 0, 0, cv::INTER_AREA);
@@ -89,7 +89,7 @@ void PressureMap::keep_pressed(const cv::Mat1f& height_mm, double pixel_pitch_mm
   const cv::Rect around = grown(cv::Rect(first, last + cv::Point(1, 1)), 1, grid);
   cv::resize(excess_(around), excess_px_, around.size() * kBlockPx, 0, 0, cv::INTER_LINEAR);
   cv::compare(excess_px_(box - around.tl() * kBlockPx), 0.0, pressed_, cv::CMP_GT);
-  cv::bitwise_and(places(box), pressed_, places(box));
+  cv::bitwise_and(mask(box), pressed_, mask(box));
 }
 
 ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)

@@ -19,9 +19,9 @@ cv::Rect grown(const cv::Rect& box, int margin, cv::Size image);
 /// not tear holes into its mask.
 class PressureMap {
  public:
-  /// Leaves of `places` (HxW, 0 or 255) what is pressed, by heights (0 on the untouched gel, negative in
-  /// contact).
-  void keep_pressed(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& places);
+  /// Clears the pixels of `mask` (HxW, 0 or 255) where nothing presses on the gel. `height_mm`: HxW, 0 on the
+  /// untouched gel, negative in contact.
+  void keep_pressed(const cv::Mat1f& height_mm, double pixel_pitch_mm, cv::Mat1b& mask);
 
  private:
   cv::Mat1f depth_, padded_, laplacian_, excess_, excess_px_;

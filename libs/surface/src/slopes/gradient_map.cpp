@@ -147,7 +147,8 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
       const auto [left, top] = corner(i);
       constexpr std::size_t kInputs = GradientModel::kSizes.front();
       std::array<std::array<float, area>, kInputs> step;  // of each input from the middle of the block
-      std::copy_n(colors_of_blocks_.data() + 3 * area * i, 3 * area, step.front().data());
+      const float* color = colors_of_blocks_.data() + 3 * area * i;
+      for (std::size_t c = 0; c < 3; ++c, color += area) std::copy_n(color, area, step[c].begin());
       int pixel = 0;
       for (int v = top; v < top + kBlockPx; ++v)
         for (int u = left; u < left + kBlockPx; ++u, ++pixel) {

@@ -49,21 +49,21 @@ cv::Point2f SlopeCorrection::place(cv::Size size, cv::Point pixel) {
           (static_cast<float>(pixel.y) - center_v) / half_width};
 }
 
-SlopeCorrection::AxisTerms SlopeCorrection::terms(std::size_t axis, float x, float y, float gx, float gy) {
-  constexpr float kSmallSlope = 0.07F;  // up to here the camera's noise lets slopes look like bare gel
+SlopeCorrection::Terms SlopeCorrection::terms(float x, float y, float gx, float gy) {
+  constexpr float kSmallSlope = 0.07F;  // decay length, rad: below it a network may take colors for bare gel
   const float steepness2 = gx * gx + gy * gy, m = 1.0F / std::sqrt(1.0F + steepness2),
               small = std::exp(-std::sqrt(steepness2) / kSmallSlope);
-  return {gx,          gy,
-          x * gx,      y * gx,
-          x * gy,      y * gy,
-          m * gx * gx, m * gx * gy,
-          m * gy * gy, small * (axis == 0 ? gx : gy),
-          x,           y};
+  const auto of_axis = [&](float slope) {
+    return AxisTerms{gx,          gy,          x * gx,      y * gx,        x * gy, y * gy,
+                     m * gx * gx, m * gx * gy, m * gy * gy, small * slope, x,      y};
+  };
+  return {of_axis(gx), of_axis(gy)};
 }
 
 std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gradient_scale_sigma,
                                                                          double model_sigma) {
-  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kSmall = 0.3, kBias = 0.02;
+  // Small slopes: from -0.6 to -2.3 for one network, -0.3 to 0.2 for two others and all that state a sigma.
+  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kSmall = 0.6, kBias = 0.02;
   constexpr std::array<double, kTermsPerAxis> kOfAxis = {kCross, kCross, kPlace, kPlace, kPlace, kPlace,
                                                          kSlope, kSlope, kSlope, kSmall, kBias,  kBias};
   std::array<double, kTerms> sigma;
@@ -99,12 +99,10 @@ SurfacePtr SlopeCorrector::apply(const Surface& read, const SlopeCorrection& cor
       const float gx = -n[0] / n[2], gy = -n[1] / n[2];
       const cv::Point2f place = SlopeCorrection::place(read.normals.size(), {u, v});
       const float touched = self.touched(v, u);
-      const auto of_axis = [&](std::size_t axis) {
-        return weighted(SlopeCorrection::terms(axis, place.x, place.y, gx, gy),
-                        correction.factors.data() + axis * SlopeCorrection::kTermsPerAxis, touched);
-      };
-      self.dx(v, u) = -of_axis(0);
-      self.dy(v, u) = -of_axis(1);
+      const SlopeCorrection::Terms terms = SlopeCorrection::terms(place.x, place.y, gx, gy);
+      const double* const factors = correction.factors.data();
+      self.dx(v, u) = -weighted(terms[0], factors, touched);
+      self.dy(v, u) = -weighted(terms[1], factors + SlopeCorrection::kTermsPerAxis, touched);
       self.gx(v, u) = gx + self.dx(v, u);
       self.gy(v, u) = gy + self.dy(v, u);
     }

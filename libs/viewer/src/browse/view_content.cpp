@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/files.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/session.hpp"
@@ -19,11 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kGapS = 0.25;
-
-std::string display_name(const fs::path& path) {
-  const fs::path clean = path.lexically_normal();
-  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
-}
 
 /// Which keyframes the edges of a run's pose graph join. Neighbors by id are odometry. Other lines are not
 /// ours to judge; a file that is not there has none.
@@ -65,7 +61,7 @@ ViewContent load_run(const fs::path& run) {
   const bool has_mesh = fs::exists(run / "mesh.ply"),
              has_session = fs::exists(run / "session" / "session.json");
   if (!has_mesh) throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
-  ViewContent content{display_name(run), read_mesh(run / "mesh.ply"), std::nullopt};
+  ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt};
   if (has_session) content.history = read_history(run);
   return content;
 }
@@ -133,7 +129,7 @@ std::vector<std::vector<Pose>> RunHistory::trajectory_at(double time_s) const {
 ViewContent load_view(const fs::path& run_or_mesh, std::optional<double> mm_per_unit) {
   check_exists(run_or_mesh);
   if (fs::is_directory(run_or_mesh)) return load_run(run_or_mesh);
-  return {display_name(run_or_mesh), read_mesh(run_or_mesh, mm_per_unit), std::nullopt};
+  return {name_of(run_or_mesh), read_mesh(run_or_mesh, mm_per_unit), std::nullopt};
 }
 
 ViewContent load_truth(const fs::path& data_folder_or_mesh, const fs::path& run,

@@ -34,6 +34,9 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view c
 /// All bytes of a file. Throws Error that names it and says why it cannot be read.
 std::string read_file(const std::filesystem::path& path);
 
+/// The name of a folder or file; of "data/pebble/" it is "pebble".
+std::string name_of(const std::filesystem::path& path);
+
 /// Keeps other programs that use the same class out of a folder, until it is destroyed or its program ends,
 /// even by kill -9; leaves no file. Does nothing on a file system without locks. Movable.
 class FolderLock {

@@ -28,6 +28,7 @@ struct SlopeCorrection {
   static constexpr std::size_t kTermsPerAxis = 12;
   static constexpr std::size_t kTerms = 2 * kTermsPerAxis;
   using AxisTerms = std::array<float, kTermsPerAxis>;
+  using Terms = std::array<AxisTerms, 2>;  ///< of the slope along x and along y
 
   std::array<double, kTerms> factors{};  ///< first those of the slope along x, then along y
 
@@ -39,8 +40,7 @@ struct SlopeCorrection {
   GradientScale scale() const;  ///< at the center of the gel
   /// (x, y) of a pixel, as terms() takes it.
   static cv::Point2f place(cv::Size size, cv::Point pixel);
-  /// `axis` 0: of the slope along x, 1: along y.
-  static AxisTerms terms(std::size_t axis, float x, float y, float gx, float gy);
+  static Terms terms(float x, float y, float gx, float gy);
   /// How far a factor may be from 0, before anything is known: one standard deviation each. A model that
   /// states a smaller standard deviation of its slopes (Surface::model_sigma) also errs less in common.
   static std::array<double, kTerms> prior_sigma(double gradient_scale_sigma, double model_sigma = 1.0);
