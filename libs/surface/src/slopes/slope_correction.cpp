@@ -62,7 +62,7 @@ SlopeCorrection::Terms SlopeCorrection::terms(float x, float y, float gx, float 
 
 std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gradient_scale_sigma,
                                                                          double model_sigma) {
-  // Small slopes: from -0.6 to -2.3 for one network, -0.3 to 0.2 for two others and all that state a sigma.
+  // Small slopes: root mean squares over sequences were 0.9 with one network, 0.3 and 0.2 with two others.
   constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kSmall = 0.6, kBias = 0.02;
   constexpr std::array<double, kTermsPerAxis> kOfAxis = {kCross, kCross, kPlace, kPlace, kPlace, kPlace,
                                                          kSlope, kSlope, kSlope, kSmall, kBias,  kBias};
