@@ -112,6 +112,13 @@ TEST(ReadFile, GivesAllBytesOrSaysWhyNot) {
               HasSubstr("cannot be read: Is a directory"));
 }
 
+TEST(NameOf, IsTheLastFolderOrFileWithOrWithoutASlash) {
+  for (const char* path :
+       {"pebble", "data/pebble", "data/pebble/", "/data/pebble//", "data/pebble/.", "data/x/../pebble/"})
+    EXPECT_EQ(name_of(path), "pebble") << path;
+  EXPECT_EQ(name_of("data/log.mkv"), "log.mkv");
+}
+
 TEST(RunFolder, AppearsWholeOrNotAtAll) {
   TemporaryFolder folder;
   {

@@ -125,7 +125,8 @@ void run(const InformationArguments& arguments) {
   const NormalFlowOptions options;
   StudyCases cases(arguments.data.size());
   for (const fs::path& folder : arguments.data) {
-    cases.begin(name_of(folder));
+    const std::string name = name_of(folder);
+    cases.begin(name);
     const ProblemSet set = load_problems(folder, {320, 240}, arguments.choice);
     std::vector<NormalFlowReference> references;
     for (const SurfacePtr& surface : set.references) references.emplace_back(surface, options);
@@ -134,7 +135,6 @@ void run(const InformationArguments& arguments) {
       outcomes.push_back(
           judge(register_normal_flow(references[problem.reference], *problem.target, problem.start, options),
                 problem));
-    const std::string name = name_of(folder);
     std::cout << row(name, outcomes) << std::endl;
     csv += csv_lines(name, outcomes);
     all.insert(all.end(), outcomes.begin(), outcomes.end());

@@ -86,11 +86,6 @@ void write_file_atomically(const fs::path& path, std::string_view contents) {
   temporary.commit();
 }
 
-std::string name_of(const std::filesystem::path& path) {
-  const std::filesystem::path clean = path.lexically_normal();
-  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
-}
-
 std::string read_file(const std::filesystem::path& path) {
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   std::string bytes;
@@ -102,6 +97,11 @@ std::string read_file(const std::filesystem::path& path) {
     if (count < 0 && errno != EINTR) break;
   }
   throw Error(path.string() + ": cannot be read: " + errno_text());
+}
+
+std::string name_of(const fs::path& path) {
+  const fs::path clean = path.lexically_normal();
+  return (clean.has_filename() ? clean : clean.parent_path()).filename().string();
 }
 
 struct FolderLock::Directory {
