@@ -60,9 +60,12 @@ struct Node {
   Kind kind;
   std::int64_t integer = 0;
   std::string_view text;
-  std::vector<NodeId>
-      children;  // tuple: items; dict: key, value, key, value...; storage, tensor: their arguments
+  // tuple: items; dict: key, value, key, value...; storage, tensor: the one tuple of their arguments, which
+  // many of them may share
+  std::vector<NodeId> children;
 };
+
+constexpr std::size_t kMaxTensors = 64, kMaxDimensions = 8;
 
 class PickleMachine {
  public:
@@ -302,7 +305,7 @@ class PickleMachine {
         push({Kind::dict, 0, {}, {}});
         break;
       case Kind::rebuild_tensor:
-        push({Kind::tensor, 0, {}, arena_[arguments].children});
+        push({Kind::tensor, 0, {}, {arguments}});
         break;
       default:
         throw Error("data.pkl is damaged (call of something that is no function)");
@@ -318,12 +321,14 @@ class PickleMachine {
         arena_[fields[4]].kind != Kind::integer) {
       throw Error("data.pkl is damaged (storage description)");
     }
-    push({Kind::storage, 0, {}, std::vector<NodeId>(fields)});
+    push({Kind::storage, 0, {}, {id}});
   }
 
+  // A result has at most kMaxTensors of these, and many may name one tuple: hence the bound.
   std::vector<std::int64_t> integers(NodeId id) const {
     const Node& node = arena_[id];
-    if (node.kind != Kind::tuple) throw Error("data.pkl is damaged (tensor size)");
+    if (node.kind != Kind::tuple || node.children.size() > kMaxDimensions)
+      throw Error("data.pkl is damaged (tensor size)");
     std::vector<std::int64_t> values;
     for (const NodeId child : node.children) {
       if (arena_[child].kind != Kind::integer) throw Error("data.pkl is damaged (tensor size)");
@@ -333,12 +338,13 @@ class PickleMachine {
   }
 
   TensorEntry tensor_entry(std::string_view name, const Node& tensor) const {
-    const auto& arguments = tensor.children;  // storage, offset, size, stride, requires_grad, hooks
+    const auto& arguments =
+        arena_[tensor.children[0]].children;  // storage, offset, size, stride, requires_grad, hooks
     if (arguments.size() < 4 || arena_[arguments[0]].kind != Kind::storage ||
         arena_[arguments[1]].kind != Kind::integer) {
       throw Error("data.pkl is damaged (tensor description)");
     }
-    const auto& storage = arena_[arguments[0]].children;
+    const auto& storage = arena_[arena_[arguments[0]].children[0]].children;
     TensorEntry entry;
     entry.name = name;
     entry.storage_key = arena_[storage[2]].text;
@@ -352,6 +358,7 @@ class PickleMachine {
 
   std::vector<TensorEntry> collect_tensors(NodeId dict) const {
     const auto& children = arena_[dict].children;
+    if (children.size() > 2 * kMaxTensors) throw Error("it holds too many tensors for a gradient model");
     std::vector<TensorEntry> tensors;
     for (std::size_t i = 0; i + 1 < children.size(); i += 2) {
       const Node& key = arena_[children[i]];
