@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <string>
 
 #include "gelslam/core/error.hpp"
@@ -127,26 +128,34 @@ class EdgeCost : public ceres::CostFunction {
   ceres::AutoDiffCostFunction<OfNodes, 6, 7, 7> of_nodes_;
 };
 
-/// While it lives, OpenBLAS runs with one thread, if SuiteSparse calls that: the order of its sums depends on
-/// the number of threads. The BLAS that Debian installs with Ceres (ATLAS) has one thread.
+/// While any of them lives, OpenBLAS runs with one thread, if SuiteSparse calls that: the order of its sums
+/// depends on the number of threads, which all solves of the process share. The BLAS that Debian installs
+/// with Ceres (ATLAS) has one thread.
 class SerialBlas {
  public:
   SerialBlas() {
+    const std::lock_guard lock(mutex_);
+    if (living_++ > 0) return;
     const auto threads = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
-    set_threads_ = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
-    if (!threads || !set_threads_) return;
-    threads_before_ = threads();
-    set_threads_(1);
+    threads_before_ = threads ? threads() : 0;
+    set_threads(1);
   }
   ~SerialBlas() {
-    if (threads_before_ > 0) set_threads_(threads_before_);
+    const std::lock_guard lock(mutex_);
+    if (--living_ == 0) set_threads(threads_before_);
   }
   SerialBlas(const SerialBlas&) = delete;
   SerialBlas& operator=(const SerialBlas&) = delete;
 
  private:
-  void (*set_threads_)(int) = nullptr;
-  int threads_before_ = 0;
+  static void set_threads(int count) {
+    const auto set = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
+    if (set && threads_before_ > 0) set(count);
+  }
+
+  static inline std::mutex mutex_;
+  static inline int living_ = 0;
+  static inline int threads_before_ = 0;  // the first of those that live; 0: it is not OpenBLAS
 };
 
 /// A state of the graph with its residuals.
