@@ -30,9 +30,10 @@ class OneMesh {
  private:
   int index_of(const aiMesh& part, unsigned i) {
     const aiVector3D& v = part.mVertices[i];
+    const Eigen::Vector3f vertex = vertex_mm(Eigen::Vector3d(v.x, v.y, v.z), mm_per_unit_);
     const auto [place, is_new] = index_.try_emplace({v.x, v.y, v.z}, static_cast<int>(index_.size()));
     if (is_new) {
-      mesh_.vertices_mm.push_back((Eigen::Vector3d(v.x, v.y, v.z) * mm_per_unit_).cast<float>());
+      mesh_.vertices_mm.push_back(vertex);
       if (with_normals_) {
         const aiVector3D& n = part.mNormals[i];
         mesh_.normals.emplace_back(n.x, n.y, n.z);

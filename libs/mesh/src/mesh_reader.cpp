@@ -9,17 +9,26 @@
 #include "mesh_readers.hpp"
 
 namespace gelslam {
+
+Eigen::Vector3f mesh::detail::vertex_mm(const Eigen::Vector3d& vertex, double mm_per_unit) {
+  constexpr double kMostMm = 1e6;
+  const Eigen::Vector3d mm = vertex * mm_per_unit;
+  if (!mm.allFinite()) throw Error("it holds numbers that are not finite");
+  if (mm.cwiseAbs().maxCoeff() > kMostMm)
+    throw Error("it holds a vertex more than 1 km from its origin; is its unit right?");
+  return mm.cast<float>();
+}
+
 namespace {
 
+/// Vertices have passed vertex_mm().
 void check_readable(const Mesh& mesh) {
   if (mesh.vertices_mm.empty()) throw Error("it holds no vertices");
   if (mesh.triangles.empty()) throw Error("it holds no triangles");
   const int n = static_cast<int>(mesh.vertices_mm.size());
-  const auto finite = [](const Eigen::Vector3f& v) { return v.allFinite(); };
-  if (!std::all_of(mesh.vertices_mm.begin(), mesh.vertices_mm.end(), finite) ||
-      !std::all_of(mesh.normals.begin(), mesh.normals.end(), finite)) {
+  const auto finite = [](const Eigen::Vector3f& v) { return std::isfinite(v.squaredNorm()); };
+  if (!std::all_of(mesh.normals.begin(), mesh.normals.end(), finite))
     throw Error("it holds numbers that are not finite");
-  }
   const auto usable = [](float c) { return std::isfinite(c) && c >= 0; };
   if (!std::all_of(mesh.confidence.begin(), mesh.confidence.end(), usable)) {
     throw Error("it holds a confidence that is negative or not finite");

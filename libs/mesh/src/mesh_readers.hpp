@@ -8,6 +8,10 @@
 
 namespace gelslam::mesh::detail {
 
+/// A vertex as a file gives it, in mm. Throws Error when it is not finite or more than 1 km away: floats do
+/// not resolve what a sensor feels there.
+Eigen::Vector3f vertex_mm(const Eigen::Vector3d& vertex, double mm_per_unit);
+
 /// Reads any PLY (ASCII, little or big endian) whose `vertex` element has x y z and whose `face` element has
 /// a list vertex_indices (or vertex_index); nx ny nz and confidence are taken when present, other properties
 /// are skipped. Polygons become fans. Coordinates are multiplied by `mm_per_unit`. Every count is checked

@@ -281,7 +281,7 @@ void read_vertices(const Element& element, double mm_per_unit, Cursor& cursor, M
         value[static_cast<std::size_t>(slot_of_property[k])] = cursor.scalar(element.properties[k].type);
       }
     }
-    mesh.vertices_mm.push_back((Eigen::Vector3d(value[0], value[1], value[2]) * mm_per_unit).cast<float>());
+    mesh.vertices_mm.push_back(vertex_mm({value[0], value[1], value[2]}, mm_per_unit));
     if (has_normals) mesh.normals.push_back(Eigen::Vector3d(value[3], value[4], value[5]).cast<float>());
     if (has[6]) mesh.confidence.push_back(static_cast<float>(value[6]));
   }
