@@ -104,6 +104,8 @@ Pose pose_at(const Place& place, const Surface& reference, const Surface& target
 
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const VerificationOptions& options) {
+  if (reference.contact.size() != target.contact.size() || reference.pixel_pitch_mm != target.pixel_pitch_mm)
+    return {};
   const CoarseTexture texture(reference), target_texture(target);
   const double min_shared_px = options.min_scr * std::min(texture.pixels, target_texture.pixels);
   if (min_shared_px < 1) return {};

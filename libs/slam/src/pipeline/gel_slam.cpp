@@ -13,7 +13,6 @@ struct GelSlam::Impl {
   Tracker tracker;
   Mapper mapper;
   int keyframe = -1;  // the tracker's
-  std::vector<ScanPart> parts;
   std::vector<FrameRecord> frames;
 };
 
@@ -22,7 +21,6 @@ GelSlam::GelSlam(const SlamOptions& options, const ContinuedScan* continued)
   if (!continued) return;
   impl_->tracker.continue_after(continued->last_keyframe(), continued->last_trial());
   impl_->mapper.restore(continued->record);
-  impl_->parts = continued->record.parts;
   impl_->frames = continued->record.frames;
 }
 GelSlam::~GelSlam() = default;
@@ -51,10 +49,8 @@ void GelSlam::skip(std::int64_t frame, double time_s) {
 }
 
 SlamMap GelSlam::finish(bool refine, ProgressSink* progress) const {
-  SlamMap map = impl_->mapper.finish(
+  return impl_->mapper.finish(
       impl_->frames, refine, [] { return false; }, progress);
-  map.measured.parts = impl_->parts;
-  return map;
 }
 
 }  // namespace gelslam

@@ -14,7 +14,22 @@
 namespace gelslam {
 namespace {
 
-constexpr int kOverlapRounds = 2;  // the first one's corrections show more overlaps
+constexpr std::size_t kMaxNeighbors = 256;  // bounds what tracking unpacks and looks through
+constexpr int kOverlapRounds = 2;           // the first one's corrections show more overlaps
+
+/// The nearest, in the order in which they were.
+std::vector<Neighborhood::Neighbor> nearest(std::vector<Neighborhood::Neighbor> neighbors) {
+  if (neighbors.size() <= kMaxNeighbors) return neighbors;
+  const auto distance_mm = [](const Neighborhood::Neighbor& neighbor) {
+    return neighbor.center_T_keyframe.translation().norm();
+  };
+  std::vector<double> distances;
+  std::transform(neighbors.begin(), neighbors.end(), std::back_inserter(distances), distance_mm);
+  std::nth_element(distances.begin(), distances.begin() + kMaxNeighbors - 1, distances.end());
+  std::erase_if(neighbors, [&](const auto& n) { return distance_mm(n) > distances[kMaxNeighbors - 1]; });
+  neighbors.resize(kMaxNeighbors);
+  return neighbors;
+}
 
 /// The component with most frames; the oldest of equals.
 int largest_component(const std::map<int, int>& frames_per_component) {
@@ -26,6 +41,7 @@ int largest_component(const std::map<int, int>& frames_per_component) {
 std::map<int, int> tracked_frames_per_component(const std::vector<FrameRecord>& frames,
                                                 const PoseGraphSolution& solution) {
   std::map<int, int> count;
+  for (const auto& [id, component] : solution.component_of_node) count[component] = 0;
   for (const FrameRecord& frame : frames)
     if (frame.keyframe >= 0) ++count[solution.component_of_node.at(frame.keyframe)];
   return count;
@@ -138,6 +154,7 @@ std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int pr
 }
 
 std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& record) {
+  parts_ = record.parts;
   keyframes_ = record.keyframes;
   searched_ = record.searched;
   std::vector<PoseGraphEdge> edges = record.edges;
@@ -205,6 +222,7 @@ Neighborhood Mapper::neighborhood(int keyframe) {
       result.others.push_back({keyframes_[static_cast<std::size_t>(other)], center_T_other});
     }
   }
+  result.others = nearest(std::move(result.others));
   return result;
 }
 
@@ -268,14 +286,14 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
                        const std::function<bool()>& stop_requested, ProgressSink* progress) const {
   ParallelProgress closing(progress, "closing loops", kOverlapRounds * keyframes_.size());
   SlamMap map;
-  map.measured = {{}, keyframes_, edges_, searched_, frames, {}};
+  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
   map.frames = frames;
   for (FrameRecord& frame : map.frames)
     if (!trial_T_keyframe_.contains(frame.keyframe))
       frame.keyframe = -1;  // its keyframe has not reached the mapper yet
   map.keyframes = keyframes_;
   std::vector<PoseGraphEdge> edges = edges_;
-  for (const LoopConstraint& loop : rejoin_broken_trials(keyframes_, map.frames, options_)) {
+  for (const LoopConstraint& loop : rejoin_broken_trials(keyframes_, map.frames, parts_, options_)) {
     const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
       return edge.from == loop.from && edge.to == loop.to;
     });

@@ -13,14 +13,17 @@ struct Break {
   const FrameRecord *before, *after;
 };
 
-std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames) {
+std::vector<Break> lost_in_touch(const std::vector<FrameRecord>& frames, const std::vector<ScanPart>& parts) {
   std::vector<Break> breaks;
   const FrameRecord* before = nullptr;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const FrameRecord& frame = frames[i];
-    if (i > 0 && frame.frame != frames[i - 1].frame + 1) before = nullptr;
+    const bool follows = i > 0 && frame.frame == frames[i - 1].frame + 1 &&
+                         part_of_frame(parts, frame.frame) == part_of_frame(parts, frames[i - 1].frame);
+    if (!follows) before = nullptr;
     if (unplaced(frame)) continue;
-    if (before && frame.keyframe >= 0 && frame.trial == before->trial + 1) breaks.push_back({before, &frame});
+    if (before && frame.keyframe > before->keyframe && frame.trial == before->trial + 1)
+      breaks.push_back({before, &frame});
     before = frame.keyframe >= 0 ? &frame : nullptr;
   }
   return breaks;
@@ -43,9 +46,9 @@ std::optional<Pose> candidate_pose(const Keyframe& older, const Keyframe& newer,
 
 std::vector<LoopConstraint> rejoin_broken_trials(
     const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<FrameRecord>& frames,
-    const SlamOptions& options) {
+    const std::vector<ScanPart>& parts, const SlamOptions& options) {
   std::vector<LoopConstraint> found;
-  for (const auto& [before, after] : lost_in_touch(frames)) {
+  for (const auto& [before, after] : lost_in_touch(frames, parts)) {
     const auto& older = keyframes[static_cast<std::size_t>(before->keyframe)];
     const auto& newer = keyframes[static_cast<std::size_t>(after->keyframe)];
     if (!older || !newer) continue;

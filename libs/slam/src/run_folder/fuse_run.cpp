@@ -89,7 +89,6 @@ FuseSummary finish_scan(const FuseRequest& request, const Config& config, Target
   mapper.restore(record);
   SlamMap map = mapper.finish(record.frames, true, stop_requested, &progress);
   if (stop_requested()) throw Error("stopped; nothing was changed");
-  map.measured.parts = record.parts;
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
   account.log_description = "the session of a scan that was not finished";
   account.summary = summarize(map, mesh);

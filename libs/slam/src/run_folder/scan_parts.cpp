@@ -7,14 +7,14 @@
 #include "gelslam/slam/continue_scan.hpp"
 
 namespace gelslam {
-namespace {
 
-/// Index of the part that a frame belongs to.
 std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame) {
   const auto next = std::upper_bound(parts.begin(), parts.end(), frame,
                                      [](std::int64_t f, const ScanPart& p) { return f < p.first_frame; });
   return next == parts.begin() ? 0 : static_cast<std::size_t>(next - parts.begin()) - 1;
 }
+
+namespace {
 
 struct Joined {
   std::set<int> trials, trials_in_map;

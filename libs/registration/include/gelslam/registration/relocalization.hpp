@@ -14,7 +14,7 @@ inline constexpr double kMinPeriodMm = 1.0;
 /// Where NormalFlow may start (target_T_reference) when the motion was too large for it to follow: shifts and
 /// twists about that of `expected` at which the two textures agree, at any distance, the best first, with the
 /// tilt that the normals have there. A pattern that repeats itself has many. Empty when the textures are too
-/// faint. Source: own.
+/// faint, or differ in size or pitch. Source: own.
 std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target, const Pose& expected,
                                 const VerificationOptions& options = {});
 

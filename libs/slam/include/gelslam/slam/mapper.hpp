@@ -30,16 +30,16 @@ class Mapper {
   /// Returns the loops found.
   std::vector<PoseGraphEdge> add_keyframe(const NewKeyframe& added, bool search_loops = true);
 
-  /// Continues a scan, before the first keyframe: its keyframes with what is known of them. Loops of
-  /// keyframes that were not searched yet are searched now, and returned by keyframe.
+  /// Continues a scan, before the first keyframe: its parts and keyframes with what is known of them. Loops
+  /// of keyframes that were not searched yet are searched now, and returned by keyframe.
   std::map<int, std::vector<PoseGraphEdge>> restore(const ScanRecord& record);
 
   /// Takes back the keyframes of this trial and of later ones.
   void forget_from_trial(int trial);
 
   /// The keyframes that edges lead to from this one, the fewest first, as far as they lie within the sensor's
-  /// width: by the edges as measured, without a solve. Only itself is missing. Loops that are too weak to
-  /// join two pieces, or that contradict the others, do not lead on.
+  /// width, the 256 nearest: by the edges as measured, without a solve. Only itself is missing. Loops that
+  /// are too weak to join two pieces, or that contradict the others, do not lead on.
   Neighborhood neighborhood(int keyframe);
 
   /// True when loops were found since the last optimize(): solving for all poses may improve the map.
@@ -52,8 +52,9 @@ class Mapper {
   MapSnapshot snapshot() const;
 
   /// Solves for all poses, with refinement (slow; `refine` false: with the edges that are known). May be
-  /// called at any time; keyframes may follow. `stop_requested` leaves out the rest of the refinement. Tells
-  /// `progress` (null: nobody) of the tasks "closing loops" and "calibrating slopes".
+  /// called at any time; keyframes may follow. SlamMap::measured has the parts of restore(). `stop_requested`
+  /// leaves out the rest of the refinement. Tells `progress` (null: nobody) of the tasks "closing loops" and
+  /// "calibrating slopes".
   SlamMap finish(const std::vector<FrameRecord>& frames, bool refine,
                  const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;
 
@@ -64,6 +65,7 @@ class Mapper {
 
   SlamOptions options_;
   LoopCloser loop_closer_;
+  std::vector<ScanPart> parts_;     // of what was restored
   std::vector<Keyframe> restored_;  // not in loop_closer_ yet: it is slow, and not always needed
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
   std::vector<bool> searched_;                              // by id: for loops

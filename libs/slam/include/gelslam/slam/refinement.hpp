@@ -28,9 +28,10 @@ std::vector<PoseGraphEdge> find_overlap_edges(
 
 /// Where tracking was lost from one frame to the next without losing contact, the object has moved by no more
 /// than between two frames: the new trial's first keyframe is verified as a loop to the keyframe before it,
-/// from there. This joins fragments that are too small for place recognition. Null keyframes are left out.
+/// from there. This joins fragments that are too small for place recognition. From part to part anything may
+/// have moved. Null keyframes are left out.
 std::vector<LoopConstraint> rejoin_broken_trials(
     const std::vector<std::shared_ptr<const Keyframe>>& keyframes, const std::vector<FrameRecord>& frames,
-    const SlamOptions& options);
+    const std::vector<ScanPart>& parts, const SlamOptions& options);
 
 }  // namespace gelslam

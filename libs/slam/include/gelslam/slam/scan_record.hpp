@@ -36,10 +36,13 @@ struct ScanPart {
   std::string log;  ///< file; empty where none was kept
 };
 
+/// Index of the part that a frame belongs to; 0 without parts.
+std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame);
+
 /// All that a scan has measured, and so all that is needed to continue it: what tracking and loop closure
 /// found, before the pose graph draws conclusions.
 struct ScanRecord {
-  std::vector<ScanPart> parts;
+  std::vector<ScanPart> parts;  ///< by first_frame
   /// By id, as many as ids were given; null where taken back, or damaged.
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   /// Keyframe by keyframe: the link to the keyframe it was tracked from, then its loops.
