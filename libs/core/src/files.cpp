@@ -90,7 +90,9 @@ std::string read_file(const std::filesystem::path& path) {
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   std::string bytes;
   std::array<char, 1 << 16> block;
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
   while (file.ok()) {
+    if (bytes.size() > kMaxBytes) throw Error(path.string() + ": is larger than 1 GiB");
     const ssize_t count = ::read(file.get(), block.data(), block.size());
     if (count == 0) return bytes;
     if (count > 0) bytes.append(block.data(), static_cast<std::size_t>(count));

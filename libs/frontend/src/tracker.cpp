@@ -313,16 +313,22 @@ bool Tracker::is_outgrown(const NormalFlowReference& keyframe, const Registratio
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
 }
 
+/// Keyframes that were known before are not unpacked again.
+std::shared_ptr<const ContactRelief> Tracker::contact_of(
+    const std::shared_ptr<const Keyframe>& keyframe) const {
+  const auto before = std::find_if(known_.begin(), known_.end(),
+                                   [&](const Known& known) { return known.keyframe == keyframe; });
+  return before != known_.end() ? before->contact
+                                : std::make_shared<const ContactRelief>(*keyframe->surface.get());
+}
+
 void Tracker::set_neighborhood(const Neighborhood& neighborhood) {
   if (!in_trial_ || neighborhood.center != keyframe_->id) return;
   std::vector<Known> known;
-  std::vector<TurningPoints::Touch> touches;
-  for (const auto& [keyframe, center_T_keyframe] : neighborhood.others) {
-    known.push_back({keyframe, keyframe->surface.get(), normalized(trial_T_keyframe_ * center_T_keyframe)});
-    touches.push_back({keyframe->frame, known.back().surface, known.back().trial_T_keyframe, {}});
-  }
-  known_ = std::move(known);  // those that stay are not unpacked again
-  turning_points_.set_known(std::move(touches));
+  for (const auto& [keyframe, center_T_keyframe] : neighborhood.others)
+    known.push_back({{contact_of(keyframe), normalized(trial_T_keyframe_ * center_T_keyframe)}, keyframe});
+  known_ = std::move(known);
+  turning_points_.set_known({known_.begin(), known_.end()});
 }
 
 /// Of the known keyframes, that which shows most of the frame's contact; null if none shows enough. A surface
@@ -336,7 +342,7 @@ const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Po
     const Pose known_T_frame = known.trial_T_keyframe.inverse() * trial_T_frame;
     const auto shown =
         static_cast<double>(std::count_if(points.begin(), points.end(), [&](const auto& point) {
-          return shows(*known.surface, known_T_frame * point);
+          return shows(*known.contact, known_T_frame * point);
         }));
     if (shown <= most || known.keyframe == keyframe_ ||
         known.keyframe->reference->self_similarity() > verification_.max_self_similarity)
@@ -353,7 +359,8 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   const Known* const known = most_overlapping(*touch.surface, touch.trial_T_frame);
   if (!known) return false;
   const Pose expected = known->trial_T_keyframe.inverse() * touch.trial_T_frame;
-  std::shared_ptr<const PreparedReference> reference = registrar_->prepare(known->surface);
+  const SurfacePtr surface = known->keyframe->surface.get();
+  std::shared_ptr<const PreparedReference> reference = registrar_->prepare(surface);
   const RegistrationResult place = verify_registered(
       *reference->samples(), *touch.surface, reference->register_to(*touch.surface, expected.inverse()),
       PlacePrior::suspected, verification_);
@@ -369,8 +376,8 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   result.keyframe_T_frame = previous_.link.previous_T_this;
   result.registration = place;
   trial_T_keyframe_ = normalized(touch.trial_T_frame * result.keyframe_T_frame.inverse());
-  hand_out_turning_point(
-      result, turning_points_.add_keyframe({keyframe_->frame, known->surface, trial_T_keyframe_, {}}));
+  hand_out_turning_point(result,
+                         turning_points_.add_keyframe({keyframe_->frame, surface, trial_T_keyframe_, {}}));
   return true;
 }
 

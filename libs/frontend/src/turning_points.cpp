@@ -11,18 +11,19 @@ namespace {
 
 constexpr std::size_t kKeyframes = 6;  // further back, the sensor was elsewhere or comes as to any seen place
 
-/// Whether points of the trial lie in a touch's contact.
+/// Whether points of the trial lie in a contact: of a Surface or a ContactRelief.
+template <typename Contact>
 class View {
  public:
-  explicit View(const TurningPoints::Touch& touch)
-      : surface_(*touch.surface), frame_T_trial_(touch.trial_T_frame.inverse()) {}
+  View(const Contact& contact, const Pose& trial_T_frame)
+      : contact_(contact), frame_T_trial_(trial_T_frame.inverse()) {}
 
   bool shows(const Eigen::Vector3d& point_mm) const {
-    return gelslam::shows(surface_, frame_T_trial_ * point_mm);
+    return gelslam::shows(contact_, frame_T_trial_ * point_mm);
   }
 
  private:
-  const Surface& surface_;
+  const Contact& contact_;
   Pose frame_T_trial_;
 };
 
@@ -38,7 +39,7 @@ void TurningPoints::begin_trial(const Touch& keyframe) {
 std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
   std::optional<Touch> left;
   if (candidate_) {
-    const View view(touch);
+    const View view(*touch.surface, touch.trial_T_frame);
     const auto& points = candidate_->unseen_mm;
     const auto in_view =
         std::count_if(points.begin(), points.end(), [&](const auto& p) { return view.shows(p); });
@@ -58,7 +59,7 @@ std::optional<TurningPoints::Touch> TurningPoints::pass(const Touch& touch) {
 std::optional<TurningPoints::Touch> TurningPoints::add_keyframe(const Touch& keyframe) {
   std::optional<Touch> before;
   if (candidate_) {
-    const View view(keyframe);
+    const View view(*keyframe.surface, keyframe.trial_T_frame);
     std::erase_if(candidate_->unseen_mm, [&](const auto& p) { return view.shows(p); });
     if (candidate_->unseen_mm.size() >= candidate_->least) before = release();
     candidate_.reset();
@@ -76,15 +77,14 @@ std::optional<TurningPoints::Touch> TurningPoints::end_trial() {
 std::vector<Eigen::Vector3d> TurningPoints::unseen(const Touch& touch) const {
   std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(*touch.surface);
   for (Eigen::Vector3d& point : points) point = touch.trial_T_frame * point;
-  const auto leave_out = [&points](const auto& keyframes) {
-    for (const Touch& keyframe : keyframes) {
-      if (points.empty()) return;
-      const View view(keyframe);
-      std::erase_if(points, [&](const auto& p) { return view.shows(p); });
-    }
+  const auto leave_out = [&points](const auto& view) {
+    std::erase_if(points, [&](const auto& p) { return view.shows(p); });
   };
-  leave_out(keyframes_);
-  leave_out(known_);
+  for (const Touch& keyframe : keyframes_) leave_out(View(*keyframe.surface, keyframe.trial_T_frame));
+  for (const Known& known : known_) {
+    if (points.empty()) break;
+    leave_out(View(*known.contact, known.trial_T_keyframe));
+  }
   return points;
 }
 

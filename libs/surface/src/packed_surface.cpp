@@ -132,7 +132,7 @@ std::string planes_of(const Surface& surface, const cv::Rect& box, bool has_conf
       const cv::Vec3f& n = surface.normals(p);
       nx(v, u) = steps(n[0], PackedSurface::kNormalStep);
       ny(v, u) = steps(n[1], PackedSurface::kNormalStep);
-      height(v, u) = steps(surface.height_mm(p), PackedSurface::kHeightStepMm);
+      height(v, u) = PackedSurface::height_steps(surface.height_mm(p));
       curvature(v, u) = steps(surface.contact(p) ? surface.curvature(p) : 0, PackedSurface::kCurvatureStep);
     }
   std::string planes;
@@ -227,12 +227,10 @@ std::string inflated(const std::string& bytes, std::size_t expected) {
 }
 
 bool is_possible(const PackedHeader& h) {
-  const bool size = h.width >= 1 && h.height >= 1 && h.width <= PackedSurface::kMaxSide &&
-                    h.height <= PackedSurface::kMaxSide;
   const bool box = h.box_x + h.box_width <= h.width && h.box_y + h.box_height <= h.height;
   const bool center = std::isfinite(h.center_x_mm) && std::isfinite(h.center_y_mm);
   const bool sigma = h.model_sigma > 0 && h.model_sigma <= 1000;
-  return size && box && center && sigma && h.pixel_pitch_mm > 0 && h.pixel_pitch_mm <= 10 &&
+  return is_possible_picture({h.width, h.height}, h.pixel_pitch_mm) && box && center && sigma &&
          h.has_confidence <= 1 && h.zero_is_bare_gel <= 1;
 }
 
@@ -279,6 +277,8 @@ PackedSurface PackedSurface::from_bytes(std::string bytes) {
   if (!is_possible(header_of(bytes))) throw Error("holds numbers that no surface has");
   return PackedSurface(std::move(bytes));
 }
+
+std::int16_t PackedSurface::height_steps(float height_mm) { return steps(height_mm, kHeightStepMm); }
 
 SurfacePtr PackedSurface::unpack() const {
   const PackedHeader header = header_of(header_);

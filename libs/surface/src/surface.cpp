@@ -1,7 +1,9 @@
 #include "gelslam/surface/surface.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
+
+#include "point_on_surface.hpp"
 
 namespace gelslam {
 
@@ -36,14 +38,17 @@ Eigen::Vector2d contact_center_mm(const Surface& surface) {
 }
 
 bool shows(const Surface& surface, const Eigen::Vector3d& point_mm) {
-  constexpr double kHeightToleranceMm = 0.5;
-  const cv::Mat1b& contact = surface.contact;
-  const double u = point_mm.x() / surface.pixel_pitch_mm + 0.5 * contact.cols - 0.5;
-  const double v = point_mm.y() / surface.pixel_pitch_mm + 0.5 * contact.rows - 0.5;
-  if (!(u > -0.5 && v > -0.5 && u < contact.cols - 0.5 && v < contact.rows - 0.5)) return false;
-  const int column = static_cast<int>(std::lround(u)), row = static_cast<int>(std::lround(v));
-  return contact(row, column) &&
-         std::abs(point_mm.z() - static_cast<double>(surface.height_mm(row, column))) < kHeightToleranceMm;
+  const std::optional<cv::Point> pixel =
+      surface::detail::pixel_at(point_mm, surface.contact.size(), surface.pixel_pitch_mm);
+  return pixel && surface.contact(*pixel) && surface::detail::is_close(point_mm, surface.height_mm(*pixel));
+}
+
+bool is_possible_picture(cv::Size size, double pixel_pitch_mm) {
+  constexpr int kMaxSidePx = 4096;
+  constexpr double kMaxSideMm = 200;
+  const int side_px = std::max(size.width, size.height);
+  return size.width >= 1 && size.height >= 1 && side_px <= kMaxSidePx && pixel_pitch_mm >= kMinPixelPitchMm &&
+         pixel_pitch_mm <= kMaxPixelPitchMm && side_px * pixel_pitch_mm <= kMaxSideMm;
 }
 
 SurfacePtr resampled(const Surface& surface, double pixel_pitch_mm) {

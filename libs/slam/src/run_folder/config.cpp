@@ -4,6 +4,7 @@
 #include "gelslam/core/options.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/surface/model_file.hpp"
+#include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 namespace {
@@ -11,7 +12,8 @@ namespace {
 void describe_sensor(OptionVisitor& visit, Config& config) {
   SensorProfile& sensor = config.sensor;
   visit.text("device_name", sensor.device_name, "for people");
-  visit.number("ppmm", sensor.pixel_pitch_mm, 0.001, 10, "mm per pixel after crop and resize");
+  visit.number("ppmm", sensor.pixel_pitch_mm, kMinPixelPitchMm, kMaxPixelPitchMm,
+               "mm per pixel after crop and resize");
   visit.integer("imgh", sensor.height_px, 32, 4096, "height of the calibrated image, pixels");
   visit.integer("imgw", sensor.width_px, 32, 4096, "width of the calibrated image, pixels");
   visit.integer("raw_imgh", sensor.raw_height_px, 32, 16384, "height of the camera's image before the crop");
@@ -111,6 +113,10 @@ Config completed(Config config, const std::filesystem::path& name) {
   const FusionOptions& fusion = config.slam.fusion;
   if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not by fuse() after the whole log
     throw Error(name.string() + ": fusion_config.truncation_mm must be at least twice voxel_size_mm");
+  const SensorProfile& sensor = config.sensor;
+  if (!is_possible_picture({sensor.width_px, sensor.height_px}, sensor.pixel_pitch_mm))
+    throw Error(name.string() +
+                ": device_config makes the gel more than 200 mm wide; check ppmm, imgw and imgh");
   config.surface.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
   return config;
 }

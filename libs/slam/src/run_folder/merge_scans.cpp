@@ -46,6 +46,21 @@ bool can_be_corrected_together(const std::vector<ScanRecord>& records) {
   return found.size() <= 1;
 }
 
+/// Another pitch means another number of pixels: at most 16 times as many, and no more than files may have.
+void check_resolution(const fs::path& run, const ScanRecord& record, double pixel_pitch_mm) {
+  constexpr double kMostRatio = 4;
+  for (const auto& keyframe : record.keyframes) {
+    if (!keyframe) continue;
+    const double ratio = keyframe->surface.pixel_pitch_mm() / pixel_pitch_mm;
+    const cv::Size size(cvRound(keyframe->surface.size().width * ratio),
+                        cvRound(keyframe->surface.size().height * ratio));
+    if (ratio > kMostRatio || ratio < 1 / kMostRatio || !is_possible_picture(size, pixel_pitch_mm))
+      throw Error(run.string() + ": was scanned at " + short_number(keyframe->surface.pixel_pitch_mm()) +
+                  " mm per pixel, too different from the first run's " + short_number(pixel_pitch_mm) +
+                  " to be merged with it");
+  }
+}
+
 /// A record's keyframes and edges as its own map has corrected them: true surfaces, whatever the sensor.
 void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitch_mm,
                       const SlamOptions& options) {
@@ -183,9 +198,11 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
   }
   if (!can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
+      check_resolution(request.runs[i], records[i], config.sensor.pixel_pitch_mm);
       take_corrections(records[i], load_map(request.runs[i] / "session"), config.sensor.pixel_pitch_mm,
                        config.slam);
       for (ScanPart& part : records[i].parts) part.model_crc32 = 0;
+      if (records[i].parts.empty()) records[i].parts.push_back({0, "", 0, request.runs[i].string()});
     }
     config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
   }
@@ -193,7 +210,6 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
   Mapper mapper(config.slam);
   mapper.restore(all);
   SlamMap map = mapper.finish(all.frames, true, stop_requested, &progress);
-  map.measured.parts = all.parts;
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
   ReconstructSummary summary = summarize(map, mesh);
   summary.partial = stop_requested();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <limits>
 #include <map>
 
 #include "gelslam/core/error.hpp"
@@ -19,8 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxKeyframeId = 1'000'000;
-
 TrackStatus status_from(const std::string& word) {
   for (const TrackStatus status : {TrackStatus::background, TrackStatus::no_contact, TrackStatus::tracked,
                                    TrackStatus::lost, TrackStatus::undone})
@@ -30,13 +29,20 @@ TrackStatus status_from(const std::string& word) {
 
 FrameRecord frame_from(const Json& json) {
   FrameRecord frame;
-  frame.frame = json.at(0).get<std::int64_t>();
-  frame.time_s = json.at(1).get<double>();
+  frame.frame = integer_from(json.at(0), std::int64_t{0}, kMaxFrame);
+  frame.time_s = number_from(json.at(1), kMaxTimeS);
   frame.status = status_from(json.at(2).get<std::string>());
-  frame.trial = json.at(3).get<int>();
-  frame.keyframe = json.at(4).get<int>();
+  frame.keyframe = integer_from(json.at(4), -1, kMaxKeyframeId);
+  frame.trial = integer_from(json.at(3), frame.keyframe < 0 ? -1 : 0, kMaxTrial);
   if (frame.keyframe >= 0) frame.keyframe_T_frame = pose_from(json.at(5));
   return frame;
+}
+
+/// One of those that came with this keyframe.
+PoseGraphEdge edge_to(int keyframe, const Json& json, EdgeKind kind) {
+  const PoseGraphEdge edge = edge_from(json);
+  if (edge.to != keyframe || edge.kind != kind) throw Error("an edge of another keyframe");
+  return edge;
 }
 
 /// Takes the lines in, one after the other.
@@ -48,7 +54,7 @@ class ScanReader {
   /// Throws Error or a JSON exception for what no scan holds.
   void take(const Json& line) {
     if (line.contains("version")) {
-      version_ = line.at("version").get<int>();
+      version_ = integer_from(line.at("version"), 0, std::numeric_limits<int>::max());
     } else if (line.contains("part")) {
       take_part(line.at("part"));
     } else if (line.contains("keyframe")) {
@@ -58,7 +64,7 @@ class ScanReader {
     } else if (line.contains("frames")) {
       take_frames(line.at("frames"));
     } else if (line.contains("forget_from_trial")) {
-      forget_from_trial(line.at("forget_from_trial").get<int>());
+      forget_from_trial(integer_from(line.at("forget_from_trial"), 0, kMaxTrial));
     }
   }
 
@@ -89,7 +95,6 @@ class ScanReader {
  private:
   /// Makes its place in the list: an id that was given is never free again, whatever became of the keyframe.
   std::size_t place_of(int id) {
-    if (id < 0 || id > kMaxKeyframeId) throw Error("impossible keyframe id");
     const auto place = static_cast<std::size_t>(id);
     if (place >= record_.keyframes.size()) {
       record_.keyframes.resize(place + 1);
@@ -102,6 +107,8 @@ class ScanReader {
   void add_missing_frames() {
     std::vector<FrameRecord>& frames = record_.frames;
     std::stable_sort(frames.begin(), frames.end(), by_frame);
+    const auto same = [](const FrameRecord& a, const FrameRecord& b) { return a.frame == b.frame; };
+    frames.erase(std::unique(frames.begin(), frames.end(), same), frames.end());
     const double frame_s =
         frames.size() < 2
             ? 0.0
@@ -123,20 +130,23 @@ class ScanReader {
   static bool by_frame(const FrameRecord& a, const FrameRecord& b) { return a.frame < b.frame; }
 
   void take_part(const Json& json) {
-    record_.parts.push_back({json.at("first_frame").get<std::int64_t>(), json.at("sensor").get<std::string>(),
+    const std::int64_t after = record_.parts.empty() ? 0 : record_.parts.back().first_frame;
+    record_.parts.push_back({integer_from(json.at("first_frame"), after, kMaxFrame),
+                             json.at("sensor").get<std::string>(),
                              json.at("model_crc32").get<std::uint32_t>(), json.at("log").get<std::string>()});
   }
 
   void take_keyframe(const Json& line) {
     auto keyframe = std::make_shared<Keyframe>();
-    keyframe->id = line.at("keyframe").get<int>();
-    keyframe->frame = line.at("frame").get<std::int64_t>();
-    keyframe->trial = line.at("trial").get<int>();
+    keyframe->id = integer_from(line.at("keyframe"), 0, kMaxKeyframeId);
+    keyframe->frame = integer_from(line.at("frame"), std::int64_t{0}, kMaxFrame);
+    keyframe->trial = integer_from(line.at("trial"), 0, kMaxTrial);
     const std::size_t id = place_of(keyframe->id);
     if (keyframe->id <= newest_) throw Error("keyframe ids do not ascend");
     newest_ = keyframe->id;
     const std::optional<PoseGraphEdge> link =
-        line.at("link").is_null() ? std::nullopt : std::optional(edge_from(line.at("link")));
+        line.at("link").is_null() ? std::nullopt
+                                  : std::optional(edge_to(keyframe->id, line.at("link"), EdgeKind::odometry));
     try {
       keyframe->surface = StoredSurface(read_packed_surface(surface_file(folder_, keyframe->id)));
     } catch (const Error& error) {
@@ -149,9 +159,9 @@ class ScanReader {
   }
 
   void take_loops(const Json& line) {
-    const int id = line.at("loops_of").get<int>();
+    const int id = integer_from(line.at("loops_of"), 0, kMaxKeyframeId);
     std::vector<PoseGraphEdge> loops;
-    for (const Json& edge : line.at("edges")) loops.push_back(edge_from(edge));
+    for (const Json& edge : line.at("edges")) loops.push_back(edge_to(id, edge, EdgeKind::loop));
     const std::size_t place = place_of(id);
     if (!record_.has_keyframe(id)) return;
     record_.searched[place] = true;

@@ -1,5 +1,7 @@
 #include "gelslam/slam/session.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "gelslam/core/error.hpp"
@@ -61,6 +63,8 @@ std::array<double, SlopeCorrection::kTerms> slope_factors_from(const Json& json)
                      0.0);
   if (factors.size() != SlopeCorrection::kTerms) throw Error("wrong number of slope factors");
   std::array<double, SlopeCorrection::kTerms> result;
+  if (!std::all_of(factors.begin(), factors.end(), [](double f) { return std::abs(f) <= 10; }))
+    throw Error("impossible slope factors");
   std::copy(factors.begin(), factors.end(), result.begin());
   return result;
 }
@@ -75,12 +79,12 @@ SavedMap map_from(const Json& json) {
       json.value("scan_bytes", std::numeric_limits<std::uintmax_t>::max());  // missing: not known
   for (const Json& entry : json.at("keyframes")) {
     SavedMap::Node node;
-    node.keyframe = entry.at("id").get<int>();
-    node.component = entry.at("component").get<int>();
+    node.keyframe = integer_from(entry.at("id"), 0, kMaxKeyframeId);
+    node.component = integer_from(entry.at("component"), 0, kMaxKeyframeId);
     node.in_map = entry.at("in_map").get<bool>();
     node.component_T_keyframe =
         pose_from(entry.at(node.in_map ? "map_T_keyframe_mm" : "component_T_keyframe_mm"));
-    if (node.keyframe < 0 || (!map.nodes.empty() && node.keyframe <= map.nodes.back().keyframe))
+    if (!map.nodes.empty() && node.keyframe <= map.nodes.back().keyframe)
       throw Error("keyframe ids do not ascend");
     map.nodes.push_back(node);
   }
@@ -140,7 +144,7 @@ auto with_session_file(const fs::path& folder, Read&& read) {
   const std::string text = read_text(file);
   try {
     const Json json = Json::parse(text);
-    const int version = json.at("version").get<int>();
+    const int version = integer_from(json.at("version"), 0, std::numeric_limits<int>::max());
     check_session_version(version);
     return read(version, text, json);
   } catch (const nlohmann::json::exception&) {

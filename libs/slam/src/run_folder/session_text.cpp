@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
@@ -10,12 +11,13 @@
 namespace gelslam::slam::detail {
 namespace {
 
+constexpr double kMaxInformation = 1e12;  // sigmas of a millionth of a radian and of a millimeter
 constexpr std::string_view kChecksumMember = ",\"crc32\":";
 
-double finite(const Json& json) {
-  const auto value = json.get<double>();  // null, as infinity is written, is not a number
-  if (!std::isfinite(value)) throw Error("holds a number that is not finite");
-  return value;
+EdgeKind kind_from(const Json& json) {
+  const auto word = json.get<std::string>();
+  if (word != "loop" && word != "odometry") throw Error("unknown kind of an edge");
+  return word == "loop" ? EdgeKind::loop : EdgeKind::odometry;
 }
 
 }  // namespace
@@ -48,6 +50,21 @@ void check_session_version(int version) {
   if (version < 1) throw Error("impossible version");
 }
 
+double number_from(const Json& json, double most) {
+  const auto value = json.get<double>();  // null, as infinity is written, is not a number
+  if (!(std::abs(value) <= most)) throw Error("holds an impossible number");
+  return value;
+}
+
+std::int64_t integer_from(const Json& json, std::int64_t min, std::int64_t max) {
+  const bool too_large = json.is_number_unsigned() &&
+                         json.get<std::uint64_t>() > std::uint64_t{std::numeric_limits<std::int64_t>::max()};
+  const bool possible = json.is_number_integer() && !too_large && json.get<std::int64_t>() >= min &&
+                        json.get<std::int64_t>() <= max;
+  if (!possible) throw Error("holds an impossible number");
+  return json.get<std::int64_t>();
+}
+
 Json numbers(const Pose& pose) {
   Json values = Json::array();
   for (int r = 0; r < 3; ++r)
@@ -60,7 +77,8 @@ Pose pose_from(const Json& json) {
   if (!json.is_array() || (json.size() != 12 && !with_last_row)) throw Error("a pose needs 12 numbers");
   Pose pose = Pose::Identity();
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c) pose(r, c) = finite(json[static_cast<std::size_t>(r * 4 + c)]);
+    for (int c = 0; c < 4; ++c)
+      pose(r, c) = number_from(json[static_cast<std::size_t>(r * 4 + c)], kMaxDistanceMm);
   const bool rotation = pose.linear().isUnitary(1e-6) && std::abs(pose.linear().determinant() - 1.0) < 1e-6;
   if (!rotation) throw Error("a pose is no rigid motion");
   return pose;
@@ -82,16 +100,18 @@ Json json_of(const PoseGraphEdge& edge) {
 
 PoseGraphEdge edge_from(const Json& json) {
   PoseGraphEdge edge;
-  edge.from = json.at("from").get<int>();
-  edge.to = json.at("to").get<int>();
-  edge.kind = json.at("kind").get<std::string>() == "loop" ? EdgeKind::loop : EdgeKind::odometry;
+  edge.to = integer_from(json.at("to"), 1, kMaxKeyframeId);
+  edge.from = integer_from(json.at("from"), 0, edge.to - 1);
+  edge.kind = kind_from(json.at("kind"));
   edge.from_T_to = pose_from(json.at("from_T_to_mm"));
   const Json &information = json.at("information"), &center = json.at("shared_center_mm");
   if (information.size() != 21 || center.size() != 3) throw Error("an edge's numbers are incomplete");
   std::size_t k = 0;
   for (int r = 0; r < 6; ++r)
-    for (int c = r; c < 6; ++c) edge.information(r, c) = edge.information(c, r) = finite(information[k++]);
-  for (int c = 0; c < 3; ++c) edge.shared_center_mm[c] = finite(center[static_cast<std::size_t>(c)]);
+    for (int c = r; c < 6; ++c)
+      edge.information(r, c) = edge.information(c, r) = number_from(information[k++], kMaxInformation);
+  for (int c = 0; c < 3; ++c)
+    edge.shared_center_mm[c] = number_from(center[static_cast<std::size_t>(c)], kMaxDistanceMm);
   edge.tentative = json.at("tentative").get<bool>();
   return edge;
 }

@@ -66,7 +66,7 @@ PosedSurface load_patch(const fs::path& folder, const Json& entry, cv::Size size
   const cv::Rect box = box_from(entry.at("box_px"), size);
   cv::Mat4f packed;
   if (!box.empty()) packed = read_patch(folder / (std::to_string(patch.id) + ".tiff"), box.size());
-  patch.surface = surface_from(packed, box, size, pixel_pitch_mm);
+  patch.surface = StoredSurface(PackedSurface(*surface_from(packed, box, size, pixel_pitch_mm)));
   return patch;
 }
 
@@ -81,10 +81,8 @@ Session load_session_v1(const fs::path& folder, const Json& json) {
     throw Error("impossible gradient scale");
   if (json.at("keyframes").empty()) return session;
   const cv::Size size(json.at("width_px").get<int>(), json.at("height_px").get<int>());
-  if (size.width < 1 || size.height < 1 || std::max(size.width, size.height) > PackedSurface::kMaxSide)
-    throw Error("impossible image size");
   const double pixel_pitch_mm = json.at("pixel_pitch_mm").get<double>();
-  if (!(pixel_pitch_mm > 0 && pixel_pitch_mm <= 10)) throw Error("impossible pixel pitch");
+  if (!is_possible_picture(size, pixel_pitch_mm)) throw Error("impossible image size or pixel pitch");
   for (const Json& entry : json.at("keyframes")) {
     PosedSurface patch = load_patch(folder, entry, size, pixel_pitch_mm);
     if (!session.patches.empty() && patch.id <= session.patches.back().id)

@@ -31,7 +31,8 @@ class TemporaryFile {
 /// (/dev/stdout) is written directly. Throws Error, naming the path, on a full disk or missing permission.
 void write_file_atomically(const std::filesystem::path& path, std::string_view contents);
 
-/// All bytes of a file. Throws Error that names it and says why it cannot be read.
+/// All bytes of a file. Throws Error that names it and says why it cannot be read; one of more than 1 GiB is
+/// none of the program's.
 std::string read_file(const std::filesystem::path& path);
 
 /// The name of a folder or file; of "data/pebble/" it is "pebble".

@@ -116,11 +116,9 @@ class Tracker {
     double elapsed_s;  ///< since the last tracked frame
   };
 
-  /// A keyframe of the map, where the trial would meet it.
-  struct Known {
+  /// A keyframe of the map, where the trial would meet it. Its surface stays packed.
+  struct Known : TurningPoints::Known {
     std::shared_ptr<const Keyframe> keyframe;
-    SurfacePtr surface;  ///< the keyframe's
-    Pose trial_T_keyframe = Pose::Identity();
   };
 
   Reference reference_of(const PreparedReference& prepared, const Pose& reference_T_previous,
@@ -137,6 +135,7 @@ class Tracker {
   RegistrationResult track_with_fallback(TrackedFrame& result, const Surface& surface,
                                          std::optional<Pose>& keyframe_T_unconfirmed);
   void accept(TrackedFrame& result, SurfacePtr surface);
+  std::shared_ptr<const ContactRelief> contact_of(const std::shared_ptr<const Keyframe>& keyframe) const;
   void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface,
                                const std::optional<Pose>& keyframe_T_unconfirmed);
   void begin_trial(TrackedFrame& result, const Seen& first,

@@ -3,11 +3,13 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "gelslam/frontend/keyframe.hpp"
+#include "gelslam/surface/contact_relief.hpp"
 
 namespace gelslam {
 
@@ -21,6 +23,12 @@ class TurningPoints {
     SurfacePtr surface;
     Pose trial_T_frame = Pose::Identity();
     KeyframeLink link;  ///< only passed through
+  };
+
+  /// A place of the map.
+  struct Known {
+    std::shared_ptr<const ContactRelief> contact;
+    Pose trial_T_keyframe = Pose::Identity();
   };
 
   /// `min_unseen`: share of its contact that a frame must have shown alone.
@@ -37,7 +45,7 @@ class TurningPoints {
   std::optional<Touch> add_keyframe(const Touch& keyframe);
 
   /// What these show (places of the map that lie near) is not unseen, until the next call or trial.
-  void set_known(std::vector<Touch> keyframes) { known_ = std::move(keyframes); }
+  void set_known(std::vector<Known> places) { known_ = std::move(places); }
 
   /// The trial is over. Returns a turning point that was not left behind yet.
   std::optional<Touch> end_trial();
@@ -54,7 +62,7 @@ class TurningPoints {
 
   double min_unseen_;
   std::deque<Touch> keyframes_;  ///< the trial's last
-  std::vector<Touch> known_;
+  std::vector<Known> known_;
   std::optional<Candidate> candidate_;
 };
 

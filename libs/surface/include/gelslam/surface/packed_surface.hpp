@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -23,7 +24,7 @@ class PackedSurface {
   static constexpr float kCurvatureStep = 1.0F / 32768;
   static constexpr float kCoarseNormalStep = 1.0F / 1024;  ///< beyond the contact's box
   static constexpr float kCoarseHeightStepMm = 1.0F / 2048;
-  static constexpr int kMaxSide = 8192;  ///< of the picture, pixels
+  static std::int16_t height_steps(float height_mm);  ///< rounded to kHeightStepMm
 
   explicit PackedSurface(const Surface& surface);
   /// What bytes() gave. Throws Error when it is damaged.

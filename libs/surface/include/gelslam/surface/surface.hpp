@@ -10,6 +10,13 @@ namespace gelslam {
 /// Curvatures are clipped there, 1/pixel: a crease as sharp as the gel shows one.
 inline constexpr float kMaxCurvature = 0.7F;
 
+/// Of any sensor.
+inline constexpr double kMinPixelPitchMm = 0.001, kMaxPixelPitchMm = 1;
+
+/// Whether a sensor may have such pictures: sides of at most 4096 pixels and 200 mm. Files that say otherwise
+/// are forged or damaged, and would take all memory.
+bool is_possible_picture(cv::Size size, double pixel_pitch_mm);
+
 /// What the gel's surface looks like in one frame. All maps are HxW, continuous, in the sensor frame:
 /// x right, y down, z out of the gel toward the object, origin at the image center on the undeformed gel.
 /// Pixel (u,v) lies at x = (u - W/2 + 1/2) * pitch, y = (v - H/2 + 1/2) * pitch.
