@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
+#include <cstring>
 #include <fstream>
 #include <random>
 #include <sstream>
@@ -215,6 +217,28 @@ TEST_F(MeshIo, HostilePlyIsRefused) {
       head + "element vertex 3\n" + xyz + faces + "0 0 0 1 0 0 0 1 0 250 0 1 2\n",
       head + "element vertex 3\nproperty list float int x\n" + faces + "1e30 0 1 2\n"};
   for (const std::string& bytes : bad) EXPECT_THROW(read_mesh(file_with("bad.ply", bytes)), Error) << bytes;
+}
+
+TEST_F(MeshIo, VerticesThatCannotBeAreRefusedInEveryFormat) {
+  const auto refused = [&](const std::string& name, const std::string& bytes) {
+    try {
+      read_mesh(file_with(name, bytes), 1.0);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  EXPECT_THAT(refused("far.ply", head + "0 0 0 1e38 0 0 0 1 0 3 0 1 2\n"), ::testing::HasSubstr("unit"));
+  EXPECT_THAT(refused("far.obj", "v 0 0 0\nv 1e38 0 0\nv 0 1 0\nf 1 2 3\n"), ::testing::HasSubstr("unit"));
+  write_mesh(file("good.stl"), tetrahedron());
+  for (const auto& [value, words] : {std::pair{1e38F, "unit"}, {std::nanf(""), "not finite"}}) {
+    std::string bytes = bytes_of(file("good.stl"));
+    std::memcpy(bytes.data() + 84 + 12, &value, sizeof value);  // the first triangle's first x
+    EXPECT_THAT(refused("bad.stl", bytes), ::testing::HasSubstr(words));
+  }
 }
 
 TEST_F(MeshIo, DamagedBytesNeverCrash) {

@@ -99,6 +99,30 @@ TEST_F(Merge, JoinsScansOfTwoSensorsAndTheirMergeWithAThird) {
   expect_true(0.08, 0.2);
 }
 
+/// From one's end to the other's begin all frames show contact.
+TEST_F(Merge, RunsOfDifferentPicturesMayEndAndBeginInContact) {
+  View small;
+  small.width_px = 256;
+  small.height_px = 192;
+  Strokes left, right(nullptr, small);
+  left.stroke(0, 0, 0, false);
+  right.stroke(0.8, 0.6, 50, false);
+  save("left", left, Config{}, {0, "one", 5, ""});
+  save("right", right, Config{}, {0, "two", 6, ""});
+  EXPECT_EQ(merge({"left", "right"}).trials, 2);
+}
+
+TEST_F(Merge, RefusesPitchesThatAreTooDifferent) {
+  Strokes left, right;
+  left.stroke(0, 0, 0);
+  right.stroke(0.8, 0.6, 50);
+  Config fine;
+  fine.sensor.pixel_pitch_mm = 0.005;
+  save("left", left, fine, {0, "one", 5, ""});
+  save("right", right, Config{}, {0, "two", 6, ""});
+  EXPECT_THAT(message_of<Error>([&] { merge({"left", "right"}); }), HasSubstr("mm per pixel, too different"));
+}
+
 /// With the edges of the run's own map, which may still name it.
 TEST_F(Merge, LeavesOutADamagedSurface) {
   Strokes left, right;

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iostream>
 
+#include "../support/analytic_surface.hpp"
+#include "../support/peak_memory.hpp"
 #include "gelslam/slam/mapper.hpp"
 #include "gelslam/slam/scan_record.hpp"
 #include "gelslam/slam/slam_options.hpp"
@@ -67,6 +70,33 @@ TEST(Neighborhood, FollowsConsistentLoops) {
   const std::vector<int> after = neighbors_of_last(record);
   EXPECT_FALSE(std::binary_search(before.begin(), before.end(), 0));
   EXPECT_TRUE(std::binary_search(after.begin(), after.end(), 0));
+}
+
+/// What tracking keeps of a map does not grow with the keyframes around one place.
+TEST(Neighborhood, AThousandKeyframesAroundOnePlaceTakeLittleMemory) {
+  constexpr int kMany = 1000;
+  const SurfacePtr surface = test::touch(test::textured_plane(1), test::motion(0, 0, 0, 0, 0, 0.4));
+  const std::string bytes = PackedSurface(*surface).bytes();
+  ScanRecord record;
+  for (int id = 0; id < kMany; ++id) {
+    StoredSurface stored(PackedSurface::from_bytes(bytes));
+    record.keyframes.push_back(std::make_shared<Keyframe>(
+        Keyframe{id, id, 0, stored, StoredReference(stored, NormalFlowOptions{})}));
+    record.searched.push_back(true);
+    if (id > 0) record.edges.push_back(edge(id - 1, id, id % 2 == 0 ? 0.1 : -0.1, EdgeKind::odometry));
+  }
+  Mapper mapper{SlamOptions{}};
+  mapper.restore(record);
+  const Neighborhood around = mapper.neighborhood(kMany / 2);
+  EXPECT_GT(around.others.size(), 100U);
+  EXPECT_LT(around.others.size(), 300U);
+  Tracker tracker(TrackerOptions{});
+  tracker.continue_after(kMany / 2 - 1, -1);  // its keyframe is the one in the middle
+  ASSERT_EQ(tracker.track(0, 0, surface).keyframe->id, around.center);
+  const std::size_t grown = test::memory_growth([&] { tracker.set_neighborhood(around); });
+  RecordProperty("grown_bytes", std::to_string(grown));
+  std::cout << "grown by " << grown / 1000 << " kB" << std::endl;
+  EXPECT_LT(grown, 128U << 20);  // with the 32 surfaces that were unpacked last
 }
 
 }  // namespace

@@ -33,11 +33,11 @@ Pose round_the_rim(double beads) {
 
 class Rejoin : public testing::Test {
  protected:
-  void add(const Field& field, const Pose& object_T_sensor) {
+  void add(const Field& field, const Pose& object_T_sensor, const View& view = everywhere()) {
     auto keyframe = std::make_shared<Keyframe>();
     keyframe->id = keyframe->trial = static_cast<int>(keyframes.size());
     keyframe->frame = keyframe->id;
-    keyframe->surface = SurfacePtr(touch(field, object_T_sensor, everywhere()));
+    keyframe->surface = SurfacePtr(touch(field, object_T_sensor, view));
     keyframe->reference =
         std::make_shared<const NormalFlowReference>(keyframe->surface.get(), NormalFlowOptions{});
     FrameRecord frame;
@@ -48,11 +48,14 @@ class Rejoin : public testing::Test {
     truth.push_back(object_T_sensor);
     keyframes.push_back(std::move(keyframe));
   }
-  std::vector<LoopConstraint> loops() const { return rejoin_broken_trials(keyframes, frames, options); }
+  std::vector<LoopConstraint> loops() const {
+    return rejoin_broken_trials(keyframes, frames, parts, options);
+  }
 
   SlamOptions options;
   std::vector<std::shared_ptr<const Keyframe>> keyframes;
   std::vector<FrameRecord> frames;
+  std::vector<ScanPart> parts;
   std::vector<Pose> truth;
 };
 
@@ -62,6 +65,22 @@ TEST_F(Rejoin, FindsTheNewTrialsPlaceOnTheOld) {
   const auto found = loops();
   ASSERT_EQ(found.size(), 1U);
   EXPECT_LT(gap(found.front().from_T_to, truth[0].inverse() * truth[1]).mm, 0.05);
+}
+
+TEST_F(Rejoin, PartsAreBoundaries) {
+  add(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
+  add(textured_plane(1), motion(2, 0, 4, 2.5, 1, 0.4));
+  parts = {{0, "one", 1, ""}, {1, "one", 1, ""}};
+  EXPECT_TRUE(loops().empty());
+}
+
+TEST_F(Rejoin, PicturesMayDifferInSize) {
+  View small = everywhere();
+  small.width_px = 256;
+  small.height_px = 192;
+  add(textured_plane(1), motion(0, 0, 0, 0, 0, 0.4));
+  add(textured_plane(1), motion(2, 0, 4, 2.5, 1, 0.4), small);
+  EXPECT_NO_THROW(loops());
 }
 
 TEST_F(Rejoin, DoesNotTakeTheNextBeadForThisOne) {

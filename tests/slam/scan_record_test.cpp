@@ -5,10 +5,13 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <limits>
 #include <map>
 #include <mutex>
 
 #include "../support/temporary_folder.hpp"
+#include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/slam_options.hpp"
 #include "run_folder/scan_writer.hpp"
 #include "run_folder/session_text.hpp"
 #include "small_map.hpp"
@@ -190,6 +193,67 @@ TEST(Session, LinesThatCannotBeAreLeftOut) {
   EXPECT_THAT(record.warnings, testing::ElementsAre(HasSubstr("2 lines are damaged")));
   EXPECT_EQ(record.keyframes[1]->frame, 15) << "the first of that id";
   EXPECT_EQ(record.frames.back().frame, 59);
+}
+
+/// Programs number on from what a session names, and look its keyframes up.
+TEST(Session, ForgedNumbersAreLeftOut) {
+  const TemporaryFolder folder;
+  constexpr std::int64_t kHuge = std::numeric_limits<std::int64_t>::max();
+  const ScanRecord good = small_map().measured;
+  const auto read = [&](const auto& forge) {
+    ScanRecord forged = good;
+    for (auto& keyframe : forged.keyframes) keyframe = std::make_shared<Keyframe>(*keyframe);
+    forge(forged);
+    write_scan(folder / "session", forged);
+    const ScanRecord record = read_scan(folder / "session", {});
+    EXPECT_THAT(record.warnings, testing::Contains(HasSubstr("damaged")));
+    Mapper mapper{SlamOptions{}};
+    mapper.restore(record);
+    for (const FrameRecord& frame : record.frames) EXPECT_LT(frame.frame, kHuge / 2);
+  };
+  read([](ScanRecord& r) { r.frames.back().frame = kHuge; });
+  read([](ScanRecord& r) { r.frames.front().frame = -1; });
+  read([](ScanRecord& r) { r.frames.back().trial = std::numeric_limits<int>::max(); });
+  read([](ScanRecord& r) { r.frames.back().time_s = 1e300; });
+  read([](ScanRecord& r) { r.parts.front().first_frame = kHuge; });
+  read([](ScanRecord& r) { r.edges.front().from = 7; });  // after `to`
+  read([](ScanRecord& r) { r.edges.front().from = -1; });
+  read([](ScanRecord& r) { r.edges.front().from_T_to.translation().x() = 1e9; });
+  read([](ScanRecord& r) { r.edges.front().information(0, 0) = 1e300; });
+  const auto with_keyframe = [&](std::int64_t frame, int trial) {
+    read([&](ScanRecord& r) {
+      auto keyframe = std::make_shared<Keyframe>(*r.keyframes[0]);
+      keyframe->frame = frame;
+      keyframe->trial = trial;
+      r.keyframes[0] = keyframe;
+    });
+  };
+  with_keyframe(kHuge, 0);
+  with_keyframe(0, std::numeric_limits<int>::max());
+}
+
+/// Its link leads to another keyframe, and its loops are links.
+TEST(Session, ForgedLinksAreLeftOut) {
+  const TemporaryFolder folder;
+  const ScanRecord good = small_map().measured;
+  ScanWriter writer = ScanWriter::begin(folder.path());
+  writer.add_keyframe(*good.keyframes[0], nullptr);
+  PoseGraphEdge link = good.edges[1];  // of keyframe 2
+  writer.add_keyframe(*good.keyframes[1], &link);
+  writer.add_loops(0, {link});
+  writer.flush();
+  const ScanRecord record = read_scan(folder.path(), {});
+  EXPECT_THAT(record.warnings, testing::Contains(HasSubstr("2 lines are damaged")));
+  EXPECT_TRUE(record.edges.empty());
+}
+
+/// All frames have lost their keyframe: their lines were damaged.
+TEST(Session, AMapMayHaveKeyframesWithoutFrames) {
+  ScanRecord record = small_map().measured;
+  for (FrameRecord& frame : record.frames) frame.keyframe = -1;
+  Mapper mapper{SlamOptions{}};
+  mapper.restore(record);
+  EXPECT_GE(mapper.finish(record.frames, false, [] { return false; }).components, 1);
 }
 
 }  // namespace

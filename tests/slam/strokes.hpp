@@ -33,12 +33,12 @@ class Strokes {
   explicit Strokes(const ContinuedScan* continued = nullptr, const View& view = View())
       : view_(view), slam_(SlamOptions{}, continued), next_(continued ? continued->first_frame : 0) {}
 
-  void stroke(double x_mm, double y_mm, double twist_deg) {
+  void stroke(double x_mm, double y_mm, double twist_deg, bool lift = true) {
     for (int step = 0; step < 3; ++step) {
       truth_[next_] = stroke_pose(x_mm, y_mm, twist_deg, step);
       see(touched(x_mm, y_mm, twist_deg, step, view_));
     }
-    see(touched(0, 0, 0, -1, view_));
+    if (lift) see(touched(0, 0, 0, -1, view_));
   }
   SlamMap finish(const ScanPart& part = {}) const {
     SlamMap map = slam_.finish();
