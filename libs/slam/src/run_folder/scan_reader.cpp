@@ -36,6 +36,7 @@ FrameRecord frame_from(const Json& json) {
   frame.trial = json.at(3).get<int>();
   frame.keyframe = json.at(4).get<int>();
   if (frame.keyframe >= 0) frame.keyframe_T_frame = pose_from(json.at(5));
+  if (json.size() > 6) json.at(6).get_to(frame.observable);
   return frame;
 }
 
