@@ -166,7 +166,7 @@ void say_loose_pieces(const Mesh& mesh) {
 
 void warn_of_missing_frames(const RunContents& run) {
   if (run.folder.empty()) return;
-  if (const auto completeness = read_completeness(run.folder)) std::cerr << missing_words(*completeness);
+  std::cerr << reservation_words(read_reservations(run.folder));
 }
 
 void export_truth(const ExportArguments& a) {

@@ -39,7 +39,7 @@ int run(const FuseArguments& arguments) {
                              summary.vertices, summary.triangles,
                              arguments.output.empty() ? arguments.run : arguments.output);
   }
-  if (const auto completeness = read_completeness(arguments.run)) std::cerr << missing_words(*completeness);
+  std::cerr << reservation_words(read_reservations(arguments.run));
   return summary.triangles == 0 ? kExitNotGood : kExitDone;
 }
 

@@ -26,8 +26,10 @@ std::string InfoReport::text() const {
   for (const Fact& fact : facts_) widest = std::max(widest, fact.key.size());
   std::string text = one_line(path_) + ": " + kind_ + "\n";
   const auto line = [&](const std::string& key, const std::string& words) {
-    text += "  " + key + std::string(widest + 2 - key.size(), ' ') +
-            (key == "missing" ? amber(one_line(words), STDOUT_FILENO) : one_line(words)) + "\n";
+    text +=
+        "  " + key + std::string(widest + 2 - key.size(), ' ') +
+        (key == "missing" || key == "uncertain" ? amber(one_line(words), STDOUT_FILENO) : one_line(words)) +
+        "\n";
   };
   for (const Fact& fact : facts_) line(fact.key, fact.words);
   for (const std::string& problem : problems_) line("problem", problem);

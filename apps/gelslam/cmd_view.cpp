@@ -13,6 +13,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/viewer/view_window.hpp"
+#include "reports.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -111,6 +112,7 @@ void run_view(const ViewArguments& arguments) {
   if (!arguments.quiet)
     for (const std::filesystem::path& shown : {arguments.source, arguments.compare, arguments.truth})
       arguments.unit.say(shown);
+  std::cerr << reservation_words(content.warnings);
   ViewWindowOptions options = window_options(arguments, size, style);
   if (arguments.snapshot.empty()) {
     options.title = content.name + " - GelSLAM";

@@ -165,6 +165,10 @@ void add_report(InfoReport& report, const fs::path& file) {
                Json{{"pieces_not_joined", completeness->pieces_not_joined},
                     {"frames_not_in_mesh", completeness->frames_not_in_mesh}},
                describe(*completeness));
+  const Json uncertainty = run.value("uncertainty", Json::object());
+  const Json description = uncertainty.is_object() ? uncertainty.value("description", Json()) : Json();
+  if (description.is_string() && description != "")
+    report.add("uncertain", uncertainty, description.get<std::string>());
 }
 
 /// What the scan measured; of a run of an older version there is nothing to say.

@@ -94,7 +94,7 @@ void wait_in_terminal(const LiveSlam& session, bool quiet) {
 std::string report_text(const ReconstructSummary& s, const LiveStatus& status, bool quiet) {
   std::string text;
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  text += missing_words(s.completeness);
+  text += reservation_words(reservations(s.completeness, s.uncertainty));
   if (quiet) return text;
   for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} in {:.1f} s, {} lost by the camera, {} dropped, {} damaged\n",
@@ -189,6 +189,7 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(session, arguments.snapshot, window);
   std::cerr << report_text(summary, session.status(), arguments.quiet);
+  if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
   return summary.tracked == 0 || summary.partial ? kExitNotGood : kExitDone;
 }
 

@@ -18,6 +18,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/slam/slam_map.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -40,10 +41,13 @@ std::optional<RunFigures> read_figures(const fs::path& run) {
   try {
     const nlohmann::json report = nlohmann::json::parse(stream);
     const nlohmann::json& frames = report.at("frames");
-    return RunFigures{report.value("log", ""), report.value("warning", ""), report.at("partial"),
-                      frames.at("total"),      frames.at("tracked"),        frames.at("in_map"),
-                      report.at("components"), report.at("keyframes"),      report.at("loops"),
-                      report.at("seconds")};
+    std::string warning = report.value("warning", "");
+    for (const std::string& sentence : read_reservations(run)) append_sentence(warning, sentence);
+    return RunFigures{report.value("log", ""), warning,
+                      report.at("partial"),    frames.at("total"),
+                      frames.at("tracked"),    frames.at("in_map"),
+                      report.at("components"), report.at("keyframes"),
+                      report.at("loops"),      report.at("seconds")};
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   }

@@ -23,19 +23,23 @@ std::string mesh_words(const ReconstructSummary& s) {
   return "mesh of " + std::to_string(s.vertices) + " vertices and " + counted(s.triangles, "triangle");
 }
 
-std::string missing_words(const MapCompleteness& completeness) {
-  return completeness.complete() ? "" : amber("warning: " + describe(completeness), STDERR_FILENO) + "\n";
+std::string reservation_words(const std::vector<std::string>& reservations) {
+  std::string text;
+  for (const std::string& sentence : reservations)
+    text += amber("warning: " + sentence, STDERR_FILENO) + "\n";
+  return text;
 }
 
 std::string run_words(const ReconstructSummary& s, const std::string& run_folder, bool quiet) {
   std::string text;
   if (s.partial) text += "stopped early: this is what was seen so far\n";
   if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
-  if (quiet) return text + missing_words(s.completeness);
+  const std::string last = reservation_words(reservations(s.completeness, s.uncertainty));
+  if (quiet) return text + last;
   for (const std::string& part : s.parts) text += part + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
                       mesh_words(s), short_number(s.seconds, 3), run_folder);
-  return text + missing_words(s.completeness);
+  return text + last;
 }
 
 RecordReport::RecordReport(const std::string& log, bool quiet)

@@ -25,8 +25,8 @@ std::string mesh_words(const ReconstructSummary& summary);
 /// warnings.
 std::string run_words(const ReconstructSummary& summary, const std::string& run_folder, bool quiet);
 
-/// "warning: 1 piece not joined; ..." and a line end; "" where nothing is missing.
-std::string missing_words(const MapCompleteness& completeness);
+/// A line "warning: 1 piece not joined; ..." for each of reservations().
+std::string reservation_words(const std::vector<std::string>& reservations);
 
 /// What a recording says to the person at the terminal, on stderr.
 class RecordReport {

@@ -1,6 +1,6 @@
 // How did the sensor move between two touches? Usage: register_two_touches MODEL BACKGROUND TOUCH_A TOUCH_B
 #include <gelslam/core/error.hpp>
-#include <gelslam/registration/normal_flow.hpp>
+#include <gelslam/registration/relocalization.hpp>
 #include <gelslam/sensor/image_input.hpp>
 #include <gelslam/surface/model_file.hpp>
 #include <gelslam/surface/surface_estimator.hpp>
@@ -18,8 +18,10 @@ int main(int argc, char** argv) try {
 
   const gelslam::NormalFlowOptions options;
   const gelslam::NormalFlowReference reference(a, options);
-  const gelslam::RegistrationResult result =
-      gelslam::register_normal_flow(reference, *b, gelslam::Pose::Identity(), options);
+  const gelslam::Pose expected = gelslam::Pose::Identity();
+  gelslam::RegistrationResult result = gelslam::register_normal_flow(reference, *b, expected, options);
+  // One registration bridges a small motion; the search bridges any shift.
+  result = gelslam::relocalize(reference, *b, expected, result, options, {});
   if (!result.ok()) std::cout << "not registered: " << gelslam::describe(result.status) << "\n";
   std::cout << "b_T_a (mm):\n" << result.target_T_reference.matrix() << "\n";
   std::cout << gelslam::describe_observability(result.observable) << "\n";

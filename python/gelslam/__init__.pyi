@@ -43,6 +43,7 @@ class Sensor:
         *,
         background: Union[_Image, Sequence[_Image], _Path],
         config: Optional[_Path] = None,
+        follow_light: bool = True,
     ) -> None: ...
     def __call__(self, image: _Image) -> Surface: ...
     @property
@@ -79,7 +80,11 @@ class Registration:
     def iterations(self) -> int: ...
 
 def register(
-    reference: Surface, target: Surface, *, initial: Optional[NDArray[np.float64]] = None
+    reference: Surface,
+    target: Surface,
+    *,
+    initial: Optional[NDArray[np.float64]] = None,
+    search: bool = False,
 ) -> Registration: ...
 
 class Mesh:
@@ -102,6 +107,8 @@ class Run:
     def times(self) -> NDArray[np.float64]: ...
     @property
     def report(self) -> dict[str, object]: ...
+    @property
+    def reservations(self) -> list[str]: ...
     def save(self, path: _Path, *, overwrite: bool = False) -> None: ...
 
 def reconstruct(

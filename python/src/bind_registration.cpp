@@ -4,7 +4,7 @@
 
 #include "bind.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
-#include "gelslam/registration/normal_flow.hpp"
+#include "gelslam/registration/relocalization.hpp"
 #include "sensor.hpp"
 
 namespace gelslam::python {
@@ -25,12 +25,14 @@ py::array_t<double> covariance_of(const RegistrationResult& result) {
 }
 
 RegistrationResult register_surfaces(const TouchedSurface& reference, const TouchedSurface& target,
-                                     const std::optional<py::object>& initial) {
+                                     const std::optional<py::object>& initial, bool search) {
   const Pose start = initial ? pose_of(*initial, "initial") : Pose::Identity();
   const py::gil_scoped_release release;
   require_pixels(*target.maps, reference.maps->height_mm.size(), reference.maps->pixel_pitch_mm, "target");
   const NormalFlowOptions options;
-  return register_normal_flow(NormalFlowReference(reference.maps, options), *target.maps, start, options);
+  const NormalFlowReference prepared(reference.maps, options);
+  const RegistrationResult found = register_normal_flow(prepared, *target.maps, start, options);
+  return search ? relocalize(prepared, *target.maps, start, found, options, {}) : found;
 }
 
 }  // namespace
@@ -76,10 +78,11 @@ Matrices of rotations and translations have the order rx, ry, rz, tx, ty, tz, in
       });
 
   module.def("register", &register_surfaces, py::arg("reference"), py::arg("target"), py::kw_only(),
-             py::arg("initial") = py::none(),
+             py::arg("initial") = py::none(), py::arg("search") = false,
              R"(Registers two surfaces with NormalFlow: how did the sensor move between them?
 
-initial: 4x4, meters: where to begin (target_T_reference); default: no motion. Returns a Registration. A failure is
+initial: 4x4, meters: where to begin (target_T_reference); default: no motion. search: also look for the place among
+all shifts, and twists about that of `initial`; takes some tens of registrations. Returns a Registration. A failure is
 a result, not an exception: see its `ok` and `reason`.)");
 }
 

@@ -68,6 +68,7 @@ PythonRun read_run(const fs::path& folder) {
   run.mesh = std::make_shared<MetricMesh>(read_mesh(folder / "mesh.ply"));
   std::ifstream report(folder / "report.json");
   run.report = {std::istreambuf_iterator<char>(report), {}};
+  run.reservations = read_reservations(folder);
   return run;
 }
 
@@ -99,6 +100,9 @@ The map's frame is that of the sensor at its first full contact: x right, y down
       .def_property_readonly(
           "report", &report_of,
           "dict: the figures of report.json: frames, keyframes, loops, partial, warning...")
+      .def_readonly("reservations", &PythonRun::reservations,
+                    "list of str: what is not in the mesh, how far poses may be off, and what was not "
+                    "observable; also given\nas warnings. Its figures: report[\"uncertainty\"].")
       .def("save", &save, py::arg("path"), py::kw_only(), py::arg("overwrite") = false,
            "Writes a run folder: mesh, trajectory, keyframes, pose graph, configuration, report.")
       .def("__repr__", [](const PythonRun& self) {
@@ -110,12 +114,17 @@ The map's frame is that of the sensor at its first full contact: x right, y down
 PythonRun reconstruct_log(const fs::path& log, const OptionalPath& model, const OptionalPath& background,
                           const OptionalPath& config, bool force, const py::object& progress) {
   PythonProgress sink(progress);
-  const py::gil_scoped_release release;
-  const LogInput input{log, config.value_or(""), model.value_or(""), background.value_or(""), force};
-  return python_run(reconstruct(input, resolve_config(input), sink, [] {
-    check_signals();
-    return false;
-  }));
+  PythonRun run;
+  {
+    const py::gil_scoped_release release;
+    const LogInput input{log, config.value_or(""), model.value_or(""), background.value_or(""), force};
+    run = python_run(reconstruct(input, resolve_config(input), sink, [] {
+      check_signals();
+      return false;
+    }));
+  }
+  warn_of(run);
+  return run;
 }
 
 }  // namespace
@@ -133,8 +142,14 @@ PythonRun python_run(Run run) {
   result.mesh = std::make_shared<MetricMesh>(run.mesh);
   result.trajectory = run.map.trajectory();
   result.report = report_json(run);
+  result.reservations = reservations(run.account.summary.completeness, run.account.summary.uncertainty);
   result.run = std::make_shared<const Run>(std::move(run));
   return result;
+}
+
+void warn_of(const PythonRun& run) {
+  for (const std::string& sentence : run.reservations)
+    if (PyErr_WarnEx(PyExc_UserWarning, sentence.c_str(), 1) != 0) throw py::error_already_set();
 }
 
 Config config_of(const OptionalPath& config, const OptionalPath& model) {

@@ -181,8 +181,14 @@ each other.)")
           py::arg("image"), py::arg("time_s"), "The same for a picture (HxWx3 uint8, BGR).")
       .def("mesh", &interruptible<&Slam::mesh>,
            "The surface as far as it is known, a Mesh. Takes tenths of a second; tracking may go on.")
-      .def("finish", &interruptible<&Slam::finish>,
-           "Closes loops, calibrates slopes, fuses. Returns a Run. Frames may follow.");
+      .def(
+          "finish",
+          [](const Slam& self) {
+            PythonRun run = interruptible<&Slam::finish>(self);
+            warn_of(run);
+            return run;
+          },
+          "Closes loops, calibrates slopes, fuses. Returns a Run. Frames may follow.");
 }
 
 }  // namespace gelslam::python

@@ -104,14 +104,16 @@ std::vector<Picture> background_of(const py::object& background) {
 }
 
 std::shared_ptr<Sensor> make_sensor(const OptionalPath& model, const py::object& background,
-                                    const OptionalPath& config) {
+                                    const OptionalPath& config, bool follow_light) {
   const std::vector<Picture> pictures = background_of(background);
   std::vector<cv::Mat3b> bgr;
   for (const Picture& picture : pictures) bgr.push_back(picture.bgr);
   std::shared_ptr<Sensor> sensor;
   {
     const py::gil_scoped_release release;
-    sensor = std::make_shared<Sensor>(config_of(config, model), bgr);
+    Config settings = config_of(config, model);
+    settings.surface.compensate_light = settings.surface.compensate_light && follow_light;
+    sensor = std::make_shared<Sensor>(settings, bgr);
   }
   for (const std::string& doubt : sensor->doubts())
     if (PyErr_WarnEx(PyExc_UserWarning, doubt.c_str(), 1) != 0) throw py::error_already_set();
@@ -127,9 +129,11 @@ name. config: a configuration file; default: GelSight Mini.
 
 What makes the background doubtful (another sensor's model, too dark, dirt) is given as a warning. Pictures larger
 than the configuration's size are cropped and resized as those of a camera are. The sensor follows slow changes of the
-light: give it pictures in the order in which they were taken. Threads that call it wait for each other.)")
+light: give it pictures in the order in which they were taken; the same picture twice gives heights that differ a
+little. follow_light=False: the light stays that of the background, and a surface depends on its picture alone.
+Threads that call it wait for each other.)")
       .def(py::init(&make_sensor), py::arg("model") = py::none(), py::kw_only(), py::arg("background"),
-           py::arg("config") = py::none())
+           py::arg("config") = py::none(), py::arg("follow_light") = true)
       .def(
           "__call__",
           [](Sensor& self, const py::object& image) {

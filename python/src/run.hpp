@@ -22,11 +22,14 @@ struct PythonRun {
   std::shared_ptr<const Run> run;  ///< null for one that was read
   std::shared_ptr<MetricMesh> mesh;
   std::vector<StampedPose> trajectory;
-  std::string report;              ///< JSON
+  std::string report;  ///< JSON
+  std::vector<std::string> reservations{};
   std::filesystem::path folder{};  ///< where it was read
 };
 
 /// To be called without the GIL.
 PythonRun python_run(Run run);
+/// Its reservations as Python warnings. With the GIL.
+void warn_of(const PythonRun& run);
 
 }  // namespace gelslam::python

@@ -163,6 +163,10 @@ TEST(Cli, DotsOfASimulatedGelNeedNoNumber) {
 TEST(Cli, AFullStandardOutputIsNoticed) {
   const ProgramResult result = gelslam({"--help"}, "/dev/full");
   expect_mistake(result, "cannot write to standard output");
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
+  expect_mistake(gelslam({"info", "--json", (folder / "trajectory.tum").string()}, "/dev/full"),
+                 "cannot write to standard output");
 }
 
 TEST(InfoErrors, EveryUnusableInputIsOneLine) {

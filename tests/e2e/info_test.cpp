@@ -95,6 +95,20 @@ TEST(Info, ARunSaysWhatItsMeshLeavesOut) {
   EXPECT_THAT(info(folder / "trajectory.tum").out, HasSubstr("a trajectory"));
 }
 
+TEST(Info, ARunSaysHowUncertainItIs) {
+  const TemporaryFolder folder;
+  test::write_bytes(
+      folder / "report.json",
+      R"({"uncertainty": {"description": "poses may be off by 2 mm", "drift_mm": {"amount": 2}}})");
+  EXPECT_THAT(info(folder / "report.json").out, HasSubstr("uncertain  poses may be off by 2 mm"));
+  const ProgramResult result = info(folder / "report.json", true);
+  EXPECT_THAT(result.out, HasSubstr("\"amount\": 2"));
+  for (const char* other : {"3", "{}", R"({"description": 3})", R"({"description": ""})"}) {
+    test::write_bytes(folder / "report.json", std::string(R"({"uncertainty": )") + other + "}");
+    EXPECT_THAT(info(folder / "report.json").out, testing::Not(HasSubstr("uncertain "))) << other;
+  }
+}
+
 TEST(Info, ASessionAndASurfaceAreNamed) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "session");

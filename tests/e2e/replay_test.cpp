@@ -41,6 +41,17 @@ TEST(Replay, WithEveryFrameTheRunIsThatOfReconstruct) {
   EXPECT_TRUE(saved_map(folder / "live") == saved_map(folder / "offline"));
 }
 
+TEST(Replay, AStreamThatCannotBeWrittenIsSaidAndTheScanIsSaved) {
+  const TemporaryFolder folder;
+  const ProgramResult full = run_program(GELSLAM_PROGRAM,
+                                         replay({scan().log().string(), "--every-frame", "-q", "--stream",
+                                                 "-", "-o", (folder / "RUN").string()}),
+                                         "/dev/full");
+  EXPECT_EQ(full.exit_code, 2);
+  EXPECT_EQ(full.err, "gelslam: error: cannot write to standard output; is the disk full?\n");
+  expect_complete(folder / "RUN");
+}
+
 /// Frames of an NDJSON stream; keyframes and maps are counted.
 std::vector<json> frames_of(const std::string& stream, int& keyframes, int& maps) {
   std::vector<json> frames;

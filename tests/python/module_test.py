@@ -92,6 +92,36 @@ class Module(unittest.TestCase):
                                  initial=result.target_T_reference)
         np.testing.assert_allclose(again.target_T_reference, result.target_T_reference, atol=1e-3)
 
+    def test_searches_for_what_one_registration_does_not_bridge(self):
+        sensor = simulated.sensor(self.images)
+        a, b = sensor(self.images[A]), sensor(self.images[B])
+        far = np.eye(4)
+        far[0, 3] = 3e-3
+        self.assertFalse(gelslam.register(a, b, initial=far).ok)
+        found = gelslam.register(a, b, initial=far, search=True)
+        self.assertTrue(found.ok, found.reason)
+        np.testing.assert_allclose(found.target_T_reference, gelslam.register(a, b).target_T_reference, atol=2e-3)
+
+    def test_a_surface_can_depend_on_its_picture_alone(self):
+        def heights(**options):
+            sensor = gelslam.Sensor(simulated.MODEL, background=self.images[:simulated.BARE_FRAMES], **options)
+            first = sensor(self.images[A]).height_mm.copy()
+            sensor(np.clip(self.images[5] * 1.1, 0, 255).astype(np.uint8))
+            return first, sensor(self.images[A]).height_mm
+        np.testing.assert_array_equal(*heights(follow_light=False))
+        first, again = heights()
+        self.assertGreater(np.abs(first - again).max(), 0)
+
+    def test_what_is_uncertain_is_said(self):
+        self.assertEqual(self.run_.reservations, [])
+        self.assertEqual(self.run_.report["uncertainty"]["description"], "")
+        doubtful = self.folder / "doubtful"
+        self.run_.save(doubtful)
+        report = json.loads((doubtful / "report.json").read_text())
+        report["uncertainty"]["description"] = "poses may be off by 2 mm"
+        (doubtful / "report.json").write_text(json.dumps(report))
+        self.assertEqual(gelslam.read_run(doubtful).reservations, ["poses may be off by 2 mm"])
+
     def test_surface_arrays(self):
         surface = simulated.sensor(self.images)(self.images[A])
         height, width = self.images[A].shape[:2]

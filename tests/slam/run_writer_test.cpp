@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "../support/analytic_surface.hpp"
 #include "../support/file_size_limit.hpp"
 #include "../support/temporary_folder.hpp"
@@ -116,11 +118,31 @@ TEST(MapCompleteness, IsSaidInTheSummaryAndInTheReport) {
   EXPECT_EQ(read->frames_not_in_mesh, 2);
 }
 
+TEST(TrajectoryUncertaintyReport, HasFieldsAndIsReadAsWords) {
+  const TemporaryFolder folder;
+  SlamMap map = map_with_a_false_loop();
+  map.uncertainty.mm = {12.5, 3, 0.12};
+  map.uncertainty.hidden = {{.motion = 5, .first_frame = 1, .first_time_s = 0.04, .frames = 3}};
+  RunAccount account;
+  account.summary = summarize(map, Mesh{});
+  write_run(folder.path(), Config{}, map, Mesh{}, account);
+  const auto report = nlohmann::json::parse(read_bytes(folder / "report.json")).at("uncertainty");
+  EXPECT_EQ(report.at("drift_mm"), (nlohmann::json{{"amount", 12.5}, {"frame", 3}, {"time_s", 0.12}}));
+  EXPECT_EQ(report.at("not_observable").at(0).at("motion"), "rz");
+  EXPECT_EQ(report.at("not_observable").at(0).at("first_frame"), 1);
+  const std::vector<std::string> read = read_reservations(folder.path());
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0], describe(map.uncertainty));
+  EXPECT_THAT(read[0], HasSubstr("may be off by 12 mm; twisting is not observable"));
+  write_run(folder.path(), Config{}, map_with_a_false_loop(), Mesh{}, RunAccount{});
+  EXPECT_TRUE(read_reservations(folder.path()).empty());
+}
+
 TEST(MapCompleteness, AWholeMapNeedsNoWords) {
   const MapCompleteness whole = summarize(map_with_a_false_loop(), Mesh{}).completeness;
   EXPECT_TRUE(whole.complete());
   EXPECT_EQ(describe(whole), "");
-  EXPECT_EQ(describe({0, 3}), "3 frames not in the mesh");
+  EXPECT_EQ(describe(MapCompleteness{0, 3}), "3 frames not in the mesh");
 }
 
 TEST(MapCompleteness, ReportsOfOlderVersionsAreReadAndDamagedOnesAreNot) {

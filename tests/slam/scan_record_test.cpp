@@ -42,7 +42,9 @@ using testing::HasSubstr;
 
 TEST(Session, HoldsTheWholeRecord) {
   const TemporaryFolder folder;
-  const ScanRecord before = small_map().measured;
+  ScanRecord before = small_map().measured;
+  for (FrameRecord& frame : before.frames)
+    if (frame.keyframe >= 0) frame.observable[static_cast<std::size_t>(frame.frame % 6)] = false;
   write_scan(folder / "session", before);
   const ScanRecord after = read_scan(folder / "session", {});
   EXPECT_TRUE(after.warnings.empty());
@@ -68,6 +70,7 @@ TEST(Session, HoldsTheWholeRecord) {
     EXPECT_EQ(after.frames[i].time_s, before.frames[i].time_s);
     EXPECT_EQ(after.frames[i].status, before.frames[i].status);
     EXPECT_EQ(after.frames[i].keyframe, before.frames[i].keyframe);
+    EXPECT_EQ(after.frames[i].observable, before.frames[i].observable);
     EXPECT_EQ(after.frames[i].keyframe_T_frame.matrix(), before.frames[i].keyframe_T_frame.matrix());
   }
 }

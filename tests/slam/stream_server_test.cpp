@@ -3,6 +3,7 @@
 #include "gelslam/slam/stream_server.hpp"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <netinet/in.h>
 #include <sys/resource.h>
@@ -192,6 +193,32 @@ TEST(StreamServer, WhatIsQueuedStillComesAtTheEnd) {
   server.reset();
   for (int k = 0; k < 100; ++k) ASSERT_EQ(client.line(), std::to_string(k));
   EXPECT_EQ(client.line(), "");
+}
+
+/// While it lives, standard output goes to another descriptor.
+struct RedirectedOutput {
+  explicit RedirectedOutput(int fd) : saved(::dup(STDOUT_FILENO)) { ::dup2(fd, STDOUT_FILENO); }
+  ~RedirectedOutput() {
+    ::dup2(saved, STDOUT_FILENO);
+    ::close(saved);
+  }
+  const int saved;
+};
+
+TEST(StreamServer, AFullDiskIsAFailureAndAReaderThatLeftIsNot) {
+  std::fflush(stdout);
+  const int full = ::open("/dev/full", O_WRONLY);
+  int pipe_ends[2];
+  ASSERT_EQ(::pipe(pipe_ends), 0);
+  ::close(pipe_ends[0]);
+  for (const auto& [fd, good] : {std::pair(full, false), std::pair(pipe_ends[1], true)}) {
+    const RedirectedOutput redirected(fd);
+    StreamServer server("-", "", notice);
+    server.write("line\n");
+    EXPECT_EQ(server.finish(), good);
+  }
+  ::close(full);
+  ::close(pipe_ends[1]);
 }
 
 TEST(StreamServer, ASocketFileIsMadeAndTakenAway) {

@@ -73,11 +73,11 @@ TEST(StateWords, AreAmberWhereTheMeshIsNotWholeOrAMotionIsNotObservable) {
   EXPECT_EQ(unsure.headline, "Position uncertain");
   LiveStatus status = saying(LivePhase::finished, "");
   EXPECT_EQ(state_words(status).color, theme::kGreen);
-  status.completeness = {1, 16};
+  status.reservations = {describe(MapCompleteness{1, 16}), "poses may be off by 2 mm"};
   EXPECT_EQ(state_words(status).color, theme::kAmber);
   EXPECT_EQ(state_words(status).advice,
-            "1 piece not joined. 16 frames not in the mesh. Touch a place between them. The rest is saved. Q "
-            "closes.");
+            "1 piece not joined. 16 frames not in the mesh. Touch a place between them. Poses may be off by "
+            "2 mm. The rest is saved. Q closes.");
 }
 
 TEST(StateWords, TakeAnyWords) {

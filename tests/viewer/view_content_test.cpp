@@ -35,6 +35,15 @@ TEST(ViewContent, LoopsThatHaveNoSayAreMarked) {
   for (const MapSnapshot::Edge& edge : history.edges) EXPECT_EQ(edge.outlier, edge.from == 2 && edge.to == 8);
 }
 
+TEST(ViewContent, WhatARunLeavesInDoubtIsSaid) {
+  const TemporaryFolder folder;
+  write_run(folder / "RUN", 5);
+  EXPECT_TRUE(load_view(folder / "RUN").warnings.empty());
+  write_bytes(folder / "RUN" / "report.json",
+              R"({"uncertainty": {"description": "poses may be off by 2 mm"}})");
+  EXPECT_THAT(load_view(folder / "RUN").warnings, testing::ElementsAre("poses may be off by 2 mm"));
+}
+
 TEST(ViewContent, ATimeShowsWhatWasThereThen) {
   const TemporaryFolder folder;
   write_run(folder / "RUN", 5);

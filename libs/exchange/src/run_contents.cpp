@@ -78,8 +78,7 @@ void add_warnings(RunContents& run, const json& report) {
     run.warnings.push_back(warning);
   if (report.value("partial", json(false)) == true)
     run.warnings.emplace_back("The run ended before its log did.");
-  const auto completeness = read_completeness(run.folder);
-  if (completeness && !completeness->complete()) run.warnings.push_back(describe(*completeness));
+  for (std::string& sentence : read_reservations(run.folder)) run.warnings.push_back(std::move(sentence));
 }
 
 /// The log of a live scan is in the run's folder, wherever that has been moved.

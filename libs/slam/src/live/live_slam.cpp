@@ -328,7 +328,7 @@ LiveStatus LiveSlam::status() const {
   status.next_run_folder = impl_->folders.next().string();
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
-  status.completeness = impl_->summary.completeness;
+  status.reservations = reservations(impl_->summary.completeness, impl_->summary.uncertainty);
   return status;
 }
 

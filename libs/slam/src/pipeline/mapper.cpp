@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "gelslam/backend/pose_covariance.hpp"
 #include "gelslam/backend/pose_graph.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
@@ -326,6 +327,11 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   const int anchor = choose_anchor(map.keyframes, map.in_map);
   map.anchor_frame = map.keyframes[static_cast<std::size_t>(anchor)]->frame;
   map.component_T_anchor = map.solution.component_T_node.at(anchor);
+  const bool scale_is_unknown = options_.slope_calibration.estimate_gradient_scale;
+  map.uncertainty =
+      trajectory_uncertainty(map.frames, map.in_map,
+                             pose_covariances(map.edges, map.solution, anchor, options_.pose_graph,
+                                              scale_is_unknown ? scale_sigma : 0.0));
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;
 }

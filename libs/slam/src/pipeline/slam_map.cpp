@@ -17,12 +17,14 @@ PoseGraphEdge odometry_edge(const KeyframeLink& link, int to) {
 }
 
 FrameRecord record_of(const TrackedFrame& tracked) {
-  return {tracked.frame,
-          tracked.time_s,
-          tracked.status,
-          tracked.trial,
-          tracked.keyframe ? tracked.keyframe->id : -1,
-          tracked.keyframe_T_frame};
+  FrameRecord record{tracked.frame,
+                     tracked.time_s,
+                     tracked.status,
+                     tracked.trial,
+                     tracked.keyframe ? tracked.keyframe->id : -1,
+                     tracked.keyframe_T_frame};
+  if (tracked.status == TrackStatus::tracked) record.observable = tracked.registration.observable;
+  return record;
 }
 
 FrameRecord background_record(std::int64_t frame, double time_s) {
@@ -82,9 +84,17 @@ std::string describe(const MapCompleteness& completeness) {
   return text;
 }
 
-std::optional<MapCompleteness> read_completeness(const std::filesystem::path& run_folder) {
+namespace {
+
+nlohmann::json read_report(const std::filesystem::path& run_folder) {
   std::ifstream stream(run_folder / "report.json");
-  const nlohmann::json report = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  return nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
+}
+
+}  // namespace
+
+std::optional<MapCompleteness> read_completeness(const std::filesystem::path& run_folder) {
+  const nlohmann::json report = read_report(run_folder);
   try {
     const nlohmann::json& frames = report.at("frames");
     const auto components = report.at(report.contains("components") ? "components" : "groups").get<int>();
@@ -94,6 +104,25 @@ std::optional<MapCompleteness> read_completeness(const std::filesystem::path& ru
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   }
+}
+
+std::vector<std::string> reservations(const MapCompleteness& completeness,
+                                      const TrajectoryUncertainty& uncertainty) {
+  std::vector<std::string> sentences = {describe(completeness), describe(uncertainty)};
+  std::erase(sentences, "");
+  return sentences;
+}
+
+std::vector<std::string> read_reservations(const std::filesystem::path& run_folder) {
+  std::vector<std::string> sentences =
+      reservations(read_completeness(run_folder).value_or(MapCompleteness{}), {});
+  try {  // older versions wrote none
+    sentences.push_back(read_report(run_folder).at("uncertainty").at("description").get<std::string>());
+  } catch (const nlohmann::json::exception&) {
+    return sentences;
+  }
+  std::erase(sentences, "");
+  return sentences;
 }
 
 }  // namespace gelslam

@@ -74,17 +74,18 @@ Matrix6d translation_first(const Matrix6d& rotation_first) {
 Vector6d sigma_of(const Matrix6d& covariance) { return covariance.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 
 std::string describe_drift(const Vector6d& sigma) {
-  constexpr double kMuchMm = 1.0, kMuchDeg = 5.0, kTwoSigma = 2.0;
+  constexpr double kTwoSigma = 2.0;
   constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   std::string where;
   const auto add = [&](const std::string& amount, const char* preposition, std::size_t axis) {
     where += fmt::format("{}{} {} {}", where.empty() ? "" : ", ", amount, preposition, kAxes[axis]);
   };
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (const double mm = kTwoSigma * sigma[static_cast<int>(axis)]; mm > kMuchMm)
+    if (const double mm = kTwoSigma * sigma[static_cast<int>(axis)]; mm > kLargeDriftMm)
       add(fmt::format("{:.1f} mm", mm), "along", axis);
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (const double deg = kTwoSigma * kDegreesPerRadian * sigma[static_cast<int>(axis) + 3]; deg > kMuchDeg)
+    if (const double deg = kTwoSigma * kDegreesPerRadian * sigma[static_cast<int>(axis) + 3];
+        deg > kLargeDriftDeg)
       add(fmt::format("{:.0f} degrees", deg), "about", axis);
   return where.empty() ? "" : "may be off by " + where + " since the trial began";
 }

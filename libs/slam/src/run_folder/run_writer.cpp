@@ -1,6 +1,7 @@
 #include "run_folder/run_writer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -78,6 +79,23 @@ ordered_json part_logs(const SlamMap& map) {
   return logs;
 }
 
+ordered_json uncertainty_fields(const TrajectoryUncertainty& uncertainty) {
+  constexpr std::array<const char*, 6> kMotions = {"x", "y", "z", "rx", "ry", "rz"};
+  const auto drift = [](const TrajectoryUncertainty::Drift& worst) {
+    return ordered_json{{"amount", worst.amount}, {"frame", worst.frame}, {"time_s", worst.time_s}};
+  };
+  ordered_json fields = {{"description", describe(uncertainty)},
+                         {"drift_mm", drift(uncertainty.mm)},
+                         {"drift_deg", drift(uncertainty.deg)},
+                         {"not_observable", ordered_json::array()}};
+  for (const TrajectoryUncertainty::Hidden& hidden : uncertainty.hidden)
+    fields["not_observable"].push_back({{"motion", kMotions[hidden.motion]},
+                                        {"first_frame", hidden.first_frame},
+                                        {"first_time_s", hidden.first_time_s},
+                                        {"frames", hidden.frames}});
+  return fields;
+}
+
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {
   const ReconstructSummary& summary = account.summary;
   ordered_json json;
@@ -93,6 +111,7 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   }
   json["anchor_frame"] = map.anchor_frame;
   json["frames"] = frame_counts(map, summary);
+  json["uncertainty"] = uncertainty_fields(summary.uncertainty);
   json["keyframes"] = summary.keyframes;
   json["coverage_keyframes"] = map.coverage_keyframes.size();
   json["trials"] = summary.trials;
@@ -153,6 +172,7 @@ ReconstructSummary summarize(const SlamMap& map, const Mesh& mesh) {
   summary.completeness.frames_not_in_mesh = std::count_if(
       map.frames.begin(), map.frames.end(),
       [&](const FrameRecord& f) { return f.status == TrackStatus::tracked && !map.has_pose(f); });
+  summary.uncertainty = map.uncertainty;
   summary.keyframes = static_cast<int>(map.keyframes.size());
   summary.trials = map.trials;
   summary.components = map.components;

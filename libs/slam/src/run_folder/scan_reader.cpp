@@ -35,6 +35,7 @@ FrameRecord frame_from(const Json& json) {
   frame.keyframe = integer_from(json.at(4), -1, kMaxKeyframeId);
   frame.trial = integer_from(json.at(3), frame.keyframe < 0 ? -1 : 0, kMaxTrial);
   if (frame.keyframe >= 0) frame.keyframe_T_frame = pose_from(json.at(5));
+  if (json.size() > 6) json.at(6).get_to(frame.observable);
   return frame;
 }
 

@@ -19,7 +19,9 @@ constexpr std::size_t kFramesPerLine = 25;  // about one second: as much as a ki
 
 Json json_of(const FrameRecord& frame) {
   Json values = {frame.frame, frame.time_s, name(frame.status), frame.trial, frame.keyframe};
-  if (frame.keyframe >= 0) values.push_back(numbers(frame.keyframe_T_frame));
+  if (frame.keyframe < 0) return values;
+  values.push_back(numbers(frame.keyframe_T_frame));
+  if (frame.observable != FrameRecord().observable) values.push_back(frame.observable);
   return values;
 }
 

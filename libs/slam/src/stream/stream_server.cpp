@@ -38,7 +38,7 @@ struct StreamReader {
   Line sending;
   std::size_t sent = 0;
   bool listens_only = false;  // it has closed its side for sending
-  bool gone = false;
+  bool gone = false, failed = false;
   // Under the lock.
   std::deque<Line> queue;
   std::size_t most_queued = kQueuedLines;
@@ -63,6 +63,7 @@ struct StreamReader {
     const ssize_t count = send(sending->data() + sent, sending->size() - sent);
     if (count < 0) {
       gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
+      failed = gone && errno != EPIPE && socket.get() < 0;
       return;
     }
     sent += static_cast<std::size_t>(count);
@@ -103,7 +104,7 @@ struct StreamServer::Impl {
   const std::function<std::string(std::int64_t)> notice;
   Listener listener;
   FileDescriptor wake_up{::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)};
-  std::atomic<bool> ending{false};
+  std::atomic<bool> ending{false}, output_failed{false};
   Clock::time_point listen_at{};    // of the server's thread: readers are accepted from then on
   mutable std::mutex mutex;         // for what follows
   std::list<StreamReader> readers;  // the server's thread alone adds and removes
@@ -159,6 +160,7 @@ void StreamServer::Impl::wait_for_work() {
     if ((events & (POLLERR | POLLHUP | POLLNVAL)) != 0) reader.gone = true;
     if ((events & POLLIN) != 0) reader.hear();
     if ((events & POLLOUT) != 0 && !reader.gone) reader.send_on();
+    if (reader.failed) output_failed = true;
   }
   if (files[1].revents != 0) accept_reader();
   const std::lock_guard lock(mutex);
@@ -194,6 +196,12 @@ StreamServer::StreamServer(const std::string& target, const std::string& address
 }
 
 StreamServer::~StreamServer() {
+  finish();
+  if (!impl_->listener.unix_path.empty()) ::unlink(impl_->listener.unix_path.c_str());
+}
+
+bool StreamServer::finish() {
+  if (!impl_->thread.joinable()) return !impl_->output_failed;
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->ending = true;
@@ -201,7 +209,7 @@ StreamServer::~StreamServer() {
   }
   impl_->wake();
   impl_->thread.join();
-  if (!impl_->listener.unix_path.empty()) ::unlink(impl_->listener.unix_path.c_str());
+  return !impl_->output_failed;
 }
 
 void StreamServer::write(std::string line) {

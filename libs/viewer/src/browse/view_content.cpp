@@ -61,7 +61,7 @@ ViewContent load_run(const fs::path& run) {
   const bool has_mesh = fs::exists(run / "mesh.ply"),
              has_session = fs::exists(run / "session" / "session.json");
   if (!has_mesh) throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");
-  ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt};
+  ViewContent content{name_of(run), read_mesh(run / "mesh.ply"), std::nullopt, read_reservations(run)};
   if (has_session) content.history = read_history(run);
   return content;
 }

@@ -13,6 +13,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/evaluation/triangle_scene.hpp"
 #include "gelslam/fusion/incremental_fusion.hpp"
+#include "live/status_text.hpp"
 #include "scene/scene_geometry.hpp"
 
 namespace gelslam::viewer::detail {
@@ -172,6 +173,13 @@ std::vector<Viewport> ViewStage::parts(const Viewport& whole) const {
 
 std::string ViewStage::title(std::size_t part) const {
   return part == 0 ? impl_->first.name : impl_->second->name;
+}
+
+std::string ViewStage::warning() const {
+  std::string text;
+  for (const std::string& warning : impl_->first.warnings)
+    text += (text.empty() ? "" : " ") + sentences(warning);
+  return text;
 }
 
 std::optional<Eigen::Vector3f> ViewStage::pick(std::size_t part, const PickRay& ray) const {

@@ -39,6 +39,8 @@ class ViewStage {
   /// The parts side by side: first, then second. Only the first is colored by distance.
   std::vector<Viewport> parts(const Viewport& whole) const;
   std::string title(std::size_t part) const;
+  /// What is missing or uncertain in the first, as sentences; or "".
+  std::string warning() const;
   /// False while drawing again would add colors or levels of detail.
   bool is_complete() const;
   void draw(const OrbitCamera& camera, const Viewport& whole, const SceneStyle& style);

@@ -183,9 +183,14 @@ void ViewWindow::draw_titles(Ui& ui, const SceneStyle& style) const {
                ui.fitted(Face::title, stage_.title(i), part.width - ui.px(36), Cut::start));
     if (i > 0) ui.fill({part.x, part.y, ui.px(1), part.height}, theme::kLine);
   }
-  if (stage_.works())
-    ui.text_at(Face::body, view().x + ui.px(18), view().y + ui.px(46), theme::kAmber,
-               "Making the surface of this time");
+  const Box first = box_of(all.front());
+  const float x = first.x + ui.px(18), width = first.width - ui.px(36);
+  float y = first.y + ui.px(46);
+  const auto say = [&](const std::string& text) {
+    y = ui.card(x, y, width, theme::kAmber, {{Face::body, theme::kText, text}}).bottom() + ui.px(6);
+  };
+  if (const std::string warning = stage_.warning(); !warning.empty()) say(warning);
+  if (stage_.works()) say("Making the surface of this time");
 }
 
 void ViewWindow::draw_slider(Ui& ui) {

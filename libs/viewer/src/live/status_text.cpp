@@ -82,9 +82,11 @@ StateWords state_words(const LiveStatus& status) {
     words.advice = status.log_bytes > 0
                        ? "Not all may be saved; gelslam reconstruct makes it from the log. Q closes."
                        : "Not all may be saved. Q closes.";
-  } else if (status.phase == LivePhase::finished && !status.completeness.complete()) {
+  } else if (status.phase == LivePhase::finished && !status.reservations.empty()) {
     words.color = theme::kAmber;
-    words.advice = sentences(describe(status.completeness)) + " The rest is saved. Q closes.";
+    words.advice.clear();
+    for (const std::string& reservation : status.reservations) words.advice += sentences(reservation) + " ";
+    words.advice += "The rest is saved. Q closes.";
   }
   return words;
 }

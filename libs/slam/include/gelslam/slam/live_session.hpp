@@ -43,7 +43,7 @@ struct LiveStatus {
   double memory_mb = 0;        ///< resident, of the whole program
   std::int64_t log_bytes = 0;  ///< recorded so far; 0 without a log
   GradientScale gradient_scale;
-  MapCompleteness completeness;  ///< of what was saved last; say it when finished
+  std::vector<std::string> reservations;  ///< reservations() of what was saved last; say them when finished
 };
 
 /// The newest frame that went through the tracker.

@@ -79,6 +79,8 @@ class PoseStream {
   void write_map(const MapSnapshot& map);
 
   const std::string& name() const { return server_.name(); }
+  /// StreamServer::finish().
+  bool finish() { return server_.finish(); }
 
  private:
   const Options options_;

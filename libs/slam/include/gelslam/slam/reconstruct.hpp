@@ -20,6 +20,7 @@ struct ReconstructSummary {
   std::int64_t frames = 0, tracked = 0, in_map = 0;
   int keyframes = 0, trials = 0, components = 0, loops = 0;
   MapCompleteness completeness;  ///< what was tracked but is not in the mesh
+  TrajectoryUncertainty uncertainty;
   std::size_t vertices = 0, triangles = 0;
   double seconds = 0;
   bool partial = false;            ///< stopped before the log's end

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -21,6 +22,8 @@ struct FrameRecord {
   int trial = -1;
   int keyframe = -1;  ///< id; -1 without contact
   Pose keyframe_T_frame = Pose::Identity();
+  /// RegistrationResult::observable of a tracked frame; true where none was asked.
+  std::array<bool, 6> observable = {true, true, true, true, true, true};
 };
 
 FrameRecord record_of(const TrackedFrame& tracked);

@@ -12,6 +12,7 @@
 #include "gelslam/frontend/tracker.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/slam/scan_record.hpp"
+#include "gelslam/slam/trajectory_uncertainty.hpp"
 #include "gelslam/surface/slope_correction.hpp"
 
 namespace gelslam {
@@ -40,6 +41,7 @@ struct SlamMap {
   int trials = 0;
   int components = 0;
   int loops = 0;  ///< edges between keyframes found by loop closure and refinement
+  TrajectoryUncertainty uncertainty;
 
   Pose component_T_anchor = Pose::Identity();
 
@@ -81,5 +83,11 @@ std::string describe(const MapCompleteness& completeness);
 /// Of a saved run, from its report.json (also of runs that older versions wrote). Nothing when there is no
 /// report, it is damaged, or nothing was saved yet.
 std::optional<MapCompleteness> read_completeness(const std::filesystem::path& run_folder);
+
+/// What a person has to know beside a result: describe() of both, where they say anything.
+std::vector<std::string> reservations(const MapCompleteness& completeness,
+                                      const TrajectoryUncertainty& uncertainty);
+/// The same of a saved run, from its report.json.
+std::vector<std::string> read_reservations(const std::filesystem::path& run_folder);
 
 }  // namespace gelslam

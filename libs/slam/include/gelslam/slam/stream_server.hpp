@@ -18,8 +18,11 @@ class StreamServer {
   /// cannot be opened.
   StreamServer(const std::string& target, const std::string& address,
                std::function<std::string(std::int64_t lines)> dropped_notice);
-  /// Readers get up to a second for what is still queued.
   ~StreamServer();
+
+  /// Nothing is sent afterwards; readers get up to a second for what is still queued. False when standard
+  /// output could not be written, as on a full disk. A reader that left is no failure.
+  bool finish();
 
   /// Thread-safe. `line` with its line end.
   void write(std::string line);

@@ -33,8 +33,11 @@ Matrix6d translation_first(const Matrix6d& rotation_first);
 /// One standard deviation along each axis.
 Vector6d sigma_of(const Matrix6d& covariance);
 
-/// "may be off by 1.6 mm along x, 6 degrees about y since the trial began": where two standard deviations are
-/// more than 1 mm or 5 degrees; else "".
+/// Two standard deviations of a pose that are worth a word to people.
+inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;
+
+/// "may be off by 1.6 mm along x, 6 degrees about y since the trial began": where the drift is large; else
+/// "".
 std::string describe_drift(const Vector6d& sigma);
 
 /// Motions that are not observable, for display: a change counts once it has lasted for half a second.
@@ -45,6 +48,8 @@ class HiddenMotions {
 
   /// describe_observability() of what has lasted; "" at the start of a trial.
   std::string words() const;
+  /// What has lasted.
+  const std::array<bool, 6>& observable() const { return observable_; }
 
  private:
   static constexpr double kLastingS = 0.5;

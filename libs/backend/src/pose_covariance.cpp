@@ -1,0 +1,122 @@
+#include "gelslam/backend/pose_covariance.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <utility>
+
+#include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/core/error.hpp"
+#include "whitened_graph.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace backend::detail;
+using Sparse = Eigen::SparseMatrix<double>;
+using Rows6 = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+/// The information matrix of all unknowns, of which the lower half is filled.
+class InformationMatrix {
+ public:
+  explicit InformationMatrix(int size) : size_(size) {}
+
+  /// Residuals of unit variance depend on the unknowns from `first` on by `derivative`.
+  void add(const std::vector<std::pair<int, Rows6>>& derivatives) {
+    for (const auto& [row, by_row] : derivatives)
+      for (const auto& [column, by_column] : derivatives)
+        add_block(row, column, by_row.transpose() * by_column);
+  }
+
+  void add_block(int row, int column, const Eigen::MatrixXd& block) {
+    for (int r = 0; r < block.rows(); ++r)
+      for (int c = 0; c < block.cols(); ++c)
+        if (row + r >= column + c) entries_.emplace_back(row + r, column + c, block(r, c));
+  }
+
+  Sparse matrix() const {
+    Sparse matrix(size_, size_);
+    matrix.setFromTriplets(entries_.begin(), entries_.end());
+    return matrix;
+  }
+
+ private:
+  int size_;
+  std::vector<Eigen::Triplet<double>> entries_;
+};
+
+/// The inverse of a symmetric matrix, where the matrix itself is not zero.
+class SelectedInverse {
+ public:
+  explicit SelectedInverse(const Sparse& lower_half) : factor_(lower_half) {
+    if (factor_.info() != Eigen::Success) throw Error("pose graph: its edges do not determine its poses");
+    const Sparse& l = factor_.matrixL().nestedExpression();  // below the diagonal of ones
+    inverse_ = l;
+    diagonal_ = factor_.vectorD().cwiseInverse();
+    for (int j = static_cast<int>(l.cols()) - 1; j >= 0; --j) {
+      for (Sparse::InnerIterator z(inverse_, j); z; ++z) {
+        double sum = 0;
+        for (Sparse::InnerIterator k(l, j); k; ++k) sum -= k.value() * permuted(k.row(), z.row());
+        z.valueRef() = sum;
+      }
+      for (Sparse::InnerIterator k(l, j), z(inverse_, j); k; ++k, ++z) diagonal_[j] -= k.value() * z.value();
+    }
+  }
+
+  double at(int row, int column) const {
+    const auto& place = factor_.permutationP().indices();
+    return permuted(place[row], place[column]);
+  }
+
+ private:
+  double permuted(Eigen::Index row, Eigen::Index column) const {
+    return row == column ? diagonal_[row] : inverse_.coeff(std::max(row, column), std::min(row, column));
+  }
+
+  Eigen::SimplicialLDLT<Sparse> factor_;
+  Sparse inverse_;
+  Eigen::VectorXd diagonal_;
+};
+
+}  // namespace
+
+std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges,
+                                         const PoseGraphSolution& solution, int gauge,
+                                         const PoseGraphOptions& options, double gradient_scale_sigma) {
+  if (solution.edge_residual.size() != edges.size() || solution.edge_outlier.size() != edges.size())
+    throw Error("pose graph: the solution is of other edges");
+  const int component = solution.component_of_node.at(gauge);
+  std::map<int, int> row_of;
+  for (const auto& [id, of_node] : solution.component_of_node)
+    if (of_node == component && id != gauge) row_of.emplace(id, 6 * static_cast<int>(row_of.size()));
+  const int scale_row = 6 * static_cast<int>(row_of.size());
+  const bool scale_is_unknown = gradient_scale_sigma > 0;
+  InformationMatrix information(scale_row + (scale_is_unknown ? kScaleTerms : 0));
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const PoseGraphEdge& edge = edges[i];
+    if (solution.edge_outlier[i] || solution.component_of_node.at(edge.from) != component) continue;
+    Matrix6d whitening = whitening_matrix(edge.information);
+    if (const double r = solution.edge_residual[i] / options.loop_loss_scale; edge.kind == EdgeKind::loop)
+      whitening /= std::sqrt(1 + r * r);  // of the Cauchy kernel
+    const Pose to_T_from =
+        solution.component_T_node.at(edge.to).inverse() * solution.component_T_node.at(edge.from);
+    std::vector<std::pair<int, Rows6>> derivatives;
+    if (edge.to != gauge) derivatives.emplace_back(row_of.at(edge.to), whitening);
+    if (edge.from != gauge) derivatives.emplace_back(row_of.at(edge.from), -whitening * adjoint(to_T_from));
+    if (scale_is_unknown) derivatives.emplace_back(scale_row, -whitening * motion_by_gradient_scale(edge));
+    information.add(derivatives);
+  }
+  if (scale_is_unknown)
+    information.add_block(
+        scale_row, scale_row,
+        scale_sigmas(gradient_scale_sigma).cwiseAbs2().cwiseInverse().asDiagonal().toDenseMatrix());
+
+  std::map<int, Matrix6d> covariances{{gauge, Matrix6d::Zero()}};
+  if (row_of.empty()) return covariances;
+  const SelectedInverse inverse(information.matrix());
+  for (const auto& [id, row] : row_of)
+    for (int r = 0; r < 6; ++r)
+      for (int c = 0; c < 6; ++c) covariances[id](r, c) = inverse.at(row + r, row + c);
+  return covariances;
+}
+
+}  // namespace gelslam

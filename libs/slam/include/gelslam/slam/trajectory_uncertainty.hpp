@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gelslam/core/se3.hpp"
+#include "gelslam/slam/scan_record.hpp"
+
+namespace gelslam {
+
+/// How far the poses of a finished map may be off. It is that of the optimized graph: loops have reduced it.
+struct TrajectoryUncertainty {
+  /// Two standard deviations of anchor_T_keyframe in its worst direction, at the keyframe that is known
+  /// worst.
+  struct Drift {
+    double amount = 0;  ///< mm, or degrees (at most 180)
+    std::int64_t frame = -1;
+    double time_s = 0;
+  };
+  /// A motion of the sensor that was not observable for a while (HiddenMotions).
+  struct Hidden {
+    std::size_t motion = 0;        ///< as RegistrationResult::observable
+    std::int64_t first_frame = 0;  ///< in which it was not
+    double first_time_s = 0;
+    std::int64_t frames = 0;  ///< in which it was not
+  };
+  Drift mm, deg;
+  std::vector<Hidden> hidden;  ///< by motion
+};
+
+/// Of the frames whose keyframe `in_map` names (by id). `anchor_T_keyframe`: their covariances
+/// (pose_covariances()).
+TrajectoryUncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames,
+                                             const std::vector<bool>& in_map,
+                                             const std::map<int, Matrix6d>& anchor_T_keyframe);
+
+/// "poses may be off by 1.6 mm and 6 degrees; sliding along x is not observable on this surface: up to 10
+/// frames, from 0.4 s on": the drift where it is large (kLargeDriftMm), and what was not observable. "" where
+/// there is nothing to say.
+std::string describe(const TrajectoryUncertainty& uncertainty);
+
+}  // namespace gelslam

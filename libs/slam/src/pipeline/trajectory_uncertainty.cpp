@@ -1,0 +1,112 @@
+#include "gelslam/slam/trajectory_uncertainty.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "gelslam/core/text.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr std::size_t kMotions = 6;
+
+double worst_sigma(const Eigen::Matrix3d& covariance) {
+  return std::sqrt(
+      std::max(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues().maxCoeff(), 0.0));
+}
+
+void keep_worse(TrajectoryUncertainty::Drift& worst, double amount, const FrameRecord& frame) {
+  if (worst.frame < 0 || amount > worst.amount) worst = {amount, frame.frame, frame.time_s};
+}
+
+/// Counts the frames of stretches in which a motion was not observable, once these have lasted.
+class HiddenFrames {
+ public:
+  void pass(const FrameRecord& frame) {
+    if (std::exchange(trial_, frame.trial) != frame.trial) waiting_ = {};
+    motions_.pass(frame.trial, frame.time_s, frame.observable);
+    for (std::size_t motion = 0; motion < kMotions; ++motion) {
+      Hidden& waiting = waiting_[motion];
+      if (frame.observable[motion]) {
+        waiting = {};
+        continue;
+      }
+      if (waiting.frames++ == 0) {
+        waiting.first_frame = frame.frame;
+        waiting.first_time_s = frame.time_s;
+      }
+      if (motions_.observable()[motion]) continue;
+      Hidden& counted = counted_[motion];
+      if (counted.frames == 0)
+        counted = waiting;
+      else
+        counted.frames += waiting.frames;
+      waiting = {};
+    }
+  }
+
+  std::vector<TrajectoryUncertainty::Hidden> all() const {
+    std::vector<Hidden> found;
+    for (std::size_t motion = 0; motion < kMotions; ++motion) {
+      if (counted_[motion].frames == 0) continue;
+      found.push_back(counted_[motion]);
+      found.back().motion = motion;
+    }
+    return found;
+  }
+
+ private:
+  using Hidden = TrajectoryUncertainty::Hidden;
+
+  int trial_ = -1;
+  HiddenMotions motions_;
+  std::array<Hidden, kMotions> waiting_, counted_;
+};
+
+}  // namespace
+
+TrajectoryUncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames,
+                                             const std::vector<bool>& in_map,
+                                             const std::map<int, Matrix6d>& anchor_T_keyframe) {
+  TrajectoryUncertainty result;
+  HiddenFrames hidden;
+  for (const FrameRecord& frame : frames) {
+    if (frame.keyframe < 0 || !in_map[static_cast<std::size_t>(frame.keyframe)]) continue;
+    hidden.pass(frame);
+    const Matrix6d& covariance = anchor_T_keyframe.at(frame.keyframe);
+    keep_worse(result.mm, 2 * worst_sigma(covariance.bottomRightCorner<3, 3>()), frame);
+    keep_worse(result.deg,
+               std::min(180.0, 2 * kDegreesPerRadian * worst_sigma(covariance.topLeftCorner<3, 3>())), frame);
+  }
+  result.hidden = hidden.all();
+  return result;
+}
+
+std::string describe(const TrajectoryUncertainty& uncertainty) {
+  std::string amounts;
+  if (uncertainty.mm.amount > kLargeDriftMm) amounts = fmt::format("{:.2g} mm", uncertainty.mm.amount);
+  if (uncertainty.deg.amount > kLargeDriftDeg)
+    amounts += fmt::format("{}{:.0f} degrees", amounts.empty() ? "" : " and ", uncertainty.deg.amount);
+  std::string text = amounts.empty() ? "" : "poses may be off by " + amounts;
+  if (uncertainty.hidden.empty()) return text;
+  std::array<bool, kMotions> observable;
+  observable.fill(true);
+  std::int64_t frames = 0;
+  double first_time_s = uncertainty.hidden.front().first_time_s;
+  for (const TrajectoryUncertainty::Hidden& hidden : uncertainty.hidden) {
+    observable[hidden.motion] = false;
+    frames = std::max(frames, hidden.frames);
+    first_time_s = std::min(first_time_s, hidden.first_time_s);
+  }
+  append_sentence(text, fmt::format("{}: up to {}, from {:.1f} s on", describe_observability(observable),
+                                    counted(frames, "frame"), first_time_s));
+  return text;
+}
+
+}  // namespace gelslam

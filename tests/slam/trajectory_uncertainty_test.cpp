@@ -1,0 +1,77 @@
+#include "gelslam/slam/trajectory_uncertainty.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace gelslam {
+namespace {
+
+constexpr std::array<bool, 6> kAll = {true, true, true, true, true, true};
+constexpr std::array<bool, 6> kNoSlideX = {false, true, true, true, true, true};
+
+class Trajectory : public testing::Test {
+ protected:
+  void track(int frames, const std::array<bool, 6>& observable, int keyframe = 0, int trial = 0) {
+    for (int k = 0; k < frames; ++k, ++next_)
+      records.push_back({next_, 0.04 * static_cast<double>(next_), TrackStatus::tracked, trial, keyframe,
+                         Pose::Identity(), observable});
+  }
+
+  /// Keyframe 0 is the anchor; the others are known to these standard deviations.
+  TrajectoryUncertainty uncertainty(double sigma_mm = 0, double sigma_rad = 0) const {
+    Vector6d sigma;
+    sigma << sigma_rad, 0, 0, 0, sigma_mm, 0;
+    const Matrix6d known = sigma.cwiseAbs2().asDiagonal();
+    return trajectory_uncertainty(records, {true, true, false}, {{0, Matrix6d::Zero()}, {1, known}});
+  }
+
+  std::vector<FrameRecord> records;
+
+ private:
+  std::int64_t next_ = 0;
+};
+
+TEST_F(Trajectory, IsQuietWhereAllWasObservableAndTheDriftIsSmall) {
+  EXPECT_EQ(describe(TrajectoryUncertainty()), "");
+  track(30, kAll);
+  track(30, kAll, 1);
+  EXPECT_EQ(describe(uncertainty(0.4, 0.04)), "");
+  EXPECT_NEAR(uncertainty(0.4, 0.04).mm.amount, 0.8, 1e-9);
+}
+
+TEST_F(Trajectory, SaysTheLargestDriftAndWhereItIs) {
+  track(30, kAll);
+  track(30, kAll, 1);
+  const TrajectoryUncertainty found = uncertainty(1.0, 0.2);
+  EXPECT_NEAR(found.mm.amount, 2.0, 1e-9);
+  EXPECT_EQ(found.mm.frame, 30);
+  EXPECT_NEAR(found.deg.amount, 0.4 * kDegreesPerRadian, 1e-9);
+  EXPECT_EQ(describe(found), "poses may be off by 2 mm and 23 degrees");
+  EXPECT_EQ(uncertainty(0, 7).deg.amount, 180);
+}
+
+TEST_F(Trajectory, SaysWhatWasNotObservableOnceItHasLasted) {
+  track(10, kAll);
+  track(10, kNoSlideX);  // 0.4 s
+  track(10, kAll);
+  EXPECT_TRUE(uncertainty().hidden.empty());
+  track(40, kNoSlideX, 1);
+  track(20, kAll, 1);
+  const TrajectoryUncertainty found = uncertainty();
+  ASSERT_EQ(found.hidden.size(), 1u);
+  EXPECT_EQ(found.hidden[0].motion, 0u);
+  EXPECT_EQ(found.hidden[0].first_frame, 30);
+  EXPECT_EQ(found.hidden[0].frames, 40);
+  EXPECT_EQ(describe(found),
+            "sliding along x is not observable on this surface: up to 40 frames, from 1.2 s on");
+}
+
+TEST_F(Trajectory, CountsTheMapAndEachTrialByItself) {
+  track(10, kNoSlideX);
+  track(10, kNoSlideX, 1, 1);
+  track(40, kNoSlideX, 2, 2);  // not in the map
+  EXPECT_TRUE(uncertainty().hidden.empty());
+}
+
+}  // namespace
+}  // namespace gelslam
