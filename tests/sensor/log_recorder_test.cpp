@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
 #include "../support/temporary_folder.hpp"
@@ -131,7 +132,7 @@ TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
   for (int i = 0; i < 3; ++i) resizing.push_waiting(jpeg_frame(i));
   resizing.finish();
   EXPECT_TRUE(resizing.status().stopped);
-  EXPECT_THAT(resizing.status().warning, HasSubstr("b.mkv: recording stopped: frame 0 is 64x48 pixels"));
+  EXPECT_THAT(resizing.status().warning, HasSubstr("b.mkv: recording stopped: frame 0: is 64x48 pixels"));
 }
 
 /// Frames at given times, without end until stopped.
@@ -154,6 +155,42 @@ class ListedFrames final : public RawFrameSource {
   std::vector<double> times_s_;
   std::size_t index_ = 0;
 };
+
+/// What a pause of a replay is: the frame that was due waits, and so does the clock for all after it.
+TEST(Pace, HeldItWaitsAndTheClockStops) {
+  for (const std::optional<double> speed : {std::optional(1.0), std::optional<double>()}) {
+    const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 0.02, 0.04}), speed);
+    ASSERT_TRUE(source->next());
+    ASSERT_TRUE(source->hold(true));
+    std::atomic<bool> came = false;
+    std::optional<RawFrame> frame;
+    Clock::time_point end_of_pause;
+    {
+      const std::jthread reader([&] {
+        frame = source->next();
+        came = true;
+      });
+      const Clock::time_point begin = Clock::now();
+      while (Clock::now() < begin + std::chrono::milliseconds(60)) std::this_thread::yield();
+      EXPECT_FALSE(came);
+      end_of_pause = Clock::now();
+      source->hold(false);
+    }
+    ASSERT_TRUE(frame);
+    EXPECT_GE(frame->arrived, end_of_pause);
+    ASSERT_TRUE(source->next());
+    if (speed) {
+      EXPECT_GE(Clock::now() - end_of_pause, std::chrono::milliseconds(20)) << "no catching up";
+    }
+  }
+}
+
+TEST(Pace, HeldItCanBeStopped) {
+  const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 0.02}));
+  source->hold(true);
+  const std::jthread stopper([&] { source->stop(); });
+  EXPECT_FALSE(source->next());
+}
 
 TEST(Pace, NoFrameBeforeItsTime) {
   for (const double speed : {1.0, 4.0}) {
