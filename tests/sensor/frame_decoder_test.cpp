@@ -180,13 +180,13 @@ TEST(FrameDecoder, AJpegOfTheCalibratedSizeIsKept) {
 }
 
 TEST(FrameDecoder, YuyvHasTheColorsOfBt601) {
-  // Written from the standard's figures (ITU-R BT.601, 8 bits), not by a library: white, black, red, blue.
+  // Written from the standard's figures (ITU-R BT.601, 8 bits), not by a library: yellow, green, red, blue.
   struct Color {
     std::uint8_t y, u, v;
     cv::Vec3b bgr;
   };
   FrameDecoder decoder(mini_of({640, 480}));
-  for (const Color& color : {Color{235, 128, 128, {255, 255, 255}}, Color{16, 128, 128, {0, 0, 0}},
+  for (const Color& color : {Color{210, 16, 146, {0, 255, 255}}, Color{145, 54, 34, {0, 255, 0}},
                              Color{81, 90, 240, {0, 0, 255}}, Color{41, 240, 110, {255, 0, 0}}}) {
     std::vector<std::uint8_t> bytes;
     for (int i = 0; i < 640 * 480 / 2; ++i) bytes.insert(bytes.end(), {color.y, color.u, color.y, color.v});

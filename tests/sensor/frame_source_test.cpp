@@ -155,10 +155,11 @@ TEST(EveryInput, DamagedPicturesAreLeftOutAndSaidAlike) {
   EXPECT_THAT(images.warning, HasSubstr("3.jpg: not a readable image"));
 }
 
-/// What libav decodes: the pictures around the damage are used, in their places.
+/// What libav decodes: the pictures around the damage are used, in their places. (FFV1 and HuffYUV of OpenCV
+/// have no checksums: any bytes are a picture.)
 TEST(EveryInput, ADamagedPacketOfAnotherCodecEndsNoVideo) {
   TemporaryFolder folder;
-  for (const auto& [name, codec] : {std::pair{"a.avi", "FFV1"}, {"b.avi", "HFYU"}, {"c.avi", "XVID"}}) {
+  for (const auto& [name, codec] : {std::pair{"a.avi", "XVID"}, {"b.avi", "DIVX"}}) {
     try {
       write_video(folder / name, codec, 16, 64, 48);
     } catch (const std::runtime_error&) {

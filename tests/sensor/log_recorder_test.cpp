@@ -27,6 +27,13 @@ std::vector<RawFrame> read_all(RawFrameSource& source) {
   return frames;
 }
 
+SensorProfile sensor_of(int raw_width_px, int raw_height_px) {
+  SensorProfile profile;
+  profile.raw_width_px = raw_width_px;
+  profile.raw_height_px = raw_height_px;
+  return profile;
+}
+
 std::unique_ptr<LogWriter> writer_of(const std::filesystem::path& path) {
   return std::make_unique<LogWriter>(path, LogAttachments{}, 25);
 }
@@ -53,7 +60,7 @@ TEST(LogRecorder, WhatDoesNotFitIsCountedAndTheRestIsThere) {
   options.max_waiting_bytes = 1;  // one frame at a time
   // A large picture to be made small keeps the recorder busy for longer than all of them take to be pushed,
   // however fast the disk.
-  options.resize_to.emplace();
+  options.resize_to = sensor_of(1312, 984);
   RawFrame frame = jpeg_frame(0, 1312, 984);
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
   for (int i = 0; i < 300; ++i) {
@@ -90,7 +97,7 @@ TEST(LogRecorder, ASourceThatCanWaitLosesNothing) {
 TEST(LogRecorder, ResizedLogsAreTheDecodersPicturesWithoutLoss) {
   TemporaryFolder folder;
   LogRecorderOptions options;
-  options.resize_to.emplace();
+  options.resize_to = sensor_of(1312, 984);
   FrameDecoder decoder(*options.resize_to);
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
   for (int i = 0; i < 4; ++i) {

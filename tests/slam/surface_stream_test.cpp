@@ -192,12 +192,12 @@ TEST_F(StreamOfALog, WhatIsNoLogIsSaidBeforeThatThereIsNoModel) {
 
 /// A gel that reads as touched because its colors lie the wrong way round.
 TEST_F(StreamOfALog, SwappedColorsAreSaidBeforeTheImprintThatTheyLookLike) {
-  const cv::Mat3b gel = render(ball_press(kSize, kPitchMm, 150, 120, 5, 0.8), kPitchMm, 0, 1);
+  const cv::Mat3b gel = render(ball_press(kSize, kPitchMm, 150, 120, 2, 0.4), kPitchMm, 0, 1);
   for (int i = 0; i < 10; ++i) {
     cv::Mat3b picture = gel.clone();
     picture.forEach([](cv::Vec3b& pixel, const int* at) {
       const double down = at[0] / 120.0 - 1;  // reddish top, bluish bottom
-      pixel[0] = cv::saturate_cast<uchar>(pixel[0] * 0.8 * std::exp(0.4 * down));
+      pixel[0] = cv::saturate_cast<uchar>(80 * std::exp(0.4 * down));
       pixel[2] = cv::saturate_cast<uchar>(pixel[2] * 1.2 * std::exp(-0.4 * down));
     });
     cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(), picture);
