@@ -67,7 +67,8 @@ class VideoLog final : public RawFrameSource {
 
   std::string description() const override {
     return fmt::format("{} {}, {}, {:g} Hz{}", video_.ours ? "log" : "video", path_.filename().string(),
-                       size_text(video_.width_px, video_.height_px), rate_hz_, ending_of(video_.encoding));
+                       size_text(video_.width_px, video_.height_px), rate_hz_,
+                       video_.ours ? ending_of(video_.encoding) : "");
   }
 
  private:
