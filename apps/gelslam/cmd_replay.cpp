@@ -2,7 +2,6 @@
 #include <optional>
 
 #include "commands.hpp"
-#include "gelslam/core/error.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "live_command.hpp"
@@ -17,17 +16,6 @@ struct ReplayArguments {
   LiveArguments live;
 };
 
-/// A log of another camera is refused before a run folder is made, or replaced.
-void check_pictures_fit(const std::string& log, const SensorProfile& profile) {
-  const std::optional<RawFrame> first = open_raw_log(log, profile)->next();
-  if (!first) return;
-  try {
-    FrameDecoder(profile).decode(*first);
-  } catch (const Error& error) {
-    throw Error(log + ": " + error.what());
-  }
-}
-
 int run(const ReplayArguments& arguments) {
   const LiveArguments& live = arguments.live;
   const Config config = resolve_config(live.input(arguments.log));
@@ -35,10 +23,10 @@ int run(const ReplayArguments& arguments) {
   options.log = arguments.log;
   options.drop_when_behind = !arguments.every_frame;
   WindowOptions window = prepare_window(options, live);
-  check_pictures_fit(arguments.log, config.sensor);
-  std::unique_ptr<RawFrameSource> source = open_raw_log(arguments.log, config.sensor);
-  if (!arguments.every_frame) source = pace(std::move(source), arguments.speed);
-  return run_live(std::move(source), options, live, std::move(window));
+  // A log of another camera is refused before a run folder is made, or replaced.
+  open_frame_source(arguments.log, config.sensor)->next();
+  const auto speed = arguments.every_frame ? std::nullopt : std::optional(arguments.speed);
+  return run_live(pace(open_raw_log(arguments.log, config.sensor), speed), options, live, std::move(window));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "arrays.hpp"
 #include "bind.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/slam/config.hpp"
 #ifdef GELSLAM_BUILD_CAMERAS
@@ -118,6 +119,12 @@ class Camera {
     if (camera) camera->stop();
   }
   std::string description() const { return opened()->description(); }
+  std::string warning() {
+    std::string text = opened()->warning();
+    const std::lock_guard lock(reading_);
+    append_sentence(text, decoder_->warning());
+    return text;
+  }
 
  private:
   std::shared_ptr<CameraSource> opened() const {
@@ -160,7 +167,9 @@ device: "auto", "/dev/video2", "2", or part of the camera's name. Exposure, gain
           },
           "Waits for the next picture. Returns (image, time_s).")
       .def("close", &Camera::close, Release(), "Stops the camera. May be called twice.")
-      .def_property_readonly("description", &Camera::description, "For people: name, format, rate.");
+      .def_property_readonly("description", &Camera::description, "For people: name, format, rate.")
+      .def_property_readonly("warning", py::cpp_function(&Camera::warning, Release()),
+                             "What was not right with the frames so far, or \"\".");
 }
 #endif
 

@@ -85,7 +85,7 @@ TEST(PressSet, ABadPressDoesNotStopTheOthers) {
   cv::imwrite(picture.string(), numbered_picture(2, 60, 48));
   EXPECT_THAT(problem(), HasSubstr("is 60x48 but the background is 64x48"));
   cv::imwrite(picture.string(), cv::Mat3b(48, 64, cv::Vec3b(0, 0, 0)));
-  EXPECT_THAT(problem(), HasSubstr("a gray image"));
+  EXPECT_THAT(problem(), HasSubstr("a gray picture"));
   cv::imwrite(picture.string(), cv::Mat3b(48, 64, cv::Vec3b(0, 160, 0)));
   EXPECT_THAT(problem(), HasSubstr("one color all over"));
   fs::remove(picture);

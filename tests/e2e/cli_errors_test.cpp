@@ -240,7 +240,7 @@ TEST_F(ReconstructErrors, PicturesThatCannotBeUsed) {
   expect_mistake(reconstruct("gray.avi", model), "gray.avi, frame 0: a gray picture");
   expect_mistake(reconstruct("small.avi", model), "small.avi, frame 0: is 160x120 pixels");
   expect_mistake(reconstruct("short.avi", model), "3");
-  expect_mistake(reconstruct("images", model), "0.png: a gray image");
+  expect_mistake(reconstruct("images", model), "0.png: a gray picture");
   expect_mistake(reconstruct("images/0.png", model), "a single image");
 }
 

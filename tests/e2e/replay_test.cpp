@@ -180,7 +180,7 @@ TEST(Replay, ALogOfAnotherCameraLeavesNoRun) {
   }
   const ProgramResult result =
       gelslam(replay({(folder / "other.mkv").string(), "-o", (folder / "run").string()}));
-  expect_mistake(result, "other.mkv: frame 0 is 100x100 pixels");
+  expect_mistake(result, "other.mkv, frame 0: is 100x100 pixels");
   EXPECT_THAT(folder.names(), testing::ElementsAre("other.mkv"));
 }
 

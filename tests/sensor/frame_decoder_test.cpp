@@ -43,6 +43,14 @@ RawFrame jpeg_of(const cv::Mat& picture) {
   return frame_of(FrameEncoding::jpeg, encoded(picture, ".jpg"), picture.size());
 }
 
+/// A GelSight Mini whose camera gives pictures of this size.
+SensorProfile mini_of(cv::Size raw) {
+  SensorProfile profile;
+  profile.raw_width_px = raw.width;
+  profile.raw_height_px = raw.height;
+  return profile;
+}
+
 double mean_difference(const cv::Mat3b& a, const cv::Mat3b& b) {
   return cv::norm(a, b, cv::NORM_L1) / (3.0 * static_cast<double>(a.total()));
 }
@@ -78,10 +86,10 @@ TEST(FrameDecoder, ScaledDecodingGivesTheFullyDecodedPicture) {
   const auto pictures = real_pictures();
   if (pictures.empty()) GTEST_SKIP() << "no data; set GELSLAM_DATA";
   const SensorProfile mini;
-  FrameDecoder decoder(mini);
   for (const auto& path : pictures) {
     // 1/4, 1/2 and full scale, and sizes that no block of a JPEG divides.
     for (const cv::Size raw : {cv::Size(3280, 2464), cv::Size(1602, 1199), cv::Size(640, 480)}) {
+      FrameDecoder decoder(mini_of(raw));
       const RawFrame frame = jpeg_of(as_raw(read_image(path), raw));
       const cv::Mat3b expected =
           crop_and_resize(cv::imdecode(frame.bytes, cv::IMREAD_COLOR), mini.width_px, mini.height_px);
@@ -107,9 +115,9 @@ double edge_position(const cv::Mat1f& line) {
 
 TEST(FrameDecoder, KeepsEveryEdgeInItsPlaceWhateverTheScale) {
   const SensorProfile mini;
-  FrameDecoder decoder(mini);
   for (const cv::Size raw :
        {cv::Size(3280, 2464), cv::Size(3001, 2250), cv::Size(1998, 1499), cv::Size(641, 479)}) {
+    FrameDecoder decoder(mini_of(raw));
     for (const double part : {0.3, 0.5, 0.71}) {
       const cv::Point edge(cvRound(raw.width * part), cvRound(raw.height * part));
       cv::Mat3b picture(raw, cv::Vec3b(40, 50, 60));
@@ -140,8 +148,7 @@ TEST(FrameDecoder, KeepsEveryEdgeInItsPlaceWhateverTheScale) {
 }
 
 TEST(FrameDecoder, LosslessEncodingsAreExact) {
-  const SensorProfile mini;
-  FrameDecoder decoder(mini);
+  FrameDecoder decoder(mini_of({1404, 1053}));
   const cv::Mat3b exact = numbered_picture(4, 320, 240), raw = numbered_picture(4, 1404, 1053);
   const auto bytes_of = [](const cv::Mat3b& picture) {
     return std::vector<std::uint8_t>(picture.datastart, picture.dataend);
@@ -173,13 +180,13 @@ TEST(FrameDecoder, AJpegOfTheCalibratedSizeIsKept) {
 }
 
 TEST(FrameDecoder, YuyvHasTheColorsOfBt601) {
-  // Written from the standard's figures (ITU-R BT.601, 8 bits), not by a library: white, black, red, blue.
+  // Written from the standard's figures (ITU-R BT.601, 8 bits), not by a library: yellow, green, red, blue.
   struct Color {
     std::uint8_t y, u, v;
     cv::Vec3b bgr;
   };
-  FrameDecoder decoder((SensorProfile()));
-  for (const Color& color : {Color{235, 128, 128, {255, 255, 255}}, Color{16, 128, 128, {0, 0, 0}},
+  FrameDecoder decoder(mini_of({640, 480}));
+  for (const Color& color : {Color{210, 16, 146, {0, 255, 255}}, Color{145, 54, 34, {0, 255, 0}},
                              Color{81, 90, 240, {0, 0, 255}}, Color{41, 240, 110, {255, 0, 0}}}) {
     std::vector<std::uint8_t> bytes;
     for (int i = 0; i < 640 * 480 / 2; ++i) bytes.insert(bytes.end(), {color.y, color.u, color.y, color.v});
@@ -194,7 +201,7 @@ class Damage : public testing::Test {
     EXPECT_FALSE(decoder.decode(frame).has_value());
     return decoder.damage();
   }
-  FrameDecoder decoder{SensorProfile()};
+  FrameDecoder decoder{mini_of({1280, 960})};
   RawFrame good = jpeg_of(numbered_picture(2, 1280, 960));
 };
 
@@ -260,9 +267,9 @@ TEST_F(Damage, WhatIsNoPictureIsSaid) {
             "the picture ends early: 100 of 230400 bytes");
   EXPECT_THAT(
       of(frame_of(FrameEncoding::yuyv, std::vector<std::uint8_t>(100), cv::Size(2000000000, 2000000000))),
-      HasSubstr("which no touch sensor has"));
+      HasSubstr("pixels are more than any touch sensor has"));
   EXPECT_THAT(of(frame_of(FrameEncoding::bgr, std::vector<std::uint8_t>(100), cv::Size(-4, 3))),
-              HasSubstr("which no touch sensor has"));
+              HasSubstr("pixels are more than any touch sensor has"));
 }
 
 TEST_F(Damage, PngsAreChecked) {
@@ -278,7 +285,7 @@ TEST_F(Damage, PngsAreChecked) {
   frame.encoding = FrameEncoding::jpeg;
   EXPECT_EQ(of(frame), "the bytes are no JPEG");
   frame = frame_of(FrameEncoding::png, encoded(cv::Mat1b(240, 320, uchar{3}), ".png"), picture.size());
-  EXPECT_THAT(of(frame), HasSubstr("no color picture"));
+  EXPECT_THAT(of(frame), HasSubstr("a gray picture"));
   frame = whole;
   frame.bytes.insert(frame.bytes.end(), 99, 7);
   EXPECT_TRUE(decoder.decode(frame).has_value()) << "bytes after the end";
@@ -287,7 +294,20 @@ TEST_F(Damage, PngsAreChecked) {
 TEST_F(Damage, ASizeThatNeverFitsIsAnError) {
   const std::string message =
       message_of<Error>([&] { decoder.decode(jpeg_of(numbered_picture(1, 1920, 1080))); });
-  EXPECT_THAT(message, HasSubstr("frame 7 is 1920x1080 pixels; GelSight Mini needs 320x240"));
+  EXPECT_THAT(message, HasSubstr("frame 7: is 1920x1080 pixels; GelSight Mini needs 320x240"));
+}
+
+TEST_F(Damage, GoodAndDamagedPicturesAreCounted) {
+  EXPECT_EQ(decoder.warning(), "");
+  RawFrame torn = good, lost = good;
+  torn.bytes.resize(torn.bytes.size() / 2);
+  lost.bytes.clear();
+  lost.damage = "the disk gave up";
+  lost.name = "x.avi, frame 8";
+  for (const RawFrame& frame : {good, lost, torn, good}) decoder.decode(frame);
+  EXPECT_EQ(decoder.good(), 2);
+  EXPECT_EQ(decoder.left_out(), 2);
+  EXPECT_EQ(decoder.warning(), "left out 2 damaged pictures (the first: x.avi, frame 8: the disk gave up)");
 }
 
 }  // namespace

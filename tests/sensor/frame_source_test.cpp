@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
 namespace {
@@ -37,11 +40,14 @@ struct Played {
 };
 
 /// Everything a source gives, with what must hold for every frame checked on the way.
-Played play(const std::filesystem::path& log) {
-  const auto source = open_frame_source(log, small_sensor());
+Played play(const std::filesystem::path& log, const SensorProfile& sensor = small_sensor(),
+            std::set<std::int64_t> missing = {}) {
+  const auto source = open_frame_source(log, sensor);
   Played played;
   while (const auto frame = source->next()) {
-    EXPECT_EQ(frame->index, static_cast<std::int64_t>(played.numbers.size()));
+    std::int64_t expected = static_cast<std::int64_t>(played.numbers.size());
+    for (const std::int64_t frame_left_out : missing) expected += frame_left_out <= expected ? 1 : 0;
+    EXPECT_EQ(frame->index, expected);
     EXPECT_EQ(frame->bgr.size(), cv::Size(64, 48));
     EXPECT_TRUE(played.times_s.empty() || frame->time_s > played.times_s.back());
     played.numbers.push_back(number_in(frame->bgr));
@@ -89,7 +95,89 @@ TEST(VideoSource, DataFolderHoldsTheVideo) {
 TEST(VideoSource, RawFramesAreCropped) {
   TemporaryFolder folder;
   write_video(folder / "raw.avi", "MJPG", 2, 320, 240);
-  EXPECT_THAT(play(folder / "raw.avi").numbers, ElementsAre(0, 1));
+  SensorProfile sensor = small_sensor();
+  sensor.raw_width_px = 320;
+  sensor.raw_height_px = 240;
+  EXPECT_THAT(play(folder / "raw.avi", sensor).numbers, ElementsAre(0, 1));
+}
+
+/// What every good picture of a log shows, and which frames are missing.
+struct Seen {
+  std::vector<std::int64_t> frames;
+  std::string warning;
+};
+
+Seen see(const std::filesystem::path& log) {
+  const auto source = open_frame_source(log, small_sensor());
+  Seen seen;
+  while (const auto image = source->next()) {
+    EXPECT_EQ(number_in(image->bgr), image->index) << "the rest keep their places";
+    EXPECT_NEAR(image->time_s, 0.04 * static_cast<double>(image->index), 1e-5);
+    seen.frames.push_back(image->index);
+  }
+  seen.warning = source->warning();
+  return seen;
+}
+
+/// The same JPEG pictures in every container; frame 3 is zeroed, the second half of frame 7.
+TEST(EveryInput, DamagedPicturesAreLeftOutAndSaidAlike) {
+  TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "images");
+  LogWriter writer(folder / "log.mkv", {}, 25);
+  write_video(folder / "video.avi", "MJPG", 12, 64, 48);
+  std::string avi = test::read_bytes(folder / "video.avi");
+  std::size_t at = 0;
+  const auto video = open_raw_log(folder / "video.avi");
+  while (std::optional<RawFrame> frame = video->next()) {
+    const std::string whole(frame->bytes.begin(), frame->bytes.end());
+    at = avi.find(whole, at);
+    ASSERT_NE(at, std::string::npos) << "a video hands on its JPEGs as they are";
+    if (frame->index == 3) std::fill(frame->bytes.begin(), frame->bytes.end(), std::uint8_t{0});
+    if (frame->index == 7)
+      std::fill(frame->bytes.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2), frame->bytes.end(),
+                std::uint8_t{0});
+    const std::string bytes(frame->bytes.begin(), frame->bytes.end());
+    avi.replace(at, bytes.size(), bytes);
+    write_bytes(folder / ("images/" + std::to_string(frame->index) + ".jpg"), bytes);
+    ASSERT_TRUE(writer.write(*frame));
+  }
+  writer.close();
+  write_bytes(folder / "video.avi", avi);
+  for (const char* name : {"video.avi", "log.mkv"}) {
+    const Seen seen = see(folder / name);
+    EXPECT_THAT(seen.frames, ElementsAre(0, 1, 2, 4, 5, 6, 8, 9, 10, 11)) << name;
+    EXPECT_EQ(seen.warning, "left out 2 damaged pictures (the first: " + (folder / name).string() +
+                                ", frame 3: the bytes are no JPEG)");
+  }
+  const Played images = play(folder / "images", small_sensor(), {3, 7});
+  EXPECT_THAT(images.numbers, ElementsAre(0, 1, 2, 4, 5, 6, 8, 9, 10, 11));
+  EXPECT_THAT(images.warning, HasSubstr("left out 2 damaged pictures (the first: "));
+  EXPECT_THAT(images.warning, HasSubstr("3.jpg: not a readable image"));
+}
+
+/// What libav decodes: the pictures around the damage are used, in their places. (FFV1 and HuffYUV of OpenCV
+/// have no checksums: any bytes are a picture.)
+TEST(EveryInput, ADamagedPacketOfAnotherCodecEndsNoVideo) {
+  TemporaryFolder folder;
+  for (const auto& [name, codec] : {std::pair{"a.avi", "XVID"}, {"b.avi", "DIVX"}}) {
+    try {
+      write_video(folder / name, codec, 16, 64, 48);
+    } catch (const std::runtime_error&) {
+      continue;  // this build of FFmpeg cannot encode it
+    }
+    std::string bytes = test::read_bytes(folder / name);
+    std::size_t at = bytes.find("movi");
+    for (int chunk = 0; chunk < 6; ++chunk) at = bytes.find("00dc", at + 4);
+    ASSERT_NE(at, std::string::npos);
+    std::uint32_t size = 0;
+    std::memcpy(&size, bytes.data() + at + 4, sizeof size);
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at) + 8, size, '\0');
+    write_bytes(folder / name, bytes);
+    const Seen seen = see(folder / name);
+    EXPECT_GE(seen.frames.size(), 6u) << name;
+    EXPECT_EQ(seen.frames.back(), 15) << name;
+    EXPECT_THAT(seen.warning, HasSubstr("damaged picture")) << name;
+  }
 }
 
 TEST(VideoSource, TruncatedFileGivesWhatIsThere) {
@@ -171,7 +259,7 @@ TEST(ImageFolderSource, UnusableFoldersAreNamed) {
   TemporaryFolder folder;
   EXPECT_THAT(error_of(folder.path()), HasSubstr("holds neither log.mkv nor gelsight.avi nor images"));
   cv::imwrite((folder / "2.png").string(), cv::Mat1b(48, 64, uchar{7}));
-  EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: a gray image"));
+  EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: a gray picture"));
   cv::imwrite((folder / "2.png").string(), numbered_picture(1, 65, 48));
   EXPECT_THAT(error_of(folder.path()), HasSubstr("2.png: is 65x48 pixels"));
   write_bytes(folder / "2.png", "");

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "../support/pictures.hpp"
 #include "../support/temporary_folder.hpp"
@@ -69,7 +70,27 @@ TEST(FitToProfile, SizesThatFit) {
   const cv::Mat3b exact = numbered_picture(3, 320, 240);
   EXPECT_EQ(fit_to_profile(exact, mini, "x").data, exact.data) << "not copied, not touched";
   EXPECT_EQ(fit_to_profile(numbered_picture(3, 3280, 2464), mini, "x").size(), cv::Size(320, 240));
-  EXPECT_EQ(fit_to_profile(numbered_picture(3, 640, 480), mini, "x").size(), cv::Size(320, 240));
+  SensorProfile small = mini;
+  small.raw_width_px = 640;
+  small.raw_height_px = 480;
+  const cv::Mat3b large = numbered_picture(3, 640, 480);
+  EXPECT_EQ(cv::norm(fit_to_profile(large, small, "x"), crop_and_resize(large, 320, 240)), 0);
+}
+
+/// Their size does not tell whether they were cropped, and a wrong guess gives wrong depths.
+TEST(FitToProfile, LargerPicturesOfUnknownCropAreRefusedUnlessTheProfileSaysWhatTheyAre) {
+  SensorProfile mini;
+  const cv::Mat3b exact = numbered_picture(3, 320, 240);
+  cv::Mat3b large;
+  cv::resize(exact, large, {}, 2, 2, cv::INTER_NEAREST);
+  EXPECT_THAT(message_of<Error>([&] { fit_to_profile(large, mini, "f.png"); }),
+              HasSubstr("f.png: is 640x480 pixels; GelSight Mini needs 320x240, or the camera's raw image "
+                        "(3280x2464); say in device_config what it is: raw_imgw: 640 and raw_imgh: 480 (the "
+                        "camera's), or cropped: true"));
+  mini.cropped = true;
+  EXPECT_EQ(cv::norm(fit_to_profile(large, mini, "f.png"), exact, cv::NORM_INF), 0) << "nothing is cut";
+  EXPECT_EQ(fit_to_profile(numbered_picture(3, 3280, 2464), mini, "x").size(), cv::Size(320, 240));
+  EXPECT_THROW(fit_to_profile(numbered_picture(3, 1920, 1080), mini, "x"), Error);
 }
 
 TEST(FitToProfile, SizesThatDoNotFitAreNamed) {
@@ -117,8 +138,8 @@ TEST(ReadImage, UnusableImagesAreNamed) {
   cv::imwrite((folder / "deep.png").string(), cv::Mat(48, 64, CV_16UC3, cv::Scalar(1, 2, 3)));
   test::write_bytes(folder / "text.png", "hello");
   test::write_bytes(folder / "empty.png", "");
-  EXPECT_THAT(message("gray1.png"), HasSubstr("gray1.png: a gray image"));
-  EXPECT_THAT(message("gray3.png"), HasSubstr("gray3.png: a gray image"));
+  EXPECT_THAT(message("gray1.png"), HasSubstr("gray1.png: a gray picture"));
+  EXPECT_THAT(message("gray3.png"), HasSubstr("gray3.png: a gray picture"));
   EXPECT_THAT(message("deep.png"), HasSubstr("8 bits per channel"));
   EXPECT_THAT(message("text.png"), HasSubstr("not a readable image"));
   EXPECT_THAT(message("empty.png"), HasSubstr("the file is empty"));

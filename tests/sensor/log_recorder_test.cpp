@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
 #include "../support/temporary_folder.hpp"
@@ -24,6 +25,13 @@ std::vector<RawFrame> read_all(RawFrameSource& source) {
   std::vector<RawFrame> frames;
   while (std::optional<RawFrame> frame = source.next()) frames.push_back(std::move(*frame));
   return frames;
+}
+
+SensorProfile sensor_of(int raw_width_px, int raw_height_px) {
+  SensorProfile profile;
+  profile.raw_width_px = raw_width_px;
+  profile.raw_height_px = raw_height_px;
+  return profile;
 }
 
 std::unique_ptr<LogWriter> writer_of(const std::filesystem::path& path) {
@@ -52,7 +60,7 @@ TEST(LogRecorder, WhatDoesNotFitIsCountedAndTheRestIsThere) {
   options.max_waiting_bytes = 1;  // one frame at a time
   // A large picture to be made small keeps the recorder busy for longer than all of them take to be pushed,
   // however fast the disk.
-  options.resize_to.emplace();
+  options.resize_to = sensor_of(1312, 984);
   RawFrame frame = jpeg_frame(0, 1312, 984);
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
   for (int i = 0; i < 300; ++i) {
@@ -89,7 +97,7 @@ TEST(LogRecorder, ASourceThatCanWaitLosesNothing) {
 TEST(LogRecorder, ResizedLogsAreTheDecodersPicturesWithoutLoss) {
   TemporaryFolder folder;
   LogRecorderOptions options;
-  options.resize_to.emplace();
+  options.resize_to = sensor_of(1312, 984);
   FrameDecoder decoder(*options.resize_to);
   LogRecorder recorder(writer_of(folder / "a.mkv"), options);
   for (int i = 0; i < 4; ++i) {
@@ -131,7 +139,7 @@ TEST(LogRecorder, AFailureIsSaidAndPushGoesOn) {
   for (int i = 0; i < 3; ++i) resizing.push_waiting(jpeg_frame(i));
   resizing.finish();
   EXPECT_TRUE(resizing.status().stopped);
-  EXPECT_THAT(resizing.status().warning, HasSubstr("b.mkv: recording stopped: frame 0 is 64x48 pixels"));
+  EXPECT_THAT(resizing.status().warning, HasSubstr("b.mkv: recording stopped: frame 0: is 64x48 pixels"));
 }
 
 /// Frames at given times, without end until stopped.
@@ -154,6 +162,42 @@ class ListedFrames final : public RawFrameSource {
   std::vector<double> times_s_;
   std::size_t index_ = 0;
 };
+
+/// What a pause of a replay is: the frame that was due waits, and so does the clock for all after it.
+TEST(Pace, HeldItWaitsAndTheClockStops) {
+  for (const std::optional<double> speed : {std::optional(1.0), std::optional<double>()}) {
+    const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 0.02, 0.04}), speed);
+    ASSERT_TRUE(source->next());
+    ASSERT_TRUE(source->hold(true));
+    std::atomic<bool> came = false;
+    std::optional<RawFrame> frame;
+    Clock::time_point end_of_pause;
+    {
+      const std::jthread reader([&] {
+        frame = source->next();
+        came = true;
+      });
+      const Clock::time_point begin = Clock::now();
+      while (Clock::now() < begin + std::chrono::milliseconds(60)) std::this_thread::yield();
+      EXPECT_FALSE(came);
+      end_of_pause = Clock::now();
+      source->hold(false);
+    }
+    ASSERT_TRUE(frame);
+    EXPECT_GE(frame->arrived, end_of_pause);
+    ASSERT_TRUE(source->next());
+    if (speed) {
+      EXPECT_GE(Clock::now() - end_of_pause, std::chrono::milliseconds(20)) << "no catching up";
+    }
+  }
+}
+
+TEST(Pace, HeldItCanBeStopped) {
+  const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 0.02}));
+  source->hold(true);
+  const std::jthread stopper([&] { source->stop(); });
+  EXPECT_FALSE(source->next());
+}
 
 TEST(Pace, NoFrameBeforeItsTime) {
   for (const double speed : {1.0, 4.0}) {

@@ -118,6 +118,7 @@ TEST_F(Live, DamagedFramesAreLeftOutAndCounted) {
   for (const int frame : {20, 21, 33}) source->damage(frame);
   const ReconstructSummary summary = start().wait();
   EXPECT_EQ(session->status().damaged, 3);
+  EXPECT_THAT(summary.warning, HasSubstr("left out 3 damaged pictures (the first: frame 20: "));
   EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 3);
   EXPECT_EQ(summary.components, 1);
 }
@@ -141,6 +142,22 @@ TEST_F(Live, APauseBreaksTheTrial) {
   const ReconstructSummary summary = start().wait();
   EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 10);
   EXPECT_EQ(summary.trials, 2);
+}
+
+TEST_F(Live, ALogWaitsForTheEndOfAPause) {
+  source->before(30, [&] {
+    session->set_paused(true);
+    EXPECT_EQ(session->status().phase, LivePhase::paused);
+  });
+  Pictures& pictures = *source;
+  session = std::make_unique<LiveSlam>(pace(std::move(source), std::nullopt), options);
+  pictures.open();
+  EXPECT_TRUE(comes_true([&] { return session->touch() && session->touch()->index == 29; }));
+  EXPECT_EQ(session->status().frames, 30) << "frame 30 waits";
+  session->set_paused(false);
+  const ReconstructSummary summary = session->wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames) << "none is left out";
+  EXPECT_EQ(summary.trials, 1);
 }
 
 TEST_F(Live, FramesOnTheirWayBelongToTheTrialBeforeThePause) {

@@ -176,6 +176,37 @@ TEST_F(StreamOfALog, InputsThatAreNotThereAreNamed) {
   EXPECT_THAT(error(), HasSubstr("nothing: no such file or folder"));
 }
 
+TEST_F(StreamOfALog, WhatIsNoLogIsSaidBeforeThatThereIsNoModel) {
+  input.model.clear();
+  const auto said = [&] { return message_of<Error>([&] { resolve_config(input); }); };
+  EXPECT_THAT(said(), HasSubstr("the folder holds neither log.mkv nor gelsight.avi nor images"));
+  input.log = folder / "model.pth";
+  EXPECT_THAT(said(), HasSubstr("model.pth: not a video that can be read"));
+  input.log = folder / "zero.avi";
+  write_bytes(input.log, std::string(5000, '\0'));
+  EXPECT_THAT(said(), HasSubstr("zero.avi: not a video that can be read"));
+  input.log = folder / "log";
+  cv::imwrite((folder / "log/0.png").string(), cv::Mat3b(480, 640, cv::Vec3b(9, 50, 90)));
+  EXPECT_THAT(said(), HasSubstr("0.png: is 640x480 pixels"));
+}
+
+/// A gel that reads as touched because its colors lie the wrong way round.
+TEST_F(StreamOfALog, SwappedColorsAreSaidBeforeTheImprintThatTheyLookLike) {
+  const cv::Mat3b gel = render(ball_press(kSize, kPitchMm, 150, 120, 2, 0.4), kPitchMm, 0, 1);
+  for (int i = 0; i < 10; ++i) {
+    cv::Mat3b picture = gel.clone();
+    picture.forEach([](cv::Vec3b& pixel, const int* at) {
+      const double down = at[0] / 120.0 - 1;  // reddish top, bluish bottom
+      pixel[0] = cv::saturate_cast<uchar>(80 * std::exp(0.4 * down));
+      pixel[2] = cv::saturate_cast<uchar>(pixel[2] * 1.2 * std::exp(-0.4 * down));
+    });
+    cv::imwrite((folder / ("log/" + std::to_string(i) + ".png")).string(), picture);
+  }
+  EXPECT_THAT(error(), HasSubstr("but red and blue seem to be swapped: the top is reddish and the bottom "
+                                 "bluish; the gel already shows an imprint"));
+  EXPECT_THAT(error(), HasSubstr("(--force continues anyway)"));
+}
+
 TEST_F(StreamOfALog, TheConfigurationBesideTheLogIsUsed) {
   record(4, false);
   write_bytes(folder / "log/config.yaml",

@@ -95,8 +95,8 @@ TEST_F(SurfaceCommand, RefusesImagesThatDoNotFit) {
   expect_mistake(run("small.png"), "small.png");
   expect_mistake(run("touch.png", {}, "small.png"), "small.png");
   write_picture("gray.png", cv::Mat3b(kSensor, cv::Vec3b::all(90)));
-  expect_mistake(run("gray.png"), "gray image");
-  expect_mistake(run("touch.png", {}, "gray.png"), "gray image");
+  expect_mistake(run("gray.png"), "gray picture");
+  expect_mistake(run("touch.png", {}, "gray.png"), "gray picture");
   expect_mistake(run("nothing.png"), "nothing.png");
   write_bytes(folder_ / "nnmodel.pth", "no model");
   expect_mistake(run("touch.png"), "neither an nnmodel.pth");

@@ -145,25 +145,34 @@ constexpr Disturbance kDisturbances[] = {
 };
 
 /// A log whose pictures after the background are disturbed.
-class DisturbedSource : public FrameSource {
+class DisturbedLog : public RawFrameSource {
  public:
-  DisturbedSource(std::unique_ptr<FrameSource> source, const GroundTruth& truth,
-                  const Disturbance& disturbance)
+  DisturbedLog(std::unique_ptr<FrameSource> source, const GroundTruth& truth, const Disturbance& disturbance)
       : source_(std::move(source)), truth_(truth), disturbance_(disturbance) {}
 
-  std::optional<TactileImage> next() override {
-    std::optional<TactileImage> image = source_->next();
-    if (!image || image->index < truth_.background_frames) return image;
-    Picture picture;
-    image->bgr.convertTo(picture.bgr, CV_32F);
-    picture.number = static_cast<int>(image->index) - truth_.background_frames;
-    picture.time_s = picture.number / truth_.fps;
-    picture.progress = picture.number / static_cast<double>(truth_.start_T_currs.size());
-    disturbance_.apply(picture);
-    picture.bgr.convertTo(image->bgr, CV_8U);
-    return image;
+  std::optional<RawFrame> next() override {
+    const std::optional<TactileImage> image = source_->next();
+    if (!image) return std::nullopt;
+    cv::Mat3b bgr = image->bgr;
+    if (image->index >= truth_.background_frames) {
+      Picture picture;
+      bgr.convertTo(picture.bgr, CV_32F);
+      picture.number = static_cast<int>(image->index) - truth_.background_frames;
+      picture.time_s = picture.number / truth_.fps;
+      picture.progress = picture.number / static_cast<double>(truth_.start_T_currs.size());
+      disturbance_.apply(picture);
+      picture.bgr.convertTo(bgr, CV_8U);
+    }
+    RawFrame frame;
+    frame.encoding = FrameEncoding::bgr;
+    frame.bytes.assign(bgr.datastart, bgr.dataend);
+    frame.width_px = bgr.cols;
+    frame.height_px = bgr.rows;
+    frame.time_s = image->time_s;
+    frame.index = frame.sequence = image->index;
+    return frame;
   }
-  std::optional<std::int64_t> frame_count() const override { return source_->frame_count(); }
+  void stop() override {}
   double rate_hz() const override { return source_->rate_hz(); }
   std::string description() const override { return source_->description(); }
 
@@ -178,9 +187,9 @@ Json track(const DisturbancesArguments& arguments, const GroundTruth& truth, con
   const LogInput input{.log = arguments.folder, .config = {}, .model = arguments.model, .background = {}};
   const Config config = resolve_config(input);
   StageTimer timer;
-  SurfaceStream stream(
-      std::make_unique<DisturbedSource>(open_frame_source(input.log, config.sensor), truth, disturbance),
-      input, config, timer, {});
+  auto log = std::make_shared<DisturbedLog>(open_frame_source(input.log, config.sensor), truth, disturbance);
+  SurfaceStream stream(decode_frames(std::move(log), input.log.string(), config.sensor), input, config, timer,
+                       {});
   Tracker tracker(config.slam.tracker, config.slam.registration, config.slam.verification);
   Tally tally;
   int trial = -1;

@@ -8,7 +8,6 @@
 #include "cameras/capture_stream.hpp"
 #include "cameras/v4l2_camera.hpp"
 #include "gelslam/core/text.hpp"
-#include "images/left_out.hpp"
 
 namespace gelslam {
 namespace detail {
@@ -51,7 +50,8 @@ class V4l2Camera final : public CameraSource {
     if (has_automatics_on(node_)) settle();
     ControlReport report = hold_controls(node_, options.controls, read_controls(node_));
     settings_ = std::move(report.settings);
-    opening_warning_ = joined({wrong_sensor_warning(), format_.warning, report.warning});
+    for (const std::string& warning : {wrong_sensor_warning(), format_.warning, report.warning})
+      append_sentence(opening_warning_, warning);
     if (!opening_warning_.empty()) opening_warning_ = path + ": " + opening_warning_;
     options_.gives_up = nullptr;  // whom it asks may be gone when frames are read
   }
@@ -85,9 +85,11 @@ class V4l2Camera final : public CameraSource {
 
   std::string warning() const override {
     const int damaged = damaged_;
-    if (damaged == 0) return opening_warning_;
-    return joined({opening_warning_, node_.path() + ": " + counted(damaged, "frame") +
-                                         " came damaged from the driver; check cable and port"});
+    std::string text = opening_warning_;
+    if (damaged > 0)
+      append_sentence(text, node_.path() + ": " + counted(damaged, "frame") +
+                                " came damaged from the driver; check cable and port");
+    return text;
   }
 
  private:

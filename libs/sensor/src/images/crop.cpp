@@ -71,25 +71,41 @@ void check_picture_size(const std::filesystem::path& path, std::int64_t width_px
                 " pixels are more than any touch sensor has");
 }
 
-PictureFit picture_fit(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
-  if (width_px == profile.width_px && height_px == profile.height_px) return PictureFit::as_it_is;
-  const bool raw = width_px == profile.raw_width_px && height_px == profile.raw_height_px;
-  // 5/7 of it must still be no smaller than what is wanted: enlarging would invent detail.
-  const bool large_enough = width_px * 5 >= profile.width_px * 7 && height_px * 5 >= profile.height_px * 7;
+namespace {
+
+/// Larger than the profile's pictures and of about their shape: whole, or cropped already.
+bool may_be_enlarged(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
   const double shape = (static_cast<double>(width_px) * profile.height_px) /
                        (static_cast<double>(height_px) * profile.width_px);
-  const bool same_shape = shape > 0.9 && shape < 1.1;
-  return raw || (large_enough && same_shape) ? PictureFit::crop : PictureFit::never;
+  return width_px >= profile.width_px && height_px >= profile.height_px && shape > 0.9 && shape < 1.1;
+}
+
+}  // namespace
+
+PictureFit picture_fit(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
+  if (width_px == profile.width_px && height_px == profile.height_px) return PictureFit::as_it_is;
+  if (width_px == profile.raw_width_px && height_px == profile.raw_height_px) return PictureFit::crop;
+  return profile.cropped && may_be_enlarged(width_px, height_px, profile) ? PictureFit::resize
+                                                                          : PictureFit::never;
 }
 
 std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile) {
-  return "is " + size_text(width_px, height_px) + " pixels; " + profile.device_name + " needs " +
-         size_text(profile.width_px, profile.height_px) + ", or the camera's raw image (" +
-         size_text(profile.raw_width_px, profile.raw_height_px) + "), see device_config";
+  std::string text = "is " + size_text(width_px, height_px) + " pixels; " + profile.device_name + " needs " +
+                     size_text(profile.width_px, profile.height_px) + ", or the camera's raw image (" +
+                     size_text(profile.raw_width_px, profile.raw_height_px) + ")";
+  if (!may_be_enlarged(width_px, height_px, profile)) return text + ", see device_config";
+  return text + "; say in device_config what it is: raw_imgw: " + std::to_string(width_px) +
+         " and raw_imgh: " + std::to_string(height_px) + " (the camera's), or cropped: true (a part of it)";
 }
 
-cv::Rect crop_window(cv::Size raw, int width_px, int height_px) {
-  const int border_x = raw.width / 7, border_y = raw.height / 7;
+cv::Rect kept_window(cv::Size raw, const SensorProfile& profile) {
+  const PictureFit fit = picture_fit(raw.width, raw.height, profile);
+  if (fit == PictureFit::as_it_is) return {{}, raw};
+  return crop_window(raw, profile.width_px, profile.height_px, fit == PictureFit::crop);
+}
+
+cv::Rect crop_window(cv::Size raw, int width_px, int height_px, bool cut_border) {
+  const int border_x = cut_border ? raw.width / 7 : 0, border_y = cut_border ? raw.height / 7 : 0;
   cv::Rect window(border_x, border_y, raw.width - 2 * border_x, raw.height - 2 * border_y);
   const double aspect = static_cast<double>(width_px) / height_px;
   const int extra_rows = std::max(0, static_cast<int>(window.height - window.width / aspect));

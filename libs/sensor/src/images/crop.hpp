@@ -18,14 +18,16 @@ bool fits_any_sensor(std::int64_t width_px, std::int64_t height_px);
 void check_picture_size(const std::filesystem::path& path, std::int64_t width_px, std::int64_t height_px);
 
 /// How a picture of some size becomes one of the profile's.
-enum class PictureFit { as_it_is, crop, never };
+enum class PictureFit { as_it_is, crop, resize, never };
 PictureFit picture_fit(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile);
 
 /// For people: "is 640x400 pixels; GelSight Mini needs 320x240, or ...".
 std::string wrong_size_text(std::int64_t width_px, std::int64_t height_px, const SensorProfile& profile);
 
 /// The part of a raw picture that crop_and_resize keeps, in whole raw pixels.
-cv::Rect crop_window(cv::Size raw, int width_px, int height_px);
+cv::Rect crop_window(cv::Size raw, int width_px, int height_px, bool cut_border = true);
+/// The same for a picture that fits the profile, in one of the ways of PictureFit.
+cv::Rect kept_window(cv::Size raw, const SensorProfile& profile);
 
 /// Averages each output pixel over the part of `window` it covers; pixel edges of `image` lie at whole
 /// numbers, and the window's edges anywhere between them. Parts outside the image count as its border pixels.

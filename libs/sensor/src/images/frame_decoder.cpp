@@ -4,31 +4,39 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/sensor/image_input.hpp"
 #include "images/crop.hpp"
 
 namespace gelslam {
 namespace {
 
 constexpr std::size_t kMostBytes = 512u << 20;
+constexpr const char* kGray = "a gray picture; slopes are read from the sensor's colors";
+
+std::string name_of(const RawFrame& frame) {
+  return frame.name.empty() ? "frame " + std::to_string(frame.index) : frame.name;
+}
 
 }  // namespace
 
 struct FrameDecoder::Impl {
-  explicit Impl(const SensorProfile& sensor) : profile(sensor) {}
+  explicit Impl(std::optional<SensorProfile> sensor) : profile(std::move(sensor)) {}
 
   cv::Mat3b decode(const RawFrame& frame);
+  cv::Mat3b decode_bytes(const RawFrame& frame);
   cv::Mat3b decode_jpeg(const RawFrame& frame);
   cv::Mat3b decode_png(const RawFrame& frame);
   cv::Mat3b decode_plain(const RawFrame& frame, int bytes_per_pixel);
   bool size_is_plausible(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px);
   void refuse_wrong_size(const RawFrame& frame, std::int64_t width_px, std::int64_t height_px) const;
-  cv::Rect window_of(cv::Size raw) const;
+  int denominator_of(cv::Size raw) const;
   cv::Mat3b fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const;
 
-  SensorProfile profile;
+  std::optional<SensorProfile> profile;  ///< none: pictures keep their size
   JpegDecoder jpeg;
   cv::Mat3b decoded;  // kept, so that no frame allocates
-  std::string damage;
+  std::string damage, first_damage;
+  std::int64_t good = 0, left_out = 0;
 };
 
 /// What is announced and what the header says must agree: a broken header may claim any size.
@@ -41,8 +49,7 @@ bool FrameDecoder::Impl::size_is_plausible(const RawFrame& frame, std::int64_t w
     return false;
   }
   if (width_px < 1 || height_px < 1 || !detail::fits_any_sensor(width_px, height_px)) {
-    damage =
-        "the picture says it is " + size_text(width_px, height_px) + " pixels, which no touch sensor has";
+    damage = size_text(width_px, height_px) + " pixels are more than any touch sensor has";
     return false;
   }
   return true;
@@ -50,22 +57,27 @@ bool FrameDecoder::Impl::size_is_plausible(const RawFrame& frame, std::int64_t w
 
 void FrameDecoder::Impl::refuse_wrong_size(const RawFrame& frame, std::int64_t width_px,
                                            std::int64_t height_px) const {
-  if (detail::picture_fit(width_px, height_px, profile) == detail::PictureFit::never) {
-    throw Error("frame " + std::to_string(frame.index) + " " +
-                detail::wrong_size_text(width_px, height_px, profile));
-  }
+  if (profile && detail::picture_fit(width_px, height_px, *profile) == detail::PictureFit::never)
+    throw Error(name_of(frame) + ": " + detail::wrong_size_text(width_px, height_px, *profile));
 }
 
-cv::Rect FrameDecoder::Impl::window_of(cv::Size raw) const {
-  if (detail::picture_fit(raw.width, raw.height, profile) == detail::PictureFit::as_it_is) return {{}, raw};
-  return detail::crop_window(raw, profile.width_px, profile.height_px);
+/// By how much a JPEG may be shrunk while it is decoded.
+int FrameDecoder::Impl::denominator_of(cv::Size raw) const {
+  if (!profile) return 1;
+  const cv::Rect window = detail::kept_window(raw, *profile);
+  int denominator = 1;
+  while (denominator < 4 && window.width >= 2 * denominator * profile->width_px &&
+         window.height >= 2 * denominator * profile->height_px) {
+    denominator *= 2;
+  }
+  return denominator;
 }
 
 /// The window is that of the raw picture, whatever scale it was decoded at.
 cv::Mat3b FrameDecoder::Impl::fit(const cv::Mat3b& picture, cv::Size raw, int denominator) const {
-  const cv::Size size(profile.width_px, profile.height_px);
+  const cv::Size size = profile ? cv::Size(profile->width_px, profile->height_px) : raw;
   if (picture.size() == size && raw == size) return picture.clone();
-  const cv::Rect window = window_of(raw);
+  const cv::Rect window = detail::kept_window(raw, *profile);
   const double scale = 1.0 / denominator;
   const cv::Rect2d scaled(window.x * scale, window.y * scale, window.width * scale, window.height * scale);
   return detail::area_resample(picture, scaled, size);
@@ -79,17 +91,12 @@ cv::Mat3b FrameDecoder::Impl::decode_jpeg(const RawFrame& frame) {
   }
   if (!size_is_plausible(frame, info.width_px, info.height_px)) return {};
   if (!info.color) {
-    damage = "a gray picture; slopes are read from the sensor's colors";
+    damage = kGray;
     return {};
   }
   refuse_wrong_size(frame, info.width_px, info.height_px);
   const cv::Size raw(info.width_px, info.height_px);
-  const cv::Rect window = window_of(raw);
-  int denominator = 1;
-  while (denominator < 4 && window.width >= 2 * denominator * profile.width_px &&
-         window.height >= 2 * denominator * profile.height_px) {
-    denominator *= 2;
-  }
+  const int denominator = denominator_of(raw);
   if (!jpeg.decode(frame.bytes, info, denominator, decoded)) {
     damage = jpeg.damage();
     return {};
@@ -101,10 +108,13 @@ cv::Mat3b FrameDecoder::Impl::decode_png(const RawFrame& frame) {
   const PngInfo info = gelslam::check_png(frame.bytes);
   damage = info.damage;
   if (!damage.empty() || !size_is_plausible(frame, info.width_px, info.height_px)) return {};
+  if (info.bits_per_channel > 8) damage = "needs 8 bits per channel";
+  if (!info.color) damage = kGray;
+  if (!damage.empty()) return {};
   refuse_wrong_size(frame, info.width_px, info.height_px);
   const cv::Mat3b picture = gelslam::decode_png(frame.bytes);
   if (picture.empty()) {
-    damage = "PNG is corrupt, or no color picture with 8 bits per channel";
+    damage = "PNG is corrupt";
     return {};
   }
   return fit(picture, picture.size(), 1);
@@ -131,13 +141,11 @@ cv::Mat3b FrameDecoder::Impl::decode_plain(const RawFrame& frame, int bytes_per_
   return fit(decoded, decoded.size(), 1);
 }
 
-cv::Mat3b FrameDecoder::Impl::decode(const RawFrame& frame) {
-  damage.clear();
-  if (frame.bytes.empty() || frame.bytes.size() > kMostBytes) {
-    damage =
-        frame.bytes.empty() ? "the frame is empty" : "the frame is larger than any picture of a touch sensor";
-    return {};
-  }
+cv::Mat3b FrameDecoder::Impl::decode_bytes(const RawFrame& frame) {
+  damage = frame.damage;
+  if (damage.empty() && frame.bytes.empty()) damage = "the frame is empty";
+  if (frame.bytes.size() > kMostBytes) damage = "the frame is larger than any picture of a touch sensor";
+  if (!damage.empty()) return {};
   switch (frame.encoding) {
     case FrameEncoding::jpeg:
       return decode_jpeg(frame);
@@ -151,6 +159,18 @@ cv::Mat3b FrameDecoder::Impl::decode(const RawFrame& frame) {
   return {};
 }
 
+cv::Mat3b FrameDecoder::Impl::decode(const RawFrame& frame) {
+  cv::Mat3b picture = decode_bytes(frame);
+  if (damage.empty() && is_gray(picture)) damage = kGray;
+  if (damage.empty()) {
+    ++good;
+    return picture;
+  }
+  if (left_out++ == 0) first_damage = name_of(frame) + ": " + damage;
+  return {};
+}
+
+FrameDecoder::FrameDecoder() : impl_(std::make_unique<Impl>(std::nullopt)) {}
 FrameDecoder::FrameDecoder(const SensorProfile& profile) : impl_(std::make_unique<Impl>(profile)) {}
 FrameDecoder::~FrameDecoder() = default;
 
@@ -164,5 +184,13 @@ std::optional<TactileImage> FrameDecoder::decode(const RawFrame& frame) {
 }
 
 const std::string& FrameDecoder::damage() const { return impl_->damage; }
+std::int64_t FrameDecoder::good() const { return impl_->good; }
+std::int64_t FrameDecoder::left_out() const { return impl_->left_out; }
+const std::string& FrameDecoder::first_damage() const { return impl_->first_damage; }
+
+std::string FrameDecoder::warning() const {
+  if (left_out() == 0) return "";
+  return "left out " + counted(left_out(), "damaged picture") + " (the first: " + first_damage() + ")";
+}
 
 }  // namespace gelslam

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
-#include "gelslam/sensor/image_input.hpp"
-#include "images/left_out.hpp"
 #include "images/sources.hpp"
 
 namespace gelslam::detail {
@@ -14,54 +13,48 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class ImageFolderSource final : public FrameSource {
+class ImageFolderSource final : public RawFrameSource {
  public:
-  ImageFolderSource(fs::path folder, std::vector<fs::path> images, const SensorProfile& profile)
-      : folder_(std::move(folder)), images_(std::move(images)), profile_(profile) {}
+  ImageFolderSource(fs::path folder, std::vector<fs::path> images, double rate_hz)
+      : folder_(std::move(folder)), images_(std::move(images)), rate_hz_(rate_hz) {}
 
-  std::optional<TactileImage> next() override {
-    while (index_ < images_.size()) {
-      const fs::path& path = images_[index_];
-      TactileImage image;
-      image.index = static_cast<std::int64_t>(index_++);
-      image.time_s = static_cast<double>(image.index) / profile_.frame_rate_hz;
-      const cv::Mat3b picture = read(path);
-      if (picture.empty()) continue;
-      image.bgr = fit_to_profile(picture, profile_, path.string());
-      pictures_.use();
-      return image;
-    }
-    pictures_.require_some(folder_.string() + ": the folder");
-    return std::nullopt;
+  std::optional<RawFrame> next() override {
+    if (stopped_ || index_ == images_.size()) return std::nullopt;
+    RawFrame frame = read(images_[index_]);
+    frame.name = images_[index_].string();
+    frame.index = frame.sequence = static_cast<std::int64_t>(index_++);
+    frame.time_s = static_cast<double>(frame.index) / rate_hz_;
+    frame.arrived = std::chrono::steady_clock::now();
+    return frame;
   }
 
+  void stop() override { stopped_ = true; }
+  double rate_hz() const override { return rate_hz_; }
   std::optional<std::int64_t> frame_count() const override {
     return static_cast<std::int64_t>(images_.size());
   }
-  double rate_hz() const override { return profile_.frame_rate_hz; }
-
   std::string description() const override {
-    return fmt::format("folder {} of {} images, {:g} Hz", folder_.string(), images_.size(), rate_hz());
+    return fmt::format("folder {} of {} images, {:g} Hz", folder_.string(), images_.size(), rate_hz_);
   }
 
-  std::string warning() const override { return pictures_.warning(); }
-
  private:
-  /// Empty when it is damaged.
-  cv::Mat3b read(const fs::path& path) {
+  static RawFrame read(const fs::path& path) {
     try {
-      return read_image(path);
+      return read_image_file(path);
     } catch (const Error& error) {
-      pictures_.leave_out(error.what());
-      return {};
+      RawFrame frame;
+      frame.damage = error.what();
+      const std::string said_anyway = path.string() + ": ";
+      if (frame.damage.starts_with(said_anyway)) frame.damage.erase(0, said_anyway.size());
+      return frame;
     }
   }
 
   fs::path folder_;
   std::vector<fs::path> images_;
-  SensorProfile profile_;
+  double rate_hz_;
   std::size_t index_ = 0;
-  LeftOut pictures_;
+  std::atomic<bool> stopped_ = false;
 };
 
 }  // namespace
@@ -91,9 +84,9 @@ std::vector<fs::path> list_images(const fs::path& folder) {
   return images;
 }
 
-std::unique_ptr<FrameSource> open_image_folder(const fs::path& folder, std::vector<fs::path> images,
-                                               const SensorProfile& profile) {
-  return std::make_unique<ImageFolderSource>(folder, std::move(images), profile);
+std::unique_ptr<RawFrameSource> open_image_folder(const fs::path& folder, std::vector<fs::path> images,
+                                                  const SensorProfile& profile) {
+  return std::make_unique<ImageFolderSource>(folder, std::move(images), profile.frame_rate_hz);
 }
 
 }  // namespace gelslam::detail

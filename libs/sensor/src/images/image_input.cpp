@@ -13,7 +13,9 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/image/tiff.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "images/crop.hpp"
+#include "images/sources.hpp"
 #include "images/video_file.hpp"
 
 namespace gelslam {
@@ -34,39 +36,6 @@ std::vector<unsigned char> read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-[[noreturn]] void throw_gray(const std::filesystem::path& path) {
-  throw Error(path.string() +
-              ": a gray image; slopes are read from the sensor's colors, give the color image");
-}
-
-[[noreturn]] void throw_deep(const std::filesystem::path& path) {
-  throw Error(path.string() + ": needs 8 bits per channel");
-}
-
-[[noreturn]] void throw_damaged(const std::filesystem::path& path, const std::string& damage) {
-  throw Error(path.string() + ": the image is truncated or damaged: " + damage);
-}
-
-cv::Mat3b read_jpeg(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
-  JpegDecoder decoder;
-  const JpegInfo info = decoder.read_header(bytes);
-  if (info.width_px == 0) throw Error(path.string() + ": not a readable image: " + decoder.damage());
-  detail::check_picture_size(path, info.width_px, info.height_px);
-  if (!info.color) throw_gray(path);
-  cv::Mat3b picture;
-  if (!decoder.decode(bytes, info, 1, picture)) throw_damaged(path, decoder.damage());
-  return picture;
-}
-
-cv::Mat3b read_png(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
-  const PngInfo info = check_png(bytes);
-  detail::check_picture_size(path, info.width_px, info.height_px);
-  if (!info.damage.empty()) throw_damaged(path, info.damage);
-  if (info.bits_per_channel > 8) throw_deep(path);
-  if (!info.color) throw_gray(path);
-  return decode_png(bytes);
-}
-
 /// BMP says its size in its header (the height is negative where rows run downward).
 void check_bmp(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
   std::int32_t size[2];
@@ -75,27 +44,46 @@ void check_bmp(const std::vector<unsigned char>& bytes, const std::filesystem::p
   detail::check_picture_size(path, size[0], std::abs(std::int64_t{size[1]}));
 }
 
-cv::Mat3b read_bmp(const std::filesystem::path& path) {
-  const auto frame = detail::VideoFile(path, "bmp_pipe").next();
-  return frame ? frame->bgr : cv::Mat3b();
+RawFrame read_bmp(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+  check_bmp(bytes, path);
+  auto picture = detail::VideoFile(path, "bmp_pipe").next();
+  return picture ? std::move(picture->frame) : RawFrame{};
 }
 
-cv::Mat3b read_color_tiff(const std::filesystem::path& path) {
+RawFrame read_color_tiff(const std::filesystem::path& path) {
   const TiffInfo info = read_tiff_info(path);
   detail::check_picture_size(path, info.width_px, info.height_px);
-  if (info.bits_per_channel > 8) throw_deep(path);
-  return read_tiff(path);
+  if (info.bits_per_channel > 8) throw Error(path.string() + ": needs 8 bits per channel");
+  RawFrame frame;
+  const cv::Mat3b picture = read_tiff(path);
+  if (!picture.empty()) detail::put_picture(picture, frame);
+  return frame;
 }
 
-cv::Mat3b read_any(const std::vector<unsigned char>& bytes, const std::filesystem::path& path) {
+RawFrame packet_of(std::vector<unsigned char> bytes, FrameEncoding encoding, std::int64_t width_px,
+                   std::int64_t height_px, const std::filesystem::path& path) {
+  RawFrame frame;
+  if (width_px < 1 || height_px < 1) return frame;
+  detail::check_picture_size(path, width_px, height_px);
+  frame.encoding = encoding;
+  frame.bytes = std::move(bytes);
+  frame.width_px = static_cast<int>(width_px);
+  frame.height_px = static_cast<int>(height_px);
+  return frame;
+}
+
+RawFrame read_any(std::vector<unsigned char> bytes, const std::filesystem::path& path) {
   const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
                               std::min<std::size_t>(bytes.size(), 8));
-  if (head.starts_with("\xff\xd8")) return read_jpeg(bytes, path);
-  if (head.starts_with("\x89PNG")) return read_png(bytes, path);
-  if (head.starts_with("BM")) {
-    check_bmp(bytes, path);
-    return read_bmp(path);
+  if (head.starts_with("\xff\xd8")) {
+    const JpegInfo info = JpegDecoder().read_header(bytes);
+    return packet_of(std::move(bytes), FrameEncoding::jpeg, info.width_px, info.height_px, path);
   }
+  if (head.starts_with("\x89PNG")) {
+    const PngInfo info = check_png(bytes);
+    return packet_of(std::move(bytes), FrameEncoding::png, info.width_px, info.height_px, path);
+  }
+  if (head.starts_with("BM")) return read_bmp(bytes, path);
   if (head.starts_with(std::string_view("II*\0", 4)) || head.starts_with(std::string_view("MM\0*", 4)))
     return read_color_tiff(path);
   return {};
@@ -103,12 +91,19 @@ cv::Mat3b read_any(const std::vector<unsigned char>& bytes, const std::filesyste
 
 }  // namespace
 
+RawFrame detail::read_image_file(const std::filesystem::path& path) {
+  RawFrame frame = read_any(read_bytes(path), path);
+  frame.name = path.string();
+  if (frame.bytes.empty())
+    throw Error(frame.name + ": not a readable image (png, jpg, bmp or tiff), or damaged");
+  return frame;
+}
+
 cv::Mat3b read_image(const std::filesystem::path& path) {
-  const cv::Mat3b image = read_any(read_bytes(path), path);
-  if (image.empty())
-    throw Error(path.string() + ": not a readable image (png, jpg, bmp or tiff), or damaged");
-  if (is_gray(image)) throw_gray(path);
-  return image;
+  FrameDecoder decoder;
+  const std::optional<TactileImage> image = decoder.decode(detail::read_image_file(path));
+  if (!image) throw Error(decoder.first_damage());
+  return image->bgr;
 }
 
 cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px) {
@@ -121,15 +116,14 @@ cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px) {
 }
 
 cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name) {
-  switch (detail::picture_fit(image.cols, image.rows, profile)) {
-    case detail::PictureFit::as_it_is:
-      return image;
-    case detail::PictureFit::crop:
-      return crop_and_resize(image, profile.width_px, profile.height_px);
-    case detail::PictureFit::never:
-      break;
-  }
-  throw Error(name + ": " + detail::wrong_size_text(image.cols, image.rows, profile));
+  const detail::PictureFit fit = detail::picture_fit(image.cols, image.rows, profile);
+  if (fit == detail::PictureFit::never)
+    throw Error(name + ": " + detail::wrong_size_text(image.cols, image.rows, profile));
+  if (fit == detail::PictureFit::as_it_is) return image;
+  cv::Mat3b result;
+  cv::resize(image(detail::kept_window(image.size(), profile)), result,
+             cv::Size(profile.width_px, profile.height_px), 0, 0, cv::INTER_AREA);
+  return result;
 }
 
 bool is_gray(const cv::Mat3b& image, int tolerance) {

@@ -7,9 +7,14 @@ extern "C" {
 }
 
 #include <cmath>
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <string_view>
 
 #include "gelslam/core/error.hpp"
 #include "images/crop.hpp"
+#include "images/sources.hpp"
+#include "logs/matroska_header.hpp"
 
 namespace gelslam::detail {
 namespace {
@@ -23,6 +28,35 @@ struct AvOptions {
   AVDictionary* dictionary = nullptr;
 };
 
+std::string tag_of(const AVDictionary* tags, const char* name) {
+  const AVDictionaryEntry* entry = av_dict_get(tags, name, nullptr, 0);
+  return entry == nullptr ? "" : std::string(entry->value).substr(0, kLargestTextBytes);
+}
+
+/// bgr for what is to be decoded here.
+FrameEncoding encoding_of(const AVCodecParameters& codec) {
+  if (codec.codec_id == AV_CODEC_ID_MJPEG) return FrameEncoding::jpeg;
+  if (codec.codec_id == AV_CODEC_ID_PNG) return FrameEncoding::png;
+  const bool is_yuyv = codec.codec_id == AV_CODEC_ID_RAWVIDEO && codec.codec_tag == MKTAG('Y', 'U', 'Y', '2');
+  return is_yuyv ? FrameEncoding::yuyv : FrameEncoding::bgr;
+}
+
+std::optional<std::int64_t> plausible_frames(double frames) {
+  constexpr double most = 1e9;  // a header may claim anything
+  if (!(frames >= 1 && frames < most)) return std::nullopt;
+  return static_cast<std::int64_t>(frames);
+}
+
+std::optional<std::int64_t> sequence_of(const AVPacket& packet) {
+  std::size_t size = 0;
+  const std::uint8_t* data = av_packet_get_side_data(&packet, AV_PKT_DATA_MATROSKA_BLOCKADDITIONAL, &size);
+  if (data == nullptr || size != 16) return std::nullopt;  // eight bytes of id before ours
+  std::uint64_t sequence = 0;
+  for (std::size_t i = 8; i < 16; ++i) sequence = sequence << 8 | data[i];
+  constexpr std::uint64_t most = std::uint64_t{1} << 53;
+  return sequence < most ? std::optional(static_cast<std::int64_t>(sequence)) : std::nullopt;
+}
+
 }  // namespace
 
 struct VideoFile::Av {
@@ -34,6 +68,9 @@ struct VideoFile::Av {
   AVFrame* bgr = av_frame_alloc();
   SwsContext* scaler = nullptr;
   int format = AV_PIX_FMT_NONE;  // that the scaler reads
+  std::int64_t sent = 0, received = 0;
+  bool is_predicted = false;         // pictures may depend on others
+  bool is_reference_broken = false;  // since a damaged picture there was none that depends on no other
 
   Av() = default;
   Av(const Av&) = delete;
@@ -47,20 +84,23 @@ struct VideoFile::Av {
     avformat_close_input(&file);
   }
 
-  bool open(const std::filesystem::path& path, const char* format);
+  bool open(const std::filesystem::path& path, const char* only_format);
   bool open_decoder();
+  bool read();
+  bool receive();
+  bool is_whole();
   bool convert();
+  std::optional<std::int64_t> microseconds(std::int64_t ticks) const;
 };
 
-bool VideoFile::Av::open(const std::filesystem::path& path, const char* format) {
+bool VideoFile::Av::open(const std::filesystem::path& path, const char* only_format) {
+  av_log_set_level(AV_LOG_QUIET);  // what is wrong with a file is said by our errors
   // A frame cut off by the end of a truncated file must not reach us half gray.
   AvOptions options("fflags", "discardcorrupt");
-  file = open_container(path, format, &options.dictionary);
-  if (file == nullptr || avformat_find_stream_info(file, nullptr) < 0) return false;
-  const int index = av_find_best_stream(file, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
-  if (index < 0) return false;
-  stream = file->streams[index];
-  return true;
+  // With its protocol, so that no part of the name is taken for one.
+  const std::string url = "file:" + std::filesystem::absolute(path).string();
+  const AVInputFormat* only = only_format == nullptr ? nullptr : av_find_input_format(only_format);
+  return avformat_open_input(&file, url.c_str(), only, &options.dictionary) >= 0;
 }
 
 bool VideoFile::Av::open_decoder() {
@@ -69,8 +109,52 @@ bool VideoFile::Av::open_decoder() {
   if (decoder == nullptr || codec == nullptr) return false;
   codec->max_pixels = kMostPicturePixels;
   codec->thread_count = 0;  // as many as there are cores
+  const AVCodecDescriptor* properties = avcodec_descriptor_get(stream->codecpar->codec_id);
+  is_predicted = properties == nullptr || (properties->props & AV_CODEC_PROP_INTRA_ONLY) == 0;
   return avcodec_parameters_to_context(codec, stream->codecpar) >= 0 &&
          avcodec_open2(codec, decoder, nullptr) >= 0;
+}
+
+/// The next packet of the video; false at the end.
+bool VideoFile::Av::read() {
+  do {
+    av_packet_unref(packet);
+    if (av_read_frame(file, packet) < 0) return false;
+  } while (packet->stream_index != stream->index || packet->size <= 0);
+  return true;
+}
+
+/// Reads packets until the decoder gives a frame, or fails to (then `frame` has no pixels); at the end of the
+/// file those that it has kept. False once there are no more.
+bool VideoFile::Av::receive() {
+  for (;;) {
+    int result = avcodec_receive_frame(codec, frame);
+    if (result == AVERROR_EOF) return false;
+    if (result == AVERROR(EAGAIN)) {
+      const bool any = read();
+      result = avcodec_send_packet(codec, any ? packet : nullptr);
+      if (any) ++sent;
+      if (result >= 0) continue;
+      if (!any) return false;
+    }
+    if (result < 0) {
+      av_frame_unref(frame);
+      if (received >= sent) return false;  // no more complaints than packets
+    }
+    ++received;
+    return true;
+  }
+}
+
+/// Of what receive() gave. A picture that is predicted from a damaged one is damaged as well.
+bool VideoFile::Av::is_whole() {
+  const bool whole = frame->data[0] != nullptr && (frame->flags & AV_FRAME_FLAG_CORRUPT) == 0 &&
+                     frame->decode_error_flags == 0;
+  if (!whole)
+    is_reference_broken = is_predicted;
+  else if (frame->pict_type == AV_PICTURE_TYPE_I)
+    is_reference_broken = false;
+  return whole && !is_reference_broken;
 }
 
 /// Into libav's own memory: its fast paths write beyond the end of a row.
@@ -91,78 +175,108 @@ bool VideoFile::Av::convert() {
          sws_scale(scaler, frame->data, frame->linesize, 0, frame->height, bgr->data, bgr->linesize) > 0;
 }
 
-VideoFile::VideoFile(const std::filesystem::path& path, const char* format) : av_(std::make_unique<Av>()) {
+std::optional<std::int64_t> VideoFile::Av::microseconds(std::int64_t ticks) const {
+  if (ticks == AV_NOPTS_VALUE) return std::nullopt;
+  return av_rescale_q(ticks, stream->time_base, AVRational{1, 1'000'000});
+}
+
+VideoFile::VideoFile(const std::filesystem::path& path, const char* format)
+    : path_(path), av_(std::make_unique<Av>()) {
   const Error unreadable(path.string() + ": not a video that can be read (or damaged from the start)");
-  if (!av_->open(path, format)) throw unreadable;
-  find_properties();
+  const bool matroska = is_matroska(path);
+  if (!av_->open(path, matroska ? "matroska" : format)) throw unreadable;
+  if (!matroska && avformat_find_stream_info(av_->file, nullptr) < 0) throw unreadable;
+  find_video(path, matroska);
   check_picture_size(path, properties_.width_px, properties_.height_px);
-  if (!av_->open_decoder()) throw unreadable;
+  const bool decodes = properties_.encoding == FrameEncoding::bgr;
+  if (matroska && !decodes) av_->file->flags |= AVFMT_FLAG_NOPARSE | AVFMT_FLAG_NOFILLIN;  // as they are
+  if (matroska && decodes && avformat_find_stream_info(av_->file, nullptr) < 0) throw unreadable;
+  if (decodes && !av_->open_decoder()) throw unreadable;
 }
 
 VideoFile::~VideoFile() = default;
 
-void VideoFile::find_properties() {
-  properties_.width_px = av_->stream->codecpar->width;
-  properties_.height_px = av_->stream->codecpar->height;
-  const AVRational rate = av_->stream->avg_frame_rate;
-  if (rate.num > 0 && rate.den > 0) properties_.rate_hz = av_q2d(rate);
-  double duration_s = static_cast<double>(av_->file->duration) / AV_TIME_BASE;
-  if (duration_s <= 0)
-    duration_s = static_cast<double>(av_->stream->duration) * av_q2d(av_->stream->time_base);
-  const double frames = av_->stream->nb_frames > 0 ? static_cast<double>(av_->stream->nb_frames)
-                                                   : std::floor(duration_s * properties_.rate_hz + 0.5);
-  properties_.frames = plausible_frames(frames);
-}
-
-/// Reads packets until the decoder gives a frame; at the end of the file those that it has kept.
-bool VideoFile::receive() {
-  for (;;) {
-    const int received = avcodec_receive_frame(av_->codec, av_->frame);
-    if (received >= 0) return true;
-    if (received == AVERROR_EOF) return false;
-    av_packet_unref(av_->packet);
-    const bool ended = av_read_frame(av_->file, av_->packet) < 0;
-    if (!ended && av_->packet->stream_index != av_->stream->index) continue;
-    if (avcodec_send_packet(av_->codec, ended ? nullptr : av_->packet) < 0) return false;
+void VideoFile::find_video(const std::filesystem::path& path, bool is_matroska) {
+  for (AVStream* stream : std::span(av_->file->streams, av_->file->nb_streams)) {
+    const bool is_video = stream->codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
+                          (stream->disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
+    if (is_video && av_->stream == nullptr)
+      av_->stream = stream;
+    else
+      stream->discard = AVDISCARD_ALL;
   }
+  if (av_->stream == nullptr) throw Error(path.string() + ": holds no video");
+  Properties& p = properties_;
+  p.encoding = encoding_of(*av_->stream->codecpar);
+  p.width_px = av_->stream->codecpar->width;
+  p.height_px = av_->stream->codecpar->height;
+  const double rate_hz = av_q2d(av_->stream->avg_frame_rate);
+  if (std::isfinite(rate_hz) && rate_hz >= 0.01 && rate_hz <= 10000.0) p.rate_hz = rate_hz;
+  p.duration_s = static_cast<double>(av_->file->duration) / AV_TIME_BASE;
+  if (p.duration_s <= 0)
+    p.duration_s = static_cast<double>(av_->stream->duration) * av_q2d(av_->stream->time_base);
+  p.duration_s = std::max(p.duration_s, 0.0);
+  // LogWriter's own note; a tool that cuts a log copies it, right or wrong.
+  p.ours = tag_of(av_->file->metadata, "encoder") == kLogApplication;
+  p.frames_are_counted = p.ours || (!is_matroska && av_->stream->nb_frames > 0);
+  p.frames = plausible_frames(p.ours ? std::atof(tag_of(av_->file->metadata, kFramesTag).c_str())
+                              : p.frames_are_counted ? static_cast<double>(av_->stream->nb_frames)
+                                                     : std::round(p.duration_s * p.rate_hz));
 }
 
-double VideoFile::time_of_frame() const {
+std::optional<VideoFile::Packet> VideoFile::next() {
+  return properties_.encoding == FrameEncoding::bgr ? next_decoded() : next_as_it_is();
+}
+
+std::optional<VideoFile::Packet> VideoFile::next_as_it_is() {
+  if (!av_->read()) return std::nullopt;
+  const AVPacket& packet = *av_->packet;
+  Packet result;
+  result.frame.encoding = properties_.encoding;
+  result.frame.width_px = properties_.width_px;
+  result.frame.height_px = properties_.height_px;
+  result.frame.bytes.assign(packet.data, packet.data + packet.size);
+  // A track that is described as in AVI files (PNG) has its times as those of decoding.
+  result.time_us = av_->microseconds(packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts);
+  result.sequence = sequence_of(packet);
+  return result;
+}
+
+/// A damaged picture has no time: a decoder of several threads complains late.
+std::optional<VideoFile::Packet> VideoFile::next_decoded() {
+  if (!av_->receive()) return std::nullopt;
+  Packet result;
+  if (!av_->is_whole() || !av_->convert()) {
+    result.frame.damage = "the picture cannot be decoded without errors";
+    return result;
+  }
+  const AVFrame& bgr = *av_->bgr;
+  put_picture(cv::Mat3b(bgr.height, bgr.width, reinterpret_cast<cv::Vec3b*>(bgr.data[0]),
+                        static_cast<std::size_t>(bgr.linesize[0])),
+              result.frame);
   const AVFrame& frame = *av_->frame;
-  const std::int64_t ticks = frame.pts != AV_NOPTS_VALUE && frame.pts != 0 ? frame.pts : frame.pkt_dts;
-  if (ticks == AV_NOPTS_VALUE) return 0;
-  const std::int64_t start = av_->stream->start_time != AV_NOPTS_VALUE ? av_->stream->start_time : 0;
-  return static_cast<double>(ticks - start) * av_q2d(av_->stream->time_base);
+  const bool has_time = frame.pts != AV_NOPTS_VALUE && frame.pts != 0;
+  result.time_us = av_->microseconds(has_time ? frame.pts : frame.pkt_dts);
+  return result;
 }
 
-std::optional<VideoFile::Frame> VideoFile::next() {
-  if (!receive() || !av_->convert()) return std::nullopt;
-  const cv::Mat3b bgr(av_->bgr->height, av_->bgr->width, reinterpret_cast<cv::Vec3b*>(av_->bgr->data[0]),
-                      static_cast<std::size_t>(av_->bgr->linesize[0]));
-  return Frame{bgr.clone(), time_of_frame()};
-}
-
-}  // namespace gelslam::detail
-
-extern "C" {}
-
-namespace gelslam::detail {
-
-AVFormatContext* open_container(const std::filesystem::path& path, const char* format,
-                                AVDictionary** options) {
-  av_log_set_level(AV_LOG_QUIET);  // what is wrong with a file is said by our errors
-  // With its protocol, so that no part of the name is taken for one.
-  const std::string url = "file:" + std::filesystem::absolute(path).string();
-  const AVInputFormat* only = format == nullptr ? nullptr : av_find_input_format(format);
-  AVFormatContext* file = nullptr;  // stays null on failure
-  avformat_open_input(&file, url.c_str(), only, options);
-  return file;
-}
-
-std::optional<std::int64_t> plausible_frames(double frames) {
-  constexpr double kMost = 1e9;  // a header may claim anything
-  if (!(frames >= 1 && frames < kMost)) return std::nullopt;
-  return static_cast<std::int64_t>(frames);
+LogAttachments VideoFile::attachments() const {
+  LogAttachments found;
+  found.sensor = tag_of(av_->file->metadata, kSensorTag);
+  found.camera_settings = tag_of(av_->file->metadata, kSettingsTag);
+  for (const AVStream* stream : std::span(av_->file->streams, av_->file->nb_streams)) {
+    if (stream->codecpar->codec_type != AVMEDIA_TYPE_ATTACHMENT || stream->codecpar->extradata_size <= 0)
+      continue;
+    const std::string name = tag_of(stream->metadata, "filename");
+    const bool config = name == kConfigAttachment, model = name == kModelAttachment;
+    if (!config && !model) continue;
+    const std::string_view data(reinterpret_cast<const char*>(stream->codecpar->extradata),
+                                static_cast<std::size_t>(stream->codecpar->extradata_size));
+    if (data.size() > (config ? kLargestConfigBytes : kLargestModelBytes))
+      throw Error(path_.string() + ": its attachment " + name + " is too large to be one");
+    (config ? found.config_yaml : found.model) = data;
+  }
+  return found;
 }
 
 }  // namespace gelslam::detail

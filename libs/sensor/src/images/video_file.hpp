@@ -3,15 +3,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <opencv2/core/mat.hpp>
 #include <optional>
 
-struct AVDictionary;
-struct AVFormatContext;
+#include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam::detail {
 
-/// A video or a single picture of any format that libav decodes.
+/// A video or a single picture of any format that libav reads, which bounds what a header may claim and finds
+/// the next picture after damage. JPEG, PNG and YUYV pictures are handed on as they are, others decoded.
 class VideoFile {
  public:
   /// `format`: libav's name of the only format to take, or null for any. Throws Error when the file cannot be
@@ -20,35 +19,35 @@ class VideoFile {
   ~VideoFile();
 
   struct Properties {
+    FrameEncoding encoding = FrameEncoding::bgr;  ///< bgr: decoded here
     int width_px = 0, height_px = 0;
     double rate_hz = 0;                  ///< 0: not said
+    double duration_s = 0;               ///< 0: not said
     std::optional<std::int64_t> frames;  ///< as the header says it, or by duration and rate
+    bool frames_are_counted = false;     ///< the header says it
+    bool ours = false;                   ///< written by LogWriter
   };
   const Properties& properties() const { return properties_; }
 
-  struct Frame {
-    cv::Mat3b bgr;
-    double time_s = 0;  ///< since the container's start
+  struct Packet {
+    RawFrame frame;  ///< encoding, bytes, size, damage
+    std::optional<std::int64_t> time_us{};
+    std::optional<std::int64_t> sequence{};
   };
-  /// The next picture; nothing at the end, or where the video can be decoded no further.
-  std::optional<Frame> next();
+  /// The next picture, or why it cannot be decoded; nothing at the end of what is readable.
+  std::optional<Packet> next();
+  /// Throws Error on one that is too large.
+  LogAttachments attachments() const;
 
  private:
   struct Av;
-  void find_properties();
-  bool receive();
-  double time_of_frame() const;
+  void find_video(const std::filesystem::path& path, bool is_matroska);
+  std::optional<Packet> next_as_it_is();
+  std::optional<Packet> next_decoded();
 
+  std::filesystem::path path_;
   std::unique_ptr<Av> av_;
   Properties properties_;
 };
-
-/// Opens a file of libav's format `format` (null: of any). Null when it cannot be read; else for
-/// avformat_close_input().
-AVFormatContext* open_container(const std::filesystem::path& path, const char* format,
-                                AVDictionary** options = nullptr);
-
-/// As a whole number; nothing for what no file holds.
-std::optional<std::int64_t> plausible_frames(double frames);
 
 }  // namespace gelslam::detail

@@ -85,7 +85,7 @@ struct LogRecorder::Impl {
   /// "" or why nothing more can be recorded.
   std::string write(const RawFrame& frame) {
     try {
-      if (!decoder) return writer->write(frame) ? "" : writer->failure();
+      if (!decoder && frame.damage.empty()) return writer->write(frame) ? "" : writer->failure();
       const std::optional<RawFrame> small = resized(frame);
       return !small || writer->write(*small) ? "" : writer->failure();
     } catch (
@@ -95,7 +95,7 @@ struct LogRecorder::Impl {
   }
 
   std::optional<RawFrame> resized(const RawFrame& frame) {
-    const std::optional<TactileImage> image = decoder->decode(frame);
+    const std::optional<TactileImage> image = decoder ? decoder->decode(frame) : std::nullopt;
     if (!image) {
       const std::lock_guard lock(mutex);
       ++status.damaged;

@@ -14,22 +14,32 @@ constexpr double kMostGapS = 30.0;  // a camera that is silent for 5 s ends its 
 
 class PacedSource final : public RawFrameSource {
  public:
-  PacedSource(std::unique_ptr<RawFrameSource> source, double speed)
+  PacedSource(std::unique_ptr<RawFrameSource> source, std::optional<double> speed)
       : source_(std::move(source)), speed_(speed) {}
 
   std::optional<RawFrame> next() override {
     std::optional<RawFrame> frame =
         source_->next();  // before waiting, so that reading takes none of the frame's time
     if (!frame) return std::nullopt;
-    if (!start_) start_ = Clock::now();
     const double step_s = frame->time_s - last_s_.value_or(frame->time_s);
     last_s_ = frame->time_s;
     if (std::abs(step_s) < kMostGapS) played_s_ += step_s;  // else a damaged time: nobody waits for it
-    std::unique_lock lock(mutex_);
-    if (wake_.wait_until(lock, *start_ + at_this_speed(played_s_), [this] { return stopped_; }))
-      return std::nullopt;
+    if (!wait_until_due()) return std::nullopt;
     frame->arrived = Clock::now();
     return frame;
+  }
+
+  bool hold(bool held) override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (held && !held_since_) held_since_ = Clock::now();
+      if (!held && held_since_) {
+        if (start_) *start_ += Clock::now() - *held_since_;
+        held_since_.reset();
+      }
+    }
+    wake_.notify_all();
+    return true;
   }
 
   void stop() override {
@@ -41,22 +51,39 @@ class PacedSource final : public RawFrameSource {
     source_->stop();
   }
 
-  double rate_hz() const override { return source_->rate_hz() * speed_; }
+  double rate_hz() const override { return source_->rate_hz() * speed_.value_or(1.0); }
   std::optional<std::int64_t> frame_count() const override { return source_->frame_count(); }
   std::string description() const override { return source_->description(); }
   std::int64_t lost_frames() const override { return source_->lost_frames(); }
   std::string warning() const override { return source_->warning(); }
 
  private:
+  /// False once it was stopped.
+  bool wait_until_due() {
+    std::unique_lock lock(mutex_);
+    if (!start_) start_ = Clock::now();
+    while (!stopped_) {
+      const Clock::time_point due = *start_ + at_this_speed(played_s_);
+      if (held_since_)
+        wake_.wait(lock);
+      else if (due <= Clock::now())
+        return true;
+      else
+        wake_.wait_until(lock, due);
+    }
+    return false;
+  }
+
   Clock::duration at_this_speed(double time_s) const {
+    if (!speed_) return {};
     constexpr double most_s = 1e8;  // must not overflow the clock
     return std::chrono::duration_cast<Clock::duration>(
-        std::chrono::duration<double>(std::clamp(time_s / speed_, -most_s, most_s)));
+        std::chrono::duration<double>(std::clamp(time_s / *speed_, -most_s, most_s)));
   }
 
   std::unique_ptr<RawFrameSource> source_;
-  double speed_;
-  std::optional<Clock::time_point> start_;
+  std::optional<double> speed_;
+  std::optional<Clock::time_point> start_, held_since_;
   std::optional<double> last_s_;
   double played_s_ = 0;
   std::mutex mutex_;
@@ -66,8 +93,8 @@ class PacedSource final : public RawFrameSource {
 
 }  // namespace
 
-std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source, double speed) {
-  if (!(std::isfinite(speed) && speed > 0))
+std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source, std::optional<double> speed) {
+  if (speed && !(std::isfinite(*speed) && *speed > 0))
     throw Error("the speed of a replay must be a positive number, such as 1 or 0.5");
   return std::make_unique<PacedSource>(std::move(source), speed);
 }

@@ -3,55 +3,55 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <fstream>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/core/text.hpp"
 #include "images/sources.hpp"
-#include "logs/matroska_file.hpp"
+#include "images/video_file.hpp"
 
 namespace gelslam {
 namespace {
 
 namespace fs = std::filesystem;
-using detail::MatroskaFile;
+using detail::VideoFile;
 
-const char* name_of(FrameEncoding encoding) {
+/// After the size in a log's description.
+const char* ending_of(FrameEncoding encoding) {
   switch (encoding) {
     case FrameEncoding::jpeg:
-      return "jpeg";
+      return ", jpeg";
     case FrameEncoding::png:
-      return "png";
-    case FrameEncoding::bgr:
-      return "bgr";
+      return ", png";
     case FrameEncoding::yuyv:
-      return "yuyv";
+      return ", yuyv";
+    case FrameEncoding::bgr:
+      break;
   }
   return "";
 }
 
-class MatroskaLog final : public RawFrameSource {
+class VideoLog final : public RawFrameSource {
  public:
-  MatroskaLog(const fs::path& path, std::unique_ptr<MatroskaFile> file, double profile_rate_hz)
+  VideoLog(const fs::path& path, double profile_rate_hz)
       : path_(path),
-        file_(std::move(file)),
-        rate_hz_(file_->video().rate_hz > 0 ? file_->video().rate_hz : profile_rate_hz) {}
+        file_(path),
+        video_(file_.properties()),
+        rate_hz_(video_.rate_hz > 0 ? video_.rate_hz : profile_rate_hz) {}
 
   std::optional<RawFrame> next() override {
     if (stopped_ || ended_) return std::nullopt;
-    std::optional<MatroskaFile::Packet> packet = file_->next();
+    std::optional<VideoFile::Packet> packet = file_.next();
     if (!packet) {
       end();
       return std::nullopt;
     }
-    const MatroskaFile::Video& video = file_->video();
-    RawFrame frame;
-    frame.encoding = *video.encoding;
-    frame.width_px = video.width_px;
-    frame.height_px = video.height_px;
-    frame.bytes = std::move(packet->bytes);
-    frame.time_s = time_of(*packet);
+    RawFrame frame = std::move(packet->frame);
+    frame.time_s = time_of(packet->time_us);
     frame.index = index_++;
+    frame.name = path_.string() + ", frame " + std::to_string(frame.index);
     frame.sequence = packet->sequence.value_or(frame.index);
     if (frame.index > 0) count_gap(frame.sequence - last_sequence_ - 1);
     last_sequence_ = frame.sequence;
@@ -61,14 +61,14 @@ class MatroskaLog final : public RawFrameSource {
 
   void stop() override { stopped_ = true; }
   double rate_hz() const override { return rate_hz_; }
-  std::optional<std::int64_t> frame_count() const override { return file_->video().frames; }
+  std::optional<std::int64_t> frame_count() const override { return video_.frames; }
   std::int64_t lost_frames() const override { return lost_; }
   std::string warning() const override { return warning_; }
 
   std::string description() const override {
-    const MatroskaFile::Video& video = file_->video();
-    return fmt::format("log {}, {}x{}, {:g} Hz, {}", path_.filename().string(), video.width_px,
-                       video.height_px, rate_hz_, name_of(*video.encoding));
+    return fmt::format("{} {}, {}, {:g} Hz{}", video_.ours ? "log" : "video", path_.filename().string(),
+                       size_text(video_.width_px, video_.height_px), rate_hz_,
+                       video_.ours ? ending_of(video_.encoding) : "");
   }
 
  private:
@@ -79,92 +79,101 @@ class MatroskaLog final : public RawFrameSource {
 
   /// A repeated or backward time (damage, or a tool that rounds) would make a trajectory that no program
   /// takes.
-  double time_of(const MatroskaFile::Packet& packet) {
-    if (index_ == 0) {
-      first_us_ = packet.time_us.value_or(0);
-      return last_s_ = 0.0;
-    }
-    const double next_s = last_s_ + 1.0 / rate_hz_;
-    if (!packet.time_us) return last_s_ = next_s;
-    const double time_s = (static_cast<double>(*packet.time_us) - static_cast<double>(first_us_)) * 1e-6;
+  double time_of(std::optional<std::int64_t> time_us) {
+    const double next_s = index_ == 0 ? 0.0 : last_s_ + 1.0 / rate_hz_;
+    if (!time_us) return last_s_ = next_s;
+    if (!first_us_) first_us_ = static_cast<double>(*time_us) - 1e6 * next_s;
+    const double time_s = (static_cast<double>(*time_us) - *first_us_) * 1e-6;
+    if (index_ == 0) return last_s_ = 0.0;
     return last_s_ = time_s > last_s_ ? time_s : next_s;
   }
 
   void end() {
     ended_ = true;
-    const MatroskaFile::Video& video = file_->video();
     if (index_ == 0) throw Error(path_.string() + ": the log holds no readable frame");
-    const std::string readable =
-        std::to_string(index_) + " frames, " + std::to_string(last_s_).substr(0, 8) + " s";
-    if (video.frames && ends_early()) {
+    if (video_.frames && ends_early()) {
       warning_ = path_.string() + " ends after " + std::to_string(index_) + " of " +
-                 std::to_string(*video.frames) + " frames; is it truncated or damaged?";
-    } else if (video.ours && !video.frames) {
-      warning_ = path_.string() +
-                 " was never closed (its program was killed, or is still writing); readable: " + readable;
+                 std::to_string(*video_.frames) + " frames; is it truncated or damaged?";
+    } else if (video_.ours && !video_.frames) {
+      warning_ = fmt::format(
+          "{} was never closed (its program was killed, or is still writing); readable: {} frames, {} s",
+          path_.string(), index_, std::to_string(last_s_).substr(0, 8));
     }
   }
 
-  /// Other tools note a duration only, in which frames that the camera lost are missing.
+  /// Where only a duration is noted, frames that the camera lost are missing.
   bool ends_early() const {
-    const MatroskaFile::Video& video = file_->video();
-    if (video.ours) return index_ < *video.frames;
-    return static_cast<double>(first_us_) * 1e-6 + last_s_ + 2.5 / rate_hz_ < video.duration_s;
+    if (video_.frames_are_counted) return index_ < *video_.frames;
+    return first_us_.value_or(0) * 1e-6 + last_s_ + 2.5 / rate_hz_ < video_.duration_s;
   }
 
   fs::path path_;
-  std::unique_ptr<MatroskaFile> file_;
+  VideoFile file_;
+  const VideoFile::Properties& video_;
   double rate_hz_;
-  std::int64_t index_ = 0, last_sequence_ = 0, lost_ = 0, first_us_ = 0;
+  std::int64_t index_ = 0, last_sequence_ = 0, lost_ = 0;
+  std::optional<double> first_us_;  ///< of the first frame
   double last_s_ = 0;
   bool ended_ = false;
   std::atomic<bool> stopped_ = false;
   std::string warning_;
 };
 
-/// A source of decoded pictures as one of raw frames.
-class DecodedLog final : public RawFrameSource {
- public:
-  explicit DecodedLog(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+/// FFmpeg would play a text file as terminal art, and follow a playlist to other files. Videos hold zero
+/// bytes early.
+bool looks_like_text(const fs::path& path) {
+  std::array<char, 4096> head{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), head.size());
+  const auto end = head.begin() + file.gcount();
+  return std::find(head.begin(), end, '\0') == end;
+}
 
-  std::optional<RawFrame> next() override {
-    if (stopped_) return std::nullopt;
-    const std::optional<TactileImage> image = source_->next();
-    if (!image) return std::nullopt;
-    RawFrame frame;
-    detail::put_picture(image->bgr, frame);
-    frame.time_s = image->time_s;
-    frame.index = frame.sequence = image->index;
-    frame.arrived = std::chrono::steady_clock::now();
-    return frame;
-  }
+std::unique_ptr<RawFrameSource> open_video(const fs::path& path, const SensorProfile& profile) {
+  std::error_code code;
+  const std::uintmax_t size = fs::file_size(path, code);
+  if (code) throw Error(path.string() + ": cannot be read: " + code.message());
+  if (size == 0) throw Error(path.string() + ": the file is empty");
+  if (!std::ifstream(path)) throw Error(path.string() + ": cannot be opened; check its permissions");
+  if (!is_matroska(path) && looks_like_text(path)) throw Error(path.string() + ": not a video, but text");
+  return std::make_unique<VideoLog>(path, profile.frame_rate_hz);
+}
 
-  void stop() override { stopped_ = true; }
-  double rate_hz() const override { return source_->rate_hz(); }
-  std::optional<std::int64_t> frame_count() const override { return source_->frame_count(); }
-  std::string description() const override { return source_->description(); }
-  std::string warning() const override { return source_->warning(); }
-
- private:
-  std::unique_ptr<FrameSource> source_;
-  std::atomic<bool> stopped_ = false;
-};
+std::unique_ptr<RawFrameSource> open_folder(const fs::path& folder, const SensorProfile& profile) {
+  std::error_code code;
+  for (const char* name : {"log.mkv", "gelsight.avi"})
+    if (fs::exists(folder / name, code)) return open_raw_log(folder / name, profile);
+  std::vector<fs::path> images = detail::list_images(folder);
+  if (images.empty())
+    throw Error(folder.string() +
+                ": the folder holds neither log.mkv nor gelsight.avi nor images (png, jpg, bmp, tiff)");
+  return detail::open_image_folder(folder, std::move(images), profile);
+}
 
 }  // namespace
 
-LogAttachments read_log_attachments(const fs::path& log) { return MatroskaFile(log).attachments(); }
+bool is_matroska(const fs::path& file) {
+  std::error_code code;
+  if (!fs::is_regular_file(file, code)) return false;
+  std::array<char, 4> head{};
+  std::ifstream(file, std::ios::binary).read(head.data(), head.size());
+  return head == std::array<char, 4>{'\x1a', '\x45', '\xdf', '\xa3'};
+}
 
-std::unique_ptr<RawFrameSource> detail::open_matroska_log(const fs::path& log, const SensorProfile& profile) {
-  auto file = std::make_unique<MatroskaFile>(log);
-  if (!file->video().encoding) return nullptr;
-  return std::make_unique<MatroskaLog>(log, std::move(file), profile.frame_rate_hz);
+LogAttachments read_log_attachments(const fs::path& log) {
+  if (!is_matroska(log)) throw Error(log.string() + ": not a Matroska file that can be read");
+  return VideoFile(log).attachments();
 }
 
 std::unique_ptr<RawFrameSource> open_raw_log(const fs::path& log, const SensorProfile& profile) {
-  if (is_matroska(log)) {
-    if (auto source = detail::open_matroska_log(log, profile)) return source;
-  }
-  return std::make_unique<DecodedLog>(open_frame_source(log, profile));
+  std::error_code code;
+  const fs::file_status status = fs::status(log, code);
+  if (!fs::exists(status)) throw Error(log.string() + ": no such file or folder");
+  if (fs::is_directory(status)) return open_folder(log, profile);
+  if (!fs::is_regular_file(status)) throw Error(log.string() + ": neither a file nor a folder");
+  if (detail::has_image_ending(log))
+    throw Error(log.string() + ": a single image; give the folder that holds the images, or a video");
+  return open_video(log, profile);
 }
 
 }  // namespace gelslam

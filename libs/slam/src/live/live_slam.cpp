@@ -86,7 +86,7 @@ struct LiveSlam::Impl {
   RawQueue raw{kQueuedFrames};
   TrackerQueue surfaced{kQueuedFrames};
   MapperQueue keyframes{1};  // its limit is never asked for: the tracker goes beyond it
-  std::atomic<bool> paused{false}, aborted{false}, stopped{false}, lost{false};
+  std::atomic<bool> paused{false}, leaves_out{false}, aborted{false}, stopped{false}, lost{false};
 
   std::mutex mutex;  // for what follows
   ReconstructSummary summary;
@@ -186,7 +186,7 @@ void LiveSlam::Impl::take_frames() {
     board.frame_arrived(frame->arrived, source->lost_frames());
     board.warn_about("the source", source->warning());
     if (recording) recording->take(*frame);
-    if (paused) continue;
+    if (leaves_out) continue;
     auto shared = std::make_shared<const RawFrame>(std::move(*frame));
     // What the background needs is waited for, however fast frames come.
     if (options.drop_when_behind && board.phase() != LivePhase::background)
@@ -338,10 +338,11 @@ MeshChanges LiveSlam::take_mesh_changes() { return impl_->board.take_mesh_change
 std::vector<StageStatistics> LiveSlam::stage_times() const { return impl_->timer.statistics(); }
 
 void LiveSlam::set_paused(bool paused) {
-  // The object may be elsewhere when the scan goes on. What was on its way to the tracker when it was paused
-  // still belongs to the trial.
-  if (impl_->paused && !paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
   impl_->paused = paused;
+  if (impl_->source->hold(paused)) return;
+  // A camera goes on, and the object may be elsewhere when the scan does. What was on its way to the tracker
+  // when it was paused still belongs to the trial.
+  if (impl_->leaves_out.exchange(paused) && !paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
 }
 void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}); }
 void LiveSlam::start_new_scan() { impl_->ask_for_new_scan(); }

@@ -23,7 +23,10 @@ void SurfaceStage::run(RawQueue& in, TrackerQueue& out) {
 std::optional<TactileImage> SurfaceStage::decode(const RawFrame& frame) {
   const auto scope = timer_.measure("decode");
   std::optional<TactileImage> image = decoder_.decode(frame);
-  if (!image) board_.frame_damaged();
+  if (!image) {
+    board_.frame_damaged();
+    board_.warn_about("the pictures", decoder_.warning());
+  }
   return image;
 }
 
@@ -34,7 +37,7 @@ void SurfaceStage::report_background() {
     return;
   }
   const BackgroundCheck& refusal = frames_.refusal();
-  const std::string words = refusal.contact   ? "take the object off the gel: " + refusal.reason
+  const std::string words = refusal.contact   ? refusal.request()
                             : refusal.markers ? refusal.reason
                                               : std::string("taking the background: do not touch the gel");
   board_.set_words(words, TrackStatus::background);

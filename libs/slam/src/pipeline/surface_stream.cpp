@@ -45,7 +45,7 @@ void FrameToSurface::gather_background(const cv::Mat3b& bgr) {
   if (candidates_.size() > wanted) candidates_.pop_front();
   if (candidates_.size() < wanted) return;
   const std::vector<cv::Mat3b> pictures(candidates_.begin(), candidates_.end());
-  refusal_ = check_background(pictures, model_, config_.surface);
+  refusal_ = check_background(pictures, model_, config_.surface, config_.sensor.device_name);
   const bool is_refused = refusal_.contact || refusal_.markers;
   if (is_refused && !force_) return;
   if (refusal_.contact) doubts_.push_back("the background shows contact: " + refusal_.reason);
@@ -70,16 +70,18 @@ SurfaceStream::SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput
                              StageTimer& timer, const std::function<void(const std::string&)>& ask)
     : timer_(timer), source_(std::move(source)), frames_(config, input.background, input.force, timer) {
   bool asked = false;
-  read_background(config.background_frames, [&](const std::string& contact) {
+  read_background(config.background_frames, [&](const BackgroundCheck& refusal) {
     if (!ask)
       throw Error("the log's first " + std::to_string(background_items_.size()) +
-                  " frames should show the bare gel, but " + contact +
-                  " (record again without touching, give --background IMAGE, or continue with --force)");
-    if (!std::exchange(asked, true)) ask("take the object off the gel: " + contact);
+                  " frames should show the bare gel, but " + refusal.reason +
+                  (refusal.turned ? " (--force continues anyway)"
+                                  : " (record again without touching, give --background IMAGE, or continue "
+                                    "with --force)"));
+    if (!std::exchange(asked, true)) ask(refusal.request());
   });
 }
 
-void SurfaceStream::read_background(int frames, const std::function<void(const std::string&)>& refuse) {
+void SurfaceStream::read_background(int frames, const std::function<void(const BackgroundCheck&)>& refuse) {
   while (!frames_.has_background()) {
     std::optional<TactileImage> image = source_->next();
     if (!image)
@@ -91,7 +93,7 @@ void SurfaceStream::read_background(int frames, const std::function<void(const s
     frames_.push(image->bgr);
     const BackgroundCheck& refusal = frames_.refusal();
     if (refusal.markers) throw Error(refusal.reason + " (--force continues anyway)");
-    if (refusal.contact) refuse(refusal.reason);
+    if (refusal.contact) refuse(refusal);
   }
 }
 

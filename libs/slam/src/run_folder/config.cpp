@@ -18,6 +18,8 @@ void describe_sensor(OptionVisitor& visit, Config& config) {
   visit.integer("imgw", sensor.width_px, 32, 4096, "width of the calibrated image, pixels");
   visit.integer("raw_imgh", sensor.raw_height_px, 32, 16384, "height of the camera's image before the crop");
   visit.integer("raw_imgw", sensor.raw_width_px, 32, 16384, "width of the camera's image before the crop");
+  visit.flag("cropped", sensor.cropped,
+             "other sizes of about that shape were cropped: they are only resized");
   visit.number("framerate", sensor.frame_rate_hz, 0.1, 1000,
                "Hz, where the log does not say; what a camera is asked for");
   visit.text("camera", sensor.camera, "/dev/videoN, part of the camera's name, or auto");

@@ -1,5 +1,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 
@@ -65,10 +66,10 @@ Config find_config(const LogInput& input) { return look_up(input).config; }
 
 Config resolve_config(const LogInput& input) {
   FoundConfig found = look_up(input);
-  if (found.config.sensor.calibration_model_path.empty())
-    throw Error("no gradient model: give --model nnmodel.pth, or name calibration_model_path in " +
-                (found.from.empty() ? std::string("a configuration") : found.from));
-  return found.config;
+  if (!found.config.sensor.calibration_model_path.empty()) return found.config;
+  if (!input.log.empty()) open_frame_source(input.log, found.config.sensor)->next();  // first what is no log
+  throw Error("no gradient model: give --model nnmodel.pth, or name calibration_model_path in " +
+              (found.from.empty() ? std::string("a configuration") : found.from));
 }
 
 }  // namespace gelslam

@@ -8,6 +8,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/text.hpp"
 #include "heights/poisson.hpp"
 #include "photometry/blocks.hpp"
 #include "photometry/light.hpp"
@@ -140,15 +141,24 @@ cv::Mat3b background_image(const std::vector<cv::Mat3b>& frames) {
 }
 
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
-                                 const SurfaceOptions& options) {
+                                 const SurfaceOptions& options, const std::string& device_name) {
   const cv::Mat3b mean = background_image(frames);
   BackgroundCheck check;
   const auto markers = find_marker_dots(mean);
-  if (markers && !markers->are_readable()) return {false, true, markers->sentence()};
+  if (markers && !markers->are_readable()) {
+    check.markers = true;
+    check.reason = markers->sentence();
+    return check;
+  }
   check.reason = find_motion(frames, mean);
-  if (check.reason.empty())
-    check.reason = find_imprint(MarkerFiller(mean).background(), model, options.pixel_pitch_mm);
   check.contact = !check.reason.empty();
+  if (check.contact) return check;
+  const cv::Mat3b bare = MarkerFiller(mean).background();
+  const std::string imprint = find_imprint(bare, model, options.pixel_pitch_mm);
+  check.contact = !imprint.empty();
+  if (check.contact) check.reason = judge_orientation(bare, device_name);
+  check.turned = !check.reason.empty();
+  append_sentence(check.reason, imprint);
   return check;
 }
 

@@ -86,20 +86,27 @@ RedOverBlue red_over_blue(const cv::Mat3f& bgr) {
   return {down / down_2, side / side_2};
 }
 
+/// Of a picture whose colors lie along one of its sides as a GelSight Mini's lamps lay them.
+std::string judge_mini_orientation(const RedOverBlue& slope, bool blue_leads) {
+  if (slope.downward > -kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope) return "";
+  if (!blue_leads) return "red and blue seem to be swapped: the top is reddish and the bottom bluish";
+  return "the picture seems to be upside down: a GelSight Mini's top is bluish, its bottom reddish";
+}
+
+bool blue_leads(const cv::Mat3f& bgr) {
+  const cv::Scalar mean = cv::mean(bgr);
+  return mean[0] > mean[2];  // by 1.33 to 1.7 on real ones
+}
+
 std::string judge_mini_lamps(const cv::Mat3f& bgr) {
   const RedOverBlue slope = red_over_blue(bgr);
-  const cv::Scalar mean = cv::mean(bgr);
-  const bool blue_leads = mean[0] > mean[2];  // by 1.33 to 1.7 on real ones
   if (std::abs(slope.downward) < kRedBlueSlope || std::abs(slope.sideways) > kRedBlueSlope) {
     return "the colors do not lie as a GelSight Mini's lamps lay them (bluish top, reddish bottom): is it "
            "the right camera, and its "
            "whole picture?";
   }
-  if (slope.downward < 0 && !blue_leads)
-    return "red and blue seem to be swapped: the top is reddish and the bottom bluish";
-  if (slope.downward < 0)
-    return "the picture seems to be upside down: a GelSight Mini's top is bluish, its bottom reddish";
-  if (!blue_leads) {
+  if (slope.downward < 0) return judge_mini_orientation(slope, blue_leads(bgr));
+  if (!blue_leads(bgr)) {
     return "red outweighs blue, which no bare GelSight Mini shows: its white balance may be off, or red and "
            "blue are swapped in a "
            "picture that is upside down";
@@ -130,6 +137,12 @@ cv::Mat3f as_numbers(const cv::Mat3b& mean) {
 std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name) {
   const cv::Mat3f bgr = as_numbers(mean);
   return is_gelsight_mini(device_name) ? judge_mini_lamps(bgr) : "";
+}
+
+std::string judge_orientation(const cv::Mat3b& mean, const std::string& device_name) {
+  if (!is_gelsight_mini(device_name)) return "";
+  const cv::Mat3f bgr = as_numbers(mean);
+  return judge_mini_orientation(red_over_blue(bgr), blue_leads(bgr));
 }
 
 std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::string& device_name,

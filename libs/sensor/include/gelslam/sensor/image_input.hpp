@@ -19,9 +19,9 @@ cv::Mat3b read_image(const std::filesystem::path& path);
 /// sizes.
 cv::Mat crop_and_resize(const cv::Mat& image, int width_px, int height_px);
 
-/// Brings a frame to the profile's resolution: kept as it is when it has that size, else crop_and_resize when
-/// it is a raw image of about the same shape and large enough. Throws Error for every other size; `name` says
-/// which image.
+/// Brings a frame to the profile's resolution: kept as it is when it has that size, crop_and_resize when it
+/// has the raw size, resized when it is larger, of about that shape, and the profile says `cropped`. Throws
+/// Error for every other size; `name` says which image.
 cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, const std::string& name);
 
 /// True when no pixel's channels differ by more than `tolerance` gray levels: a picture without color, from

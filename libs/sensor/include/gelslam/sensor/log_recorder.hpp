@@ -18,7 +18,7 @@ struct LogRecorderOptions {
 
 struct LogRecorderStatus {
   std::int64_t written = 0, bytes = 0;
-  std::int64_t damaged = 0;  ///< could not be decoded, with resize_to; not recorded
+  std::int64_t damaged = 0;  ///< could not be decoded, by their source or with resize_to; not recorded
   /// no room left to wait for the disk; a gap in the sequence numbers tells where
   std::int64_t left_out = 0;
   std::size_t waiting_bytes = 0;

@@ -15,6 +15,9 @@ enum class FrameEncoding { jpeg, png, bgr, yuyv };
 struct RawFrame {
   FrameEncoding encoding = FrameEncoding::jpeg;
   std::vector<std::uint8_t> bytes;
+  std::string name{};  ///< for people: "scan.avi, frame 120", "images/120.png"; "": it has only its index
+  std::string
+      damage{};  ///< why the source has no bytes for this frame (unreadable file, error of libav), or ""
   int width_px = 0, height_px = 0;  ///< of the picture in `bytes`
   double time_s = 0;                ///< by the driver's clock, since the source's first frame
   std::int64_t index = 0;           ///< of the frames that the source delivered, from 0
@@ -32,6 +35,9 @@ class RawFrameSource {
   virtual std::optional<RawFrame> next() = 0;
   /// Makes next() return soon, with nothing.
   virtual void stop() = 0;
+  /// Lets next() wait while `held`, so that nothing is missed. False for what cannot wait, as a camera. From
+  /// any thread.
+  virtual bool hold(bool /*held*/) { return false; }
   virtual double rate_hz() const = 0;  ///< as granted by the driver, or as the log says
   virtual std::optional<std::int64_t> frame_count() const { return std::nullopt; }
   /// For people: "GelSight Mini R0B 28KX, /dev/video2, MJPG 3280x2464, 25 Hz".

@@ -53,11 +53,12 @@ class LogWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Opens a log as a source of raw frames. A Matroska file of JPEG, PNG or YUYV pictures (what LogWriter
-/// makes, and what other tools make of it) gives its bytes, times and sequence numbers as they were recorded
-/// (a time that is not after the last one: one frame after it); one that was cut off or never closed gives
-/// what is whole, and warning() says so. Other videos, folders of images and data folders (open_frame_source)
-/// give bgr frames at the profile's size. Throws Error when it is none of these.
+/// Opens a log as a source of raw frames: a video, a folder of images (sorted naturally by name), a run
+/// folder (log.mkv) or a data folder (gelsight.avi). Videos of JPEG, PNG or YUYV pictures and JPEG and PNG
+/// files give their bytes; other videos and images are decoded, and come as bgr at their own size. Times and
+/// sequence numbers are those that were recorded (a time that is not after the last one: one frame after it);
+/// images have the profile's rate. A video that was cut off or never closed gives what is whole, and
+/// warning() says so. Throws Error when it is none of these.
 std::unique_ptr<RawFrameSource> open_raw_log(const std::filesystem::path& log,
                                              const SensorProfile& profile = {});
 
@@ -69,9 +70,10 @@ bool is_matroska(const std::filesystem::path& file);
 LogAttachments read_log_attachments(const std::filesystem::path& log);
 
 /// Plays a source at the times it was recorded (steady clock; the first frame at once), `speed` times as
-/// fast. A frame that is asked for too late is delivered at once, and so is one after a gap of more than 30
-/// s, whose time can only be damaged; none is left out. stop() wakes a waiting next(). Throws Error when
-/// `speed` is no positive number.
-std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source, double speed = 1.0);
+/// fast, or without a speed as fast as frames are taken. A frame that is asked for too late is delivered at
+/// once, and so is one after a gap of more than 30 s, whose time can only be damaged; none is left out.
+/// hold() stops the clock; stop() wakes a waiting next(). Throws Error when `speed` is no positive number.
+std::unique_ptr<RawFrameSource> pace(std::unique_ptr<RawFrameSource> source,
+                                     std::optional<double> speed = 1.0);
 
 }  // namespace gelslam

@@ -10,10 +10,13 @@ struct SensorProfile {
   std::string device_name = "GelSight Mini";
   /// `ppmm` in the public files: millimeters per pixel after crop and resize
   double pixel_pitch_mm = 0.0634;
-  int width_px = 320;                  ///< `imgw`
-  int height_px = 240;                 ///< `imgh`
-  int raw_width_px = 3280;             ///< `raw_imgw`, camera image before the crop
-  int raw_height_px = 2464;            ///< `raw_imgh`
+  int width_px = 320;        ///< `imgw`
+  int height_px = 240;       ///< `imgh`
+  int raw_width_px = 3280;   ///< `raw_imgw`, camera image before the crop
+  int raw_height_px = 2464;  ///< `raw_imgh`
+  /// pictures that are neither `imgw` x `imgh` nor `raw_imgw` x `raw_imgh` have been cropped: only resize
+  /// them
+  bool cropped = false;
   double frame_rate_hz = 25.0;         ///< `framerate`: asked of a camera, and of a log that does not say
   std::string camera = "auto";         ///< a path, part of the camera's name, or "auto": see camera.hpp
   std::string camera_format = "MJPG";  ///< MJPG or YUYV, at the raw size

@@ -75,6 +75,7 @@ class LiveSession {
   virtual MeshChanges take_mesh_changes() = 0;
   virtual std::vector<StageStatistics> stage_times() const = 0;
 
+  /// A log waits meanwhile. A camera cannot: its frames are left out, and the trial ends.
   virtual void set_paused(bool paused) = 0;
   virtual void undo_last_trial() = 0;
   /// Forgets the map. The log goes on; but what was saved stays, and the new scan gets RUN-2, RUN-3, ... with

@@ -79,7 +79,7 @@ class SurfaceStream {
   std::string warning() const { return source_->warning(); }
 
  private:
-  void read_background(int frames, const std::function<void(const std::string&)>& refuse);
+  void read_background(int frames, const std::function<void(const BackgroundCheck&)>& refuse);
 
   StageTimer& timer_;
   std::unique_ptr<FrameSource> source_;  // opened first: a missing log is said before a missing model

@@ -62,16 +62,20 @@ class MarkerFiller {
 struct BackgroundCheck {
   bool contact = false;
   bool markers = false;  ///< too many on the gel: slopes cannot be read, touched or not
-  std::string reason;    ///< for the user; empty when there is neither
+  bool turned = false;   ///< red and blue swapped, or upside down, which looks like contact
+  std::string reason{};  ///< for the user; empty when there is neither
+  /// What a person at the camera is told where there is contact.
+  std::string request() const { return (turned ? "" : "take the object off the gel: ") + reason; }
 };
 
 /// Whether pictures that should show the bare gel show contact (own): something moves between them, or the
 /// gel has too many markers (MarkerDots::are_readable), or the model reads an imprint in their
-/// background_image (slopes or curvature that are steep locally; the bare gel shows at most a smooth bias). A
-/// flat object that does not move cannot be told from bare gel. Throws Error like mean_image, and when the
-/// model does not fit.
+/// background_image (slopes or curvature that are steep locally; the bare gel shows at most a smooth bias).
+/// Where it does, judge_orientation() is said first: wrong colors read as an imprint. A flat object
+/// that does not move cannot be told from bare gel. Throws Error like mean_image, and when the model does not
+/// fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
-                                 const SurfaceOptions& options);
+                                 const SurfaceOptions& options, const std::string& device_name = "");
 
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
 /// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads
@@ -85,6 +89,10 @@ std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::stri
 /// reddish: other colors, red and blue swapped, the picture upside down. A picture mirrored left to right
 /// looks the same. "" for other sensors. Throws Error when the picture is smaller than 32 pixels.
 std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name);
+
+/// The part of judge_lamps that no imprint can cause: red and blue swapped, the picture upside down. Throws
+/// like it.
+std::string judge_orientation(const cv::Mat3b& mean, const std::string& device_name);
 
 /// Throws Error for a background that no calibration can use: a gel with too many markers, red and blue
 /// swapped. Other doubts are reported by `say_doubt`. `name`: of the background, for messages.
