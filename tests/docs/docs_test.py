@@ -30,9 +30,8 @@ INSTEAD = [
     (r"--frames \d+", "--frames 30"),
     (r"(calibrate label PRESSES)", r"\1 --headless --accept"),
     (r"(calibrate train \S+)", r"\1 --steps 1500"),
-    (r"(calibrate collect hand\b)", r"\1 --headless"),
     (r"(gelslam view (?!.*--snapshot).*)", r"\1 --snapshot window.png"),
-    (r"(gelslam replay (?!.*--headless).*)", r"\1 --headless"),
+    (r"(gelslam (scan|replay|calibrate collect) (?!.*--headless).*)", r"\1 --headless"),
     (r"track --camera(.*) --window", r"track --camera\1"),
     (r"/tmp/pose", "pose"),
     (r'gelslam\.Camera\("auto"\)', 'gelslam.Log("scan.avi")'),
@@ -87,14 +86,14 @@ class Inputs:
 
     def __init__(self, store):
         self.store = store
-        made = {"scan": LOG / "scan", "RUN": store / "run"}
+        scan, made = store / "scan", {"RUN": store / "run"}
         model = LOG / "calibration/model/nnmodel.pth"
         self.files = {
-            "nnmodel.pth": model, "scan.avi": LOG / "scan/gelsight.avi", "gelsight.avi": LOG / "scan/gelsight.avi",
+            "nnmodel.pth": model, "scan.avi": LOG / XX, "gelsight.avi": LOG / XX,
             "scan.mkv": store / "log.mkv", "log.mkv": store / "log.mkv", "more.mkv": store / "log.mkv",
-            "today.mkv": store / "log.mkv", "other_scan.mkv": store / "log.mkv", "LOG": LOG / "scan", "DATA": LOG / "scan",
-            "demo/log": LOG / "scan", "demo/log/calibration": LOG / "calibration", "data/a": LOG / "scan",
-            "data/b": LOG / "scan", "PRESSES": LOG / "calibration", "part.stl": store / "part.stl",
+            "today.mkv": store / "log.mkv", "other_scan.mkv": store / "log.mkv", "LOG": scan, "DATA": scan,
+            "demo/log": scan, "demo/log/calibration": LOG / "calibration", "data/a": scan,
+            "data/b": scan, "PRESSES": LOG / "calibration", "part.stl": store / "part.stl",
             "bolt_x.png": store / "bolt_x.png", "bolt_y.png": store / "bolt_y.png",
             "background.png": LOG / "calibration/background.png",
             "scripts": ROOT / "scripts", "configs": ROOT / "configs",
@@ -103,6 +102,10 @@ class Inputs:
         self.make()
 
     def make(self):
+        shutil.copytree(LOG / "scan", self.store / "scan")
+        config = self.store / "scan/config.yaml"
+        config.write_text(re.sub(r"calibration_model_path: .*", f'calibration_model_path: "{LOG}/calibration/model/nnmodel.pth"',
+                                 config.read_text()))
         gelslam.reconstruct(LOG / "scan", LOG / "calibration/model/nnmodel.pth").save(self.store / "run")
         checked("record", "--from", LOG / "scan", "--model", LOG / "calibration/model/nnmodel.pth", "-o",
                 self.store / "log.mkv", "-q")
@@ -121,7 +124,7 @@ class Inputs:
                 continue
             path.parent.mkdir(parents=True, exist_ok=True)
             (shutil.copytree if source.is_dir() else shutil.copy)(source, path)
-        for name in re.findall(r"(?:-o|--output|save\() ?[\"']?([\w./-]+)", line):
+        for name in re.findall(r"(?:-o|--pth|save\() ?[\"']?([\w./-]+)", line):
             path = folder / name
             if path.is_dir() and "--overwrite" not in line:
                 shutil.rmtree(path)
