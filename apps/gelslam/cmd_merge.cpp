@@ -37,7 +37,7 @@ void add_merge_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("RUN", arguments->runs, "Run folders, two or more; the first one's configuration is used")
       ->required()
-      ->expected(2, 1000);
+      ->expected(2, CLI::detail::expected_max_vector_size);
   command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
   command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
   add_quiet_flag(*command, arguments->quiet);

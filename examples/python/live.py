@@ -14,7 +14,8 @@ parser.add_argument("--log")
 parser.add_argument("-o", "--output", default="RUN")
 arguments = parser.parse_args()
 
-frames = gelslam.Log(arguments.log) if arguments.log else gelslam.Camera(arguments.camera)
+source = gelslam.Log(arguments.log) if arguments.log else gelslam.Camera(arguments.camera)
+frames = iter(source)
 print("Keep the gel untouched for a moment.")
 bare = [image for image, _ in itertools.islice(frames, 10)]
 slam = gelslam.Slam(gelslam.Sensor(arguments.model, background=bare))
@@ -29,7 +30,6 @@ try:
 except KeyboardInterrupt:
     pass
 finally:
-    if not arguments.log:
-        frames.close()
+    source.close()
 slam.finish().save(arguments.output)
 print(f"saved in {arguments.output}")

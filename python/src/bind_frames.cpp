@@ -8,6 +8,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #ifdef GELSLAM_BUILD_CAMERAS
 #include "gelslam/sensor/camera.hpp"
@@ -20,28 +21,86 @@ namespace fs = std::filesystem;
 
 py::tuple tuple_of(const TactileImage& image) { return py::make_tuple(array_of(image.bgr), image.time_s); }
 
-/// A recorded log, picture by picture.
+/// One reading of a log from its first picture to its last.
+class LogReader {
+ public:
+  LogReader(const fs::path& log, const SensorProfile& profile) : source_(open_frame_source(log, profile)) {}
+
+  std::optional<TactileImage> next() {
+    const std::lock_guard lock(mutex_);
+    if (!source_) throw Error("the log is closed");
+    return source_->next();
+  }
+  std::string warning() {
+    const std::lock_guard lock(mutex_);
+    if (source_) warning_ = source_->warning();
+    return warning_;
+  }
+  void close() {
+    const std::lock_guard lock(mutex_);
+    if (source_) warning_ = source_->warning();
+    source_.reset();
+  }
+
+ private:
+  std::mutex mutex_;  // of a picture that is being read
+  std::unique_ptr<FrameSource> source_;
+  std::string warning_;
+};
+
+/// A recorded log. Every iteration reads it from the beginning.
 class Log {
  public:
-  Log(const fs::path& log, const OptionalPath& config) {
+  Log(const fs::path& log, const OptionalPath& config) : log_(log) {
     LogInput input;
     input.log = log;
     input.config = config.value_or("");
-    source_ = open_frame_source(log, find_config(input).sensor);
+    profile_ = find_config(input).sensor;
+    const std::unique_ptr<FrameSource> source = open_frame_source(log_, profile_);
+    frames_ = source->frame_count();
+    rate_hz_ = source->rate_hz();
+    description_ = source->description();
   }
-  std::optional<TactileImage> next() {
+
+  std::shared_ptr<LogReader> read() {
     const std::lock_guard lock(mutex_);
-    return source_->next();
+    if (closed_) throw Error("the log is closed");
+    return newest_ = std::make_shared<LogReader>(log_, profile_);
+  }
+  /// Also of a log that does not note them, by reading it.
+  std::int64_t frames() {
+    const std::lock_guard lock(mutex_);
+    if (!frames_) {
+      const std::unique_ptr<RawFrameSource> raw = open_raw_log(log_, profile_);
+      std::int64_t count = 0;
+      while (raw->next()) {
+        if (++count % 100 == 0) check_signals();
+      }
+      frames_ = count;
+    }
+    return *frames_;
+  }
+  void close() {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    if (newest_) newest_->close();
   }
   std::string warning() const {
     const std::lock_guard lock(mutex_);
-    return source_->warning();
+    return newest_ ? newest_->warning() : "";
   }
-  const FrameSource& source() const { return *source_; }
+  double rate_hz() const { return rate_hz_; }
+  const std::string& description() const { return description_; }
 
  private:
-  mutable std::mutex mutex_;  // of a picture that is being read
-  std::unique_ptr<FrameSource> source_;
+  const fs::path log_;
+  SensorProfile profile_;
+  double rate_hz_;
+  std::string description_;
+  mutable std::mutex mutex_;
+  std::optional<std::int64_t> frames_;
+  bool closed_ = false;
+  std::shared_ptr<LogReader> newest_;
 };
 
 template <class Source>
@@ -56,24 +115,35 @@ py::tuple next_frame(Source& source) {
 }
 
 void add_log(py::module_& module) {
-  py::class_<Log>(module, "Log", R"(A recorded log; iterating gives (image, time_s).
+  using Release = py::call_guard<py::gil_scoped_release>;
+  py::class_<LogReader, std::shared_ptr<LogReader>>(module, "_LogReader")
+      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__next__", &next_frame<LogReader>);
+  py::class_<Log>(module, "Log",
+                  R"(A recorded log; iterating gives (image, time_s), each time from the beginning.
 
-image: HxWx3 uint8, BGR, at the configuration's size. time_s: seconds since the first frame.)")
+image: HxWx3 uint8, BGR, at the configuration's size. time_s: seconds since the first frame. len() counts damaged frames,
+too, which are left out. Close it, or use `with`.)")
       .def(py::init<const fs::path&, const OptionalPath&>(), py::arg("path"), py::kw_only(),
            py::arg("config") = py::none())
-      .def("__iter__", [](const py::object& self) { return self; })
-      .def("__next__", &next_frame<Log>)
-      .def_property_readonly(
-          "rate_hz", [](const Log& self) { return self.source().rate_hz(); }, "Frames per second.")
-      .def_property_readonly(
-          "description", [](const Log& self) { return self.source().description(); }, "For people.")
+      .def("__enter__", [](const py::object& self) { return self; })
+      .def("__exit__",
+           [](Log& self, const py::object&, const py::object&, const py::object&) {
+             const py::gil_scoped_release release;
+             self.close();
+           })
+      .def("__iter__", &Log::read, Release())
+      .def("__len__", &Log::frames, Release())
+      .def("close", &Log::close, Release(), "Closes the file. May be called twice.")
+      .def_property_readonly("rate_hz", &Log::rate_hz, "Frames per second.")
+      .def_property_readonly("description", &Log::description, "For people.")
       .def_property_readonly(
           "warning",
           [](const Log& self) {
             const py::gil_scoped_release release;
             return self.warning();
           },
-          "What was not right with the frames so far, or \"\".");
+          "What was not right with the frames of the newest iteration so far, or \"\".");
 }
 
 #ifdef GELSLAM_BUILD_CAMERAS

@@ -51,6 +51,22 @@ class Module(unittest.TestCase):
         self.assertEqual(saved.report["frames"], self.run_.report["frames"])
         np.testing.assert_allclose(saved.trajectory, self.run_.trajectory, atol=1e-9)
 
+    def test_a_log_is_read_as_often_as_wanted(self):
+        with gelslam.Log(simulated.SCAN) as log:
+            self.assertEqual(len(log), len(self.frames))
+            first = iter(log)
+            images = [next(first)[0] for _ in range(3)]
+            again = list(log)
+            np.testing.assert_array_equal([image for image, _ in again], self.images)
+            np.testing.assert_array_equal(images, self.images[:3])
+            np.testing.assert_array_equal(next(first)[0], self.images[3])  # not disturbed by the second reader
+            begun = iter(log)
+        with self.assertRaisesRegex(gelslam.Error, "closed"):
+            next(begun)
+        with self.assertRaisesRegex(gelslam.Error, "closed"):
+            iter(log)
+        log.close()
+
     def test_frame_by_frame_gives_the_same_map(self):
         slam = gelslam.Slam(simulated.sensor(self.images))
         tracked = [slam.process(image, time_s) for image, time_s in self.frames[simulated.BARE_FRAMES:]]

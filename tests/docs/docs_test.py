@@ -1,0 +1,223 @@
+"""Runs the commands and snippets of README.md and docs/*.md on simulated data, page by page.
+
+A block that cannot run is marked at the end of the text before it, <!--not-run:REASON-->, with one of REASONS. Of a block
+that needs a camera every line is run: it does what it says, or ends because there is no camera.
+"""
+import glob
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import gelslam
+import matplotlib.pyplot as plt
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LOG = pathlib.Path(os.environ["GELSLAM_LOG"])
+PROGRAM = pathlib.Path(os.environ["GELSLAM_PROGRAM"])
+REASONS = {"camera", "minutes", "machine", "ros", "data", "output", "elsewhere"}  # elsewhere: another test runs it
+NO_CAMERA = re.compile(r"no GelSight|no camera|/dev/video|--camera")
+DOCS = pathlib.Path(os.environ.get("GELSLAM_DOCS", ROOT))  # another checkout's
+PAGES = [DOCS / "README.md", *sorted((DOCS / "docs").glob("*.md"))]
+
+# What runs instead: smaller data, no window, no path of its own.
+INSTEAD = [
+    (r"\bsimulate calibration\b", "simulate calibration --presses 40 --epochs 5"),
+    (r"--frames \d+", "--frames 30"),
+    (r"(calibrate label PRESSES)", r"\1 --headless --accept"),
+    (r"(calibrate train \S+)", r"\1 --steps 1500"),
+    (r"(gelslam view (?!.*--snapshot).*)", r"\1 --snapshot window.png"),
+    (r"(gelslam (scan|replay|calibrate collect) (?!.*--headless).*)", r"\1 --headless"),
+    (r"track --camera(.*) --window", r"track --camera\1"),
+    (r"/tmp/pose", "pose"),
+    (r'gelslam\.Camera\("auto"\)', 'gelslam.Log("scan.avi")'),
+]
+BEFORE_PYTHON = """
+import gelslam as _g
+bgr = image = next(iter(_g.Log("scan.avi")))[0]
+_touches = [image for image, _ in _g.Log("scan.avi")]
+surface_a, surface_b = map(_g.Sensor("nnmodel.pth", background=bgr), (_touches[20], _touches[24]))
+"""
+
+
+def run(*command, **options):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=100, **options)
+
+
+class Block:
+    def __init__(self, page, line, language, lines, mark):
+        self.name, self.language, self.mark = f"{page.name}:{line}", language, mark
+        self.text = "\n".join(lines)
+
+
+def blocks_of(page):
+    """Fenced blocks, and those that are indented by four after an empty line."""
+    lines, blocks, before, i = page.read_text().splitlines(), [], "", 0
+    while i < len(lines):
+        begin, language, body = i + 1, "", []
+        if lines[i].startswith("```"):
+            language, i = lines[i][3:], i + 1
+            while not lines[i].startswith("```"):
+                body.append(lines[i])
+                i += 1
+            i += 1
+        elif re.match(r" {4,}\S", lines[i]) and not lines[i - 1].strip():
+            depth = len(lines[i]) - len(lines[i].lstrip())
+            while i < len(lines) and (lines[i].startswith(depth * " ") or not lines[i].strip()):
+                body.append(lines[i][depth:])
+                i += 1
+        if body:
+            mark = re.search(r"<!--not-run:(.*?)-->$", before)
+            blocks.append(Block(page, begin, language, body, mark and mark[1]))
+            before = ""
+            continue
+        if lines[i].strip():
+            before = lines[i]
+        i += 1
+    return blocks
+
+
+class Inputs:
+    """The files that the pages name, in a folder of their own for each page. What a command writes is made room for."""
+
+    def __init__(self, store):
+        self.store = store
+        scan, made = store / "scan", {"RUN": store / "run"}
+        model = LOG / "calibration/model/nnmodel.pth"
+        self.files = {
+            "nnmodel.pth": model, "scan.avi": scan / "gelsight.avi", "gelsight.avi": scan / "gelsight.avi",
+            "scan.mkv": store / "log.mkv", "log.mkv": store / "log.mkv", "more.mkv": store / "log.mkv",
+            "today.mkv": store / "log.mkv", "other_scan.mkv": store / "log.mkv", "LOG": scan, "DATA": scan,
+            "demo/log": scan, "demo/log/calibration": LOG / "calibration", "data/a": scan,
+            "data/b": scan, "PRESSES": LOG / "calibration", "part.stl": store / "part.stl",
+            "bolt_x.png": store / "bolt_x.png", "bolt_y.png": store / "bolt_y.png",
+            "background.png": LOG / "calibration/background.png",
+            "scripts": ROOT / "scripts", "configs": ROOT / "configs",
+            **{name: made["RUN"] for name in ["RUN", "OTHER", "demo/run", "runs/shell", "runs/top", "runs/bottom",
+                                              "runs/whole", "runs/part", "part_map", "LONG.run"]}}
+        self.make()
+
+    def make(self):
+        shutil.copytree(LOG / "scan", self.store / "scan")
+        config = self.store / "scan/config.yaml"
+        config.write_text(re.sub(r"calibration_model_path: .*", f'calibration_model_path: "{LOG}/calibration/model/nnmodel.pth"',
+                                 config.read_text()))
+        gelslam.reconstruct(LOG / "scan", LOG / "calibration/model/nnmodel.pth").save(self.store / "run")
+        checked("record", "--from", LOG / "scan", "--model", LOG / "calibration/model/nnmodel.pth", "-o",
+                self.store / "log.mkv", "-q")
+        shutil.copy(self.store / "log.mkv", self.store / "run/log.mkv")
+        checked("export", self.store / "run", "-o", self.store / "part.stl", "-q")
+        bare = plt.imread(LOG / "calibration/background.png")[..., :3]
+        for name, axis in [("bolt_x.png", 1), ("bolt_y.png", 0)]:  # marks at 0.8 mm
+            along = np.arange(bare.shape[axis]) * 0.0634 * 2 * np.pi / 0.8
+            marks = 0.15 * np.sin(along)[None, :, None] if axis == 1 else 0.15 * np.sin(along)[:, None, None]
+            plt.imsave(self.store / name, np.clip(bare + marks, 0, 1))
+
+    def put(self, folder, line):
+        for name, source in self.files.items():
+            path = folder / name
+            if path.exists() or not re.search(rf"(^|[\s\"'=/]){re.escape(name.split('/')[0])}\b", line):
+                continue
+            path.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, path)
+        for name in re.findall(r"(?:-o|--pth|save\() ?[\"']?([\w./-]+)", line):
+            path = folder / name
+            if path.is_dir() and "--overwrite" not in line:
+                shutil.rmtree(path)
+            path.unlink(missing_ok=True)
+
+
+def checked(*words):
+    done = run(PROGRAM, *words)
+    assert done.returncode == 0, f"{words}: {done.stderr}"
+
+
+class Docs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(temporary.cleanup)
+        cls.folder = pathlib.Path(temporary.name)
+        (cls.folder / "inputs").mkdir()
+        cls.inputs = Inputs(cls.folder / "inputs")
+        cls.environment = {**os.environ, "PATH": f"{PROGRAM.parent}:{os.environ['PATH']}"}
+        cls.environment.pop("DISPLAY", None)
+
+    def test_pages(self):
+        for page in PAGES:
+            blocks, ran = blocks_of(page), 0
+            folder = self.folder / page.stem
+            folder.mkdir()
+            for block in blocks:
+                with self.subTest(block=block.name):
+                    self.assertIn(block.mark, REASONS | {None}, "unknown mark")
+                    ran += block.mark == "elsewhere"
+                    if block.mark in REASONS - {"camera"} or (block.mark == "camera" and glob.glob("/dev/video*")):
+                        continue
+                    ran += 1
+                    self.run_block(block, folder)
+            with self.subTest(page=page.name):
+                self.assertTrue(ran or not blocks, "no block of the page is run")
+
+    def run_block(self, block, folder):
+        if block.language in ("", "bash", "sh"):
+            return self.run_commands(block, folder)
+        if block.language == "python":
+            code = self.instead(block.text)
+            self.inputs.put(folder, code + BEFORE_PYTHON)
+            (folder / "snippet.py").write_text(BEFORE_PYTHON + code)
+            done = run(sys.executable, "snippet.py", cwd=folder, env=self.environment)
+            return self.assertEqual(done.returncode, 0, done.stderr)
+        if block.language == "yaml":
+            return self.check_defaults(block)
+        self.fail(f"the language {block.language} is not known")
+
+    @staticmethod
+    def instead(text):
+        for pattern, replacement in INSTEAD:
+            text = re.sub(pattern, replacement, text)
+        return text
+
+    def run_commands(self, block, folder):
+        camera = 0
+        for line in block.text.replace("\\\n", " ").splitlines():
+            if not line.strip():
+                continue
+            line = self.instead(re.sub(r"\s+# .*", "", line))
+            self.inputs.put(folder, line)
+            done = run("bash", "-c", line, cwd=folder, env=self.environment)
+            if done.returncode and block.mark == "camera" and NO_CAMERA.search(done.stderr + done.stdout):
+                camera += 1
+                continue
+            self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout[-500:]}{done.stderr[-1500:]}")
+        self.assertEqual(camera > 0, block.mark == "camera", "the mark says camera, and no line needs one")
+
+    def check_defaults(self, block):
+        """What a run without a configuration writes, is what the page says; and no key is missing."""
+        def entries(text):
+            lines = [re.sub(r"\s*#.*", "", line).strip() for line in text.splitlines() if re.match(r"\s*\w+:", line)]
+            return sorted(line for line in lines if "calibration_model_path" not in line)
+        self.assertEqual(entries(block.text), entries((self.inputs.store / "run/config.yaml").read_text()))
+
+    def test_the_summary_in_getting_started(self):
+        """The words of the example are those of the program."""
+        line = re.search(r"^    (\d+ of \d+ frames tracked.*)\n    (mesh of .*)$",
+                         (DOCS / "docs/getting-started.md").read_text(), re.M)
+        folder = self.folder / "summary"
+        folder.mkdir()
+        done = run(PROGRAM, "reconstruct", LOG / "scan", "--model", LOG / "calibration/model/nnmodel.pth", "-o", "RUN",
+                   cwd=folder)
+
+        def words(text):
+            return re.sub(r"\d[\d.]*", "N", text)
+        self.assertIn(words(line[1]), words(done.stderr))
+        self.assertIn(words(line[2]), words(done.stderr))
+
+
+if __name__ == "__main__":
+    unittest.main()
