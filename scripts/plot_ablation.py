@@ -50,13 +50,15 @@ def draw_ratios(plot, rows, mechanisms, sets):
 
 
 def draw_silent(plot, rows, mechanisms):
+    most = 1
     for line, mechanism in enumerate(mechanisms):
         mine = [r for r in rows if r["without"] == mechanism and r["silent_with"] != "null"]
         counts = [sum(int(r["silent_" + which]) for r in mine) for which in ("with", "without")]
+        most = max(most, *counts)
         plot.plot(counts, (line, line), "-", color="silver", linewidth=1.5, zorder=1)
         plot.plot(counts[0], line, "o", color=PALETTE[0], markersize=5)
         plot.plot(counts[1], line, "x", color=PALETTE[1], markersize=6, markeredgewidth=1.6)
-    plot.set_xlim(left=-0.5)
+    plot.set_xlim(-0.06 * most, 1.06 * most)
     plot.xaxis.get_major_locator().set_params(integer=True)
     plot.set_xlabel("silent frames (live)", fontsize=8)
 
