@@ -14,6 +14,7 @@ int run(int argc, char** argv) {
   lab.name("gelslam-lab");
   lab.set_version_flag("--version", "gelslam-lab " GELSLAM_VERSION);
   lab.require_subcommand(1);
+  add_ablation(lab);
   add_benchmark(lab);
   add_speed_accuracy(lab);
   add_stability(lab);

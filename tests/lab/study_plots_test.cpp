@@ -166,7 +166,7 @@ for name in sys.argv[3:]:
 )",
                                         GELSLAM_SCRIPTS, folder.path().string()};
   const std::vector<std::string> names = {"stability", "honesty",   "parsimony", "speed_accuracy",
-                                          "tracking",  "long_scan", "benchmark"};
+                                          "tracking",  "long_scan", "benchmark", "ablation"};
   arguments.insert(arguments.end(), names.begin(), names.end());
   const ProgramResult result =
       run_program(kPython, arguments);  // one process: matplotlib takes a second to load

@@ -14,6 +14,7 @@ using Json = nlohmann::ordered_json;
 
 /// Each study lives in its own file: it adds a subcommand with its options and a callback that does the work.
 /// The arguments belong to the callback. Mistakes are thrown as Error; main prints them.
+void add_ablation(CLI::App& lab);
 void add_benchmark(CLI::App& lab);
 void add_calibration(CLI::App& lab);
 void add_disturbances(CLI::App& lab);

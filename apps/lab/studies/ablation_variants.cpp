@@ -1,0 +1,77 @@
+#include "ablation_variants.hpp"
+
+#include <sstream>
+
+#include "gelslam/core/error.hpp"
+
+namespace gelslam::lab {
+namespace {
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(' ');
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+/// `yaml` as write_config() writes it: a line per key, sections without a value.
+std::string replaced(const std::string& yaml, const std::string& key, const std::string& value,
+                     const std::string& variant) {
+  const auto dot = key.find('.');
+  const std::string wanted_section = dot == std::string::npos ? "" : key.substr(0, dot);
+  const std::string wanted_key = dot == std::string::npos ? key : key.substr(dot + 1);
+  std::istringstream lines(yaml);
+  std::string result, section;
+  int found = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto indent = line.find_first_not_of(' '), colon = line.find(':');
+    const bool is_key = indent != std::string::npos && line[indent] != '#' && colon != std::string::npos;
+    const std::string name = is_key ? line.substr(indent, colon - indent) : "";
+    const std::string rest = is_key ? trimmed(line.substr(colon + 1)) : "";
+    if (is_key && (rest.empty() || rest.front() == '#')) {
+      section = name;
+    } else if (is_key && name == wanted_key && (wanted_section.empty() || wanted_section == section)) {
+      line = line.substr(0, colon + 1) + " " + value;
+      ++found;
+    }
+    result += line + "\n";
+  }
+  if (found == 0) throw Error(variant + ": the configuration has no key " + key);
+  if (found > 1) throw Error(variant + ": several sections have a key " + key + "; write section.key");
+  return result;
+}
+
+}  // namespace
+
+std::vector<Variant> mechanism_variants() {
+  return {{"slope calibration", {{"calibrate_slopes", "false"}}},
+          {"gradient scale", {{"estimate_gradient_scale", "false"}}},
+          {"slope calibration and gradient scale",
+           {{"calibrate_slopes", "false"}, {"estimate_gradient_scale", "false"}}},
+          {"keyframes at turning points", {{"keyframe_min_unseen", "1"}}},
+          {"early keyframes", {{"keyframe_min_shared", "0"}}},
+          {"light compensation", {{"compensate_light", "false"}}},
+          {"relocalization", {{"relocalize", "false"}}},
+          {"overlap edges", {{"refine", "false"}}},
+          {"patience", {{"patience_s", "0"}}}};
+}
+
+Variant parse_variant(const std::string& text) {
+  const auto colon = text.find(':');
+  Variant variant{trimmed(text.substr(0, colon)), {}};
+  std::istringstream settings(colon == std::string::npos ? "" : text.substr(colon + 1));
+  for (std::string setting; std::getline(settings, setting, ',');) {
+    const auto equals = setting.find('=');
+    if (equals == std::string::npos) break;
+    variant.settings.emplace_back(trimmed(setting.substr(0, equals)), trimmed(setting.substr(equals + 1)));
+  }
+  if (variant.name.empty() || variant.settings.empty())
+    throw Error("--set expects \"name: key=value, key=value\", not \"" + text + "\"");
+  return variant;
+}
+
+Config with_settings(const Config& config, const Variant& variant) {
+  std::string yaml = write_config(config);
+  for (const auto& [key, value] : variant.settings) yaml = replaced(yaml, key, value, variant.name);
+  return read_config_text(yaml, variant.name);
+}
+
+}  // namespace gelslam::lab
