@@ -98,6 +98,7 @@ TEST(ContinuedRun, MistakesAreToldInALine) {
     expect_mistake(gelslam(replay({"--continue", run})), "cannot be continued");
   fs::permissions(run, fs::perms::owner_all);
   const std::string killed = run + "-killed";
+  fs::create_directory(killed);
   fs::copy(run + "/session", killed + "/session", fs::copy_options::recursive);
   fs::remove(killed + "/session/session.json");
   for (const std::vector<std::string>& command :
