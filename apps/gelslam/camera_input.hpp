@@ -28,11 +28,11 @@ CameraInput open_camera_input(const Config& config, const std::string& device);
 std::string name_by_time();
 
 /// Does once what Ctrl-C asks for, whatever the other threads wait for: a camera may keep next() waiting for
-/// seconds.
+/// seconds. `ends`: regularly with a camera, early with a log.
 class InterruptStopper {
  public:
-  explicit InterruptStopper(std::function<void()> stop)
-      : thread_([this, stop = std::move(stop)](const std::stop_token& done) {
+  InterruptStopper(InterruptWatch::Ends ends, std::function<void()> stop)
+      : interrupt_(1, ends), thread_([this, stop = std::move(stop)](const std::stop_token& done) {
           while (!done.stop_requested()) {
             if (interrupt_.requested()) return stop();
             std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -4,6 +4,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/surface/background.hpp"
 #include "terminal_progress.hpp"
@@ -55,6 +56,8 @@ void refuse_to_replace_file(const std::filesystem::path& file, bool overwrite) {
   if (!folder.empty() && !std::filesystem::is_directory(folder))
     throw Error("there is no folder '" + folder.string() + "' to write '" + file.filename().string() +
                 "' into");
+  if (std::filesystem::is_regular_file(file) && is_matroska(file))
+    throw Error("'" + file.string() + "' is a recording, which cannot be made again; choose another name");
   if (!overwrite && std::filesystem::exists(file))
     throw Error("'" + file.string() + "' is already there; choose another name, or give --overwrite");
 }

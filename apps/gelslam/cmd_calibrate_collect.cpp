@@ -79,10 +79,11 @@ int run_collect(CollectArguments arguments) {
     if (!arguments.quiet) std::cerr << words << "\n";
   };
   CollectSession session(*source, config.sensor, std::move(folder), collect, say);
-  const InterruptStopper stopper([&] {
-    session.stop();
-    session.close();
-  });
+  const InterruptStopper stopper(
+      arguments.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early, [&] {
+        session.stop();
+        session.close();
+      });
   try {
     if (arguments.headless) {
       session.run();

@@ -5,6 +5,7 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/localization/maps.hpp"
@@ -33,8 +34,8 @@ int run_map(const MapArguments& arguments) {
                                       .known_entries = map_entries(),
                                       .inputs = {arguments.mesh}});
   const Mesh mesh = read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh));
-  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const MeshMap map = make_mesh_map(mesh, options, *progress);
+  StoppableProgress progress(arguments.quiet, [] { throw Error("stopped; nothing was written"); });
+  const MeshMap map = make_mesh_map(mesh, options, progress);
   write_map(folder.path(), map, mesh, std::filesystem::absolute(arguments.mesh).string());
   folder.commit();
   const bool is_cut_off = static_cast<int>(map.patches.size()) >= options.max_touches;

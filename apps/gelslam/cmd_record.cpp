@@ -49,7 +49,9 @@ RecordSource open_source(const RecordArguments& arguments, const Config& config)
 /// rethrown by the caller, once the log is closed.
 std::exception_ptr pump(RecordSource& source, LogRecorder& recorder, StartCheck& check, RecordReport& report,
                         double seconds) {
-  const InterruptStopper stopper([&] { source.frames->stop(); });
+  const InterruptStopper stopper(
+      source.can_wait ? InterruptWatch::Ends::early : InterruptWatch::Ends::regularly,
+      [&] { source.frames->stop(); });
   try {
     while (std::optional<RawFrame> frame = source.frames->next()) {
       if (stopper.requested() || (seconds > 0 && frame->time_s >= seconds)) break;

@@ -42,10 +42,15 @@ void print_lists() {
 
 void throw_stopped() { throw Error("stopped; the folder is not complete"); }
 
-/// Long work must not end in somebody's finished log.
-void refuse_to_replace(const std::filesystem::path& file, bool overwrite) {
-  if (!overwrite && std::filesystem::exists(file))
+/// Long work must not end in somebody's finished log, and a recording is never replaced: beside what was
+/// simulated lies the file `truth`.
+void refuse_to_replace(const std::filesystem::path& file, const char* truth, bool overwrite) {
+  if (!std::filesystem::exists(file)) return;
+  if (!overwrite)
     throw Error(file.string() + " is already there; choose another folder, or give --overwrite");
+  if (!std::filesystem::exists(file.parent_path() / truth))
+    throw Error(file.string() + " will not be overwritten, for it was not simulated (there is no " + truth +
+                " beside it); choose another folder");
 }
 
 /// One seed for everything; the sensor (noise, dirt) is the same for a scan and its calibration.
@@ -59,7 +64,7 @@ void spread_seed(SimulateArguments& arguments) {
 
 void calibrate_into(const std::filesystem::path& folder, const SimulateArguments& arguments,
                     ProgressSink& progress) {
-  refuse_to_replace(folder / "catalog.csv", arguments.overwrite);
+  refuse_to_replace(folder / "catalog.csv", "circles.csv", arguments.overwrite);
   const HeldOutScale scale = write_calibration_folder(folder, arguments.calibration, progress);
   std::cerr << std::fixed << std::setprecision(3) << "gradient scale on presses not trained on: x " << scale.x
             << ", y " << scale.y << "; mean error " << std::setprecision(2) << scale.mean_error_deg
@@ -67,7 +72,7 @@ void calibrate_into(const std::filesystem::path& folder, const SimulateArguments
 }
 
 void run_scan(SimulateArguments& arguments) {
-  refuse_to_replace(arguments.output / "gelsight.avi", arguments.overwrite);
+  refuse_to_replace(arguments.output / "gelsight.avi", "meta.json", arguments.overwrite);
   spread_seed(arguments);
   if (!arguments.place_mm.empty())
     arguments.scan.motion.place_mm = {arguments.place_mm[0], arguments.place_mm[1]};
@@ -184,7 +189,7 @@ void add_presses(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& a
   add_common_options(*presses, *arguments);
   presses->footer("Example: gelslam simulate presses --diameter 9.5 --mishaps -o hand");
   presses->callback([arguments, &exit_code] {
-    refuse_to_replace(arguments->output / "gelsight.avi", arguments->overwrite);
+    refuse_to_replace(arguments->output / "gelsight.avi", "touches.csv", arguments->overwrite);
     spread_seed(*arguments);
     StoppableProgress progress(arguments->quiet, throw_stopped);
     write_press_log(arguments->output, arguments->press_log, arguments->folder.lossless, progress);

@@ -276,7 +276,9 @@ int run(const TrackArguments& arguments) {
       arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();
   LocatedTouches touches;
   FrameStopper stopper;
-  const InterruptStopper interrupt([&stopper] { stopper.stop(); });
+  const InterruptStopper interrupt(
+      arguments.camera ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early,
+      [&stopper] { stopper.stop(); });
   const auto compute = [&] {
     const std::unique_ptr<PoseOutput> output =
         make_output(arguments, config, map.patches, touches, *progress);

@@ -9,6 +9,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/raw_log.hpp"
@@ -71,6 +72,7 @@ void LogOptions::add_settings_to(CLI::App& command) {
 LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run) {
   if (run.empty() || !input.config.empty()) return input;
   if (!std::filesystem::is_directory(run)) throw Error(run.string() + ": no such run folder");
+  finish_update(run);
   const std::filesystem::path config = run / "config.yaml";
   if (!std::filesystem::exists(config)) return input;
   input.config = config;

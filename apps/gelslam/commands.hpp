@@ -9,6 +9,8 @@ inline constexpr int kExitDone = 0;
 inline constexpr int kExitNotGood = 1;        ///< done, but the result is poor (e.g. never in contact)
 inline constexpr int kExitUserError = 2;      ///< gelslam::Error or a wrong command line
 inline constexpr int kExitInternalError = 3;  ///< our mistake
+/// Plus the signal's number: stopped before the end of its work (130: Ctrl-C). What it has saved stays.
+inline constexpr int kExitStoppedBySignal = 128;
 
 /// Each command lives in its own cmd_<name>.cpp: it adds a subcommand with its options, an example as footer,
 /// and a callback that does the work and sets `exit_code`. Mistakes are thrown as Error; main prints them.

@@ -8,8 +8,10 @@
 #include <optional>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/npy.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -192,10 +194,7 @@ void add_record(InfoReport& report, const fs::path& folder) {
 void add_session(InfoReport& report, const fs::path& folder) {
   std::error_code code;
   if (fs::exists(folder / "scan.jsonl", code)) attempt(report, [&] { add_record(report, folder); });
-  if (!fs::exists(folder / "session.json", code))
-    return report.add_problem(
-        "the scan was not finished; gelslam fuse makes its map, gelslam scan --continue "
-        "goes on with it");
+  if (!fs::exists(folder / "session.json", code)) return report.add_problem(kUnfinishedScan);
   const Session session = load_session(folder);
   for (const std::string& warning : session.warnings) report.add_problem(warning);
   report.add("keyframes", Json{{"in_map", session.patches.size()}},
@@ -231,6 +230,8 @@ InfoReport inspect_session(const fs::path& folder) {
 
 InfoReport inspect_run(const fs::path& folder) {
   InfoReport report(folder, "a run folder");
+  attempt(report, [&] { finish_update(folder); });
+  if (const std::string left = left_behind(folder); !left.empty()) report.add_problem(left);
   attempt(report, [&] { add_report(report, folder / "report.json"); });
   std::error_code code;
   if (fs::exists(folder / "trajectory.tum", code))
@@ -365,7 +366,10 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
 
 InfoReport inspect(const fs::path& path, ProgressSink& progress) {
   std::error_code code;
-  if (!fs::exists(path, code)) throw Error(path.string() + ": no such file or folder");
+  if (!fs::exists(path, code)) {
+    const std::string left = path.empty() ? "" : left_behind(path);
+    throw Error(path.string() + ": no such file or folder" + (left.empty() ? "" : "; " + left));
+  }
   if (!fs::is_directory(path, code)) return inspect_file(path, progress);
   if (fs::exists(path / "report.json", code)) return inspect_run(path);
   if (fs::exists(path / "session.json", code) || fs::exists(path / "scan.jsonl", code))

@@ -175,7 +175,9 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
 
 int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
              const LiveArguments& arguments, WindowOptions window) {
-  const InterruptWatch interrupt(2);  // before there is anything that must not be left behind
+  // Before there is anything that must not be left behind.
+  const InterruptWatch interrupt(
+      2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
   LiveSlam session(std::move(source), options);
   const StopWatch stop_watch(session, interrupt, arguments.seconds);
   if (!arguments.headless) {

@@ -11,6 +11,7 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
 
 namespace gelslam {
@@ -123,25 +124,32 @@ int run(int argc, char** argv) {
   return exit_code;
 }
 
+int run_and_report(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const Error& error) {
+    print_error(error.what());
+    return kExitUserError;
+  } catch (const std::filesystem::filesystem_error& error) {  // a path that may not be looked at, or is none
+    print_error(error.path1().string() + ": " + error.code().message());
+    return kExitUserError;
+  } catch (const std::exception& error) {
+    print_error(std::string("internal error: ") + error.what());
+    return kExitInternalError;
+  } catch (...) {
+    print_error("internal error of unknown kind");
+    return kExitInternalError;
+  }
+}
+
 }  // namespace
 }  // namespace gelslam
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file over its limit is a failed write, which is reported and cleaned up
   cv::setNumThreads(1);           // pictures are small, and our own threads do the work
-  try {
-    return gelslam::run(argc, argv);
-  } catch (const gelslam::Error& error) {
-    gelslam::print_error(error.what());
-    return gelslam::kExitUserError;
-  } catch (const std::filesystem::filesystem_error& error) {  // a path that may not be looked at, or is none
-    gelslam::print_error(error.path1().string() + ": " + error.code().message());
-    return gelslam::kExitUserError;
-  } catch (const std::exception& error) {
-    gelslam::print_error(std::string("internal error: ") + error.what());
-    return gelslam::kExitInternalError;
-  } catch (...) {
-    gelslam::print_error("internal error of unknown kind");
-    return gelslam::kExitInternalError;
-  }
+  const int exit_code = gelslam::run_and_report(argc, argv);
+  const int signal = gelslam::InterruptWatch::ended_early_by();
+  return signal == 0 || exit_code == gelslam::kExitInternalError ? exit_code
+                                                                 : gelslam::kExitStoppedBySignal + signal;
 }

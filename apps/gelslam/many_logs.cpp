@@ -146,10 +146,10 @@ Outcome outcome_of(const LogTask& task) {
   if (task.was_finished) return outcome_of_run(task);
   if (!task.exit_code) return {kExitNotGood, {}, "not started"};
   const int code = *task.exit_code;
-  if (code == kExitDone || code == kExitNotGood) return outcome_of_run(task);
+  const bool known = task.last_line.starts_with(kErrorPrefix), stopped = code > kExitStoppedBySignal;
+  if (code == kExitDone || code == kExitNotGood || (stopped && !known)) return outcome_of_run(task);
   if (code == -SIGINT) return {kExitNotGood, {}, "stopped"};
   if (code > 0) {
-    const bool known = task.last_line.starts_with(kErrorPrefix);
     return {code, {}, "failed: " + task.last_line.substr(known ? kErrorPrefix.size() : 0)};
   }
   return {kExitInternalError,

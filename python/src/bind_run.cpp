@@ -7,6 +7,7 @@
 
 #include "bind.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "run.hpp"
 
@@ -62,6 +63,7 @@ void add_mesh(py::module_& module) {
 }
 
 PythonRun read_run(const fs::path& folder) {
+  check_is_run(folder);
   PythonRun run;
   run.folder = folder;
   run.trajectory = read_tum(folder / "trajectory.tum");

@@ -121,7 +121,7 @@ TEST_F(EndOfACollection, CtrlCKeepsAllPressesAndTheOneStillHeld) {
   WaitingCamera camera(until_the_third_is_held(), press_ctrl_c);
   {
     CollectSession collecting = session(camera);
-    const InterruptStopper stopper([&] { collecting.stop(); });
+    const InterruptStopper stopper(InterruptWatch::Ends::regularly, [&] { collecting.stop(); });
     collecting.run();
     EXPECT_EQ(collecting.taken_now(), 3);
     EXPECT_THAT(collecting.summary(), HasSubstr("3 presses taken, 3 of 50 wanted"));
@@ -155,7 +155,7 @@ TEST_F(EndOfACollection, CtrlCClosesTheWindowToo) {
   }
   WaitingCamera camera(until_the_third_is_held(), press_ctrl_c);
   CollectSession collecting = session(camera);
-  const InterruptStopper stopper([&] {
+  const InterruptStopper stopper(InterruptWatch::Ends::regularly, [&] {
     collecting.stop();
     collecting.close();
   });
@@ -171,7 +171,7 @@ TEST_F(EndOfACollection, CtrlCClosesTheWindowToo) {
 TEST_F(EndOfACollection, CtrlCBeforeTheBareGelWasSeenWritesNothing) {
   WaitingCamera camera({hand().pictures.front()}, press_ctrl_c);
   CollectSession collecting = session(camera);
-  const InterruptStopper stopper([&] { collecting.stop(); });
+  const InterruptStopper stopper(InterruptWatch::Ends::regularly, [&] { collecting.stop(); });
   EXPECT_EQ(message_of<Error>([&] { collecting.run(); }),
             "stopped before the bare gel was seen; nothing was written");
   EXPECT_FALSE(fs::exists(folder()));

@@ -202,15 +202,43 @@ TEST(RunFolder, NeitherReplacesWhatAppearedMeanwhileNorLosesWhatWasToBeThere) {
   EXPECT_EQ(read_bytes(kept / "mesh.ply"), "long work");
 }
 
-/// The number of a process that has ended.
-pid_t ended_process() {
-  const pid_t child = ::fork();
-  if (child == 0) ::_exit(0);
-  ::waitpid(child, nullptr, 0);
-  return child;
+TEST(RunFolder, NeverReplacesARecording) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "RUN");
+  write_bytes(folder / "RUN/report.json", "{}");
+  write_bytes(folder / "RUN/log-2.mkv", "pictures");
+  for (const RunFolderOptions& options :
+       {RunFolderOptions{.overwrite = true},
+        RunFolderOptions{.overwrite = true, .known_entries = {"report.json", "log-*"}}})
+    EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", options); }),
+                HasSubstr("RUN: will not be overwritten, for it holds the recording log-2.mkv"));
+  EXPECT_EQ(read_bytes(folder / "RUN/log-2.mkv"), "pictures");
 }
 
-TEST(RunFolder, RemovesWhatKilledRunsLeft) {
+TEST(RunFolder, KeepsAllOthersOutOfTheFolderThatItReplaces) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "RUN");
+  write_bytes(folder / "RUN/report.json", "old");
+  const auto refusal = [&] {
+    const std::string words = "(core_test, process " + std::to_string(::getpid()) + ") is writing to '" +
+                              (folder / "RUN").string() + "'";
+    EXPECT_THAT(message_of<Error>([&] { check_run_folder(folder / "RUN", {.overwrite = true}); }),
+                HasSubstr(words));
+    EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {.overwrite = true}); }), HasSubstr(words));
+    return message_of<Error>([&] { FolderLock(folder / "RUN"); });
+  };
+  {
+    RunFolder run(folder / "RUN", {.overwrite = true});
+    EXPECT_THAT(refusal(), HasSubstr("is writing to"));
+    write_bytes(run.path() / "report.json", "new");
+    const FolderLock lock = run.commit();
+    EXPECT_EQ(read_bytes(folder / "RUN/report.json"), "new");
+    EXPECT_THAT(refusal(), HasSubstr("is writing to")) << "whoever goes on writing there";
+  }
+  const FolderLock free(folder / "RUN");
+}
+
+TEST(RunFolder, RemovesWhatAKilledRunLeft) {
   const TemporaryFolder folder;
   int ready[2];
   ASSERT_EQ(::pipe(ready), 0);
@@ -223,44 +251,37 @@ TEST(RunFolder, RemovesWhatKilledRunsLeft) {
   }
   char byte = 0;
   ASSERT_EQ(::read(ready[0], &byte, 1), 1);
-  const std::string left = "RUN.tmp-" + std::to_string(killed);
-  { const RunFolder run(folder / "RUN", {}); }
-  EXPECT_THAT(folder.names(), ElementsAre(left)) << "its process is at work";
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }),
+              HasSubstr("process " + std::to_string(killed) + ") is writing to"));
+  EXPECT_EQ(left_behind(folder / "RUN"), "") << "its process is at work";
   ::kill(killed, SIGKILL);
   ::waitpid(killed, nullptr, 0);
   { const RunFolder run(folder / "RUN2", {}); }
-  EXPECT_THAT(folder.names(), ElementsAre(left)) << "another run's folder";
-  { const RunFolder run(folder / "RUN", {}); }
-  EXPECT_THAT(folder.names(), IsEmpty());
+  EXPECT_THAT(folder.names(), ElementsAre("RUN.gelslam-tmp")) << "another run's folder";
+  EXPECT_THAT(left_behind(folder / "RUN"),
+              HasSubstr("RUN.gelslam-tmp was left by a command that was killed"));
+  {
+    RunFolder run(folder / "RUN", {});
+    run.commit();
+  }
+  EXPECT_THAT(folder.names(), ElementsAre("RUN"));
+  EXPECT_TRUE(fs::is_empty(folder / "RUN"));
   ::close(ready[0]);
   ::close(ready[1]);
 }
 
-TEST(RunFolder, KeepsWhatMayStillBeInUse) {
+TEST(RunFolder, RemovesNothingThatIsNotOfARun) {
   const TemporaryFolder folder;
-  const std::string number = std::to_string(ended_process());
-  const std::vector<std::string> kept{"RUN.kept-" + number, "RUN.tmp-" + number + "x", "RUN.tmp-",
-                                      "RUN.tmp-1", "RUN.tmp-" + number};
-  for (const std::string& name : kept) fs::create_directory(folder / name);
-  {
-    const FolderLock lock(folder / ("RUN.tmp-" + number));  // its number ended in another container, say
-    const RunFolder run(folder / "RUN", {});
-    for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder / name)) << name;
-  }
-  fs::remove(folder / ("RUN.tmp-" + number));
-  write_bytes(folder / ("RUN.tmp-" + number), "a file");
-  { const RunFolder run(folder / "RUN", {}); }
-  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder / name)) << name;
-}
-
-TEST(RunFolder, TakesItsOwnNumberFromAKilledRun) {
-  const TemporaryFolder folder;
-  fs::create_directory(folder / ("RUN.tmp-" + std::to_string(::getpid())));  // numbers are used again
-  RunFolder run(folder / "RUN", {});
-  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("cannot be created"))
-      << "a second run of this process";
-  run.commit();
-  EXPECT_THAT(folder.names(), ElementsAre("RUN"));
+  const fs::path temporary = folder / "RUN.gelslam-tmp";
+  fs::create_directory(folder / "somebody's");
+  write_bytes(folder / "somebody's/diary.txt", "dear diary");
+  fs::create_directory_symlink(folder / "somebody's", temporary);
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("is there; if no other"));
+  EXPECT_TRUE(fs::exists(folder / "somebody's/diary.txt"));
+  fs::remove(temporary);
+  write_bytes(temporary, "a file");
+  EXPECT_THAT(message_of<Error>([&] { RunFolder(folder / "RUN", {}); }), HasSubstr("cannot be created"));
+  EXPECT_EQ(read_bytes(temporary), "a file");
 }
 
 TEST(RunFolder, CanBeAskedForWithoutMakingAnything) {

@@ -24,8 +24,9 @@ TEST(FolderLock, KeepsASecondOneOutUntilTheFirstIsGone) {
     const FolderLock moved = std::move(first);
     EXPECT_FALSE(first.holds());
     EXPECT_TRUE(moved.holds());
-    EXPECT_EQ(second_locker(folder.path()), "another program is writing to '" + folder.path().string() +
-                                                "': end it first, or name another folder");
+    EXPECT_EQ(second_locker(folder.path()),
+              "another program (core_test, process " + std::to_string(::getpid()) + ") is writing to '" +
+                  folder.path().string() + "': end it first, or name another folder");
   }
   EXPECT_EQ(second_locker(folder.path()), "nothing was thrown");
   EXPECT_TRUE(folder.names().empty());

@@ -68,6 +68,20 @@ TEST(InterruptWatch, GivesBackWhatWasThere) {
   EXPECT_EQ(std::signal(SIGINT, previous), SIG_IGN);
 }
 
+TEST(InterruptWatch, SaysBySignalWhatEndedTheWorkEarly) {
+  {
+    const InterruptWatch watch;
+    EXPECT_EQ(InterruptWatch::ended_early_by(), 0);
+    std::raise(SIGTERM);
+  }
+  EXPECT_EQ(InterruptWatch::ended_early_by(), SIGTERM);
+  const InterruptWatch camera(1, InterruptWatch::Ends::regularly);
+  { const InterruptWatch while_it_is_opened; }
+  std::raise(SIGINT);
+  EXPECT_TRUE(camera.requested());
+  EXPECT_EQ(InterruptWatch::ended_early_by(), 0);
+}
+
 TEST(LowerThreadPriority, IsRelativeToWhatTheThreadHas) {
   const auto lowered_from = [](int nice_value) {
     int lowered = 0;

@@ -169,6 +169,18 @@ TEST(Cli, AFullStandardOutputIsNoticed) {
                  "cannot write to standard output");
 }
 
+TEST(Cli, NoOptionReplacesARecording) {
+  const TemporaryFolder folder;
+  const std::string video = (folder / "gelsight.avi").string(), log = (folder / "log.mkv").string();
+  for (const std::string& file : {video, log, (folder / "catalog.csv").string()})
+    test::write_bytes(file, "\x1A\x45\xDF\xA3 pictures");
+  for (const char* what : {"scan", "presses", "calibration"})
+    expect_mistake(gelslam({"simulate", what, "-o", folder.path().string(), "--overwrite"}),
+                   "will not be overwritten, for it was not simulated");
+  expect_mistake(gelslam({"calibrate", "train", folder.path().string(), "-o", log, "--overwrite"}),
+                 "is a recording, which cannot be made again");
+}
+
 TEST(InfoErrors, EveryUnusableInputIsOneLine) {
   const TemporaryFolder folder;
   test::write_bytes(folder / "text.avi", "no video\n");

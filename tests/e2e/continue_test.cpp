@@ -97,6 +97,17 @@ TEST(ContinuedRun, MistakesAreToldInALine) {
   if (::access(run.c_str(), W_OK) != 0)  // root may write everywhere
     expect_mistake(gelslam(replay({"--continue", run})), "cannot be continued");
   fs::permissions(run, fs::perms::owner_all);
+  const std::string killed = run + "-killed";
+  fs::create_directory(killed);
+  fs::copy(run + "/session", killed + "/session", fs::copy_options::recursive);
+  fs::remove(killed + "/session/session.json");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"view", killed, "--snapshot", run + ".png"},
+        {"export", killed, "-o", run + ".stl"},
+        {"evaluate", killed, "--truth", log},
+        {"track", log, "--map", killed}})
+    expect_mistake(gelslam(command), "the scan was not finished; gelslam fuse makes its map");
+  expect_mistake(gelslam({"fuse", log}), "is no run folder");
   fs::remove(run + "/session/scan.jsonl");
   expect_mistake(gelslam({"reconstruct", log, "--continue", run, "-o", run + "2"}),
                  "scan.jsonl: cannot be read");

@@ -111,7 +111,7 @@ TEST(ManyLogs, StoppedItSaysWhatIsDoneAndGoesOnWhenRepeated) {
   };
   while (!begun()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   ::kill(child, SIGINT);
-  EXPECT_EQ(exit_code_of(child), 1);
+  EXPECT_EQ(exit_code_of(child), 128 + SIGINT);
   const std::string table = read_bytes(folder / "table");
   EXPECT_THAT(line_of(table, "long"), HasSubstr("stopped early"));
   EXPECT_THAT(line_of(table, "short"), HasSubstr("not started"));

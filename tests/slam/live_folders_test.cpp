@@ -153,11 +153,34 @@ TEST_F(Live, WhoeverReadsARunToGoOnInItKeepsOthersOut) {
   start().wait();
   continue_run();
   const auto another = [&] { continue_in_place(options.run_folder, options.config); };
-  EXPECT_THAT(message_of<Error>(another), HasSubstr("another program is writing to"));
+  EXPECT_THAT(message_of<Error>(another), HasSubstr("is writing to"));
   start().wait();
   const std::size_t keyframes = read_scan(options.run_folder / "session", {}).keyframes.size();
   continue_run();
   EXPECT_EQ(options.continued->record.keyframes.size(), keyframes) << "what the one before has added, too";
+}
+
+/// Also one that was killed while the background was taken.
+TEST_F(Live, AScanThatTouchedNothingGoesOn) {
+  source = std::make_unique<Pictures>(std::vector<cv::Mat3b>(15, peanut_pictures().front()));
+  EXPECT_EQ(start().wait().keyframes, 0);
+  const fs::path record = options.run_folder / "session/scan.jsonl";
+  const std::string first_line =
+      read("session/scan.jsonl").substr(0, read("session/scan.jsonl").find('\n') + 1);
+  for (const bool killed : {false, true}) {
+    if (killed) {
+      session.reset();
+      options.continued.reset();
+      fs::remove_all(options.run_folder);
+      fs::create_directories(options.run_folder / "session");
+      write_bytes(record, first_line);
+    }
+    continue_run();
+    const ReconstructSummary summary = start().wait();
+    EXPECT_GT(summary.tracked, 40);
+    EXPECT_EQ(summary.components, 1);
+    EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
+  }
 }
 
 TEST_F(Live, ASecondNewScanWithoutASaveKeepsTheFolder) {

@@ -7,6 +7,7 @@
 
 #include "../support/temporary_folder.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/session.hpp"
 #include "run_folder/run_writer.hpp"
@@ -275,7 +276,23 @@ TEST_F(Fuse, ReplacesNoMeshByALesserOne) {
   EXPECT_FALSE(std::filesystem::exists(folder / "none"));
 }
 
+/// What is in the way of the mesh stops the replacement between two files, as a kill would.
+TEST_F(Fuse, MeshAndConfigurationAreReplacedAsAWhole) {
+  request.voxel_size_mm = 0.16;
+  std::filesystem::remove(request.run / "mesh.ply");
+  std::filesystem::create_directories(request.run / "mesh.ply/in the way");
+  EXPECT_THAT(message_of<Error>([&] { fuse(); }), HasSubstr("mesh.ply: cannot be written"));
+  std::filesystem::remove_all(request.run / "mesh.ply");
+  check_is_run(request.run);  // as every command does that reads it
+  EXPECT_EQ(read_config(request.run / "config.yaml").slam.fusion.voxel_size_mm, 0.16);
+  const std::string next = read_bytes(request.run / "mesh.ply");
+  EXPECT_LT(next.size(), mesh.size());
+  fuse();
+  EXPECT_TRUE(read_bytes(request.run / "mesh.ply") == next);
+}
+
 TEST_F(Fuse, StoppedOnItsWayItChangesNothing) {
+  EXPECT_THAT(refusal(true), HasSubstr("stopped"));
   std::filesystem::remove(session / "session.json");
   EXPECT_THAT(refusal(true), HasSubstr("stopped"));
   EXPECT_FALSE(std::filesystem::exists(session / "session.json"));

@@ -86,7 +86,7 @@ TEST(ViewContent, MistakesAreNamed) {
     return message_of<Error>([&] { load_view(path); });
   };
   EXPECT_THAT(message(folder / "nowhere"), HasSubstr("no such file or folder"));
-  EXPECT_THAT(message(folder.path()), HasSubstr("holds no mesh.ply"));
+  EXPECT_THAT(message(folder.path()), HasSubstr("is no run folder"));
   write_run(folder / "RUN", 3);
   write_bytes(folder / "RUN" / "keyframes.tum", "0 0 0 0 0 0 0 1\n");
   EXPECT_THAT(message(folder / "RUN"), HasSubstr("keyframes.tum lists 1 keyframes, session/ 3"));

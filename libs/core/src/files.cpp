@@ -1,11 +1,16 @@
 #include "gelslam/core/files.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <system_error>
 
@@ -37,6 +42,35 @@ fs::path resolve_link(const fs::path& path) {
   if (!fs::is_symlink(path, code)) return path;
   fs::path target = fs::weakly_canonical(path, code);
   return code ? path : target;
+}
+
+/// " (gelslam, process 123)": who holds the lock, as the kernel lists it. "" where it does not tell.
+std::string holder_of(const FileDescriptor& directory) {
+  struct stat status {};
+  if (::fstat(directory.get(), &status) != 0) return "";
+  const std::string locked =
+      fmt::format("{:02x}:{:02x}:{}", major(status.st_dev), minor(status.st_dev), status.st_ino);
+  std::ifstream locks("/proc/locks");
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream words(line);
+    std::string number, kind, mode, access, file, name;
+    int process = 0;
+    if (!(words >> number >> kind >> mode >> access >> process >> file) || kind != "FLOCK" || process <= 0 ||
+        file != locked)
+      continue;
+    std::ifstream comm("/proc/" + std::to_string(process) + "/comm");
+    if (std::getline(comm, name)) name += ", ";
+    return fmt::format(" ({}process {})", name, process);
+  }
+  return "";
+}
+
+/// Whether the path still leads to the open folder, which may have been renamed, or replaced.
+bool leads_to(const fs::path& path, const FileDescriptor& directory) {
+  struct stat open {
+  }, named{};
+  return ::fstat(directory.get(), &open) == 0 && ::stat(path.c_str(), &named) == 0 &&
+         open.st_ino == named.st_ino && open.st_dev == named.st_dev;
 }
 
 }  // namespace
@@ -115,11 +149,18 @@ FolderLock::~FolderLock() = default;
 FolderLock::FolderLock(FolderLock&&) noexcept = default;
 FolderLock& FolderLock::operator=(FolderLock&&) noexcept = default;
 
-FolderLock::FolderLock(const std::filesystem::path& folder)
-    : directory_(new Directory{FileDescriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))}) {
-  if (!directory_->descriptor.ok()) throw Error(quoted(folder) + " cannot be opened: " + errno_text());
-  if (::flock(directory_->descriptor.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
-  throw Error("another program is writing to " + quoted(folder) + ": end it first, or name another folder");
+FolderLock::FolderLock(const fs::path& folder, const fs::path& shown) {
+  const std::string name = quoted(shown.empty() ? folder : shown);
+  do {
+    directory_.reset(
+        new Directory{FileDescriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))});
+    const FileDescriptor& directory = directory_->descriptor;
+    if (!directory.ok()) throw Error(name + " cannot be opened: " + errno_text());
+    if (::flock(directory.get(), LOCK_EX | LOCK_NB) == 0) continue;
+    if (errno != EWOULDBLOCK) return;
+    throw Error("another program" + holder_of(directory) + " is writing to " + name +
+                ": end it first, or name another folder");
+  } while (!leads_to(folder, directory_->descriptor));
 }
 
 FolderLock::State FolderLock::state(const std::filesystem::path& folder) {

@@ -15,11 +15,15 @@ namespace {
 // thread.
 std::atomic<int> request_count{0};
 std::atomic<int> requests_that_ask{1};
+std::atomic<int> first_signal{0};
+std::atomic<bool> ends_regularly{false};
 static_assert(std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_interrupt(int signal) {
   // A shell passes on the hang-up that the terminal has sent already: one closed terminal asks once.
   if (signal == SIGHUP && request_count.load() > 0) return;
+  int none = 0;
+  if (!ends_regularly.load()) first_signal.compare_exchange_strong(none, signal);
   if (request_count.fetch_add(1) + 1 < requests_that_ask.load()) return;
   // The next one of either kind is not asked any more.
   std::signal(SIGINT, SIG_DFL);
@@ -44,8 +48,10 @@ void lower_thread_priority() {
   if (errno == 0) ::setpriority(PRIO_PROCESS, 0, std::min(now + kSteps, kLowest));
 }
 
-InterruptWatch::InterruptWatch(int asks) {
+InterruptWatch::InterruptWatch(int asks, Ends ends) : previous_ends_regularly_(ends_regularly.load()) {
   request_count.store(0);
+  first_signal.store(0);
+  ends_regularly.store(ends == Ends::regularly);
   requests_that_ask.store(asks);
   struct sigaction action {};
   action.sa_handler = on_interrupt;
@@ -59,11 +65,14 @@ InterruptWatch::InterruptWatch(int asks) {
 }
 
 InterruptWatch::~InterruptWatch() {
+  ends_regularly.store(previous_ends_regularly_);
   sigaction(SIGINT, &previous_interrupt_, nullptr);
   sigaction(SIGTERM, &previous_terminate_, nullptr);
   sigaction(SIGHUP, &previous_hangup_, nullptr);
 }
 
 int InterruptWatch::requests() const { return request_count.load(); }
+
+int InterruptWatch::ended_early_by() { return first_signal.load(); }
 
 }  // namespace gelslam

@@ -1,17 +1,14 @@
 #include "gelslam/core/run_folder.hpp"
 
-#include <signal.h>
-#include <sys/vfs.h>
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <charconv>
 #include <cstdio>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/file_descriptor.hpp"
+#include "gelslam/core/folder_update.hpp"
 
 namespace gelslam {
 namespace {
@@ -38,12 +35,17 @@ bool matches(const std::string& name, const std::string& known) {
   return known.ends_with('*') ? name.starts_with(known.substr(0, known.size() - 1)) : name == known;
 }
 
-/// Throws when the folder holds something that the command did not put there.
+/// Throws when the folder holds a recording, or something that the command did not put there (`known` is
+/// empty: not checked).
 void check_entries(const fs::path& folder, const std::vector<std::string>& known) {
   std::error_code code;
   for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
     const std::string name = entry->path().filename().string();
-    if (std::none_of(known.begin(), known.end(), [&](const std::string& k) { return matches(name, k); }))
+    if (name.ends_with(".mkv"))
+      throw Error(folder.string() + ": will not be overwritten, for it holds the recording " + name +
+                  ", which cannot be made again; move that out of it, or name another folder");
+    if (!known.empty() &&
+        std::none_of(known.begin(), known.end(), [&](const std::string& k) { return matches(name, k); }))
       throw Error(folder.string() + ": will not be overwritten, for it holds " + name +
                   ", which is not of this command");
   }
@@ -64,10 +66,10 @@ void check_may_write(const fs::path& folder, const RunFolderOptions& options) {
     throw Error(folder.string() + ": will not be overwritten, for it holds no " + options.marker_file +
                 " and so was not made by this command");
   }
-  if (!options.known_entries.empty()) check_entries(folder, options.known_entries);
   for (const fs::path& input : options.inputs)
     if (!input.empty() && lies_inside(input, folder))
       throw Error(folder.string() + ": will not be overwritten, for it holds the input " + input.string());
+  check_entries(folder, options.known_entries);
 }
 
 /// The topmost folder on the way to `parent` that does not exist yet; empty when all do.
@@ -81,47 +83,21 @@ fs::path first_missing(fs::path parent) {
   return missing;
 }
 
-fs::path sibling(const fs::path& folder, const std::string& kind) {
-  return folder.parent_path() / (folder.filename().string() + "." + kind + "-" + std::to_string(::getpid()));
+fs::path sibling(const fs::path& folder, const std::string& ending) {
+  return folder.parent_path() / (folder.filename().string() + ending);
 }
 
-/// Whether every process that may be at work in the folder is seen from here. Not on a file system that other
-/// hosts may share (numbers of linux/magic.h; FUSE may be sshfs).
-bool is_on_this_host(const fs::path& folder) {
-  static constexpr std::array<unsigned, 8> kShared = {
-      0x6969 /* NFS */,      0x65735546 /* FUSE */, 0x01021997 /* 9p */,   0x517B /* SMB */,
-      0xFE534D42 /* SMB2 */, 0xFF534D42 /* CIFS */, 0x00C36400 /* Ceph */, 0x5346414F /* AFS */};
-  struct statfs system {};
-  if (::statfs(folder.c_str(), &system) != 0) return false;
-  return std::find(kShared.begin(), kShared.end(), static_cast<unsigned>(system.f_type)) == kShared.end();
-}
+/// Of all programs that write to `folder` only the one that holds the lock of this one may do so.
+fs::path temporary_of(const fs::path& folder) { return sibling(folder, ".gelslam-tmp"); }
 
-/// The process that made the folder is gone: nobody holds its lock, and no process has its number (the lock
-/// alone would do for our own folders; those of earlier releases have none).
-bool is_left_behind(const fs::path& folder, const std::string& pid_text) {
-  int pid = 0;
-  const char* end = pid_text.data() + pid_text.size();
-  const auto [rest, code] = std::from_chars(pid_text.data(), end, pid);
-  if (code != std::errc() || rest != end || pid <= 0) return false;
-  const bool other_process_lives = pid != ::getpid() && (::kill(pid, 0) == 0 || errno != ESRCH);
-  return !other_process_lives && is_on_this_host(folder) &&
-         FolderLock::state(folder) == FolderLock::State::free;
-}
-
-/// Removes the temporary folders of killed runs to `folder`: RUN.tmp-<pid>.
-void remove_left_behind(const fs::path& folder) {
-  const std::string beginning = folder.filename().string() + ".tmp-";
+void remove_contents(const fs::path& folder) {
   std::error_code code;
   std::vector<fs::path> left;
-  for (fs::directory_iterator entry(folder.parent_path(), code), end; !code && entry != end;
-       entry.increment(code)) {
-    const std::string name = entry->path().filename().string();
-    std::error_code ignored;
-    if (name.starts_with(beginning) && fs::is_directory(entry->symlink_status(ignored)) &&
-        is_left_behind(entry->path(), name.substr(beginning.size())))
-      left.push_back(entry->path());
-  }
-  for (const fs::path& one : left) fs::remove_all(one, code);
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
+    left.push_back(entry->path());
+  for (const fs::path& one : left)
+    if (!code) fs::remove_all(one, code);
+  if (code) throw Error(folder.string() + ": cannot be emptied: " + code.message());
 }
 
 void rename_or_throw(const fs::path& from, const fs::path& to) {
@@ -133,23 +109,55 @@ void rename_or_throw(const fs::path& from, const fs::path& to) {
 }  // namespace
 
 void check_run_folder(const fs::path& folder, const RunFolderOptions& options) {
-  check_may_write(absolute_folder(folder), options);
+  const fs::path path = absolute_folder(folder);
+  check_may_write(path, options);
+  std::error_code code;
+  for (const fs::path& used : {temporary_of(path), path})
+    if (fs::is_directory(used, code)) FolderLock(used, path);
+}
+
+std::string left_behind(const fs::path& folder) {
+  const fs::path temporary = temporary_of(absolute_folder(folder));
+  std::error_code code;
+  if (!fs::is_directory(temporary, code) || FolderLock::state(temporary) != FolderLock::State::free)
+    return "";
+  return temporary.string() + " was left by a command that was killed: remove it, or write to " +
+         folder.string() + " again";
 }
 
 RunFolder::RunFolder(const fs::path& folder, const RunFolderOptions& options)
-    : final_(absolute_folder(folder)), temporary_(sibling(final_, "tmp")), options_(options) {
+    : final_(absolute_folder(folder)), temporary_(temporary_of(final_)), options_(options) {
   check_may_write(final_, options_);
   std::error_code code;
   const fs::path missing = first_missing(final_.parent_path());
   fs::create_directories(final_.parent_path(), code);
   if (code) throw Error(folder.string() + ": cannot be created: " + code.message());
   first_created_parent_ = missing;
-  remove_left_behind(final_);
-  if (!fs::create_directory(temporary_, code)) {
-    throw Error(folder.string() +
-                ": cannot be created: " + (code ? code.message() : temporary_.string() + " exists"));
+  lock_temporary();
+  try {
+    lock_final();
+    remove_contents(temporary_);  // of a program that was killed
+  } catch (const Error&) {
+    fs::remove_all(temporary_, code);
+    throw;
   }
-  lock_ = FolderLock(temporary_);
+}
+
+void RunFolder::lock_temporary() {
+  std::error_code code;
+  const bool is_new = fs::create_directory(temporary_, code);
+  if (code) throw Error(final_.string() + ": cannot be created: " + code.message());
+  if (!is_new &&
+      (fs::is_symlink(temporary_, code) ||
+       FolderLock::state(temporary_) == FolderLock::State::unknown))  // who is at work is not known
+    throw Error(temporary_.string() + ": is there; if no other program writes to " + final_.string() +
+                ", remove it");
+  lock_ = FolderLock(temporary_, final_);
+}
+
+void RunFolder::lock_final() {
+  std::error_code code;
+  if (!final_lock_.holds() && fs::is_directory(final_, code)) final_lock_ = FolderLock(final_);
 }
 
 RunFolder::~RunFolder() {
@@ -163,34 +171,59 @@ RunFolder::~RunFolder() {
   }
 }
 
-void RunFolder::commit() {
+FolderLock RunFolder::commit() {
   try {
     put_in_place();
   } catch (const Error& error) {
     if (temporary_.empty()) throw;
-    fs::path kept = sibling(final_, "kept");  // no longer a name that the next run removes
+    fs::path kept = sibling(final_, ".kept-" + std::to_string(::getpid()));  // the next run leaves it
     if (std::rename(temporary_.c_str(), kept.c_str()) != 0) kept = temporary_;
     temporary_.clear();
     throw Error(std::string(error.what()) + "; what was to be there is in " + kept.string());
   }
+  return std::move(lock_);
 }
 
 void RunFolder::put_in_place() {
   check_may_write(final_, options_);
+  lock_final();  // of one that has appeared meanwhile
   std::error_code code;
-  const bool replaces = fs::exists(final_, code) && !fs::is_empty(final_, code);
-  const fs::path old = sibling(final_, "old");
-  if (replaces) rename_or_throw(final_, old);
+  fs::path old;
+  if (fs::exists(final_, code) && !fs::is_empty(final_, code)) {
+    old = temporary_;
+    if (::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, final_.c_str(), RENAME_EXCHANGE) != 0)
+      old = replace_in_two_steps();
+  } else {
+    rename_or_throw(temporary_, final_);
+  }
+  temporary_.clear();
+  if (!old.empty()) fs::remove_all(old, code);
+  final_lock_ = FolderLock();
+  sync_folder(final_.parent_path());
+}
+
+/// On a file system that cannot exchange two folders. Returns where the old one is.
+fs::path RunFolder::replace_in_two_steps() {
+  fs::path old = sibling(final_, ".old-" + std::to_string(::getpid()));
+  rename_or_throw(final_, old);
   try {
     rename_or_throw(temporary_, final_);
   } catch (const Error&) {
-    if (replaces) rename_or_throw(old, final_);
+    rename_or_throw(old, final_);
     throw;
   }
-  temporary_.clear();
-  lock_ = FolderLock();
-  if (replaces) fs::remove_all(old, code);
-  sync_folder(final_.parent_path());
+  return old;
+}
+
+void check_is_run(const fs::path& folder, RunNeeds needs) {
+  std::error_code code;
+  if (!fs::is_directory(folder, code)) throw Error(folder.string() + ": no such run folder");
+  finish_update(folder);
+  const auto holds = [&](const char* entry) { return fs::exists(folder / entry, code); };
+  if (holds("session/session.json") || holds("mesh.ply") || holds("trajectory.tum")) return;
+  if (!holds("session/scan.jsonl"))
+    throw Error(folder.string() + ": is no run folder (no session, mesh.ply or trajectory.tum)");
+  if (needs == RunNeeds::map) throw Error(folder.string() + ": " + kUnfinishedScan);
 }
 
 }  // namespace gelslam

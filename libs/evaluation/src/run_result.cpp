@@ -1,4 +1,5 @@
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/evaluation/run_and_truth.hpp"
 #include "json_file.hpp"
 
@@ -34,6 +35,7 @@ RunResult read_run(const std::filesystem::path& folder_or_tum) {
     throw Error("there is no " + folder_or_tum.string() + ": give a run's folder or a .tum file");
   }
   const bool is_folder = std::filesystem::is_directory(folder_or_tum);
+  if (is_folder) check_is_run(folder_or_tum);
   RunResult run;
   run.trajectory = read_tum(is_folder ? folder_or_tum / "trajectory.tum" : folder_or_tum);
   if (run.trajectory.empty()) {

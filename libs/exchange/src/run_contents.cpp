@@ -8,6 +8,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
@@ -98,9 +99,7 @@ std::vector<RunLog> find_logs(const fs::path& folder, const json& report) {
 }
 
 RunContents read_folder(const fs::path& folder) {
-  if (!fs::exists(folder / "trajectory.tum") && !fs::exists(folder / "mesh.ply"))
-    throw Error("cannot export '" + folder.string() +
-                "': it is no run folder (no mesh.ply, no trajectory.tum)");
+  check_is_run(folder);
   RunContents run;
   const fs::path clean = fs::weakly_canonical(folder);
   run.name = clean.filename().string();

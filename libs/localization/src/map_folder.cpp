@@ -3,6 +3,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -32,6 +33,7 @@ SlamMap slam_map_of(const std::vector<PosedSurface>& patches) {
 Session read_map(const std::filesystem::path& folder) {
   for (const std::filesystem::path& session : {folder / "session", folder})
     if (std::filesystem::exists(session / "session.json")) return load_session(session);
+  if (std::filesystem::exists(folder / "session" / "scan.jsonl")) check_is_run(folder);
   throw Error(folder.string() + ": no map; give a run folder, its session, or a folder made by gelslam map");
 }
 

@@ -9,8 +9,7 @@ namespace fs = std::filesystem;
 ScanFolders::ScanFolders(const LiveOptions& options) : options_(options) {
   if (options.run_folder.empty()) return;
   if (!options.continued) {
-    runs_.push_back(
-        std::make_shared<LiveRun>(options.run_folder, options.overwrite, options.log, options.config));
+    runs_.push_back(LiveRun::begin(options.run_folder, options.overwrite, options.log, options.config));
     return;
   }
   runs_.push_back(LiveRun::resume(options.run_folder, options.config, options.continued->lock));
@@ -48,7 +47,7 @@ void ScanFolders::begin_scan() {
   const std::lock_guard lock(mutex_);
   if (!runs_.empty())
     runs_.push_back(next_.empty() ? runs_.back()
-                                  : std::make_shared<LiveRun>(next_, false, options_.log, options_.config));
+                                  : LiveRun::begin(next_, false, options_.log, options_.config));
   next_.clear();
 }
 

@@ -73,6 +73,7 @@ std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const
 /// Solves for all poses, and for the gradient scale if asked to.
 PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
                         double scale_sigma, const SlamOptions& options) {
+  if (initial.empty()) return {};  // a scan that has touched nothing has no model's sigma, either
   return options.slope_calibration.estimate_gradient_scale
              ? solve_with_gradient_scale(initial, edges, options.pose_graph, scale_sigma)
              : solve_pose_graph(initial, edges, options.pose_graph);

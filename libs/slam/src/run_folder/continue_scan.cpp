@@ -7,6 +7,7 @@
 #include "gelslam/core/crc32.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/surface/model_file.hpp"
 
@@ -55,8 +56,7 @@ ScanPart part_of(const Config& config, const fs::path& log) {
 }
 
 ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs::path& log) {
-  std::error_code code;
-  if (!fs::is_directory(run, code)) throw Error(run.string() + ": no such run folder");
+  check_is_run(run, RunNeeds::record);
   ContinuedScan scan;
   scan.record = read_scan(run / "session", config.slam.registration);
   ScanPart part = part_of(config, log);
@@ -71,9 +71,9 @@ ContinuedScan continue_scan(const fs::path& run, const Config& config, const fs:
 }
 
 ContinuedScan continue_in_place(const fs::path& run, const Config& config) {
-  std::error_code code;
-  const bool is_there = fs::is_directory(run, code);  // else continue_scan() throws
-  auto lock = is_there ? std::make_shared<const FolderLock>(run) : nullptr;
+  check_is_run(run,
+               RunNeeds::record);  // before the lock: a save that was cut off is finished by who may lock
+  auto lock = std::make_shared<const FolderLock>(run);
   ContinuedScan scan = continue_scan(run, config, "");
   scan.lock = std::move(lock);
   return scan;

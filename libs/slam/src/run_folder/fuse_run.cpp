@@ -5,6 +5,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -29,11 +30,11 @@ Config config_of(const FuseRequest& request) {
   return config;
 }
 
-/// The mesh, and what else depends on how it was made.
-void write_fused(const fs::path& folder, const Config& config, const Mesh& mesh) {
+/// The mesh, and what else depends on how it was made. `run`: whose report it is.
+void write_fused(const fs::path& folder, const fs::path& run, const Config& config, const Mesh& mesh) {
   write_mesh(folder / "mesh.ply", mesh);
   write_file_atomically(folder / "config.yaml", write_config(config));
-  std::ifstream stream(folder / "report.json");
+  std::ifstream stream(run / "report.json");
   auto report = nlohmann::ordered_json::parse(stream, nullptr, /*allow_exceptions=*/false);
   if (!report.is_object()) return;
   report["mesh"] = {{"vertices", mesh.vertices_mm.size()}, {"triangles", mesh.triangles.size()}};
@@ -43,7 +44,7 @@ void write_fused(const fs::path& folder, const Config& config, const Mesh& mesh)
 /// All of a run but its logs, which are large, and what does not belong to a run.
 void copy_run(const fs::path& from, const fs::path& to) {
   for (const char* entry :
-       {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "session", "report.json"}) {
+       {"trajectory.tum", "keyframes.tum", "pose_graph.g2o", "loop_outliers.g2o", "session"}) {
     std::error_code code;
     if (!fs::exists(from / entry, code)) continue;
     fs::copy(from / entry, to / entry, fs::copy_options::recursive, code);
@@ -107,6 +108,7 @@ FuseSummary finish_scan(const FuseRequest& request, const Config& config, Target
 
 FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
                      const std::function<bool()>& stop_requested) {
+  check_is_run(request.run, RunNeeds::record);
   const Config config = config_of(request);
   const fs::path session_folder = request.run / "session";
   Target target(request);
@@ -118,10 +120,16 @@ FuseSummary fuse_run(const FuseRequest& request, ProgressSink& progress,
   FusionOptions fusion = config.slam.fusion;
   fusion.gradient_scale = session.gradient_scale;
   const Mesh mesh = fuse(session.patches, fusion, &progress);
-  const fs::path to = target.folder ? target.folder->path() : request.run;
-  if (target.folder) copy_run(request.run, to);
-  write_fused(to, config, mesh);
-  if (target.folder) target.folder->commit();
+  if (stop_requested()) throw Error("stopped; nothing was changed");
+  if (target.folder) {
+    copy_run(request.run, target.folder->path());
+    write_fused(target.folder->path(), request.run, config, mesh);
+    target.folder->commit();
+  } else {
+    FolderUpdate update(request.run);
+    write_fused(update.path(), request.run, config, mesh);
+    update.commit();
+  }
   return {session.patches.size(), mesh.vertices_mm.size(), mesh.triangles.size(), false, session.warnings};
 }
 

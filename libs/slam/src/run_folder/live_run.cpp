@@ -7,6 +7,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/slam/session.hpp"
 
@@ -19,35 +20,9 @@ RunFolderOptions options_for(bool overwrite, const fs::path& input) {
   return {.overwrite = overwrite, .known_entries = run_entries(), .inputs = {input}};
 }
 
-/// Makes the folder with what is known at the start. Its report says that nothing was saved yet.
-fs::path begin(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config) {
-  RunFolder run(folder, options_for(overwrite, input));
-  write_file_atomically(run.path() / "config.yaml", write_config(config));
-  write_file_atomically(run.path() / "report.json", "{\"partial\": true, \"saved\": false}\n");
-  run.commit();
-  return run.final_path();
-}
-
-/// Removed at the end of its scope, with whatever is in it.
-struct TemporaryFolder {
-  explicit TemporaryFolder(fs::path folder) : path(std::move(folder)) {
-    fs::remove_all(path);
-    fs::create_directory(path);
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path path;
-};
-
-constexpr std::string_view kSavingFolder = "saving.tmp";
-
 /// Of a message that names a file on its way: with the name that the file was to have.
 std::string in_run(std::string message) {
-  const std::string on_the_way = std::string(kSavingFolder) + "/";
+  const std::string on_the_way = "saving.tmp/";
   const std::size_t at = message.find(on_the_way);
   return at == std::string::npos ? message : message.erase(at, on_the_way.size());
 }
@@ -71,11 +46,15 @@ void LiveRun::check(const fs::path& folder, bool overwrite, const fs::path& inpu
 LiveRun::LiveRun(fs::path folder, fs::path log, const Config& config, std::shared_ptr<const FolderLock> lock)
     : folder_(std::move(folder)), log_(std::move(log)), config_(config), lock_(std::move(lock)) {}
 
-LiveRun::LiveRun(const fs::path& folder, bool overwrite, const fs::path& input, const Config& config)
-    : folder_(begin(folder, overwrite, input, config)),
-      log_(folder_ / "log.mkv"),
-      config_(config),
-      lock_(std::make_shared<FolderLock>(folder_)) {}
+std::shared_ptr<LiveRun> LiveRun::begin(const fs::path& folder, bool overwrite, const fs::path& input,
+                                        const Config& config) {
+  RunFolder run(folder, options_for(overwrite, input));
+  write_file_atomically(run.path() / "config.yaml", write_config(config));
+  write_file_atomically(run.path() / "report.json", "{\"partial\": true, \"saved\": false}\n");
+  auto lock = std::make_shared<const FolderLock>(run.commit());
+  const fs::path& path = run.final_path();
+  return std::shared_ptr<LiveRun>(new LiveRun(path, path / "log.mkv", config, std::move(lock)));
+}
 
 std::shared_ptr<LiveRun> LiveRun::resume(const fs::path& folder, const Config& config,
                                          std::shared_ptr<const FolderLock> lock) {
@@ -102,18 +81,17 @@ void LiveRun::save(const SlamMap& map, const Mesh& mesh, const RunAccount& accou
 void LiveRun::replace_entries(const SlamMap& map, const Mesh& mesh, const RunAccount& account) {
   fs::create_directories(
       folder_);  // somebody may have tidied up meanwhile; what was scanned is saved all the same
-  const TemporaryFolder whole(folder_ / kSavingFolder);
-  write_results(whole.path, config_, map, mesh, account);
+  FolderUpdate update(folder_);
+  write_results(update.path(), config_, map, mesh, account);
   // The record was written while the scan went on, unless that has failed.
   const bool record_is_whole = account.scan_bytes && fs::exists(session() / "scan.jsonl");
-  if (!record_is_whole) save_session(whole.path / "session", map);
-  for (const std::string& entry : run_entries()) {
-    if (!fs::exists(whole.path / entry)) continue;
-    // A folder cannot be replaced in one step: the old one goes out of the way, and away with `whole`.
-    if (fs::is_directory(folder_ / entry)) fs::rename(folder_ / entry, whole.path / ("old_" + entry));
-    fs::rename(whole.path / entry, folder_ / entry);
+  if (record_is_whole) {
+    fs::create_directory(update.path() / "session");
+    save_map(update.path() / "session", map, *account.scan_bytes);
+  } else {
+    save_session(update.path() / "session", map);
   }
-  if (record_is_whole) save_map(session(), map, *account.scan_bytes);
+  update.commit();
 }
 
 }  // namespace gelslam::slam::detail

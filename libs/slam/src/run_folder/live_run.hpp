@@ -18,9 +18,10 @@ class LiveRun {
   /// Throws Error like check_run_folder(). `input` is never replaced; empty: a camera.
   static void check(const std::filesystem::path& folder, bool overwrite, const std::filesystem::path& input);
 
-  /// Throws Error like RunFolder.
-  LiveRun(const std::filesystem::path& folder, bool overwrite, const std::filesystem::path& input,
-          const Config& config);
+  /// Makes the folder with what is known at the start. Its report says that nothing was saved yet. Throws
+  /// Error like RunFolder.
+  static std::shared_ptr<LiveRun> begin(const std::filesystem::path& folder, bool overwrite,
+                                        const std::filesystem::path& input, const Config& config);
   /// The folder of a scan that is continued. `lock`: taken before the scan was read. Throws Error when the
   /// folder cannot be written.
   static std::shared_ptr<LiveRun> resume(const std::filesystem::path& folder, const Config& config,

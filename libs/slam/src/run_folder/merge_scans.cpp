@@ -186,12 +186,12 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
   const auto start = std::chrono::steady_clock::now();
   if (request.runs.size() < 2) throw Error("name at least two runs to merge");
   check_distinct(request.runs);
+  for (const fs::path& run : request.runs) check_is_run(run, RunNeeds::record);
   RunFolder folder(request.run_folder,
                    {.overwrite = request.overwrite, .known_entries = run_entries(), .inputs = request.runs});
   Config config = read_config(request.runs.front() / "config.yaml");
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
-    if (!fs::is_directory(run)) throw Error(run.string() + ": no such run folder");
     records.push_back(read_scan(run / "session", config.slam.registration));
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();

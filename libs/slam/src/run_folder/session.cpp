@@ -6,6 +6,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "run_folder/scan_writer.hpp"
 #include "run_folder/session_text.hpp"
@@ -49,7 +50,7 @@ Json json_of(const SlamMap& map, std::uintmax_t scan_bytes) {
 
 std::string read_text(const fs::path& file) {
   if (!fs::exists(file) && fs::exists(file.parent_path() / "scan.jsonl"))
-    throw Error(file.string() + ": is not there: the scan was not finished; gelslam fuse makes its map");
+    throw Error(file.string() + ": is not there: " + kUnfinishedScan);
   return read_file(file);
 }
 

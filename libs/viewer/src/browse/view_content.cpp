@@ -10,6 +10,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/evaluation/evaluation.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/session.hpp"
@@ -58,6 +59,7 @@ RunHistory read_history(const fs::path& run) {
 }
 
 ViewContent load_run(const fs::path& run) {
+  check_is_run(run);
   const bool has_mesh = fs::exists(run / "mesh.ply"),
              has_session = fs::exists(run / "session" / "session.json");
   if (!has_mesh) throw Error(run.string() + ": holds no mesh.ply; give a run folder or a mesh file");

@@ -45,8 +45,9 @@ class FolderLock {
   enum class State { free, taken, unknown };  ///< unknown: cannot be opened, or a file system without locks
 
   FolderLock();  ///< of nothing
-  /// Throws Error when somebody else has the folder, or when it cannot be opened.
-  explicit FolderLock(const std::filesystem::path& folder);
+  /// Throws Error when somebody else has the folder (with that program's name and process number, where the
+  /// system tells), or when it cannot be opened. `shown`: how the error calls the folder; empty: as it is.
+  explicit FolderLock(const std::filesystem::path& folder, const std::filesystem::path& shown = {});
   ~FolderLock();
   FolderLock(FolderLock&&) noexcept;
   FolderLock& operator=(FolderLock&&) noexcept;

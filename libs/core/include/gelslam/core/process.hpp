@@ -18,15 +18,19 @@ void lower_thread_priority();
 /// instance at a time; the constructor forgets earlier requests.
 class InterruptWatch {
  public:
-  explicit InterruptWatch(int asks = 1);
+  enum class Ends { early, regularly };  ///< regularly: the work has no other end, like that with a camera
+  explicit InterruptWatch(int asks = 1, Ends ends = Ends::early);
   ~InterruptWatch();
   InterruptWatch(const InterruptWatch&) = delete;
   InterruptWatch& operator=(const InterruptWatch&) = delete;
 
   bool requested() const { return requests() > 0; }
   int requests() const;
+  /// The first signal since the latest instance that asked to end early, also after that is gone; 0: none.
+  static int ended_early_by();
 
  private:
+  const bool previous_ends_regularly_;  // a camera is opened within the work with it
   struct sigaction previous_interrupt_ {};
   struct sigaction previous_terminate_ {};
   struct sigaction previous_hangup_ {};

@@ -9,7 +9,8 @@
 namespace gelslam {
 
 struct RunFolderOptions {
-  bool overwrite = false;  ///< replace a folder that is there, with all it holds
+  /// Replace a folder that is there, with all it holds; but never one that holds a recording (.mkv).
+  bool overwrite = false;
   /// Only a folder that holds this file is ever replaced: it was written by us, and is not somebody's home.
   std::string marker_file = "report.json";
   /// All that such a folder may hold ("picture_*" stands for every name that begins so). With anything else
@@ -19,17 +20,22 @@ struct RunFolderOptions {
   std::vector<std::filesystem::path> inputs = {};
 };
 
-/// Throws Error when the folder exists, is not empty and may not be replaced. Makes nothing.
+/// Throws Error when the folder exists, is not empty and may not be replaced, or when another program writes
+/// to it. Makes nothing.
 void check_run_folder(const std::filesystem::path& folder, const RunFolderOptions& options);
 
-/// An output folder that appears whole or not at all: everything is written to path() (RUN.tmp-<pid> beside
-/// RUN, locked), and commit() renames it to RUN. Destroyed without commit() it leaves nothing behind. After
+/// "RUN.gelslam-tmp was left by a command that was killed: ..."; "" where there is none.
+std::string left_behind(const std::filesystem::path& folder);
+
+/// An output folder that appears whole or not at all: everything is written to path() (RUN.gelslam-tmp beside
+/// RUN), and commit() puts it in the place of RUN, in one step where the file system can. Both folders are
+/// locked meanwhile: nobody else writes to RUN. Destroyed without commit() it leaves nothing behind. After
 /// kill -9 the temporary folder stays until the next run to RUN removes it. A run stopped by Ctrl-C commits
 /// what it has, marked partial in report.json.
 class RunFolder {
  public:
   /// Fails at once, before any work: throws Error when the folder exists, is not empty and may not be
-  /// replaced, or when it cannot be created there. Missing parents are created.
+  /// replaced, another program writes to it, or it cannot be created there. Missing parents are created.
   RunFolder(const std::filesystem::path& folder, const RunFolderOptions& options);
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;
@@ -39,14 +45,27 @@ class RunFolder {
   const std::filesystem::path& final_path() const { return final_; }
   /// Throws Error when something that may not be replaced has appeared meanwhile (another run into the same
   /// folder) or the disk refuses; what was written is then kept in RUN.kept-<pid>, which the error names.
-  void commit();
+  /// Returns the lock of RUN, for those who go on writing there.
+  FolderLock commit();
 
  private:
+  void lock_temporary();
+  void lock_final();
   void put_in_place();
+  std::filesystem::path replace_in_two_steps();
 
   std::filesystem::path final_, temporary_, first_created_parent_;
   RunFolderOptions options_;
-  FolderLock lock_;  ///< of the temporary folder: tells other runs that this one is alive
+  FolderLock lock_, final_lock_;  ///< of the temporary folder, and of the one that is replaced
 };
+
+inline constexpr const char* kUnfinishedScan =
+    "the scan was not finished; gelslam fuse makes its map and mesh, gelslam scan --continue goes on with it";
+
+enum class RunNeeds { map, record };  ///< record: what was measured is enough
+
+/// For all that read a run: throws Error that says what is missing and what to do. Before that it does the
+/// rest of a save that a kill has cut off (folder_update.hpp).
+void check_is_run(const std::filesystem::path& folder, RunNeeds needs = RunNeeds::map);
 
 }  // namespace gelslam

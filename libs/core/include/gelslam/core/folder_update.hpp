@@ -1,0 +1,30 @@
+#pragma once
+
+#include <filesystem>
+
+namespace gelslam {
+
+/// Replaces several files of a folder as a whole. They are written to path() (FOLDER/saving.tmp); commit()
+/// renames that to FOLDER/saved.tmp, from when on they are the folder's, and moves them to their places. What
+/// a kill leaves there is moved by the next one who reads or writes the folder. Without commit() it vanishes.
+class FolderUpdate {
+ public:
+  /// `folder` exists and is locked by the caller. Throws Error when it cannot be written.
+  explicit FolderUpdate(const std::filesystem::path& folder);
+  ~FolderUpdate();
+  FolderUpdate(const FolderUpdate&) = delete;
+  FolderUpdate& operator=(const FolderUpdate&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  /// Throws Error when the disk refuses. What is in a subfolder goes to the same subfolder of FOLDER.
+  void commit();
+
+ private:
+  std::filesystem::path folder_, path_;
+};
+
+/// Does the rest of a commit() that was cut off, unless another program writes to the folder. Throws Error
+/// when the folder cannot be written.
+void finish_update(const std::filesystem::path& folder);
+
+}  // namespace gelslam
