@@ -225,7 +225,7 @@ bool LightTracker::fit_field(const cv::Mat3f& blocks, Light& light) const {
 /// Gains only: per channel the median ratio over the blocks.
 Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded) const {
   Light light;
-  std::vector<double> ratios;
+  std::vector<float> ratios;
   ratios.reserve(blocks.total());
   for (std::size_t c = 0; c < 3; ++c) {
     const int channel = static_cast<int>(c);
@@ -237,7 +237,8 @@ Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excl
       }
     }
     if (ratios.empty()) return {};
-    light.channels[c][0] = std::clamp(quantile_in_place(ratios, 0.5), kLeastGain, 1 / kLeastGain);
+    light.channels[c][0] =
+        std::clamp(static_cast<double>(quantile_in_place(ratios, 0.5)), kLeastGain, 1 / kLeastGain);
   }
   return light;
 }

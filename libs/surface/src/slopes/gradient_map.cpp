@@ -16,6 +16,27 @@ namespace {
 constexpr float kMaxAngleRad = 1.5F;  // keeps tan finite; no gel is steeper
 // Range of a color within a block up to which the network is taken to be linear there.
 constexpr int kSmoothLevels = 10;
+constexpr int kBlockArea = kBlockPx * kBlockPx;
+
+/// Angles of the pixels of block `i` of a tile, along the derivatives from its middle. `color`: channel by
+/// channel; `column`, `row`: of its first pixel; `angle`: one output after the other, kNetworkTile apart.
+GELSLAM_CLONES void extend_block(const NetworkTile& tile, const NetworkJacobian& jacobian, std::size_t i,
+                                 const float* color, const float* column, const float* row, float* angle) {
+  constexpr std::size_t kInputs = GradientModel::kSizes.front();
+  static_assert(kInputs == 5 && kLanes == 2 * kBlockPx);
+  for (std::size_t first = 0; first < kBlockArea; first += kLanes, row += 2) {
+    Lanes step[kInputs];
+    for (std::size_t c = 0; c < 3; ++c) std::memcpy(&step[c], color + c * kBlockArea + first, sizeof step[c]);
+    step[3] = Lanes{column[0], column[1], column[2], column[3], column[0], column[1], column[2], column[3]};
+    step[4] = Lanes{row[0], row[0], row[0], row[0], row[1], row[1], row[1], row[1]};
+    for (std::size_t k = 0; k < kInputs; ++k) step[k] -= tile.input[k * kNetworkTile + i];
+    for (std::size_t o = 0; o < 2; ++o) {
+      Lanes sum = Lanes{} + tile.output[o * kNetworkTile + i];
+      for (std::size_t k = 0; k < kInputs; ++k) sum += jacobian.of_output[o][k * kNetworkTile + i] * step[k];
+      std::memcpy(angle + o * kNetworkTile + first, &sum, sizeof sum);
+    }
+  }
+}
 
 }  // namespace
 
@@ -116,66 +137,59 @@ int GradientMap::color_range(int left) const {
 /// At the mean color and the middle of each block, and from there along the derivatives.
 void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
   constexpr float to_unit = 1.0F / 255.0F;
-  constexpr int area = kBlockPx * kBlockPx;
-  colors_of_blocks_.resize(3 * area * kNetworkTile);
+  constexpr std::size_t kBlocksAtOnce = kNetworkTile / kBlockArea;  // whose pixels fill a tile
+  colors_of_blocks_.resize(3 * kBlockArea * kNetworkTile);
   std::array<std::array<float, 256>, 3> unit;
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t value = 0; value < 256; ++value) unit[c][value] = colors[c][value] * to_unit;
   for (std::size_t first = 0; first < smooth_.size(); first += kNetworkTile) {
-    const int blocks = static_cast<int>(std::min<std::size_t>(kNetworkTile, smooth_.size() - first));
-    const auto corner = [&](int i) { return smooth_[first + static_cast<std::size_t>(i)]; };
-    for (int i = 0; i < blocks; ++i) {
-      const auto [left, top] = corner(i);
+    const std::size_t blocks = std::min<std::size_t>(kNetworkTile, smooth_.size() - first);
+    for (std::size_t i = 0; i < blocks; ++i) {
+      const auto [left, top] = smooth_[first + i];
       std::array<float, 3> sum{};
-      float* color = colors_of_blocks_.data() + 3 * area * i;
-      for (int v = top; v < top + kBlockPx; ++v)
-        for (int u = left; u < left + kBlockPx; ++u, ++color)
+      float* color = colors_of_blocks_.data() + 3 * kBlockArea * i;
+      for (int v = top; v < top + kBlockPx; ++v) {
+        const unsigned char* value = bgr[v][left].val;
+        for (int u = 0; u < kBlockPx; ++u, value += 3, ++color)
           for (std::size_t c = 0; c < 3; ++c) {
-            color[c * area] = unit[c][bgr(v, u)[static_cast<int>(c)]];
-            sum[c] += color[c * area];
+            color[c * kBlockArea] = unit[c][value[c]];
+            sum[c] += color[c * kBlockArea];
           }
+      }
       float* feature = tile_.input.data() + i;
-      for (std::size_t c = 0; c < 3; ++c) feature[c * kNetworkTile] = sum[c] / area;
+      for (std::size_t c = 0; c < 3; ++c) feature[c * kNetworkTile] = sum[c] / kBlockArea;
       const auto u = static_cast<std::size_t>(left), v = static_cast<std::size_t>(top);
       feature[3 * kNetworkTile] = 0.5F * (column_[u] + column_[u + kBlockPx - 1]);
       feature[4 * kNetworkTile] = 0.5F * (row_[v] + row_[v + kBlockPx - 1]);
     }
     network_forward(model_, tile_);
     network_jacobian(model_, tile_, jacobian_);
-    int count = 0;
-    for (int i = 0; i < blocks; ++i) {
-      const auto [left, top] = corner(i);
-      constexpr std::size_t kInputs = GradientModel::kSizes.front();
-      std::array<std::array<float, area>, kInputs> step;  // of each input from the middle of the block
-      const float* color = colors_of_blocks_.data() + 3 * area * i;
-      for (std::size_t c = 0; c < 3; ++c, color += area) std::copy_n(color, area, step[c].begin());
-      int pixel = 0;
-      for (int v = top; v < top + kBlockPx; ++v)
-        for (int u = left; u < left + kBlockPx; ++u, ++pixel) {
-          const auto at = static_cast<std::size_t>(pixel);
-          step[3][at] = column_[static_cast<std::size_t>(u)];
-          step[4][at] = row_[static_cast<std::size_t>(v)];
-          pixels_[static_cast<std::size_t>(count + pixel)] = v * bgr.cols + u;
-        }
-      for (std::size_t k = 0; k < kInputs; ++k) {
-        const float middle = tile_.input[k * kNetworkTile + static_cast<std::size_t>(i)];
-        for (float& value : step[k]) value -= middle;
-      }
-      for (std::size_t o = 0; o < 2; ++o) {
-        const float* by = jacobian_.of_output[o].data() + i;
-        const float at_middle = tile_.output[o * kNetworkTile + static_cast<std::size_t>(i)];
-        float* angle = angles_.data() + o * kNetworkTile + static_cast<std::size_t>(count);
-        std::fill_n(angle, area, at_middle);
-        for (std::size_t k = 0; k < kInputs; ++k)
-          for (std::size_t p = 0; p < area; ++p) angle[p] += by[k * kNetworkTile] * step[k][p];
-      }
-      count += area;
-      if (count == kNetworkTile || i + 1 == blocks) {
-        write_slopes(count);
-        count = 0;
-      }
+    for (std::size_t i = 0; i < blocks; ++i) {
+      const auto [left, top] = smooth_[first + i];
+      const std::size_t at = i % kBlocksAtOnce * kBlockArea;
+      extend_block(tile_, jacobian_, i, colors_of_blocks_.data() + 3 * kBlockArea * i, column_.data() + left,
+                   row_.data() + top, angles_.data() + at);
+      if (i % kBlocksAtOnce + 1 == kBlocksAtOnce || i + 1 == blocks)
+        write_blocks(smooth_.data() + first + i - i % kBlocksAtOnce, i % kBlocksAtOnce + 1);
     }
   }
+}
+
+/// The angles of whole blocks, one after the other.
+void GradientMap::write_blocks(const cv::Point* corners, std::size_t blocks) {
+  tangents(angles_);
+  const float* slope_x = angles_.data();
+  const float* slope_y = slope_x + kNetworkTile;
+  for (std::size_t i = 0; i < blocks; ++i)
+    for (int v = corners[i].y; v < corners[i].y + kBlockPx; ++v) {
+      const int left = corners[i].x;
+      float *out_x = gx_[v] + left, *out_y = gy_[v] + left;
+      const float *background_x = background_gx_[v] + left, *background_y = background_gy_[v] + left;
+      for (int u = 0; u < kBlockPx; ++u) {
+        out_x[u] = *slope_x++ - background_x[u];
+        out_y[u] = *slope_y++ - background_y[u];
+      }
+    }
 }
 
 void GradientMap::run_rough(const cv::Mat3b& bgr, const ColorTable& colors) {

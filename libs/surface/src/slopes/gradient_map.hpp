@@ -38,6 +38,7 @@ class GradientMap {
   int color_range(int left) const;
   void run_smooth(const cv::Mat3b& bgr, const ColorTable& colors);
   void run_rough(const cv::Mat3b& bgr, const ColorTable& colors);
+  void write_blocks(const cv::Point* corners, std::size_t blocks);
   void write_slopes(int count);
 
   GradientModel model_;
