@@ -27,7 +27,7 @@ Json compared(const Json& with, const Json& without) {
               {"set", with["set"].get<std::string>() + (stress == "none" ? "" : ", " + stress)},
               {"model", with["model"]},
               {"sequence", with["sequence"]}};
-  for (const char* quantity : {"error", "mesh"})
+  for (const char* quantity : {"error", "anchored", "mesh"})
     row[quantity] = ratio(without[std::string(quantity) + "_mm"], with[std::string(quantity) + "_mm"]);
   for (const char* time : {"frame", "finish"})
     row[std::string(time) + "_time"] =
@@ -91,6 +91,7 @@ Json summary(const Key& key, const std::vector<const Json*>& rows) {
           {"model", key[2]},
           {"logs", rows.size()},
           {"error", errors.geometric_mean()},
+          {"anchored", Ratios(rows, "anchored").geometric_mean()},
           {"worst", errors.worst()},
           {"best", errors.best()},
           {"share_with", mean(rows, "share_with")},

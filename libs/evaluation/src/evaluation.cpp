@@ -111,9 +111,10 @@ Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMesh
                     ProgressSink* progress) {
   const GroundTruth& truth = comparison.truth;
   Evaluation evaluation;
-  evaluation.trajectory =
-      evaluate_trajectory(comparison.estimate, truth.start_T_currs, comparison.reference_index, truth.fps);
-  evaluation.reference_frame = comparison.reference_index + truth.background_frames;
+  // As the public system is measured, whose first frame is its anchor.
+  const int first = choose_reference_index(comparison.estimate, truth.start_T_currs, std::nullopt);
+  evaluation.trajectory = evaluate_trajectory(comparison.estimate, truth.start_T_currs, first, truth.fps);
+  evaluation.reference_frame = first + truth.background_frames;
   evaluation.anchor_frame = comparison.run.anchor_frame;
   evaluation.trials = comparison.run.trials;
   evaluation.components = comparison.run.components;

@@ -39,7 +39,7 @@ struct Comparison {
   GroundTruth truth;
   RunResult run;
   std::vector<IndexedPose> estimate;
-  int reference_index = 0;
+  int reference_index = 0;  ///< the frame that places the map on the truth: the anchor
   Pose start_T_map = Pose::Identity();
 };
 
