@@ -10,6 +10,8 @@
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/evaluation/trajectory_metrics.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/reconstruct.hpp"
@@ -25,38 +27,40 @@ using OptionalPose = std::optional<Pose>;
 constexpr double kWrongMm = 1.0, kWrongDeg = 5.0;
 
 /// A log of which the frames after the background are left out that `stress` does not keep.
-class StressedSource : public FrameSource {
+class StressedLog : public RawFrameSource {
  public:
-  StressedSource(std::unique_ptr<FrameSource> source, const Stress& stress, std::int64_t background_frames)
-      : source_(std::move(source)), stress_(stress), background_frames_(background_frames) {}
+  StressedLog(std::unique_ptr<RawFrameSource> log, const Stress& stress, std::int64_t background_frames)
+      : log_(std::move(log)), stress_(stress), background_frames_(background_frames) {}
 
-  std::optional<TactileImage> next() override {
-    while (std::optional<TactileImage> image = source_->next())
-      if (keeps(image->index)) return image;
+  std::optional<RawFrame> next() override {
+    while (std::optional<RawFrame> frame = log_->next())
+      if (keeps(frame->index)) return frame;
     return std::nullopt;
   }
+  void stop() override { log_->stop(); }
   /// Also of frames that are not read yet.
   bool keeps(std::int64_t index) const {
     return index < background_frames_ ||
            stress_.keeps(index - background_frames_, frame_count().value_or(0) - background_frames_,
                          rate_hz());
   }
-  std::optional<std::int64_t> frame_count() const override { return source_->frame_count(); }
-  double rate_hz() const override { return source_->rate_hz(); }
-  std::string description() const override { return source_->description(); }
+  std::optional<std::int64_t> frame_count() const override { return log_->frame_count(); }
+  double rate_hz() const override { return log_->rate_hz(); }
+  std::string description() const override { return log_->description(); }
+  std::string warning() const override { return log_->warning(); }
 
  private:
-  std::unique_ptr<FrameSource> source_;
+  std::unique_ptr<RawFrameSource> log_;
   const Stress& stress_;
   const std::int64_t background_frames_;
 };
 
 /// The truth about the frames that are kept.
-std::optional<GroundTruth> truth_of(const AblationCase& measured, const StressedSource& source) {
+std::optional<GroundTruth> truth_of(const AblationCase& measured, const StressedLog& log) {
   if (!std::filesystem::exists(truth_file(measured.input.log))) return std::nullopt;
   GroundTruth truth = read_ground_truth(measured.input.log);
   for (std::size_t i = 0; i < truth.start_T_currs.size(); ++i)
-    if (!source.keeps(static_cast<std::int64_t>(i) + truth.background_frames)) truth.start_T_currs[i].reset();
+    if (!log.keeps(static_cast<std::int64_t>(i) + truth.background_frames)) truth.start_T_currs[i].reset();
   return truth;
 }
 
@@ -260,12 +264,13 @@ class Group {
   /// Rows by variant.
   std::map<std::string, Json> measure(const AblationCase& measured) {
     const Config& config = chains_.front()->config;
-    auto source = std::make_unique<StressedSource>(
-        open_frame_source(measured.input.log, config.sensor), *measured.stress,
-        measured.input.background.empty() ? config.background_frames : 0);
-    const std::optional<GroundTruth> truth = truth_of(measured, *source);
+    const auto log =
+        std::make_shared<StressedLog>(open_raw_log(measured.input.log, config.sensor), *measured.stress,
+                                      measured.input.background.empty() ? config.background_frames : 0);
+    const std::optional<GroundTruth> truth = truth_of(measured, *log);
     StageTimer timer;
-    SurfaceStream stream(std::move(source), measured.input, config, timer, {});
+    SurfaceStream stream(decode_frames(log, measured.input.log.string(), config.sensor), measured.input,
+                         config, timer, {});
     int frames = 0;
     while (const std::optional<SurfaceStream::Item> item = stream.next()) {
       frames += item->surface ? 1 : 0;
