@@ -55,6 +55,11 @@ struct Residuals {
     pull += sensitivity.pull / variance;
   }
 
+  void add(const Residuals& other) {
+    information += other.information;
+    pull += other.pull;
+  }
+
   /// Flatter surfaces always fit each other better, whatever the gradient scale: noise and the gel's
   /// smoothing shrink what two frames share. Scales, and biases that bend a patch as a whole, are therefore
   /// determined by loops alone: their information is removed here. That on small slopes is kept: where it
@@ -136,14 +141,21 @@ void measure_again(CalibratedMap& map, const NormalFlowOptions& options, int thr
     if (results[i].ok()) set_measurement(results[i], map.edges[i]);
 }
 
+constexpr std::size_t kFolds = 2;
+
+/// What the edges tell about the factors. Edges are dealt out to folds in turn.
+struct Evidence {
+  std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> edge_by_factor;
+  std::array<Residuals, kFolds> residuals;
+};
+
 /// Registers the map's edges again and returns how they depend on the factors. An edge that cannot be
 /// registered stays as it was.
-SharedUnknowns register_again(CalibratedMap& map, const PerTerm& sigma, const NormalFlowOptions& options,
-                              int threads, ParallelProgress& progress) {
+Evidence register_again(CalibratedMap& map, const NormalFlowOptions& options, int threads,
+                        ParallelProgress& progress) {
   constexpr std::size_t kAtOnce = 256;  // 6 kB each
-  SharedUnknowns shared;
-  shared.edge_by_unknown.resize(map.edges.size(), Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0));
-  Residuals residuals;
+  Evidence evidence;
+  evidence.edge_by_factor.resize(map.edges.size(), Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0));
   std::vector<Registered> registered;
   for (std::size_t first = 0; first < map.edges.size(); first += kAtOnce) {
     registered.assign(std::min(kAtOnce, map.edges.size() - first), {});
@@ -155,37 +167,83 @@ SharedUnknowns register_again(CalibratedMap& map, const PerTerm& sigma, const No
       const auto& [result, sensitivity] = registered[k];
       if (!result.ok()) continue;
       set_measurement(result, map.edges[first + k]);
-      shared.edge_by_unknown[first + k] = sensitivity.pose_by_factor;
-      residuals.add(sensitivity, result, options);
+      evidence.edge_by_factor[first + k] = sensitivity.pose_by_factor;
+      evidence.residuals[(first + k) % kFolds].add(sensitivity, result, options);
     }
   }
+  return evidence;
+}
+
+/// What the folds tell, without one of them (kFolds: with all), and the prior.
+SharedUnknowns knowledge(const Evidence& evidence, std::size_t left_out, const SlopeCorrection& correction,
+                         const PerTerm& sigma) {
+  Residuals residuals;
+  for (std::size_t fold = 0; fold < kFolds; ++fold)
+    if (fold != left_out) residuals.add(evidence.residuals[fold]);
   residuals.marginalize_flattening();
-  set_knowledge(residuals, map.correction, sigma, shared);
+  SharedUnknowns shared;
+  shared.edge_by_unknown = evidence.edge_by_factor;
+  set_knowledge(residuals, correction, sigma, shared);
   return shared;
 }
 
-/// How far a correction is from none, in standard deviations of the prior.
-struct Size {
-  double largest = 0;  ///< of any factor
-  double together = 0;
+/// Twice the negative logarithm of the likelihood of what a fold measured, given what the others say.
+struct Prediction {
+  double with_factors = 0, without = 0;
 };
 
-Size size_of(const SlopeCorrection& correction, const PerTerm& sigma) {
-  const PerTerm in_sigmas = Eigen::Map<const PerTerm>(correction.factors.data()).cwiseQuotient(sigma);
-  return {in_sigmas.cwiseAbs().maxCoeff(), in_sigmas.norm()};
+double cost_of(const std::vector<double>& residuals, const std::vector<std::size_t>& edges, double scale) {
+  double cost = 0;
+  for (const std::size_t i : edges) cost += scale * scale * std::log1p(std::pow(residuals[i] / scale, 2));
+  return cost;
 }
 
-/// Slope models err by less than this; a larger correction has fitted something else. False for NaN.
-bool plausible(const SlopeCorrection& correction, const PerTerm& sigma) {
-  constexpr double kMostSigmas = 3.0;  // of 31 sequences with ground truth one needs more: 3.8
-  const Size size = size_of(correction, sigma);
-  return std::isfinite(size.together) && size.largest < kMostSigmas;
+/// Loops of one fold are left out, and so are the residuals of its normals. What is left predicts them.
+Prediction predict(const CalibratedMap& map, const Evidence& evidence, std::size_t fold, const PerTerm& sigma,
+                   const PoseGraphOptions& pose_graph) {
+  constexpr double kLeftOut = 1e-6;  // of an edge's information, so that its residual is told
+  std::vector<PoseGraphEdge> edges = map.edges;
+  std::vector<std::size_t> left_out;
+  for (std::size_t i = fold; i < edges.size(); i += kFolds)
+    if (edges[i].kind == EdgeKind::loop && !map.solution.edge_outlier[i] &&
+        evidence.edge_by_factor[i].cols() > 0) {
+      edges[i].information *= kLeftOut;
+      left_out.push_back(i);
+    }
+  const auto residuals = [&](const SharedUnknowns& shared, Eigen::VectorXd& factors) {
+    PoseGraphSolution solution = solve_pose_graph(map.solution.component_T_node, edges, pose_graph, shared);
+    factors = solution.shared_unknowns;
+    for (double& residual : solution.edge_residual) residual /= std::sqrt(kLeftOut);
+    return solution.edge_residual;
+  };
+  Eigen::VectorXd factors, none;
+  const std::vector<double> with = residuals(knowledge(evidence, fold, map.correction, sigma), factors);
+  const std::vector<double> without = residuals({}, none);
+  Residuals normals = evidence.residuals[fold];
+  normals.marginalize_flattening();
+  return {cost_of(with, left_out, pose_graph.loop_loss_scale) + factors.dot(normals.information * factors) -
+              2 * normals.pull.dot(factors),
+          cost_of(without, left_out, pose_graph.loop_loss_scale)};
 }
 
-/// Where all factors together stay within one sigma of none, the log does not tell them, and registering all
-/// edges again would only add noise.
-bool informative(const SlopeCorrection& correction, const PerTerm& sigma) {
-  return size_of(correction, sigma).together > 1.0;
+/// Whether the correction explains measurements that it was not fitted to. Registrations share errors that
+/// their information does not contain, so that a small share of what is left unexplained proves nothing.
+bool is_demanded(const CalibratedMap& map, const Evidence& evidence, const PerTerm& sigma,
+                 const PoseGraphOptions& pose_graph) {
+  constexpr double kExplained = 1.0 / 3.0;  // of what is unexplained without it
+  constexpr double kTwoSigma = 4.0;         // as a difference of twice the log-likelihood
+  double with_factors = 0, without = 0;
+  for (std::size_t fold = 0; fold < kFolds; ++fold) {
+    const Prediction prediction = predict(map, evidence, fold, sigma, pose_graph);
+    with_factors += prediction.with_factors;
+    without += prediction.without;
+  }
+  return without - with_factors > std::max(kTwoSigma, kExplained * without);
+}
+
+/// How far a correction is from none, in standard deviations of the prior.
+double size_of(const SlopeCorrection& correction, const PerTerm& sigma) {
+  return Eigen::Map<const PerTerm>(correction.factors.data()).cwiseQuotient(sigma).norm();
 }
 
 /// From a keyframe to the next one.
@@ -227,17 +285,18 @@ std::optional<CalibratedMap> calibrated_in_rounds(const SlamMap& read, const Pos
   for (int round = 0; round < kRounds; ++round) {
     if (stop_requested()) return std::nullopt;
     map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
-    const SharedUnknowns shared = register_again(map, sigma, registration, threads, progress);
+    const Evidence evidence = register_again(map, registration, threads, progress);
+    if (round == 0 && !is_demanded(map, evidence, sigma, pose_graph)) return std::nullopt;
+    const SharedUnknowns shared = knowledge(evidence, kFolds, map.correction, sigma);
     map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph, shared);
     SlopeCorrection step;
     for (int k = 0; k < SlopeSensitivity::kTerms; ++k) {
       step.factors[index(k)] = map.solution.shared_unknowns[k];
       map.correction.factors[index(k)] += step.factors[index(k)];
     }
-    if (!plausible(map.correction, sigma)) return std::nullopt;
-    if (size_of(step, sigma).together < kSettledSigmas) break;
+    if (!std::isfinite(size_of(map.correction, sigma))) return std::nullopt;
+    if (size_of(step, sigma) < kSettledSigmas) break;
   }
-  if (!informative(map.correction, sigma)) return std::nullopt;
   map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
   // The rounds extrapolated the poses along the factors' derivatives, which are noise where a surface hardly
   // shows a direction. The final poses are measured on the corrected surfaces.
