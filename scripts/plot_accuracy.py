@@ -12,10 +12,10 @@ import sys
 
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from check_sequences import ROOT, geometric_mean
+from check_sequences import ROOT, SETS, geometric_mean, public_error
 from plotting import COLORS, plt, save
 
-ORDER = ("track_", "scan_", "hard_")
+ORDER = ("track_", "scan_", "hard_", "ablate_")
 OURS, PUBLIC = COLORS["normalflow"], COLORS["icp"]
 
 
@@ -47,14 +47,16 @@ def main():
     parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path("accuracy.png"))
     arguments = parser.parse_args()
     data = pathlib.Path(os.environ.get("GELSLAM_DATA", ROOT.parent / "shared/data"))
-    reference = read_json(data / "sequences/reference.json")
+    reference = {}
+    for name in SETS:
+        reference.update(read_json(data / name / "reference.json"))
     results = {n: r for n, r in read_json(arguments.results).items() if isinstance(r, dict)}
-    names = [n for start in ORDER for n in sorted(results) if n.startswith(start)]
+    names = [n for start in ORDER for n in sorted(results) if n.startswith(start) and reference[n]]
     meshes = [n for n in names if results[n]["mesh"] and reference[n]["mesh"]]
     heights = [len(names), max(1, len(meshes))]
     figure, axes = plt.subplots(2, 1, figsize=(8, 1.6 + 0.25 * sum(heights)), height_ratios=heights)
     draw(axes[0], names, [geometric_mean(results[n]["trajectory"]["mae"]) for n in names],
-         [geometric_mean(reference[n]["mae"]) for n in names], "trajectory: geometric mean of the six axis errors (mm)")
+         [public_error(reference[n]) for n in names], "trajectory: geometric mean of the six axis errors (mm)")
     draw(axes[1], meshes, [results[n]["mesh"]["known_pose"]["accuracy"]["mean_mm"] for n in meshes],
          [reference[n]["mesh"]["acc_mean_mm"] for n in meshes], "mesh: mean distance to the true surface (mm)")
     axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncol=2, frameon=False)

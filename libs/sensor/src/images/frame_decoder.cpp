@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/core/error.hpp"
@@ -191,6 +192,17 @@ const std::string& FrameDecoder::first_damage() const { return impl_->first_dama
 std::string FrameDecoder::warning() const {
   if (left_out() == 0) return "";
   return "left out " + counted(left_out(), "damaged picture") + " (the first: " + first_damage() + ")";
+}
+
+bool is_gray(const cv::Mat3b& image, int tolerance) {
+  for (int v = 0; v < image.rows; ++v) {
+    const cv::Vec3b* row = image[v];
+    for (int u = 0; u < image.cols; ++u) {
+      const auto [low, high] = std::minmax({row[u][0], row[u][1], row[u][2]});
+      if (high - low > tolerance) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace gelslam

@@ -126,17 +126,6 @@ cv::Mat3b fit_to_profile(const cv::Mat3b& image, const SensorProfile& profile, c
   return result;
 }
 
-bool is_gray(const cv::Mat3b& image, int tolerance) {
-  for (int v = 0; v < image.rows; ++v) {
-    const cv::Vec3b* row = image[v];
-    for (int u = 0; u < image.cols; ++u) {
-      const auto [low, high] = std::minmax({row[u][0], row[u][1], row[u][2]});
-      if (high - low > tolerance) return false;
-    }
-  }
-  return true;
-}
-
 ColorGain::ColorGain(const std::array<double, 3>& gain_bgr)
     : unchanged_(gain_bgr == std::array<double, 3>{1.0, 1.0, 1.0}) {
   for (int value = 0; value < 256; ++value)
