@@ -135,7 +135,7 @@ TEST(CalibrateCommand, LabelsAreNotWrittenWhileAnotherProgramHasTheFolder) {
   set.presses.resize(2);
   write_folder(presses, set);
   const FolderLock lock(presses);
-  expect_mistake(calibrate({"label", presses, "--accept"}), "another program is writing to");
+  expect_mistake(calibrate({"label", presses, "--accept"}), "is writing to");
   EXPECT_FALSE(fs::exists(folder / "presses/press/0/label.npz"));
   EXPECT_THAT(calibrate({"label", presses, "--headless"}).err, HasSubstr("nothing was written"))
       << "looking is free";

@@ -60,8 +60,8 @@ TEST_F(Bench, DigitYamlAsksADigitForWhatItGives) {
   sensor.card = "DIGIT: DIGIT";
   // As digit-interface lists its streams: QVGA and VGA, uncompressed.
   sensor.modes = {{V4L2_PIX_FMT_YUYV, 320, 240, {60, 30}}, {V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}};
-  std::vector<std::uint8_t> gray(2u * 640 * 480, 128);
-  sensor.frames.push_back({.bytes = gray});
+  const std::vector<std::uint8_t> green(2u * 640 * 480, 90);
+  sensor.frames.push_back({.bytes = green});
   const auto camera = open(config);
   EXPECT_EQ(camera->description(), "DIGIT: DIGIT, /dev/video3, YUYV 640x480, 30 Hz");
   EXPECT_EQ(camera->warning(), "");

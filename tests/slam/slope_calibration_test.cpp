@@ -124,19 +124,18 @@ TEST_F(CalibrateSlopes, FindsThatSmallSlopesReadFlat) {
 
 TEST_F(CalibrateSlopes, LeavesAGoodModelAlone) {
   look(many_looks(), {});
-  const std::optional<CalibratedMap> map = calibrate();
-  const auto sigma = SlopeCorrection::prior_sigma(SlopeCalibrationOptions{}.gradient_scale_sigma);
-  for (std::size_t k = 0; map && k < SlopeCorrection::kTerms; ++k)
-    EXPECT_LT(std::abs(map->correction.factors[k]), 0.3 * sigma[k]) << k;
-  EXPECT_LT(error_deg(map ? map->solution : solution), 0.1);
+  EXPECT_FALSE(calibrate());
 }
 
-// With what a model states, an error 15 times as large is something else.
-TEST_F(CalibrateSlopes, AModelIsNotCorrectedByMoreThanItStates) {
+// An error 15 times as large as the model states: the loops demand a correction, the prior holds it back.
+TEST_F(CalibrateSlopes, AModelThatStatesTooLittleIsCorrectedWhereLoopsDemandIt) {
   model_sigma = 0.1;
   look(many_looks(), uneven());
   const std::optional<CalibratedMap> map = calibrate();
-  EXPECT_TRUE(!map || std::abs(map->correction.factors[2]) < 0.03);
+  ASSERT_TRUE(map);
+  EXPECT_LT(map->correction.factors[2], 0.0);
+  EXPECT_GT(map->correction.factors[2], -0.15);
+  EXPECT_LT(error_deg(map->solution), 0.8 * error_deg(solution));
 }
 
 TEST_F(CalibrateSlopes, WhatNothingTellsStaysAtThePrior) {
