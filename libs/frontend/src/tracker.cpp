@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "gelslam/registration/relocalization.hpp"
@@ -15,6 +14,11 @@ namespace {
 // before a trial has shown more, and how many frames that counts for.
 constexpr double kHandMmPerS = 1.6;
 constexpr double kMemoryFrames = 25;
+
+// The gate: what departs further than this from its prediction, in standard deviations, is not taken for
+// granted. The residual of a step is that of the one before to a third of the noise of normals.
+constexpr double kGateSigmas = 3;
+constexpr double kResidualSigma = 1.0 / kGateSigmas;
 
 // A contact's size swings as an object rolls over its bumps: it ends where so much less of it is left than
 // a trial begins with. Registration tells whether that is enough.
@@ -123,9 +127,7 @@ Tracker::Reference Tracker::reference_of(const PreparedReference& prepared, cons
                                          double time_s) const {
   const double elapsed_s = time_s - previous_.time_s;
   return {prepared, reference_T_previous,
-          reference_T_previous *
-              carried_on(previous_.step, previous_.step_s, std::min(elapsed_s, longest_step_s())),
-          elapsed_s};
+          reference_T_previous * carried_on(previous_.step, previous_.step_s, elapsed_s), elapsed_s};
 }
 
 /// From the predicted pose; if that fails, from the previous one.
@@ -139,35 +141,29 @@ RegistrationResult Tracker::register_to(const Reference& reference, const Surfac
   return best;
 }
 
-/// The normals of a frame do not suddenly fit worse than those of the frame before by more than their noise.
-bool Tracker::fits_as_before(const RegistrationResult& registration) const {
-  return registration.ok() &&
-         registration.normal_rmse_rad <= previous_.residual_rad + normal_flow_.normal_noise_rad;
+/// Whether innovation and residual are those predicted: the uncertainty of the prediction grows in proportion
+/// to the time, and that of the registration is added. Where a pattern may have moved by one period within
+/// the gate, the gate tells nothing.
+bool Tracker::passes_gate(const RegistrationResult& registration, const Pose& reference_T_expected,
+                          double elapsed_s) const {
+  const double sigma_mm = std::sqrt(innovation_variance_) * elapsed_s;
+  const double residual_increase = (registration.normal_rmse_rad - previous_.residual_rad) /
+                                   (kResidualSigma * normal_flow_.normal_noise_rad);
+  return registration.ok() && kGateSigmas * sigma_mm <= kMinPeriodMm && residual_increase <= kGateSigmas &&
+         normalized_innovation(registration, reference_T_expected.inverse(), sigma_mm) <= kGateSigmas;
 }
 
-/// Three standard deviations of the running innovation: the uncertainty of the prediction grows in proportion
-/// to the time.
-double Tracker::usual_innovation_mm(double elapsed_s) const {
-  return 3 * std::sqrt(innovation_variance_) * elapsed_s;
+/// Motion goes on, or it stops or turns back.
+bool Tracker::is_usual(const RegistrationResult& registration, const Reference& reference) const {
+  return passes_gate(registration, reference.T_predicted, reference.elapsed_s) ||
+         passes_gate(registration, reference.T_previous, reference.elapsed_s);
 }
-
-/// Over more time than this a pattern may have moved by one period, and no step is usual.
-double Tracker::longest_step_s() const { return kMinPeriodMm / usual_innovation_mm(1.0); }
 
 /// The innovation of an accepted step changes what is usual (as in KISS-ICP, Vizzo et al. 2023, but with
 /// a finite memory).
 void Tracker::learn_innovation(double innovation_mm, double elapsed_s) {
   const double rate = innovation_mm / elapsed_s;
   innovation_variance_ += (rate * rate - innovation_variance_) / kMemoryFrames;
-}
-
-/// A usual step is accepted without a search: it is short in time and it ends at the predicted pose or at the
-/// previous one, since motion may stop or turn back.
-bool Tracker::is_usual(const RegistrationResult& registration, const Reference& reference) const {
-  const double usual_mm = usual_innovation_mm(reference.elapsed_s);
-  return fits_as_before(registration) && reference.elapsed_s <= longest_step_s() &&
-         (is_near(registration, reference.T_predicted, usual_mm) ||
-          is_near(registration, reference.T_previous, usual_mm));
 }
 
 /// The only place where the frame fits, whether `registration` found it there or not. Not ok when there is
@@ -180,13 +176,10 @@ RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surf
     if (unconfirmed.ok()) unconfirmed.status = RegistrationStatus::unconfirmed;
     return unconfirmed;
   }
-  const bool is_small =
-      fits_as_before(registration) && reference.elapsed_s <= longest_step_s() &&
-      is_near(registration, reference.T_predicted, 2 * usual_innovation_mm(reference.elapsed_s));
   const double start_s = clock_ ? clock_() : 0;
-  const RegistrationResult place = relocalize(
-      *reference.prepared.samples(), surface, reference.T_predicted.inverse(), registration, normal_flow_,
-      verification_, is_small ? verification_.rival_distance : std::numeric_limits<double>::infinity());
+  const RegistrationResult place =
+      relocalize(*reference.prepared.samples(), surface, reference.T_predicted.inverse(), registration,
+                 normal_flow_, verification_);
   if (clock_) relocalization_debt_s_ += clock_() - start_s;
   // Another method starts from there and decides.
   return place.ok() ? reference.prepared.register_to(surface, place.target_T_reference) : place;
@@ -195,17 +188,15 @@ RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surf
 /// The frame before fitted at several places. If this frame is where the motion to the expected one of them
 /// leads, that motion was real: the object was moving already when the trial began. Otherwise not ok.
 RegistrationResult Tracker::continue_motion(const Surface& surface, double time_s) {
-  if (!pending_ || !pending_->keyframe_T_frame) return {};
-  const Pose keyframe_T_pending = *std::exchange(pending_->keyframe_T_frame, std::nullopt);
-  const double first_s = pending_->time_s - previous_.time_s, second_s = time_s - pending_->time_s;
-  if (first_s + second_s > longest_step_s()) return {};
-  const Pose step = previous_.link.previous_T_this.inverse() * keyframe_T_pending;
-  const Pose expected = keyframe_T_pending * carried_on(step, first_s, second_s);
+  if (!lost_ || !lost_->keyframe_T_unconfirmed) return {};
+  const Pose keyframe_T_lost = *std::exchange(lost_->keyframe_T_unconfirmed, std::nullopt);
+  const double first_s = lost_->last.time_s - lost_->since_s, second_s = time_s - lost_->last.time_s;
+  const Pose step = previous_.link.previous_T_this.inverse() * keyframe_T_lost;
+  const Pose expected = keyframe_T_lost * carried_on(step, first_s, second_s);
   const RegistrationResult registration = reference_->register_to(surface, expected.inverse());
-  if (!fits_as_before(registration) || !is_near(registration, expected, usual_innovation_mm(second_s)))
-    return {};
-  previous_.link.previous_T_this = keyframe_T_pending;  // the frame before was tracked after all
-  previous_.time_s = pending_->time_s;
+  if (!passes_gate(registration, expected, second_s)) return {};
+  previous_.link.previous_T_this = keyframe_T_lost;  // the frame before was tracked after all
+  previous_.time_s = lost_->last.time_s;
   return registration;
 }
 
@@ -250,17 +241,17 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface,
     begin_trial(result, seen, registrar_->prepare(std::move(surface)));
     return;
   }
-  if (pending_) {
-    auto reference = registrar_->prepare(pending_->surface);
+  if (lost_) {
+    auto reference = registrar_->prepare(lost_->last.surface);
     const RegistrationResult together = reference->register_to(*surface, Pose::Identity());
     if (together.ok()) {
-      begin_trial(result, Seen(*pending_), std::move(reference));
+      begin_trial(result, Seen(lost_->last), std::move(reference));
       result.registration = together;
       accept(result, std::move(surface));
       return;
     }
   }
-  pending_ = Pending{seen, pending_ ? std::nullopt : keyframe_T_unconfirmed};
+  lost_ = LostState{previous_.time_s, seen, lost_ ? std::nullopt : keyframe_T_unconfirmed};
 }
 
 void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {
@@ -277,7 +268,7 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {
                         ? Pose::Identity()
                         : previous_.link.previous_T_this.inverse() * keyframe_T_frame;
   previous_ = {{result.frame, result.time_s, surface}, link, registration.normal_rmse_rad, step, elapsed_s};
-  pending_.reset();
+  lost_.reset();
   result.status = TrackStatus::tracked;
   result.trial = trial_;
   result.trial_T_frame = trial_T_keyframe_ * keyframe_T_frame;
@@ -405,7 +396,7 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   // The first step deepens the contact: its residual may be larger than noise.
   previous_ = {first, KeyframeLink{keyframe_}, 3 * normal_flow_.normal_noise_rad, Pose::Identity(), 0};
   innovation_variance_ = kHandMmPerS * kHandMmPerS;
-  pending_.reset();
+  lost_.reset();
   result.trial = trial_;
   result.keyframe = keyframe_;
   result.keyframe_T_frame = Pose::Identity();

@@ -1,5 +1,6 @@
 #include "gelslam/registration/relocalization.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -35,6 +36,22 @@ bool is_elsewhere(const RegistrationResult& result, const Pose& other) {
 
 double innovation_mm(const RegistrationResult& found, const Pose& expected) {
   return difference(found, expected).size_mm();
+}
+
+double normalized_innovation(const RegistrationResult& found, const Pose& expected, double sigma_mm) {
+  const Difference d = difference(found, expected);
+  const Vector6d innovation = (Vector6d() << d.shift_mm, d.turn_mm).finished();
+  // The registration's information about these six numbers: w = R't / kMmPerRad, p = R's + c x w.
+  const Eigen::Matrix3d back = found.target_T_reference.linear().transpose();
+  Matrix6d noise_from_difference = Matrix6d::Zero();
+  noise_from_difference.topRightCorner<3, 3>() = back / kMmPerRad;
+  noise_from_difference.bottomLeftCorner<3, 3>() = back;
+  noise_from_difference.bottomRightCorner<3, 3>() = skew(found.shared_center_mm) * back / kMmPerRad;
+  const Matrix6d information = noise_from_difference.transpose() * found.information * noise_from_difference;
+  // (information⁻¹ + sigma²)⁻¹, where the information may have no inverse.
+  const Matrix6d both =
+      (Matrix6d::Identity() + sigma_mm * sigma_mm * information).partialPivLu().solve(information);
+  return std::sqrt(std::max(0.0, innovation.dot(both * innovation)));
 }
 
 RegistrationResult relocalize(const NormalFlowReference& reference, const Surface& target,

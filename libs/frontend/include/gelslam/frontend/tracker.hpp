@@ -58,8 +58,18 @@ struct TrackedFrame {
 };
 
 /// Registers each frame to the current keyframe and decides on keyframes and trials (Huang et al., T-RO 2026,
-/// §IV; the retries and the early keyframes are our own). Deterministic without limit_relocalization();
-/// frames must come in order.
+/// §IV; the others are our own):
+///  1. Contact begins a trial, and ends it with hysteresis.
+///  2. Prediction: the motion goes on at constant velocity, or it stops.
+///  3. One gate: innovation and residual of a step within three standard deviations of what is predicted.
+///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
+///  5. Relocalization of a step that the gate refuses; if there are rivals, the frame is lost.
+///  6. A time budget for that, live.
+///  7. LostState: a later frame is found again, proves the place of the lost one, or begins a trial with it.
+///  8. A keyframe is replaced when it is outgrown.
+///  9. Known ground: a keyframe of the map takes over.
+/// 10. Turning points become keyframes.
+/// Deterministic without limit_relocalization(); frames must come in order.
 class Tracker {
  public:
   /// Registers with NormalFlow.
@@ -103,10 +113,12 @@ class Tracker {
     Pose step = Pose::Identity();  ///< from the tracked frame before: before_T_this
     double step_s = 0;             ///< time that it took
   };
-  /// A frame that has no place in the map yet.
-  struct Pending : Seen {
+  /// From the first frame without a place in the map until one is tracked again or a new trial begins.
+  struct LostState {
+    double since_s = 0;  ///< time of the last tracked frame
+    Seen last;           ///< the last lost frame
     /// Where registration from the expected place put it, if only that several places fit speaks against it.
-    std::optional<Pose> keyframe_T_frame;
+    std::optional<Pose> keyframe_T_unconfirmed;
   };
   /// What a frame is registered to, and where the sensor is expected.
   struct Reference {
@@ -124,11 +136,10 @@ class Tracker {
   Reference reference_of(const PreparedReference& prepared, const Pose& reference_T_previous,
                          double time_s) const;
   RegistrationResult register_to(const Reference& reference, const Surface& surface) const;
-  bool fits_as_before(const RegistrationResult& registration) const;
-  double usual_innovation_mm(double elapsed_s) const;
-  double longest_step_s() const;
-  void learn_innovation(double innovation_mm, double elapsed_s);
+  bool passes_gate(const RegistrationResult& registration, const Pose& reference_T_expected,
+                   double elapsed_s) const;
   bool is_usual(const RegistrationResult& registration, const Reference& reference) const;
+  void learn_innovation(double innovation_mm, double elapsed_s);
   RegistrationResult relocalize_on(const Reference& reference, const Surface& surface,
                                    const RegistrationResult& registration);
   RegistrationResult continue_motion(const Surface& surface, double time_s);
@@ -164,7 +175,7 @@ class Tracker {
   TurningPoints turning_points_;
   Tracked previous_;                  ///< the last tracked frame of the trial
   double innovation_variance_ = 0;    ///< running mean square, (mm/s)²
-  std::optional<Pending> pending_;    ///< the last frame, if it is not tracked
+  std::optional<LostState> lost_;     ///< none while frames are tracked
   Clock clock_;                       ///< none: relocalization may take any time
   double relocalization_share_ = 0;   ///< of the time that passes, that it may take
   double relocalization_debt_s_ = 0;  ///< by how much it went beyond that
