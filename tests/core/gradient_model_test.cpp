@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -89,14 +90,14 @@ TEST(Network, GivesTheSameAtEveryInstructionLevel) {
   NetworkJacobian by_input;
   GradientModel by_number;
   network_forward(network, lowest, 1);
-  network_jacobian(network, lowest, by_input, 1);
+  FrozenNetwork(network, 1).jacobian(lowest, by_input);
   network_backward(network, lowest, lowest.output, by_number, 1);
   for (int level = 3; level <= instruction_level(); ++level) {
     NetworkTile tile = inputs;
     NetworkJacobian jacobian;
     GradientModel gradient;
     network_forward(network, tile, level);
-    network_jacobian(network, lowest, jacobian, level);
+    FrozenNetwork(network, std::min(level, 4)).jacobian(lowest, jacobian);
     network_backward(network, lowest, lowest.output, gradient, level);
     // Float sums of 32 terms (forward) and of 64 samples (backward), in another order and with fused
     // products.
@@ -108,6 +109,39 @@ TEST(Network, GivesTheSameAtEveryInstructionLevel) {
     for (std::size_t k = 0; k < by_number.numbers.size(); ++k)
       ASSERT_NEAR(gradient.numbers[k], by_number.numbers[k], 1e-4F) << "level " << level << ", " << k;
   }
+}
+
+// AMX takes factors as sums of two with 8 bits; every other processor the steps of network_forward.
+TEST(FrozenNetwork, GivesTheAnglesAndDerivativesOfFloats) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const GradientModel network = initial_network([&] { return normal(random); });
+  for (int level = 1; level <= instruction_level(); ++level) {
+    NetworkTile tile = random_tile(random), expected = tile;
+    network_forward(network, expected, 1);
+    const FrozenNetwork frozen(network, level);
+    frozen.forward(tile);
+    const float tolerance = level >= 5 ? 3e-4F : 1e-5F;  // of angles around 1 rad; 0.02 degrees
+    for (std::size_t k = 0; k < tile.output.size(); ++k)
+      ASSERT_NEAR(tile.output[k], expected.output[k], tolerance) << "level " << level << ", " << k;
+    NetworkJacobian jacobian, by_input;
+    frozen.jacobian(expected, jacobian);
+    FrozenNetwork(network, 1).jacobian(expected, by_input);
+    for (std::size_t o = 0; o < 2; ++o)
+      for (std::size_t k = 0; k < by_input.of_output[o].size(); ++k)
+        ASSERT_NEAR(jacobian.of_output[o][k], by_input.of_output[o][k], tolerance) << "level " << level;
+  }
+}
+
+TEST(FrozenNetwork, GivesTheSameBitsAtEveryPlaceOfATile) {
+  std::mt19937 random(8);
+  const FrozenNetwork network(random_network(random));
+  NetworkTile tile = random_tile(random);
+  for (std::size_t k = 0; k < tile.input.size(); ++k)
+    tile.input[k] = tile.input[k / kNetworkTile * kNetworkTile];
+  network.forward(tile);
+  for (std::size_t k = 0; k < tile.output.size(); ++k)
+    ASSERT_EQ(tile.output[k], tile.output[k / kNetworkTile * kNetworkTile]) << k;
 }
 
 TEST(NetworkBackward, DerivativesAreThoseOfFiniteDifferences) {

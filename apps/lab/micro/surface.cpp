@@ -145,12 +145,12 @@ void network_everywhere(benchmark::State& state) {
 void network_tile(benchmark::State& state) {
   const auto level = static_cast<int>(state.range(0));
   if (level > instruction_level()) return state.SkipWithError("this processor lacks the instructions");
-  const GradientModel model = random_model();
+  const FrozenNetwork network(random_model(), level);
   NetworkTile tile;
   NetworkJacobian jacobian;
   for (auto _ : state) {
-    network_forward(model, tile, level);
-    network_jacobian(model, tile, jacobian, level);
+    network.forward(tile);
+    network.jacobian(tile, jacobian);
     benchmark::DoNotOptimize(jacobian.of_output.data());
   }
 }
@@ -202,6 +202,7 @@ BENCHMARK(network_tile)
     ->Arg(1)
     ->Arg(3)
     ->Arg(4)
+    ->Arg(5)
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK(poisson)->Name("surface/poisson")->Unit(benchmark::kMillisecond);
 BENCHMARK(whole_estimate)

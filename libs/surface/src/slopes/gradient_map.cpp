@@ -62,7 +62,7 @@ GELSLAM_CLONES void tangents(NetworkTile::Values<2>& angles_rad) {
 }
 
 GradientMap::GradientMap(const GradientModel& model, const cv::Mat3b& background)
-    : model_(model), background_gx_(background.size(), 0.0F), background_gy_(background.size(), 0.0F) {
+    : network_(model), background_gx_(background.size(), 0.0F), background_gy_(background.size(), 0.0F) {
   for (int u = 0; u < background.cols; ++u) {
     column_.push_back(static_cast<float>(u) / static_cast<float>(background.cols));
   }
@@ -162,8 +162,8 @@ void GradientMap::run_smooth(const cv::Mat3b& bgr, const ColorTable& colors) {
       feature[3 * kNetworkTile] = 0.5F * (column_[u] + column_[u + kBlockPx - 1]);
       feature[4 * kNetworkTile] = 0.5F * (row_[v] + row_[v + kBlockPx - 1]);
     }
-    network_forward(model_, tile_);
-    network_jacobian(model_, tile_, jacobian_);
+    network_.forward(tile_);
+    network_.jacobian(tile_, jacobian_);
     for (std::size_t i = 0; i < blocks; ++i) {
       const auto [left, top] = smooth_[first + i];
       const std::size_t at = i % kBlocksAtOnce * kBlockArea;
@@ -207,7 +207,7 @@ void GradientMap::run_rough(const cv::Mat3b& bgr, const ColorTable& colors) {
       feature[4 * kNetworkTile] = row_[static_cast<std::size_t>(v)];
       pixels_[i] = v * bgr.cols + u;
     }
-    network_forward(model_, tile_);
+    network_.forward(tile_);
     angles_ = tile_.output;
     write_slopes(static_cast<int>(count));
   }

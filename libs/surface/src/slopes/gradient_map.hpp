@@ -41,7 +41,7 @@ class GradientMap {
   void write_blocks(const cv::Point* corners, std::size_t blocks);
   void write_slopes(int count);
 
-  GradientModel model_;
+  FrozenNetwork network_;
   std::vector<float> column_, row_;  // u/W, v/H
   cv::Mat1f background_gx_, background_gy_;
   cv::Mat1f gx_, gy_;                        // the result of compute()

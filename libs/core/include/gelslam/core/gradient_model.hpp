@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <vector>
@@ -64,7 +65,8 @@ struct alignas(64) NetworkTile {
   Values<2> output{};
 };
 
-/// Of this processor, as the levels of x86-64 are numbered: 4 has AVX-512, 3 AVX2. 1 elsewhere.
+/// Of this processor, as the levels of x86-64 are numbered: 4 has AVX-512, 3 AVX2. 1 elsewhere. 5: level 4
+/// with AMX, which the operating system must permit.
 int instruction_level();
 
 /// Computes `output` (and `hidden`, which network_backward needs) from `input`. Every sample takes the same
@@ -72,17 +74,36 @@ int instruction_level();
 /// A `level` below this processor's is for tests and benchmarks.
 void network_forward(const GradientModel& network, NetworkTile& tile, int level = instruction_level());
 
-/// Derivatives of both outputs by the inputs, after network_forward.
-struct alignas(64) NetworkJacobian {
-  std::array<NetworkTile::Values<5>, 2> of_output{};
-};
-void network_jacobian(const GradientModel& network, const NetworkTile& tile, NetworkJacobian& jacobian,
-                      int level = instruction_level());
-
 /// Adds the derivatives of a loss by the network's numbers; `d_output` holds its derivatives by the outputs.
 void network_backward(const GradientModel& network, const NetworkTile& tile,
                       const NetworkTile::Values<2>& d_output, GradientModel& gradient,
                       int level = instruction_level());
+
+/// Derivatives of both outputs by the inputs.
+struct alignas(64) NetworkJacobian {
+  std::array<NetworkTile::Values<5>, 2> of_output{};
+};
+
+/// A 32x32 matrix as the sum of two with factors of 8 bits (bf16). [row][k]: columns k and k + 16.
+struct alignas(64) SplitWeights {
+  std::array<std::uint32_t, 512> high{}, low{};
+};
+
+/// A network whose numbers no longer change. Like network_forward, but faster where the processor multiplies
+/// matrices (level 5). Angles then differ by the rounding of factors to 16 bits, by up to 1e-4 rad.
+class FrozenNetwork {
+ public:
+  explicit FrozenNetwork(const GradientModel& network, int level = instruction_level());
+  /// As network_forward.
+  void forward(NetworkTile& tile) const;
+  /// After forward.
+  void jacobian(const NetworkTile& tile, NetworkJacobian& result) const;
+
+ private:
+  GradientModel network_;
+  int level_;
+  std::array<SplitWeights, 2> forward_, transposed_;  // of the layers between hidden neurons; AMX alone
+};
 
 /// Adam (Kingma & Ba 2015, algorithm 1), with the published decay rates.
 class Adam {
