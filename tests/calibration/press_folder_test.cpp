@@ -122,10 +122,8 @@ TEST(PressFolder, IsForOneProgramAtATime) {
   const fs::path folder = place / "presses";
   PressFolder first(folder, 6.35, true), late(folder, 9.5, true);  // both see no folder yet
   first.write_background(bare_gel());
-  EXPECT_THAT([&] { late.write_background(bare_gel(3)); },
-              ThrowsMessage<Error>(HasSubstr("is writing to")));
-  EXPECT_THAT([&] { PressFolder(folder, 9.5, true); },
-              ThrowsMessage<Error>(HasSubstr("is writing to")));
+  EXPECT_THAT([&] { late.write_background(bare_gel(3)); }, ThrowsMessage<Error>(HasSubstr("is writing to")));
+  EXPECT_THAT([&] { PressFolder(folder, 9.5, true); }, ThrowsMessage<Error>(HasSubstr("is writing to")));
   first.add(press_number(0));
   EXPECT_EQ(read_press_set(folder).background(0, 0), bare_gel()(0, 0)) << "not the second one's";
   EXPECT_EQ(first.add(press_number(1)), "6.350mm/1");

@@ -38,9 +38,9 @@ struct RunHistory {
 
 /// What `gelslam view` can show.
 struct ViewContent {
-  std::string name;                   ///< of the file or folder, for people
-  Mesh mesh;                          ///< mm
-  std::optional<RunHistory> history;  ///< of a run that kept its session
+  std::string name;                        ///< of the file or folder, for people
+  Mesh mesh;                               ///< mm
+  std::optional<RunHistory> history;       ///< of a run that kept its session
   std::vector<std::string> warnings = {};  ///< read_reservations() of a run
 };
 
