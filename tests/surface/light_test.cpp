@@ -159,6 +159,27 @@ TEST(Light, IsReadBesideTheLastContact) {
   EXPECT_GT(brighter({}), 0.5);
 }
 
+// Gel that leans by less than a tenth of a degree around a contact looks like light. A change of one lamp is
+// its gain, without any offset.
+TEST(Light, FollowsOnlyWhatTheBlocksDemand) {
+  cv::Mat3f background(60, 80);
+  for (int v = 0; v < background.rows; ++v)
+    for (int u = 0; u < background.cols; ++u) background(v, u) = cv::Vec3d(90.0 + u, 100.0 + v, 150.0 - u);
+  surface::detail::LightTracker tracker(background);
+  cv::Mat3f frame;
+  cv::add(background, cv::Scalar(0.2, 0.1, -0.2), frame);
+  for (const auto& channel : tracker.update(frame, {}).channels) {
+    EXPECT_EQ(channel[0], 1.0);
+    EXPECT_EQ(channel[1], 0.0);
+  }
+  cv::multiply(background, cv::Scalar(1.0, 0.97, 1.02), frame);
+  const auto light = tracker.update(frame, {}).channels;
+  for (const std::size_t c : {0U, 1U, 2U}) {
+    EXPECT_NEAR(light[c][0], c == 0 ? 1.0 : c == 1 ? 0.97 : 1.02, 0.001);
+    EXPECT_EQ(light[c][1], 0.0);
+  }
+}
+
 // Neither of a lamp that is out nor of pictures of something else is any light believed; all is well when
 // they are over.
 TEST(Light, ThatCannotBeIsForgotten) {

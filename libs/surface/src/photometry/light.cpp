@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <span>
 #include <utility>
 
 #include "gelslam/core/median.hpp"
@@ -11,29 +12,52 @@
 namespace gelslam::surface::detail {
 namespace {
 
-// Noise of a block mean is below 1; a slope of 1 degree changes the color by 2.7.
-constexpr double kGateLevels = 2.5;
-constexpr int kGateHalvings =
-    3;  // where the light changed suddenly, the gate is this much wider and closes on it
+// Gray levels. A block's color differs by less (noise of its mean is below 1) unless the gel leans by more
+// than about 1 degree (2.7 levels).
+constexpr double kAgreeLevels = 3.0;
+// Gray levels (root mean square over the gel). Gel leans by a tenth of a degree far around a contact. That
+// looks like light, and averaging over blocks does not remove it, so no term is known better.
+constexpr double kLeaningLevels = 0.25;
+// Of a term's variance over the gel: one that differs by less from those before it cannot be told from them
+// (noise of the background's blocks is that share of how its brightness varies).
+constexpr double kLeastOwnShare = 1e-3;
 constexpr double kLeastShare = 0.1;  // of all blocks, to believe in a light; twice as many in an uneven one
 constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
-constexpr int kConvergedIn = 100;  // a fit after which fewer than one in 100 agreeing blocks change is done
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
-// Variance of the background's brightness below which gain and offset cannot be told apart, and the gain
-// stays as expected. A field does what a gain over a smooth background does, too.
-constexpr double kGainPriorVariance = 50.0;
-constexpr double kFieldPriorShare = 0.002;  // keeps the field 0 where too little is seen
+constexpr double kWidening = 8;  // of the kernel at first where the light changed suddenly
+constexpr int kMostFits = 3;
 // A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
 constexpr double kLeastGain = 0.25;
 
 /// From -1 to 1 over the picture.
 double unit_place(int index, int count) { return count < 2 ? 0.0 : 2.0 * index / (count - 1) - 1.0; }
 
-/// By what a channel's coefficients are multiplied.
-Light::Coefficients terms_at(double background, double x, double y, bool field_multiplies) {
-  const double scale = field_multiplies ? background / 128.0 : 1.0;
-  return {background, 1.0, scale * x, scale * y, scale * x * x, scale * x * y, scale * y * y};
+using LightOrder = std::span<const std::size_t>;  // indices of kLightTerms, most plausible first
+constexpr std::size_t kEven[] = {0, 1}, kLampOrder[] = {0, 2, 3, 4, 5, 6, 1},
+                      kStrayOrder[] = {1, 7, 8, 9, 10, 11, 0};
+
+double power(double base, std::size_t exponent) {
+  return exponent == 0 ? 1.0 : exponent == 1 ? base : base * base;
+}
+
+/// A channel's light within a row: polynomials in x.
+struct RowLight {
+  float gain[3] = {}, offset[3] = {};
+
+  RowLight(const Light::Coefficients& k, double y) {
+    for (std::size_t i = 0; i < k.size(); ++i) {
+      const LightTerm& term = kLightTerms[i];
+      (term.background == 1 ? gain : offset)[term.x] += static_cast<float>(k[i] * power(y, term.y));
+    }
+  }
+  float gain_at(float x) const { return gain[0] + x * (gain[1] + x * gain[2]); }
+  float offset_at(float x) const { return offset[0] + x * (offset[1] + x * offset[2]); }
+};
+using RowLights = std::array<RowLight, 3>;
+
+RowLights row_lights(const Light& light, double y) {
+  return {RowLight(light.channels[0], y), RowLight(light.channels[1], y), RowLight(light.channels[2], y)};
 }
 
 double row_gain_at(const std::vector<double>& rows, double y) {
@@ -46,24 +70,128 @@ double row_gain_at(const std::vector<double>& rows, double y) {
 
 template <typename Pixel>
 void convert(const Light& light, const cv::Mat_<Pixel>& from, cv::Mat_<Pixel>& to) {
+  constexpr auto least_gain = static_cast<float>(kLeastGain / 2);
   to.create(from.size());
   for (int v = 0; v < from.rows; ++v) {
-    const double y = unit_place(v, from.rows), row_gain = row_gain_at(light.row_gain, y);
+    const double y = unit_place(v, from.rows);
+    const auto row_gain = static_cast<float>(row_gain_at(light.row_gain, y));
+    const RowLights row = row_lights(light, y);
     for (int u = 0; u < from.cols; ++u) {
-      const double x = unit_place(u, from.cols);
+      const auto x = static_cast<float>(unit_place(u, from.cols));
       for (int c = 0; c < 3; ++c) {
-        const Light::Coefficients& k = light.channels[static_cast<std::size_t>(c)];
-        const double field = k[2] * x + k[3] * y + k[4] * x * x + k[5] * x * y + k[6] * y * y;
-        const double gain = light.field_multiplies ? std::max(kLeastGain / 2, k[0] + field / 128.0) : k[0];
-        const double offset = light.field_multiplies ? k[1] : k[1] + field;
-        to(v, u)[c] =
-            cv::saturate_cast<typename Pixel::value_type>((from(v, u)[c] / row_gain - offset) / gain);
+        const RowLight& k = row[static_cast<std::size_t>(c)];
+        to(v, u)[c] = cv::saturate_cast<typename Pixel::value_type>(
+            (static_cast<float>(from(v, u)[c]) / row_gain - k.offset_at(x)) /
+            std::max(least_gain, k.gain_at(x)));
       }
     }
   }
 }
 
+/// Tukey's weights of a row's blocks for residuals up to a limit in gray levels. How many are not 0.
+GELSLAM_CLONES int weigh_row(const cv::Vec3f* now, const cv::Vec3f* background, const unsigned char* excluded,
+                             const float* x, std::size_t count, const RowLights& light, float row_gain,
+                             float limit, float* weights) {
+  const float scale = 1.0F / (limit * limit);
+  int agree = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    float squared = 0.0F;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float residual = now[i].val[c] - row_gain * (light[c].gain_at(x[i]) * background[i].val[c] +
+                                                         light[c].offset_at(x[i]));
+      squared += residual * residual;
+    }
+    const float closeness = excluded[i] == 0 ? std::max(0.0F, 1.0F - scale * squared) : 0.0F;
+    weights[i] = closeness * closeness;
+    agree += closeness > 0.0F ? 1 : 0;
+  }
+  return agree;
+}
+
+/// Weighted sums over the blocks of background^p x^i y^j, and of the change times these.
+struct Moments {
+  double powers[3][5][5] = {}, changes[2][3][3] = {};
+};
+
+/// Adds a row of blocks. `degree`: of the field.
+template <std::size_t degree>
+void add_row_moments(const cv::Vec3f* now, const cv::Vec3f* background, const float* weights, const float* x,
+                     std::size_t count, int channel, double inverse_row_gain, double y, Moments& moments) {
+  double powers[3][2 * degree + 1] = {}, changes[2][degree + 1] = {};
+  for (std::size_t u = 0; u < count; ++u) {
+    if (weights[u] == 0.0F) continue;
+    const double then = background[u][channel];
+    double term = weights[u], change = term * (now[u][channel] * inverse_row_gain - then);
+    for (std::size_t i = 0; i <= 2 * degree; ++i, term *= x[u], change *= x[u]) {
+      powers[0][i] += term;
+      powers[1][i] += term * then;
+      powers[2][i] += term * then * then;
+      if (i > degree) continue;
+      changes[0][i] += change;
+      changes[1][i] += change * then;
+    }
+  }
+  double scale = 1.0;
+  for (std::size_t j = 0; j <= 2 * degree; ++j, scale *= y)
+    for (std::size_t i = 0; i <= 2 * degree; ++i) {
+      for (std::size_t p = 0; p < 3; ++p) moments.powers[p][i][j] += scale * powers[p][i];
+      if (i <= degree && j <= degree)
+        for (std::size_t p = 0; p < 2; ++p) moments.changes[p][i][j] += scale * changes[p][i];
+    }
+}
+
+/// Coefficients of each channel's change by least squares, shrunk. Cholesky factors make the terms
+/// independent: what each explains beyond those before it, in all channels, is compared with what leaning gel
+/// looks like.
+std::array<Light::Coefficients, 3> shrunk_solution(const std::array<Moments, 3>& moments, LightOrder order) {
+  using Square = std::array<Light::Coefficients, kLightTerms.size()>;
+  std::array<Square, 3> factors{};
+  std::array<Light::Coefficients, 3> solutions{}, result{};
+  Light::Coefficients shrinkage{};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const LightTerm& a = kLightTerms[order[i]];
+    double squared_levels = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double total = moments[c].powers[0][0][0];
+      Square& factor = factors[c];
+      double levels = moments[c].changes[a.background][a.x][a.y] / total;
+      for (std::size_t j = 0; j <= i; ++j) {
+        const LightTerm& b = kLightTerms[order[j]];
+        const double whole = moments[c].powers[a.background + b.background][a.x + b.x][a.y + b.y] / total;
+        double own = whole;
+        for (std::size_t k = 0; k < j; ++k) own -= factor[i][k] * factor[j][k];
+        if (j == i) {
+          factor[i][i] = own > kLeastOwnShare * whole ? std::sqrt(own) : 0.0;
+        } else if (factor[j][j] > 0.0) {
+          factor[i][j] = own / factor[j][j];
+          levels -= factor[i][j] * solutions[c][j];
+        }
+      }
+      if (factor[i][i] > 0.0) solutions[c][i] = levels / factor[i][i];
+      squared_levels += solutions[c][i] * solutions[c][i];
+    }
+    constexpr double leaning = 3 * kLeaningLevels * kLeaningLevels;
+    shrinkage[i] = squared_levels > leaning ? 1.0 - leaning / squared_levels : 0.0;
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = order.size(); i-- > 0;) {
+      double& value = solutions[c][i];
+      value *= shrinkage[i];
+      for (std::size_t k = i + 1; k < order.size(); ++k) value -= factors[c][k][i] * solutions[c][k];
+      value = factors[c][i][i] > 0.0 ? value / factors[c][i][i] : 0.0;
+      result[c][order[i]] = value;
+    }
+  }
+  return result;
+}
+
 }  // namespace
+
+bool Light::is_even() const {
+  return row_gain.empty() && std::all_of(channels.begin(), channels.end(), [](const Coefficients& k) {
+           return std::all_of(k.begin() + 2, k.end(), [](double field) { return field == 0.0; });
+         });
+}
 
 ColorTable color_table(const Light& even_light) {
   ColorTable table;
@@ -93,147 +221,73 @@ LightTracker::LightTracker(const cv::Mat3f& background_blocks, bool uneven)
     : background_(background_blocks.clone()),
       may_be_uneven_(uneven),
       none_(background_blocks.size(), static_cast<unsigned char>(0)),
-      inliers_(none_.clone()) {}
-
-namespace {
-
-/// select_inliers() for even light.
-GELSLAM_CLONES int select_by_even_light(const cv::Vec3f* now, const cv::Vec3f* background,
-                                        const unsigned char* excluded, std::size_t count, const Light& light,
-                                        float squared_gate, unsigned char* inliers) {
-  float gain[3], offset[3];
-  for (std::size_t c = 0; c < 3; ++c) {
-    gain[c] = static_cast<float>(light.channels[c][0]);
-    offset[c] = static_cast<float>(light.channels[c][1]);
-  }
-  int found = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    float squared_residual = 0.0F;
-    for (int c = 0; c < 3; ++c) {
-      const float residual = now[i].val[c] - (gain[c] * background[i].val[c] + offset[c]);
-      squared_residual += residual * residual;
-    }
-    const unsigned char agrees = (squared_residual < squared_gate) & (excluded[i] == 0);
-    inliers[i] = agrees;
-    found += agrees;
-  }
-  return found;
+      weights_(background_blocks.size()) {
+  for (int column = 0; column < background_.cols; ++column)
+    x_.push_back(static_cast<float>(unit_place(column, background_.cols)));
 }
 
-}  // namespace
-
-int LightTracker::select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light,
-                                 double gate) {
-  const double squared_gate = gate * gate;
-  if (light.is_even())
-    return select_by_even_light(blocks[0], background_[0], excluded[0], blocks.total(), light,
-                                static_cast<float>(squared_gate), inliers_[0]);
-  int count = 0;
-  for (int row = 0; row < blocks.rows; ++row) {
-    const double y = unit_place(row, blocks.rows);
+/// How many blocks agree with a light, up to a limit in gray levels.
+int LightTracker::weigh(const Light& light, double limit) {
+  int agree = 0;
+  const bool rows_alike = light.is_even();
+  RowLights lights = row_lights(light, 0.0);
+  for (int row = 0; row < blocks_.rows; ++row) {
     const double row_gain = light.row_gain.empty() ? 1.0 : light.row_gain[static_cast<std::size_t>(row)];
-    for (int column = 0; column < blocks.cols; ++column) {
-      const cv::Vec3f &now = blocks(row, column), &background = background_(row, column);
-      double squared_residual = 0.0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double then = background[static_cast<int>(c)];
-        const Light::Coefficients& k = light.channels[c];
-        double expected = k[0] * then + k[1];
-        if (light.has_field) {
-          const Light::Coefficients term =
-              terms_at(then, unit_place(column, blocks.cols), y, light.field_multiplies);
-          for (std::size_t i = 2; i < term.size(); ++i) expected += k[i] * term[i];
-        }
-        const double residual = now[static_cast<int>(c)] - row_gain * expected;
-        squared_residual += residual * residual;
-      }
-      const bool agrees = squared_residual < squared_gate && excluded(row, column) == 0;
-      inliers_(row, column) = agrees ? 1 : 0;
-      count += agrees ? 1 : 0;
-    }
+    if (!rows_alike) lights = row_lights(light, unit_place(row, blocks_.rows));
+    agree += weigh_row(blocks_[row], background_[row], excluded_[row], x_.data(), x_.size(), lights,
+                       static_cast<float>(row_gain), static_cast<float>(limit), weights_[row]);
   }
-  return count;
+  return agree;
 }
 
-/// Gain (near that of `expected`) and offset of the inliers. False where no lamp has that gain.
-bool LightTracker::fit_even(const cv::Mat3f& blocks, const Light& expected, Light& light) const {
-  light = Light{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double expected_gain = expected.channels[c][0];
-    const int channel = static_cast<int>(c);
-    double count = 0.0, then_sum = 0.0, then_squares = 0.0, changes = 0.0, then_changes = 0.0;
-    for (int row = 0; row < blocks.rows; ++row) {
-      for (int column = 0; column < blocks.cols; ++column) {
-        if (inliers_(row, column) == 0) continue;
-        const double then = background_(row, column)[channel];
-        const double change = blocks(row, column)[channel] - expected_gain * then;
-        count += 1.0;
-        then_sum += then;
-        then_squares += then * then;
-        changes += change;
-        then_changes += then * change;
-      }
-    }
-    then_squares += kGainPriorVariance * count;
-    const double determinant = then_squares * count - then_sum * then_sum;
-    if (!(determinant > 0.0)) return false;
-    const double gain = expected_gain + (then_changes * count - then_sum * changes) / determinant;
-    if (gain < kLeastGain || gain > 1 / kLeastGain) return false;
-    light.channels[c][0] = gain;
-    light.channels[c][1] = (then_squares * changes - then_sum * then_changes) / determinant;
+/// Fits the coefficients to the weighted blocks. False where no lamp has such a gain.
+bool LightTracker::regress(Light& light, std::span<const std::size_t> order) const {
+  std::array<Moments, 3> moments;
+  for (int row = 0; row < blocks_.rows; ++row) {
+    const double inverse = light.row_gain.empty() ? 1.0 : 1 / light.row_gain[static_cast<std::size_t>(row)];
+    for (int c = 0; c < 3; ++c)
+      (order.size() == 2 ? add_row_moments<0> : add_row_moments<2>)(blocks_[row], background_[row],
+                                                                    weights_[row], x_.data(), x_.size(), c,
+                                                                    inverse, unit_place(row, blocks_.rows),
+                                                                    moments[static_cast<std::size_t>(c)]);
   }
-  return true;
+  light.channels = shrunk_solution(moments, order);
+  return std::all_of(light.channels.begin(), light.channels.end(), [](Light::Coefficients& channel) {
+    channel[0] += 1.0;
+    return channel[0] > kLeastGain && channel[0] < 1 / kLeastGain;
+  });
 }
 
-/// All coefficients. Gains are near those of `light`, or near 1 where the field adds (a lamp that changes
-/// does not come with stray light). False where no lamp has such a gain.
-bool LightTracker::fit_field(const cv::Mat3f& blocks, Light& light) const {
-  constexpr int terms = std::tuple_size_v<Light::Coefficients>;
-  const auto expected_gain = [&](std::size_t c) {
-    return light.field_multiplies ? light.channels[c][0] : 1.0;
-  };
-  using Square = cv::Matx<double, terms, terms>;
-  std::array<Square, 3> squares;
-  std::array<cv::Vec<double, terms>, 3> products;
-  for (int row = 0; row < blocks.rows; ++row) {
-    const double y = unit_place(row, blocks.rows);
-    for (int column = 0; column < blocks.cols; ++column) {
-      if (inliers_(row, column) == 0) continue;
-      const double x = unit_place(column, blocks.cols);
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double then = background_(row, column)[static_cast<int>(c)];
-        const cv::Vec<double, terms> term(terms_at(then, x, y, light.field_multiplies).data());
-        squares[c] += term * term.t();
-        products[c] += term * (blocks(row, column)[static_cast<int>(c)] - expected_gain(c) * then);
-      }
+/// Fitted again and again while the kernel narrows. Agrees with no block where too few are left.
+LightTracker::Fit LightTracker::fit(Light light, std::span<const std::size_t> order, double widening) {
+  const double least_share = order.size() == 2 && light.row_gain.empty() ? kLeastShare : 2 * kLeastShare;
+  const int enough = static_cast<int>(least_share * static_cast<double>(blocks_.total()));
+  const bool has_rows = !light.row_gain.empty();
+  int before = 0;
+  for (int fits = 0;; widening = std::max(1.0, widening / 2)) {
+    const int agree = weigh(light, widening * kAgreeLevels);
+    if (agree < enough) return {};
+    if (widening == 1.0) {
+      if (fits++ == kMostFits || agree == before) return {light, agree};
+      before = agree;
     }
+    if (!regress(light, order)) return {};
+    if (has_rows) light.row_gain = median_rows(light);
   }
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double count = squares[c](1, 1);
-    squares[c](0, 0) += kGainPriorVariance * count;
-    for (int i = 2; i < terms; ++i) squares[c](i, i) += kFieldPriorShare * count;
-    cv::Vec<double, terms> solution;
-    if (!cv::solve(squares[c], products[c], solution, cv::DECOMP_CHOLESKY)) return false;
-    solution[0] += expected_gain(c);
-    if (solution[0] < kLeastGain || solution[0] > 1 / kLeastGain) return false;
-    std::copy(solution.val, solution.val + terms, light.channels[c].begin());
-  }
-  light.has_field = true;
-  return true;
 }
 
 /// Gains only: per channel the median ratio over the blocks.
-Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded) const {
+Light LightTracker::median_gains() const {
   Light light;
   std::vector<float> ratios;
-  ratios.reserve(blocks.total());
+  ratios.reserve(blocks_.total());
   for (std::size_t c = 0; c < 3; ++c) {
     const int channel = static_cast<int>(c);
     ratios.clear();
-    for (int row = 0; row < blocks.rows; ++row) {
-      for (int column = 0; column < blocks.cols; ++column) {
-        if (excluded(row, column) != 0) continue;
-        ratios.push_back(blocks(row, column)[channel] / std::max(background_(row, column)[channel], 1.0F));
+    for (int row = 0; row < blocks_.rows; ++row) {
+      for (int column = 0; column < blocks_.cols; ++column) {
+        if (excluded_(row, column) != 0) continue;
+        ratios.push_back(blocks_(row, column)[channel] / std::max(background_(row, column)[channel], 1.0F));
       }
     }
     if (ratios.empty()) return {};
@@ -245,91 +299,43 @@ Light LightTracker::fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excl
 
 /// The median ratio over each row, of an even light. The sum of the colors counts: a slope takes from one
 /// what it gives to another. Covered rows are as the one above them.
-std::vector<double> LightTracker::fit_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
-                                           const Light& light) const {
+std::vector<double> LightTracker::median_rows(const Light& light) const {
   std::vector<double> gains, ratios;
-  for (int row = 0; row < blocks.rows; ++row) {
+  for (int row = 0; row < blocks_.rows; ++row) {
     ratios.clear();
-    for (int column = 0; column < blocks.cols; ++column) {
-      if (excluded(row, column) != 0) continue;
+    for (int column = 0; column < blocks_.cols; ++column) {
+      if (excluded_(row, column) != 0) continue;
       double seen = 0.0, expected = 0.0;
       for (std::size_t c = 0; c < 3; ++c) {
-        seen += blocks(row, column)[static_cast<int>(c)];
+        seen += blocks_(row, column)[static_cast<int>(c)];
         expected +=
             light.channels[c][0] * background_(row, column)[static_cast<int>(c)] + light.channels[c][1];
       }
       ratios.push_back(seen / std::max(expected, 1.0));
     }
     const double above = gains.empty() ? 1.0 : gains.back();
-    const bool is_seen = static_cast<double>(ratios.size()) >= kLeastShare * blocks.cols;
+    const bool is_seen = static_cast<double>(ratios.size()) >= kLeastShare * blocks_.cols;
     gains.push_back(is_seen ? std::clamp(quantile_in_place(ratios, 0.5), kLeastGain, 1 / kLeastGain) : above);
   }
   return gains;
 }
 
-LightTracker::Fit LightTracker::refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
-                                            const Light& expected, Light light) {
-  const int enough = static_cast<int>(kLeastShare * static_cast<double>(blocks.total()));
-  int agree = select_inliers(blocks, excluded, light, kGateLevels), before = 0;
-  for (int iteration = 0; iteration < 3 && kConvergedIn * std::abs(agree - before) > agree; ++iteration) {
-    if (agree < enough || !fit_even(blocks, expected, light)) return {};
-    before = agree;
-    agree = select_inliers(blocks, excluded, light, kGateLevels);
-  }
-  return {light, agree};
-}
-
-/// Fitted again and again while the gate closes.
-LightTracker::Fit LightTracker::refine_field(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light,
-                                             bool multiplies, double gate) {
-  const int enough = static_cast<int>(2 * kLeastShare * static_cast<double>(blocks.total()));
-  light.row_gain.clear();
-  const Light start = light;
-  int left_at_last_gate = 3;
-  while (left_at_last_gate > 0) {
-    if (gate == kGateLevels) --left_at_last_gate;
-    if (select_inliers(blocks, excluded, light, gate) < enough) return {};
-    light = start;  // its gains are the expected ones
-    light.field_multiplies = multiplies;
-    if (!fit_field(blocks, light)) return {};
-    gate = std::max(kGateLevels, gate / 2);
-  }
-  return {light, select_inliers(blocks, excluded, light, kGateLevels)};
-}
-
-/// Rows and an even light in turn.
-LightTracker::Fit LightTracker::refine_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light) {
-  const int enough = static_cast<int>(2 * kLeastShare * static_cast<double>(blocks.total()));
-  Fit best;
-  for (int round = 0; round < 2; ++round) {
-    Light rows;
-    rows.row_gain = fit_rows(blocks, excluded, light);
-    cv::Mat3f even = blocks.clone();
-    to_background_light(rows, even);
-    best = refine_even(even, excluded, light, light);
-    if (best.agree < enough) return {};
-    light = best.light;
-    best.light.row_gain = rows.row_gain;
-  }
-  return best;
-}
-
 /// Light that jumped or is uneven, where the even light followed so far explains little.
-LightTracker::Fit LightTracker::search(const cv::Mat3f& blocks, const cv::Mat1b& excluded,
-                                       const Fit& followed) {
-  const Light scaled = fit_by_median(blocks, excluded);
+LightTracker::Fit LightTracker::search(const Fit& followed) {
+  const Light scaled = median_gains();
   Fit best = followed;
-  const Fit jumped = refine_even(blocks, excluded, scaled, scaled);
-  if (jumped.agree > kClearlyMore * best.agree) best = jumped;
+  Fit jumped = fit(scaled, kEven, kWidening);
+  if (jumped.agree > kClearlyMore * best.agree) best = std::move(jumped);
   if (!may_be_uneven_) return best;
-  Fit uneven = refine_rows(blocks, excluded, scaled);
-  for (const bool multiplies : {false, true}) {
-    for (const auto& [start, gate] :
-         {std::pair(light_, kGateLevels), std::pair(scaled, std::ldexp(kGateLevels, kGateHalvings))}) {
-      const Fit fit = refine_field(blocks, excluded, start, multiplies, gate);
-      if (fit.agree > uneven.agree) uneven = fit;
+  Light rows = scaled, last = light_;
+  rows.row_gain = median_rows(scaled);
+  last.row_gain.clear();
+  Fit uneven = fit(rows, kEven, kWidening);
+  for (const auto& [start, widening] : {std::pair(last, 1.0), std::pair(scaled, kWidening)})
+    for (const LightOrder order : {LightOrder(kLampOrder), LightOrder(kStrayOrder)}) {
+      Fit field = fit(start, order, widening);
+      if (field.agree > uneven.agree) uneven = std::move(field);
     }
-  }
   return uneven.agree > (light_.is_even() ? kClearlyMore : 1.0) * best.agree ? uneven : best;
 }
 
@@ -339,30 +345,22 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   // Light that was not followed looks like contact all over.
   const bool is_believable = bare >= kLeastShare * total;
   if (!is_believable) bare = total;
-  const cv::Mat1b& excluded = is_believable && !touched.empty() ? touched : none_;
+  blocks_ = blocks;
+  excluded_ = is_believable && !touched.empty() ? touched : none_;
   Light even;
   for (std::size_t c = 0; c < 3; ++c) even.channels[c] = {light_.channels[c][0], light_.channels[c][1]};
-  const int agree_last = select_inliers(blocks, excluded, even, kGateLevels);
-  const int agree_unchanged = select_inliers(blocks, excluded, Light{}, kGateLevels);
-  Light scaled;
-  int agree_scaled = agree_unchanged;
-  if (bare > kClearlyMore * std::min(agree_last, agree_unchanged)) {
-    scaled = fit_by_median(blocks, excluded);
-    agree_scaled = select_inliers(blocks, excluded, scaled, kGateLevels);
-  }
-  // A light that did not change explains as many blocks as one that follows their noise.
-  const Light expected = agree_scaled > kClearlyMore * agree_unchanged ? scaled : Light{};
-  Fit best =
-      refine_even(blocks, excluded, expected, agree_scaled > kClearlyMore * agree_last ? scaled : even);
+  if (even.channels != Light{}.channels && weigh(even, kAgreeLevels) < weigh(Light{}, kAgreeLevels))
+    even = Light{};
+  Fit best = fit(even, kEven, 1.0);
   const double share = static_cast<double>(best.agree) / bare;
   if (share >= kExplainedShare) {
     share_at_vain_search_ = 1.0;
   } else if (best.agree == 0 || share * kClearlyMore < share_at_vain_search_) {
     const int followed = best.agree;
-    best = search(blocks, excluded, best);
+    best = search(best);
     share_at_vain_search_ = best.agree > followed ? 1.0 : share;
   }
-  if (best.agree > 0) light_ = best.light;
+  if (best.agree > 0) light_ = std::move(best.light);
   return light_;
 }
 

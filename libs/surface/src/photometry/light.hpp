@@ -2,26 +2,42 @@
 
 #include <array>
 #include <opencv2/core/mat.hpp>
+#include <span>
 #include <vector>
 
 namespace gelslam::surface::detail {
 
 /// How the lamps and stray light differ from when the background was taken. In each channel untouched gel is
-/// seen as
-///   row_gain * (gain * background + offset + field(x, y) * (1 or background / 128)),
-/// x and y from -1 to 1 over the picture. Stray light from one side adds a field, a lamp that fails on one
-/// side multiplies by one, a lamp that flickers dims some rows of a rolling shutter.
+/// seen as row_gain times the sum of coefficient * background^b * x^i * y^j over kLightTerms, x and y from -1
+/// to 1 over the picture. A lamp that changes on one side or stray light gives the terms of x and y, a lamp
+/// that flickers dims some rows of a rolling shutter.
 struct Light {
-  /// Gain and offset, then those of x, y, x², xy and y² of the field.
-  using Coefficients = std::array<double, 7>;
+  using Coefficients = std::array<double, 12>;
 
+  /// Gain, offset, then a field that multiplies and one that adds.
   std::array<Coefficients, 3> channels{{{1.0}, {1.0}, {1.0}}};
   std::vector<double> row_gain;  ///< of each row of blocks, the same for all channels; empty: 1
-  bool has_field = false;        ///< else only gain and offset are not 0
-  bool field_multiplies = false;
 
-  bool is_even() const { return !has_field && row_gain.empty(); }
+  bool is_even() const;  ///< only gain and offset differ
 };
+
+/// Powers of the background and of the place. The order is that of plausibility: what an earlier term
+/// explains is not explained by a later one.
+struct LightTerm {
+  std::size_t background, x, y;
+};
+inline constexpr std::array<LightTerm, 12> kLightTerms{{{1, 0, 0},
+                                                        {0, 0, 0},
+                                                        {1, 1, 0},
+                                                        {1, 0, 1},
+                                                        {1, 2, 0},
+                                                        {1, 1, 1},
+                                                        {1, 0, 2},
+                                                        {0, 1, 0},
+                                                        {0, 0, 1},
+                                                        {0, 2, 0},
+                                                        {0, 1, 1},
+                                                        {0, 0, 2}}};
 
 /// For each channel and 8-bit value the gray level it would have had in the background's light.
 using ColorTable = std::array<std::array<float, 256>, 3>;
@@ -32,11 +48,11 @@ void to_background_light(const Light& light, const cv::Mat3b& bgr, cv::Mat3b& re
 /// Means of its blocks, in place.
 void to_background_light(const Light& light, cv::Mat3f& means);
 
-/// Follows the light from frame to frame by a robust fit (own): block means outside the last contact that
-/// agree with the last light (or with gains by the median, where they explain clearly more blocks) are fitted
-/// by least squares, up to three times over. Where gain and offset are hard to tell apart, the gain is 1, or
-/// the median's where that explains clearly more blocks. Where even light explains little, a field and
-/// flickering rows are tried as well. Keeps the last light where fewer than a tenth of the blocks agree.
+/// Follows the light from frame to frame (own): a regression of block means outside the last contact on the
+/// background's, iteratively reweighted (Tukey) from the last light. Each term is shrunk by how little of the
+/// change it explains (positive-part James-Stein), to none where the blocks do not demand it. Where gain and
+/// offset leave too many blocks unexplained, the medians, the field and flickering rows are tried as well.
+/// Keeps the last light where fewer than a tenth of the blocks agree.
 class LightTracker {
  public:
   /// `uneven`: also look for a field and for rows. (A contact may look like one as long as its place is not
@@ -52,20 +68,20 @@ class LightTracker {
     int agree = 0;  // blocks
   };
 
-  int select_inliers(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light, double gate);
-  bool fit_even(const cv::Mat3f& blocks, const Light& expected, Light& light) const;
-  bool fit_field(const cv::Mat3f& blocks, Light& light) const;
-  Light fit_by_median(const cv::Mat3f& blocks, const cv::Mat1b& excluded) const;
-  std::vector<double> fit_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& light) const;
-  Fit refine_even(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Light& expected, Light light);
-  Fit refine_field(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light, bool multiplies,
-                   double gate);
-  Fit refine_rows(const cv::Mat3f& blocks, const cv::Mat1b& excluded, Light light);
-  Fit search(const cv::Mat3f& blocks, const cv::Mat1b& excluded, const Fit& followed);
+  int weigh(const Light& light, double limit);
+  bool regress(Light& light, std::span<const std::size_t> order) const;
+  Fit fit(Light light, std::span<const std::size_t> order, double widening);
+  Light median_gains() const;
+  std::vector<double> median_rows(const Light& light) const;
+  Fit search(const Fit& followed);
 
   cv::Mat3f background_;
   bool may_be_uneven_;
-  cv::Mat1b none_, inliers_;
+  std::vector<float> x_;  // of each column
+  cv::Mat1b none_;
+  cv::Mat3f blocks_;    // of this frame
+  cv::Mat1b excluded_;  // of this frame
+  cv::Mat1f weights_;
   Light light_;
   /// Noise, too, makes few blocks agree: where a search found nothing better, this share of blocks agreed,
   /// and none is made again until clearly fewer do.
