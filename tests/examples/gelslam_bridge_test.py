@@ -1,20 +1,28 @@
-"""The ROS 2 bridge's logic, without ROS."""
+"""The ROS 2 bridge without ROS: its logic, and its node on stubs of ROS."""
 import array
+import importlib.util
 import json
 import math
 import pathlib
 import random
+import shutil
 import socket
+import subprocess
 import sys
 import tempfile
 import threading
 import unittest
+import xml.etree.ElementTree as xml
+
+import ros_stubs
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-sys.path.insert(0, str(ROOT / "examples/ros2"))
-import gelslam_bridge as bridge  # noqa: E402
-
-IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+PACKAGE = ROOT / "examples/ros2/gelslam_bridge"
+sys.path.insert(0, str(PACKAGE))
+sys.dont_write_bytecode = True
+from gelslam_bridge import motion, stream  # noqa: E402
+from gelslam_bridge.motion import IDENTITY, multiply  # noqa: E402
+from gelslam_bridge.stream import PoseItem, SurfaceItem, TransformItem, Warn  # noqa: E402
 
 
 def turn(axis, angle, shift=(0, 0, 0)):
@@ -22,13 +30,13 @@ def turn(axis, angle, shift=(0, 0, 0)):
     pose = [float(number) for number in IDENTITY]
     pose[5 * i] = pose[5 * j] = math.cos(angle)
     pose[4 * i + j], pose[4 * j + i] = -math.sin(angle), math.sin(angle)
-    pose[3], pose[7], pose[11] = shift
+    pose[3], pose[7], pose[11] = map(float, shift)
     return pose
 
 
 def any_pose(chance):
     pose = turn(0, chance.uniform(-3, 3), [chance.uniform(-1, 1) for _ in range(3)])
-    return bridge.multiply(bridge.multiply(pose, turn(1, chance.uniform(-3, 3))), turn(2, chance.uniform(-3, 3)))
+    return multiply(multiply(pose, turn(1, chance.uniform(-3, 3))), turn(2, chance.uniform(-3, 3)))
 
 
 def frame(pose, **more):
@@ -36,7 +44,7 @@ def frame(pose, **more):
     for axis in range(6):
         covariance[7 * axis] = axis + 1.0
     return json.dumps({"type": "frame", "scan": 0, "status": "tracked", "trial": 2, "time_s": 1.5, "arrived_s": 100.25,
-                       "pose": pose, "map_pose": None, "covariance": covariance, **more})
+                       "pose": pose, "map_pose": None, "component": None, "covariance": covariance, **more})
 
 
 def keyframe(number, points, scan=0):
@@ -49,7 +57,7 @@ def map_of(poses, scan=0, shown=0):
 
 
 def points(cloud):
-    numbers = array.array("f", cloud)
+    numbers = array.array("f", bytes(cloud))
     return [tuple(round(n, 6) for n in numbers[k:k + 3]) for k in range(0, len(numbers), 3)]
 
 
@@ -58,14 +66,14 @@ class Motions(unittest.TestCase):
         chance = random.Random(1)
         for _ in range(20):
             pose = any_pose(chance)
-            for got, wanted in zip(bridge.multiply(pose, bridge.inverse(pose)), IDENTITY):
+            for got, wanted in zip(multiply(pose, motion.inverse(pose)), IDENTITY):
                 self.assertAlmostEqual(got, wanted)
 
     def test_quaternions_rotate_as_the_matrix_does(self):
         chance = random.Random(2)
         poses = [any_pose(chance) for _ in range(50)] + [turn(axis, math.pi) for axis in range(3)] + [IDENTITY]
         for pose in poses:
-            x, y, z, w = bridge.quaternion(pose)
+            x, y, z, w = motion.quaternion(pose)
             self.assertGreaterEqual(w, 0)
             matrix = [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
                       2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
@@ -78,70 +86,261 @@ class Motions(unittest.TestCase):
         for axis in range(6):
             covariance[7 * axis] = axis + 1.0
         covariance[5] = covariance[30] = 0.5  # x with rz
-        turned = bridge.fixed_axes(covariance, turn(2, math.pi / 2))
+        turned = motion.fixed_axes(covariance, turn(2, math.pi / 2))
         for got, wanted in zip([turned[7 * axis] for axis in range(6)], [2, 1, 3, 5, 4, 6]):
             self.assertAlmostEqual(got, wanted)
         self.assertAlmostEqual(turned[6 + 5], 0.5)  # y with rz
         self.assertAlmostEqual(turned[5], 0)
 
 
+def items(machine, kind, *lines):
+    return [item for line in lines for item in machine.handle(line) if isinstance(item, kind)]
+
+
+def tree(machine, line):
+    """{child: (parent, pose)} of one frame."""
+    return {item.child: (item.parent, item.pose) for item in items(machine, TransformItem, line)}
+
+
+def way(found, child):
+    """Pose of a frame in the root of the tree, and the names on the way."""
+    names, pose = [child], IDENTITY
+    while names[-1] in found:
+        parent, step = found[names[-1]]
+        names, pose = [*names, parent], multiply(step, pose)
+    return names, pose
+
+
 class Lines(unittest.TestCase):
+    def assert_pose(self, got, wanted):
+        for a, b in zip(got, wanted):
+            self.assertAlmostEqual(a, b)
+
     def test_a_frame_is_a_pose_and_its_transforms_lead_to_the_map(self):
         chance = random.Random(3)
         pose, map_pose = any_pose(chance), any_pose(chance)
-        found = list(bridge.Bridge().handle(frame(pose, map_pose=map_pose)))
-        self.assertEqual([item[0] for item in found], ["pose", "transform", "transform"])
-        self.assertEqual(found[0][1:4], (100.25, "gelslam_trial_2", pose))
-        self.assertEqual(found[1][2:4], ("gelslam_trial_2", "gelslam_sensor"))
-        self.assertEqual(found[2][2:4], ("gelslam_map", "gelslam_trial_2"))
-        for got, wanted in zip(bridge.multiply(found[2][4], found[1][4]), map_pose):
-            self.assertAlmostEqual(got, wanted)
+        machine = stream.Bridge()
+        found = list(machine.handle(frame(pose, map_pose=map_pose, component=0)))
+        published, = [item for item in found if isinstance(item, PoseItem)]
+        self.assertEqual((published.stamp_s, published.frame, published.pose), (100.25, "gelslam_trial", pose))
+        names, place = way({i.child: (i.parent, i.pose) for i in found if isinstance(i, TransformItem)},
+                           "gelslam_sensor_optical")
+        self.assertEqual(names, ["gelslam_sensor_optical", "gelslam_trial", "gelslam_map"])
+        self.assert_pose(place, map_pose)
+
+    def test_the_object_hangs_under_the_sensor_with_names_of_ones_own(self):
+        chance = random.Random(4)
+        pose, map_pose = any_pose(chance), any_pose(chance)
+        names = stream.Frames(map="bolt", trial="bolt_odom", sensor="finger_optical", root="sensor")
+        found = tree(stream.Bridge(names), frame(pose, map_pose=map_pose, component=0))
+        chain, place = way(found, "bolt")
+        self.assertEqual(chain, ["bolt", "bolt_odom", "finger_optical"])
+        self.assert_pose(multiply(place, map_pose), IDENTITY)
+
+    def test_a_new_trial_stays_in_the_tree_where_the_sensor_was_until_a_loop_joins_it(self):
+        chance = random.Random(5)
+        last, begin, later, joined = (any_pose(chance) for _ in range(4))
+        machine = stream.Bridge()
+        list(machine.handle(frame(any_pose(chance), trial=0, map_pose=last, component=0)))
+        found = list(machine.handle(frame(begin, trial=1)))
+        self.assertEqual(len([item for item in found if isinstance(item, Warn)]), 1)
+        names, place = way({i.child: (i.parent, i.pose) for i in found if isinstance(i, TransformItem)},
+                           "gelslam_sensor_optical")
+        self.assertEqual(names[-1], "gelslam_map")
+        self.assert_pose(place, last)
+        # A component of its own has a frame of its own, which is not the map's.
+        found = tree(machine, frame(later, trial=1, map_pose=any_pose(chance), component=7))
+        self.assert_pose(way(found, "gelslam_sensor_optical")[1],
+                         multiply(last, multiply(motion.inverse(begin), later)))
+        found = tree(machine, frame(later, trial=1, map_pose=joined, component=0))
+        self.assert_pose(way(found, "gelslam_sensor_optical")[1], joined)
+
+    def test_the_map_is_the_component_that_the_surface_shows(self):
+        machine, place = stream.Bridge(), turn(0, 1, (1, 2, 3))
+        list(machine.handle(frame(IDENTITY, trial=0, map_pose=IDENTITY, component=0)))
+        list(machine.handle(map_of([(4, 4, IDENTITY)], shown=4)))
+        found = tree(machine, frame(IDENTITY, trial=1, map_pose=place, component=4))
+        self.assert_pose(way(found, "gelslam_sensor_optical")[1], place)
+
+    def test_a_pose_in_a_known_map_is_one_of_the_map(self):
+        place, machine = turn(1, 0.5, (1, 0, 2)), stream.Bridge()
+        line = frame(place, status="localized", trial=None, in_map=True)
+        published, = items(machine, PoseItem, line)
+        self.assertEqual(published.frame, "gelslam_map")
+        self.assert_pose(way(tree(machine, line), "gelslam_sensor_optical")[1], place)
 
     def test_frames_without_pose_say_nothing_and_a_log_has_the_sensors_time(self):
-        machine = bridge.Bridge()
-        self.assertEqual(list(machine.handle(json.dumps({"type": "frame", "scan": 0, "status": "lost"}))), [])
-        found = list(machine.handle(frame(IDENTITY, arrived_s=None)))
-        self.assertEqual([item[0] for item in found], ["pose", "transform"])
-        self.assertEqual(found[0][1], 1.5)
+        machine = stream.Bridge()
+        self.assertEqual(list(machine.handle(frame(None, status="lost", covariance=None))), [])
+        published, = items(machine, PoseItem, frame(IDENTITY, arrived_s=None))
+        self.assertEqual(published.stamp_s, 1.5)
+
+    def test_stamps_have_the_even_steps_of_the_sensors_clock(self):
+        machine, chance = stream.Bridge(), random.Random(6)
+        delays = [0.0] + [chance.uniform(0, 0.03) for _ in range(40)]
+        stamps = [item.stamp_s for k, delay in enumerate(delays) for item in items(
+            machine, PoseItem, frame(IDENTITY, time_s=0.04 * k, arrived_s=1000 + 0.04 * k + delay))]
+        for k, stamp in enumerate(stamps):
+            self.assertAlmostEqual(stamp, 1000 + 0.04 * k)
+        # A replay that rested for a minute.
+        published, = items(machine, PoseItem, frame(IDENTITY, time_s=1.7, arrived_s=1061.7))
+        self.assertAlmostEqual(published.stamp_s, 1061.7)
+        # A new scan counts its time from zero.
+        published, = items(machine, PoseItem, frame(IDENTITY, scan=1, time_s=0, arrived_s=1062))
+        self.assertAlmostEqual(published.stamp_s, 1062)
 
     def test_the_surface_is_the_shown_component_where_the_map_puts_it(self):
-        machine = bridge.Bridge()
+        machine = stream.Bridge()
         for number in (0, 1, 2):
             self.assertEqual(list(machine.handle(keyframe(number, [[1, 0, number]]))), [])
-        (kind, cloud), = machine.handle(map_of([(0, 0, IDENTITY), (1, 0, turn(2, math.pi / 2, (0, 0, 5))),
-                                                (2, 2, IDENTITY), (3, 0, IDENTITY)]))  # 3 was dropped
-        self.assertEqual(kind, "surface")
-        self.assertEqual(points(cloud), [(1, 0, 0), (0, 1, 6)])
-        (_, moved), = machine.handle(map_of([(0, 0, turn(0, 0, (2, 0, 0)))]))
-        self.assertEqual(points(moved), [(3, 0, 0)])
+        item, = items(machine, SurfaceItem, map_of([(0, 0, IDENTITY), (1, 0, turn(2, math.pi / 2, (0, 0, 5))),
+                                                    (2, 2, IDENTITY), (3, 0, IDENTITY)]))  # 3 was dropped
+        self.assertEqual(points(item.points), [(1, 0, 0), (0, 1, 6)])
+        item, = items(machine, SurfaceItem, map_of([(0, 0, turn(0, 0, (2, 0, 0)))]))
+        self.assertEqual(points(item.points), [(3, 0, 0)])
 
     def test_a_new_scan_forgets_the_surface_before(self):
-        machine = bridge.Bridge()
+        machine = stream.Bridge()
         list(machine.handle(keyframe(0, [[1, 0, 0]])))
         list(machine.handle(keyframe(1, [[2, 0, 0]], scan=1)))
-        (_, cloud), = machine.handle(map_of([(0, 0, IDENTITY), (1, 0, IDENTITY)], scan=1))
-        self.assertEqual(points(cloud), [(2, 0, 0)])
+        item, = items(machine, SurfaceItem, map_of([(0, 0, IDENTITY), (1, 0, IDENTITY)], scan=1))
+        self.assertEqual(points(item.points), [(2, 0, 0)])
 
-    def test_lost_lines_are_counted(self):
-        machine = bridge.Bridge()
-        list(machine.handle('{"type": "dropped", "lines": 12}'))
-        self.assertEqual(machine.dropped, 12)
+    def test_lost_lines_are_said_once(self):
+        machine = stream.Bridge()
+        self.assertEqual(len(items(machine, Warn, *2 * ['{"type": "dropped", "lines": 12}'])), 1)
 
 
-class Connections(unittest.TestCase):
+class Served(unittest.TestCase):
+    """A stream at a socket file."""
+
+    def setUp(self):
+        stream.WAIT_S = 0.01
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = folder.name + "/poses"
+        self.server = socket.socket(socket.AF_UNIX)
+        self.addCleanup(self.server.close)
+
+    def listen(self):
+        self.server.bind(self.path)
+        self.server.listen()
+
+    def serve(self, *lines):
+        """Sends the lines to the first reader and ends, in the background."""
+        def send():
+            connection, _ = self.server.accept()
+            with connection:
+                connection.sendall(b"".join(line.encode() + b"\n" for line in lines))
+        self.listen()
+        thread = threading.Thread(target=send)
+        thread.start()
+        self.addCleanup(thread.join)
+
+
+class Connections(Served):
     def test_a_scan_that_starts_later_is_waited_for(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = folder + "/poses"
-            server = socket.socket(socket.AF_UNIX)
+        waits = []
 
-            def start():
-                server.bind(path)
-                server.listen()
-            threading.Timer(0.2, start).start()
-            with bridge.connect("unix:" + path) as connection, server.accept()[0] as other:
-                other.sendall(b"hello\n")
-                self.assertEqual(connection.makefile().readline(), "hello\n")
-            server.close()
+        def goes_on():
+            waits.append(True)
+            if len(waits) == 2:  # the first attempt has failed
+                self.serve("hello", "world")
+            return True
+        found = [line for line in stream.lines("unix:" + self.path, goes_on) if line is not None]
+        self.assertEqual(found, [b"hello", b"world"])
+
+    def test_waiting_ends_when_asked_with_and_without_a_scan(self):
+        for listens in (False, True):
+            if listens:
+                self.listen()
+            left = iter(range(4))
+            self.assertEqual(set(stream.lines("unix:" + self.path, lambda: next(left, None) is not None)), {None})
+
+    def test_a_wrong_target_is_named(self):
+        for target in ("5555", "tcp:", "tcp:host", "tcp:0", "tcp:70000", "unix:", ""):
+            with self.assertRaisesRegex(ValueError, "give tcp:PORT"):
+                stream.check_target(target)
+        for target in ("tcp:5555", "tcp:10.0.0.1:5555", "unix:/tmp/pose"):
+            stream.check_target(target)
+
+
+class Nodes(Served):
+    def node(self, **parameters):
+        ros = ros_stubs.Ros(target="unix:" + self.path, **parameters)
+        for name in [*ros.install(), "gelslam_bridge.node"]:
+            self.addCleanup(sys.modules.pop, name, None)
+        sys.modules.pop("gelslam_bridge.node", None)
+        return ros, importlib.import_module("gelslam_bridge.node")
+
+    def run_node(self, *lines, **parameters):
+        """Until the stream has ended."""
+        ros, node = self.node(**parameters)
+        self.serve(*lines)
+        follow = node.GelslamBridge.follow
+
+        def once(self):
+            follow(self)
+            ros.ok = False
+        node.GelslamBridge.follow = once
+        self.assertEqual(node.main(), 0)
+        return ros
+
+    def test_what_is_published_has_the_types_of_the_definitions(self):
+        pose = turn(2, math.pi / 2, (1, 2, 3))
+        ros = self.run_node(keyframe(0, [[1, 0, 0], [0, 1, 0]]), map_of([(0, 0, pose)]),
+                            frame(pose, map_pose=pose, component=0, arrived_s=12.9999999999))
+        published, = ros.sent("gelslam/pose")
+        self.assertEqual((published.header.frame_id, published.header.stamp.sec, published.header.stamp.nanosec),
+                         ("gelslam_trial", 13, 0))
+        self.assertEqual((published.pose.pose.position.y, len(published.pose.covariance)), (2, 36))
+        self.assertAlmostEqual(published.pose.pose.orientation.z, math.sqrt(0.5))
+        self.assertEqual([(t.header.frame_id, t.child_frame_id) for t in ros.sent("/tf")],
+                         [("gelslam_map", "gelslam_trial"), ("gelslam_trial", "gelslam_sensor_optical")])
+        surface, = ros.sent("gelslam/surface")
+        self.assertEqual((surface.width, surface.header.frame_id), (2, "gelslam_map"))
+        self.assertEqual(points(surface.data), [(1, 3, 3), (0, 2, 3)])
+        self.assertEqual(ros.latched, {"gelslam/surface"})
+
+    def test_parameters_name_frames_and_turn_the_tree(self):
+        ros = self.run_node(frame(IDENTITY), root="sensor", map_frame="bolt", trial_frame="t", sensor_frame="s_optical")
+        self.assertEqual({(t.header.frame_id, t.child_frame_id) for t in ros.sent("/tf")},
+                         {("s_optical", "t"), ("t", "bolt")})
+
+    def test_wrong_parameters_end_the_node(self):
+        for parameters in ({"root": "world"}, {"target": "5555"}):
+            ros, node = self.node()
+            ros.parameters.update(parameters)
+            self.assertEqual(node.main(), 2)
+
+    def test_a_shutdown_ends_a_node_that_waits(self):
+        ros, node = self.node()
+        ros.ok = False
+        self.assertEqual(node.main(), 0)
+
+
+class Package(unittest.TestCase):
+    @unittest.skipUnless(importlib.util.find_spec("setuptools"), "no setuptools")
+    def test_what_setup_and_launch_name_is_there(self):
+        manifest = xml.parse(PACKAGE / "package.xml").getroot()
+        self.assertEqual(manifest.findtext("name"), PACKAGE.name)
+        with tempfile.TemporaryDirectory() as folder:
+            copy = shutil.copytree(PACKAGE, folder + "/package")
+            subprocess.run([sys.executable, "setup.py", "-q", "install", "--root", folder + "/root", "--prefix", "/usr"],
+                           cwd=copy, check=True, capture_output=True)
+            installed = {path.name for path in pathlib.Path(folder, "root").rglob("*") if path.is_file()}
+        self.assertLessEqual({"node.py", "stream.py", "motion.py", "package.xml", "gelslam_bridge.launch.py",
+                              "gelslam_bridge"}, installed)
+        imported = {line.split()[1].split(".")[0] for path in [*PACKAGE.glob("*/*.py")] if path.parent.name != "test"
+                    for line in path.read_text().splitlines() if line.startswith(("import ", "from "))}
+        needs = {element.text for element in manifest.iter("exec_depend")}
+        self.assertLessEqual(imported - set(sys.stdlib_module_names) - {PACKAGE.name}, needs)
+
+    @unittest.skipUnless(shutil.which("ament_flake8") and shutil.which("ament_pep257"), "no python3-ament-flake8, -pep257")
+    def test_style_is_that_of_ros(self):
+        for linter in ("ament_flake8", "ament_pep257"):
+            done = subprocess.run([linter, str(PACKAGE)], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,209 @@
+"""Lines of `gelslam --stream` in, what is to be published out. Needs no ROS."""
+import array
+from collections import deque
+from dataclasses import dataclass
+import json
+import socket
+import time
+
+from gelslam_bridge.motion import fixed_axes, IDENTITY, inverse, multiply
+
+WAIT_S = 0.2  # until somebody may ask for the end
+MOST_DELAY_S = 0.5  # of a picture; beyond it the clocks have parted, as when a replay rested
+
+
+@dataclass
+class Frames:
+    """Names of frames, and which end of the tree is fixed: 'map' or 'sensor'."""
+
+    map: str = 'gelslam_map'
+    trial: str = 'gelslam_trial'
+    sensor: str = 'gelslam_sensor_optical'
+    root: str = 'map'
+
+
+@dataclass
+class PoseItem:
+    stamp_s: float
+    frame: str
+    pose: list
+    covariance: list
+
+
+@dataclass
+class TransformItem:
+    stamp_s: float
+    parent: str
+    child: str
+    pose: list
+
+
+@dataclass
+class SurfaceItem:
+    """Points x y z as float32 in the map frame."""
+
+    points: array.array
+
+
+@dataclass
+class Warn:
+    text: str
+
+
+class SensorClock:
+    """
+    Times of the sensor's clock as Unix time.
+
+    Pictures arrive with a delay that varies; the least delay of the last frames links the
+    clocks, so that stamps have the sensor's even steps.
+    """
+
+    def __init__(self, frames=1000):
+        self.offsets_s, self.newest_s = deque(maxlen=frames), 0.0
+
+    def stamp_s(self, time_s, arrived_s):
+        if arrived_s is None:  # a log: no other clock is known
+            return time_s
+        offset_s = arrived_s - time_s
+        if self.offsets_s and offset_s > min(self.offsets_s) + MOST_DELAY_S:
+            self.offsets_s.clear()
+        self.offsets_s.append(offset_s)
+        self.newest_s = max(self.newest_s, time_s + min(self.offsets_s))
+        return self.newest_s
+
+
+class Bridge:
+    """
+    Follow one stream.
+
+    All frames are one tree: map, trial, sensor. While the map does not know the place of a new
+    trial, the trial begins where the sensor was seen last.
+    """
+
+    def __init__(self, frames=None):
+        self.frames = frames or Frames()
+        self.dropped = False
+        self._start(None)
+
+    def _start(self, scan):
+        self.scan, self.points, self.map, self.clock = scan, {}, None, SensorClock()
+        self.trial, self.home = None, None  # home: the component whose frame is the map frame
+        self.map_T_trial = self.map_T_sensor = IDENTITY
+
+    def handle(self, line):
+        message = json.loads(line)
+        kind = message['type']
+        if message.get('scan', self.scan) != self.scan:
+            self._start(message['scan'])
+        if kind == 'frame':
+            yield from self._frame(message)
+        elif kind == 'keyframe':
+            self.points[message['keyframe']] = message['points']
+        elif kind == 'map':
+            self.map = message
+            if message['shown_component'] >= 0:
+                self.home = message['shown_component']
+            yield self._surface()
+        elif kind == 'dropped' and not self.dropped:
+            self.dropped = True
+            yield Warn('too slow: some lines of the stream were dropped')
+
+    def _frame(self, frame):
+        stamp_s = self.clock.stamp_s(frame['time_s'], frame['arrived_s'])
+        if frame['status'] not in ('tracked', 'localized'):
+            return
+        pose, header = frame['pose'], self.frames.trial
+        if frame['status'] == 'localized':  # the pose is in the map
+            self.map_T_trial, header = IDENTITY, self.frames.map
+        else:
+            yield from self._place(frame, pose)
+        self.map_T_sensor = multiply(self.map_T_trial, pose)
+        covariance = fixed_axes(frame['covariance'], pose)
+        yield PoseItem(stamp_s, header, pose, covariance)
+        yield self._transform(stamp_s, self.frames.map, self.frames.trial, self.map_T_trial)
+        yield self._transform(stamp_s, self.frames.trial, self.frames.sensor, pose)
+
+    def _place(self, frame, pose):
+        """Set map_T_trial. Other components of the map than `home` have frames of their own."""
+        begins, self.trial = frame['trial'] != self.trial, frame['trial']
+        map_pose = frame['map_pose']
+        if map_pose is not None and self.home is None:
+            self.home = frame['component']
+        if map_pose is not None and frame['component'] == self.home:
+            self.map_T_trial = multiply(map_pose, inverse(pose))
+        elif begins:
+            self.map_T_trial = multiply(self.map_T_sensor, inverse(pose))
+            if self.home is not None:
+                yield Warn('trial %d is not in the map yet: it is shown where the sensor was '
+                           'last' % self.trial)
+
+    def _transform(self, stamp_s, parent, child, pose):
+        if self.frames.root == 'sensor':
+            return TransformItem(stamp_s, child, parent, inverse(pose))
+        return TransformItem(stamp_s, parent, child, pose)
+
+    def _surface(self):
+        cloud = array.array('f')
+        for keyframe in self.map['keyframes']:
+            if keyframe['component'] != self.map['shown_component']:
+                continue
+            p = keyframe['pose']
+            for x, y, z in self.points.get(keyframe['keyframe'], ()):
+                cloud.extend(p[r] * x + p[r + 1] * y + p[r + 2] * z + p[r + 3] for r in (0, 4, 8))
+        return SurfaceItem(cloud)
+
+
+def _connect(target):
+    if target.startswith('unix:'):
+        connection = socket.socket(socket.AF_UNIX)
+        try:
+            connection.connect(target[5:])
+        except OSError:
+            connection.close()
+            raise
+        return connection
+    host, _, port = target[4:].rpartition(':')
+    return socket.create_connection((host or '127.0.0.1', int(port)), timeout=WAIT_S)
+
+
+def check_target(target):
+    """Raise ValueError unless it is tcp:PORT, tcp:HOST:PORT or unix:PATH."""
+    port = target.rpartition(':')[2]
+    if target.startswith('unix:') and len(target) > 5:
+        return
+    if not target.startswith('tcp:') or not port.isdecimal() or not 0 < int(port) < 65536:
+        raise ValueError("target '%s': give tcp:PORT, tcp:HOST:PORT or unix:PATH" % target)
+
+
+def lines(target, goes_on):
+    """
+    Yield the lines of one stream until it ends or goes_on() is false.
+
+    Waits for the scan to start. Yields None between what arrives, and at least every WAIT_S.
+    """
+    check_target(target)
+    while goes_on():
+        try:
+            connection = _connect(target)
+            break
+        except OSError:
+            yield None
+            time.sleep(WAIT_S)
+    else:
+        return
+    with connection:
+        connection.settimeout(WAIT_S)
+        rest = b''
+        while goes_on():
+            try:
+                received = connection.recv(1 << 16)
+            except socket.timeout:
+                yield None
+                continue
+            except ConnectionError:
+                return
+            if not received:
+                return
+            *whole, rest = (rest + received).split(b'\n')
+            yield from whole
+            yield None

@@ -1,0 +1,46 @@
+"""
+Starts the bridge with the object under a robot's flange, or with the sensor in the map.
+
+    ros2 launch gelslam_bridge gelslam_bridge.launch.py root:=sensor flange_frame:=tool0
+"""
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration, PythonExpression
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+PARAMETERS = [
+    ('target', 'tcp:5555', 'tcp:PORT, tcp:HOST:PORT or unix:PATH of gelslam --stream'),
+    ('root', 'map', 'map: the sensor moves in the map; sensor: the object is its child'),
+    ('map_frame', 'gelslam_map', 'frame of the object'),
+    ('trial_frame', 'gelslam_trial', 'frame in which poses are continuous'),
+    ('sensor_frame', 'gelslam_sensor_optical', 'x right, y down, z out of the gel (REP 103)'),
+]
+MOUNT = [
+    ('flange_frame', '', 'frame of the robot that carries the sensor; empty: none'),
+    ('flange_xyz', '0 0 0', 'place of the sensor in it, meters'),
+    ('flange_rpy', '0 0 0', 'roll, pitch, yaw of the sensor in it, radians'),
+]
+
+
+def _mount():
+    arguments = ['--frame-id', LaunchConfiguration('flange_frame'),
+                 '--child-frame-id', LaunchConfiguration('sensor_frame')]
+    for group, options in (('flange_xyz', ('x', 'y', 'z')),
+                           ('flange_rpy', ('roll', 'pitch', 'yaw'))):
+        for index, option in enumerate(options):
+            number = ['"', LaunchConfiguration(group), '".split()[%d]' % index]
+            arguments += ['--' + option, PythonExpression(number)]
+    has_flange = PythonExpression(['"', LaunchConfiguration('flange_frame'), '" != ""'])
+    return Node(package='tf2_ros', executable='static_transform_publisher', arguments=arguments,
+                condition=IfCondition(has_flange))
+
+
+def generate_launch_description():
+    declared = [DeclareLaunchArgument(name, default_value=value, description=text)
+                for name, value, text in PARAMETERS + MOUNT]
+    bridge = Node(package='gelslam_bridge', executable='gelslam_bridge', output='screen',
+                  parameters=[{name: ParameterValue(LaunchConfiguration(name), value_type=str)
+                               for name, _, _ in PARAMETERS}])
+    return LaunchDescription([*declared, bridge, _mount()])
