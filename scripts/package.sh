@@ -9,7 +9,8 @@ usage() {
 usage: scripts/package.sh [--build DIR] [--check] [OUT]
 
 Makes Debian packages in OUT (default: packages in the repository):
-  gelslam           the program, its manual page, shell completion, udev rule, desktop entry
+  gelslam           the program, its manual page, shell completion, udev rule, desktop entry, documentation,
+                    examples
   libgelslam-dev    the C++ library: headers, static libraries, CMake package
   python3-gelslam   the Python module
 Install them with: apt install ./gelslam_*.deb
@@ -110,7 +111,11 @@ tree=$work/gelslam
 install -Dm644 "$root/packaging/gelslam.bash-completion" "$tree/usr/share/bash-completion/completions/gelslam"
 install -Dm644 "$root/packaging/61-gelslam.rules" "$tree/lib/udev/rules.d/61-gelslam.rules"
 install -Dm644 "$root/packaging/gelslam.desktop" "$tree/usr/share/applications/gelslam.desktop"
-install -Dm644 -t "$tree/usr/share/doc/gelslam/examples" "$root"/configs/*.yaml
+install -Dm644 "$root/packaging/gelslam.svg" "$tree/usr/share/icons/hicolor/scalable/apps/gelslam.svg"
+# README, pages and examples, beside each other as in the repository, so that their links hold.
+doc=$tree/usr/share/doc/gelslam
+(cd "$root" && find README.md CHANGELOG.md CONTRIBUTING.md docs examples configs -type f -not -name '*.pyc' \
+  -exec install -Dm644 {} "$doc/{}" \;)
 mkdir -p "$tree/usr/share/man/man1"
 manual_page "$build/bin/gelslam" | gzip -9n >"$tree/usr/share/man/man1/gelslam.1.gz"
 finish gelslam science "$(shared_libraries "$tree"), fonts-dejavu-core" "libgl1-mesa-dri" <<'END'
