@@ -124,25 +124,50 @@ void run_view(const ViewArguments& arguments) {
   if (!arguments.quiet) std::cerr << "wrote " << arguments.snapshot.string() << "\n";
 }
 
+/// Without a run: one after another, as the person chooses them. A program that a menu has started has no
+/// terminal, so what cannot be opened is said in the window.
+void choose_and_view(ViewArguments arguments) {
+  const PictureSize size = parse_size(arguments.size);
+  viewer::WindowLoopOptions options;
+  options.width_px = size.width_px;
+  options.height_px = size.height_px;
+  std::string complaint;
+  while (const auto chosen = run_choose_window(std::filesystem::current_path(), complaint, options)) {
+    arguments.source = *chosen;
+    complaint.clear();
+    try {
+      run_view(arguments);
+    } catch (const Error& error) {
+      complaint = error.what();
+    }
+  }
+}
+
 }  // namespace
 
 void add_view_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("view", "Look at a run or a mesh");
   const auto a = std::make_shared<ViewArguments>();
-  command->add_option("SOURCE", a->source, "Run folder, or a mesh file (PLY, OBJ, STL)")->required();
+  auto* source = command->add_option(
+      "SOURCE", a->source,
+      "Run folder, or a mesh file (PLY, OBJ, STL); without one, choose from those below this folder");
   auto* compare =
-      command->add_option("--compare", a->compare, "Run folder or mesh in the same frame, shown beside it");
+      command->add_option("--compare", a->compare, "Run folder or mesh in the same frame, shown beside it")
+          ->needs(source);
   command
       ->add_option("--truth", a->truth,
                    "Data folder of the run's log, or a mesh in the same frame: the true surface")
-      ->excludes(compare);
+      ->excludes(compare)
+      ->needs(source);
   auto* snapshot = command
                        ->add_option("--snapshot", a->snapshot,
                                     "Write a picture (PNG) instead of opening a window; needs no display")
-                       ->check(refuse_unless_png);
+                       ->check(refuse_unless_png)
+                       ->needs(source);
   command
       ->add_option("--script", a->script, "File of keys and mouse movements for the window (docs/viewer.md)")
-      ->excludes(snapshot);
+      ->excludes(snapshot)
+      ->needs(source);
   command->add_option("--size", a->size, "Size of the window or picture in pixels")->capture_default_str();
   command->add_option("--shading", a->shading, "Shading of the surface")
       ->check(CLI::IsMember({"clay", "polished", "curvature"}))
@@ -162,7 +187,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   add_quiet_flag(*command, a->quiet);
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {
-    run_view(*a);
+    a->source.empty() ? choose_and_view(*a) : run_view(*a);
     exit_code = kExitDone;
   });
 }

@@ -42,6 +42,7 @@ TEST_F(ViewCommand, WritesAPictureOfTheSizeAskedFor) {
 
 TEST_F(ViewCommand, MistakesAreOneLine) {
   expect_mistake({(folder_ / "nowhere").string(), "--snapshot", png_}, "no such file or folder");
+  expect_mistake({"--snapshot", png_}, "--snapshot requires SOURCE");
   expect_mistake({run_, "--size", "9x", "--snapshot", png_}, "--size 9x");
   expect_mistake({run_, "--size", "100000x10", "--snapshot", png_}, "16 to 8192");
   expect_mistake({run_, "--color", "distance", "--snapshot", png_}, "--compare or --truth");

@@ -4,8 +4,12 @@
 #include <GLFW/glfw3.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
+#include "browse/choose_window.hpp"
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
 #include "view_run.hpp"
@@ -150,6 +154,58 @@ TEST_F(ViewWindowPicture, AWrongScriptIsNamed) {
   options.script_name = "my.txt";
   EXPECT_THAT(message_of<Error>([&] { ViewWindow(load_view(folder / "RUN"), std::nullopt, options); }),
               HasSubstr("my.txt"));
+}
+
+class ChooseWindowPicture : public ViewWindowPicture {
+ protected:
+  void SetUp() override {
+    ViewWindowPicture::SetUp();
+    if (IsSkipped()) return;
+    namespace fs = std::filesystem;
+    std::ofstream(folder / "RUN/report.json") << "{}";
+    fs::create_directories(folder / "shapes/.hidden");
+    for (const char* name : {"shapes/part.stl", "shapes/.hidden/part.stl", "shapes/notes.txt"})
+      std::ofstream(folder / name) << "";
+    fs::last_write_time(folder / "RUN/report.json", fs::file_time_type::clock::now());
+    fs::last_write_time(folder / "shapes/part.stl",
+                        fs::file_time_type::clock::now() - std::chrono::hours(24));
+  }
+  std::optional<std::filesystem::path> chosen(const std::string& script) {
+    options.script = script;
+    ChooseWindow window(folder.path(), "", options);
+    for (int i = 1; i < 40 && !window.wants_to_close(); ++i) window.turn(0.05 * i);
+    return window.chosen();
+  }
+};
+
+TEST_F(ChooseWindowPicture, ListsRunsAndMeshesTheNewestFirst) {
+  std::vector<std::filesystem::path> found;
+  for (const Viewable& each : find_viewable(folder.path())) found.push_back(each.path);
+  EXPECT_THAT(found, testing::ElementsAre(folder / "RUN", folder / "shapes/part.stl"));
+  EXPECT_TRUE(find_viewable(folder / "nowhere").empty());
+}
+
+TEST_F(ChooseWindowPicture, AClickOrADropChoosesAndQChoosesNothing) {
+  EXPECT_EQ(chosen("click shapes/part.stl\n"), folder / "shapes/part.stl");
+  EXPECT_EQ(chosen("click RUN\n"), folder / "RUN");
+  EXPECT_EQ(chosen("key q\n"), std::nullopt);
+  options.script.clear();
+  ChooseWindow window(folder.path(), "part.stl is damaged", options);
+  window.host().push({InputEvent::Kind::drop, 0, false, 0, 0, "elsewhere.ply"});
+  window.turn(1);
+  EXPECT_EQ(window.chosen(), "elsewhere.ply");
+  std::vector<std::string> words;
+  for (const DrawnText& text : window.texts()) words.push_back(text.text);
+  EXPECT_THAT(words, Contains("part.stl is damaged"));
+}
+
+TEST_F(ChooseWindowPicture, WhatDoesNotFitIsOnFurtherPages) {
+  for (int i = 0; i < 30; ++i) std::ofstream(folder / ("part" + std::to_string(i) + ".ply")) << "";
+  std::filesystem::last_write_time(folder / "part0.ply",
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(100));
+  std::string script;
+  for (int i = 0; i < 9; ++i) script += "key right\n";
+  EXPECT_EQ(chosen(script + "click part0.ply\n"), folder / "part0.ply");
 }
 
 }  // namespace

@@ -160,6 +160,9 @@ void WindowHost::install_callbacks() {
     glfwSetWindowShouldClose(w, GLFW_FALSE);  // whether it closes is for the person to answer
     host_of(w).push({InputEvent::Kind::close});
   });
+  glfwSetDropCallback(window, [](GLFWwindow* w, int count, const char** paths) {
+    if (count > 0) host_of(w).push({InputEvent::Kind::drop, 0, false, 0, 0, paths[0]});
+  });
   glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { host_of(w).push({InputEvent::Kind::redraw}); });
   glfwSetFramebufferSizeCallback(
       window, [](GLFWwindow* w, int, int) { host_of(w).push({InputEvent::Kind::redraw}); });

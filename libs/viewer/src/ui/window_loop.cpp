@@ -127,6 +127,9 @@ void WindowLoop::handle_input(double now_s) {
       case InputEvent::Kind::scroll:
         if (!on_panel()) scrolled(event.y, pointer_px_);
         break;
+      case InputEvent::Kind::drop:
+        dropped(event.path);
+        break;
       case InputEvent::Kind::redraw:
         break;
     }

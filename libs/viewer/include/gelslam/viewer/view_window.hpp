@@ -2,6 +2,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "gelslam/viewer/scene_style.hpp"
 #include "gelslam/viewer/view_content.hpp"
@@ -20,6 +22,23 @@ struct ViewWindowOptions : viewer::WindowLoopOptions {
 /// colors, pictures (docs/viewer.md). Main thread. Throws Error when there is no display or the script is
 /// wrong.
 void run_view_window(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options);
+
+/// A run folder with a mesh, or a mesh file, and when it was last changed.
+struct Viewable {
+  std::filesystem::path path;
+  std::filesystem::file_time_type changed;
+};
+
+/// What load_view() could open in a folder and up to four folders below it, the newest first. Leaves out what
+/// is hidden or may not be read, and what lies within runs.
+std::vector<Viewable> find_viewable(const std::filesystem::path& folder);
+
+/// Lets a person choose one of find_viewable(), or drop another one on the window; nothing when they close
+/// it. `complaint` is shown above the list, if it is not empty. Main thread. Throws Error when there is no
+/// display.
+std::optional<std::filesystem::path> run_choose_window(const std::filesystem::path& folder,
+                                                       const std::string& complaint,
+                                                       const viewer::WindowLoopOptions& options);
 
 /// What the window would show first, without its buttons, drawn at full detail without a display and written
 /// as PNG. Throws Error.

@@ -21,11 +21,12 @@ namespace gelslam::viewer {
 /// What a person did, or a script in their place. Positions in framebuffer pixels from the top left corner.
 /// `redraw`: the window system asks for the picture again.
 struct InputEvent {
-  enum class Kind { key, pointer, button, scroll, close, redraw };
+  enum class Kind { key, pointer, button, scroll, close, redraw, drop };
   Kind kind = Kind::key;
   int code = 0;  ///< GLFW key or mouse button
   bool pressed = false;
-  double x = 0, y = 0;  ///< pointer: where; scroll: steps in y
+  double x = 0, y = 0;           ///< pointer: where; scroll: steps in y
+  std::filesystem::path path{};  ///< of what was dropped on the window
 };
 
 /// A window (or a picture in its place) with OpenGL and Dear ImGui in it. One frame is: take_input(),

@@ -55,6 +55,8 @@ class WindowLoop {
   virtual void released(int /*button*/) {}
   virtual void scrolled(double /*steps*/, const Eigen::Vector2f& /*at_px*/) {}
 
+  virtual void dropped(const std::filesystem::path& /*path*/) {}  ///< from another program
+
   void set_view(const Box& view) { view_ = view; }
   void draw_again() { draw_next_ = true; }
   const std::filesystem::path& picture_folder() const { return options_.picture_folder; }
