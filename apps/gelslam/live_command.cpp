@@ -128,7 +128,7 @@ void LiveArguments::add_to(CLI::App& command) {
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
   stream.add_to(command);
-  stream.add_surface_to(command);
+  stream.add_live_to(command);
   add_quiet_flag(command, quiet);
 }
 

@@ -29,22 +29,26 @@ void StreamArguments::add_to(CLI::App& command) {
       ->capture_default_str();
 }
 
-void StreamArguments::add_surface_to(CLI::App& command) {
+void StreamArguments::add_live_to(CLI::App& command) {
   command.add_flag("--stream-surface", surface, "Also stream the points of keyframes and their map (ndjson)");
+  command.add_flag("--stream-images", images, "Also stream the sensor's pictures (ndjson)");
 }
 
 void StreamArguments::check() const {
   if (address != "127.0.0.1" && !target.starts_with("tcp:")) throw Error("--listen needs --stream tcp:PORT");
-  if (!surface) return;
-  if (target.empty()) throw Error("--stream-surface needs --stream");
-  if (stream_format() == StreamFormat::tum) throw Error("--stream-surface needs --stream-format ndjson");
+  for (const auto& [given, name] : {std::pair(surface, "--stream-surface"), {images, "--stream-images"}}) {
+    if (!given) continue;
+    if (target.empty()) throw Error(std::string(name) + " needs --stream");
+    if (stream_format() == StreamFormat::tum)
+      throw Error(std::string(name) + " needs --stream-format ndjson");
+  }
 }
 
 std::shared_ptr<PoseStream> StreamArguments::open(double gradient_scale_sigma, bool quiet) const {
   check();
   if (target.empty()) return nullptr;
   auto stream = std::make_shared<PoseStream>(
-      PoseStream::Options{target, address, stream_format(), surface, gradient_scale_sigma});
+      PoseStream::Options{target, address, stream_format(), surface, images, gradient_scale_sigma});
   if (!quiet) say_where(stream->name());
   return stream;
 }

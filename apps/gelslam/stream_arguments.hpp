@@ -13,12 +13,12 @@ struct StreamArguments {
   std::string target;  ///< StreamServer; "": none
   std::string format = "ndjson";
   std::string address = "127.0.0.1";
-  bool surface = false;
+  bool surface = false, images = false;
 
   /// `target` and `format` are the command's defaults.
   void add_to(CLI::App& command);
   /// Only of live commands.
-  void add_surface_to(CLI::App& command);
+  void add_live_to(CLI::App& command);
   StreamFormat stream_format() const { return format == "tum" ? StreamFormat::tum : StreamFormat::ndjson; }
 
   /// Null without a target. Says on stderr where readers connect, unless quiet. Throws Error like

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -70,11 +71,12 @@ std::vector<json> frames_of(const std::string& stream, int& keyframes, int& maps
 // Live and offline trackers say the same; the map of a single trial differs from its poses by what loops
 // correct, a tenth of a millimeter here.
 TEST(Replay, StreamsThePosesOfTrackAndTheirPlacesInTheMap) {
-  const ProgramResult live =
-      gelslam(replay({scan().log().string(), "--every-frame", "-q", "--stream", "-", "--stream-surface"}));
+  const ProgramResult live = gelslam(replay({scan().log().string(), "--every-frame", "-q", "--stream", "-",
+                                             "--stream-surface", "--stream-images"}));
   ASSERT_EQ(live.exit_code, 0) << live.err;
   EXPECT_EQ(live.err, "");
   const ProgramResult offline = gelslam({"track", scan().log().string(), "--format", "ndjson"});
+  const std::vector<std::string> live_lines = lines_of(live.out);
   int keyframes = 0, maps = 0, none = 0, placed = 0;
   const std::vector<json> streamed = frames_of(live.out, keyframes, maps),
                           tracked = frames_of(offline.out, none, none);
@@ -82,6 +84,10 @@ TEST(Replay, StreamsThePosesOfTrackAndTheirPlacesInTheMap) {
   EXPECT_EQ(none, 0);
   EXPECT_GT(keyframes, 1);
   EXPECT_GT(maps, 0);
+  const auto images = std::count_if(live_lines.begin(), live_lines.end(), [](const std::string& line) {
+    return line.find(R"("jpeg":"/9j/)") != std::string::npos;  // as a JPEG begins
+  });
+  EXPECT_EQ(images, static_cast<std::ptrdiff_t>(streamed.size()));
   for (std::size_t k = 0; k < streamed.size(); ++k) {
     for (const char* key :
          {"frame", "time_s", "status", "trial", "pose", "covariance", "observable", "contact"})
@@ -102,6 +108,8 @@ TEST(Replay, StreamsThatCannotBeAreRefusedInOneLine) {
   expect_mistake(gelslam(replay({log, "--stream", "tcp:99999"})), "a port is a number from 1 to 65535");
   expect_mistake(gelslam(replay({log, "--stream", "file:x"})), "should be -, unix:PATH or tcp:PORT");
   expect_mistake(gelslam(replay({log, "--stream-surface"})), "--stream-surface needs --stream");
+  expect_mistake(gelslam(replay({log, "--stream", "-", "--stream-format", "tum", "--stream-images"})),
+                 "--stream-images needs --stream-format ndjson");
   expect_mistake(gelslam(replay({log, "--stream", "-", "--listen", "0.0.0.0"})),
                  "--listen needs --stream tcp:PORT");
 }

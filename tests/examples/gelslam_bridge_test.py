@@ -302,6 +302,16 @@ class Nodes(Served):
         self.assertEqual(points(surface.data), [(1, 3, 3), (0, 2, 3)])
         self.assertEqual(ros.latched, {"gelslam/surface"})
 
+    def test_a_picture_has_the_stamp_of_its_frame(self):
+        image = {"type": "image", "scan": 0, "time_s": 1.5, "arrived_s": 100.5, "jpeg": "/9j/2Q=="}
+        ros = self.run_node(frame(IDENTITY), json.dumps(image))
+        published, = ros.sent("gelslam/image/compressed")
+        pose, = ros.sent("gelslam/pose")
+        self.assertEqual(bytes(published.data), b"\xff\xd8\xff\xd9")
+        self.assertEqual((published.header.stamp.sec, published.header.stamp.nanosec),
+                         (pose.header.stamp.sec, pose.header.stamp.nanosec))
+        self.assertEqual((published.format, published.header.frame_id), ("jpeg", "gelslam_sensor_optical"))
+
     def test_parameters_name_frames_and_turn_the_tree(self):
         ros = self.run_node(frame(IDENTITY), root="sensor", map_frame="bolt", trial_frame="t", sensor_frame="s_optical")
         self.assertEqual({(t.header.frame_id, t.child_frame_id) for t in ros.sent("/tf")},

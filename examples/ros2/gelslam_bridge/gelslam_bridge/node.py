@@ -4,15 +4,15 @@ import sys
 
 from builtin_interfaces.msg import Time
 from gelslam_bridge.motion import quaternion
-from gelslam_bridge.stream import (Bridge, check_target, Frames, lines, PoseItem, SurfaceItem,
-                                   TransformItem, Warn)
+from gelslam_bridge.stream import (Bridge, check_target, Frames, ImageItem, lines, PoseItem,
+                                   SurfaceItem, TransformItem, Warn)
 from geometry_msgs.msg import (Point, Pose, PoseWithCovarianceStamped, Quaternion,
                                TransformStamped, Vector3)
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import CompressedImage, PointCloud2, PointField
 from tf2_ros import TransformBroadcaster
 
 
@@ -43,9 +43,10 @@ class GelslamBridge(Node):
         # Who comes later gets the surface, too.
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.surfaces = self.create_publisher(PointCloud2, 'gelslam/surface', latched)
+        self.images = self.create_publisher(CompressedImage, 'gelslam/image/compressed', 10)
         self.transforms = TransformBroadcaster(self)
         self.publish = {PoseItem: self._pose, TransformItem: self._transform,
-                        SurfaceItem: self._surface, Warn: self._warn}
+                        SurfaceItem: self._surface, ImageItem: self._image, Warn: self._warn}
 
     def follow(self):
         """Publish one stream."""
@@ -82,6 +83,11 @@ class GelslamBridge(Node):
         message.header.stamp = self.get_clock().now().to_msg()
         message.header.frame_id = self.frames.map
         self.surfaces.publish(message)
+
+    def _image(self, item):
+        message = CompressedImage(format='jpeg', data=item.jpeg)
+        message.header.stamp, message.header.frame_id = _time(item.stamp_s), item.frame
+        self.images.publish(message)
 
     def _warn(self, item):
         self.get_logger().warning(item.text)

@@ -1,5 +1,6 @@
 """Lines of `gelslam --stream` in, what is to be published out. Needs no ROS."""
 import array
+import base64
 from collections import deque
 from dataclasses import dataclass
 import json
@@ -43,6 +44,13 @@ class SurfaceItem:
     """Points x y z as float32 in the map frame."""
 
     points: array.array
+
+
+@dataclass
+class ImageItem:
+    stamp_s: float
+    frame: str
+    jpeg: array.array
 
 
 @dataclass
@@ -97,6 +105,10 @@ class Bridge:
             self._start(message['scan'])
         if kind == 'frame':
             yield from self._frame(message)
+        elif kind == 'image':
+            stamp_s = self.clock.stamp_s(message['time_s'], message['arrived_s'])
+            jpeg = array.array('B', base64.b64decode(message['jpeg']))
+            yield ImageItem(stamp_s, self.frames.sensor, jpeg)
         elif kind == 'keyframe':
             self.points[message['keyframe']] = message['points']
         elif kind == 'map':

@@ -102,8 +102,9 @@ void TrackingStage::stream(const TrackedFrame& tracked, const SurfacedFrame& fra
   if (stream_ == nullptr) return;
   const auto arrived =
       std::chrono::system_clock::now().time_since_epoch() - (LiveClock::now() - frame.arrived);
-  stream_->write({tracked, frame.surface.get(), std::chrono::duration<double>(arrived).count(), {}, {}},
-                 *board_.map());
+  FrameReport report{tracked, frame.surface.get(), std::chrono::duration<double>(arrived).count()};
+  report.picture = frame.image.bgr;
+  stream_->write(std::move(report), *board_.map());
 }
 
 void TrackingStage::handle(UndoTrial, MapperQueue& out) {

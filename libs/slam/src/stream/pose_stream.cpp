@@ -4,7 +4,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
+#include "gelslam/image/codecs.hpp"
 
 namespace gelslam {
 namespace {
@@ -51,6 +53,18 @@ std::string map_line(const MapSnapshot& map) {
          "\n";
 }
 
+std::string image_line(const FrameReport& report) {
+  const std::vector<std::uint8_t> jpeg = encode_jpeg(report.picture);
+  return Json{{"type", "image"},
+              {"frame", report.tracked.frame},
+              {"time_s", report.tracked.time_s},
+              {"arrived_s", report.arrived_s ? Json(*report.arrived_s) : Json(nullptr)},
+              {"scan", report.scan},
+              {"jpeg", base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()})}}
+             .dump() +
+         "\n";
+}
+
 }  // namespace
 
 std::string dropped_notice(StreamFormat format, std::int64_t lines) {
@@ -92,6 +106,7 @@ void PoseStream::write(FrameReport report, const MapSnapshot& map) {
     return;
   }
   server_.write(ndjson_line(report));
+  if (options_.images && !report.picture.empty()) server_.write(image_line(report));
   for (const NewKeyframe& added : frame.new_keyframes) keep(*added.keyframe);
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 
@@ -28,6 +29,7 @@ struct FrameReport {
   std::optional<Matrix6d> covariance{};  ///< TrialDrift
   std::optional<MapPlace> place{};
   int scan = 0;
+  cv::Mat3b picture{};  ///< what the sensor saw; shared, not copied
 };
 
 /// The fields of docs/streaming.md.
@@ -63,6 +65,7 @@ class PoseStream {
     std::string target, address = "127.0.0.1";  ///< StreamServer
     StreamFormat format = StreamFormat::ndjson;
     bool surface = false;  ///< also every keyframe's points, and where the map places keyframes; ndjson only
+    bool images = false;   ///< also every frame's picture; ndjson only
     double gradient_scale_sigma = 0;  ///< TrialDrift
   };
 
