@@ -57,6 +57,26 @@ class Examples(unittest.TestCase):
         self.assertIn("presses, slopes are off by", out)
         self.assertTrue((self.folder / "model.json").exists())
 
+    @staticmethod
+    def start_client(port):
+        return subprocess.Popen([sys.executable, EXAMPLES / "stream_client.py", str(port)], stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def test_stream_client_without_a_scan_or_a_reader(self):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            port = server.getsockname()[1]
+            client = self.start_client(port)
+            client.stdout.close()
+            frame = {"type": "frame", "status": "tracked", "time_s": 1.5, "trial": 2, "pose": 16 * [0]}
+            with server.accept()[0] as reader:
+                reader.sendall(json.dumps(frame).encode() + b"\n")
+            self.assertEqual((client.stderr.read(), client.wait()), ("", 0))
+            client.stderr.close()
+        client = self.start_client(port)
+        _, errors = client.communicate()
+        self.assertEqual(errors.count("\n"), 1, errors)
+        self.assertIn("--stream tcp:PORT", errors)
+
     def test_stream_client(self):
         pose = [1, 0, 0, 0.001, 0, 1, 0, -0.002, 0, 0, 1, 0.0035, 0, 0, 0, 1]
         lines = [{"type": "dropped", "lines": 3}, {"type": "frame", "status": "lost"},
