@@ -1,6 +1,6 @@
 import os
 from types import TracebackType
-from typing import Callable, Iterator, Literal, Optional, Sequence, Tuple, Type, Union, overload
+from typing import Any, Callable, Iterator, Literal, Optional, Sequence, Tuple, Type, Union, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +97,8 @@ class Mesh:
     @property
     def confidence(self) -> NDArray[np.float32]: ...
     def save(self, path: _Path) -> None: ...
+    def to_open3d(self) -> Any: ...
+    def to_trimesh(self) -> Any: ...
 
 class Run:
     @property

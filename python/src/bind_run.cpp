@@ -20,6 +20,48 @@ py::array vectors_view(const std::vector<Eigen::Vector3f>& rows, const py::objec
   return rows_view(rows.empty() ? nullptr : rows.front().data(), rows.size(), 3, owner);
 }
 
+/// Of an array that vectors_view() made.
+template <class Number>
+std::vector<Eigen::Matrix<Number, 3, 1>> vectors_of(const py::handle& array) {
+  const auto rows = py::array_t<Number, py::array::c_style | py::array::forcecast>::ensure(array);
+  if (!rows || rows.ndim() != 2 || rows.shape(1) != 3) throw Error("this is no pickled gelslam.Mesh");
+  std::vector<Eigen::Matrix<Number, 3, 1>> vectors(static_cast<std::size_t>(rows.shape(0)));
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i)
+    vectors[static_cast<std::size_t>(i)] = {rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)};
+  return vectors;
+}
+
+std::shared_ptr<MetricMesh> unpickled_mesh(const py::tuple& state) {
+  auto mesh = std::make_shared<MetricMesh>(Mesh());
+  mesh->vertices_m = vectors_of<float>(state[0]);
+  mesh->mesh.normals = vectors_of<float>(state[1]);
+  mesh->mesh.triangles = vectors_of<int>(state[2]);
+  mesh->mesh.confidence = state[3].cast<std::vector<float>>();
+  return mesh;
+}
+
+py::object open3d_mesh(const py::object& self) {
+  const py::module_ open3d = py::module_::import("open3d");
+  const py::object utility = open3d.attr("utility");
+  const auto vectors = [&](const char* name) {
+    return utility.attr("Vector3dVector")(self.attr(name).attr("astype")("float64"));
+  };
+  const py::object mesh =
+      open3d.attr("geometry")
+          .attr("TriangleMesh")(vectors("vertices"), utility.attr("Vector3iVector")(self.attr("triangles")));
+  if (py::len(self.attr("normals")) > 0) mesh.attr("vertex_normals") = vectors("normals");
+  return mesh;
+}
+
+/// Its vertices stay those of the arrays: none is merged.
+py::object trimesh_mesh(const py::object& self) {
+  using namespace py::literals;
+  const py::object normals = self.attr("normals");
+  return py::module_::import("trimesh").attr("Trimesh")(
+      "vertices"_a = self.attr("vertices"), "faces"_a = self.attr("triangles"),
+      "vertex_normals"_a = py::len(normals) > 0 ? normals : py::none(), "process"_a = false);
+}
+
 const MetricMesh& mesh_of(const py::object& self) { return self.cast<const MetricMesh&>(); }
 
 void add_mesh(py::module_& module) {
@@ -56,6 +98,14 @@ void add_mesh(py::module_& module) {
             write_mesh(path, mesh, usual_unit(path));
           },
           py::arg("path"), "Writes .ply or .glb (meters), .obj or .stl (millimeters).")
+      .def("to_open3d", &open3d_mesh, "An open3d.geometry.TriangleMesh, meters. Needs open3d.")
+      .def("to_trimesh", &trimesh_mesh, "A trimesh.Trimesh, meters. Needs trimesh.")
+      .def(py::pickle(
+          [](const py::object& self) {
+            return py::make_tuple(self.attr("vertices"), self.attr("normals"), self.attr("triangles"),
+                                  self.attr("confidence"));
+          },
+          &unpickled_mesh))
       .def("__repr__", [](const MetricMesh& self) {
         return "<gelslam.Mesh of " + std::to_string(self.vertices_m.size()) + " vertices, " +
                std::to_string(self.mesh.triangles.size()) + " triangles>";

@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -52,6 +53,40 @@ py::array_t<float> sigma_of(const TouchedSurface& surface) {
   return array;
 }
 
+py::tuple pickled_surface(const py::object& self) {
+  const Surface& maps = maps_of(self);
+  return py::make_tuple(
+      map_view(self, maps.height_mm), map_view(self, maps.normals), map_view(self, maps.contact),
+      map_view(self, maps.confidence), map_view(self, maps.curvature), maps.pixel_pitch_mm, maps.model_sigma,
+      maps.contact_pixels, maps.zero_is_bare_gel, self.cast<const TouchedSurface&>().best_sigma_rad);
+}
+
+/// Copies what map_view() showed.
+template <class Mat>
+void copy_to(Mat& mat, const py::handle& array) {
+  using Number = typename cv::DataType<typename Mat::value_type>::channel_type;
+  const auto values = py::array_t<Number, py::array::c_style | py::array::forcecast>::ensure(array);
+  if (!values || values.ndim() < 2) throw Error("this is no pickled gelslam.Surface");
+  mat.create(static_cast<int>(values.shape(0)), static_cast<int>(values.shape(1)));
+  if (mat.total() * static_cast<std::size_t>(mat.channels()) != static_cast<std::size_t>(values.size()))
+    throw Error("this is no pickled gelslam.Surface");
+  std::copy_n(values.data(), values.size(), reinterpret_cast<Number*>(mat.data));
+}
+
+TouchedSurface unpickled_surface(const py::tuple& state) {
+  const auto maps = std::make_shared<Surface>();
+  copy_to(maps->height_mm, state[0]);
+  copy_to(maps->normals, state[1]);
+  copy_to(maps->contact, state[2]);
+  copy_to(maps->confidence, state[3]);
+  copy_to(maps->curvature, state[4]);
+  maps->pixel_pitch_mm = state[5].cast<double>();
+  maps->model_sigma = state[6].cast<double>();
+  maps->contact_pixels = state[7].cast<int>();
+  maps->zero_is_bare_gel = state[8].cast<bool>();
+  return {maps, state[9].cast<double>()};
+}
+
 void add_surface(py::module_& module) {
   py::class_<TouchedSurface>(module, "Surface", R"(What the gel's surface looks like in one picture.
 
@@ -79,6 +114,7 @@ y = (v - H/2 + 1/2) * pixel_pitch_mm. The arrays are read-only.)")
       .def_property_readonly(
           "zero_is_bare_gel", [](const TouchedSurface& self) { return self.maps->zero_is_bare_gel; },
           "False: no bare gel was seen, and heights are right among themselves only.")
+      .def(py::pickle(&pickled_surface, &unpickled_surface))
       .def("__repr__", [](const TouchedSurface& self) {
         return "<gelslam.Surface " + std::to_string(self.maps->height_mm.cols) + "x" +
                std::to_string(self.maps->height_mm.rows) + ", " + std::to_string(self.maps->contact_pixels) +

@@ -3,12 +3,15 @@ import gc
 import json
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import tempfile
 import threading
 import time
+import types
 import unittest
+import unittest.mock
 
 import gelslam
 import numpy as np
@@ -50,6 +53,37 @@ class Module(unittest.TestCase):
             np.testing.assert_allclose(getattr(saved.mesh, name), getattr(self.run_.mesh, name), atol=1e-7)
         self.assertEqual(saved.report["frames"], self.run_.report["frames"])
         np.testing.assert_allclose(saved.trajectory, self.run_.trajectory, atol=1e-9)
+
+    def test_surfaces_and_meshes_go_through_pickle(self):
+        mesh = pickle.loads(pickle.dumps(self.run_.mesh))
+        for name in ["vertices", "normals", "triangles", "confidence"]:
+            np.testing.assert_array_equal(getattr(mesh, name), getattr(self.run_.mesh, name))
+        sensor = simulated.sensor(self.images)
+        a, b = sensor(self.images[A]), sensor(self.images[B])
+        again = pickle.loads(pickle.dumps(a))
+        for name in ["height_mm", "normals", "curvature", "contact", "sigma", "contact_pixels", "pixel_pitch_mm",
+                     "zero_is_bare_gel"]:
+            np.testing.assert_array_equal(getattr(again, name), getattr(a, name))
+        np.testing.assert_array_equal(gelslam.register(again, b).target_T_reference,
+                                      gelslam.register(a, b).target_T_reference)
+
+    def test_a_mesh_for_other_packages(self):
+        """Stubs: what is handed over is that of the arrays."""
+        made = []
+        trimesh = types.SimpleNamespace(Trimesh=lambda **arguments: made.append(arguments))
+        open3d = types.SimpleNamespace(
+            utility=types.SimpleNamespace(Vector3dVector=lambda rows: rows, Vector3iVector=lambda rows: rows),
+            geometry=types.SimpleNamespace(TriangleMesh=lambda *rows: types.SimpleNamespace(rows=rows)))
+        mesh = self.run_.mesh
+        with unittest.mock.patch.dict("sys.modules", trimesh=trimesh, open3d=open3d):
+            mesh.to_trimesh()
+            other = mesh.to_open3d()
+        for rows, name in [(made[0]["vertices"], "vertices"), (made[0]["faces"], "triangles"),
+                           (made[0]["vertex_normals"], "normals"), (other.rows[0], "vertices"),
+                           (other.rows[1], "triangles"), (other.vertex_normals, "normals")]:
+            np.testing.assert_array_equal(rows, getattr(mesh, name))
+        self.assertFalse(made[0]["process"])
+        self.assertEqual(other.rows[0].dtype, np.float64)
 
     def test_a_log_is_read_as_often_as_wanted(self):
         with gelslam.Log(simulated.SCAN) as log:
