@@ -5,13 +5,16 @@ import json
 import math
 import pathlib
 import random
+import runpy
 import shutil
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
+import types
 import unittest
+import unittest.mock
 import xml.etree.ElementTree as xml
 
 import ros_stubs
@@ -345,6 +348,41 @@ class Package(unittest.TestCase):
                     for line in path.read_text().splitlines() if line.startswith(("import ", "from "))}
         needs = {element.text for element in manifest.iter("exec_depend")}
         self.assertLessEqual(imported - set(sys.stdlib_module_names) - {PACKAGE.name}, needs)
+
+    def test_the_launch_file_gives_the_node_its_parameters_and_mounts_the_sensor(self):
+        """On stubs: a substitution becomes its text with the arguments that were given, else their defaults."""
+        declared, given = {}, {"flange_frame": "tool0", "flange_xyz": "0 0 0.1"}
+
+        def declare(name, default_value, description):
+            declared[name] = given.get(name, default_value)
+
+        def node(**arguments):
+            return arguments
+        stubs = {
+            "launch": {"LaunchDescription": lambda entities: [each for each in entities if each]},
+            "launch.actions": {"DeclareLaunchArgument": declare},
+            "launch.conditions": {"IfCondition": lambda expression: expression},
+            "launch.substitutions": {"LaunchConfiguration": lambda name: declared[name],
+                                     "PythonExpression": lambda parts: str(eval("".join(parts)))},
+            "launch_ros.actions": {"Node": node},
+            "launch_ros.parameter_descriptions": {"ParameterValue": lambda value, value_type: value_type(value)},
+        }
+        modules = {"launch_ros": types.ModuleType("launch_ros")}
+        for name, members in stubs.items():
+            modules[name] = types.ModuleType(name)
+            vars(modules[name]).update(members)
+        with unittest.mock.patch.dict(sys.modules, modules):
+            launch = runpy.run_path(str(PACKAGE / "launch/gelslam_bridge.launch.py"))
+            bridge, mount = launch["generate_launch_description"]()
+        names = stream.Frames()
+        self.assertEqual(bridge["parameters"], [{
+            "target": "tcp:5555", "root": names.root, "map_frame": names.map, "trial_frame": names.trial,
+            "sensor_frame": names.sensor}])
+        words = mount["arguments"]
+        self.assertEqual(dict(zip(words[::2], words[1::2])), {
+            "--frame-id": "tool0", "--child-frame-id": names.sensor, "--x": "0", "--y": "0", "--z": "0.1",
+            "--roll": "0", "--pitch": "0", "--yaw": "0"})
+        self.assertEqual(mount["condition"], "True")
 
     @unittest.skipUnless(shutil.which("ament_flake8") and shutil.which("ament_pep257"), "no python3-ament-flake8, -pep257")
     def test_style_is_that_of_ros(self):
