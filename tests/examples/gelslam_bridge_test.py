@@ -327,9 +327,16 @@ class Nodes(Served):
             self.assertEqual(node.main(), 2)
 
     def test_a_shutdown_ends_a_node_that_waits(self):
-        ros, node = self.node()
-        ros.ok = False
-        self.assertEqual(node.main(), 0)
+        for listens in (False, True):
+            if listens:
+                self.listen()  # a scan that says nothing
+            ros, node = self.node()
+            spins = iter(range(50))
+
+            def spun():
+                ros.ok = next(spins) < 3  # StopIteration: it would wait for ever
+            ros.spun = spun
+            self.assertEqual(node.main(), 0)
 
 
 class Package(unittest.TestCase):

@@ -81,6 +81,7 @@ class Ros:
 
     def __init__(self, **parameters):
         self.parameters, self.published, self.said, self.latched, self.ok = parameters, [], [], set(), True
+        self.spun = lambda: None  # called in every spin_once()
 
     def sent(self, topic):
         return [message for to, message in self.published if to == topic]
@@ -142,7 +143,7 @@ class Ros:
 
         contents = {
             "rclpy": {"init": lambda args=None: None, "ok": lambda: ros.ok, "try_shutdown": lambda: None,
-                      "spin_once": lambda node, timeout_sec: None},
+                      "spin_once": lambda node, timeout_sec: ros.spun()},
             "rclpy.executors": {"ExternalShutdownException": type("ExternalShutdownException", (Exception,), {})},
             "rclpy.node": {"Node": Node},
             "rclpy.qos": {"QoSProfile": QoSProfile,
