@@ -159,7 +159,7 @@ TEST(Light, IsReadBesideTheLastContact) {
   EXPECT_GT(brighter({}), 0.5);
 }
 
-// Gel that leans by less than a tenth of a degree around a contact looks like light. A change of one lamp is
+// Gel that leans by some hundredths of a degree around a contact looks like light. A change of one lamp is
 // its gain, without any offset.
 TEST(Light, FollowsOnlyWhatTheBlocksDemand) {
   cv::Mat3f background(60, 80);
@@ -167,7 +167,7 @@ TEST(Light, FollowsOnlyWhatTheBlocksDemand) {
     for (int u = 0; u < background.cols; ++u) background(v, u) = cv::Vec3d(90.0 + u, 100.0 + v, 150.0 - u);
   surface::detail::LightTracker tracker(background);
   cv::Mat3f frame;
-  cv::add(background, cv::Scalar(0.2, 0.1, -0.2), frame);
+  cv::add(background, cv::Scalar(0.08, 0.04, -0.08), frame);
   for (const auto& channel : tracker.update(frame, {}).channels) {
     EXPECT_EQ(channel[0], 1.0);
     EXPECT_EQ(channel[1], 0.0);

@@ -15,9 +15,9 @@ namespace {
 // Gray levels. A block's color differs by less (noise of its mean is below 1) unless the gel leans by more
 // than about 1 degree (2.7 levels).
 constexpr double kAgreeLevels = 3.0;
-// Gray levels (root mean square over the gel). Gel leans by a tenth of a degree far around a contact. That
-// looks like light, and averaging over blocks does not remove it, so no term is known better.
-constexpr double kLeaningLevels = 0.25;
+// Gray levels (root mean square over the gel). Gel leans by some hundredths of a degree far around a contact.
+// That looks like light, and averaging over blocks does not remove it, so no term is known better.
+constexpr double kLeaningLevels = 0.1;
 // Of a term's variance over the gel: one that differs by less from those before it cannot be told from them
 // (noise of the background's blocks is that share of how its brightness varies).
 constexpr double kLeastOwnShare = 1e-3;
