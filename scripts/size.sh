@@ -10,7 +10,7 @@ usage: scripts/size.sh [--build] [DIR]
 
 Prints yardsticks of the checkout in DIR (default: this one), so that two states can be compared:
   lines        .cpp and .hpp of libs and apps/gelslam
-  settings     constants at file scope (constexpr, or const with a k name) and fields of structs named *Options and
+  settings     constants (constexpr at any scope, or const with a k name) and fields of structs named *Options and
                *Limits, in the chain from surface to fusion and slam
   short files  .cpp and .hpp files of less than 40 lines, everywhere
   words        in README.md and docs/*.md, docs/*/*.md
@@ -39,7 +39,7 @@ lines_of() { sources "$@" | tr '\n' '\0' | xargs -0 -r cat | wc -l; }
 row() { printf '%-52s %8s\n' "$1" "$2"; }
 
 constants=$(sources "${chain[@]}" | tr '\n' '\0' | xargs -0 -r awk '
-  /^(inline |static )*constexpr [^(]*( |\])?k?[A-Za-z_0-9]+(\[[^]]*\])* *[={;]/ || /^(inline |static )*const [^(]* k[A-Z][A-Za-z0-9]*(\[[^]]*\])* *[={;(]/ {
+  /^ *(inline |static )*constexpr [^(]*( |\])?k?[A-Za-z_0-9]+(\[[^]]*\])* *[={;]/ || /^(inline |static )*const [^(]* k[A-Z][A-Za-z0-9]*(\[[^]]*\])* *[={;(]/ {
     line = $0
     gsub(/[({][^(){}]*[)}]/, "", line)   # values may hold commas
     count += 1 + gsub(/, *k[A-Z]/, "", line)
