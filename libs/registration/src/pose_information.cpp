@@ -9,7 +9,9 @@ namespace gelslam::registration::detail {
 namespace {
 
 // Errors that grow with the motion; root mean squares over simulated sequences.
-constexpr double kTiltRadPerMm = 0.0025;  // the model's unevenness over the gel, from sliding
+// The model's unevenness over the gel, from sliding. It is alike over patches of this area: a contact that is
+// no larger than a few of them averages little of it.
+constexpr double kTiltRadPerMm = 0.002, kUnevenPatchMm2 = 40.0;
 constexpr double kTwistPerTilt = 0.007;
 constexpr double kSlideMmPerTiltRad = 0.007;
 constexpr double kSlidePerSlide = 0.0006;
@@ -32,14 +34,15 @@ CenterMotion motion_of(const RegistrationResult& result) {
 }
 
 /// Variance of what the motion itself puts wrong, about the shared center, by a model of this model_sigma.
-Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double model_sigma,
-                         const NormalFlowOptions& options) {
+Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double shared_mm2,
+                         double model_sigma, const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
   // A motion that is not observable altogether may be larger than what was found of it.
   const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : options.prior_translation_mm);
+  const double uneven_tilt =
+      kTiltRadPerMm * slide * std::sqrt(1 + kUnevenPatchMm2 / std::max(shared_mm2, 1.0));
   const auto tilt_sigma = [&](double about, double other) {
-    return std::hypot(options.gradient_scale_error * std::hypot(about, kCrossAxisShare * other),
-                      kTiltRadPerMm * slide);
+    return std::hypot(options.gradient_scale_error * std::hypot(about, kCrossAxisShare * other), uneven_tilt);
   };
   const double slide_sigma = std::hypot(kSlideMmPerTiltRad * tilt, kSlidePerSlide * slide);
   Vector6d sigma;
@@ -70,8 +73,9 @@ Matrix5d information_of_normals(const ObservableDirections& directions, double p
 
 }  // namespace
 
-Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double model_sigma,
-                          double pull, const RegistrationResult& result, const NormalFlowOptions& options) {
+Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double shared_mm2,
+                          double model_sigma, double pull, const RegistrationResult& result,
+                          const NormalFlowOptions& options) {
   Matrix6d center_from_origin = Matrix6d::Identity();  // of an error's six numbers
   center_from_origin.bottomLeftCorner<3, 3>() = -skew(result.shared_center_mm);
   const Matrix6d origin_from_center = 2.0 * Matrix6d::Identity() - center_from_origin;
@@ -85,7 +89,8 @@ Matrix6d pose_information(const ObservableDirections& directions, bool heights_k
 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.
   const CenterMotion motion = motion_of(result);
-  const Vector6d variance = motion_variance(motion, directions.count() == kParameters, model_sigma, options);
+  const Vector6d variance =
+      motion_variance(motion, directions.count() == kParameters, shared_mm2, model_sigma, options);
   const Matrix6d both = (Matrix6d::Identity() + noise * variance.asDiagonal()).partialPivLu().solve(noise);
   const Matrix6d information = center_from_origin.transpose() * both * center_from_origin;
   return 0.5 * (information + information.transpose());

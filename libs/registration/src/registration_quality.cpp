@@ -188,11 +188,14 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
       observable_directions(texture, least_share(shared_share, reference, options));
   const bool heights_known = reference.surface->zero_is_bare_gel && target.zero_is_bare_gel;
   const double model_sigma = std::max(reference.surface->model_sigma, target.model_sigma);
-  result.information = pose_information(directions, heights_known, model_sigma, kUsualPull, result, options);
+  const double shared_mm2 = shared_share * reference.surface->contact_pixels *
+                            reference.surface->pixel_pitch_mm * reference.surface->pixel_pitch_mm;
+  result.information =
+      pose_information(directions, heights_known, shared_mm2, model_sigma, kUsualPull, result, options);
   result.hanging_pull = hanging_pull(directions, result);
-  result.observable =
-      observability(pose_information(directions, heights_known, model_sigma, 1.0, result, options),
-                    result.target_T_reference.linear(), heights_known, options);
+  result.observable = observability(
+      pose_information(directions, heights_known, shared_mm2, model_sigma, 1.0, result, options),
+      result.target_T_reference.linear(), heights_known, options);
   result.status = judge(result, agreement, options);
   // Where texture is found again, the estimate along a weak direction is better than none.
   if (agreement.texture_correlation >= options.texture_to_follow) return Matrix5d::Identity();

@@ -91,8 +91,9 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
 /// pulls towards no motion. Sizes measured by gelslam-lab information. (Own.)
 /// `pull`: how far the sensor may have moved along a direction in which a pattern of the gel pulls the pose
 /// back, as a share of the prior's sigma (1 at worst).
-Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double model_sigma,
-                          double pull, const RegistrationResult& result, const NormalFlowOptions& options);
+Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double shared_mm2,
+                          double model_sigma, double pull, const RegistrationResult& result,
+                          const NormalFlowOptions& options);
 
 /// RegistrationResult::hanging_pull. Flanks on both sides pull to no side.
 Vector6d hanging_pull(const ObservableDirections& directions, const RegistrationResult& result);
