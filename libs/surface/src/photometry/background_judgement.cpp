@@ -181,7 +181,12 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   }
   const std::string lamps = judge_lamps(mean, device_name);
   if (!lamps.empty()) doubts.push_back(lamps);
-  if (model != nullptr && lamps.empty()) {
+  if (model != nullptr && model->maker) {
+    doubts.push_back(
+        "the model is the maker's, of no sensor in particular: slopes are off by a tenth to a third from "
+        "place to "
+        "place, and so are depths; for a model of this sensor, press a ball: gelslam calibrate");
+  } else if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);
     if (slope > surface::detail::kBareSlope) {
       doubts.push_back(fmt::format(
