@@ -183,9 +183,9 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   if (!lamps.empty()) doubts.push_back(lamps);
   if (model != nullptr && model->maker) {
     doubts.push_back(
-        "the model is the maker's, of no sensor in particular: slopes are off by a tenth to a third from "
-        "place to "
-        "place, and so are depths; for a model of this sensor, press a ball: gelslam calibrate");
+        "the model is the maker's and knows no single sensor: slopes and depths come out 10 to 30 % too "
+        "flat, and "
+        "more toward the corners; for a model of this sensor, press a ball (gelslam calibrate)");
   } else if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);
     if (slope > surface::detail::kBareSlope) {

@@ -37,7 +37,7 @@ struct ModelFile {
 
 /// Reads a model of either kind, told apart by content: PyTorch's (zip, see parse_pth_model) or our own
 /// (JSON, see docs/file-formats.md). Throws Error when it is neither, damaged, of a newer version, or no
-/// 5-32-32-32-2 network.
+/// network of these kinds.
 ModelFile read_model_file(const std::filesystem::path& path);
 GradientModel read_model(const std::filesystem::path& path);
 
