@@ -149,6 +149,7 @@ GradientModel random_model(std::uint64_t seed) {
 std::vector<PthLayer> random_maker_layers(std::uint64_t seed) {
   std::vector<PthLayer> layers = random_layers(seed, {5, 64, 64, 64, 2});
   for (float& weight : layers.back().weight) weight *= 0.4F;
+  layers.back().bias = {0.5F, -0.3F};
   return layers;
 }
 

@@ -182,10 +182,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   const std::string lamps = judge_lamps(mean, device_name);
   if (!lamps.empty()) doubts.push_back(lamps);
   if (model != nullptr && model->maker) {
-    doubts.push_back(
-        "the model is the maker's and knows no single sensor: slopes and depths come out 10 to 30 % too "
-        "flat, and "
-        "more toward the corners; for a model of this sensor, press a ball (gelslam calibrate)");
+    doubts.emplace_back(kMakerModelDoubt);
   } else if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);
     if (slope > surface::detail::kBareSlope) {
