@@ -80,8 +80,7 @@ BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const Gra
 /// What GradientModel::maker means for the user.
 inline constexpr const char* kMakerModelDoubt =
     "the model is the maker's and knows no single sensor: slopes and depths come out 10 to 30 % too flat, "
-    "and "
-    "more toward the corners; for a model of this sensor, press a ball (gelslam calibrate)";
+    "most toward the corners; for a model of this sensor, press a ball (gelslam calibrate)";
 
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
 /// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads
