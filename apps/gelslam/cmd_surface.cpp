@@ -102,7 +102,9 @@ SurfacePtr estimate(const SurfaceArguments& arguments) {
       throw Error("'" + arguments.background.string() + "': " + markers->sentence());
     if (!arguments.quiet) std::cerr << "note: " << markers->sentence() << "\n";
   }
-  SurfaceEstimator estimator(read_gradient_model(arguments.model), background, options);
+  const GradientModel model = read_gradient_model(arguments.model);
+  if (model.maker && !arguments.quiet) std::cerr << "note: " << kMakerModelDoubt << "\n";
+  SurfaceEstimator estimator(model, background, options);
   return estimator.estimate(read_sensor_image(arguments.image));
 }
 

@@ -70,14 +70,15 @@ Config add_config(InfoReport& report, const fs::path& file, const Config& config
 
 void add_model(InfoReport& report, const fs::path& file) {
   const GradientModel model = read_gradient_model(file);
+  const auto& sizes = model.maker ? MakerNetwork::kSizes : GradientModel::kSizes;
   Json layers = Json::array();
-  std::string words = std::to_string(GradientModel::kSizes.front());
+  std::string words = std::to_string(sizes.front());
   for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
-    const int inputs = GradientModel::kSizes[l], outputs = GradientModel::kSizes[l + 1];
+    const int inputs = sizes[l], outputs = sizes[l + 1];
     layers.push_back({{"inputs", inputs}, {"outputs", outputs}});
     words += "-" + std::to_string(outputs);
   }
-  const std::size_t weights = model.numbers.size();
+  const std::size_t weights = model.maker ? model.maker->numbers.size() : model.numbers.size();
   report.add("model", Json{{"file", file.string()}, {"layers", layers}, {"weights", weights}},
              "network " + words + ", " + std::to_string(weights) + " weights, " + file.string());
   const SensorProfile sensor;  // the default grows toward the border of the picture, whatever its size
@@ -347,7 +348,7 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
   if (ending == ".json" && file.filename() == "report.json")
     return single("the report of a run", [&](InfoReport& r) { add_report(r, file); });
   if (ending == ".tum") return single("a trajectory", [&](InfoReport& r) { add_trajectory(r, file); });
-  if (ending == ".pth" || ending == ".json")
+  if (ending == ".pth" || ending == ".pt" || ending == ".json")
     return single("a gradient model", [&](InfoReport& r) { add_model(r, file); });
   if (ending == ".yaml" || ending == ".yml") {
     return single("a configuration", [&](InfoReport& r) {

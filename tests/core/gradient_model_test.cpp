@@ -133,6 +133,38 @@ TEST(FrozenNetwork, GivesTheAnglesAndDerivativesOfFloats) {
   }
 }
 
+TEST(FrozenNetwork, DerivativesOfTheMakersNetworkAreThoseOfFiniteDifferences) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> number(-0.12F, 0.12F);
+  GradientModel network;
+  for (float& value : network.maker.emplace().numbers) value = number(random);
+  network.maker->bias(3)[0] = 0.5F;
+  network.maker->bias(3)[1] = -0.4F;
+  for (int level = 1; level <= instruction_level(); ++level) {
+    const FrozenNetwork frozen(network, level);
+    const NetworkTile tile = random_tile(random);
+    NetworkJacobian jacobian;
+    frozen.jacobian(tile, jacobian);
+    for (std::size_t input = 0; input < 5; ++input) {
+      constexpr float step = 1e-2F;
+      NetworkTile more = tile, less = tile;
+      for (std::size_t p = input * kNetworkTile; p < (input + 1) * kNetworkTile; ++p) {
+        more.input[p] += step;
+        less.input[p] -= step;
+      }
+      frozen.forward(more);
+      frozen.forward(less);
+      for (std::size_t o = 0; o < 2; ++o)
+        for (std::size_t p = 0; p < kNetworkTile; ++p) {
+          const std::size_t at = o * kNetworkTile + p;
+          ASSERT_NEAR(jacobian.of_output[o][input * kNetworkTile + p],
+                      (more.output[at] - less.output[at]) / (2 * step), 4e-3F)
+              << "level " << level;
+        }
+    }
+  }
+}
+
 TEST(FrozenNetwork, GivesTheSameBitsAtEveryPlaceOfATile) {
   std::mt19937 random(8);
   const FrozenNetwork network(random_network(random));

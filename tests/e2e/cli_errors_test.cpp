@@ -184,6 +184,7 @@ TEST(Cli, NoOptionReplacesARecording) {
 TEST(InfoErrors, EveryUnusableInputIsOneLine) {
   const TemporaryFolder folder;
   test::write_bytes(folder / "text.avi", "no video\n");
+  test::write_bytes(folder / "text.pt", "no model\n");
   test::write_bytes(folder / "empty.avi", "");
   test::write_bytes(folder / "noise.avi", std::string("\0\1\2\3", 4) + std::string(3000, '\xa7'));
   std::filesystem::create_directory(folder / "empty");
@@ -191,6 +192,8 @@ TEST(InfoErrors, EveryUnusableInputIsOneLine) {
   expect_mistake(gelslam({"info", (folder / "none").string()}), "none: no such file or folder");
   expect_mistake(gelslam({"info", (folder / "two\nlines").string()}), "two lines: no such file or folder");
   expect_mistake(gelslam({"info", (folder / "text.avi").string()}), "text.avi: not a video");
+  expect_mistake(gelslam({"info", (folder / "text.pt").string()}),
+                 "neither an nnmodel.pth or nnmini.pt (zip");
   expect_mistake(gelslam({"info", (folder / "empty.avi").string()}), "empty.avi: the file is empty");
   expect_mistake(gelslam({"info", (folder / "noise.avi").string()}), "noise.avi: not a video");
   expect_mistake(gelslam({"info", (folder / "empty").string()}), "the folder holds neither");
@@ -216,6 +219,7 @@ class ReconstructErrors : public testing::Test {
 TEST_F(ReconstructErrors, LogsAndConfigurationsThatCannotBeUsed) {
   test::write_video(folder / "log.avi", "MJPG", 3, 320, 240);
   test::write_bytes(folder / "text.avi", "no video\n");
+  test::write_bytes(folder / "text.pt", "no model\n");
   test::write_bytes(folder / "model.pth", "no model");
   test::write_bytes(folder / "typo.yaml", "gelslam_config:\n  track_config:\n    scr_treshold: 0.3\n");
   test::write_bytes(folder / "range.yaml", "gelslam_config:\n  track_config:\n    scr_threshold: 3\n");

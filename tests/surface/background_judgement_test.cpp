@@ -15,6 +15,7 @@ namespace gelslam::test {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -135,6 +136,13 @@ TEST(JudgeBackground, ExposureAndColor) {
   EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(90, 90, 90))), ElementsAre(HasSubstr("no color")));
   EXPECT_THAT(judge(cv::Mat3b(240, 320, cv::Vec3b(0, 0, 0))),
               ElementsAre(HasSubstr("very dark"), HasSubstr("no color")));
+}
+
+TEST(JudgeBackground, TheMakersModelIsNamedOnceWithItsAccuracy) {
+  GradientModel model;
+  model.maker.emplace().bias(3)[0] = 0.4F;  // reads a slope everywhere, as it does on real gels
+  EXPECT_THAT(judge_background(bare_gel(), "GelSight Mini", &model),
+              ElementsAre(AllOf(HasSubstr("the maker's"), HasSubstr("gelslam calibrate"))));
 }
 
 TEST(JudgeBackground, DirtAndTears) {

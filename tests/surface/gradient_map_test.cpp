@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "gelslam/surface/model_file.hpp"
 #include "linear_gel.hpp"
 #include "photometry/blocks.hpp"
 #include "pth_file.hpp"
@@ -71,6 +72,53 @@ TEST(GradientMap, UsesColorAndPlaceAsTheModelExpects) {
       ASSERT_NEAR(gx(v, u), at(image, v, u)[0] - at(background, v, u)[0], kRounding);
       ASSERT_NEAR(gy(v, u), at(image, v, u)[1] - at(background, v, u)[1], kRounding);
     }
+  }
+}
+
+/// The SDK's definition in double precision: two components of a unit normal, then the slopes.
+std::array<double, 2> naive_maker_gradient(const std::vector<PthLayer>& layers, const cv::Vec3b& color) {
+  std::vector<double> values = {color[0] / 255.0, color[1] / 255.0, color[2] / 255.0, 0.0, 0.0};
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    std::vector<double> next(layers[l].bias.begin(), layers[l].bias.end());
+    for (std::size_t o = 0; o < next.size(); ++o) {
+      for (std::size_t k = 0; k < values.size(); ++k)
+        next[o] += static_cast<double>(layers[l].weight[o * values.size() + k]) * values[k];
+      if (l + 1 < layers.size()) next[o] = std::max(next[o], 0.0);
+    }
+    values = next;
+  }
+  const double z = std::sqrt(1.0 - values[0] * values[0] - values[1] * values[1]);
+  return {values[0] / z, values[1] / z};
+}
+
+TEST(GradientMap, ReadsTheMakersNetworkAsItsNormalsLessTheBareGel) {
+  PthFile file;
+  file.layers = random_maker_layers(5);
+  file.checkpoint = true;
+  const std::string bytes = zip_archive(file.entries());
+  const GradientModel model =
+      parse_pth_model({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}, "nnmini.pt");
+  const cv::Size size(64, 48);
+  const cv::Mat3b bare = random_image(size, 1);
+  cv::Mat3b smooth(size);  // whole blocks are read by derivatives
+  for (int v = 0; v < size.height; ++v)
+    for (int u = 0; u < size.width; ++u)
+      smooth(v, u) = cv::Vec3b(cv::saturate_cast<uchar>(60 + 2 * u), cv::saturate_cast<uchar>(200 - 3 * v),
+                               cv::saturate_cast<uchar>(40 + u + 2 * v));
+  for (const auto& [image, tolerance] : {std::pair(random_image(size, 2), 1e-5), std::pair(smooth, 5e-3)}) {
+    GradientMap map(model, bare);
+    cv::Mat1f gx, gy;
+    map.compute(image, color_table(Light{}), all_blocks(size), gx, gy);
+    double steepest = 0;
+    for (int v = 0; v < size.height; ++v)
+      for (int u = 0; u < size.width; ++u) {
+        const auto touched = naive_maker_gradient(file.layers, image(v, u)),
+                   untouched = naive_maker_gradient(file.layers, bare(v, u));
+        ASSERT_NEAR(gx(v, u), touched[0] - untouched[0], tolerance);
+        ASSERT_NEAR(gy(v, u), touched[1] - untouched[1], tolerance);
+        steepest = std::max({steepest, std::abs(touched[0]), std::abs(touched[1])});
+      }
+    EXPECT_GT(steepest, 0.3);
   }
 }
 

@@ -57,7 +57,9 @@ const std::string kOrderedDict = "ccollections\nOrderedDict\n)R";
 }  // namespace
 
 std::string PthFile::pickle() const {
-  std::string text = join({"\x80\x02", kOrderedDict, "q", std::string(1, '\0'), "("});
+  std::string text = "\x80\x02";
+  if (checkpoint) text += join({"}(", unicode("epoch"), integer(31), unicode("state_dict")});
+  text += join({kOrderedDict, "q", std::string(1, '\0'), "("});
   int key = 0;
   const auto add_tensor = [&](const std::string& name, const std::vector<int>& shape,
                               const std::vector<int>& stride, std::size_t count) {
@@ -74,6 +76,11 @@ std::string PthFile::pickle() const {
   text += "u";
   // The state is {'_metadata': {'version': 1}}.
   if (with_metadata) text += join({"}", unicode("_metadata"), "}", unicode("version"), integer(1), "ssb"});
+  if (checkpoint)  // {'state': {0: {}}, 'param_groups': [{'lr': 0.01, 'params': [0, 1]}]}
+    text +=
+        join({unicode("optimizer"), "}(", unicode("state"), "}", integer(0), "}s", unicode("param_groups"),
+              "]}(", unicode("lr"), "G", std::string("\x3f\x84\x7a\xe1\x47\xae\x14\x7b"), unicode("params"),
+              "](", integer(0), integer(1), "euauu"});
   text += '.';
   return text;
 }
@@ -137,6 +144,13 @@ GradientModel random_model(std::uint64_t seed) {
     std::ranges::copy(layers[l].bias, model.bias(l).begin());
   }
   return model;
+}
+
+std::vector<PthLayer> random_maker_layers(std::uint64_t seed) {
+  std::vector<PthLayer> layers = random_layers(seed, {5, 64, 64, 64, 2});
+  for (float& weight : layers.back().weight) weight *= 0.4F;
+  layers.back().bias = {0.5F, -0.3F};
+  return layers;
 }
 
 std::vector<PthLayer> layers_of(const GradientModel& model) {

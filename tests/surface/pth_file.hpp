@@ -23,6 +23,7 @@ struct PthFile {
   std::map<std::string, std::string> more_entries = {{"byteorder", "little"}, {"version", "3\n"}};
   std::string root = "nnmodel";
   int storage_offset = 0;     ///< of every tensor, in floats
+  bool checkpoint = false;    ///< the state_dict as an entry beside `epoch` and `optimizer`
   bool with_metadata = true;  ///< the attribute torch sets on a state_dict
 
   std::string pickle() const;                          ///< data.pkl
@@ -35,6 +36,8 @@ std::string zip_archive(const std::map<std::string, std::string>& entries);
 /// A 5-32-32-32-2 network (or other sizes) with numbers from a seed, uniform in +-0.3.
 std::vector<PthLayer> random_layers(std::uint64_t seed, const std::vector<int>& sizes = {5, 32, 32, 32, 2});
 GradientModel random_model(std::uint64_t seed);
+/// The maker's network with such numbers, small enough that its outputs are parts of unit normals.
+std::vector<PthLayer> random_maker_layers(std::uint64_t seed);
 std::vector<PthLayer> layers_of(const GradientModel& model);
 
 }  // namespace gelslam::test

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <random>
 #include <string>
@@ -95,9 +96,11 @@ TEST(PthMutation, DamagedPicklesInSoundArchivesAreErrors) {
 }
 
 TEST(PthMutation, DamagedPicklesAreErrors) {
-  const std::string pickle = original().pickle();
+  PthFile checkpoint = original();
+  checkpoint.checkpoint = true;
+  const std::array<std::string, 2> pickles = {original().pickle(), checkpoint.pickle()};
   const Outcome outcome = attack(30000, 13, [&](std::mt19937_64& random) {
-    const std::string mutant = mutate(pickle, random);
+    const std::string mutant = mutate(pickles[random() % 2], random);
     surface::detail::read_state_dict_pickle(as_bytes(mutant));
   });
   EXPECT_GT(outcome.refused, 15000);

@@ -52,9 +52,32 @@ TEST(PthReader, ReadsOlderFilesWithoutByteOrderAndMetadata) {
 TEST(PthReader, RefusesOtherLayerSizesAndNamesThem) {
   PthFile file = good_file();
   file.layers = random_layers(1, {5, 32, 64, 32, 2});
-  EXPECT_THAT(refusal(file), HasSubstr("'fc2.weight' is [64,32], expected [32,32]"));
+  EXPECT_THAT(refusal(file), HasSubstr("fc2.weight 64x32, fc2.bias 64, fc3.weight 32x64"));
+  EXPECT_THAT(refusal(file), HasSubstr("5-32-32-32-2 (nnmodel.pth) and 5-64-64-64-2 (nnmini.pt)"));
   file.layers = random_layers(1, {5, 32, 32, 2});
-  EXPECT_THAT(refusal(file), HasSubstr("6 tensors, expected 8"));
+  EXPECT_THAT(refusal(file), HasSubstr("fc3.weight 2x32, fc3.bias 2; read are"));
+  file.layers = random_layers(1, {5, 64, 64, 32, 2});
+  file.checkpoint = true;
+  EXPECT_THAT(refusal(file), HasSubstr("fc3.weight 32x64"));
+}
+
+TEST(PthReader, ReadsTheNetworkOfTheMakersCheckpoint) {
+  PthFile file;
+  file.layers = random_maker_layers(2);
+  file.checkpoint = true;
+  const GradientModel model = read(file);
+  ASSERT_TRUE(model.maker);
+  EXPECT_EQ(model.numbers, GradientModel().numbers);
+  for (std::size_t l = 0; l < 4; ++l)
+    for (std::size_t k = 0; k < file.layers[l].weight.size(); ++k) {
+      const bool of_position = l == 0 && k % 5 >= 3;  // of which the network sees zeros
+      ASSERT_EQ(model.maker->weight(l)[k], of_position ? 0.0F : file.layers[l].weight[k]);
+      ASSERT_EQ(model.maker->bias(l)[k / 64], file.layers[l].bias[k / 64]);
+    }
+  file.checkpoint = false;
+  EXPECT_EQ(read(file), model);
+  const std::string whole = zip_archive(file.entries());
+  EXPECT_THAT(refusal(whole.substr(0, 30000)), HasSubstr("not a zip archive, or truncated"));
 }
 
 TEST(PthReader, RefusesGlobalsThatCouldRunCode) {

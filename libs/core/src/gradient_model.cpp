@@ -3,6 +3,7 @@
 #include "gelslam/core/gradient_model.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "gelslam/core/target_clones.hpp"
 
@@ -91,44 +92,47 @@ struct Kernels {
     }
   }
 
+  template <int Neurons>
   [[gnu::always_inline]] static void rectify_derivative(const float* output, float* delta) {
-    for (int k = 0; k < 32 * kTile; ++k) delta[k] = output[k] > 0.0F ? delta[k] : 0.0F;
+    for (int k = 0; k < Neurons * kTile; ++k) delta[k] = output[k] > 0.0F ? delta[k] : 0.0F;
   }
 
   // The layers between the hidden neurons, which take nine tenths of the products.
+  template <int H>
   struct HiddenLayers {
-    const GradientModel& network;
+    const PixelNetwork<H>& network;
 
     [[gnu::always_inline]] void forward(std::size_t layer, const float* in, float* out) const {
-      multiply<32, 32, 32, 1, true>(network.weight(layer).data(), network.bias(layer).data(), in, out);
+      multiply<H, H, H, 1, true>(network.weight(layer).data(), network.bias(layer).data(), in, out);
     }
     [[gnu::always_inline]] void transposed(std::size_t layer, const float* in, float* out) const {
-      multiply<32, 32, 1, 32, false>(network.weight(layer).data(), nullptr, in, out);
+      multiply<H, H, 1, H, false>(network.weight(layer).data(), nullptr, in, out);
     }
   };
 
-  template <class Hidden>
-  [[gnu::always_inline]] static void forward(const GradientModel& n, const Hidden& hidden, NetworkTile& t) {
-    multiply<32, 5, 5, 1, true>(n.weight(0).data(), n.bias(0).data(), t.input.data(), t.hidden[0].data());
+  template <int H, class Hidden>
+  [[gnu::always_inline]] static void forward(const PixelNetwork<H>& n, const Hidden& hidden,
+                                             PixelNetworkTile<H>& t) {
+    multiply<H, 5, 5, 1, true>(n.weight(0).data(), n.bias(0).data(), t.input.data(), t.hidden[0].data());
     hidden.forward(1, t.hidden[0].data(), t.hidden[1].data());
     hidden.forward(2, t.hidden[1].data(), t.hidden[2].data());
-    multiply<2, 32, 32, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
+    multiply<2, H, H, 1, false>(n.weight(3).data(), n.bias(3).data(), t.hidden[2].data(), t.output.data());
   }
 
-  template <class Hidden>
-  [[gnu::always_inline]] static void jacobian(const GradientModel& n, const Hidden& hidden,
-                                              const NetworkTile& t, NetworkJacobian& result) {
-    alignas(64) float upper[32 * kTile];
-    alignas(64) float lower[32 * kTile];
+  template <int H, class Hidden>
+  [[gnu::always_inline]] static void jacobian(const PixelNetwork<H>& n, const Hidden& hidden,
+                                              const PixelNetworkTile<H>& t, NetworkJacobian& result) {
+    alignas(64) float upper[H * kTile];
+    alignas(64) float lower[H * kTile];
     for (std::size_t o = 0; o < 2; ++o) {
-      for (std::size_t k = 0; k < 32; ++k)
-        for (int p = 0; p < kTile; ++p) upper[static_cast<int>(k) * kTile + p] = n.weight(3)[o * 32 + k];
-      rectify_derivative(t.hidden[2].data(), upper);
+      for (std::size_t k = 0; k < H; ++k)
+        for (int p = 0; p < kTile; ++p) upper[static_cast<int>(k) * kTile + p] = n.weight(3)[o * H + k];
+      rectify_derivative<H>(t.hidden[2].data(), upper);
       hidden.transposed(2, upper, lower);
-      rectify_derivative(t.hidden[1].data(), lower);
+      rectify_derivative<H>(t.hidden[1].data(), lower);
       hidden.transposed(1, lower, upper);
-      rectify_derivative(t.hidden[0].data(), upper);
-      multiply<5, 32, 1, 5, false>(n.weight(0).data(), nullptr, upper, result.of_output[o].data());
+      rectify_derivative<H>(t.hidden[0].data(), upper);
+      multiply<5, H, 1, 5, false>(n.weight(0).data(), nullptr, upper, result.of_output[o].data());
     }
   }
 
@@ -141,15 +145,15 @@ struct Kernels {
     add_products<2, 32>(output, t.hidden[2].data(), g.weight(3).data());
     add_sums<2>(output, g.bias(3).data());
     multiply<32, 2, 1, 32, false>(n.weight(3).data(), nullptr, output, upper);
-    rectify_derivative(t.hidden[2].data(), upper);
+    rectify_derivative<32>(t.hidden[2].data(), upper);
     add_products<32, 32>(upper, t.hidden[1].data(), g.weight(2).data());
     add_sums<32>(upper, g.bias(2).data());
     multiply<32, 32, 1, 32, false>(n.weight(2).data(), nullptr, upper, lower);
-    rectify_derivative(t.hidden[1].data(), lower);
+    rectify_derivative<32>(t.hidden[1].data(), lower);
     add_products<32, 32>(lower, t.hidden[0].data(), g.weight(1).data());
     add_sums<32>(lower, g.bias(1).data());
     multiply<32, 32, 1, 32, false>(n.weight(1).data(), nullptr, lower, upper);
-    rectify_derivative(t.hidden[0].data(), upper);
+    rectify_derivative<32>(t.hidden[0].data(), upper);
     add_products<32, 5>(upper, t.input.data(), g.weight(0).data());
     add_sums<32>(upper, g.bias(0).data());
   }
@@ -266,6 +270,27 @@ void run(int level, const Function& function) {
     function(Kernels<Register128>{});
 }
 
+using MakerTile = PixelNetworkTile<64>;
+
+MakerTile run_maker(const MakerNetwork& network, const NetworkTile& tile, int level) {
+  MakerTile wide;
+  wide.input = tile.input;
+  run(level, [&] [[gnu::always_inline]] (auto kernels) {
+    kernels.forward(network, typename decltype(kernels)::template HiddenLayers<64>{network}, wide);
+  });
+  return wide;
+}
+
+// Two components of a normal and the third. What is no part of a unit normal is nearly upright: 1.5 rad.
+struct Normal {
+  float x, y, z;
+};
+
+Normal normal_of(const MakerTile& tile, std::size_t sample) {
+  const float x = tile.output[sample], y = tile.output[kTile + sample];
+  return {x, y, std::sqrt(std::max(0.005F, 1.0F - x * x - y * y))};
+}
+
 }  // namespace
 
 int instruction_level() {
@@ -281,13 +306,13 @@ int instruction_level() {
 
 void network_forward(const GradientModel& n, NetworkTile& t, int level) {
   run(level, [&] [[gnu::always_inline]] (auto kernels) {
-    kernels.forward(n, typename decltype(kernels)::HiddenLayers{n}, t);
+    kernels.forward(n, typename decltype(kernels)::template HiddenLayers<32>{n}, t);
   });
 }
 
 FrozenNetwork::FrozenNetwork(const GradientModel& network, int level) : network_(network), level_(level) {
 #if GELSLAM_HAS_TILES
-  if (level < 5) return;
+  if (level < 5 || network.maker) return;
   for (std::size_t layer = 1; layer <= 2; ++layer)
     for (std::size_t row = 0; row < 32; ++row) {
       const float* const weights = network_.weight(layer).data();
@@ -304,6 +329,15 @@ FrozenNetwork::FrozenNetwork(const GradientModel& network, int level) : network_
 }
 
 void FrozenNetwork::forward(NetworkTile& tile) const {
+  if (network_.maker) {
+    const MakerTile wide = run_maker(*network_.maker, tile, level_);
+    for (std::size_t p = 0; p < kTile; ++p) {
+      const Normal n = normal_of(wide, p);
+      tile.output[p] = std::atan(n.x / n.z);
+      tile.output[kTile + p] = std::atan(n.y / n.z);
+    }
+    return;
+  }
 #if GELSLAM_HAS_TILES
   if (level_ >= 5)
     return run_tiled([&] [[gnu::always_inline]] (auto kernels) {
@@ -314,6 +348,7 @@ void FrozenNetwork::forward(NetworkTile& tile) const {
 }
 
 void FrozenNetwork::jacobian(const NetworkTile& tile, NetworkJacobian& result) const {
+  if (network_.maker) return maker_jacobian(tile, result);
 #if GELSLAM_HAS_TILES
   if (level_ >= 5)
     return run_tiled([&] [[gnu::always_inline]] (auto kernels) {
@@ -321,8 +356,27 @@ void FrozenNetwork::jacobian(const NetworkTile& tile, NetworkJacobian& result) c
     });
 #endif
   run(level_, [&] [[gnu::always_inline]] (auto kernels) {
-    kernels.jacobian(network_, typename decltype(kernels)::HiddenLayers{network_}, tile, result);
+    kernels.jacobian(network_, typename decltype(kernels)::template HiddenLayers<32>{network_}, tile, result);
   });
+}
+
+// d atan(x/z) = ((x² + z²) dx + x y dy) / (z (x² + z²)), and with x and y exchanged.
+void FrozenNetwork::maker_jacobian(const NetworkTile& tile, NetworkJacobian& result) const {
+  const MakerTile wide = run_maker(*network_.maker, tile, level_);
+  run(level_, [&] [[gnu::always_inline]] (auto kernels) {
+    using Layers = typename decltype(kernels)::template HiddenLayers<64>;
+    kernels.jacobian(*network_.maker, Layers{*network_.maker}, wide, result);
+  });
+  for (std::size_t p = 0; p < kTile; ++p) {
+    const Normal n = normal_of(wide, p);
+    const float cross_x = n.x * n.y / (n.x * n.x + n.z * n.z), cross_y = n.x * n.y / (n.y * n.y + n.z * n.z);
+    for (std::size_t at = p; at < result.of_output[0].size(); at += kTile) {
+      float &dx = result.of_output[0][at], &dy = result.of_output[1][at];
+      const float angle_x = (dx + cross_x * dy) / n.z, angle_y = (dy + cross_y * dx) / n.z;
+      dx = angle_x;
+      dy = angle_y;
+    }
+  }
 }
 
 void network_backward(const GradientModel& n, const NetworkTile& t, const NetworkTile::Values<2>& d_output,

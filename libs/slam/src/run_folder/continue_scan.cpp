@@ -17,7 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 std::uint32_t crc32_of_numbers(const GradientModel& model) {
-  return crc32_of({reinterpret_cast<const char*>(model.numbers.data()), sizeof model.numbers});
+  const auto crc = [](const auto& numbers) {
+    return crc32_of({reinterpret_cast<const char*>(numbers.data()), sizeof numbers});
+  };
+  return model.maker ? crc(model.maker->numbers) : crc(model.numbers);
 }
 
 void check_same_sensor(const fs::path& run, const ScanRecord& record, const ScanPart& part,

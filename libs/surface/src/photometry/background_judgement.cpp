@@ -181,7 +181,9 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
   }
   const std::string lamps = judge_lamps(mean, device_name);
   if (!lamps.empty()) doubts.push_back(lamps);
-  if (model != nullptr && lamps.empty()) {
+  if (model != nullptr && model->maker) {
+    doubts.emplace_back(kMakerModelDoubt);
+  } else if (model != nullptr && lamps.empty()) {
     const double slope = median_slope(mean, *model);
     if (slope > surface::detail::kBareSlope) {
       doubts.push_back(fmt::format(

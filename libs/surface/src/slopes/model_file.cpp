@@ -132,7 +132,7 @@ ModelFile parse_model_file(std::span<const unsigned char> bytes, const std::stri
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string_view::npos || text[first] != '{')
     throw Error("gradient model '" + name +
-                "' is neither an nnmodel.pth (zip archive) nor a gelslam model (JSON)");
+                "' is neither an nnmodel.pth or nnmini.pt (zip archive) nor a gelslam model (JSON)");
   try {
     return parse_text(text);
   } catch (const Error& error) {
@@ -143,9 +143,9 @@ ModelFile parse_model_file(std::span<const unsigned char> bytes, const std::stri
 ModelFile read_model_file(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
-    throw Error(
-        "gradient model '" + path.string() +
-        "' does not exist or is no file (give an nnmodel.pth, or a model that gelslam calibrate wrote)");
+    throw Error("gradient model '" + path.string() +
+                "' does not exist or is no file (give an nnmodel.pth or nnmini.pt, or a model that gelslam "
+                "calibrate wrote)");
   std::ifstream stream(path, std::ios::binary);
   std::vector<unsigned char> bytes(kMaxModelBytes + 1);
   stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

@@ -33,6 +33,10 @@ enum Opcode : unsigned char {
   op_int2 = 'M',
   op_int4 = 'J',
   op_unicode = 'X',
+  op_float = 'G',
+  op_empty_list = ']',
+  op_append = 'a',
+  op_appends = 'e',
   op_put1 = 'q',
   op_put4 = 'r',
   op_get1 = 'h',
@@ -42,9 +46,11 @@ enum Opcode : unsigned char {
 enum class Kind {
   mark,
   boolean,
+  number,  // not read
   integer,
   text,
   tuple,
+  list,
   dict,
   ordered_dict_class,
   rebuild_tensor,
@@ -60,8 +66,8 @@ struct Node {
   Kind kind;
   std::int64_t integer = 0;
   std::string_view text;
-  // tuple: items; dict: key, value, key, value...; storage, tensor: the one tuple of their arguments, which
-  // many of them may share
+  // tuple, list: items; dict: key, value, key, value...; storage, tensor: the one tuple of their arguments,
+  // which many of them may share
   std::vector<NodeId> children;
 };
 
@@ -76,7 +82,7 @@ class PickleMachine {
       throw Error("data.pkl is larger than 64 KiB, this is no gradient model");
     while (step()) {
     }
-    return collect_tensors(pop(Kind::dict, "a dictionary at the end"));
+    return collect_tensors(state_dict_of(pop(Kind::dict, "a dictionary at the end")));
   }
 
  private:
@@ -107,6 +113,13 @@ class PickleMachine {
         return true;
       case op_empty_dict:
         push({Kind::dict, 0, {}, {}});
+        return true;
+      case op_empty_list:
+        push({Kind::list, 0, {}, {}});
+        return true;
+      case op_float:
+        read_text(8);
+        push({Kind::number, 0, {}, {}});
         return true;
       case op_true:
         push({Kind::boolean, 1, {}, {}});
@@ -154,6 +167,12 @@ class PickleMachine {
       case op_tuple2:
       case op_tuple3:
         push_tuple(opcode - op_tuple1 + 1U);
+        return true;
+      case op_append:
+        append(pop_items(1));
+        return true;
+      case op_appends:
+        append(pop_to_mark());
         return true;
       case op_set_item:
         set_items(pop_items(2));
@@ -262,6 +281,11 @@ class PickleMachine {
     children.insert(children.end(), items.begin(), items.end());
   }
 
+  void append(const std::vector<NodeId>& items) {
+    auto& children = peek(Kind::list, "a list").children;
+    children.insert(children.end(), items.begin(), items.end());
+  }
+
   void recall(std::uint32_t slot) {
     const auto found = memo_.find(slot);
     if (found == memo_.end()) throw Error("data.pkl is damaged (unknown memo)");
@@ -284,15 +308,6 @@ class PickleMachine {
       throw Error("it asks to load '" + printable(global) +
                   "', which a gradient model does not need; refused");
     }
-  }
-
-  // What a message may show of hostile bytes.
-  static std::string printable(const std::string& text) {
-    std::string result = text.substr(0, 80);
-    for (char& c : result) {
-      if (c < ' ' || c > '~') c = '?';
-    }
-    return result;
   }
 
   void reduce() {
@@ -356,6 +371,17 @@ class PickleMachine {
     return entry;
   }
 
+  // Of a checkpoint its entry `state_dict`, else the dictionary itself.
+  NodeId state_dict_of(NodeId dict) const {
+    const auto& children = arena_[dict].children;
+    for (std::size_t i = 0; i + 1 < children.size(); i += 2) {
+      const Node &key = arena_[children[i]], &value = arena_[children[i + 1]];
+      if (key.kind == Kind::text && key.text == "state_dict" && value.kind == Kind::dict)
+        return children[i + 1];
+    }
+    return dict;
+  }
+
   std::vector<TensorEntry> collect_tensors(NodeId dict) const {
     const auto& children = arena_[dict].children;
     if (children.size() > 2 * kMaxTensors) throw Error("it holds too many tensors for a gradient model");
@@ -379,6 +405,14 @@ class PickleMachine {
 };
 
 }  // namespace
+
+std::string printable(const std::string& text) {
+  std::string result = text.substr(0, 80);
+  for (char& c : result) {
+    if (c < ' ' || c > '~') c = '?';
+  }
+  return result;
+}
 
 std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle) {
   return PickleMachine(pickle).run();

@@ -21,9 +21,12 @@ struct TensorEntry {
   std::vector<std::int64_t> stride;  ///< in floats, as long as shape
 };
 
-/// Reads the `data.pkl` of a PyTorch state_dict of float32 tensors (pickle protocol 2). Runs no code: it
-/// knows the opcodes and globals such a file needs and throws Error on anything else, naming it. At most
-/// kMaxEntryBytes.
+/// Reads the `data.pkl` of a PyTorch state_dict of float32 tensors, or of a checkpoint's dictionary with an
+/// entry `state_dict` (pickle protocol 2). Runs no code: it knows the opcodes and globals such a file needs
+/// and throws Error on anything else, naming it. At most kMaxEntryBytes.
 std::vector<TensorEntry> read_state_dict_pickle(std::span<const unsigned char> pickle);
+
+/// What a message may show of hostile bytes.
+std::string printable(const std::string& text);
 
 }  // namespace gelslam::surface::detail

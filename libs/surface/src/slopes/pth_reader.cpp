@@ -85,27 +85,13 @@ void check_byte_order(zip_t* archive, const std::string& root) {
   }
 }
 
-std::string shape_text(const std::vector<std::int64_t>& shape) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < shape.size(); ++i) text += (i == 0 ? "" : ",") + std::to_string(shape[i]);
-  return text + "]";
-}
-
 void read_tensor(zip_t* archive, const std::string& root, const std::vector<TensorEntry>& entries,
-                 const std::string& name, const std::vector<std::int64_t>& shape, std::span<float> values) {
-  const auto has_name = [&](const TensorEntry& entry) { return entry.name == name; };
-  if (std::count_if(entries.begin(), entries.end(), has_name) != 1) {
-    throw Error("it does not hold exactly one '" + name + "' (expected fc1..fc4 .weight and .bias)");
-  }
-  const TensorEntry& entry = *std::find_if(entries.begin(), entries.end(), has_name);
-  if (entry.shape != shape) {
-    throw Error("'" + name + "' is " + shape_text(entry.shape) + ", expected " + shape_text(shape) +
-                " (a 5-32-32-32-2 network)");
-  }
+                 const std::string& name, std::span<float> values) {
+  const TensorEntry& entry = *std::ranges::find(entries, name, &TensorEntry::name);
   std::int64_t elements = 1;
-  for (std::size_t i = shape.size(); i-- > 0;) {
+  for (std::size_t i = entry.shape.size(); i-- > 0;) {
     if (entry.stride[i] != elements) throw Error("'" + name + "' is not stored contiguously");
-    elements *= shape[i];
+    elements *= entry.shape[i];
   }
   const std::string& key = entry.storage_key;
   if (key.empty() || key.size() > 20 ||
@@ -125,22 +111,69 @@ void read_tensor(zip_t* archive, const std::string& root, const std::vector<Tens
   }
 }
 
+using Sizes = std::array<int, 5>;
+
+std::string sizes_text(const Sizes& sizes) {
+  std::string text;
+  for (const int size : sizes) text += (text.empty() ? "" : "-") + std::to_string(size);
+  return text;
+}
+
+/// "fc1.weight 64x5, fc1.bias 64": what may be shown of hostile names.
+std::string layers_text(const std::vector<TensorEntry>& entries) {
+  constexpr std::size_t shown = 8;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(entries.size(), shown); ++k) {
+    text += (k == 0 ? "" : ", ") + printable(entries[k].name) + " ";
+    for (std::size_t i = 0; i < entries[k].shape.size(); ++i)
+      text += (i == 0 ? "" : "x") + std::to_string(entries[k].shape[i]);
+  }
+  if (entries.size() > shown) text += " and " + std::to_string(entries.size() - shown) + " more";
+  return text.empty() ? "none" : text;
+}
+
+/// Exactly one of each weight and bias, in any order, and nothing else.
+bool fits(const std::vector<TensorEntry>& entries, const Sizes& sizes) {
+  const auto count = [&](const std::string& name, const std::vector<std::int64_t>& shape) {
+    return std::ranges::count_if(
+        entries, [&](const TensorEntry& entry) { return entry.name == name && entry.shape == shape; });
+  };
+  bool all = entries.size() == 8;
+  for (std::size_t l = 0; l < 4; ++l) {
+    const std::string name = "fc" + std::to_string(l + 1);
+    all = all && count(name + ".weight", {sizes[l + 1], sizes[l]}) == 1 &&
+          count(name + ".bias", {sizes[l + 1]}) == 1;
+  }
+  return all;
+}
+
+template <int Hidden>
+void read_layers(zip_t* archive, const std::string& root, const std::vector<TensorEntry>& entries,
+                 PixelNetwork<Hidden>& network) {
+  for (std::size_t l = 0; l < network.kLayers; ++l) {
+    const std::string name = "fc" + std::to_string(l + 1);
+    read_tensor(archive, root, entries, name + ".weight", network.weight(l));
+    read_tensor(archive, root, entries, name + ".bias", network.bias(l));
+  }
+}
+
 GradientModel read_archive(std::span<const unsigned char> file) {
   const Archive archive = open_archive(file);
   const std::string root = find_root(archive.get());
   check_byte_order(archive.get(), root);
   const std::vector<TensorEntry> entries =
       read_state_dict_pickle(read_entry(archive.get(), root + "/data.pkl"));
-  if (entries.size() != 8) {
-    throw Error("it holds " + std::to_string(entries.size()) +
-                " tensors, expected 8 (fc1..fc4 .weight and .bias)");
-  }
   GradientModel model;
-  for (std::size_t l = 0; l < GradientModel::kLayers; ++l) {
-    const std::string name = "fc" + std::to_string(l + 1);
-    const int inputs = GradientModel::kSizes[l], outputs = GradientModel::kSizes[l + 1];
-    read_tensor(archive.get(), root, entries, name + ".weight", {outputs, inputs}, model.weight(l));
-    read_tensor(archive.get(), root, entries, name + ".bias", {outputs}, model.bias(l));
+  if (fits(entries, MakerNetwork::kSizes)) {
+    read_layers(archive.get(), root, entries, model.maker.emplace());
+    for (std::size_t weight = 0; weight < model.maker->weight(0).size(); ++weight)
+      if (weight % 5 >= 3) model.maker->weight(0)[weight] = 0.0F;  // the positions, of which it sees zeros
+  } else if (fits(entries, GradientModel::kSizes)) {
+    read_layers(archive.get(), root, entries, static_cast<PixelNetwork<32>&>(model));
+  } else {
+    throw Error("its layers are " + layers_text(entries) + "; read are fc1 to fc4 with biases of " +
+                sizes_text(GradientModel::kSizes) + " (nnmodel.pth) and " + sizes_text(MakerNetwork::kSizes) +
+                " (nnmini.pt)");
   }
   return model;
 }

@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
+#include <tuple>
 #include <vector>
 
 namespace gelslam {
@@ -13,30 +15,11 @@ namespace gelslam {
 /// Of what a model reads wrong along one axis, the share that tilting about the other axis shows.
 inline constexpr double kCrossAxisShare = 0.3;
 
-/// The pixel-wise network of the public systems: (B,G,R)/255, u/W, v/H -> two slope angles in radians
-/// (atan dh/dx, atan dh/dy). 5-32-32-32-2 with ReLU. The same type holds derivatives by the network's
-/// numbers and Adam's moments. A new one holds zeros.
-struct GradientModel {
+/// Five inputs, three hidden layers of as many neurons each with ReLU, two outputs. A new one holds zeros.
+template <int Hidden>
+struct PixelNetwork {
   static constexpr std::size_t kLayers = 4;
-  static constexpr std::array<int, kLayers + 1> kSizes = {5, 32, 32, 32, 2};
-
-  std::array<float, 2370> numbers{};
-  /// Standard deviation (rad) of both angles, of kSigmaColumns x kSigmaRows cells of the picture, row by row;
-  /// empty: not stated.
-  static constexpr int kSigmaColumns = 20, kSigmaRows = 15;
-  std::vector<float> sigma_rad;
-
-  std::span<float> weight(std::size_t layer) { return {numbers.data() + start(layer), weights(layer)}; }
-  std::span<const float> weight(std::size_t layer) const {  ///< row-major [out][in]
-    return {numbers.data() + start(layer), weights(layer)};
-  }
-  std::span<float> bias(std::size_t layer) {
-    return {numbers.data() + start(layer) + weights(layer), outputs(layer)};
-  }
-  std::span<const float> bias(std::size_t layer) const {
-    return {numbers.data() + start(layer) + weights(layer), outputs(layer)};
-  }
-  bool operator==(const GradientModel&) const = default;
+  static constexpr std::array<int, kLayers + 1> kSizes = {5, Hidden, Hidden, Hidden, 2};
 
   static constexpr std::size_t outputs(std::size_t layer) {
     return static_cast<std::size_t>(kSizes[layer + 1]);
@@ -48,8 +31,42 @@ struct GradientModel {
   static constexpr std::size_t start(std::size_t layer) {
     return layer == 0 ? 0 : start(layer - 1) + weights(layer - 1) + outputs(layer - 1);
   }
+
+  std::array<float, 2 * Hidden * Hidden + 10 * Hidden + 2> numbers{};
+
+  std::span<float> weight(std::size_t layer) { return {numbers.data() + start(layer), weights(layer)}; }
+  std::span<const float> weight(std::size_t layer) const {  ///< row-major [out][in]
+    return {numbers.data() + start(layer), weights(layer)};
+  }
+  std::span<float> bias(std::size_t layer) {
+    return {numbers.data() + start(layer) + weights(layer), outputs(layer)};
+  }
+  std::span<const float> bias(std::size_t layer) const {
+    return {numbers.data() + start(layer) + weights(layer), outputs(layer)};
+  }
+  bool operator==(const PixelNetwork&) const = default;
 };
-static_assert(GradientModel::start(GradientModel::kLayers) == 2370);
+
+/// The network that GelSight ships with its Python SDK (nnmini.pt): (B,G,R)/255 and two zeros -> the unit
+/// normal's n_x, n_y; the gel's slopes dh/dx, dh/dy are n_x / n_z and n_y / n_z. Order and signs are measured
+/// on recorded presses: the SDK's own texts name the outputs rows and columns, and its viewer converts the
+/// colors twice. Its positions are divided as integers, so that the network sees zeros.
+using MakerNetwork = PixelNetwork<64>;
+
+/// The pixel-wise network of the public systems: (B,G,R)/255, u/W, v/H -> two slope angles in radians
+/// (atan dh/dx, atan dh/dy). The same type holds derivatives by the network's numbers and Adam's moments.
+struct GradientModel : PixelNetwork<32> {
+  /// Standard deviation (rad) of both angles, of kSigmaColumns x kSigmaRows cells of the picture, row by row;
+  /// empty: not stated.
+  static constexpr int kSigmaColumns = 20, kSigmaRows = 15;
+  std::vector<float> sigma_rad;
+  /// Read instead of `numbers`, which are zero then. FrozenNetwork alone evaluates it.
+  std::optional<MakerNetwork> maker;
+
+  bool operator==(const GradientModel&) const = default;
+};
+static_assert(GradientModel::start(GradientModel::kLayers) ==
+              std::tuple_size_v<decltype(GradientModel::numbers)>);
 
 /// Writes a PyTorch (>= 1.6) state_dict: a zip with pickle protocol 2 that torch.load reads, also with
 /// weights_only. The same model gives the same bytes. Throws Error when the disk does not take it.
@@ -57,13 +74,15 @@ void write_pth_model(const std::filesystem::path& path, const GradientModel& mod
 
 /// Samples that the network evaluates together. Buffers are [neuron][sample].
 inline constexpr int kNetworkTile = 64;
-struct alignas(64) NetworkTile {
+template <int Hidden>
+struct alignas(64) PixelNetworkTile {
   template <int Neurons>
   using Values = std::array<float, static_cast<std::size_t>(Neurons) * kNetworkTile>;
   Values<5> input{};
-  std::array<Values<32>, 3> hidden{};
+  std::array<Values<Hidden>, 3> hidden{};
   Values<2> output{};
 };
+using NetworkTile = PixelNetworkTile<32>;
 
 /// Of this processor, as the levels of x86-64 are numbered: 4 has AVX-512, 3 AVX2. 1 elsewhere. 5: level 4
 /// with AMX, which the operating system must permit.
@@ -90,7 +109,8 @@ struct alignas(64) SplitWeights {
 };
 
 /// A network whose numbers no longer change. Like network_forward, but faster where the processor multiplies
-/// matrices (level 5). Angles then differ by the rounding of factors to 16 bits, by up to 1e-4 rad.
+/// matrices (level 5). Angles then differ by the rounding of factors to 16 bits, by up to 1e-4 rad. The
+/// maker's network is evaluated, too: without the matrices, as angles, and `hidden` stays as it is.
 class FrozenNetwork {
  public:
   explicit FrozenNetwork(const GradientModel& network, int level = instruction_level());
@@ -100,6 +120,8 @@ class FrozenNetwork {
   void jacobian(const NetworkTile& tile, NetworkJacobian& result) const;
 
  private:
+  void maker_jacobian(const NetworkTile& tile, NetworkJacobian& result) const;
+
   GradientModel network_;
   int level_;
   std::array<SplitWeights, 2> forward_, transposed_;  // of the layers between hidden neurons; AMX alone

@@ -77,11 +77,16 @@ struct BackgroundCheck {
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options, const std::string& device_name = "");
 
+/// What GradientModel::maker means for the user.
+inline constexpr const char* kMakerModelDoubt =
+    "the model is the maker's and knows no single sensor: slopes and depths come out 10 to 30 % too flat, "
+    "most toward the corners; for a model of this sensor, press a ball (gelslam calibrate)";
+
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
 /// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads
-/// as sloped: another sensor's model, another gel, another exposure. Contact is check_background's job. The
-/// limits lie well apart from four real sensors' backgrounds. Throws Error when the picture is smaller than
-/// 32 pixels.
+/// as sloped: another sensor's model, another gel, another exposure; of the maker's, what it leaves open.
+/// Contact is check_background's job. The limits lie well apart from four real sensors' backgrounds. Throws
+/// Error when the picture is smaller than 32 pixels.
 std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
                                           const GradientModel* model = nullptr);
 

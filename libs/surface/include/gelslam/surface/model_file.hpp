@@ -27,7 +27,7 @@ inline const cv::Size kBackgroundGrid{20, 15};
 /// The bare gel as a record keeps it: means of 20x15 cells. `background` must be at least that large.
 cv::Mat3f background_cells(const cv::Mat3b& background);
 
-/// A model file is not larger; an nnmodel.pth has 13 KiB, our own 40.
+/// A model file is not larger; an nnmodel.pth has 13 KiB, an nnmini.pt 74, our own 40.
 inline constexpr std::size_t kMaxModelBytes = 4 * 1024 * 1024;
 
 struct ModelFile {
@@ -35,17 +35,18 @@ struct ModelFile {
   std::optional<CalibrationRecord> record;  ///< nothing in an nnmodel.pth
 };
 
-/// Reads a model of either kind, told apart by content: nnmodel.pth (zip, see parse_pth_model) or our own
+/// Reads a model of either kind, told apart by content: PyTorch's (zip, see parse_pth_model) or our own
 /// (JSON, see docs/file-formats.md). Throws Error when it is neither, damaged, of a newer version, or no
-/// 5-32-32-32-2 network.
+/// network of these kinds.
 ModelFile read_model_file(const std::filesystem::path& path);
 GradientModel read_model(const std::filesystem::path& path);
 
 /// The same from bytes in memory; `name` stands for the file in errors.
 ModelFile parse_model_file(std::span<const unsigned char> bytes, const std::string& name);
 
-/// Reads a PyTorch state_dict (`nnmodel.pth`: zip + pickle protocol 2) without ever running code: only the
-/// opcodes and globals a state_dict of float32 tensors needs are known, all else is refused. Throws Error.
+/// Reads a PyTorch state_dict (`nnmodel.pth`, or the maker's `nnmini.pt`: zip + pickle protocol 2) without
+/// ever running code: only the opcodes and globals a state_dict of float32 tensors needs are known, all else
+/// is refused. Throws Error.
 GradientModel parse_pth_model(std::span<const unsigned char> file, const std::string& name);
 
 /// Writes our own format, whole or not at all; the same content gives the same bytes. Throws Error when the
