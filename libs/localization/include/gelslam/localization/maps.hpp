@@ -22,7 +22,7 @@ struct MeshMapOptions {
 struct MeshMap {
   std::vector<PosedSurface> patches;  ///< in the mesh's frame
   double covered_share = 0;           ///< of the surface: that lies well inside of a touch
-  std::string warning;                ///< when max_touches do not cover all, as a sentence for the user; or ""
+  std::string warning;  ///< when max_touches do not cover all, as a sentence for the user; or ""
 };
 
 /// A map of an object that was never touched: what the gel would show, simulated from a closed mesh (mm), at
