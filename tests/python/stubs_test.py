@@ -73,6 +73,8 @@ class Stubs(unittest.TestCase):
                              f"{name}.{member}")
             if not member.startswith("__"):
                 self.assertTrue(inspect.getdoc(value), f"{name}.{member} has no docstring")
+            if isinstance(value, staticmethod):
+                value = value.__func__
             if not is_property and member != "__exit__":
                 self.compare(f"{name}.{member}", nodes, value)
 
