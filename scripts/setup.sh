@@ -30,6 +30,7 @@ test_packages=(
   libopen3d-dev                    # methods that the laboratory compares with
   xvfb xauth                       # windows without a display
   python3-numpy python3-matplotlib # charts
+  python3-venv                     # the wheel, installed
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 package_packages=("${python_packages[@]}" dpkg-dev)

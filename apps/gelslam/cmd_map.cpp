@@ -6,7 +6,6 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/run_folder.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -29,26 +28,20 @@ int run_map(const MapArguments& arguments) {
   options.width_px = config.sensor.width_px;
   options.height_px = config.sensor.height_px;
   options.pixel_pitch_mm = config.sensor.pixel_pitch_mm;
-  RunFolder folder(arguments.output, {.overwrite = arguments.overwrite,
-                                      .marker_file = kMapMarker,
-                                      .known_entries = map_entries(),
-                                      .inputs = {arguments.mesh}});
+  RunFolder folder(arguments.output, map_folder_options(arguments.mesh, arguments.overwrite));
   const Mesh mesh = read_mesh(arguments.mesh, arguments.unit.mm(arguments.mesh));
   StoppableProgress progress(arguments.quiet, [] { throw Error("stopped; nothing was written"); });
   const MeshMap map = make_mesh_map(mesh, options, progress);
   write_map(folder.path(), map, mesh, std::filesystem::absolute(arguments.mesh).string());
   folder.commit();
-  const bool is_cut_off = static_cast<int>(map.patches.size()) >= options.max_touches;
-  if (is_cut_off)
-    std::cerr << "warning: the surface is larger than " << options.max_touches
-              << " touches cover; give more (--touches), or a mesh of the part that is touched\n";
+  if (!map.warning.empty()) std::cerr << "warning: " << map.warning << "\n";
   if (!arguments.quiet) {
     arguments.unit.say(arguments.mesh);
     std::cerr << fmt::format("{}, {:.0f} % of the surface covered: {}\n",
                              counted(static_cast<std::int64_t>(map.patches.size()), "touch"),
                              100 * map.covered_share, arguments.output.string());
   }
-  return is_cut_off ? kExitNotGood : kExitDone;
+  return map.warning.empty() ? kExitDone : kExitNotGood;
 }
 
 }  // namespace

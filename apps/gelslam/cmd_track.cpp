@@ -1,4 +1,3 @@
-#include <fmt/core.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -13,7 +12,6 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/maps.hpp"
@@ -38,20 +36,6 @@ struct TrackArguments {
   bool quiet = false;
 };
 
-std::string_view map_status(const LocalizedFrame& frame) {
-  if (frame.tracked.status == TrackStatus::background || frame.tracked.status == TrackStatus::no_contact)
-    return name(frame.tracked.status);
-  switch (frame.status) {
-    case PlaceStatus::localized:
-      return "localized";
-    case PlaceStatus::ambiguous:
-      return "ambiguous";
-    case PlaceStatus::unknown:
-      return "not in the map";
-  }
-  return "";
-}
-
 using Json = nlohmann::ordered_json;
 
 Json hypothesis_json(const PlaceHypothesis& hypothesis) {
@@ -66,7 +50,7 @@ Json map_json(const LocalizedFrame& frame, const Surface* surface) {
   FrameReport report{frame.tracked, surface};
   if (localized) report.covariance = translation_first(frame.hypotheses.front().covariance);
   Json json = frame_json(report);
-  json["status"] = map_status(frame);
+  json["status"] = status_name(frame);
   if (frame.tracked.status != TrackStatus::background) json["reason"] = frame.reason;
   json["pose"] = localized ? Json(row_major_meters(frame.hypotheses.front().map_T_sensor)) : Json(nullptr);
   json["in_map"] = localized;
@@ -172,14 +156,10 @@ class MapOutput final : public PoseOutput {
   LocatedTouches* touches_;
 };
 
-/// Surfaces of another pixel pitch than the sensor's would never be found.
 Session read_map_for(const SensorProfile& sensor, const std::string& map) {
   Session session = read_map(map);
   for (const std::string& warning : session.warnings) std::cerr << "warning: " << warning << "\n";
-  for (const PosedSurface& patch : session.patches)
-    if (const double pitch_mm = patch.surface.pixel_pitch_mm(); pitch_mm != sensor.pixel_pitch_mm)
-      throw Error(fmt::format("{}: has pixels of {} mm, not of {} mm as the sensor", map,
-                              short_number(pitch_mm), short_number(sensor.pixel_pitch_mm)));
+  check_pixel_pitch(session, sensor.pixel_pitch_mm, map);
   return session;
 }
 

@@ -5,14 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <iostream>
-#include <map>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
-#include "gelslam/sensor/raw_log.hpp"
 
 namespace gelslam {
 namespace {
@@ -69,18 +66,6 @@ void LogOptions::add_settings_to(CLI::App& command) {
   command.add_flag("--force", force, "Continue although the log's first frames seem to show contact");
 }
 
-LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run) {
-  if (run.empty() || !input.config.empty()) return input;
-  if (!std::filesystem::is_directory(run)) throw Error(run.string() + ": no such run folder");
-  finish_update(run);
-  const std::filesystem::path config = run / "config.yaml";
-  if (!std::filesystem::exists(config)) return input;
-  input.config = config;
-  if (input.model.empty() && is_matroska(input.log) && !read_log_attachments(input.log).model.empty())
-    input.model = input.log;
-  return input;
-}
-
 void MeshUnit::add_to(CLI::App& command) {
   command
       .add_option("--unit", name,
@@ -89,9 +74,7 @@ void MeshUnit::add_to(CLI::App& command) {
 }
 
 std::optional<double> MeshUnit::mm(const std::filesystem::path& file) const {
-  static const std::map<std::string, double> millimeters = {{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"m", 1000}};
-  if (name.empty() || !std::filesystem::is_regular_file(file) || noted_unit(file)) return std::nullopt;
-  return millimeters.at(name);
+  return named_unit_mm(file, name);
 }
 
 void MeshUnit::say(const std::filesystem::path& file) const {

@@ -22,11 +22,6 @@ struct LogOptions {
   LogInput input() const { return {log, config, model, background, force}; }
 };
 
-/// With --continue, or a camera and --map (`run` is not empty): the configuration is the run's unless
-/// --config names another. A model that the log holds stays, so that a log of another sensor is refused.
-/// Throws Error when there is no such folder.
-LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run);
-
 /// The unit of mesh files that note none: --unit, else usual_unit().
 struct MeshUnit {
   std::string name;

@@ -19,13 +19,20 @@ using OptionalPath = std::optional<std::filesystem::path>;
 /// Each adds its classes and functions to the module.
 void bind_surface(py::module_& module);       // Surface, Sensor
 void bind_registration(py::module_& module);  // Registration, register
-void bind_run(py::module_& module);           // Mesh, Run, reconstruct, read_run
+void bind_run(py::module_& module);           // Mesh, Run, reconstruct, read_run, merge, fuse
 void bind_slam(py::module_& module);          // TrackedFrame, Slam
+void bind_localization(py::module_& module);  // Map, Place, LocatedFrame, Localizer
 void bind_frames(py::module_& module);        // Log, Camera
 void bind_calibration(py::module_& module);   // calibrate
 
 /// The named configuration and model; the default configuration without a name.
 Config config_of(const OptionalPath& config, const OptionalPath& model);
+
+/// A library's message as Python users read it: options of the program become arguments ("--force"
+/// force=True), and commands that the module has functions ("gelslam fuse" gelslam.fuse()).
+std::string python_words(const std::string& message);
+/// As a Python warning. With the GIL.
+void warn(const std::string& message);
 
 /// Why a registration failed; of one that succeeded, which motions are not observable; else "".
 std::string reason_of(const RegistrationResult& result);

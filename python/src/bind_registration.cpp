@@ -82,7 +82,7 @@ Matrices of rotations and translations have the order rx, ry, rz, tx, ty, tz, in
              R"(Registers two surfaces with NormalFlow: how did the sensor move between them?
 
 initial: 4x4, meters: where to begin (target_T_reference); default: no motion. search: also look for the place among
-all shifts, and twists about that of `initial`; takes some tens of registrations. Returns a Registration. A failure is
+all shifts, and twists within 20 degrees of `initial`; takes some tens of registrations. Returns a Registration. A failure is
 a result, not an exception: see its `ok` and `reason`.)");
 }
 

@@ -9,6 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/run_folder.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/slam/merge_scans.hpp"
 #include "run.hpp"
 
 namespace gelslam::python {
@@ -163,20 +164,55 @@ The map's frame is that of the sensor at its first full contact: x right, y down
       });
 }
 
+/// Ctrl-C raises: nothing ends early with a part.
+bool stop_by_signal() {
+  check_signals();
+  return false;
+}
+
 PythonRun reconstruct_log(const fs::path& log, const OptionalPath& model, const OptionalPath& background,
-                          const OptionalPath& config, bool force, const py::object& progress) {
+                          const OptionalPath& config, bool force, const OptionalPath& continue_from,
+                          const py::object& progress) {
   PythonProgress sink(progress);
   PythonRun run;
   {
     const py::gil_scoped_release release;
-    const LogInput input{log, config.value_or(""), model.value_or(""), background.value_or(""), force};
-    run = python_run(reconstruct(input, resolve_config(input), sink, [] {
-      check_signals();
-      return false;
-    }));
+    const fs::path continued = continue_from.value_or("");
+    const LogInput input = with_settings_of_run(
+        {log, config.value_or(""), model.value_or(""), background.value_or(""), force}, continued);
+    run = python_run(reconstruct(input, resolve_config(input), sink, stop_by_signal, continued));
   }
   warn_of(run);
   return run;
+}
+
+PythonRun merge_runs(const std::vector<fs::path>& runs, const fs::path& output, bool overwrite,
+                     const py::object& progress) {
+  PythonProgress sink(progress);
+  PythonRun run;
+  {
+    const py::gil_scoped_release release;
+    merge_scans({runs, output, overwrite}, sink, stop_by_signal);
+    run = read_run(output);
+  }
+  warn_of(run);
+  return run;
+}
+
+PythonRun fuse_again(const fs::path& run, const OptionalPath& output, std::optional<double> voxel_size_mm,
+                     std::optional<double> truncation_mm, bool overwrite, const py::object& progress) {
+  PythonProgress sink(progress);
+  FuseSummary summary;
+  PythonRun fused;
+  {
+    const py::gil_scoped_release release;
+    const FuseRequest request{run, output.value_or(""), overwrite, voxel_size_mm, truncation_mm};
+    summary = fuse_run(request, sink, stop_by_signal);
+    fused = read_run(output.value_or(run));
+  }
+  for (const std::string& warning : summary.warnings) warn(warning);
+  warn_of(fused);
+  return fused;
 }
 
 }  // namespace
@@ -200,8 +236,7 @@ PythonRun python_run(Run run) {
 }
 
 void warn_of(const PythonRun& run) {
-  for (const std::string& sentence : run.reservations)
-    if (PyErr_WarnEx(PyExc_UserWarning, sentence.c_str(), 1) != 0) throw py::error_already_set();
+  for (const std::string& sentence : run.reservations) warn(sentence);
 }
 
 Config config_of(const OptionalPath& config, const OptionalPath& model) {
@@ -217,13 +252,30 @@ void bind_run(py::module_& module) {
   add_run(module);
   module.def("reconstruct", &reconstruct_log, py::arg("log"), py::arg("model") = py::none(), py::kw_only(),
              py::arg("background") = py::none(), py::arg("config") = py::none(), py::arg("force") = false,
-             py::arg("progress") = false,
+             py::arg("continue_from") = py::none(), py::arg("progress") = false,
              R"(Turns a log into a Run, as `gelslam reconstruct` does; the same log gives the same result.
 
 log: a video, a folder of pictures, a log of `gelslam record`, or a data folder. model and config: default: those in or
 beside the log. background: an image; default: the log's first frames, which must show the bare gel. force: go on
-although they seem to show contact. progress: True for a line on stderr, or a function of (task, done, total or None).
+although they seem to show contact. continue_from: a run folder that the log continues: the same object, sensor and
+model; it stays as it is, and its configuration counts unless config names one. progress: True for a line on stderr, or a function of (task, done, total or None).
 Ctrl-C raises KeyboardInterrupt.)");
+  module.def(
+      "merge", &merge_runs, py::arg("runs"), py::arg("output"), py::kw_only(), py::arg("overwrite") = false,
+      py::arg("progress") = false,
+      R"(Joins scans of one object, also of different sensors, as `gelslam merge` does. Returns the Run in output.
+
+runs: run folders, two or more; the first one's configuration is used. They join where they show the same places; what
+did not join is given as a warning. output: the run folder to write. progress: as of reconstruct().)");
+  module.def(
+      "fuse", &fuse_again, py::arg("run"), py::arg("output") = py::none(), py::kw_only(),
+      py::arg("voxel_size_mm") = py::none(), py::arg("truncation_mm") = py::none(),
+      py::arg("overwrite") = false, py::arg("progress") = false,
+      R"(Makes a run's mesh again with other settings, without its log. Returns the Run with the new mesh.
+
+run: its folder; of a scan that was not finished, the map is made first. output: a run folder to write; default: the
+run's own mesh is replaced. voxel_size_mm: edge of the mesh's cells. truncation_mm: sheets of one side closer than this
+become one; at least two voxels. Default: the run's. progress: as of reconstruct().)");
   module.def("read_run", &read_run, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
              "Reads the folder of a finished run. Returns a Run.");
 }

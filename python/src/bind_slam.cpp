@@ -1,10 +1,13 @@
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <cmath>
 #include <mutex>
 
 #include "bind.hpp"
+#include "frame.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/gel_slam.hpp"
 #include "gelslam/slam/trial_drift.hpp"
@@ -14,18 +17,19 @@
 namespace gelslam::python {
 namespace {
 
-struct PythonFrame {
-  TrackedFrame tracked;
-  std::optional<Vector6d> sigma;  ///< of the pose (TrialDrift)
-};
+/// A new scan, or the one in the run folder.
+ContinuedScan scan_of(const Sensor& sensor, const OptionalPath& run) {
+  if (run) return continue_scan(*run, sensor.config(), "");
+  ContinuedScan scan;
+  scan.record.parts = {part_of(sensor.config(), "")};
+  return scan;
+}
 
 /// Tracking and mapping, frame by frame. Calls from several threads wait for each other.
 class Slam {
  public:
-  explicit Slam(std::shared_ptr<Sensor> sensor)
-      : sensor_(std::move(sensor)),
-        slam_(sensor_->config().slam),
-        drift_(sensor_->config().slam.slope_calibration.gradient_scale_sigma) {}
+  Slam(std::shared_ptr<Sensor> sensor, const OptionalPath& continue_from)
+      : Slam(sensor, scan_of(*sensor, continue_from)) {}
 
   PythonFrame process(const cv::Mat3b& bgr, double time_s) {
     SurfacePtr surface;
@@ -38,15 +42,10 @@ class Slam {
 
   PythonFrame process(SurfacePtr surface, double time_s) {
     const std::lock_guard lock(mutex_);
-    if (!std::isfinite(time_s) || (last_time_s_ && time_s <= *last_time_s_))
-      throw Error("time_s: expected seconds that grow from frame to frame, got " + std::to_string(time_s) +
-                  (last_time_s_ ? " after " + std::to_string(*last_time_s_) : ""));
     require_pixels(*surface, sensor_->background().size(), sensor_->config().surface.pixel_pitch_mm,
                    "surface");
-    last_time_s_ = time_s;
-    PythonFrame frame{slam_.process(frames_++, time_s, std::move(surface), timer_), {}};
-    if (const auto covariance = drift_.add(frame.tracked)) frame.sigma = sigma_of(*covariance);
-    return frame;
+    times_.check(first_time_s_ + time_s);
+    return with_sigma(slam_.process(frames_++, first_time_s_ + time_s, std::move(surface), timer_), drift_);
   }
 
   MetricMesh mesh(ProgressSink& progress) const {
@@ -57,22 +56,34 @@ class Slam {
   PythonRun finish(ProgressSink& progress) const {
     const std::lock_guard lock(mutex_);
     Run run{sensor_->config(), slam_.finish(true, &progress), {}, {}};
-    run.map.measured.parts = {part_of(run.config, "")};
     run.mesh = fuse_map(run.map, run.config.slam.fusion, &progress);
     run.account.log_description = "frames of a Python program";
     run.account.times = timer_.statistics();
     run.account.summary = summarize(run.map, run.mesh);
+    run.account.summary.warning = warning_;
     return python_run(std::move(run));
   }
 
  private:
+  Slam(std::shared_ptr<Sensor> sensor, const ContinuedScan& scan)
+      : sensor_(std::move(sensor)),
+        slam_(sensor_->config().slam, &scan),
+        drift_(sensor_->config().slam.slope_calibration.gradient_scale_sigma),
+        first_time_s_(scan.first_time_s),
+        frames_(scan.first_frame) {
+    if (!scan.record.frames.empty()) times_.begin_after(scan.record.frames.back().time_s);
+    for (const std::string& warning : scan.record.warnings) append_sentence(warning_, warning);
+  }
+
   const std::shared_ptr<Sensor> sensor_;
   mutable std::mutex mutex_;
   StageTimer timer_;
   GelSlam slam_;
   TrialDrift drift_;
-  std::int64_t frames_ = 0;
-  std::optional<double> last_time_s_;
+  const double first_time_s_;
+  std::int64_t frames_;
+  FrameTimes times_;
+  std::string warning_;
 };
 
 /// The work without the GIL; Ctrl-C ends it.
@@ -88,10 +99,10 @@ std::optional<py::array_t<double>> trial_pose(const PythonFrame& self) {
   return array_of(self.tracked.trial_T_frame);
 }
 
-/// Three of the six numbers.
-std::optional<py::array_t<double>> sigma_part(const PythonFrame& self, int first) {
+template <auto part>
+std::optional<py::array_t<double>> sigma_part(const PythonFrame& self) {
   if (!self.sigma) return std::nullopt;
-  return py::array_t<double>(3, self.sigma->data() + first);
+  return part(*self.sigma);
 }
 
 std::vector<std::int64_t> new_keyframes(const PythonFrame& self) {
@@ -105,9 +116,11 @@ void add_frame(py::module_& module) {
 
 A trial is an unbroken stretch of tracking. Its frame is that of the sensor in its first tracked frame.)")
       .def_property_readonly(
-          "frame", [](const PythonFrame& self) { return self.tracked.frame; }, "Counts frames from 0.")
+          "frame", [](const PythonFrame& self) { return self.tracked.frame; },
+          "Counts frames from 0; of a continued scan from its end.")
       .def_property_readonly(
-          "time_s", [](const PythonFrame& self) { return self.tracked.time_s; }, "As given, seconds.")
+          "time_s", [](const PythonFrame& self) { return self.tracked.time_s; },
+          "As given, seconds; of a continued scan counted on from its end.")
       .def_property_readonly(
           "status", [](const PythonFrame& self) { return std::string(name(self.tracked.status)); },
           "\"tracked\", \"no_contact\" or \"lost\".")
@@ -121,11 +134,10 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
       .def_property_readonly("trial_T_sensor", &trial_pose,
                              "4x4: sensor to trial, translation in meters; None when not tracked.")
       .def_property_readonly(
-          "sigma_mm", [](const PythonFrame& self) { return sigma_part(self, 0); },
+          "sigma_mm", &sigma_part<&sigma_mm_of>,
           "3: one standard deviation of the pose in its trial along the sensor's x, y, z, mm; or None.")
-      .def_property_readonly(
-          "sigma_rad", [](const PythonFrame& self) { return sigma_part(self, 3); },
-          "3: the same about x, y, z, rad; or None.")
+      .def_property_readonly("sigma_rad", &sigma_part<&sigma_rad_of>,
+                             "3: the same about x, y, z, rad; or None.")
       .def_property_readonly("new_keyframes", &new_keyframes,
                              "list of int: the frames that became keyframes now: this one or earlier ones.")
       .def_property_readonly(
@@ -156,14 +168,31 @@ A trial is an unbroken stretch of tracking. Its frame is that of the sensor in i
 
 }  // namespace
 
+PythonFrame with_sigma(TrackedFrame tracked, TrialDrift& drift) {
+  PythonFrame frame{std::move(tracked), {}};
+  if (const auto covariance = drift.add(frame.tracked)) frame.sigma = sigma_of(*covariance);
+  return frame;
+}
+
+py::array_t<double> sigma_mm_of(const Vector6d& sigma) { return py::array_t<double>(3, sigma.data()); }
+py::array_t<double> sigma_rad_of(const Vector6d& sigma) { return py::array_t<double>(3, sigma.data() + 3); }
+
+void FrameTimes::check(double time_s) {
+  if (!std::isfinite(time_s) || (last_time_s_ && time_s <= *last_time_s_))
+    throw Error("time_s: expected seconds that grow from frame to frame, got " + std::to_string(time_s) +
+                (last_time_s_ ? " after " + std::to_string(*last_time_s_) : ""));
+  last_time_s_ = time_s;
+}
+
 void bind_slam(py::module_& module) {
   add_frame(module);
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<Slam>(module, "Slam", R"(Tracks and maps frame by frame, for instance those of a camera.
 
 Keeps keyframes only. Its map is the one that reconstruct() makes of the same pictures. Threads that call it wait for
-each other.)")
-      .def(py::init<std::shared_ptr<Sensor>>(), py::arg("sensor").none(false))
+each other. continue_from: a run folder whose scan it goes on with, of the same object, sensor and model.)")
+      .def(py::init<std::shared_ptr<Sensor>, const OptionalPath&>(), py::arg("sensor").none(false),
+           py::kw_only(), py::arg("continue_from") = py::none(), Release())
       .def(
           "process",
           [](Slam& self, const TouchedSurface& surface, double time_s) {

@@ -151,8 +151,7 @@ std::shared_ptr<Sensor> make_sensor(const OptionalPath& model, const py::object&
     settings.surface.compensate_light = settings.surface.compensate_light && follow_light;
     sensor = std::make_shared<Sensor>(settings, bgr);
   }
-  for (const std::string& doubt : sensor->doubts())
-    if (PyErr_WarnEx(PyExc_UserWarning, doubt.c_str(), 1) != 0) throw py::error_already_set();
+  for (const std::string& doubt : sensor->doubts()) warn(doubt);
   return sensor;
 }
 

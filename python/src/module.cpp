@@ -9,7 +9,8 @@ namespace {
 namespace py = pybind11;
 
 /// Names of files need not be UTF-8.
-void raise_error(const std::string& text) {
+void raise_error(const std::string& message) {
+  const std::string text = gelslam::python::python_words(message);
   const auto decoded = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(text.c_str()));
   PyErr_SetObject(py::module_::import("gelslam._core").attr("Error").ptr(), decoded.ptr());
 }
@@ -36,6 +37,7 @@ PYBIND11_MODULE(_core, module) {
   gelslam::python::bind_registration(module);
   gelslam::python::bind_run(module);
   gelslam::python::bind_slam(module);
+  gelslam::python::bind_localization(module);
   gelslam::python::bind_frames(module);
   gelslam::python::bind_calibration(module);
 }

@@ -53,6 +53,20 @@ std::string reason_without_track(const TrackedFrame& tracked) {
 
 }  // namespace
 
+std::string_view status_name(const LocalizedFrame& frame) {
+  if (frame.tracked.status == TrackStatus::background || frame.tracked.status == TrackStatus::no_contact)
+    return name(frame.tracked.status);
+  switch (frame.status) {
+    case PlaceStatus::localized:
+      return "localized";
+    case PlaceStatus::ambiguous:
+      return "ambiguous";
+    case PlaceStatus::unknown:
+      return "not in the map";
+  }
+  return "";
+}
+
 Localizer::Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options)
     : map_(std::move(map)),
       options_(options),

@@ -4,6 +4,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/run_folder.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
@@ -11,6 +12,8 @@
 
 namespace gelslam {
 namespace {
+
+constexpr const char* kMapMarker = "map.json";
 
 SlamMap slam_map_of(const std::vector<PosedSurface>& patches) {
   SlamMap map;
@@ -37,8 +40,18 @@ Session read_map(const std::filesystem::path& folder) {
   throw Error(folder.string() + ": no map; give a run folder, its session, or a folder made by gelslam map");
 }
 
-std::vector<std::string> map_entries() {
-  return {kMapMarker, "session", "mesh.ply", "keyframes.tum", "trajectory.tum"};
+void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::string& name) {
+  for (const PosedSurface& patch : map.patches)
+    if (const double pitch_mm = patch.surface.pixel_pitch_mm(); pitch_mm != pixel_pitch_mm)
+      throw Error(name + ": has pixels of " + short_number(pitch_mm) + " mm, not of " +
+                  short_number(pixel_pitch_mm) + " mm as the sensor");
+}
+
+RunFolderOptions map_folder_options(const std::filesystem::path& source, bool overwrite) {
+  return {.overwrite = overwrite,
+          .marker_file = kMapMarker,
+          .known_entries = {kMapMarker, "session", "mesh.ply", "keyframes.tum", "trajectory.tum"},
+          .inputs = {source}};
 }
 
 void write_map(const std::filesystem::path& folder, const MeshMap& map, const Mesh& mesh,

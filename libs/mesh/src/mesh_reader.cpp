@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <string>
 
 #include "gelslam/core/error.hpp"
@@ -61,6 +62,15 @@ std::optional<LengthUnit> noted_unit(const std::filesystem::path& path) {
 }
 
 LengthUnit unit_of(const std::filesystem::path& path) { return noted_unit(path).value_or(usual_unit(path)); }
+
+std::optional<double> named_unit_mm(const std::filesystem::path& path, const std::string& unit) {
+  static const std::map<std::string, double> millimeters = {{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"m", 1000}};
+  if (unit.empty()) return std::nullopt;
+  const auto found = millimeters.find(unit);
+  if (found == millimeters.end()) throw Error("there is no unit '" + unit + "'; use mm, cm, in or m");
+  if (!std::filesystem::is_regular_file(path) || noted_unit(path)) return std::nullopt;
+  return found->second;
+}
 
 Mesh read_mesh(const std::filesystem::path& path, std::optional<double> mm_per_unit) {
   const std::string extension = lower_extension(path);

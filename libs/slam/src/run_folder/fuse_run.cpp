@@ -27,7 +27,7 @@ Config config_of(const FuseRequest& request) {
   if (request.truncation_mm) fusion.truncation_mm = *request.truncation_mm;
   if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not after the session was read
     throw Error("the truncation has to be at least twice the voxel size; give --truncation-mm, too");
-  return config;
+  return read_config_text(write_config(config), "the new settings");  // within their bounds
 }
 
 /// The mesh, and what else depends on how it was made. `run`: whose report it is.
@@ -59,7 +59,7 @@ void check_readable(const FuseRequest& request, bool any_keyframe, const std::ve
     throw Error((request.run / "session").string() + ": holds no keyframe to fuse" +
                 (why.empty() ? "" : ": " + why));
   if (request.output.empty() && !why.empty() && fs::exists(request.run / "mesh.ply"))
-    throw Error(why + "; the mesh stays as it is: name a folder with -o for one of the rest");
+    throw Error(why + "; the mesh stays as it is: give --output FOLDER for one of the rest");
 }
 
 /// What this writes into: the run itself, locked, or another folder.

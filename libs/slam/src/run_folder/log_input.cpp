@@ -1,5 +1,6 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/sensor/frame_source.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/config.hpp"
@@ -60,6 +61,18 @@ LogAttachments attachments_of(const Config& config) {
   model.clear();  // it is in the log, and this machine's paths mean nothing elsewhere
   attachments.config_yaml = write_config(stored);
   return attachments;
+}
+
+LogInput with_settings_of_run(LogInput input, const fs::path& run) {
+  if (run.empty() || !input.config.empty()) return input;
+  if (!fs::is_directory(run)) throw Error(run.string() + ": no such run folder");
+  finish_update(run);
+  const fs::path config = run / "config.yaml";
+  if (!fs::exists(config)) return input;
+  input.config = config;
+  if (input.model.empty() && is_matroska(input.log) && !read_log_attachments(input.log).model.empty())
+    input.model = input.log;
+  return input;
 }
 
 Config find_config(const LogInput& input) { return look_up(input).config; }

@@ -29,6 +29,9 @@ struct LocalizedFrame {
   std::string reason;  ///< why there is no certain place, for people
 };
 
+/// "localized", "ambiguous" or "not in the map"; "background" or "no_contact" where nothing touches.
+std::string_view status_name(const LocalizedFrame& frame);
+
 /// The sensor's pose in a known map, from the first touch on: a filter over hypotheses. Each touch moves
 /// every hypothesis as it was tracked, registers it to the map there and weighs it by how well it fits. As
 /// long as no hypothesis is certain, each touch that shows new surface is searched for in the whole map, and

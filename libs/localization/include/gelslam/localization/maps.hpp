@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gelslam/core/progress.hpp"
+#include "gelslam/core/run_folder.hpp"
 #include "gelslam/fusion/fusion.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/session.hpp"
@@ -21,17 +22,22 @@ struct MeshMapOptions {
 struct MeshMap {
   std::vector<PosedSurface> patches;  ///< in the mesh's frame
   double covered_share = 0;           ///< of the surface: that lies well inside of a touch
+  std::string warning;  ///< when max_touches do not cover all, as a sentence for the user; or ""
 };
 
 /// A map of an object that was never touched: what the gel would show, simulated from a closed mesh (mm), at
 /// touches spread over its surface so that wherever the sensor is pressed on along the normal, one of them is
 /// near. Deterministic for any number of threads. Throws Error for meshes that cannot be measured (as
-/// evaluate() does), have no area or touch nowhere.
+/// evaluate() does), have no area or touch nowhere. Only in builds with the simulation.
 MeshMap make_mesh_map(const Mesh& mesh, const MeshMapOptions& options, ProgressSink& progress);
 
 /// The surfaces of a map, at their places in its frame: of a run folder, of the session in it, or of a folder
 /// that `gelslam map` made. Throws Error when there is none, or it is damaged.
 Session read_map(const std::filesystem::path& folder);
+
+/// Throws Error unless a map's surfaces have this pixel pitch: those of another one would never be found.
+/// `name` stands for the map in messages.
+void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::string& name);
 
 /// Writes a map of touches as a folder that read_map() and the viewer understand: session/, mesh.ply (its
 /// mesh), keyframes.tum and trajectory.tum (the touches, one per second) and map.json, which says that it is
@@ -39,8 +45,7 @@ Session read_map(const std::filesystem::path& folder);
 void write_map(const std::filesystem::path& folder, const MeshMap& map, const Mesh& mesh,
                const std::string& source);
 
-/// Everything that write_map() writes.
-std::vector<std::string> map_entries();
-inline constexpr const char* kMapMarker = "map.json";
+/// Of the RunFolder for write_map(): what it may replace. `source`: the mesh's file.
+RunFolderOptions map_folder_options(const std::filesystem::path& source, bool overwrite);
 
 }  // namespace gelslam

@@ -29,6 +29,10 @@ std::optional<LengthUnit> noted_unit(const std::filesystem::path& path);
 /// The unit in which read_mesh() takes the numbers of a file by default: the noted one, else the usual one.
 LengthUnit unit_of(const std::filesystem::path& path);
 
+/// The `mm_per_unit` of read_mesh() for a file that may note no unit: that of `unit` ("mm", "cm", "in" or
+/// "m"). Nothing where the file notes one, is none, or `unit` is empty. Throws Error for another unit.
+std::optional<double> named_unit_mm(const std::filesystem::path& path, const std::string& unit);
+
 /// Reads PLY, OBJ or STL (by extension, through Assimp; confidence only from our own PLY). Without
 /// `mm_per_unit` the numbers are in unit_of(path). Throws Error when the file is missing, truncated, empty or
 /// not a triangle mesh.

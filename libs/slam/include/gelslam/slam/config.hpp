@@ -49,6 +49,11 @@ struct LogInput {
   bool force = false;                ///< go on although the background frames seem to show contact
 };
 
+/// For a log that continues a run, or a camera in the map of a run (`run` is not empty): the configuration is
+/// the run's unless `input` names another. A model that the log holds stays, so that a log of another sensor
+/// is refused. Throws Error when there is no such folder.
+LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run);
+
 /// The configuration that `input` asks for, with its model's path made certain. Throws Error.
 Config resolve_config(const LogInput& input);
 

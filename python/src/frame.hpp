@@ -1,0 +1,37 @@
+#pragma once
+
+#include <pybind11/numpy.h>
+
+#include <optional>
+
+#include "gelslam/frontend/tracker.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+
+namespace gelslam::python {
+
+namespace py = pybind11;
+
+/// What is known of a frame right after it was tracked.
+struct PythonFrame {
+  TrackedFrame tracked;
+  std::optional<Vector6d> sigma;  ///< of the pose (TrialDrift)
+};
+
+PythonFrame with_sigma(TrackedFrame tracked, TrialDrift& drift);
+
+/// One standard deviation along and about x, y, z, for Python.
+py::array_t<double> sigma_mm_of(const Vector6d& sigma);
+py::array_t<double> sigma_rad_of(const Vector6d& sigma);
+
+/// The times of frames grow.
+class FrameTimes {
+ public:
+  /// Throws Error for a time that does not.
+  void check(double time_s);
+  void begin_after(double time_s) { last_time_s_ = time_s; }
+
+ private:
+  std::optional<double> last_time_s_;
+};
+
+}  // namespace gelslam::python
