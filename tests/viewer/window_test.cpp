@@ -130,13 +130,17 @@ TEST_F(Window, ShowsTheSurfaceGrowingAndTheTouchOnIt) {
               0.01);
 }
 
-TEST_F(Window, ShowsPicturesFiguresAndStages) {
+TEST_F(Window, ShowsPicturesFiguresAndOnRequestDiagnostics) {
   StageStatistics slow;
   slow.stage = "loop_closure";
   slow.median_ms = 123;
   slow.count = 100;
   session_.set_stages({slow});
   scan(3);
+  const cv::Mat3b usual = picture("usual_figures");
+  for (const char* label : {"Rate", "Latency", "Dropped", "Pieces"}) expect_text(usual, label, theme::kDim);
+  for (const char* label : {"Memory", "Camera lost", "Stages, ms"}) EXPECT_EQ(find(label), nullptr) << label;
+  press(GLFW_KEY_I);
   const cv::Mat3b shown = picture("figures");
   for (const char* text : {"25.0 Hz", "18 ms", "412 MB", "1.86 MB"}) expect_text(shown, text, theme::kText);
   expect_text(shown, "123", theme::kAmber);

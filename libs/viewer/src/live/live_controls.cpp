@@ -18,6 +18,7 @@ std::vector<ActionRow> live_rows() {
   for (const Action action : {show_all, trajectory, pose_graph, next_color, shading_clay, shading_polished,
                               shading_curvature, grid, panels, help})
     rows.push_back(common_row(action));
+  rows.push_back({diagnostics, "i", "I", "", 0, 0, "Diagnostics"});
   rows.push_back(common_row(measure));
   rows.back().label.clear();  // the bar has no room for it
   return rows;
@@ -49,6 +50,9 @@ void LiveControls::act(Action action, double now_s) {
       return save(now_s);
     case Action::close:
       return ask_to_close();
+    case Action::diagnostics:
+      shows_diagnostics_ = !shows_diagnostics_;
+      return;
     case Action::export_mesh:
       return ask_for_format();
     default:

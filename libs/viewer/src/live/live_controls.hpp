@@ -16,6 +16,7 @@ class LiveControls : public SceneControls {
   explicit LiveControls(LiveSession& session, bool keeps_run = true);
 
   std::optional<std::string> take_export() { return std::exchange(export_, std::nullopt); }
+  bool shows_diagnostics() const { return shows_diagnostics_; }
   ButtonLook button(const ActionRow& row) const override;
 
  protected:
@@ -31,7 +32,7 @@ class LiveControls : public SceneControls {
   bool refuse_unless_scanning(const char* what, double now_s);
 
   LiveSession& session_;
-  bool keeps_run_;
+  bool keeps_run_, shows_diagnostics_ = false;
   std::optional<std::string> export_;
 };
 

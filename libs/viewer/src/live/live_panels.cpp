@@ -10,7 +10,7 @@ namespace gelslam::viewer::detail {
 namespace {
 
 constexpr double kPadding = 14, kMargin = 18;  // design pixels
-constexpr std::size_t kMaxStages = 8;
+constexpr std::size_t kMaxStages = 8, kUsualFigures = 4;
 constexpr std::int64_t kLowDiskBytes = 2'000'000'000;
 
 struct Figure {
@@ -26,29 +26,32 @@ Figure loss(const char* label, std::int64_t count) {
 std::vector<Figure> figures_of(const LiveFrame& frame) {
   const LiveStatus& s = frame.status;
   const std::int64_t disk = frame.disk_free_bytes;
-  return {
+  std::vector<Figure> figures = {
       {"Rate", s.rate_hz > 0 ? fmt::format("{:.1f} Hz", s.rate_hz) : "-"},
       {"Latency", text_of_ms(s.latency_ms)},
+      {"Pieces", text_of_count(s.components), s.components > 1 ? theme::kAmber : theme::kText},
+      loss("Dropped", s.dropped),
       {"Keyframes", text_of_count(s.keyframes)},
       {"Loops", text_of_count(s.loops)},
       {"Trials", text_of_count(s.trials)},
-      {"Pieces", text_of_count(s.components), s.components > 1 ? theme::kAmber : theme::kText},
       loss("Camera lost", s.lost_by_camera),
-      loss("Dropped", s.dropped),
       loss("Damaged", s.damaged),
       {"Memory", bytes_text(std::llround(s.memory_mb * 1e6))},
       {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"},
       {"Disk free", disk < 0 ? "-" : bytes_text(disk),
        disk >= 0 && disk < kLowDiskBytes ? theme::kRed : theme::kText},
   };
+  if (!frame.diagnostics) figures.resize(kUsualFigures);
+  return figures;
 }
 
-float figures_height(const Ui& ui) {
-  return 4 * (ui.height_of(Face::small) + ui.height_of(Face::figure) + ui.px(9));
+float figures_height(const Ui& ui, const LiveFrame& frame) {
+  return (frame.diagnostics ? 4.0F : 2.0F) *
+         (ui.height_of(Face::small) + ui.height_of(Face::figure) + ui.px(9));
 }
 
 void draw_figures(Ui& ui, const LiveFrame& frame) {
-  if (!ui.begin_table("##figures", 3)) return;
+  if (!ui.begin_table("##figures", frame.diagnostics ? 3 : 2)) return;
   for (const Figure& figure : figures_of(frame)) {
     ui.next_cell();
     ui.text(Face::small, theme::kDim, figure.label);
@@ -147,8 +150,8 @@ void draw_side(Ui& ui, const Box& side, const LiveFrame& frame) {
   ui.row(Face::small, frame.status.source, duration_text(frame.status.age_s));
   ui.gap(8);
   const Box inner = ui.room();
-  const float stages = stages_height(ui, frame.stages.size()), figures = figures_height(ui);
-  const bool with_stages = stages > 0 && inner.height - figures - stages > ui.px(240);
+  const float stages = stages_height(ui, frame.stages.size()), figures = figures_height(ui, frame);
+  const bool with_stages = frame.diagnostics && stages > 0 && inner.height - figures - stages > ui.px(240);
   const float below = figures + (with_stages ? stages : 0), upper = inner.height - below - ui.px(12);
   if (frame.words.state == "finished" && !frame.output_folder.empty()) {
     draw_results(ui, inner.y + upper, frame);

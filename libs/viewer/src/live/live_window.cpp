@@ -124,6 +124,7 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   scene_.draw(camera_, viewport(), style);
   frame_.tactile = &scene_.tactile();
   frame_.normals = &scene_.normals();
+  frame_.diagnostics = controls_.shows_diagnostics();
   if (frame_.words.state == "finished" && !options_.keeps_run)
     frame_.words.advice = "Nothing is kept (no -o). E exports the mesh; Q closes.";
   if (controls_.shows_panels()) {

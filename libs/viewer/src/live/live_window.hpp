@@ -29,6 +29,7 @@ struct LiveFrame {
   std::vector<ResultFile> results;    ///< once finished
   const Texture* tactile = nullptr;
   const Texture* normals = nullptr;
+  bool diagnostics = false;  ///< all counters and stage times, too
 };
 
 /// Where the view, the panel beside it and the bar of buttons lie; a small window leaves out panels.

@@ -33,6 +33,7 @@ enum class Action {
   new_scan,
   save,
   export_mesh,
+  diagnostics,
   follow,  // of a live scan
   play,
   step_back,
