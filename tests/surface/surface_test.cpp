@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "../support/analytic_surface.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 
 namespace gelslam {
 namespace {
@@ -59,6 +60,29 @@ TEST(ContactPoints, NothingIsShownBeyondThePicture) {
     EXPECT_FALSE(shows(surface, {far, 0, -0.3}));
     EXPECT_FALSE(shows(surface, {1, far, -0.3}));
   }
+}
+
+TEST(ContactOverlap, IsTheShareOfPointsThatTheOtherContactShows) {
+  const Surface surface = half_touched();
+  const auto points = coarse_contact_points_mm(surface);
+  const double width_mm = 160 * surface.pixel_pitch_mm;
+  Pose moved = Pose::Identity();
+  EXPECT_DOUBLE_EQ(shown_share(points, surface, moved), 1.0);
+  moved.translation().x() = width_mm / 2;
+  EXPECT_DOUBLE_EQ(shown_share(points, surface, moved), 0.5);
+  EXPECT_DOUBLE_EQ(shown_share({}, surface, moved), 0.0);
+}
+
+TEST(ContactOverlap, IsPossibleOnlyNearbyAndOnTheSameSide) {
+  const ContactExtent extent = extent_of(coarse_contact_points_mm(half_touched()));
+  Pose moved = Pose::Identity();
+  moved.translation().x() = 1.9 * extent.radius_mm;
+  EXPECT_TRUE(may_overlap(extent, extent, moved));
+  moved.translation().x() = 2.1 * extent.radius_mm;
+  EXPECT_FALSE(may_overlap(extent, extent, moved));
+  Pose turned = Pose::Identity();
+  turned.linear() = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  EXPECT_FALSE(may_overlap(extent, extent, turned));
 }
 
 using namespace test;
