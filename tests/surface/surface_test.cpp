@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "../support/analytic_surface.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 
 namespace gelslam {
 namespace {
@@ -17,6 +18,24 @@ Surface half_touched() {
   surface.contact.colRange(160, 320) = 255;
   surface.height_mm = cv::Mat1f(240, 320, -0.3F);
   return surface;
+}
+
+TEST(PixelGrid, PutsTheOriginInTheMiddleOfThePicture) {
+  const PixelGrid grid{{4, 3}, 0.1};
+  EXPECT_TRUE(grid.to_mm(cv::Point(0, 0)).isApprox(Eigen::Vector2d(-0.15, -0.1)));
+  EXPECT_TRUE(grid.to_mm(cv::Point(3, 2)).isApprox(Eigen::Vector2d(0.15, 0.1)));
+  EXPECT_TRUE(grid.to_px({0, 0}).isApprox(Eigen::Vector2d(1.5, 1)));
+}
+
+TEST(PixelGrid, FindsEveryPixelAgainAndNoneBeyondThePicture) {
+  const PixelGrid grid{{32, 24}, 0.0634};
+  for (int v = -1; v <= grid.size.height; ++v)
+    for (int u = -1; u <= grid.size.width; ++u) {
+      const cv::Point pixel(u, v);
+      const bool inside = u >= 0 && v >= 0 && u < grid.size.width && v < grid.size.height;
+      EXPECT_EQ(grid.pixel_at(grid.to_mm(pixel)), inside ? std::optional(pixel) : std::nullopt);
+      EXPECT_TRUE(grid.to_px(grid.to_mm(pixel)).isApprox(Eigen::Vector2d(u, v)));
+    }
 }
 
 TEST(ContactPoints, LieInTheContactAndAreShown) {
@@ -41,6 +60,29 @@ TEST(ContactPoints, NothingIsShownBeyondThePicture) {
     EXPECT_FALSE(shows(surface, {far, 0, -0.3}));
     EXPECT_FALSE(shows(surface, {1, far, -0.3}));
   }
+}
+
+TEST(ContactOverlap, IsTheShareOfPointsThatTheOtherContactShows) {
+  const Surface surface = half_touched();
+  const auto points = coarse_contact_points_mm(surface);
+  const double width_mm = 160 * surface.pixel_pitch_mm;
+  Pose moved = Pose::Identity();
+  EXPECT_DOUBLE_EQ(shown_share(points, surface, moved), 1.0);
+  moved.translation().x() = width_mm / 2;
+  EXPECT_DOUBLE_EQ(shown_share(points, surface, moved), 0.5);
+  EXPECT_DOUBLE_EQ(shown_share({}, surface, moved), 0.0);
+}
+
+TEST(ContactOverlap, IsPossibleOnlyNearbyAndOnTheSameSide) {
+  const ContactExtent extent = extent_of(coarse_contact_points_mm(half_touched()));
+  Pose moved = Pose::Identity();
+  moved.translation().x() = 1.9 * extent.radius_mm;
+  EXPECT_TRUE(may_overlap(extent, extent, moved));
+  moved.translation().x() = 2.1 * extent.radius_mm;
+  EXPECT_FALSE(may_overlap(extent, extent, moved));
+  Pose turned = Pose::Identity();
+  turned.linear() = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  EXPECT_FALSE(may_overlap(extent, extent, turned));
 }
 
 using namespace test;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gelslam/registration/relocalization.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
@@ -328,18 +329,15 @@ const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Po
   const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(surface);
   const Known* best = nullptr;
   // Halfway between what a keyframe has to share and all: there has to be room to move on.
-  double most = 0.5 * (1 + options_.keyframe_min_shared) * static_cast<double>(points.size());
+  double most = 0.5 * (1 + options_.keyframe_min_shared);
   for (const Known& known : known_) {
     const Pose known_T_frame = known.trial_T_keyframe.inverse() * trial_T_frame;
-    const auto shown =
-        static_cast<double>(std::count_if(points.begin(), points.end(), [&](const auto& point) {
-          return shows(*known.contact, known_T_frame * point);
-        }));
-    if (shown <= most || known.keyframe == keyframe_ ||
+    const double share = shown_share(points, *known.contact, known_T_frame);
+    if (share <= most || known.keyframe == keyframe_ ||
         known.keyframe->reference->self_similarity() > verification_.max_self_similarity)
       continue;
     best = &known;
-    most = shown;
+    most = share;
   }
   return best;
 }

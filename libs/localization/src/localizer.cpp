@@ -10,6 +10,7 @@
 #include "gelslam/registration/relocalization.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/slam_map.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
@@ -37,13 +38,6 @@ double translation_sigma_mm(const Matrix6d& covariance) {
 bool is_known_well(const Matrix6d& covariance) {
   const double turn_rad = std::sqrt(covariance.diagonal().head<3>().maxCoeff());
   return 2 * std::max(translation_sigma_mm(covariance), kMmPerRad * turn_rad) <= kMinPeriodMm;
-}
-
-Eigen::Vector3d center_of(const Surface& surface) {
-  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(surface);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& point : points) sum += point;
-  return points.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(points.size()));
 }
 
 std::string reason_without_track(const TrackedFrame& tracked) {
@@ -107,7 +101,7 @@ Localizer::Touch Localizer::make_touch(const TrackedFrame& tracked, SurfacePtr s
   touch.time_s = tracked.time_s;
   touch.reference_id = tracked.keyframe->id;
   touch.trial_T_sensor = tracked.trial_T_frame;
-  touch.center_mm = center_of(*surface);
+  touch.center_mm = extent_of(coarse_contact_points_mm(*surface)).center_mm;
   touch.keyframe.frame = tracked.frame;
   touch.keyframe.trial = tracked.trial;
   touch.keyframe.reference = std::make_shared<const NormalFlowReference>(surface, options_.registration);

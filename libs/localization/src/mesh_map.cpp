@@ -18,6 +18,7 @@
 #include "gelslam/evaluation/mesh_metrics.hpp"
 #include "gelslam/localization/maps.hpp"
 #include "gelslam/simulation/gel.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/slopes.hpp"
 #include "gelslam/surface/surface.hpp"
 
@@ -167,9 +168,7 @@ std::optional<PosedSurface> touch_at(const SurfacePlace& place, const Shape& sha
 }
 
 Covered covered_by(const PosedSurface& patch) {
-  const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(*patch.surface.get());
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& point : points) center += point / static_cast<double>(points.size());
+  const Eigen::Vector3d center = extent_of(coarse_contact_points_mm(*patch.surface.get())).center_mm;
   const double area = patch.surface->contact_pixels * std::pow(patch.surface->pixel_pitch_mm, 2);
   return {patch.map_T_keyframe * center, -patch.map_T_keyframe.linear().col(2),
           kInnerShare * std::sqrt(area / std::numbers::pi)};

@@ -8,34 +8,20 @@
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/loop_closure/loop_closer.hpp"
 #include "gelslam/slam/slam_map.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/surface.hpp"
 
 namespace gelslam {
 
 namespace localization::detail {
 
-constexpr int kMostCompared = 8;    // keyframes near a pose whose overlap is computed
-constexpr double kMinFacing = 0.3;  // cosine between two touches' directions; beyond it they share nothing
-
-/// Where a contact lies: a sphere around its points.
-struct Extent {
-  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
-  double radius_mm = 0;
-};
-
-Extent extent_of(const std::vector<Eigen::Vector3d>& points) {
-  Extent extent;
-  for (const Eigen::Vector3d& p : points) extent.center_mm += p / static_cast<double>(points.size());
-  for (const Eigen::Vector3d& p : points)
-    extent.radius_mm = std::max(extent.radius_mm, (p - extent.center_mm).norm());
-  return extent;
-}
+constexpr int kMostCompared = 8;  // keyframes near a pose whose overlap is computed
 
 /// A keyframe of the map.
 struct MapPlace {
   std::shared_ptr<const Keyframe> keyframe;
   Pose map_T_keyframe = Pose::Identity();
-  Extent extent;  // in the map's frame
+  ContactExtent extent;
 };
 
 struct Overlap {
@@ -48,9 +34,8 @@ MapPlace make_place(const PosedSurface& patch, const NormalFlowOptions& registra
   keyframe->id = patch.id;
   keyframe->surface = patch.surface;
   keyframe->reference = StoredReference(patch.surface, registration);
-  Extent extent = extent_of(coarse_contact_points_mm(*patch.surface.get()));
-  extent.center_mm = patch.map_T_keyframe * extent.center_mm;
-  return {std::move(keyframe), patch.map_T_keyframe, extent};
+  return {std::move(keyframe), patch.map_T_keyframe,
+          extent_of(coarse_contact_points_mm(*patch.surface.get()))};
 }
 
 }  // namespace localization::detail
@@ -117,14 +102,12 @@ std::vector<Pose> SurfaceMap::look_alikes(const MapFit& fit) const {
 /// The keyframe that shows most of the touch, among those whose centers are nearest.
 Overlap SurfaceMap::Impl::most_overlapping(const Surface& touch, const Pose& map_T_sensor) const {
   const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(touch);
-  const Extent here = extent_of(points);
-  const Eigen::Vector3d center_mm = map_T_sensor * here.center_mm, axis = map_T_sensor.linear().col(2);
+  const ContactExtent here = extent_of(points);
   std::vector<std::pair<double, const MapPlace*>> near;
   for (const MapPlace& place : places) {
-    const double distance_mm = (place.extent.center_mm - center_mm).norm();
-    if (distance_mm < place.extent.radius_mm + here.radius_mm &&
-        place.map_T_keyframe.linear().col(2).dot(axis) >= kMinFacing)
-      near.emplace_back(distance_mm, &place);
+    const Pose keyframe_T_sensor = place.map_T_keyframe.inverse() * map_T_sensor;
+    if (may_overlap(place.extent, here, keyframe_T_sensor))
+      near.emplace_back((keyframe_T_sensor * here.center_mm - place.extent.center_mm).norm(), &place);
   }
   std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   near.resize(std::min(near.size(), index(kMostCompared)));
@@ -132,10 +115,7 @@ Overlap SurfaceMap::Impl::most_overlapping(const Surface& touch, const Pose& map
   for (const auto& [distance_mm, place] : near) {
     const Pose keyframe_T_sensor = place->map_T_keyframe.inverse() * map_T_sensor;
     const SurfacePtr surface = place->keyframe->surface.get();
-    const auto shown = std::count_if(points.begin(), points.end(), [&, place = place](const auto& point) {
-      return shows(*surface, keyframe_T_sensor * point);
-    });
-    const double share = static_cast<double>(shown) / static_cast<double>(points.size());
+    const double share = shown_share(points, *surface, keyframe_T_sensor);
     if (share > best.share) best = {place, share};
   }
   return best;

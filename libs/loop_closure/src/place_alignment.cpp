@@ -61,8 +61,8 @@ bool may_be_one_place(const PointPair& a, const PointPair& b, double threshold_p
 Eigen::Vector3d point_mm(const Surface& surface, const Eigen::Vector2f& pixel) {
   const int u = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, surface.height_mm.cols - 1);
   const int v = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, surface.height_mm.rows - 1);
-  return {(pixel.x() - surface.height_mm.cols / 2.0 + 0.5) * surface.pixel_pitch_mm,
-          (pixel.y() - surface.height_mm.rows / 2.0 + 0.5) * surface.pixel_pitch_mm, surface.height_mm(v, u)};
+  const Eigen::Vector2d mm = surface.grid().to_mm(Eigen::Vector2d(pixel.cast<double>()));
+  return {mm.x(), mm.y(), surface.height_mm(v, u)};
 }
 
 // Mean over 7x7 pixels: a matched point is where texture is steep, and one pixel off there reads another

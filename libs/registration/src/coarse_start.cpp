@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "gelslam/registration/relocalization.hpp"
 #include "texture_spectrum.hpp"
@@ -65,28 +66,26 @@ Eigen::Vector3d vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 /// that brings the points that meet there together.
 Pose pose_at(const Place& place, const Surface& reference, const Surface& target) {
   constexpr int kStep = kTextureShrink;
-  const double pitch = target.pixel_pitch_mm;
-  const int width = target.contact.cols, height = target.contact.rows;
-  const Eigen::Vector2d shift_mm = place.shift_px * kStep * pitch;
+  const PixelGrid grid = target.grid();
+  const Eigen::Vector2d shift_mm = place.shift_px * kStep * grid.pitch_mm;
   const Eigen::Matrix3d twist =
       Eigen::AngleAxisd(place.twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d reference_sum = Eigen::Vector3d::Zero(), target_sum = Eigen::Vector3d::Zero();
   Eigen::Vector2d gap = Eigen::Vector2d::Zero();
   double weight = 0;
   int count = 0;
-  for (int v = kStep / 2; v < height; v += kStep)
-    for (int u = kStep / 2; u < width; u += kStep) {
+  for (int v = kStep / 2; v < grid.size.height; v += kStep)
+    for (int u = kStep / 2; u < grid.size.width; u += kStep) {
       if (!reference.contact(v, u)) continue;
-      const Eigen::Vector2d p((u - 0.5 * width + 0.5) * pitch, (v - 0.5 * height + 0.5) * pitch);
-      const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * p + shift_mm;
-      const int tu = static_cast<int>(std::lround(q.x() / pitch + 0.5 * width - 0.5));
-      const int tv = static_cast<int>(std::lround(q.y() / pitch + 0.5 * height - 0.5));
-      if (tu < 0 || tv < 0 || tu >= width || tv >= height || !target.contact(tv, tu)) continue;
+      const Eigen::Vector3d p = reference.point_mm({u, v});
+      const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * p.head<2>() + shift_mm;
+      const std::optional<cv::Point> at = grid.pixel_at(q);
+      if (!at || !target.contact(*at)) continue;
       const Eigen::Vector3d normal = twist * vector(reference.normals(v, u));
-      gap += normal.z() * (vector(target.normals(tv, tu)) - normal).head<2>();
+      gap += normal.z() * (vector(target.normals(*at)) - normal).head<2>();
       weight += normal.z() * normal.z();
-      reference_sum += Eigen::Vector3d(p.x(), p.y(), reference.height_mm(v, u));
-      target_sum += Eigen::Vector3d(q.x(), q.y(), target.height_mm(tv, tu));
+      reference_sum += p;
+      target_sum += Eigen::Vector3d(q.x(), q.y(), target.height_mm(*at));
       ++count;
     }
   Pose start = Pose::Identity();

@@ -110,8 +110,7 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
   const std::vector<cv::Point> pixels = select_samples(*surface, options.max_samples);
   const SampleWeight weight(*surface);
   const float pitch = static_cast<float>(surface->pixel_pitch_mm);
-  const float center_u = static_cast<float>(surface->contact.cols) * 0.5f - 0.5f;
-  const float center_v = static_cast<float>(surface->contact.rows) * 0.5f - 0.5f;
+  const PixelGrid grid = surface->grid();
 
   Samples& samples = impl->samples;
   samples.resize(pixels.size());
@@ -119,8 +118,9 @@ NormalFlowReference::NormalFlowReference(SurfacePtr surface, const NormalFlowOpt
   for (std::size_t k = 0; k < pixels.size(); ++k) {
     const cv::Point p = pixels[k];
     const cv::Vec3f n = surface->normals(p);
-    samples.x[k] = (static_cast<float>(p.x) - center_u) * pitch;
-    samples.y[k] = (static_cast<float>(p.y) - center_v) * pitch;
+    const Eigen::Vector2f mm = grid.to_mm(Eigen::Vector2f(static_cast<float>(p.x), static_cast<float>(p.y)));
+    samples.x[k] = mm.x();
+    samples.y[k] = mm.y();
     samples.z[k] = surface->height_mm(p);
     samples.nx[k] = n[0];
     samples.ny[k] = n[1];

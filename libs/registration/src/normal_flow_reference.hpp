@@ -46,6 +46,8 @@ inline NormalGradient normal_gradient(const cv::Mat3f& normals, cv::Point p) {
           (below[-1] - above[-1] + 2.0f * (below[0] - above[0]) + below[1] - above[1]) * 0.125f};
 }
 
+TargetView view_of(const Surface& target);
+
 /// Nearest target pixel of a warped sample, the border's where it lies beyond. Samples with weight lie
 /// inside.
 class PixelLookup {
@@ -54,27 +56,26 @@ class PixelLookup {
       : samples_(samples),
         rotation_(target_T_reference.linear().cast<float>()),
         translation_(target_T_reference.translation().cast<float>()),
-        inverse_pitch_(static_cast<float>(1.0 / target.pixel_pitch_mm)),
-        center_u_(static_cast<float>(target.contact.cols) * 0.5f - 0.5f),
-        center_v_(static_cast<float>(target.contact.rows) * 0.5f - 0.5f),
-        size_(target.contact.size()) {}
+        target_(view_of(target)) {}
 
   Eigen::Vector3f warped_mm(std::size_t k) const {
     return rotation_ * Eigen::Vector3f(samples_.x[k], samples_.y[k], samples_.z[k]) + translation_;
   }
   cv::Point pixel(const Eigen::Vector3f& p) const {
-    return {std::clamp(cvRound(p.x() * inverse_pitch_ + center_u_), 0, size_.width - 1),
-            std::clamp(cvRound(p.y() * inverse_pitch_ + center_v_), 0, size_.height - 1)};
+    return {
+        std::clamp(cvRound(p.x() * target_.inverse_pitch_per_mm + target_.center_u_px), 0, target_.width - 1),
+        std::clamp(cvRound(p.y() * target_.inverse_pitch_per_mm + target_.center_v_px), 0,
+                   target_.height - 1)};
   }
 
   const Eigen::Matrix3f& rotation() const { return rotation_; }
+  float inverse_pitch_per_mm() const { return target_.inverse_pitch_per_mm; }
 
  private:
   const Samples& samples_;
   Eigen::Matrix3f rotation_;
   Eigen::Vector3f translation_;
-  float inverse_pitch_, center_u_, center_v_;
-  cv::Size size_;
+  TargetView target_;
 };
 
 }  // namespace registration::detail

@@ -48,7 +48,6 @@ struct ObservableDirections {
 ObservableDirections observable_directions(const TextureAgreement& texture, double least_share);
 
 /// The target for warp_residuals(); refers to the surface's maps.
-TargetView view_of(const Surface& target);
 
 /// The weighted normal equations of one warp.
 struct NormalEquations {

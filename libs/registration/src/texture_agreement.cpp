@@ -46,7 +46,6 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
   const PixelLookup lookup(s, target, target_T_reference);
   const Eigen::Matrix3f& rotation = lookup.rotation();
   const Eigen::Matrix3f back = rotation.transpose();
-  const auto inverse_pitch = static_cast<float>(1.0 / target.pixel_pitch_mm);
   SampleMatrix read = SampleMatrix::Zero(), common = read;
   Eigen::Matrix4f moments = Eigen::Matrix4f::Zero();
   Eigen::Matrix<float, kParameters, 1> by_slopes = Eigen::Matrix<float, kParameters, 1>::Zero();
@@ -63,7 +62,7 @@ TextureAgreement compare_texture(const Samples& s, const Surface& target, const 
     const NormalGradient gradient = normal_gradient(target.normals, at);
     const Eigen::Vector3f along_u = vector(gradient.dx), along_v = vector(gradient.dy);
     const auto carried_back = [&](float du, float dv) {
-      return Eigen::Vector3f(back * ((du * along_u + dv * along_v) * inverse_pitch));
+      return Eigen::Vector3f(back * ((du * along_u + dv * along_v) * lookup.inverse_pitch_per_mm()));
     };
     const Eigen::Vector3f dx =
         carried_back(rotation(0, 0) + rotation(0, 2) * slope_x, rotation(1, 0) + rotation(1, 2) * slope_x);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "gelslam/registration/relocalization.hpp"
 #include "texture_spectrum.hpp"
@@ -20,20 +21,16 @@ struct Landed {
 Landed land(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
   constexpr int kStep = 2;
   constexpr double kToleranceMm = 0.15;  // the errors of heights and of the membrane rim are smaller
-  const double from_u0 = from.contact.cols / 2.0 - 0.5, from_v0 = from.contact.rows / 2.0 - 0.5;
-  const double onto_u0 = onto.contact.cols / 2.0 - 0.5, onto_v0 = onto.contact.rows / 2.0 - 0.5;
+  const PixelGrid onto_grid = onto.grid();
   Landed landed;
   for (int v = 0; v < from.contact.rows; v += kStep)
     for (int u = 0; u < from.contact.cols; u += kStep) {
       if (!from.contact(v, u)) continue;
-      const Eigen::Vector3d p =
-          onto_T_from * Eigen::Vector3d((u - from_u0) * from.pixel_pitch_mm,
-                                        (v - from_v0) * from.pixel_pitch_mm, from.height_mm(v, u));
-      const auto x = static_cast<int>(std::lround(p.x() / onto.pixel_pitch_mm + onto_u0));
-      const auto y = static_cast<int>(std::lround(p.y() / onto.pixel_pitch_mm + onto_v0));
-      if (x < 0 || y < 0 || x >= onto.contact.cols || y >= onto.contact.rows) continue;
+      const Eigen::Vector3d p = onto_T_from * from.point_mm({u, v});
+      const std::optional<cv::Point> at = onto_grid.pixel_at(p.head<2>());
+      if (!at) continue;
       ++landed.all;
-      landed.in_bare_gel += !onto.contact(y, x) && p.z() < onto.height_mm(y, x) - kToleranceMm;
+      landed.in_bare_gel += !onto.contact(*at) && p.z() < onto.height_mm(*at) - kToleranceMm;
     }
   return landed;
 }

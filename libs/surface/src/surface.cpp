@@ -8,13 +8,10 @@
 namespace gelslam {
 
 std::vector<Eigen::Vector3d> coarse_contact_points_mm(const Surface& surface) {
-  const double center_u = 0.5 * surface.contact.cols - 0.5, center_v = 0.5 * surface.contact.rows - 0.5;
   std::vector<Eigen::Vector3d> points;
   for (int v = kContactPointStepPx / 2; v < surface.contact.rows; v += kContactPointStepPx)
     for (int u = kContactPointStepPx / 2; u < surface.contact.cols; u += kContactPointStepPx)
-      if (surface.contact(v, u))
-        points.emplace_back((u - center_u) * surface.pixel_pitch_mm, (v - center_v) * surface.pixel_pitch_mm,
-                            static_cast<double>(surface.height_mm(v, u)));
+      if (surface.contact(v, u)) points.push_back(surface.point_mm({u, v}));
   return points;
 }
 
@@ -33,13 +30,11 @@ Eigen::Vector2d contact_center_mm(const Surface& surface) {
     v_sum += static_cast<double>(v) * in_row;
   }
   if (!(pixels > 0)) return Eigen::Vector2d::Zero();
-  return surface.pixel_pitch_mm * Eigen::Vector2d(u_sum / pixels - 0.5 * contact.cols + 0.5,
-                                                  v_sum / pixels - 0.5 * contact.rows + 0.5);
+  return surface.grid().to_mm(Eigen::Vector2d(u_sum / pixels, v_sum / pixels));
 }
 
 bool shows(const Surface& surface, const Eigen::Vector3d& point_mm) {
-  const std::optional<cv::Point> pixel =
-      surface::detail::pixel_at(point_mm, surface.contact.size(), surface.pixel_pitch_mm);
+  const std::optional<cv::Point> pixel = surface.grid().pixel_at(point_mm.head<2>());
   return pixel && surface.contact(*pixel) && surface::detail::is_close(point_mm, surface.height_mm(*pixel));
 }
 
@@ -56,9 +51,9 @@ SurfacePtr resampled(const Surface& surface, double pixel_pitch_mm) {
   if (surface.pixel_pitch_mm == pixel_pitch_mm) return result;
   const double ratio = pixel_pitch_mm / surface.pixel_pitch_mm;  // old pixels per new one
   const cv::Size size(cvRound(surface.contact.cols / ratio), cvRound(surface.contact.rows / ratio));
-  const double u0 = 0.5 * (surface.contact.cols - 1) - ratio * 0.5 * (size.width - 1),
-               v0 = 0.5 * (surface.contact.rows - 1) - ratio * 0.5 * (size.height - 1);
-  const cv::Matx23d old_of_new(ratio, 0, u0, 0, ratio, v0);
+  const PixelGrid grid{size, pixel_pitch_mm};
+  const Eigen::Vector2d shift_px = surface.grid().center_px() - ratio * grid.center_px();
+  const cv::Matx23d old_of_new(ratio, 0, shift_px.x(), 0, ratio, shift_px.y());
   const auto warp = [&](const auto& map, auto& to, int interpolation) {
     cv::warpAffine(map, to, old_of_new, size, interpolation | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
   };

@@ -8,6 +8,7 @@
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/slam/slam_options.hpp"
+#include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "pipeline/slope_calibration.hpp"
 
@@ -18,7 +19,8 @@ namespace {
 /// pairs of keyframes are many, and unpacking their surfaces for each would take minutes.
 class ContactGrid {
  public:
-  explicit ContactGrid(const Surface& surface) : points_mm_(coarse_contact_points_mm(surface)) {
+  explicit ContactGrid(const Surface& surface)
+      : points_mm_(coarse_contact_points_mm(surface)), extent_(extent_of(points_mm_)) {
     const int rows = surface.contact.rows, columns = surface.contact.cols;
     coarse_.pixel_pitch_mm = kCellPx * surface.pixel_pitch_mm;
     coarse_.contact.create((rows + kCellPx - 1) / kCellPx, (columns + kCellPx - 1) / kCellPx);
@@ -30,35 +32,21 @@ class ContactGrid {
         coarse_.contact(v, u) = surface.contact(middle);
         coarse_.height_mm(v, u) = surface.height_mm(middle);
       }
-    for (const Eigen::Vector3d& point : points_mm_)
-      center_mm_ += point / static_cast<double>(points_mm_.size());
-    for (const Eigen::Vector3d& point : points_mm_)
-      radius_mm_ = std::max(radius_mm_, (point - center_mm_).norm());
   }
 
   /// Share of the smaller contact that lies on the other's.
   static double overlap(const ContactGrid& a, const ContactGrid& b, const Pose& a_T_b) {
-    constexpr double kLeastFacing = 0.3;
-    if (a_T_b.linear()(2, 2) < kLeastFacing) return 0.0;
-    if ((a_T_b * b.center_mm_ - a.center_mm_).norm() > a.radius_mm_ + b.radius_mm_ + a.coarse_.pixel_pitch_mm)
-      return 0.0;
-    return a.points_mm_.size() < b.points_mm_.size() ? a.share_on(b, a_T_b.inverse()) : b.share_on(a, a_T_b);
+    if (!may_overlap(a.extent_, b.extent_, a_T_b)) return 0.0;
+    return a.points_mm_.size() < b.points_mm_.size() ? shown_share(a.points_mm_, b.coarse_, a_T_b.inverse())
+                                                     : shown_share(b.points_mm_, a.coarse_, a_T_b);
   }
 
  private:
   static constexpr int kCellPx = 4;
 
-  double share_on(const ContactGrid& other, const Pose& other_T_this) const {
-    const auto shown = std::count_if(points_mm_.begin(), points_mm_.end(), [&](const auto& point) {
-      return shows(other.coarse_, other_T_this * point);
-    });
-    return points_mm_.empty() ? 0.0 : static_cast<double>(shown) / static_cast<double>(points_mm_.size());
-  }
-
   std::vector<Eigen::Vector3d> points_mm_;
+  ContactExtent extent_;
   Surface coarse_;  ///< contact and heights alone
-  Eigen::Vector3d center_mm_ = Eigen::Vector3d::Zero();
-  double radius_mm_ = 0;
 };
 
 struct Candidate {

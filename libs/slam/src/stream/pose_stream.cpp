@@ -23,10 +23,10 @@ Json contact_points(const Surface& surface) {
   Json points = Json::array();
   for (int v = 0; v < surface.contact.rows; v += step)
     for (int u = 0; u < surface.contact.cols; u += step)
-      if (surface.contact(v, u) != 0)
-        points.push_back({rounded((u - 0.5 * surface.contact.cols + 0.5) * surface.pixel_pitch_mm),
-                          rounded((v - 0.5 * surface.contact.rows + 0.5) * surface.pixel_pitch_mm),
-                          rounded(static_cast<double>(surface.height_mm(v, u)))});
+      if (surface.contact(v, u) != 0) {
+        const Eigen::Vector3d p = surface.point_mm({u, v});
+        points.push_back({rounded(p.x()), rounded(p.y()), rounded(p.z())});
+      }
   return points;
 }
 

@@ -44,9 +44,8 @@ GradientScale SlopeCorrection::scale() const {
 
 cv::Point2f SlopeCorrection::place(cv::Size size, cv::Point pixel) {
   const float half_width = 0.5F * static_cast<float>(size.width);
-  const float center_u = half_width - 0.5F, center_v = 0.5F * static_cast<float>(size.height) - 0.5F;
-  return {(static_cast<float>(pixel.x) - center_u) / half_width,
-          (static_cast<float>(pixel.y) - center_v) / half_width};
+  const Eigen::Vector2f from_center_px = PixelGrid{size, 1.0}.to_mm(pixel).cast<float>();
+  return {from_center_px.x() / half_width, from_center_px.y() / half_width};
 }
 
 SlopeCorrection::Terms SlopeCorrection::terms(float x, float y, float gx, float gy) {

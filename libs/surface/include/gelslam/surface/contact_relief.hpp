@@ -16,8 +16,7 @@ class ContactRelief {
   friend bool shows(const ContactRelief& relief, const Eigen::Vector3d& point_mm);
 
  private:
-  cv::Size size_;
-  double pixel_pitch_mm_;
+  PixelGrid grid_;
   cv::Rect box_;                   ///< of the contact
   cv::Mat_<std::int16_t> height_;  ///< in the box
 };

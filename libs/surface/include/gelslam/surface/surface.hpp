@@ -5,6 +5,8 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "gelslam/surface/pixel_grid.hpp"
+
 namespace gelslam {
 
 /// Curvatures are clipped there, 1/pixel: a crease as sharp as the gel shows one.
@@ -19,7 +21,6 @@ bool is_possible_picture(cv::Size size, double pixel_pitch_mm);
 
 /// What the gel's surface looks like in one frame. All maps are HxW, continuous, in the sensor frame:
 /// x right, y down, z out of the gel toward the object, origin at the image center on the undeformed gel.
-/// Pixel (u,v) lies at x = (u - W/2 + 1/2) * pitch, y = (v - H/2 + 1/2) * pitch.
 struct Surface {
   cv::Mat1f height_mm;  ///< 0 where nothing touches, negative in contact
   cv::Mat3f normals;    ///< unit, (-gx, -gy, 1) normalized; z > 0
@@ -36,6 +37,13 @@ struct Surface {
   int contact_pixels = 0;  ///< number of set pixels in `contact`
   /// Bare gel was seen, so that height 0 is where it lies. Else heights are right among themselves only.
   bool zero_is_bare_gel = true;
+
+  PixelGrid grid() const { return {contact.size(), pixel_pitch_mm}; }
+  /// The point of the sensor frame that a pixel shows.
+  Eigen::Vector3d point_mm(cv::Point pixel) const {
+    const Eigen::Vector2d mm = grid().to_mm(pixel);
+    return {mm.x(), mm.y(), static_cast<double>(height_mm(pixel))};
+  }
 };
 
 using SurfacePtr = std::shared_ptr<const Surface>;

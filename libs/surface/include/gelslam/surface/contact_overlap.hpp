@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <vector>
+
+#include "gelslam/core/se3.hpp"
+
+namespace gelslam {
+
+/// Share of a contact's points (coarse_contact_points_mm()) that lie in another contact, a Surface or a
+/// ContactRelief; 0 where there are none.
+template <typename Contact>
+double shown_share(const std::vector<Eigen::Vector3d>& points_mm, const Contact& other,
+                   const Pose& other_T_points) {
+  const auto shown = std::count_if(points_mm.begin(), points_mm.end(), [&](const Eigen::Vector3d& point) {
+    return shows(other, other_T_points * point);
+  });
+  return points_mm.empty() ? 0.0 : static_cast<double>(shown) / static_cast<double>(points_mm.size());
+}
+
+/// A sphere around the points of a contact.
+struct ContactExtent {
+  Eigen::Vector3d center_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 0;
+};
+
+ContactExtent extent_of(const std::vector<Eigen::Vector3d>& points_mm);
+
+/// Whether two contacts can share anything: their spheres meet and both are seen from the same side.
+bool may_overlap(const ContactExtent& a, const ContactExtent& b, const Pose& a_T_b);
+
+}  // namespace gelslam
