@@ -29,10 +29,10 @@ struct PitchArguments {
 
 /// "...; square, within 2 %" or what is to be done.
 std::string square_words(bool square) {
-  if (square) return fmt::format("; square, within {:.0f} %", 100.0 * kMostUnsquare);
+  if (square) return fmt::format("; square, within {:.0f} %", 100.0 * kMaxUnsquare);
   return fmt::format(
       ", more than {:.0f} % off: pictures must be stretched to square ones before they are used",
-      100.0 * kMostUnsquare);
+      100.0 * kMaxUnsquare);
 }
 
 /// Prints what the patterns say; true when the configuration says about the same.
@@ -49,13 +49,13 @@ bool print_pattern_pitch(const PixelPitch& pitch, double configured_mm) {
   const double uncertainty =
       std::hypot(pitch.x_uncertainty_mm / pitch.x_mm, pitch.y_uncertainty_mm / pitch.y_mm);
   const bool square = !pitch.both_axes || pixels_are_square(y_over_x, uncertainty);
-  const bool as_configured = std::abs(mean_mm / configured_mm - 1.0) <= kMostPitchError;
+  const bool as_configured = std::abs(mean_mm / configured_mm - 1.0) <= kMaxPitchError;
   if (pitch.both_axes)
     fmt::print("pixels are {:.3f} +- {:.3f} times as high as wide{}\n", y_over_x, uncertainty,
                square_words(square));
   if (as_configured)
     fmt::print("that is the {:.5f} of the configuration, within {:.0f} %\n", configured_mm,
-               100.0 * kMostPitchError);
+               100.0 * kMaxPitchError);
   else
     fmt::print("the configuration says {:.5f}: write ppmm: {:.5f}, and calibrate again\n", configured_mm,
                mean_mm);

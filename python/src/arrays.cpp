@@ -21,7 +21,7 @@ py::array require_array(const py::object& object, const std::string& name) {
 }  // namespace
 
 Picture picture_of(const py::object& object, const std::string& name) {
-  constexpr py::ssize_t kMostPixelsPerSide = 16384;
+  constexpr py::ssize_t kMaxPixelsPerSide = 16384;
   py::array array = require_array(object, name);
   if (array.dtype().kind() != 'u' || array.itemsize() != 1)
     throw py::type_error(name + ": expected an array of uint8, got " + std::string(py::str(array.dtype())));
@@ -29,7 +29,7 @@ Picture picture_of(const py::object& object, const std::string& name) {
     throw Error(name + ": expected a color picture, height x width x 3 (BGR), got shape " +
                 shape_text(array));
   const py::ssize_t rows = array.shape(0), columns = array.shape(1);
-  if (rows < 1 || columns < 1 || rows > kMostPixelsPerSide || columns > kMostPixelsPerSide)
+  if (rows < 1 || columns < 1 || rows > kMaxPixelsPerSide || columns > kMaxPixelsPerSide)
     throw Error(name + ": a picture of this size cannot be used: shape " + shape_text(array));
   const bool dense_rows = array.strides(2) == 1 && array.strides(1) == 3 && array.strides(0) >= 3 * columns;
   if (!dense_rows) array = py::array_t<unsigned char, py::array::c_style>::ensure(array);

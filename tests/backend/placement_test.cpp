@@ -35,8 +35,8 @@ TEST(Placement, OneLoopJoinsTwoTrialsFarFromTheirInitialPoses) {
 TEST(Placement, ALoopMayPointEitherWayAndJoinInAChain) {
   Graph graph = trials(4);
   graph.join(20, 5, EdgeKind::loop);   // from the later trial to the gauge's
-  graph.join(18, 50, EdgeKind::loop);  // trial 3 hangs on trial 1
-  graph.join(50, 40, EdgeKind::loop);  // trial 2 hangs on trial 3
+  graph.join(18, 50, EdgeKind::loop);  // trial 3 is linked to trial 1
+  graph.join(50, 40, EdgeKind::loop);  // trial 2 is linked to trial 3
   const PoseGraphSolution solution = solve_pose_graph(graph.chained(), graph.edges, {});
   EXPECT_LT(worst_error(solution.component_T_node, graph.truth).deg, 1e-4);
   EXPECT_LT(worst_error(solution.component_T_node, graph.truth).mm, 1e-4);

@@ -58,7 +58,7 @@ TEST(TurningPoints, AMotionThatTurnsBackLeavesTheFrameWhereItDid) {
   EXPECT_EQ(log.x_mm_of[static_cast<std::size_t>(log.turning_points[0].keyframe->frame)], 1.2);
 }
 
-TEST(TurningPoints, ItHangsOnTheKeyframeOfItsTime) {
+TEST(TurningPoints, ItIsLinkedToTheKeyframeOfItsTime) {
   Tracked log(TrackerOptions{});
   log.go(0, 1.2);
   TrackedFrame frame;

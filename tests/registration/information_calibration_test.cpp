@@ -127,7 +127,7 @@ TEST(Information, HangingGelPullsAtATiltOnOneFlankPressedDeeper) {
   const auto pull = [&](double slope_deg, double deeper_mm) {
     const Pose above = motion(0, slope_deg, 0, 0, 0, 0.5), first_T_second = motion(0, 0, 0, 0, 0, deeper_mm);
     const SurfacePtr first = touch(field, above), second = touch(field, above * first_T_second);
-    return register_normal_flow(NormalFlowReference(second, {}), *first, first_T_second, {}).hanging_pull;
+    return register_normal_flow(NormalFlowReference(second, {}), *first, first_T_second, {}).membrane_bias;
   };
   const Vector6d deeper = pull(10, 0.2);
   EXPECT_GT(std::abs(deeper[1]), 0.01);

@@ -49,7 +49,7 @@ TEST(Neighborhood, EndsBeyondHalfOfTheSensor) {
 }
 
 /// A surface that repeats itself gives loops that fit each other but contradict odometry. Tracking must not
-/// return to where they lead: a keyframe from there would hang on them by odometry.
+/// return to where they lead: a keyframe from there would be linked to them by odometry.
 TEST(Neighborhood, DoesNotFollowLoopsThatContradictOdometry) {
   const ScanRecord record =
       straight_trial({edge(0, 6, 0.1, EdgeKind::loop), edge(0, 7, kStepMm, EdgeKind::loop)});

@@ -165,7 +165,7 @@ FrameRecord frame(int keyframe, const Pose& keyframe_T_frame) {
 TEST(ShareOutCorrections, AFrameHalfwayGetsHalfAndTheLinksEndAll) {
   std::vector<FrameRecord> frames = {frame(0, motion(0, 0, 0, 0, 0)), frame(0, motion(5.5, 0, 0, 0, 0)),
                                      frame(0, motion(11, 0, 0, 0, 0))};
-  share_out_corrections({link(0, 1, motion(11, 0, 0, 0, 0))}, {link(0, 1, motion(10, 0, 0, 0, 0))}, frames);
+  distribute_corrections({link(0, 1, motion(11, 0, 0, 0, 0))}, {link(0, 1, motion(10, 0, 0, 0, 0))}, frames);
   EXPECT_LT(gap(frames[0].keyframe_T_frame, Pose::Identity()).deg, 1e-9);
   EXPECT_LT(gap(frames[1].keyframe_T_frame, motion(5, 0, 0, 0, 0)).deg, 1e-6);
   EXPECT_LT(gap(frames[2].keyframe_T_frame, motion(10, 0, 0, 0, 0)).deg, 1e-6);
@@ -175,7 +175,7 @@ TEST(ShareOutCorrections, MotionsThatLeadElsewhereAndFramesWithoutALinkStay) {
   const Pose elsewhere = motion(0, 6, 0, 0, 0), after = motion(11, 0, 0, 0, 0), back = motion(-5, 0, 0, 0, 0);
   std::vector<FrameRecord> frames = {frame(0, elsewhere), frame(1, after), frame(0, back),
                                      frame(-1, Pose::Identity())};
-  share_out_corrections({link(0, 1, motion(11, 0, 0, 0, 0))}, {link(0, 1, motion(10, 0, 0, 0, 0))}, frames);
+  distribute_corrections({link(0, 1, motion(11, 0, 0, 0, 0))}, {link(0, 1, motion(10, 0, 0, 0, 0))}, frames);
   EXPECT_LT(gap(frames[0].keyframe_T_frame, elsewhere).deg, 1e-6);
   EXPECT_LT(gap(frames[1].keyframe_T_frame, after).deg, 1e-9);
   EXPECT_LT(gap(frames[2].keyframe_T_frame, back).deg, 1e-9);
@@ -183,8 +183,8 @@ TEST(ShareOutCorrections, MotionsThatLeadElsewhereAndFramesWithoutALinkStay) {
 
 TEST(ShareOutCorrections, OfSeveralLinksTheOneThatLeadsTheSameWayCounts) {
   std::vector<FrameRecord> frames = {frame(0, motion(5.5, 0, 0, 0, 0)), frame(0, motion(0, 4, 0, 0, 0))};
-  share_out_corrections({link(0, 1, motion(0, 8, 0, 0, 0)), link(0, 2, motion(11, 0, 0, 0, 0))},
-                        {link(0, 1, motion(0, 9, 0, 0, 0)), link(0, 2, motion(10, 0, 0, 0, 0))}, frames);
+  distribute_corrections({link(0, 1, motion(0, 8, 0, 0, 0)), link(0, 2, motion(11, 0, 0, 0, 0))},
+                         {link(0, 1, motion(0, 9, 0, 0, 0)), link(0, 2, motion(10, 0, 0, 0, 0))}, frames);
   EXPECT_LT(gap(frames[0].keyframe_T_frame, motion(5, 0, 0, 0, 0)).deg, 1e-6);
   EXPECT_LT(gap(frames[1].keyframe_T_frame, motion(0, 4.5, 0, 0, 0)).deg, 1e-6);
 }
@@ -193,8 +193,8 @@ TEST(ShareOutCorrections, ALinkWithoutMotionAndLoopsShareNothing) {
   std::vector<FrameRecord> frames = {frame(0, motion(1, 0, 0, 0, 0))};
   PoseGraphEdge loop = link(0, 1, motion(11, 0, 0, 0, 0)), closed = link(0, 1, motion(10, 0, 0, 0, 0));
   loop.kind = closed.kind = EdgeKind::loop;
-  share_out_corrections({loop}, {closed}, frames);
-  share_out_corrections({link(0, 1, Pose::Identity())}, {link(0, 1, motion(1, 0, 0, 0, 0))}, frames);
+  distribute_corrections({loop}, {closed}, frames);
+  distribute_corrections({link(0, 1, Pose::Identity())}, {link(0, 1, motion(1, 0, 0, 0, 0))}, frames);
   EXPECT_LT(gap(frames[0].keyframe_T_frame, motion(1, 0, 0, 0, 0)).deg, 1e-9);
 }
 

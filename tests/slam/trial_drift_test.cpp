@@ -143,16 +143,16 @@ TEST(TrialDrift, AFrameAddsItsOwnErrorToItsKeyframes) {
 }
 
 // What pressing deeper pretends is gone once the touch is as deep as before.
-TEST(TrialDrift, HangingGelPullsAsLongAsAFrameIsDeeper) {
+TEST(TrialDrift, MembraneBiasLastsAsLongAsAFrameIsDeeper) {
   constexpr double kPullRad = 0.1;
   RollingTracker tracker(Pose::Identity(), 1);
   TrialDrift drift(0.0);
   drift.add(tracker.begin(0));
   TrackedFrame deeper = tracker.next();
-  deeper.new_keyframes[0].link.hanging_pull[1] = kPullRad;
+  deeper.new_keyframes[0].link.membrane_bias[1] = kPullRad;
   EXPECT_NEAR(sigma_of(*drift.add(deeper))[4], std::hypot(kPullRad, kSigmaRad), 1e-3 * kPullRad);
   TrackedFrame back = tracker.beside(Pose::Identity());
-  back.registration.hanging_pull[1] = kPullRad;  // of the keyframe's pose in the frame
+  back.registration.membrane_bias[1] = kPullRad;  // of the keyframe's pose in the frame
   EXPECT_NEAR(sigma_of(*drift.add(back))[4], std::sqrt(2.0) * kSigmaRad, 0.05 * kSigmaRad);
 }
 
@@ -197,8 +197,8 @@ TEST(TrialDrift, ANewTrialBeginsAnewAndALostFrameHasNone) {
   EXPECT_EQ(drift.add(tracker.begin(1))->norm(), 0.0);
 }
 
-// The frame hangs on both keyframes. Where it is known of the other trial's: by the way there (two links) and
-// from there (one).
+// The frame is linked to both keyframes. Where it is known of the other trial's: by the way there (two links)
+// and from there (one).
 TEST(TrialDrift, KnowsAKeyframeOfAnotherTrialByTheFrameThatReturnsToIt) {
   RollingTracker tracker(Pose::Identity(), 5);
   TrialDrift drift(0.0);

@@ -38,7 +38,7 @@ struct Tally {
 Judgement judge_pose_error(const Pose& estimate, const Pose& truth, const std::array<bool, 6>& observable,
                            bool tracked);
 
-/// Of two different surfaces, no pose is right.
+/// No pose of two different surfaces is right.
 Judgement judge_result(const RegistrationProblem& problem, const RegistrationResult& result);
 
 }  // namespace gelslam::lab

@@ -12,7 +12,7 @@ namespace {
 constexpr int kDraws = 400;
 constexpr double kSure = 0.95;
 constexpr double kSameTime = 0.98, kSameError = 0.998;  // beyond these two are no longer alike
-constexpr double kLeastError = 1e-9;                    // of an exact answer: its logarithm must be a number
+constexpr double kMinError = 1e-9;                      // of an exact answer: its logarithm must be a number
 
 /// How often each reference of each sequence counts.
 using Draw = std::vector<std::vector<int>>;
@@ -49,7 +49,7 @@ double log_error(const std::vector<std::vector<SixAxes>>& references,
   if (count == 0) return NAN;  // a draw that misses every reference of a slow setting
   double log_sum = 0;
   for (std::size_t axis = 0; axis < 6; ++axis)
-    log_sum += std::log(std::max(kLeastError, sum[axis] / count) * (axis < 3 ? 1.0 : kMillimetersPerDegree));
+    log_sum += std::log(std::max(kMinError, sum[axis] / count) * (axis < 3 ? 1.0 : kMillimetersPerDegree));
   return log_sum / 6;
 }
 

@@ -155,7 +155,7 @@ class Consistency {
 
   static std::vector<int> thinned(const std::vector<int>& loops) {
     std::vector<int> result;
-    const std::size_t step = (loops.size() + kMostCompared - 1) / kMostCompared;
+    const std::size_t step = (loops.size() + kMaxCompared - 1) / kMaxCompared;
     for (std::size_t i = 0; i < loops.size(); i += step) result.push_back(loops[i]);
     return result;
   }

@@ -31,7 +31,7 @@ MotionForest::MotionForest(int nodes, const std::vector<Edge>& edges)
       for (const Edge* edge : edges_of[static_cast<std::size_t>(reached[next])]) {
         const int other = edge->from == reached[next] ? edge->to : edge->from;
         if (tree(other) >= 0) continue;
-        hang(other, reached[next], *edge);
+        attach(other, reached[next], *edge);
         reached.push_back(other);
       }
   }
@@ -39,7 +39,7 @@ MotionForest::MotionForest(int nodes, const std::vector<Edge>& edges)
 
 // An edge's noise is a perturbation at its `to` end. Transported to the root it is the same for both
 // directions of the edge, except for the sign.
-void MotionForest::hang(int child, int parent, const Edge& edge) {
+void MotionForest::attach(int child, int parent, const Edge& edge) {
   const Node& above = at(parent);
   const bool forward = edge.to == child;
   const Pose& measured = edge.motion->from_T_to;

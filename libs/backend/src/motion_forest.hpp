@@ -11,7 +11,7 @@ double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradi
 
 /// Of the links between two pieces, this many are compared with each other: enough to see which place most
 /// agree on.
-inline constexpr int kMostCompared = 24;
+inline constexpr int kMaxCompared = 24;
 
 /// Spanning trees of the edges. The motion between two nodes of one tree is found in logarithmic time. Nodes
 /// are numbered from 0; an edge that would close a cycle is left out.
@@ -38,7 +38,7 @@ class MotionForest {
   };
 
   const Node& at(int node) const { return nodes_[static_cast<std::size_t>(node)]; }
-  void hang(int node, int parent, const Edge& edge);
+  void attach(int node, int parent, const Edge& edge);
   int common_ancestor(int a, int b) const;
 
   std::vector<Node> nodes_;

@@ -110,7 +110,7 @@ class Placement {
                           [](auto* link) { return link->kind == EdgeKind::odometry; });
     Pose best = Pose::Identity();
     double best_disagreement = disagreement(links, best);
-    const std::size_t step = (links.size() + kMostCompared - 1) / kMostCompared;
+    const std::size_t step = (links.size() + kMaxCompared - 1) / kMaxCompared;
     for (std::size_t i = 0; i < links.size(); i += step) {
       const Pose motion = proposal(*links[i]);
       const double d = disagreement(links, motion);

@@ -311,10 +311,10 @@ Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, E
 /// the region is more than half of the graph. (Own.)
 Progress solve_where_needed(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
   constexpr int kRings = 4;
-  constexpr int kMostRounds = 8;
+  constexpr int kMaxRounds = 8;
   Progress progress;
   std::vector<bool> region(graph.nodes.size(), false);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     if (!grow_active_region(graph.edges, estimate.nodes, options.loop_loss_scale, kRings, region)) {
       evaluate(graph, options, estimate);
       return progress;

@@ -92,7 +92,7 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
 
 Matrix6d UncertainMotion::total_covariance(double gradient_scale_sigma) const {
   const MotionByScale sigma = by_scale * scale_sigmas(gradient_scale_sigma).asDiagonal();
-  return covariance + sigma * sigma.transpose() + by_hanging * by_hanging.transpose();
+  return covariance + sigma * sigma.transpose() + by_membrane_bias * by_membrane_bias.transpose();
 }
 
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
@@ -102,14 +102,14 @@ UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {
   const Matrix6d to_end = adjoint(b.from_T_to.inverse());
   return {a.from_T_to * b.from_T_to, to_end * a.covariance * to_end.transpose() + b.covariance,
-          to_end * a.by_scale + b.by_scale, to_end * a.by_hanging + b.by_hanging};
+          to_end * a.by_scale + b.by_scale, to_end * a.by_membrane_bias + b.by_membrane_bias};
 }
 
 UncertainMotion inverse(const UncertainMotion& motion) {
   // (T exp(n))^-1 = T^-1 exp(-Ad(T) n)
   const Matrix6d to_start = adjoint(motion.from_T_to);
   return {motion.from_T_to.inverse(), to_start * motion.covariance * to_start.transpose(),
-          -to_start * motion.by_scale, -to_start * motion.by_hanging};
+          -to_start * motion.by_scale, -to_start * motion.by_membrane_bias};
 }
 
 struct MotionCertainty::Impl {

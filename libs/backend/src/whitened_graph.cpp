@@ -9,7 +9,8 @@ namespace {
 constexpr double kWeakestSigmaMm =
     20.0;  // overlapping frames are never further apart than the sensor is wide
 
-// Of the largest entry: what rounding leaves in a matrix that was built as J'J or transported by an adjoint.
+// Relative to the largest entry: what rounding leaves in a matrix that was built as J'J or transported by an
+// adjoint.
 constexpr double kRoundingTolerance = 1e-6;
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace gelslam::detail {
 namespace {
 
-constexpr std::size_t kMostDimensions = 32;  // numpy's own limit
+constexpr std::size_t kMaxDimensions = 32;  // numpy's own limit
 
 class Scanner {
  public:
@@ -68,7 +68,7 @@ std::vector<std::size_t> tuple(Scanner& scanner) {
   scanner.expect("(");
   while (!scanner.accept(")")) {
     values.push_back(scanner.number());
-    if (values.size() > kMostDimensions) throw std::invalid_argument("it has too many dimensions");
+    if (values.size() > kMaxDimensions) throw std::invalid_argument("it has too many dimensions");
     if (!scanner.accept(",")) {
       scanner.expect(")");
       break;

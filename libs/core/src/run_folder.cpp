@@ -87,7 +87,7 @@ fs::path sibling(const fs::path& folder, const std::string& ending) {
   return folder.parent_path() / (folder.filename().string() + ending);
 }
 
-/// Of all programs that write to `folder` only the one that holds the lock of this one may do so.
+/// Only the program that holds the lock of this temporary folder may write to `folder`.
 fs::path temporary_of(const fs::path& folder) { return sibling(folder, ".gelslam-tmp"); }
 
 void remove_contents(const fs::path& folder) {

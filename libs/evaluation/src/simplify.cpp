@@ -12,11 +12,11 @@
 namespace gelslam {
 namespace {
 
-constexpr int kBounds = 10;            // on the quadric error: the error allowed, and 0.7 times the last
-constexpr int kRounds = 6;             // of putting back what is too far off, for one bound
-constexpr double kMostPutBack = 0.05;  // share of triangles; with more a smaller bound is better
-constexpr double kCover = 0.6;       // of its longest edge: a ball around a triangle's middle that covers it
-constexpr double kMostSteps = 1000;  // of a grid on a triangle, along its longest edge
+constexpr int kBounds = 10;           // on the quadric error: the error allowed, and 0.7 times the last
+constexpr int kRounds = 6;            // of putting back what is too far off, for one bound
+constexpr double kMaxPutBack = 0.05;  // share of triangles; with more a smaller bound is better
+constexpr double kCover = 0.6;        // of its longest edge: a ball around a triangle's middle that covers it
+constexpr double kMaxSteps = 1000;    // of a grid on a triangle, along its longest edge
 
 Eigen::Vector3d corner_of(const Mesh& mesh, std::size_t triangle, int k) {
   return mesh.vertices_mm[static_cast<std::size_t>(mesh.triangles[triangle][k])].cast<double>();
@@ -42,7 +42,7 @@ void add_grid(const Mesh& mesh, std::size_t triangle, double spacing_mm,
               std::vector<Eigen::Vector3d>& points) {
   const double edge_mm = longest_edge_mm(mesh, triangle);
   const int n =
-      edge_mm > spacing_mm ? static_cast<int>(std::min(kMostSteps, std::ceil(edge_mm / spacing_mm))) : 1;
+      edge_mm > spacing_mm ? static_cast<int>(std::min(kMaxSteps, std::ceil(edge_mm / spacing_mm))) : 1;
   const Eigen::Vector3d a = corner_of(mesh, triangle, 0), ab = corner_of(mesh, triangle, 1) - a,
                         ac = corner_of(mesh, triangle, 2) - a;
   for (int i = 0; i <= n; ++i)
@@ -132,7 +132,7 @@ SimplifiedMesh simplify_with_bound(const TriangleScene& full, double bound_mm, d
     const Deviation deviation = measure(full, TriangleScene(mesh), spacing_mm, max_error_mm);
     if (deviation.triangles.empty()) return {std::move(mesh), deviation.largest_mm};
     if (static_cast<double>(deviation.triangles.size()) >
-        kMostPutBack * static_cast<double>(mesh.triangles.size()))
+        kMaxPutBack * static_cast<double>(mesh.triangles.size()))
       break;
     keep_around(full.mesh(), mesh, deviation.triangles, keep_vertex);
   }

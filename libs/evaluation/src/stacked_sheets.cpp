@@ -14,7 +14,7 @@ constexpr std::uint64_t kSheetSeed = 4;
 constexpr std::size_t kSamplesAtOnce = 4096;
 /// Triangles a sample may look at on average; a ball of 0.5 mm holds some hundred of a usual mesh. Judged by
 /// a few samples, before all are searched.
-constexpr std::size_t kMostTriangles = 10'000;
+constexpr std::size_t kMaxTriangles = 10'000;
 constexpr std::size_t kJudgedSamples = 64;
 constexpr double kSameOrientationCosine = 0.5;
 
@@ -130,7 +130,7 @@ double stacked_share(const TriangleScene& mesh, double reach_mm) {
   SheetSearch trial(mesh, neighborhood, reach_mm);
   for (std::size_t i = 0; i < samples.size(); i += 1 + samples.size() / kJudgedSamples) {
     trial.finds_another(samples[i]);
-    if (trial.visits() > kMostTriangles * kJudgedSamples) throw_too_tangled();
+    if (trial.visits() > kMaxTriangles * kJudgedSamples) throw_too_tangled();
   }
   parallel_for_ranges(samples.size(), kSamplesAtOnce, 0, [&](std::size_t begin, std::size_t end) {
     SheetSearch search(mesh, neighborhood, reach_mm);

@@ -30,7 +30,7 @@ namespace {
 
 /// A search may look at this many triangles on average: usual meshes need some dozens. Beyond it the mesh
 /// covers itself so often that measuring would not end. Judged by a few of the points, before all are asked.
-constexpr std::size_t kMostVisits = 1000;
+constexpr std::size_t kMaxVisits = 1000;
 constexpr std::size_t kJudgedPoints = 512;
 constexpr std::size_t kSearchesAtOnce = 1024;
 
@@ -212,7 +212,7 @@ std::vector<ClosestPoint> TriangleScene::closest(const std::vector<Eigen::Vector
   const std::size_t step = 1 + points_mm.size() / kJudgedPoints;
   for (std::size_t i = 0; i < points_mm.size(); i += step) {
     impl_->closest(points_mm[i], visits);
-    if (visits > kMostVisits * kJudgedPoints) throw_too_tangled();
+    if (visits > kMaxVisits * kJudgedPoints) throw_too_tangled();
   }
   std::vector<ClosestPoint> result(points_mm.size());
   parallel_for_ranges(points_mm.size(), kSearchesAtOnce, 0, [&](std::size_t begin, std::size_t end) {

@@ -75,7 +75,7 @@ KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe,
   return {keyframe, frame_T_keyframe.inverse(),
           information_of_inverse(registration.information, frame_T_keyframe),
           frame_T_keyframe * registration.shared_center_mm,
-          -adjoint(frame_T_keyframe) * registration.hanging_pull};
+          -adjoint(frame_T_keyframe) * registration.membrane_bias};
 }
 
 Tracker::Tracker(const TrackerOptions& options, std::shared_ptr<const Registrar> registrar,
@@ -278,7 +278,7 @@ void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {
   const TurningPoints::Touch touch{result.frame, surface, result.trial_T_frame, link};
   const bool keyframe_is_new =
       !result.new_keyframes.empty() && result.new_keyframes.back().keyframe == keyframe_;
-  if (!keyframe_is_new && is_outgrown(*reference_->samples(), registration, *surface)) {
+  if (!keyframe_is_new && needs_new_keyframe(*reference_->samples(), registration, *surface)) {
     if (return_to_known(result, touch)) return;
     switch_keyframe(result, touch, registrar_->prepare(surface));
     result.keyframe = keyframe_;
@@ -298,8 +298,8 @@ void Tracker::break_trial() {
   turning_points_.end_trial();
 }
 
-bool Tracker::is_outgrown(const NormalFlowReference& keyframe, const RegistrationResult& registration,
-                          const Surface& surface) const {
+bool Tracker::needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
+                                 const Surface& surface) const {
   const double shared_share = static_cast<double>(registration.shared_pixels) / keyframe.sample_count();
   const double shared_area_px = shared_share * keyframe.surface().contact_pixels;
   return shared_area_px < options_.keyframe_min_shared * surface.contact_pixels;
@@ -323,7 +323,7 @@ void Tracker::set_neighborhood(const Neighborhood& neighborhood) {
   turning_points_.set_known({known_.begin(), known_.end()});
 }
 
-/// Of the known keyframes, that which shows most of the frame's contact; null if none shows enough. A surface
+/// The known keyframe that shows most of the frame's contact; null if none shows enough. A surface
 /// that repeats itself shows no place.
 const Tracker::Known* Tracker::most_overlapping(const Surface& surface, const Pose& trial_T_frame) const {
   const std::vector<Eigen::Vector3d> points = coarse_contact_points_mm(surface);
@@ -353,7 +353,7 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   const RegistrationResult place = verify_registered(
       *reference->samples(), *touch.surface, reference->register_to(*touch.surface, expected.inverse()),
       PlacePrior::suspected, verification_);
-  if (!place.ok() || !is_located(place) || is_outgrown(*reference->samples(), place, *touch.surface) ||
+  if (!place.ok() || !is_located(place) || needs_new_keyframe(*reference->samples(), place, *touch.surface) ||
       !is_near(place, expected, kMinPeriodMm / 2))
     return false;
   result.left = touch.link;

@@ -32,9 +32,9 @@ class BlockMap {
   /// Blocks whose patches have changed since they were sampled, those of the newest patches first.
   std::vector<std::int64_t> take_dirty();
 
-  /// Brings a block's distances up to date; adds the blocks whose vertices hang on them.
+  /// Brings a block's distances up to date; adds the blocks whose vertices depend on them.
   void sample(std::int64_t key, std::vector<std::int64_t>& to_place);
-  /// Brings its vertices up to date; adds the blocks whose triangles hang on them.
+  /// Brings its vertices up to date; adds the blocks whose triangles depend on them.
   void place(std::int64_t key, std::vector<std::int64_t>& to_mesh);
   /// Its mesh; nothing when it is empty and was so.
   std::optional<MeshBlock> mesh(std::int64_t key);

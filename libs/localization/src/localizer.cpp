@@ -20,10 +20,10 @@ constexpr double kCertain = 0.95;  // probability from which a place is given as
 // What a touch that is just sure (VerificationOptions) says for a place, in nats: alone it makes it certain.
 const double kSureLogOdds = std::log(kCertain / (1 - kCertain));
 const double kNegligibleLogOdds = std::log(1e-3);  // of a hypothesis against the best
-constexpr double kSearchGrowth = 1.5;        // a contact that has grown by this factor shows something new
-constexpr std::size_t kMostHypotheses = 24;  // a cube's corner has as many
-constexpr std::size_t kMostSymmetricTries = 48;  // registrations per search
-constexpr std::size_t kMostTouches = 8;          // that a new hypothesis is judged by
+constexpr double kSearchGrowth = 1.5;           // a contact that has grown by this factor shows something new
+constexpr std::size_t kMaxHypotheses = 24;      // a cube's corner has as many
+constexpr std::size_t kMaxSymmetricTries = 48;  // registrations per search
+constexpr std::size_t kMaxTouches = 8;          // that a new hypothesis is judged by
 
 Matrix6d inverse(const Matrix6d& matrix) {
   const Matrix6d result = matrix.inverse();
@@ -129,7 +129,7 @@ void Localizer::begin_touch(const Touch& touch) {
                                         before.trial_T_sensor.inverse() * touch.trial_T_sensor);
     for (Hypothesis& h : hypotheses_) h.past_log_odds += before.weight * std::exchange(h.log_odds, 0);
   }
-  if (touches_.size() == kMostTouches) touches_.erase(touches_.begin());
+  if (touches_.size() == kMaxTouches) touches_.erase(touches_.begin());
   touches_.push_back(touch);
   searched_contact_px_ = 0;
 }
@@ -180,7 +180,7 @@ bool Localizer::is_known(const Touch& touch, const Pose& map_T_sensor) const {
 
 /// A new hypothesis if the touch fits the map there, judged by all touches of the trial.
 void Localizer::add(const Touch& touch, const Pose& map_T_sensor, double sigma_mm) {
-  if (hypotheses_.size() == kMostHypotheses || is_known(touch, map_T_sensor)) return;
+  if (hypotheses_.size() == kMaxHypotheses || is_known(touch, map_T_sensor)) return;
   Hypothesis h;
   h.fit = map_->fit(*touch.keyframe.reference.get(), map_T_sensor,
                     std::isfinite(sigma_mm) ? PlacePrior::known : PlacePrior::suspected, sigma_mm);
@@ -211,7 +211,7 @@ void Localizer::add_symmetric(const Touch& touch, double sigma_mm) {
           return pose_distance_mm(other, place, touch.center_mm) < kMinPeriodMm;
         });
         if (was_tried || is_known(touch, place)) continue;
-        if (tried.size() == kMostSymmetricTries) return;
+        if (tried.size() == kMaxSymmetricTries) return;
         tried.push_back(place);
         add(touch, place, sigma_mm);
       }

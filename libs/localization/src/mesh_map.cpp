@@ -26,7 +26,7 @@ namespace gelslam {
 namespace {
 
 constexpr double kSampleSpacingMm = 0.8;  // of places where the sensor may be pressed on
-constexpr int kMostSamples = 100'000;
+constexpr int kMaxSamples = 100'000;
 constexpr double kNormalRadiusMm = 2.5;  // the sensor lies on the surface around a place: half a contact
 // A place is covered when it lies in the inner part of a contact, touched from about the same direction.
 constexpr double kInnerShare = 0.4;
@@ -103,17 +103,17 @@ Mesh facing_outward(Mesh mesh) {
 
 /// Smaller things are felt as a point: the unit is wrong.
 void check_size(const Mesh& mesh) {
-  constexpr double kLeastMm = 1;
+  constexpr double kMinMm = 1;
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& vertex : mesh.vertices_mm) box.extend(vertex);
-  if (!(box.diagonal().norm() >= kLeastMm))
+  if (!(box.diagonal().norm() >= kMinMm))
     throw Error("the mesh is " + short_number(box.diagonal().norm()) + " mm large; check its unit");
 }
 
 /// In random order, so that touches spread evenly.
 std::vector<SurfacePlace> places_on(const TriangleScene& scene) {
   const double wanted = area_mm2(scene.mesh()) / (kSampleSpacingMm * kSampleSpacingMm);
-  const int count = static_cast<int>(std::clamp(wanted, 100.0, static_cast<double>(kMostSamples)));
+  const int count = static_cast<int>(std::clamp(wanted, 100.0, static_cast<double>(kMaxSamples)));
   std::vector<SurfacePlace> places;
   for (const SurfaceSample& sample : sample_surface(scene.mesh(), count, 1))
     places.push_back({sample.point_mm, scene.triangle_normal(sample.triangle)});

@@ -15,7 +15,7 @@ namespace gelslam {
 
 namespace localization::detail {
 
-constexpr int kMostCompared = 8;  // keyframes near a pose whose overlap is computed
+constexpr int kMaxCompared = 8;  // keyframes near a pose whose overlap is computed
 
 /// A keyframe of the map.
 struct MapPlace {
@@ -110,7 +110,7 @@ Overlap SurfaceMap::Impl::most_overlapping(const Surface& touch, const Pose& map
       near.emplace_back((keyframe_T_sensor * here.center_mm - place.extent.center_mm).norm(), &place);
   }
   std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  near.resize(std::min(near.size(), index(kMostCompared)));
+  near.resize(std::min(near.size(), index(kMaxCompared)));
   Overlap best;
   for (const auto& [distance_mm, place] : near) {
     const Pose keyframe_T_sensor = place->map_T_keyframe.inverse() * map_T_sensor;

@@ -8,7 +8,7 @@
 namespace gelslam::loop_closure::detail {
 namespace {
 
-constexpr double kLeastFullScale = 0.05;  // 1/pixel; a sensor's noise leaves a fifth of it
+constexpr double kMinFullScale = 0.05;  // 1/pixel; a sensor's noise leaves a fifth of it
 
 cv::Mat1b inner_contact(const Surface& surface) {
   const int margin = std::max(1, surface.contact.rows / 48);
@@ -25,7 +25,7 @@ cv::Mat1b inner_contact(const Surface& surface) {
 // still match. The floor keeps a smooth surface's noise from becoming features.
 cv::Mat1b gray_curvature(const Surface& surface, const cv::Mat1b& mask) {
   const double rms = std::sqrt(cv::mean(surface.curvature.mul(surface.curvature), mask)[0]);
-  const double full_scale = std::clamp(4.0 * rms, kLeastFullScale, static_cast<double>(kMaxCurvature));
+  const double full_scale = std::clamp(4.0 * rms, kMinFullScale, static_cast<double>(kMaxCurvature));
   cv::Mat1b gray;
   surface.curvature.convertTo(gray, CV_8U, 127.5 / full_scale, 127.5);
   return gray;

@@ -61,7 +61,7 @@ int add_positions(GlbBuffer& buffer, const Mesh& mesh) {
   return buffer.add(positions_m, mesh.vertices_mm.size(), "VEC3", kFloat, kVertexBuffer, bounds);
 }
 
-/// Of unit length, which glTF demands: a normal without direction becomes that of untouched gel.
+/// Has unit length, which glTF demands: a normal without direction becomes that of untouched gel.
 int add_normals(GlbBuffer& buffer, const Mesh& mesh) {
   std::vector<float> normals;
   for (const Eigen::Vector3f& given : mesh.normals) {

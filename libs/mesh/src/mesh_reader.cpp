@@ -12,10 +12,10 @@
 namespace gelslam {
 
 Eigen::Vector3f mesh::detail::vertex_mm(const Eigen::Vector3d& vertex, double mm_per_unit) {
-  constexpr double kMostMm = 1e6;
+  constexpr double kMaxMm = 1e6;
   const Eigen::Vector3d mm = vertex * mm_per_unit;
   if (!mm.allFinite()) throw Error("it holds numbers that are not finite");
-  if (mm.cwiseAbs().maxCoeff() > kMostMm)
+  if (mm.cwiseAbs().maxCoeff() > kMaxMm)
     throw Error("it holds a vertex more than 1 km from its origin; is its unit right?");
   return mm.cast<float>();
 }

@@ -177,7 +177,7 @@ RegistrationResult register_normal_flow(const NormalFlowReference& reference, co
   if (!alignment.converge(initial, observable, fixed)) return result;
   alignment.finish(fixed);
   fixed.information = result.information;
-  fixed.hanging_pull = result.hanging_pull;
+  fixed.membrane_bias = result.membrane_bias;
   fixed.observable = result.observable;
   fixed.degenerate_directions_fixed = true;
   return fixed;

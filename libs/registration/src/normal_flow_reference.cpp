@@ -50,7 +50,7 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   std::size_t rest_index = 0, rest_selected = 0;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const bool is_bent = bend[i] > limit || (bend[i] == limit && at_limit-- > 0);
-    // Of the rest the middles of `even` equal parts.
+    // The rest gives the middles of `even` equal parts.
     if (is_bent || rest_index++ == (2 * rest_selected + 1) * rest / (2 * even)) {
       selected.push_back(candidates[i]);
       if (!is_bent) ++rest_selected;

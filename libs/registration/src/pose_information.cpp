@@ -16,7 +16,7 @@ constexpr double kTwistPerTilt = 0.007;
 constexpr double kSlideMmPerTiltRad = 0.007;
 constexpr double kSlidePerSlide = 0.0006;
 constexpr double kDepthPerSlide = 0.005;
-// Of the slopes, how much belongs to gel that hangs beside what presses: it gets steeper as it is pressed
+// How much of the slopes belongs to gel that hangs beside what presses: it gets steeper as it is pressed
 // deeper. So chosen that errors at the borders of the gel, where one flank is seen, are about as large as
 // their sigma.
 constexpr double kHangingShare = 0.6;
@@ -56,7 +56,7 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
 Matrix5d information_of_normals(const ObservableDirections& directions, double pull,
                                 const RegistrationResult& result, const NormalFlowOptions& options) {
   const Vector5d prior_variance = prior_information(options).cwiseInverse();
-  // Of an angle between normals each of its two components has half of the variance.
+  // Each of the two components of an angle between normals has half of its variance.
   const double noise_variance = 0.5 * normal_variance(result.normal_rmse_rad, options);
   Matrix5d information = Matrix5d::Zero();
   for (int i = 0; i < directions.count(); ++i) {
@@ -96,7 +96,7 @@ Matrix6d pose_information(const ObservableDirections& directions, bool heights_k
   return 0.5 * (information + information.transpose());
 }
 
-Vector6d hanging_pull(const ObservableDirections& directions, const RegistrationResult& result) {
+Vector6d membrane_bias(const ObservableDirections& directions, const RegistrationResult& result) {
   const Eigen::Vector3d& center = result.shared_center_mm;
   const double before = std::abs(center.z()), after = std::abs((result.target_T_reference * center).z());
   const double deepest = std::max(before, after);

@@ -193,7 +193,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
                             reference.surface->pixel_pitch_mm * reference.surface->pixel_pitch_mm;
   result.information =
       pose_information(directions, heights_known, shared_mm2, model_sigma, kUsualPull, result, options);
-  result.hanging_pull = hanging_pull(directions, result);
+  result.membrane_bias = membrane_bias(directions, result);
   result.observable = observability(
       pose_information(directions, heights_known, shared_mm2, model_sigma, 1.0, result, options),
       result.target_T_reference.linear(), heights_known, options);

@@ -94,7 +94,7 @@ Matrix6d pose_information(const ObservableDirections& directions, bool heights_k
                           double model_sigma, double pull, const RegistrationResult& result,
                           const NormalFlowOptions& options);
 
-/// RegistrationResult::hanging_pull. Flanks on both sides pull to no side.
-Vector6d hanging_pull(const ObservableDirections& directions, const RegistrationResult& result);
+/// RegistrationResult::membrane_bias. Flanks on both sides pull to no side.
+Vector6d membrane_bias(const ObservableDirections& directions, const RegistrationResult& result);
 
 }  // namespace gelslam::registration::detail

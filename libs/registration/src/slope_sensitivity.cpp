@@ -13,7 +13,7 @@ namespace {
 
 using namespace registration::detail;
 
-constexpr double kLeastTurnCosine = 0.1;  // beyond, two frames share nothing
+constexpr double kMinTurnCosine = 0.1;  // beyond, two frames share nothing
 using NormalByFactor = Eigen::Matrix<double, 3, SlopeSensitivity::kTerms>;
 using PoseByFactor = Eigen::Matrix<double, kParameters, SlopeSensitivity::kTerms>;
 
@@ -55,7 +55,7 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> rotation = target_T_reference.linear().cast<float>();
   const Eigen::Vector3f translation = target_T_reference.translation().cast<float>();
   warp_residuals(samples, view_of(target), rotation.data(), translation.data(), residuals);
-  if (count_shared(residuals) < options.min_shared_pixels || target_T_reference(2, 2) < kLeastTurnCosine)
+  if (count_shared(residuals) < options.min_shared_pixels || target_T_reference(2, 2) < kMinTurnCosine)
     return result;
   apply_robust_weights(residuals, static_cast<float>(options.robust_scale_rad));
 
@@ -75,7 +75,7 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
     const Eigen::Vector3d n =
         (Eigen::Vector3d(samples.nx[k], samples.ny[k], samples.nz[k]) + 0.5 * r).normalized();
     const Eigen::Vector3d n_in_target = reference_R_target.transpose() * n;
-    if (n.z() < kLeastTurnCosine || n_in_target.z() < kLeastTurnCosine) continue;
+    if (n.z() < kMinTurnCosine || n_in_target.z() < kMinTurnCosine) continue;
     const NormalByFactor by_factor = reference_R_target * normal_by_factor(n_in_target, target, at_target) -
                                      normal_by_factor(n, reference.surface(), at_reference);
     const Eigen::Matrix<double, 3, kParameters> jacobian = jacobian_of(samples, k).cast<double>();

@@ -14,25 +14,25 @@ using namespace registration::detail;
 
 /// Every second pixel of `from` in contact that lands on the image of `onto`, and how many of these would lie
 /// inside its bare gel.
-struct Landed {
+struct ProjectedContact {
   int all = 0, in_bare_gel = 0;
 };
 
-Landed land(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
+ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
   constexpr int kStep = 2;
   constexpr double kToleranceMm = 0.15;  // the errors of heights and of the membrane rim are smaller
   const PixelGrid onto_grid = onto.grid();
-  Landed landed;
+  ProjectedContact projected;
   for (int v = 0; v < from.contact.rows; v += kStep)
     for (int u = 0; u < from.contact.cols; u += kStep) {
       if (!from.contact(v, u)) continue;
       const Eigen::Vector3d p = onto_T_from * from.point_mm({u, v});
       const std::optional<cv::Point> at = onto_grid.pixel_at(p.head<2>());
       if (!at) continue;
-      ++landed.all;
-      landed.in_bare_gel += !onto.contact(*at) && p.z() < onto.height_mm(*at) - kToleranceMm;
+      ++projected.all;
+      projected.in_bare_gel += !onto.contact(*at) && p.z() < onto.height_mm(*at) - kToleranceMm;
     }
-  return landed;
+  return projected;
 }
 
 double min_texture_correlation(PlacePrior prior, const VerificationOptions& options) {
@@ -93,8 +93,8 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
 }
 
 double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference) {
-  const Landed there = land(reference, target, target_T_reference),
-               back = land(target, reference, target_T_reference.inverse());
+  const ProjectedContact there = project_contact(reference, target, target_T_reference),
+                         back = project_contact(target, reference, target_T_reference.inverse());
   const int all = there.all + back.all;
   return all > 0 ? static_cast<double>(there.in_bare_gel + back.in_bare_gel) / all : 0.0;
 }

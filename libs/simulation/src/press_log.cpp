@@ -22,9 +22,9 @@ constexpr std::array<double, 2> kApproachShares = {0.3,
 constexpr double kSlideMm = 0.25;                         // per frame
 // Contact radii as the gel has them, in widths of the picture; a ball's contact radius is about sqrt(depth *
 // ball radius).
-constexpr double kLeastContact = 20.0 / 320, kMostContact = 29.0 / 320, kDeepContact = 56.0 / 320,
+constexpr double kMinContact = 20.0 / 320, kMaxContact = 29.0 / 320, kDeepContact = 56.0 / 320,
                  kShallowContact = 9.0 / 320;
-constexpr double kMostOfBall = 0.6, kDeepMostOfBall = 0.92;
+constexpr double kMaxOfBall = 0.6, kDeepMostOfBall = 0.92;
 constexpr int kFramesPerTouch = kHoldFrames + 2 * static_cast<int>(kApproachShares.size()) + kBareFrames;
 
 void check(const PressLogSpec& spec) {
@@ -59,7 +59,7 @@ PlannedTouch plan_good(const PressLogSpec& spec, int number, Random& random) {
   };
   touch.x_mm = place(number % 3, spec.geometry.half_width_mm());
   touch.y_mm = place(number / 3 % 3, spec.geometry.half_height_mm());
-  touch.contact_mm = std::min(random.uniform(kLeastContact, kMostContact) * width_mm, kMostOfBall * radius);
+  touch.contact_mm = std::min(random.uniform(kMinContact, kMaxContact) * width_mm, kMaxOfBall * radius);
   return touch;
 }
 

@@ -215,8 +215,8 @@ std::string deflated(const std::string& planes) {
 }
 
 std::string inflated(const std::string& bytes, std::size_t expected) {
-  constexpr std::size_t kMostInflation = 1100;  // of zlib: a damaged header must not take all memory
-  if (expected / kMostInflation > bytes.size()) throw Error("damaged: its planes are incomplete");
+  constexpr std::size_t kMaxInflation = 1100;  // of zlib: a damaged header must not take all memory
+  if (expected / kMaxInflation > bytes.size()) throw Error("damaged: its planes are incomplete");
   std::string planes(expected, '\0');
   uLongf size = static_cast<uLongf>(expected);
   const int code = ::uncompress(reinterpret_cast<Bytef*>(planes.data()), &size,

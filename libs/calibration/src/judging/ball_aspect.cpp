@@ -15,7 +15,7 @@ constexpr std::size_t kMinAspectPresses = 5;
 constexpr double kWantedAspectPoints = 900;
 constexpr double kWholeRadii = 1.3;   // of the zone: contact and rim lie in the picture
 constexpr double kAspectStep = 0.03;  // between the aspects that are tried
-constexpr int kMostAspectSteps = 8;   // steps from 1: a quarter
+constexpr int kMaxAspectSteps = 8;    // steps from 1: a quarter
 
 /// A press as it would look with as many millimeters per pixel down as across.
 PressPoints stretched_down(PressPoints points, double aspect) {
@@ -48,7 +48,7 @@ std::optional<double> best_aspect(const AspectCost& cost) {
   while (costs[1] > std::min(costs[0], costs[2])) {
     const int direction = costs[0] < costs[2] ? -1 : 1;
     at += direction;
-    if (std::abs(at) >= kMostAspectSteps) return std::nullopt;
+    if (std::abs(at) >= kMaxAspectSteps) return std::nullopt;
     const double next = cost(aspect_of(at + direction));
     costs = direction < 0 ? std::array{next, costs[0], costs[1]} : std::array{costs[1], costs[2], next};
   }

@@ -15,11 +15,11 @@ namespace {
 using namespace calibration::detail;
 
 constexpr int kWantedOddSamples = 12'000;
-constexpr std::size_t kLeastZones = 10;  // to tell which one is odd
+constexpr std::size_t kMinZonesToJudge = 10;  // to tell which one is odd
 // Times the median residual. The oddest of 224 good presses of three sets: 2.4; two balls that overlap 2.7
 // to 9.6, something oval 15.
 constexpr double kOddResidual = 3.0;
-constexpr double kMostOdd = 0.25;  // of the presses: more are no accident
+constexpr double kMaxOdd = 0.25;  // of the presses: more are no accident
 
 /// Per zone, root mean square distance of its colors to the field's; of full brightness.
 std::vector<double> residuals_to(const ColorField& field, const std::vector<SlopeSample>& samples,
@@ -41,16 +41,16 @@ std::vector<double> residuals_to(const ColorField& field, const std::vector<Slop
 
 constexpr std::size_t kMinZones = 5;
 constexpr int kWantedSizeSamples = 12'000;
-constexpr double kMostAngleRad = 0.4;  // compared: steeper ones may not have been seen of the larger ball
-constexpr double kLeastFactor = 0.4, kMostFactor = 2.5, kFactorStep = 1.02;
+constexpr double kMaxAngleRad = 0.4;  // compared: steeper ones may not have been seen of the larger ball
+constexpr double kMinFactor = 0.4, kMaxFactor = 2.5, kFactorStep = 1.02;
 constexpr double kRobustChange = 0.02;  // of full brightness
 // Or its inverse. Three sets with right diameters: 1.00 to 1.02; diameters 11 % off: 1.09 to 1.14.
-constexpr double kMostSteepness = 1.08;
+constexpr double kMaxSteepness = 1.08;
 
 double residual(const ColorField& field, const std::vector<SlopeSample>& samples, double factor) {
   double sum = 0.0;
   for (const SlopeSample& sample : samples) {
-    if (std::hypot(sample.angle_rad[0], sample.angle_rad[1]) > static_cast<float>(kMostAngleRad)) continue;
+    if (std::hypot(sample.angle_rad[0], sample.angle_rad[1]) > static_cast<float>(kMaxAngleRad)) continue;
     const auto scale = static_cast<float>(factor);
     const std::array<float, 3> expected =
         field.change(sample.place, {scale * sample.angle_rad[0], scale * sample.angle_rad[1]});
@@ -68,7 +68,7 @@ double residual(const ColorField& field, const std::vector<SlopeSample>& samples
 /// Factor on the angles of `samples` that a field of another ball's colors explains best.
 double steepness_by(const ColorField& field, const std::vector<SlopeSample>& samples) {
   double best = 1.0, least = std::numeric_limits<double>::infinity();
-  for (double factor = kLeastFactor; factor <= kMostFactor; factor *= kFactorStep) {
+  for (double factor = kMinFactor; factor <= kMaxFactor; factor *= kFactorStep) {
     const double cost = residual(field, samples, factor);
     if (cost >= least) continue;
     least = cost;
@@ -82,9 +82,9 @@ double steepness_by(const ColorField& field, const std::vector<SlopeSample>& sam
 std::vector<std::size_t> find_odd_zones(const PressSet& set, const std::vector<BallZone>& zones,
                                         double pixel_pitch_mm) {
   std::vector<std::size_t> odd;
-  if (zones.size() < kLeastZones) return odd;
+  if (zones.size() < kMinZonesToJudge) return odd;
   std::vector<SlopeSample> samples = zone_samples(set, zones, pixel_pitch_mm, kWantedOddSamples);
-  const auto most = static_cast<std::size_t>(kMostOdd * static_cast<double>(zones.size()));
+  const auto most = static_cast<std::size_t>(kMaxOdd * static_cast<double>(zones.size()));
   while (odd.size() < most && !samples.empty()) {
     const std::vector<double> residuals = residuals_to(ColorField(samples), samples, zones.size());
     std::vector<double> others;
@@ -122,7 +122,7 @@ std::vector<BallSizeComparison> compare_ball_sizes(const PressSet& set, const st
 
 std::string contradiction_between_sizes(const std::vector<BallSizeComparison>& comparisons) {
   for (const BallSizeComparison& pair : comparisons) {
-    if (pair.steepness < kMostSteepness && pair.steepness > 1.0 / kMostSteepness) continue;
+    if (pair.steepness < kMaxSteepness && pair.steepness > 1.0 / kMaxSteepness) continue;
     return fmt::format(
         "the balls of {:.2f} and {:.2f} mm contradict each other: by its colors the second is {:.0f} % {} "
         "than that; one diameter in catalog.csv is wrong",

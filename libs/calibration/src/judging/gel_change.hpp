@@ -18,7 +18,7 @@ double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
 
 double largest(const cv::Mat1f& map);
 
-inline constexpr double kLeastTouchLevels = 5.0;  ///< of cells, where noise is below one
+inline constexpr double kMinTouchLevels = 5.0;  ///< of cells, where noise is below one
 /// The largest level at which a touch is seen whole: a share of the strongest difference.
 double level_of_contact(const cv::Mat1f& difference, double touch_level);
 

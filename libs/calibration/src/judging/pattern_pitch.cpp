@@ -15,8 +15,8 @@ namespace {
 using namespace calibration::detail;
 
 constexpr double kPeriodTolerance = 1.25;  // less than a factor of two: harmonics are other waves
-constexpr double kLeastPeriods = 4.0;      // in the picture's shorter half
-constexpr double kLeastStrength = 30.0;    // noise reaches 12 or so, a ruler's marks thousands
+constexpr double kMinPeriods = 4.0;        // in the picture's shorter half
+constexpr double kMinStrength = 30.0;      // noise reaches 12 or so, a ruler's marks thousands
 constexpr int kPadding = 2;                // of the transform, so that no peak falls between its bins
 // The lamps shine from other sides at the picture's other end, which shifts the wave by so many periods.
 constexpr double kLampShiftPeriods = 0.05;
@@ -154,11 +154,11 @@ double disagreement(const cv::Mat3f& change, const Frequency& f) {
 double PatternWave::period_px() const { return 1.0 / std::hypot(fx, fy); }
 
 std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& background, double period_px) {
-  if (!(period_px > 3.0 && kLeastPeriods * period_px <= std::min(bgr.cols, bgr.rows))) return std::nullopt;
+  if (!(period_px > 3.0 && kMinPeriods * period_px <= std::min(bgr.cols, bgr.rows))) return std::nullopt;
   const cv::Mat3f change = without_broad_parts(bgr, background, period_px);
   const Spectrum spectrum(change, {{0, 0}, change.size()});
   const Peak peak = strongest(spectrum, period_px);
-  if (peak.strength < kLeastStrength) return std::nullopt;
+  if (peak.strength < kMinStrength) return std::nullopt;
   Frequency f = spectrum.top(peak.frequency);
   const double periods = length(f) * period_px;
   if (periods < 1.0 / kPeriodTolerance || periods > kPeriodTolerance)
@@ -170,7 +170,7 @@ std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& b
 }
 
 bool pixels_are_square(double y_over_x, double uncertainty) {
-  return std::abs(y_over_x - 1.0) <= std::max(kMostUnsquare, 2.0 * uncertainty);
+  return std::abs(y_over_x - 1.0) <= std::max(kMaxUnsquare, 2.0 * uncertainty);
 }
 
 PixelPitch pitch_from_pattern(const std::vector<PatternWave>& waves, double period_mm) {

@@ -18,7 +18,7 @@ constexpr double kCloseCenters = 0.12;   // of the radius: a label and what is f
 constexpr double kBesideRadii = 0.6;     // of the radius: a label that misses its contact
 constexpr std::size_t kMinPresses = 10;
 constexpr double kMaxBackgroundLevels = 8.0;
-constexpr double kMostInAnotherLight = 0.25;  // of the presses: more are no accident
+constexpr double kMaxInAnotherLight = 0.25;  // of the presses: more are no accident
 constexpr double kUntouchedRadii = 2.5;
 
 double spread(const std::vector<double>& values, double middle) {
@@ -113,7 +113,7 @@ void reject_another_light(const PressSet& set, BallZones& zones) {
       std::stable_partition(zones.zones.begin(), zones.zones.end(),
                             [&](const BallZone& zone) { return !is_in_another_light(set, zone); });
   const auto count = static_cast<double>(zones.zones.end() - strange);
-  if (count <= kMostInAnotherLight * static_cast<double>(zones.zones.size())) {
+  if (count <= kMaxInAnotherLight * static_cast<double>(zones.zones.size())) {
     for (auto zone = strange; zone != zones.zones.end(); ++zone)
       zones.rejected.push_back({zone->press,
                                 "its untouched gel does not look like background.png: another light, gel or "

@@ -18,24 +18,24 @@ using namespace calibration::detail;
 constexpr float kSeedShare = 0.3F;  // of the strongest change: what belongs to the contact at first sight
 constexpr float kWideShare =
     0.12F;  // and at second sight, with its membrane rim and the sides that change little
-constexpr double kLeastOfWide =
+constexpr double kMinOfWide =
     0.5;  // a circle smaller than this share of the wide piece is a part of the contact
 constexpr float kMinSeedLevels = 6.0F;
 constexpr int kMinSeedPixels = 60;
 constexpr double kWantedPoints = 1800, kWantedPointsToRefine = 900;
 
-constexpr double kMostRefined = 0.25;  // of the radius: further away, the finer fit has lost the contact
+constexpr double kMaxRefined = 0.25;  // of the radius: further away, the finer fit has lost the contact
 
 constexpr double kWantedPointsToSmear = 250, kFirstDecayPx = 8.0;
 // Over the cost of even blur. The least of 366 good presses was 0.79; of 10 balls that slid by 2 mm, 0.44 to
 // 0.72.
 constexpr double kSlidCost = 0.7;
-constexpr double kLeastMoved = 0.5;  // of the radius: less does no harm inside the zone
+constexpr double kMinMoved = 0.5;  // of the radius: less does no harm inside the zone
 
 // Another contact: this many cells, this share of the first one's weight, this far from it (in radii of the
 // circle, or of the heaviest piece where no circle is known).
-constexpr int kLeastSecondCells = 6;
-constexpr double kLeastSecondWeight = 0.15, kSecondBeyondRadii = 1.6, kSecondBeyondUnknown = 2.5;
+constexpr int kMinSecondCells = 6;
+constexpr double kMinSecondWeight = 0.15, kSecondBeyondRadii = 1.6, kSecondBeyondUnknown = 2.5;
 
 constexpr double kMinRadiusPx = 6.0;
 constexpr double kMinConfidence = 0.55;
@@ -101,7 +101,7 @@ PressFit fit_from(const Seed& seed, const cv::Mat3f& relative, double ball_px) {
 /// piece alone.
 PressFit fit_contact(const Seeds& seeds, const cv::Mat3f& relative, double ball_px) {
   const PressFit fit = fit_from(*seeds.narrow, relative, ball_px);
-  if (!seeds.wide || fit.shape.radius_px > kLeastOfWide * seeds.wide->radius_px) return fit;
+  if (!seeds.wide || fit.shape.radius_px > kMinOfWide * seeds.wide->radius_px) return fit;
   return fit_from(*seeds.wide, relative, ball_px);
 }
 
@@ -111,7 +111,7 @@ ContactCircle refined(const PressShape& shape, const cv::Mat3f& relative, double
   const PressShape ball =
       refine_press(points_around(around, relative, kWantedPointsToRefine), shape, ball_px).shape;
   const bool near =
-      std::hypot(ball.u_px - shape.u_px, ball.v_px - shape.v_px) < kMostRefined * shape.radius_px;
+      std::hypot(ball.u_px - shape.u_px, ball.v_px - shape.v_px) < kMaxRefined * shape.radius_px;
   return near ? ContactCircle{ball.u_px, ball.v_px, ball.radius_px} : around;
 }
 
@@ -146,7 +146,7 @@ bool slid(const FoundCircle& found, const cv::Mat3f& relative, double ball_px) {
   const PressPoints points = points_around(found.circle, relative, kWantedPointsToSmear);
   const PressShape start{found.ball.u_px, found.ball.v_px, found.ball.radius_px, kFirstDecayPx};
   const SlidPress fit = fit_slid_press(points, start, ball_px);
-  return fit.moved_px > kLeastMoved * fit.radius_px &&
+  return fit.moved_px > kMinMoved * fit.radius_px &&
          fit.cost < kSlidCost * blurred_cost(points, start, ball_px);
 }
 
@@ -154,14 +154,13 @@ bool slid(const FoundCircle& found, const cv::Mat3f& relative, double ball_px) {
 bool has_second_contact(const FoundCircle& found, const cv::Mat3b& bgr, const cv::Mat3b& background) {
   const cv::Mat1f difference = cell_difference(shrink_to_cells(bgr), shrink_to_cells(background));
   const std::vector<ChangedPiece> pieces =
-      changed_pieces(difference, level_of_contact(difference, kLeastTouchLevels));
+      changed_pieces(difference, level_of_contact(difference, kMinTouchLevels));
   const double cell_px = static_cast<double>(bgr.cols) / kCellsAcross;
   const bool known = found.problem.empty();
-  // Of two balls, the circle may have been found around the one that is not the heaviest piece.
+  // The circle of two balls may have been found around the one that is not the heaviest piece.
   for (std::size_t k = known ? 0 : 1; k < pieces.size(); ++k) {
     const ChangedPiece& piece = pieces[k];
-    if (piece.cells < kLeastSecondCells || piece.weight < kLeastSecondWeight * pieces.front().weight)
-      continue;
+    if (piece.cells < kMinSecondCells || piece.weight < kMinSecondWeight * pieces.front().weight) continue;
     const double u = known ? found.circle.u_px / cell_px : pieces.front().u_cells,
                  v = known ? found.circle.v_px / cell_px : pieces.front().v_cells,
                  reach = known ? kSecondBeyondRadii * found.circle.radius_px / cell_px

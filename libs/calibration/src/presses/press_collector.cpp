@@ -21,24 +21,23 @@ namespace {
 using namespace calibration::detail;
 
 // Gray levels of cells, where noise is below one.
-constexpr double kLeastStillLevels = 2.0;
-constexpr double kNoiseFactor = 2.0, kMostNoiseLevels = 5.0;
-constexpr int kLeastTouchedCells = 6;
+constexpr double kMinStillLevels = 2.0;
+constexpr double kNoiseFactor = 2.0, kMaxNoiseLevels = 5.0;
+constexpr int kMinTouchedCells = 6;
 // Half of the share of the picture by which the faintest press stands out; twice that of the oddest bare gel.
 constexpr double kBareShare = 0.01;
 // Training refuses pictures whose untouched gel differs by 8 levels.
-constexpr double kMostLightLevels = 6.0;
+constexpr double kMaxLightLevels = 6.0;
 constexpr std::size_t kSlideFrames = 6;
 constexpr double kSlideCells = 1.5, kSlideGrowth = 1.25;
 constexpr int kPatienceHolds = 10;
 
 // The contact is to be an eighth to a quarter of the picture wide; a person may miss that by a little.
-constexpr double kLeastWidth = 1.0 / 9.0, kMostWidth = 1.0 / 3.4;
+constexpr double kMinWidth = 1.0 / 9.0, kMaxWidth = 1.0 / 3.4;
 // Contact radius over the ball's: beyond it the gel's flanks are steeper than 53 degrees, and lamps no longer
 // reach them.
-constexpr double kMostOfBall = 0.8;
-constexpr double kLeastInset =
-    0.35;  // of the radius: how far inside the picture the ball's middle has to lie
+constexpr double kMaxOfBall = 0.8;
+constexpr double kMinInset = 0.35;  // of the radius: how far inside the picture the ball's middle has to lie
 
 double inset_px(const ContactCircle& circle, const cv::Size& size) {
   return std::min(
@@ -51,12 +50,12 @@ std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiec
   if (pieces.empty()) return "too shallow: press a little deeper";
   if (found.second_contact) return "two things touch the gel: press with the ball alone";
   const double width = 2.0 * found.circle.radius_px / size.width;
-  if (found.problem.empty() && inset_px(found.circle, size) < kLeastInset * found.circle.radius_px)
+  if (found.problem.empty() && inset_px(found.circle, size) < kMinInset * found.circle.radius_px)
     return off_the_edge;
-  if (found.ball.radius_px > kMostOfBall * ball_px)
+  if (found.ball.radius_px > kMaxOfBall * ball_px)
     return "too deep, or a smaller ball than was said: press less deep, and check the diameter";
-  if (found.problem.empty() && width > kMostWidth) return "too deep: press less deep";
-  if (found.problem.empty() && width < kLeastWidth) return "too shallow: press a little deeper";
+  if (found.problem.empty() && width > kMaxWidth) return "too deep: press less deep";
+  if (found.problem.empty() && width < kMinWidth) return "too shallow: press a little deeper";
   if (found.problem.empty()) return "";
   return pieces.front().at_border ? std::string(off_the_edge) : found.problem;
 }
@@ -94,8 +93,8 @@ struct PressCollector::Impl {
   std::optional<CollectedPress> end_touch();
   bool slides(const ChangedPiece& piece);
   void judge_hold(const cv::Mat1f& difference);
-  double touch_level() const { return std::max(kLeastTouchLevels, kNoiseFactor * noise_levels); }
-  double still_level() const { return std::max(kLeastStillLevels, kNoiseFactor * noise_levels); }
+  double touch_level() const { return std::max(kMinTouchLevels, kNoiseFactor * noise_levels); }
+  double still_level() const { return std::max(kMinStillLevels, kNoiseFactor * noise_levels); }
 
   CollectorOptions options;
   CollectorStatus status;
@@ -123,7 +122,7 @@ void PressCollector::Impl::begin_background(const cv::Mat3b& bgr, const cv::Mat3
 void PressCollector::Impl::look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
   if (held.empty()) return begin_background(bgr, cells, status.warning);
   const double change = largest(cell_difference(cells, anchor));
-  if (change > kMostNoiseLevels)
+  if (change > kMaxNoiseLevels)
     return begin_background(bgr, cells, "something moves on the gel: keep everything off it");
   noise_levels = std::max(noise_levels, change);
   held.push_back(bgr.clone());
@@ -147,7 +146,7 @@ void PressCollector::Impl::take_background() {
 /// Lamps that warm up, a lamp that fails, an exposure that was changed: nothing that follows would fit.
 void PressCollector::Impl::look_at_light(const cv::Mat3f& cells) {
   const double change = common_difference(cells, bare_cells);
-  const bool was_changed = std::exchange(light_changed, change > kMostLightLevels);
+  const bool was_changed = std::exchange(light_changed, change > kMaxLightLevels);
   if (light_changed)
     status.warning = fmt::format(
         "the light has changed by {:.0f} gray levels since the bare gel was seen: nothing is taken until it "
@@ -212,7 +211,7 @@ std::optional<CollectedPress> PressCollector::Impl::watch(const cv::Mat3b& bgr, 
   const cv::Mat1f difference = cell_difference(cells, bare_cells);
   const std::vector<ChangedPiece> pieces = changed_pieces(difference, touch_level());
   const bool was_touched = status.phase != CollectPhase::ready;
-  if (pieces.empty() || pieces.front().cells < kLeastTouchedCells) {
+  if (pieces.empty() || pieces.front().cells < kMinTouchedCells) {
     if (was_touched) return end_touch();
     look_at_light(cells);
     return std::nullopt;

@@ -16,7 +16,7 @@ namespace {
 // 17 and 31 degrees. The middle press of three real sets and of four simulated ones of all depths: 0.35 to
 // 0.55.
 constexpr double kShallowRim = 0.3, kDeepRim = 0.6;
-constexpr double kMostPressesShare = 0.9;  // of the presses
+constexpr double kMaxPressesShare = 0.9;  // of the presses
 
 double degrees(double slope) { return std::atan(slope) * kDegreesPerRadian; }
 
@@ -81,12 +81,12 @@ double rim_slope(double radius_px, double ball_px) {
 
 std::string missing_depths(const std::vector<double>& rim_slopes) {
   if (rim_slopes.empty()) return "";
-  if (quantile(rim_slopes, kMostPressesShare) < kShallowRim)
+  if (quantile(rim_slopes, kMaxPressesShare) < kShallowRim)
     return fmt::format(
         "the presses show hardly any slope above {:.0f} degrees, and what a model reads there is not known: "
         "press deeper",
         degrees(kShallowRim));
-  if (quantile(rim_slopes, 1.0 - kMostPressesShare) > kDeepRim)
+  if (quantile(rim_slopes, 1.0 - kMaxPressesShare) > kDeepRim)
     return fmt::format(
         "hardly any press is less deep than {:.0f} degrees at its rim, and what a model reads in lighter "
         "touches is "

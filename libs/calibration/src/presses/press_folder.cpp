@@ -19,10 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostPressesOfABall = 100'000;  // of one ball: ends the search for a free one
+constexpr int kMaxPressesOfABall = 100'000;  // of one ball: ends the search for a free one
 constexpr const char* kCatalogHeader = "experiment_reldir,diameter(mm)\n";
 // Training refuses pictures whose color differs by 8 levels (norm) from the background's.
-constexpr double kMostFolderLightLevels = 4.0;
+constexpr double kMaxFolderLightLevels = 4.0;
 
 void make_folders(const fs::path& path) {
   std::error_code failure;
@@ -42,7 +42,7 @@ std::string read_catalog_text(const fs::path& path) {
 std::string free_name(const fs::path& folder, double diameter_mm) {
   const std::string ball = fmt::format("{:.3f}mm", diameter_mm);
   make_folders(folder / ball);
-  for (int number = 0; number < kMostPressesOfABall; ++number) {
+  for (int number = 0; number < kMaxPressesOfABall; ++number) {
     const std::string name = ball + "/" + std::to_string(number);
     std::error_code failure;
     if (fs::create_directory(folder / name, failure)) return name;
@@ -107,7 +107,7 @@ void PressFolder::require_same_gel(const cv::Mat3b& now) const {
                 ", the sensor now gives " + size_text(now.cols, now.rows) +
                 ": another sensor needs a folder of its own");
   const BackgroundDrift drift = measure_drift(background_cells(background_), background_cells(now));
-  if (drift.gel_changed || drift.light_change_levels > kMostFolderLightLevels)
+  if (drift.gel_changed || drift.light_change_levels > kMaxFolderLightLevels)
     throw Error(quoted(folder_) + " holds presses under another gel or light (" +
                 fmt::format("light {:.1f}, gel {:.1f} gray levels", drift.light_change_levels,
                             drift.gel_change_levels) +
@@ -115,8 +115,8 @@ void PressFolder::require_same_gel(const cv::Mat3b& now) const {
 }
 
 std::string PressFolder::add(const CollectedPress& press) {
-  if (earlier_.presses.size() + added_.size() >= kMostPresses)
-    throw Error(quoted(folder_) + " holds " + std::to_string(kMostPresses) +
+  if (earlier_.presses.size() + added_.size() >= kMaxPresses)
+    throw Error(quoted(folder_) + " holds " + std::to_string(kMaxPresses) +
                 " presses, and more cannot be read: begin another folder");
   std::string name = free_name(folder_, diameter_mm_);
   try {

@@ -74,8 +74,8 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
     presses.push_back(parse_line(line, where));
     if (!names.insert(presses.back().name).second)
       throw Error(where + ": press '" + presses.back().name + "' is there twice");
-    if (presses.size() > kMostPresses)
-      throw Error(quoted(path) + " names more than " + std::to_string(kMostPresses) +
+    if (presses.size() > kMaxPresses)
+      throw Error(quoted(path) + " names more than " + std::to_string(kMaxPresses) +
                   " presses: spread them over several folders");
   }
   if (presses.empty())

@@ -23,7 +23,7 @@ struct CellErrors {
   }
 };
 
-constexpr double kLeastCellPixels = 32;  // fewer of a press are its outline
+constexpr double kMinPressCellPixels = 32;  // fewer of a press are its outline
 // The default counts as this many presses: 0.4 rad at the border would outweigh dozens that were read well.
 constexpr double kDefaultCount = 0.02;
 
@@ -50,7 +50,7 @@ std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<Bal
         errors.add(pixel, set.background.size());
       for (int row = 0; row < variance.rows; ++row)
         for (int column = 0; column < variance.cols; ++column) {
-          if (errors.count(row, column) < kLeastCellPixels) continue;
+          if (errors.count(row, column) < kMinPressCellPixels) continue;
           variance(row, column) += errors.squares(row, column) / errors.count(row, column);
           presses(row, column) += 1;
         }

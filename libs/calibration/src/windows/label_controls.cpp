@@ -20,7 +20,7 @@ std::vector<viewer::ActionRow> label_rows() {
   return {
       {accept, "enter space", "Enter", "Accept", 0, 1, "Accept, and on"},
       {previous, "backspace", "Backspace", "Back", 0, 3, "One back"},
-      {next, "n tab", "N", "", 0, 0, "One on, nothing decided"},
+      {next, "n tab", "N", "", 0, 0, "Skip"},
       {leave_out, "x delete", "X", "Leave out", 0, 2, "Leave this press out"},
       {accept_rest, "a", "A", "Accept the rest", 0, 4, "Accept all that remain"},
       {left, "left", "Arrows", "", 0, 0, "Move by half a pixel"},

@@ -17,7 +17,7 @@ namespace theme = viewer::theme;
 
 // Design pixels.
 constexpr double kStripHeight = 26, kSideWidth = 300, kHeadHeight = 64, kMargin = 16, kSidePadding = 20;
-constexpr double kLeastWidthWithSide = 760;
+constexpr double kMinWidthWithSide = 760;
 constexpr Color kShade = theme::rgb(0, 0, 0, 150);
 
 Color color_of(const PressLabel& label) {
@@ -112,7 +112,7 @@ LabelLayout lay_out_labels(const Ui& ui, const cv::Size& press) {
     layout.strip = {0, layout.bar.y - strip, layout.view.width, strip};
     layout.view.height = layout.strip.y;
   }
-  if (layout.view.width > ui.px(kLeastWidthWithSide)) {
+  if (layout.view.width > ui.px(kMinWidthWithSide)) {
     layout.side = {layout.view.width - ui.px(kSideWidth), 0, ui.px(kSideWidth), layout.view.height};
     layout.view.width = layout.side.x;
   }

@@ -15,7 +15,7 @@ namespace {
 constexpr float kRimReach = 9;  // design pixels
 constexpr double kWheelStepPx = 0.5;
 /// Of the difference: noise is not stretched to full contrast.
-constexpr double kMidGray = 128.0, kReach = 120.0, kSmoothPx = 0.8, kShown = 0.99, kLeastLevels = 6.0;
+constexpr double kMidGray = 128.0, kReach = 120.0, kSmoothPx = 0.8, kShown = 0.99, kMinLevels = 6.0;
 
 }  // namespace
 
@@ -93,7 +93,7 @@ cv::Mat3b difference_picture(const cv::Mat3b& bgr, const cv::Mat3b& background) 
   for (const cv::Vec3f& c : change)
     for (int channel = 0; channel < 3; ++channel) sizes.push_back(static_cast<double>(std::abs(c[channel])));
   cv::Mat3b picture;
-  change.convertTo(picture, CV_8U, kReach / std::max(kLeastLevels, quantile(sizes, kShown)), kMidGray);
+  change.convertTo(picture, CV_8U, kReach / std::max(kMinLevels, quantile(sizes, kShown)), kMidGray);
   return picture;
 }
 

@@ -11,7 +11,7 @@
 namespace gelslam::detail {
 namespace {
 
-constexpr int kMostControls = 256;  // a broken driver's list need not end
+constexpr int kMaxControls = 256;  // a broken driver's list need not end
 
 /// A control that follows the picture, the value that turns it off, and what it then no longer moves.
 struct Automatic {
@@ -53,7 +53,7 @@ std::string control_name(const std::string& title) {
 std::vector<Control> controls_of(const VideoNode& node) {
   std::vector<Control> controls;
   v4l2_queryctrl query{};
-  for (int i = 0; i < kMostControls; ++i) {
+  for (int i = 0; i < kMaxControls; ++i) {
     query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
     if (node.call(VIDIOC_QUERYCTRL, &query) != 0) break;
     const bool number = query.type == V4L2_CTRL_TYPE_INTEGER || query.type == V4L2_CTRL_TYPE_BOOLEAN ||

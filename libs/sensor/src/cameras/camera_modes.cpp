@@ -12,8 +12,8 @@ namespace detail {
 namespace {
 
 // A driver's lists end by themselves; a broken one's need not.
-constexpr std::uint32_t kMostFormats = 64, kMostSizes = 128, kMostRates = 64;
-constexpr std::size_t kMostModesInWords = 12;
+constexpr std::uint32_t kMaxFormats = 64, kMaxSizes = 128, kMaxRates = 64;
+constexpr std::size_t kMaxModesInWords = 12;
 
 double rate_of(const v4l2_fract& interval) {
   return interval.numerator == 0 ? 0.0 : static_cast<double>(interval.denominator) / interval.numerator;
@@ -22,7 +22,7 @@ double rate_of(const v4l2_fract& interval) {
 std::vector<double> rates_of(const VideoNode& node, std::uint32_t format, std::uint32_t width,
                              std::uint32_t height) {
   std::vector<double> rates;
-  for (std::uint32_t i = 0; i < kMostRates; ++i) {
+  for (std::uint32_t i = 0; i < kMaxRates; ++i) {
     v4l2_frmivalenum interval{};
     interval.index = i;
     interval.pixel_format = format;
@@ -44,7 +44,7 @@ std::vector<double> rates_of(const VideoNode& node, std::uint32_t format, std::u
 }
 
 void add_sizes(const VideoNode& node, std::uint32_t format, std::vector<CameraMode>& modes) {
-  for (std::uint32_t i = 0; i < kMostSizes; ++i) {
+  for (std::uint32_t i = 0; i < kMaxSizes; ++i) {
     v4l2_frmsizeenum size{};
     size.index = i;
     size.pixel_format = format;
@@ -77,7 +77,7 @@ std::string fourcc_text(std::uint32_t fourcc) {
 
 std::vector<CameraMode> camera_modes(const VideoNode& node) {
   std::vector<CameraMode> modes;
-  for (std::uint32_t i = 0; i < kMostFormats; ++i) {
+  for (std::uint32_t i = 0; i < kMaxFormats; ++i) {
     v4l2_fmtdesc format{};
     format.index = i;
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -91,7 +91,7 @@ std::string modes_text(const std::vector<CameraMode>& modes) {
   if (modes.empty()) return "no formats";
   std::string text;
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    if (i == kMostModesInWords) return text + " and " + std::to_string(modes.size() - i) + " more";
+    if (i == kMaxModesInWords) return text + " and " + std::to_string(modes.size() - i) + " more";
     text += (i == 0 ? "" : "; ") + mode_text(modes[i]);
   }
   return text;

@@ -61,8 +61,8 @@ void average_columns(const std::vector<float>& row, const std::vector<Footprint>
 
 bool fits_any_sensor(std::int64_t width_px, std::int64_t height_px) {
   // Each side first: their product could overflow.
-  return width_px <= kMostPicturePixels && height_px <= kMostPicturePixels &&
-         width_px * height_px <= kMostPicturePixels;
+  return width_px <= kMaxPicturePixels && height_px <= kMaxPicturePixels &&
+         width_px * height_px <= kMaxPicturePixels;
 }
 
 void check_picture_size(const std::filesystem::path& path, std::int64_t width_px, std::int64_t height_px) {

@@ -10,7 +10,7 @@
 
 namespace gelslam::detail {
 
-constexpr std::int64_t kMostPicturePixels = 64'000'000;  // eight times a GelSight Mini's raw image
+constexpr std::int64_t kMaxPicturePixels = 64'000'000;  // eight times a GelSight Mini's raw image
 
 /// False for what a decoder would take a long time or a lot of memory for: headers may claim any size.
 bool fits_any_sensor(std::int64_t width_px, std::int64_t height_px);

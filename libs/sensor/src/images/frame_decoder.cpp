@@ -11,7 +11,7 @@
 namespace gelslam {
 namespace {
 
-constexpr std::size_t kMostBytes = 512u << 20;
+constexpr std::size_t kMaxBytes = 512u << 20;
 constexpr const char* kGray = "a gray picture; slopes are read from the sensor's colors";
 
 std::string name_of(const RawFrame& frame) {
@@ -145,7 +145,7 @@ cv::Mat3b FrameDecoder::Impl::decode_plain(const RawFrame& frame, int bytes_per_
 cv::Mat3b FrameDecoder::Impl::decode_bytes(const RawFrame& frame) {
   damage = frame.damage;
   if (damage.empty() && frame.bytes.empty()) damage = "the frame is empty";
-  if (frame.bytes.size() > kMostBytes) damage = "the frame is larger than any picture of a touch sensor";
+  if (frame.bytes.size() > kMaxBytes) damage = "the frame is larger than any picture of a touch sensor";
   if (!damage.empty()) return {};
   switch (frame.encoding) {
     case FrameEncoding::jpeg:

@@ -107,7 +107,7 @@ bool VideoFile::Av::open_decoder() {
   const AVCodec* decoder = avcodec_find_decoder(stream->codecpar->codec_id);
   codec = avcodec_alloc_context3(decoder);
   if (decoder == nullptr || codec == nullptr) return false;
-  codec->max_pixels = kMostPicturePixels;
+  codec->max_pixels = kMaxPicturePixels;
   codec->thread_count = 0;  // as many as there are cores
   const AVCodecDescriptor* properties = avcodec_descriptor_get(stream->codecpar->codec_id);
   is_predicted = properties == nullptr || (properties->props & AV_CODEC_PROP_INTRA_ONLY) == 0;
@@ -146,7 +146,7 @@ bool VideoFile::Av::receive() {
   }
 }
 
-/// Of what receive() gave. A picture that is predicted from a damaged one is damaged as well.
+/// Judges what receive() gave. A picture that is predicted from a damaged one is damaged as well.
 bool VideoFile::Av::is_whole() {
   const bool whole = frame->data[0] != nullptr && (frame->flags & AV_FRAME_FLAG_CORRUPT) == 0 &&
                      frame->decode_error_flags == 0;

@@ -10,7 +10,7 @@ namespace gelslam {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kMostGapS = 30.0;  // a camera that is silent for 5 s ends its log
+constexpr double kMaxGapS = 30.0;  // a camera that is silent for 5 s ends its log
 
 class PacedSource final : public RawFrameSource {
  public:
@@ -23,7 +23,7 @@ class PacedSource final : public RawFrameSource {
     if (!frame) return std::nullopt;
     const double step_s = frame->time_s - last_s_.value_or(frame->time_s);
     last_s_ = frame->time_s;
-    if (std::abs(step_s) < kMostGapS) played_s_ += step_s;  // else a damaged time: nobody waits for it
+    if (std::abs(step_s) < kMaxGapS) played_s_ += step_s;  // else a damaged time: nobody waits for it
     if (!wait_until_due()) return std::nullopt;
     frame->arrived = Clock::now();
     return frame;

@@ -111,7 +111,7 @@ void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const Sl
   map.solution = std::move(calibrated->solution);
   map.slope_correction = calibrated->correction;
   map.surfaces_corrected = true;
-  slam::detail::share_out_corrections(tracked, map.edges, map.frames);
+  slam::detail::distribute_corrections(tracked, map.edges, map.frames);
 }
 
 }  // namespace

@@ -263,10 +263,10 @@ double dot(const Vector6d& a, const Vector6d& b) {
 
 /// The share of the link's motion that `motion` has made; smaller where it leads elsewhere.
 double share_of(const Vector6d& motion, const Link& link) {
-  constexpr double kLeastMotion2 = 0.1 * 0.1;  // below 0.1 mm the direction is noise
+  constexpr double kMinMotion2 = 0.1 * 0.1;  // below 0.1 mm the direction is noise
   const double along = dot(motion, link.motion), link2 = dot(link.motion, link.motion),
                motion2 = dot(motion, motion);
-  if (link2 < kLeastMotion2 || motion2 < kLeastMotion2) return 0.0;
+  if (link2 < kMinMotion2 || motion2 < kMinMotion2) return 0.0;
   const double alike = along * along / (link2 * motion2);
   return std::clamp(alike * along / link2, 0.0, 1.0);
 }
@@ -323,8 +323,8 @@ std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGra
   return map;
 }
 
-void share_out_corrections(const std::vector<PoseGraphEdge>& measured,
-                           const std::vector<PoseGraphEdge>& corrected, std::vector<FrameRecord>& frames) {
+void distribute_corrections(const std::vector<PoseGraphEdge>& measured,
+                            const std::vector<PoseGraphEdge>& corrected, std::vector<FrameRecord>& frames) {
   std::map<std::pair<int, int>, const PoseGraphEdge*> links;
   for (const PoseGraphEdge& edge : corrected)
     if (edge.kind == EdgeKind::odometry) links[{edge.from, edge.to}] = &edge;

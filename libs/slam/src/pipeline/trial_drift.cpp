@@ -13,7 +13,7 @@ namespace {
 
 UncertainMotion uncertain_motion(const KeyframeLink& link) {
   UncertainMotion motion = uncertain_motion(odometry_edge(link, -1));
-  motion.by_hanging = link.hanging_pull;
+  motion.by_membrane_bias = link.membrane_bias;
   return motion;
 }
 

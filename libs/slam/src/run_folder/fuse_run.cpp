@@ -59,7 +59,7 @@ void check_readable(const FuseRequest& request, bool any_keyframe, const std::ve
     throw Error((request.run / "session").string() + ": holds no keyframe to fuse" +
                 (why.empty() ? "" : ": " + why));
   if (request.output.empty() && !why.empty() && fs::exists(request.run / "mesh.ply"))
-    throw Error(why + "; the mesh stays as it is: give --output FOLDER for one of the rest");
+    throw Error(why + "; the mesh stays as it is: name a folder for a mesh of the rest");
 }
 
 /// What this writes into: the run itself, locked, or another folder.

@@ -48,13 +48,13 @@ bool can_be_corrected_together(const std::vector<ScanRecord>& records) {
 
 /// Another pitch means another number of pixels: at most 16 times as many, and no more than files may have.
 void check_resolution(const fs::path& run, const ScanRecord& record, double pixel_pitch_mm) {
-  constexpr double kMostRatio = 4;
+  constexpr double kMaxRatio = 4;
   for (const auto& keyframe : record.keyframes) {
     if (!keyframe) continue;
     const double ratio = keyframe->surface.pixel_pitch_mm() / pixel_pitch_mm;
     const cv::Size size(cvRound(keyframe->surface.size().width * ratio),
                         cvRound(keyframe->surface.size().height * ratio));
-    if (ratio > kMostRatio || ratio < 1 / kMostRatio || !is_possible_picture(size, pixel_pitch_mm))
+    if (ratio > kMaxRatio || ratio < 1 / kMaxRatio || !is_possible_picture(size, pixel_pitch_mm))
       throw Error(run.string() + ": was scanned at " + short_number(keyframe->surface.pixel_pitch_mm()) +
                   " mm per pixel, too different from the first run's " + short_number(pixel_pitch_mm) +
                   " to be merged with it");

@@ -72,7 +72,7 @@ class ScanReader {
   bool is_scan() const { return version_ || !record_.parts.empty() || !record_.keyframes.empty(); }
   std::optional<int> version() const { return version_; }  ///< none where its line is damaged
 
-  /// Leaves out what hangs on keyframes that are not there.
+  /// Leaves out what is linked to keyframes that are not there.
   ScanRecord finish(int damaged_lines) {
     for (auto& [id, edges] : edges_)
       for (PoseGraphEdge& edge : edges)

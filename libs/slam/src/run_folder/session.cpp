@@ -96,7 +96,7 @@ SavedMap map_from(const Json& json) {
   return map;
 }
 
-/// Of this version: `text` is the whole file.
+/// Reads a session of this version: `text` is the whole file.
 SavedMap checked_map(const std::string& text) {
   const std::optional<Json> json = without_damage(text);
   if (!json) throw Error("damaged: its checksum does not match");

@@ -26,7 +26,7 @@ namespace gelslam {
 namespace slam::detail {
 
 constexpr std::size_t kQueuedLines = 256;  // ten seconds of frames
-constexpr std::size_t kMostReaders = 64;
+constexpr std::size_t kMaxReaders = 64;
 constexpr auto kTimeToFinish = std::chrono::seconds(1);
 constexpr auto kNoDescriptor = std::chrono::milliseconds(100);  // until a reader is accepted after EMFILE
 
@@ -73,7 +73,7 @@ struct StreamReader {
   }
 
   /// What readers say is not listened to, only that they end.
-  void hear() {
+  void detect_close() {
     char ignored[256];
     const ssize_t count = ::recv(fd(), ignored, sizeof ignored, MSG_DONTWAIT);
     if (count == 0) listens_only = true;
@@ -122,7 +122,7 @@ void StreamServer::Impl::accept_reader() {
   const int yes = 1;
   ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   const std::lock_guard lock(mutex);
-  if (readers.size() >= kMostReaders) return;
+  if (readers.size() >= kMaxReaders) return;
   StreamReader& reader = readers.emplace_back();
   reader.socket = std::move(socket);
   for (const auto& [key, line] : kept) reader.queue.push_back(line);
@@ -158,7 +158,7 @@ void StreamServer::Impl::wait_for_work() {
   for (StreamReader& reader : readers) {
     const short events = files[k++].revents;
     if ((events & (POLLERR | POLLHUP | POLLNVAL)) != 0) reader.gone = true;
-    if ((events & POLLIN) != 0) reader.hear();
+    if ((events & POLLIN) != 0) reader.detect_close();
     if ((events & POLLOUT) != 0 && !reader.gone) reader.send_on();
     if (reader.failed) output_failed = true;
   }

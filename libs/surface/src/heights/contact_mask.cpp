@@ -15,11 +15,11 @@ namespace {
 // A touch is this share of the deepest place deep; of one deeper than 0.8 mm the membrane rim alone is deeper
 // than 0.2 mm.
 constexpr double kDepthShare = 0.3, kDeepShare = 0.25;
-constexpr double kLeastLimitMm = 0.015;  // what the network's own noise integrates to
+constexpr double kMinLimitMm = 0.015;  // what the network's own noise integrates to
 constexpr float kScattersAboveGel = 4.0F;
-constexpr double kLeastColorLevels = 4.0;  // noise of a block mean stays below
-constexpr int kStretchPx = 32;             // looked at together
-constexpr int kFewPixels = 50;             // a depth that fewer pixels reach is noise
+constexpr double kMinColorLevels = 4.0;  // noise of a block mean stays below
+constexpr int kStretchPx = 32;           // looked at together
+constexpr int kFewPixels = 50;           // a depth that fewer pixels reach is noise
 constexpr double kBlurSigmaBlocks = 1.2;
 constexpr int kBlurRadiusBlocks = 2;
 constexpr double kPressedShare = 0.5;  // of the depth; a membrane rim has 0, a flat face 1
@@ -96,7 +96,7 @@ ContactDetector::ContactDetector(cv::Size size, const ContactRule& rule)
     : rule_(rule), half_gap_px_(size.height / 48), gap_(square(2 * half_gap_px_ + 1)) {}
 
 double ContactDetector::depth_limit_mm(const cv::Mat1f& height_mm, float scatter_mm) {
-  const double floor_mm = std::max(kLeastLimitMm, static_cast<double>(kScattersAboveGel * scatter_mm));
+  const double floor_mm = std::max(kMinLimitMm, static_cast<double>(kScattersAboveGel * scatter_mm));
   // Holds the deepest pixels seen so far; `bound` is the least deep of them once they are enough.
   constexpr std::size_t room = 1024, kept = kFewPixels + 1;
   scratch_.clear();
@@ -194,7 +194,7 @@ void ContactDetector::detect(const cv::Mat1f& height_mm, double pixel_pitch_mm, 
     cv::morphologyEx(inside, inside, cv::MORPH_OPEN, scaled(half_gap_px_));
     cv::erode(inside, inside, scaled(half_gap_px_ / 2));
   }
-  keep_colored_pieces(block_difference, std::max(kLeastColorLevels, rule_.color_dist_threshold * deep),
+  keep_colored_pieces(block_difference, std::max(kMinColorLevels, rule_.color_dist_threshold * deep),
                       contact);
 }
 

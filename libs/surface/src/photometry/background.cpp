@@ -24,7 +24,7 @@ using namespace surface::detail;
 // contact of 500 pixels covers 30.
 constexpr float kMovingLevels = 3.0F;
 constexpr float kMotionQuartiles = 7.0F;
-constexpr int kLeastMovingBlocks = 25;
+constexpr int kMinMovingBlocks = 25;
 
 constexpr double kSettledGainError = 0.01;  // lamps flicker by less
 
@@ -65,7 +65,7 @@ int differing_percent(const cv::Mat3f& blocks, const cv::Mat3f& reference_blocks
   }
   const float limit = std::max(least_levels, kMotionQuartiles * percentile(length, 0.25));
   const int count = cv::countNonZero(length > limit);
-  return count < kLeastMovingBlocks ? 0 : std::max(1, 100 * count / static_cast<int>(length.total()));
+  return count < kMinMovingBlocks ? 0 : std::max(1, 100 * count / static_cast<int>(length.total()));
 }
 
 std::string find_motion(const std::vector<cv::Mat3b>& frames, const cv::Mat3b& mean) {

@@ -18,7 +18,7 @@ using surface::detail::GradientMap;
 
 // Real backgrounds: means of 93 to 122 gray levels, brightest percentile at most 196.
 constexpr double kDarkLevel = 45.0;
-constexpr double kLeastColor = 10.0;  // mean of largest minus smallest channel; real ones 40 to 70
+constexpr double kMinColor = 10.0;  // mean of largest minus smallest channel; real ones 40 to 70
 // Color against its surroundings: less than 0.1 % of a clean gel, even one with a speck, differ this much;
 // eight stains of 5 to 10 pixels 1.3 % or more.
 constexpr double kStainLevels = 10.0;
@@ -167,7 +167,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
         fmt::format("{:.1f} % of the picture is saturated: shorten the exposure; slopes cannot be read there",
                     100 * saturated));
   }
-  if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < kLeastColor) {
+  if (cv::mean(range.most)[0] - cv::mean(range.least)[0] < kMinColor) {
     // The other judgements need color.
     doubts.push_back("the picture has no color, from which slopes are read: is it the right camera?");
     return doubts;

@@ -10,13 +10,13 @@
 namespace gelslam::surface::detail {
 namespace {
 
-constexpr float kLeastChangeLevels = 0.8F;
+constexpr float kMinChangeLevels = 0.8F;
 // The lower quartile of the averaged difference lies in the untouched gel even when most of the gel is
 // touched. For Gaussian noise in three channels it is 1.1 sigma; 4.5 of it (5 sigma) leaves one block in 10^4
 // of pure noise.
 constexpr float kQuartilesAboveNoise = 4.5F;
 // Six times a camera's noise. A quartile beyond it is no noise, but a texture that covers the whole gel.
-constexpr float kMostNoiseLevels = 2.2F;
+constexpr float kMaxNoiseLevels = 2.2F;
 constexpr int kMarginBlocks = 2;
 
 GELSLAM_CLONES void add_row(const unsigned char* pixels, int channels, unsigned short* sums) {
@@ -102,16 +102,16 @@ void ChangeDetector::detect(const cv::Mat3f& difference, cv::Mat1b& changed_bloc
 }
 
 float ChangeDetector::threshold_levels() {
-  // With little noise the threshold is kLeastChangeLevels. Counting quiet blocks shows that ten times faster
+  // With little noise the threshold is kMinChangeLevels. Counting quiet blocks shows that ten times faster
   // than selecting the quartile.
-  constexpr float kQuiet = kLeastChangeLevels / kQuartilesAboveNoise;
+  constexpr float kQuiet = kMinChangeLevels / kQuartilesAboveNoise;
   const float* const squared = squared_.ptr<float>();
   const float* const end = squared + squared_.total();
   const auto quiet = std::count_if(squared, end, [](float value) { return value < kQuiet * kQuiet; });
-  if (4 * quiet > end - squared + 3) return kLeastChangeLevels;
+  if (4 * quiet > end - squared + 3) return kMinChangeLevels;
   scratch_.assign(squared, end);
   const float quartile = std::sqrt(quantile_in_place(scratch_, 0.25));
-  return std::max(kLeastChangeLevels, kQuartilesAboveNoise * std::min(quartile, kMostNoiseLevels));
+  return std::max(kMinChangeLevels, kQuartilesAboveNoise * std::min(quartile, kMaxNoiseLevels));
 }
 
 }  // namespace gelslam::surface::detail

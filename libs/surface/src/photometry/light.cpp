@@ -20,15 +20,15 @@ constexpr double kAgreeLevels = 3.0;
 constexpr double kLeaningLevels = 0.1;
 // Of a term's variance over the gel: one that differs by less from those before it cannot be told from them
 // (noise of the background's blocks is that share of how its brightness varies).
-constexpr double kLeastOwnShare = 1e-3;
-constexpr double kLeastShare = 0.1;  // of all blocks, to believe in a light; twice as many in an uneven one
+constexpr double kMinOwnShare = 1e-3;
+constexpr double kMinShare = 0.1;  // of all blocks, to believe in a light; twice as many in an uneven one
 constexpr double kExplainedShare = 0.6;  // of the blocks not excluded: no need to look for more
 // A contact that covers half of the gel must not look like a change of light.
 constexpr double kClearlyMore = 1.3;
 constexpr double kWidening = 8;  // of the kernel at first where the light changed suddenly
-constexpr int kMostFits = 3;
+constexpr int kMaxFits = 3;
 // A lamp weaker than this does not tell slopes; a gain larger than its inverse does not come from lamps.
-constexpr double kLeastGain = 0.25;
+constexpr double kMinGain = 0.25;
 
 /// From -1 to 1 over the picture.
 double unit_place(int index, int count) { return count < 2 ? 0.0 : 2.0 * index / (count - 1) - 1.0; }
@@ -70,7 +70,7 @@ double row_gain_at(const std::vector<double>& rows, double y) {
 
 template <typename Pixel>
 void convert(const Light& light, const cv::Mat_<Pixel>& from, cv::Mat_<Pixel>& to) {
-  constexpr auto least_gain = static_cast<float>(kLeastGain / 2);
+  constexpr auto least_gain = static_cast<float>(kMinGain / 2);
   to.create(from.size());
   for (int v = 0; v < from.rows; ++v) {
     const double y = unit_place(v, from.rows);
@@ -161,7 +161,7 @@ std::array<Light::Coefficients, 3> shrunk_solution(const std::array<Moments, 3>&
         double own = whole;
         for (std::size_t k = 0; k < j; ++k) own -= factor[i][k] * factor[j][k];
         if (j == i) {
-          factor[i][i] = own > kLeastOwnShare * whole ? std::sqrt(own) : 0.0;
+          factor[i][i] = own > kMinOwnShare * whole ? std::sqrt(own) : 0.0;
         } else if (factor[j][j] > 0.0) {
           factor[i][j] = own / factor[j][j];
           levels -= factor[i][j] * solutions[c][j];
@@ -254,13 +254,13 @@ bool LightTracker::regress(Light& light, std::span<const std::size_t> order) con
   light.channels = shrunk_solution(moments, order);
   return std::all_of(light.channels.begin(), light.channels.end(), [](Light::Coefficients& channel) {
     channel[0] += 1.0;
-    return channel[0] > kLeastGain && channel[0] < 1 / kLeastGain;
+    return channel[0] > kMinGain && channel[0] < 1 / kMinGain;
   });
 }
 
 /// Fitted again and again while the kernel narrows. Agrees with no block where too few are left.
 LightTracker::Fit LightTracker::fit(Light light, std::span<const std::size_t> order, double widening) {
-  const double least_share = order.size() == 2 && light.row_gain.empty() ? kLeastShare : 2 * kLeastShare;
+  const double least_share = order.size() == 2 && light.row_gain.empty() ? kMinShare : 2 * kMinShare;
   const int enough = static_cast<int>(least_share * static_cast<double>(blocks_.total()));
   const bool has_rows = !light.row_gain.empty();
   int before = 0;
@@ -268,7 +268,7 @@ LightTracker::Fit LightTracker::fit(Light light, std::span<const std::size_t> or
     const int agree = weigh(light, widening * kAgreeLevels);
     if (agree < enough) return {};
     if (widening == 1.0) {
-      if (fits++ == kMostFits || agree == before) return {light, agree};
+      if (fits++ == kMaxFits || agree == before) return {light, agree};
       before = agree;
     }
     if (!regress(light, order)) return {};
@@ -292,7 +292,7 @@ Light LightTracker::median_gains() const {
     }
     if (ratios.empty()) return {};
     light.channels[c][0] =
-        std::clamp(static_cast<double>(quantile_in_place(ratios, 0.5)), kLeastGain, 1 / kLeastGain);
+        std::clamp(static_cast<double>(quantile_in_place(ratios, 0.5)), kMinGain, 1 / kMinGain);
   }
   return light;
 }
@@ -314,8 +314,8 @@ std::vector<double> LightTracker::median_rows(const Light& light) const {
       ratios.push_back(seen / std::max(expected, 1.0));
     }
     const double above = gains.empty() ? 1.0 : gains.back();
-    const bool is_seen = static_cast<double>(ratios.size()) >= kLeastShare * blocks_.cols;
-    gains.push_back(is_seen ? std::clamp(quantile_in_place(ratios, 0.5), kLeastGain, 1 / kLeastGain) : above);
+    const bool is_seen = static_cast<double>(ratios.size()) >= kMinShare * blocks_.cols;
+    gains.push_back(is_seen ? std::clamp(quantile_in_place(ratios, 0.5), kMinGain, 1 / kMinGain) : above);
   }
   return gains;
 }
@@ -343,7 +343,7 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   const int total = static_cast<int>(blocks.total());
   int bare = touched.empty() ? total : total - cv::countNonZero(touched);
   // Light that was not followed looks like contact all over.
-  const bool is_believable = bare >= kLeastShare * total;
+  const bool is_believable = bare >= kMinShare * total;
   if (!is_believable) bare = total;
   blocks_ = blocks;
   excluded_ = is_believable && !touched.empty() ? touched : none_;

@@ -16,13 +16,13 @@ namespace {
 // Ink takes a third of the light and more; clean gels of four sensors are nowhere 13 % darker than their
 // surroundings.
 constexpr double kDarkLog = -0.2;
-constexpr std::size_t kLeastDots = 9;
+constexpr std::size_t kMinDots = 9;
 // Sizes are those of a 320 pixel wide picture.
 constexpr double kSurroundingsPx = 12.0;  // from a quarter to twice of it is a dot's diameter
 // Median distance from the median, as a share of it: below 0.1 for printed grids, about 0.4 for specks of
 // dirt.
-constexpr double kMostSpread = 0.2;
-constexpr double kMostCovered = 0.4;  // beyond it the gaps are narrower than the dots
+constexpr double kMaxSpread = 0.2;
+constexpr double kMaxCovered = 0.4;  // beyond it the gaps are narrower than the dots
 
 struct Dot {
   double u_px = 0.0, v_px = 0.0, diameter_px = 0.0;
@@ -92,20 +92,20 @@ std::string MarkerDots::sentence() const {
                      count, spacing_px);
 }
 
-bool MarkerDots::are_readable() const { return covered_share <= kMostCovered; }
+bool MarkerDots::are_readable() const { return covered_share <= kMaxCovered; }
 
 std::optional<MarkerDots> find_marker_dots(const cv::Mat3b& background) {
   const cv::Mat1b dark = dark_places(background);
   const std::vector<Dot> dots = find_dots(background, dark);
-  if (dots.size() < kLeastDots) return std::nullopt;
+  if (dots.size() < kMinDots) return std::nullopt;
   std::vector<double> distances, diameters;
   for (std::size_t k = 0; k < dots.size(); ++k) {
     distances.push_back(distance_to_nearest(dots, k));
     diameters.push_back(dots[k].diameter_px);
   }
   MarkerDots markers{static_cast<int>(dots.size()), median(distances), median(diameters)};
-  if (spread_of(distances, markers.spacing_px) > kMostSpread ||
-      spread_of(diameters, markers.diameter_px) > kMostSpread)
+  if (spread_of(distances, markers.spacing_px) > kMaxSpread ||
+      spread_of(diameters, markers.diameter_px) > kMaxSpread)
     return std::nullopt;
   surface::detail::spread_spots(dark, markers.mask);
   markers.covered_share =

@@ -25,7 +25,7 @@ constexpr double kInkShare = 0.65;  // of a gel with markers; real presses leave
 constexpr int kSpreadPx = 3;
 constexpr int kSmoothRounds = 20;  // over a dot of ten pixels' radius
 // No slope brightens all colors by more: it takes from one what it gives to another. Real presses reach 30.
-constexpr int kMostBrighter = 35;
+constexpr int kMaxBrighter = 35;
 constexpr double kUnlitLevel = 10;  // dark pixels in unlit regions carry no information
 constexpr int kOtherLightIn = 8;    // more than one in 8 pixels dark, or bright: the light changed
 
@@ -59,7 +59,7 @@ bool may_be_bright(const unsigned char* value, const unsigned char* above, int i
 }
 bool is_bright(const cv::Vec3b& color, const cv::Vec3b& background, const cv::Vec3f& gain) {
   for (int c = 0; c < 3; ++c)
-    if (color[c] <= gain[c] * background[c] + kMostBrighter) return false;
+    if (color[c] <= gain[c] * background[c] + kMaxBrighter) return false;
   return true;
 }
 bool is_full(const unsigned char* value, int i) {
@@ -90,7 +90,7 @@ PixelRepair::PixelRepair(const cv::Mat3b& background) {
   const auto markers = find_marker_dots(background_);
   if (markers) fill_background(markers->mask);
   background_.convertTo(dark_below_, CV_8U, markers ? kInkShare : kDarkShare);
-  cv::add(background_, cv::Scalar::all(kMostBrighter), bright_above_);
+  cv::add(background_, cv::Scalar::all(kMaxBrighter), bright_above_);
   for (cv::Vec3b& dark : dark_below_) {
     const bool is_lit = *std::min_element(dark.val, dark.val + 3) >= kUnlitLevel;
     dark = is_lit ? dark + cv::Vec3b::all(1) : cv::Vec3b();

@@ -10,8 +10,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostDepth = 4;
-constexpr std::size_t kMostEntries = 20000;  ///< that are looked at: about a second on a cold disk
+constexpr int kMaxDepth = 4;
+constexpr std::size_t kMaxEntries = 20000;  ///< that are looked at: about a second on a cold disk
 
 bool is_hidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
@@ -39,10 +39,10 @@ std::vector<Viewable> find_viewable(const fs::path& folder) {
   std::error_code code;
   std::size_t seen = 0;
   fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, code);
-  for (const fs::recursive_directory_iterator end; !code && entry != end && ++seen < kMostEntries;
+  for (const fs::recursive_directory_iterator end; !code && entry != end && ++seen < kMaxEntries;
        entry.increment(code)) {
     std::optional<Viewable> here = is_hidden(entry->path()) ? std::nullopt : viewable(*entry);
-    if (here || is_hidden(entry->path()) || entry.depth() >= kMostDepth) entry.disable_recursion_pending();
+    if (here || is_hidden(entry->path()) || entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
     if (here) found.push_back(std::move(*here));
   }
   std::sort(found.begin(), found.end(), [](const Viewable& a, const Viewable& b) {

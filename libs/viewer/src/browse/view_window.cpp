@@ -18,7 +18,7 @@ std::vector<ActionRow> view_rows(bool has_time) {
   using enum Action;
   std::vector<ActionRow> rows;
   if (has_time)
-    rows = {{play, "space", "Space", "Play", 0, 1, "Play, rest"},
+    rows = {{play, "space", "Space", "Play", 0, 1, "Play, pause"},
             {step_back, "left", "Left", "", 0, 0, "One keyframe back"},
             {step_on, "right", "Right", "", 0, 0, "One keyframe on"},
             common_row(trajectory),
@@ -61,7 +61,7 @@ void ViewControls::act(Action action, double now_s) {
 }
 
 ButtonLook ViewControls::button(const ActionRow& row) const {
-  if (row.action == Action::play && plays_) return {true, "Rest", theme::kBlue};
+  if (row.action == Action::play && plays_) return {true, "Pause", theme::kBlue};
   return SceneControls::button(row);
 }
 

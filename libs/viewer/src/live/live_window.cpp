@@ -12,7 +12,7 @@ namespace {
 constexpr double kFiguresIntervalS = 0.5;  ///< of what costs more than a glance: stage times, disk
 constexpr double kSideWidth = 298;         // design pixels
 /// Below this the view needs the whole window.
-constexpr double kLeastViewWidth = 480, kLeastSideHeight = 420, kLeastBarWidth = 300;
+constexpr double kMinViewWidth = 480, kMinSideHeight = 420, kMinBarWidth = 300;
 
 std::filesystem::path existing_parent(std::filesystem::path folder) {
   std::error_code code;
@@ -103,11 +103,11 @@ Layout lay_out(const Ui& ui, bool shows_panels) {
   Layout boxes{window, {}, {}};
   if (!shows_panels) return boxes;
   const float bar = ui.px(kBarHeight), side = ui.px(kSideWidth);
-  if (window.width >= ui.px(kLeastBarWidth) && window.height >= 3 * bar) {
+  if (window.width >= ui.px(kMinBarWidth) && window.height >= 3 * bar) {
     boxes.view.height -= bar;
     boxes.bar = {0, boxes.view.height, window.width, bar};
   }
-  if (window.width >= ui.px(kSideWidth + kLeastViewWidth) && boxes.view.height >= ui.px(kLeastSideHeight)) {
+  if (window.width >= ui.px(kSideWidth + kMinViewWidth) && boxes.view.height >= ui.px(kMinSideHeight)) {
     boxes.view.width -= side;
     boxes.side = {boxes.view.width, 0, side, boxes.view.height};
   }

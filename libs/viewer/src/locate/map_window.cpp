@@ -12,7 +12,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr std::size_t kMostRows = 8;    ///< of the table of places
+constexpr std::size_t kMaxRows = 8;     ///< of the table of places
 constexpr double kGhostOpacity = 0.75;  ///< of the most probable of several places
 const Eigen::Vector3f kMapGray(0.30F, 0.31F, 0.33F);
 
@@ -181,7 +181,7 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
   ui.begin_panel("##side", side, 14);
   ui.row(Face::small, map_.name, duration_text(touch_ ? touch_->place.tracked.time_s : 0));
   ui.gap(8);
-  const std::size_t rows = std::min(places().size(), kMostRows);
+  const std::size_t rows = std::min(places().size(), kMaxRows);
   const float row = ui.height_of(Face::body) + ui.px(11);
   const float table = static_cast<float>(rows + 2) * row;
   const float each = 0.5F * (ui.room().height - table - ui.px(22));

@@ -22,7 +22,7 @@ using Eigen::Vector3f;
 using Clock = std::chrono::steady_clock;
 
 /// What levels of detail and new colors may take: a part of a frame's time, within limits.
-constexpr double kBudgetShare = 0.4, kLeastBudgetMs = 3, kMostBudgetMs = 100;
+constexpr double kBudgetShare = 0.4, kMinBudgetMs = 3, kMaxBudgetMs = 100;
 constexpr double kUnlimitedMs = std::numeric_limits<double>::infinity();
 constexpr std::size_t kTrianglesForGpu = 1'500'000, kTrianglesForProcessor = 200'000;
 constexpr std::size_t kTrianglesPerPiece = 2000;
@@ -31,7 +31,7 @@ constexpr std::size_t kOutlinePoints = 5000;
 constexpr int kMatcapSidePx = 256;
 constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so much off before it hides it
 constexpr float kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
-constexpr float kLeastCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
+constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 
 /// Colors that come from a number put into each vertex for them.
 bool is_by_value(SceneColor color) { return color == SceneColor::keyframe || color == SceneColor::distance; }
@@ -77,7 +77,7 @@ struct Scene::Impl {
   }
 
   double budget_ms() const {
-    return std::clamp(kBudgetShare * ms_since(last_draw), kLeastBudgetMs, kMostBudgetMs);
+    return std::clamp(kBudgetShare * ms_since(last_draw), kMinBudgetMs, kMaxBudgetMs);
   }
 
   /// Where the touch is drawn: the place first that its mesh was made for.
@@ -183,7 +183,7 @@ struct Scene::Impl {
     mesh_program.set("range_min", low);
     mesh_program.set("range_max", high);
     mesh_program.set("clay", style.plain_rgb);
-    mesh_program.set("curvature_gain", 1.0F / std::max(mesh.typical_curvature(), kLeastCurvature));
+    mesh_program.set("curvature_gain", 1.0F / std::max(mesh.typical_curvature(), kMinCurvature));
     mesh_program.set("color_map", 0);
     mesh_program.set("matcap", 1);
     glActiveTexture(GL_TEXTURE1);

@@ -23,8 +23,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kFirstVertices = 1 << 15, kFirstIndices = 1 << 18;
 /// A cell must span this many edges for a level to be worth its memory.
-constexpr float kLeastEdgesPerCell = 1.5F;
-constexpr int kMostDoublings = 6;
+constexpr float kMinEdgesPerCell = 1.5F;
+constexpr int kMaxDoublings = 6;
 
 /// Whether all of a box is outside one of the view's planes (Gribb & Hartmann: rows of the matrix).
 bool is_outside(const Matrix4f& clip_T_map, const AlignedBox3f& box) {
@@ -41,10 +41,10 @@ bool is_outside(const Matrix4f& clip_T_map, const AlignedBox3f& box) {
 
 /// The coarsest level whose cells are not larger than `cell_mm`, or nothing when full detail is due.
 std::optional<int> level_for(const DrawableMesh& mesh, float cell_mm) {
-  if (!(cell_mm >= kLeastEdgesPerCell * mesh.edge_mm) || mesh.edge_mm <= 0) return std::nullopt;
+  if (!(cell_mm >= kMinEdgesPerCell * mesh.edge_mm) || mesh.edge_mm <= 0) return std::nullopt;
   const float coarsest = std::max(mesh.box_mm.sizes().maxCoeff(), mesh.edge_mm);
   const int level = static_cast<int>(std::floor(std::log2(std::min(cell_mm, coarsest))));
-  if (std::ldexp(1.0F, level) < kLeastEdgesPerCell * mesh.edge_mm) return std::nullopt;
+  if (std::ldexp(1.0F, level) < kMinEdgesPerCell * mesh.edge_mm) return std::nullopt;
   return level;
 }
 
@@ -204,7 +204,7 @@ std::size_t SceneMesh::expected_triangles(const Wanted& wanted) {
 }
 
 void SceneMesh::choose_levels(std::vector<Wanted>& wanted, float detail_px, std::size_t max_triangles) {
-  for (int doubling = 0; doubling < kMostDoublings; ++doubling) {
+  for (int doubling = 0; doubling < kMaxDoublings; ++doubling) {
     std::size_t total = 0;
     for (Wanted& w : wanted) {
       w.level = level_for(w.block->mesh, std::ldexp(detail_px, doubling) * w.mm_per_px);

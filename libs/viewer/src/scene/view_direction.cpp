@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr int kDirections = 200;
-constexpr std::size_t kMostTriangles = 20000;
+constexpr std::size_t kMaxTriangles = 20000;
 constexpr float kTurnRad = 0.22F, kTiltRad = 0.28F;
 
 /// Normals times area, and moments of the area, of some thousand triangles.
@@ -29,7 +29,7 @@ struct Area {
 Area sample_area(const Mesh& mesh) {
   Area area;
   const auto count = static_cast<int>(mesh.vertices_mm.size());
-  const std::size_t step = 1 + mesh.triangles.size() / kMostTriangles;
+  const std::size_t step = 1 + mesh.triangles.size() / kMaxTriangles;
   for (std::size_t i = 0; i < mesh.triangles.size(); i += step) {
     const Eigen::Vector3i& t = mesh.triangles[i];
     if (t.minCoeff() < 0 || t.maxCoeff() >= count) continue;
@@ -47,7 +47,7 @@ Area sample_area(const Mesh& mesh) {
   return area;
 }
 
-/// Of evenly spread directions the one from which most of the outside is seen; of near ones that of the first
+/// The one of evenly spread directions from which most of the outside is seen; of near ones that of the first
 /// touch.
 Vector3d broadest_side(const Area& area) {
   Vector3d best = -Vector3d::UnitZ();

@@ -226,7 +226,7 @@ ButtonLook SceneControls::button(const ActionRow& row) const {
 std::vector<std::pair<std::string, std::string>> SceneControls::mouse_help() const {
   return {{"Left drag", "Turn"},
           {"Right drag", "Move"},
-          {"Wheel", "Nearer, further"},
+          {"Wheel", "Zoom"},
           {"Double click", "Turn about this place"}};
 }
 

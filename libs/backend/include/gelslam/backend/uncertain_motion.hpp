@@ -39,18 +39,18 @@ PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_m
                                             const PoseGraphOptions& options, double sigma);
 
 /// A measured motion, with what is not known of it: its noise, and two causes common to all measurements, the
-/// gradient scale and hanging gel.
+/// gradient scale and membrane bias.
 struct UncertainMotion {
   Pose from_T_to = Pose::Identity();
   Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation (rad, mm)
   /// How the measurement changes when the gradient scale is corrected (motion_by_gradient_scale()). The
   /// correction is common to all measurements.
   MotionByScale by_scale = MotionByScale::Zero();
-  /// One standard deviation of what hanging gel pretends, common to all measurements: what pressing deeper
+  /// One standard deviation of the membrane bias, common to all measurements: what pressing deeper
   /// adds, less depth takes away.
-  Vector6d by_hanging = Vector6d::Zero();
+  Vector6d by_membrane_bias = Vector6d::Zero();
 
-  /// Noise, gradient scale and hanging gel together; the scale is known to `gradient_scale_sigma`.
+  /// Noise, gradient scale and membrane bias together; the scale is known to `gradient_scale_sigma`.
   Matrix6d total_covariance(double gradient_scale_sigma) const;
 };
 

@@ -26,10 +26,10 @@ struct PatternWave {
 std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& background, double period_px);
 
 /// A configured pitch that is further off makes slopes and sizes wrong by as much: worth changing.
-inline constexpr double kMostPitchError = 0.01;
+inline constexpr double kMaxPitchError = 0.01;
 /// Pixels further from square need stretched pictures; up to there x and y are each within most_pitch_error
 /// of one pitch between them.
-inline constexpr double kMostUnsquare = 2.0 * kMostPitchError;
+inline constexpr double kMaxUnsquare = 2.0 * kMaxPitchError;
 
 /// The one verdict on squareness, by whatever it was measured: within most_unsquare, or not to be told from
 /// it.

@@ -30,7 +30,7 @@ struct CalibrationPress {
 };
 
 /// Files of a press: its label, or in its place the same of a press that a person has left out.
-inline constexpr std::size_t kMostPresses = 2'000;  ///< that a folder may hold
+inline constexpr std::size_t kMaxPresses = 2'000;  ///< that a folder may hold
 inline constexpr const char *kLabelFile = "label.npz", *kLeftOutFile = "left_out.npz";
 
 /// A calibration folder of the public layout: catalog.csv (experiment_reldir,diameter(mm)), background.png,

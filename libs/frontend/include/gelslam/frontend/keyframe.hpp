@@ -19,17 +19,17 @@ struct Keyframe {
   StoredReference reference;
 };
 
-/// How a keyframe hangs on an earlier one of the same trial: that which it was registered to.
+/// How a keyframe is linked to an earlier one of the same trial: that which it was registered to.
 struct KeyframeLink {
   std::shared_ptr<const Keyframe> previous;  ///< null at the start of a trial
   Pose previous_T_this = Pose::Identity();
   Matrix6d information = Matrix6d::Zero();  ///< of the right perturbation of previous_T_this
   /// of what both show, in this keyframe's frame
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  Vector6d hanging_pull = Vector6d::Zero();  ///< RegistrationResult::hanging_pull, of previous_T_this
+  Vector6d membrane_bias = Vector6d::Zero();  ///< RegistrationResult::membrane_bias, of previous_T_this
 };
 
-/// How a frame hangs on the keyframe it was registered to.
+/// How a frame is linked to the keyframe it was registered to.
 KeyframeLink link_to(const std::shared_ptr<const Keyframe>& keyframe, const RegistrationResult& registration);
 
 /// The keyframes that a map knows around one of them, of any trial.

@@ -53,7 +53,7 @@ struct TrackedFrame {
   /// some time ago that alone showed a part of the object before the motion turned back (no frame refers to
   /// that).
   std::vector<NewKeyframe> new_keyframes;
-  /// Where a known keyframe takes over: how this frame hangs on the one that was left.
+  /// Where a known keyframe takes over: how this frame is linked to the one that was left.
   std::optional<KeyframeLink> left;
 };
 
@@ -152,8 +152,8 @@ class Tracker {
   void begin_trial(TrackedFrame& result, const Seen& first,
                    std::shared_ptr<const PreparedReference> reference);
   void end_trial(TrackedFrame& result);
-  bool is_outgrown(const NormalFlowReference& keyframe, const RegistrationResult& registration,
-                   const Surface& surface) const;
+  bool needs_new_keyframe(const NormalFlowReference& keyframe, const RegistrationResult& registration,
+                          const Surface& surface) const;
   const Known* most_overlapping(const Surface& surface, const Pose& trial_T_frame) const;
   bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch);
   std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, SurfacePtr surface);

@@ -32,9 +32,9 @@ struct RegistrationResult {
   /// Inverse covariance (rad, mm) of the right perturbation: true = target_T_reference * exp(noise); order rx
   /// ry rz tx ty tz, axes of the reference frame. Small along directions that the surface does not show.
   Matrix6d information = Matrix6d::Zero();
-  /// The motion that hanging gel pretends where one touch is deeper than the other: one standard deviation,
+  /// The motion of the membrane bias where one touch is deeper than the other: one standard deviation,
   /// as right perturbation. What share of the slopes hangs is common to all registrations.
-  Vector6d hanging_pull = Vector6d::Zero();
+  Vector6d membrane_bias = Vector6d::Zero();
   double scr = 0.0;  ///< shared curvature ratio, 0..1
   double ccs = 0.0;  ///< curvature cosine similarity, -1..1
   /// Correlation of the two curvatures (means removed) over the shared contact, -1..1: near 0 where only

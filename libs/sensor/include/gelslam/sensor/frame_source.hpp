@@ -35,7 +35,7 @@ class FrameDecoder {
   /// Nothing when the bytes are no whole picture (torn JPEG, short buffer) or have no color: damage() says
   /// what was wrong. Throws Error when the picture's size can never fit the profile.
   std::optional<TactileImage> decode(const RawFrame& frame);
-  /// Of the last decode() that returned nothing: "JPEG ends early".
+  /// Says why the last decode() returned nothing: "JPEG ends early".
   const std::string& damage() const;
 
   std::int64_t good() const;      ///< pictures so far

@@ -54,7 +54,7 @@ struct LogInput {
 /// is refused. Throws Error when there is no such folder.
 LogInput with_settings_of_run(LogInput input, const std::filesystem::path& run);
 
-/// The configuration that `input` asks for, with its model's path made certain. Throws Error.
+/// The configuration that `input` asks for, with the model path resolved. Throws Error.
 Config resolve_config(const LogInput& input);
 
 /// The same where a model is not needed, or there is no log yet (an empty name: a camera is to be read).

@@ -17,7 +17,7 @@ namespace gelslam {
 class PoseStream;
 
 struct LiveOptions {
-  Config config;                     ///< with its model's path made certain
+  Config config;                     ///< with the model path resolved
   std::filesystem::path log;         ///< what is replayed; empty for a camera
   std::filesystem::path background;  ///< an image; empty: the first frames
   bool force = false;                ///< take the first frames as background whatever they show

@@ -64,8 +64,8 @@ class SurfaceStream {
   /// Reads the background. Throws Error when the log is no log, is shorter than its background, or shows
   /// contact in it (unless input.force).
   SurfaceStream(const LogInput& input, const Config& config, StageTimer& timer);
-  /// Of a camera. It waits until the gel is bare; `ask` is told once why it waits. Without `ask` as of a log.
-  /// `input` names the background only.
+  /// Starts with a camera. It waits until the gel is bare; `ask` is told once why it waits. Without `ask` as
+  /// of a log. `input` names the background only.
   SurfaceStream(std::unique_ptr<FrameSource> source, const LogInput& input, const Config& config,
                 StageTimer& timer, const std::function<void(const std::string&)>& ask);
 

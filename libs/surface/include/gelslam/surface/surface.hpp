@@ -12,7 +12,7 @@ namespace gelslam {
 /// Curvatures are clipped there, 1/pixel: a crease as sharp as the gel shows one.
 inline constexpr float kMaxCurvature = 0.7F;
 
-/// Of any sensor.
+/// Bounds that hold for any sensor.
 inline constexpr double kMinPixelPitchMm = 0.001, kMaxPixelPitchMm = 1;
 
 /// Whether a sensor may have such pictures: sides of at most 4096 pixels and 200 mm. Files that say otherwise
