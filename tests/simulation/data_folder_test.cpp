@@ -5,11 +5,13 @@
 #include <cmath>
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <utility>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/npy.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/sensor/frame_source.hpp"
+#include "gelslam/simulation/shape.hpp"
 #include "temporary_folder.hpp"
 
 namespace gelslam {
@@ -127,6 +129,20 @@ TEST(DataFolder, WallsAndBackOfAThinPlateAreNotTouched) {
   for (std::size_t k = 2; k < points.size(); k += 3) lowest = std::min(lowest, points[k]);
   EXPECT_LT(lowest, -0.05e-3);  // the gel bends round the edge,
   EXPECT_GT(lowest, -0.55e-3);  // but does not go behind it
+}
+
+TEST(DataFolder, AnInsideOutMeshIsAnError) {
+  const TemporaryFolder parent;
+  ShapeSpec sphere;
+  sphere.name = "sphere";
+  Mesh mesh = make_shape(sphere)->mesh(0.5F);
+  for (Eigen::Vector3i& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  write_mesh(parent / "sphere.ply", mesh, LengthUnit::meter);
+  ScanSpec spec;
+  spec.object.name = parent / "sphere.ply";
+  spec.motion.frames = 3;
+  NoProgress progress;
+  EXPECT_THROW(write_data_folder(parent / "scan", Simulator(spec), {}, progress), Error);
 }
 
 TEST(DataFolder, TruthMapsAreThoseOfTheSimulator) {

@@ -220,6 +220,10 @@ void write_data_folder(const std::filesystem::path& folder, const Simulator& sim
   }
   progress.end();
   const std::vector<float> points = touched.points_m();
+  if (points.empty())
+    throw Error(
+        "the sensor touched no outside of the object's surface; if it is a mesh, its triangles may be inside "
+        "out");
   write_npy(folder / "touched.npy", {points.size() / 3, 3}, points);
   write_npy(folder / "true_start_T_currs.npy", {summary.poses_m.size() / 16, 4, 4}, summary.poses_m);
   write_mesh(folder / "gt_mesh.ply", simulator.surface(), LengthUnit::meter);
