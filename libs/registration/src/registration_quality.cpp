@@ -98,14 +98,14 @@ double least_share(double shared_share, const NormalFlowReference::Impl& referen
 /// On a surface with hardly any texture, CCS compares noise: there the normals' agreement has to do.
 bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
                        const NormalFlowOptions& options) {
-  if (agreement.cosine_similarity >= options.ccs_threshold) return true;
+  if (agreement.cosine_similarity >= options.curvature.min_ccs) return true;
   return agreement.rms_per_px < options.smooth_curvature_per_px &&
          !is_far_above_noise(normal_rmse_rad, options);
 }
 
 RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
                          const NormalFlowOptions& options) {
-  if (result.shared_pixels < options.min_shared_pixels || result.scr < options.scr_threshold)
+  if (result.shared_pixels < options.min_shared_pixels || result.scr < options.curvature.min_scr)
     return RegistrationStatus::too_little_overlap;
   if (!curvature_matches(agreement, result.normal_rmse_rad, options))
     return RegistrationStatus::curvature_mismatch;

@@ -71,8 +71,7 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
     return result;
   }
   NormalFlowOptions gates = registration;
-  gates.scr_threshold = options.min_scr;
-  gates.ccs_threshold = options.min_ccs;
+  gates.curvature = options.curvature;
   result = register_normal_flow(reference, target.surface(), candidate.target_T_reference, gates);
   if (shows_all_of(target, reference, result, gates)) result.status = RegistrationStatus::converged;
   return verify_registered(reference, target.surface(), result, candidate.prior, options);

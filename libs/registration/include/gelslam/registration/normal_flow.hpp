@@ -13,8 +13,7 @@ struct NormalFlowOptions {
   int max_iterations = 50;
   int min_iterations = 2;
   int min_shared_pixels = 10;
-  double scr_threshold = 0.3;      ///< least shared curvature ratio
-  double ccs_threshold = 0.7;      ///< least curvature cosine similarity
+  CurvatureLimits curvature;
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;  ///< least standard deviation of one normal
   double height_noise_mm = 0.004;  ///< of the mean height over a contact

@@ -12,6 +12,12 @@ namespace gelslam {
 /// half a contact.
 inline constexpr double kMmPerRad = 5.0;
 
+/// How well two curvatures have to agree (Huang et al., RA-L 2024). Without a unit.
+struct CurvatureLimits {
+  double min_scr = 0.3;  ///< shared curvature ratio
+  double min_ccs = 0.7;  ///< curvature cosine similarity
+};
+
 enum class RegistrationStatus {
   converged,
   too_little_overlap,    ///< the shared contact or its share of curvature (SCR) is too small

@@ -9,8 +9,7 @@ namespace gelslam {
 /// The limits of verify(): when do two surfaces show the same place? Measured on keyframe pairs of sequences
 /// with truth. Ratios and correlations have no unit.
 struct VerificationOptions {
-  double min_scr = 0.3;  ///< shared curvature ratio of the smaller contact (Huang et al., RA-L 2024)
-  double min_ccs = 0.7;  ///< curvature cosine similarity (the same)
+  CurvatureLimits curvature;  ///< instead of NormalFlowOptions::curvature; SCR of the smaller contact
   /// RegistrationResult::texture_correlation. Right places have 0.6 (a pen) to 0.97, wrong ones less than
   /// 0.5.
   double min_texture_correlation = 0.6;
