@@ -370,12 +370,13 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   return true;
 }
 
-std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, SurfacePtr surface) {
+std::shared_ptr<const Keyframe> Tracker::make_keyframe(const TurningPoints::Touch& touch) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
-  keyframe->frame = frame;
+  keyframe->frame = touch.frame;
   keyframe->trial = trial_;
-  keyframe->surface = StoredSurface::packed_later(std::move(surface));
+  keyframe->trial_T_keyframe = normalized(touch.trial_T_frame);
+  keyframe->surface = StoredSurface::packed_later(touch.surface);
   keyframe->reference = StoredReference(keyframe->surface, normal_flow_);
   return keyframe;
 }
@@ -387,9 +388,10 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   ++trial_;
   in_trial_ = true;
   known_.clear();
-  keyframe_ = make_keyframe(first.frame, first.surface);
+  const TurningPoints::Touch touch{first.frame, first.surface, Pose::Identity(), {}};
+  keyframe_ = make_keyframe(touch);
   reference_ = std::move(reference);
-  turning_points_.begin_trial({first.frame, first.surface, Pose::Identity(), {}});
+  turning_points_.begin_trial(touch);
   trial_T_keyframe_ = Pose::Identity();
   // The first step deepens the contact: its residual may be larger than noise.
   previous_ = {first, KeyframeLink{keyframe_}, 3 * normal_flow_.normal_noise_rad, Pose::Identity(), 0};
@@ -405,16 +407,16 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
 void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                               std::shared_ptr<const PreparedReference> reference) {
   hand_out_turning_point(result, turning_points_.add_keyframe(touch));
-  keyframe_ = make_keyframe(touch.frame, touch.surface);
+  keyframe_ = make_keyframe(touch);
   reference_ = std::move(reference);
   result.new_keyframes.push_back({keyframe_, touch.link});
-  trial_T_keyframe_ = normalized(trial_T_keyframe_ * touch.link.previous_T_this);
+  trial_T_keyframe_ = keyframe_->trial_T_keyframe;
   previous_.link = KeyframeLink{keyframe_};
 }
 
 void Tracker::hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch) {
   if (!touch) return;
-  result.new_keyframes.push_back({make_keyframe(touch->frame, touch->surface), touch->link});
+  result.new_keyframes.push_back({make_keyframe(*touch), touch->link});
 }
 
 }  // namespace gelslam

@@ -131,12 +131,9 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   const int id = keyframe->id;
   keyframes_.resize(static_cast<std::size_t>(id) + 1);
   keyframes_.back() = keyframe;
-  trial_T_keyframe_[id] = live_.component_T_node[id] = Pose::Identity();
-  if (link.previous) {
-    add_edge(odometry_edge(link, id));
-    trial_T_keyframe_[id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
-    live_.component_T_node[id] = live_.component_T_node.at(link.previous->id) * link.previous_T_this;
-  }
+  if (link.previous) add_edge(odometry_edge(link, id));
+  live_.component_T_node[id] =
+      link.previous ? live_.component_T_node.at(link.previous->id) * link.previous_T_this : Pose::Identity();
   searched_.resize(keyframes_.size());
   searched_.back() = search_loops;
   if (!search_loops) return {};
@@ -166,11 +163,6 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
     if (edge.kind == EdgeKind::odometry) links[edge.to] = &edge;
   for (const auto& keyframe : keyframes_) {
     if (!keyframe) continue;
-    const auto link = links.find(keyframe->id);
-    const Pose trial_T_keyframe =
-        link == links.end() ? Pose::Identity()
-                            : Pose(trial_T_keyframe_.at(link->second->from) * link->second->from_T_to);
-    trial_T_keyframe_[keyframe->id] = live_.component_T_node[keyframe->id] = trial_T_keyframe;
     if (searched_[index(keyframe->id)]) restored_.push_back(*keyframe);
   }
   const int newest_searched = restored_.empty() ? -1 : restored_.back().id;
@@ -186,7 +178,22 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   // As if all had been found in one go.
   std::stable_sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.to < b.to; });
   for (const PoseGraphEdge& edge : edges) add_edge(edge);
+  live_.component_T_node = chained_links();
   return found;
+}
+
+bool Mapper::has_keyframe(int id) const {
+  return id >= 0 && id < static_cast<int>(keyframes_.size()) && keyframes_[index(id)];
+}
+
+/// Where a solve of all poses starts: every keyframe where its links put it.
+std::map<int, Pose> Mapper::chained_links() const {
+  std::map<int, Pose> poses;
+  for (const auto& keyframe : keyframes_)
+    if (keyframe) poses[keyframe->id] = Pose::Identity();
+  for (const PoseGraphEdge& edge : edges_)
+    if (edge.kind == EdgeKind::odometry) poses.at(edge.to) = poses.at(edge.from) * edge.from_T_to;
+  return poses;
 }
 
 void Mapper::add_edge(const PoseGraphEdge& edge) {
@@ -237,7 +244,6 @@ void Mapper::forget_from_trial(int trial) {
   searched_.resize(keyframes_.size());
   loop_closer_.keep(std::exchange(restored_, {}));
   loop_closer_.forget_from(id);
-  trial_T_keyframe_.erase(trial_T_keyframe_.lower_bound(id), trial_T_keyframe_.end());
   live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
   std::vector<PoseGraphEdge> kept;
   std::swap(kept, edges_);
@@ -273,8 +279,8 @@ MapSnapshot Mapper::snapshot() const {
   std::map<int, int> keyframes_per_component;
   for (const auto& [id, component] : live_.component_of_node) {
     const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
-    snapshot.nodes.push_back(
-        {id, keyframe.frame, keyframe.trial, component, live_.component_T_node.at(id), keyframe.surface});
+    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component, live_.component_T_node.at(id),
+                              keyframe.surface, keyframe.trial_T_keyframe});
     ++keyframes_per_component[component];
   }
   for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
@@ -291,8 +297,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
   map.frames = frames;
   for (FrameRecord& frame : map.frames)
-    if (!trial_T_keyframe_.contains(frame.keyframe))
-      frame.keyframe = -1;  // its keyframe has not reached the mapper yet
+    if (!has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
   map.keyframes = keyframes_;
   std::vector<PoseGraphEdge> edges = edges_;
   for (const LoopConstraint& loop : rejoin_broken_trials(keyframes_, map.frames, parts_, options_)) {
@@ -305,12 +310,13 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   map.edges = chosen(edges, consistent_edges(edges, scale_sigma));
   for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
   map.in_map.resize(map.keyframes.size());
-  if (trial_T_keyframe_.empty()) {
+  const std::map<int, Pose> initial = chained_links();
+  if (initial.empty()) {
     closing.end();
     return map;
   }
 
-  map.solution = solve(trial_T_keyframe_, map.edges, scale_sigma, options_);
+  map.solution = solve(initial, map.edges, scale_sigma, options_);
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();

@@ -156,7 +156,7 @@ class Tracker {
                           const Surface& surface) const;
   const Known* most_overlapping(const Surface& surface, const Pose& trial_T_frame) const;
   bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch);
-  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, SurfacePtr surface);
+  std::shared_ptr<const Keyframe> make_keyframe(const TurningPoints::Touch& touch);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
   void hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch);
