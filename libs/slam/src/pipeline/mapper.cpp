@@ -79,14 +79,6 @@ PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<Po
              : solve_pose_graph(initial, edges, options.pose_graph);
 }
 
-/// From the unknowns of solve().
-SlopeCorrection gradient_scale_in(const PoseGraphSolution& solution) {
-  SlopeCorrection correction;
-  for (int term = 0; term < solution.shared_unknowns.size(); ++term)
-    correction.factors[SlopeCorrection::kLinear[index(term)]] = solution.shared_unknowns[term];
-  return correction;
-}
-
 void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
                        const std::function<bool()>& stop_requested, ParallelProgress& progress) {
   for (int round = 0; round < kOverlapRounds; ++round) {
@@ -275,7 +267,7 @@ void Mapper::optimize() {
 MapSnapshot Mapper::snapshot() const {
   MapSnapshot snapshot;
   snapshot.version = version_;
-  snapshot.gradient_scale = gradient_scale_in(live_).scale();
+  snapshot.gradient_scale = SlopeCorrection::from_linear(live_.shared_unknowns).scale();
   std::map<int, int> keyframes_per_component;
   for (const auto& [id, component] : live_.component_of_node) {
     const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
@@ -320,7 +312,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  map.slope_correction = gradient_scale_in(map.solution);
+  map.slope_correction = SlopeCorrection::from_linear(map.solution.shared_unknowns);
   if (refine && options_.slope_calibration.enabled && !stop_requested())
     calibrate(map, edges_, options_, stop_requested, progress);
   map.loops = static_cast<int>(std::count_if(
