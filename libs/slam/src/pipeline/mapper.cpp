@@ -79,6 +79,17 @@ PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<Po
              : solve_pose_graph(initial, edges, options.pose_graph);
 }
 
+/// Loops to trials that were lost in touch, where place recognition has found none.
+void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const SlamOptions& options) {
+  const std::size_t known = map.edges.size();
+  for (const LoopConstraint& loop : rejoin_broken_trials(map.keyframes, map.frames, parts, options)) {
+    const auto end = map.edges.begin() + static_cast<std::ptrdiff_t>(known);
+    if (std::none_of(map.edges.begin(), end,
+                     [&](const PoseGraphEdge& edge) { return edge.from == loop.from && edge.to == loop.to; }))
+      map.edges.push_back(loop_edge(loop));
+  }
+}
+
 void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
                        const std::function<bool()>& stop_requested, ParallelProgress& progress) {
   for (int round = 0; round < kOverlapRounds; ++round) {
@@ -104,6 +115,21 @@ void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const Sl
   map.slope_correction = calibrated->correction;
   map.surfaces_corrected = true;
   slam::detail::distribute_corrections(tracked, map.edges, map.frames);
+}
+
+/// The map is the largest component, in the frame of its anchor. Returns that keyframe's id.
+int choose_component_and_anchor(SlamMap& map) {
+  map.loops = static_cast<int>(std::count_if(
+      map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
+  const std::map<int, int> per_component = tracked_frames_per_component(map.frames, map.solution);
+  map.components = static_cast<int>(per_component.size());
+  const int component = largest_component(per_component);
+  for (const auto& [id, component_of_id] : map.solution.component_of_node)
+    map.in_map[index(id)] = component_of_id == component;
+  const int anchor = choose_anchor(map.keyframes, map.in_map);
+  map.anchor_frame = map.keyframes[index(anchor)]->frame;
+  map.component_T_anchor = map.solution.component_T_node.at(anchor);
+  return anchor;
 }
 
 }  // namespace
@@ -282,32 +308,33 @@ MapSnapshot Mapper::snapshot() const {
   return snapshot;
 }
 
+/// What was measured, and nothing concluded from it.
+SlamMap Mapper::measured_map(const std::vector<FrameRecord>& frames) const {
+  SlamMap map;
+  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
+  map.keyframes = keyframes_;
+  map.edges = edges_;
+  map.in_map.resize(keyframes_.size());
+  map.frames = frames;
+  for (FrameRecord& frame : map.frames) {
+    if (!has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
+    map.trials = std::max(map.trials, frame.trial + 1);
+  }
+  return map;
+}
+
 SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
                        const std::function<bool()>& stop_requested, ProgressSink* progress) const {
   ParallelProgress closing(progress, "closing loops", kOverlapRounds * keyframes_.size());
-  SlamMap map;
-  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
-  map.frames = frames;
-  for (FrameRecord& frame : map.frames)
-    if (!has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
-  map.keyframes = keyframes_;
-  std::vector<PoseGraphEdge> edges = edges_;
-  for (const LoopConstraint& loop : rejoin_broken_trials(keyframes_, map.frames, parts_, options_)) {
-    const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
-      return edge.from == loop.from && edge.to == loop.to;
-    });
-    if (!known) edges.push_back(loop_edge(loop));
-  }
-  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
-  map.edges = chosen(edges, consistent_edges(edges, scale_sigma));
-  for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
-  map.in_map.resize(map.keyframes.size());
+  SlamMap map = measured_map(frames);
   const std::map<int, Pose> initial = chained_links();
   if (initial.empty()) {
     closing.end();
     return map;
   }
-
+  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
+  add_rejoining_loops(map, parts_, options_);
+  map.edges = chosen(map.edges, consistent_edges(map.edges, scale_sigma));
   map.solution = solve(initial, map.edges, scale_sigma, options_);
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
@@ -315,17 +342,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   map.slope_correction = SlopeCorrection::from_linear(map.solution.shared_unknowns);
   if (refine && options_.slope_calibration.enabled && !stop_requested())
     calibrate(map, edges_, options_, stop_requested, progress);
-  map.loops = static_cast<int>(std::count_if(
-      map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
-
-  const std::map<int, int> per_component = tracked_frames_per_component(map.frames, map.solution);
-  map.components = static_cast<int>(per_component.size());
-  const int component = largest_component(per_component);
-  for (const auto& [id, component_of_id] : map.solution.component_of_node)
-    map.in_map[static_cast<std::size_t>(id)] = component_of_id == component;
-  const int anchor = choose_anchor(map.keyframes, map.in_map);
-  map.anchor_frame = map.keyframes[static_cast<std::size_t>(anchor)]->frame;
-  map.component_T_anchor = map.solution.component_T_node.at(anchor);
+  const int anchor = choose_component_and_anchor(map);
   const bool scale_is_unknown = options_.slope_calibration.estimate_gradient_scale;
   map.uncertainty =
       trajectory_uncertainty(map.frames, map.in_map,

@@ -64,6 +64,7 @@ class Mapper {
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
   bool has_keyframe(int id) const;
   std::map<int, Pose> chained_links() const;
+  SlamMap measured_map(const std::vector<FrameRecord>& frames) const;
 
   SlamOptions options_;
   LoopCloser loop_closer_;
