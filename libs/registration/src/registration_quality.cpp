@@ -81,8 +81,8 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
   };
   std::array<bool, 6> observable{};
   for (int axis = 0; axis < 3; ++axis) {
-    observable[static_cast<std::size_t>(axis)] = known(axis, 3, options.observable_sigma_mm);
-    observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, options.observable_sigma_mm / kMmPerRad);
+    observable[static_cast<std::size_t>(axis)] = known(axis, 3, kObservableSigmaMm);
+    observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, kObservableSigmaMm / kMmPerRad);
   }
   observable[2] = heights_known;  // read, not inferred from texture
   return observable;

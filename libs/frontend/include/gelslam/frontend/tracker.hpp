@@ -61,7 +61,7 @@ struct TrackedFrame {
 /// §IV; the others are our own):
 ///  1. Contact begins a trial, and ends it with hysteresis.
 ///  2. Prediction: the motion goes on at constant velocity, or it stops.
-///  3. One gate: innovation and residual of a step within three standard deviations of what is predicted.
+///  3. One gate: innovation of a step within three standard deviations of its prediction, no new residual.
 ///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
 ///  5. Relocalization of a step that the gate refuses; if there are rivals, the frame is lost.
 ///  6. A time budget for that, live.

@@ -30,7 +30,6 @@ struct NormalFlowOptions {
   /// Rms; below it the texture is too faint for CCS to mean anything, and normals have to agree within their
   /// noise instead.
   double smooth_curvature_per_px = 0.02;
-  double observable_sigma_mm = 0.25;  ///< a motion (a turn by kMmPerRad) is observable when known better
 };
 
 /// self_similarity() of a surface, computed when it is first asked for. Shared by references of one surface.
