@@ -76,7 +76,7 @@ class TumStream {
 
   /// "" for a frame that has no pose.
   std::string line(const TrackedFrame& frame) {
-    for (const NewKeyframe& added : frame.new_keyframes) places_.add(added);
+    for (const NewKeyframe& added : frame.new_keyframes) places_.add(added.keyframe);
     if (frame.status != TrackStatus::tracked) return "";
     const std::optional<Pose> first_T_trial = places_.first_T_trial(frame.trial);
     return first_T_trial ? tum_line(frame.time_s, *first_T_trial * frame.trial_T_frame) : "";

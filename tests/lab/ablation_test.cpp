@@ -142,8 +142,8 @@ TEST(AblationVariants, SetKeysOfTheConfiguration) {
   const Config changed =
       lab::with_settings(config, lab::parse_variant("mine: refine=false, track_config.scr_threshold = 0.25"));
   EXPECT_FALSE(changed.slam.refinement.enabled);
-  EXPECT_EQ(changed.slam.registration.scr_threshold, 0.25);
-  EXPECT_EQ(changed.slam.verification.min_scr, config.slam.verification.min_scr);
+  EXPECT_EQ(changed.slam.registration.curvature.min_scr, 0.25);
+  EXPECT_EQ(changed.slam.verification.curvature.min_scr, config.slam.verification.curvature.min_scr);
   EXPECT_EQ(changed.sensor.device_name, "mine");
   for (const lab::Variant& variant : lab::mechanism_variants())
     EXPECT_NE(write_config(lab::with_settings(config, variant)), write_config(config)) << variant.name;

@@ -59,12 +59,12 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   slam.registration.max_samples = 2222;
   slam.registration.max_iterations = 33;
   slam.registration.robust_scale_rad = 0.07;
-  slam.registration.scr_threshold = 0.31;
-  slam.registration.ccs_threshold = 0.72;
+  slam.registration.curvature.min_scr = 0.31;
+  slam.registration.curvature.min_ccs = 0.72;
   slam.coverage.min_uncovered_weight = 77;
   slam.loop_closure.min_sift_inliers = 9;
-  slam.verification.min_scr = 0.41;
-  slam.verification.min_ccs = 0.82;
+  slam.verification.curvature.min_scr = 0.41;
+  slam.verification.curvature.min_ccs = 0.82;
   slam.pose_graph.loop_loss_scale = 2.5;
   slam.slope_calibration.estimate_gradient_scale = !slam.slope_calibration.estimate_gradient_scale;
   slam.slope_calibration.enabled = !slam.slope_calibration.enabled;
@@ -86,8 +86,8 @@ TEST_F(ConfigFile, EveryValueSurvivesWritingAndReading) {
   EXPECT_EQ(back.background_frames, 7);
   EXPECT_EQ(back.color_gain_bgr, config.color_gain_bgr);
   EXPECT_EQ(back.slam.registration.max_samples, 2222);
-  EXPECT_EQ(back.slam.registration.ccs_threshold, 0.72);
-  EXPECT_EQ(back.slam.verification.min_ccs, 0.82);
+  EXPECT_EQ(back.slam.registration.curvature.min_ccs, 0.72);
+  EXPECT_EQ(back.slam.verification.curvature.min_ccs, 0.82);
   EXPECT_EQ(back.slam.slope_calibration.estimate_gradient_scale,
             config.slam.slope_calibration.estimate_gradient_scale);
   EXPECT_EQ(back.slam.slope_calibration.enabled, config.slam.slope_calibration.enabled);
@@ -149,12 +149,12 @@ gelslam_config:
   EXPECT_EQ(config.surface.color_dist_threshold, 14);
   EXPECT_EQ(config.surface.height_threshold_mm, 0.3);
   EXPECT_EQ(config.slam.tracker.contact_threshold_px, 600);
-  EXPECT_EQ(config.slam.registration.scr_threshold, 0.35);
-  EXPECT_EQ(config.slam.registration.ccs_threshold, 0.75);
+  EXPECT_EQ(config.slam.registration.curvature.min_scr, 0.35);
+  EXPECT_EQ(config.slam.registration.curvature.min_ccs, 0.75);
   EXPECT_EQ(config.slam.coverage.min_uncovered_weight, 55);
   EXPECT_EQ(config.slam.loop_closure.min_sift_inliers, 10);
-  EXPECT_EQ(config.slam.verification.min_scr, 0.4);
-  EXPECT_EQ(config.slam.verification.min_ccs, 0.8);
+  EXPECT_EQ(config.slam.verification.curvature.min_scr, 0.4);
+  EXPECT_EQ(config.slam.verification.curvature.min_ccs, 0.8);
 }
 
 TEST_F(ConfigFile, AnUnknownKeyNamesTheNearest) {

@@ -50,8 +50,10 @@ TrackedFrame tracked(std::int64_t frame, const std::shared_ptr<const Keyframe>& 
   return result;
 }
 
-MapSnapshot::Node node(int id, int component, const Pose& component_T_keyframe) {
-  return {id, 10 * id, 0, component, component_T_keyframe, {}};
+MapSnapshot::Node node(const std::shared_ptr<const Keyframe>& keyframe, int component,
+                       const Pose& component_T_keyframe, const Pose& trial_T_keyframe) {
+  return {keyframe->id, keyframe->frame, keyframe->trial, component, component_T_keyframe,
+          {},           trial_T_keyframe};
 }
 
 TEST(NdjsonLine, StatesPoseCovarianceAndContactInTheirUnits) {
@@ -108,30 +110,30 @@ TEST(NdjsonLine, SaysNullOfWhatIsNotKnown) {
 }
 
 // A frame's keyframe may be so new that the map does not hold it yet: an older one of its trial tells.
-TEST(MapPlaces, FollowTheMapThroughTheNewestKeyframeThatItHolds) {
+TEST(MapPlace, FollowsTheMapThroughTheNewestKeyframeThatItHolds) {
   std::mt19937 random(2);
   const Pose map_T_trial = any_pose(random), trial_T_old = any_pose(random), trial_T_new = any_pose(random);
   const auto old_keyframe = keyframe(4, 1), new_keyframe = keyframe(5, 1);
-  MapPlaces places;
   MapSnapshot map;
   const Pose step = any_pose(random);
-  EXPECT_FALSE(places.place_of(tracked(1, old_keyframe, trial_T_old, step), map));
-  map.nodes = {node(0, 0, Pose::Identity()), node(4, 2, map_T_trial * trial_T_old)};
+  EXPECT_FALSE(place_of(tracked(1, old_keyframe, trial_T_old, step), map));
+  map.nodes = {node(keyframe(0, 0), 0, Pose::Identity(), Pose::Identity()),
+               node(old_keyframe, 2, map_T_trial * trial_T_old, trial_T_old)};
   const TrackedFrame frame = tracked(2, new_keyframe, trial_T_new, step);
-  const auto place = places.place_of(frame, map);
+  const auto place = place_of(frame, map);
   ASSERT_TRUE(place);
   EXPECT_EQ(place->component, 2);
   EXPECT_TRUE(place->map_T_frame.isApprox(map_T_trial * frame.trial_T_frame, 1e-9));
 
   const Pose corrected = any_pose(random);  // a loop has moved the new keyframe
-  map.nodes.push_back(node(5, 0, corrected));
-  EXPECT_TRUE(places.place_of(frame, map)->map_T_frame.isApprox(corrected * step, 1e-9));
+  map.nodes.push_back(node(new_keyframe, 0, corrected, trial_T_new));
+  EXPECT_TRUE(place_of(frame, map)->map_T_frame.isApprox(corrected * step, 1e-9));
 
   // Another trial is elsewhere, whatever the map says of the one before.
-  EXPECT_FALSE(places.place_of(tracked(3, keyframe(6, 2), Pose::Identity(), step), map));
+  EXPECT_FALSE(place_of(tracked(3, keyframe(6, 2), Pose::Identity(), step), map));
   TrackedFrame lost;
   lost.status = TrackStatus::lost;
-  EXPECT_FALSE(places.place_of(lost, map));
+  EXPECT_FALSE(place_of(lost, map));
 }
 
 }  // namespace

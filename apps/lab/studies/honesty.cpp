@@ -124,7 +124,7 @@ void run(const TouchStudyArguments& arguments) {
   write_study(arguments.out, "honesty", sums);
   write_study(arguments.out, "silent_failures", silent);
   write_study(arguments.out, "gates",
-              Json::array({{{"scr", limits.scr_threshold}, {"ccs", limits.ccs_threshold}}}));
+              Json::array({{{"scr", limits.curvature.min_scr}, {"ccs", limits.curvature.min_ccs}}}));
   print_table(sums);
   std::cout << "\nsilent failures of NormalFlow\n";
   print_table(only("normalflow", silent));

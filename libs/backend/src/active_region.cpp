@@ -21,8 +21,7 @@ std::vector<Pull> pulls(const std::vector<WhitenedEdge>& edges, const std::vecto
   for (const WhitenedEdge& edge : edges) {
     const NodeState &from = nodes[index(edge.from)], &to = nodes[index(edge.to)];
     const Vector6d residual = whitened_error(edge, from.data(), to.data());
-    const double relative = residual.squaredNorm() / (loop_loss_scale * loop_loss_scale);
-    const double weight = edge.kind == EdgeKind::loop ? 1.0 / (1.0 + relative) : 1.0;
+    const double weight = edge.kind == EdgeKind::loop ? robust_weight(residual.norm(), loop_loss_scale) : 1.0;
     const Matrix6d by_to = edge.whitening;
     const Matrix6d by_from = -edge.whitening * adjoint(to_pose(to).inverse() * to_pose(from));
     result[index(edge.to)].hessian += weight * by_to.transpose() * by_to;

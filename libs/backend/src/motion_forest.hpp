@@ -9,10 +9,6 @@ namespace gelslam::backend::detail {
 /// Difference of two independent measurements of one motion, in standard deviations (6 degrees of freedom).
 double mismatch(const UncertainMotion& a, const UncertainMotion& b, double gradient_scale_sigma);
 
-/// Of the links between two pieces, this many are compared with each other: enough to see which place most
-/// agree on.
-inline constexpr int kMaxCompared = 24;
-
 /// Spanning trees of the edges. The motion between two nodes of one tree is found in logarithmic time. Nodes
 /// are numbered from 0; an edge that would close a cycle is left out.
 class MotionForest {

@@ -4,8 +4,7 @@
 #include <tuple>
 
 #include "gelslam/core/index.hpp"
-#include "motion_forest.hpp"
-#include "whitened_graph.hpp"
+#include "loop_layers.hpp"
 
 namespace gelslam::backend::detail {
 namespace {

@@ -95,8 +95,8 @@ std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges
     const PoseGraphEdge& edge = edges[i];
     if (solution.edge_outlier[i] || solution.component_of_node.at(edge.from) != component) continue;
     Matrix6d whitening = whitening_matrix(edge.information);
-    if (const double r = solution.edge_residual[i] / options.loop_loss_scale; edge.kind == EdgeKind::loop)
-      whitening /= std::sqrt(1 + r * r);  // of the Cauchy kernel
+    if (edge.kind == EdgeKind::loop)
+      whitening *= std::sqrt(robust_weight(solution.edge_residual[i], options.loop_loss_scale));
     const Pose to_T_from =
         solution.component_T_node.at(edge.to).inverse() * solution.component_T_node.at(edge.from);
     std::vector<std::pair<int, Rows6>> derivatives;

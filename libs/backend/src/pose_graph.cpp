@@ -5,13 +5,12 @@
 #include <dlfcn.h>
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <string>
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
-#include "whitened_graph.hpp"
+#include "loop_layers.hpp"
 
 namespace gelslam {
 namespace {
@@ -257,7 +256,6 @@ class Solver {
 void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& estimate) {
   estimate.residuals.clear();
   estimate.worst_loop = 0;
-  const double scale2 = options.loop_loss_scale * options.loop_loss_scale;
   double twice_cost = 0;
   if (estimate.unknowns.size() > 0)
     twice_cost += (graph.prior_whitening * (estimate.unknowns - graph.prior_mean)).squaredNorm();
@@ -266,20 +264,16 @@ void evaluate(const Graph& graph, const PoseGraphOptions& options, Estimate& est
                                    estimate.unknowns);
     estimate.residuals.push_back(r);
     if (edge.kind == EdgeKind::loop) estimate.worst_loop = std::max(estimate.worst_loop, r);
-    twice_cost += edge.kind == EdgeKind::loop ? scale2 * std::log1p(r * r / scale2) : r * r;
+    twice_cost += edge.kind == EdgeKind::loop ? robust_cost(r, options.loop_loss_scale) : r * r;
   }
   estimate.cost = twice_cost / 2;
 }
 
-/// Graduated non-convexity: a robust kernel gives little weight to any loop that drift has opened wide, true
-/// or false. Starting from a kernel as wide as the worst loop and narrowing it, true loops close and false
-/// ones lose their weight. (Blake & Zisserman 1987; schedule: own.)
+/// Solves with one kernel after the other.
 Estimate solve_from_wide_kernel(Solver& solver, const Graph& graph, const PoseGraphOptions& options,
                                 Estimate estimate, int& iterations) {
-  constexpr double kNarrowing = 4.0;
-  for (double scale = estimate.worst_loop; scale > options.loop_loss_scale; scale /= kNarrowing)
+  for (const double scale : kernel_widths(estimate.worst_loop, options.loop_loss_scale))
     iterations += static_cast<int>(solver.solve(estimate, scale).iterations.size());
-  iterations += static_cast<int>(solver.solve(estimate, options.loop_loss_scale).iterations.size());
   evaluate(graph, options, estimate);
   return estimate;
 }
@@ -336,8 +330,7 @@ PoseGraphSolution describe(const Graph& graph, const Estimate& estimate) {
   solution.shared_unknowns = estimate.unknowns;
   solution.edge_residual = estimate.residuals;
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
-    solution.edge_outlier.push_back(graph.edges[i].kind == EdgeKind::loop &&
-                                    estimate.residuals[i] > kMaxMismatch);
+    solution.edge_outlier.push_back(is_outlier(graph.edges[i].kind, estimate.residuals[i]));
   solution.final_cost = estimate.cost;
   return solution;
 }

@@ -3,11 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 
 #include "gelslam/core/gradient_model.hpp"
+#include "gelslam/core/index.hpp"
 #include "motion_forest.hpp"
 
 namespace gelslam {
@@ -15,26 +17,6 @@ namespace gelslam {
 using namespace backend::detail;
 
 namespace {
-
-/// What the edge would measure with slopes corrected by these factors.
-Pose corrected_motion(const PoseGraphEdge& edge, const Eigen::Vector4d& factor) {
-  constexpr double kUpsideDown = 1e-6;  // there the split into tilt and twist is not defined
-  const Eigen::Quaterniond q(edge.from_T_to.linear());
-  Eigen::Quaterniond twist(q.w(), 0, 0, q.z());
-  twist = twist.norm() > kUpsideDown ? twist.normalized() : Eigen::Quaterniond::Identity();
-  const Eigen::Vector3d tilt = so3_log((q * twist.conjugate()).toRotationMatrix());
-  const double xx = factor[0], xy = factor[1], yx = factor[2], yy = factor[3];
-  const Eigen::Vector3d corrected_tilt(tilt.x() - yy * tilt.x() + yx * tilt.y(),
-                                       tilt.y() - xx * tilt.y() + xy * tilt.x(), tilt.z());
-  const Eigen::Vector3d depth_scale(1.0, 1.0, 1.0 - (xx + yy) / 2);
-
-  const Eigen::Vector3d center_in_from = edge.from_T_to * edge.shared_center_mm;
-  Pose corrected = Pose::Identity();
-  corrected.linear() = so3_exp(corrected_tilt) * twist.toRotationMatrix();
-  corrected.translation() = center_in_from.cwiseProduct(depth_scale) -
-                            corrected.linear() * edge.shared_center_mm.cwiseProduct(depth_scale);
-  return corrected;
-}
 
 /// Inverse information; what an edge says nothing about is known to a radian and to the sensor's width, as in
 /// whitening_matrix().
@@ -48,12 +30,27 @@ Matrix6d covariance_of(const Matrix6d& information) {
 }  // namespace
 
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
-  constexpr double kStep = 1e-3;
+  constexpr double kUpsideDown = 1e-6;  // there the split into tilt and twist is not defined
+  const Eigen::Quaterniond q(edge.from_T_to.linear());
+  Eigen::Quaterniond twist(q.w(), 0, 0, q.z());
+  twist = twist.norm() > kUpsideDown ? twist.normalized() : Eigen::Quaterniond::Identity();
+  const Eigen::Vector3d tilt = so3_log((q * twist.conjugate()).toRotationMatrix());
+  const std::array<Eigen::Vector3d, kScaleTerms> tilt_by_factor = {
+      Eigen::Vector3d(0, -tilt.y(), 0), Eigen::Vector3d(0, tilt.x(), 0), Eigen::Vector3d(tilt.y(), 0, 0),
+      Eigen::Vector3d(-tilt.x(), 0, 0)};
+  const Eigen::Vector3d& center = edge.shared_center_mm;
+  const Eigen::Vector3d flatter =
+      0.5 * (Eigen::Vector3d(0, 0, center.z()) -
+             (edge.from_T_to * center).z() * edge.from_T_to.linear().row(2).transpose());
   MotionByScale result;
   for (int term = 0; term < kScaleTerms; ++term) {
-    const Eigen::Vector4d step = kStep * Eigen::Vector4d::Unit(term);
-    const Pose before = corrected_motion(edge, -step), after = corrected_motion(edge, step);
-    result.col(term) = se3_log(before.inverse() * after) / (2 * kStep);
+    // exp(tilt + d) = exp(tilt) exp(V(-tilt) d), and V is what an exponential of SE(3) does to its
+    // translation.
+    Vector6d of_tilt;
+    of_tilt << -tilt, tilt_by_factor[index(term)];
+    const Eigen::Vector3d turn = twist.conjugate() * se3_exp(of_tilt).translation();
+    const bool is_scale = term == 0 || term == kScaleTerms - 1;
+    result.col(term) << turn, center.cross(turn) + (is_scale ? flatter : Eigen::Vector3d::Zero());
   }
   return result;
 }

@@ -62,13 +62,6 @@ Eigen::Matrix<T, 6, 1> whitened_error(const WhitenedEdge& edge, const T* from, c
 double residual_norm(const WhitenedEdge& edge, const NodeState& from, const NodeState& to,
                      const Eigen::VectorXd& unknowns = {});
 
-/// Places the pieces of a graph before it is solved. A piece is a set of nodes joined by odometry that
-/// their initial poses agree with; inside it the initial poses are kept. Starting from the piece with the
-/// smallest node of each component, the others are joined one by one, best linked first, by the rigid motion
-/// that most of their links agree with; where they already agree with the initial poses, nothing moves.
-/// Robust against a false loop as long as a piece has more true links than false ones. Source: own.
-void place_pieces(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes);
-
 /// The active region: nodes that a Newton step of their own (neighbors fixed) would move by more than a
 /// twentieth of their standard deviation, grown by `rings` edges. Nodes already in `region` stay in it. Loops
 /// count with their robust weight (Cauchy, `loop_loss_scale`). Returns false when nothing new was found.

@@ -17,9 +17,8 @@ constexpr double kHandMmPerS = 1.6;
 constexpr double kMemoryFrames = 25;
 
 // The gate: what departs further than this from its prediction, in standard deviations, is not taken for
-// granted. The residual of a step is that of the one before to a third of the noise of normals.
+// granted.
 constexpr double kGateSigmas = 3;
-constexpr double kResidualSigma = 1.0 / kGateSigmas;
 
 // A contact's size swings as an object rolls over its bumps: it ends where so much less of it is left than
 // a trial begins with. Registration tells whether that is enough.
@@ -39,9 +38,8 @@ Pose carried_on(const Pose& step, double step_s, double elapsed_s) {
 /// Whether all motions are observable but that along z, which comes from the heights. If one is not, the part
 /// of the object that the frame shows is not known.
 bool is_located(const RegistrationResult& registration) {
-  constexpr std::size_t kZ = 2;
   for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
-    if (axis != kZ && !registration.observable[axis]) return false;
+    if (axis != 2 && !registration.observable[axis]) return false;
   return true;
 }
 
@@ -143,14 +141,14 @@ RegistrationResult Tracker::register_to(const Reference& reference, const Surfac
 }
 
 /// Whether innovation and residual are those predicted: the uncertainty of the prediction grows in proportion
-/// to the time, and that of the registration is added. Where a pattern may have moved by one period within
-/// the gate, the gate tells nothing.
+/// to the time, and that of the registration is added; a residual grows by the noise of normals at most.
+/// Where a pattern may have moved by one period within the gate, the gate tells nothing.
 bool Tracker::passes_gate(const RegistrationResult& registration, const Pose& reference_T_expected,
                           double elapsed_s) const {
   const double sigma_mm = std::sqrt(innovation_variance_) * elapsed_s;
-  const double residual_increase = (registration.normal_rmse_rad - previous_.residual_rad) /
-                                   (kResidualSigma * normal_flow_.normal_noise_rad);
-  return registration.ok() && kGateSigmas * sigma_mm <= kMinPeriodMm && residual_increase <= kGateSigmas &&
+  const double residual_increase_rad = registration.normal_rmse_rad - previous_.residual_rad;
+  return registration.ok() && kGateSigmas * sigma_mm <= kMinPeriodMm &&
+         residual_increase_rad <= normal_flow_.normal_noise_rad &&
          normalized_innovation(registration, reference_T_expected.inverse(), sigma_mm) <= kGateSigmas;
 }
 
@@ -370,12 +368,13 @@ bool Tracker::return_to_known(TrackedFrame& result, const TurningPoints::Touch& 
   return true;
 }
 
-std::shared_ptr<const Keyframe> Tracker::make_keyframe(std::int64_t frame, SurfacePtr surface) {
+std::shared_ptr<const Keyframe> Tracker::make_keyframe(const TurningPoints::Touch& touch) {
   auto keyframe = std::make_shared<Keyframe>();
   keyframe->id = next_keyframe_id_++;
-  keyframe->frame = frame;
+  keyframe->frame = touch.frame;
   keyframe->trial = trial_;
-  keyframe->surface = StoredSurface::packed_later(std::move(surface));
+  keyframe->trial_T_keyframe = normalized(touch.trial_T_frame);
+  keyframe->surface = StoredSurface::packed_later(touch.surface);
   keyframe->reference = StoredReference(keyframe->surface, normal_flow_);
   return keyframe;
 }
@@ -387,9 +386,10 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
   ++trial_;
   in_trial_ = true;
   known_.clear();
-  keyframe_ = make_keyframe(first.frame, first.surface);
+  const TurningPoints::Touch touch{first.frame, first.surface, Pose::Identity(), {}};
+  keyframe_ = make_keyframe(touch);
   reference_ = std::move(reference);
-  turning_points_.begin_trial({first.frame, first.surface, Pose::Identity(), {}});
+  turning_points_.begin_trial(touch);
   trial_T_keyframe_ = Pose::Identity();
   // The first step deepens the contact: its residual may be larger than noise.
   previous_ = {first, KeyframeLink{keyframe_}, 3 * normal_flow_.normal_noise_rad, Pose::Identity(), 0};
@@ -405,16 +405,16 @@ void Tracker::begin_trial(TrackedFrame& result, const Seen& first,
 void Tracker::switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                               std::shared_ptr<const PreparedReference> reference) {
   hand_out_turning_point(result, turning_points_.add_keyframe(touch));
-  keyframe_ = make_keyframe(touch.frame, touch.surface);
+  keyframe_ = make_keyframe(touch);
   reference_ = std::move(reference);
   result.new_keyframes.push_back({keyframe_, touch.link});
-  trial_T_keyframe_ = normalized(trial_T_keyframe_ * touch.link.previous_T_this);
+  trial_T_keyframe_ = keyframe_->trial_T_keyframe;
   previous_.link = KeyframeLink{keyframe_};
 }
 
 void Tracker::hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch) {
   if (!touch) return;
-  result.new_keyframes.push_back({make_keyframe(touch->frame, touch->surface), touch->link});
+  result.new_keyframes.push_back({make_keyframe(*touch), touch->link});
 }
 
 }  // namespace gelslam

@@ -46,11 +46,10 @@ std::vector<Candidate> candidates(const std::vector<PosedSurface>& patches) {
 
 /// Takes from `candidate` what `chosen` shows at least half as well, from the same side.
 void cover(Candidate& candidate, const Candidate& chosen, float reach_mm) {
-  constexpr float half = 0.5f;
   std::erase_if(candidate.uncovered, [&](const Point& p) {
     Observation seen;
     return chosen.patch.observe(p.position_mm, reach_mm, seen) && seen.normal.dot(p.normal) > 0 &&
-           seen.weight >= half * p.weight;
+           seen.weight >= 0.5f * p.weight;
   });
   candidate.gain = 0;
   for (const Point& p : candidate.uncovered)

@@ -65,17 +65,16 @@ Eigen::Vector3d vector(const cv::Vec3f& v) { return {v[0], v[1], v[2]}; }
 /// The pose of a place: its twist, the tilt at which the normals that meet there agree best, and the shift
 /// that brings the points that meet there together.
 Pose pose_at(const Place& place, const Surface& reference, const Surface& target) {
-  constexpr int kStep = kTextureShrink;
   const PixelGrid grid = target.grid();
-  const Eigen::Vector2d shift_mm = place.shift_px * kStep * grid.pitch_mm;
+  const Eigen::Vector2d shift_mm = place.shift_px * kTextureShrink * grid.pitch_mm;
   const Eigen::Matrix3d twist =
       Eigen::AngleAxisd(place.twist_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Vector3d reference_sum = Eigen::Vector3d::Zero(), target_sum = Eigen::Vector3d::Zero();
   Eigen::Vector2d gap = Eigen::Vector2d::Zero();
   double weight = 0;
   int count = 0;
-  for (int v = kStep / 2; v < grid.size.height; v += kStep)
-    for (int u = kStep / 2; u < grid.size.width; u += kStep) {
+  for (int v = kTextureShrink / 2; v < grid.size.height; v += kTextureShrink)
+    for (int u = kTextureShrink / 2; u < grid.size.width; u += kTextureShrink) {
       if (!reference.contact(v, u)) continue;
       const Eigen::Vector3d p = reference.point_mm({u, v});
       const Eigen::Vector2d q = twist.topLeftCorner<2, 2>() * p.head<2>() + shift_mm;
@@ -106,7 +105,7 @@ std::vector<Pose> coarse_starts(const Surface& reference, const Surface& target,
   if (reference.contact.size() != target.contact.size() || reference.pixel_pitch_mm != target.pixel_pitch_mm)
     return {};
   const CoarseTexture texture(reference), target_texture(target);
-  const double min_shared_px = options.min_scr * std::min(texture.pixels, target_texture.pixels);
+  const double min_shared_px = options.curvature.min_scr * std::min(texture.pixels, target_texture.pixels);
   if (min_shared_px < 1) return {};
   // Before registration textures agree about half as well as after it.
   const double min_similarity = options.min_texture_correlation / 2;

@@ -120,8 +120,7 @@ class Alignment {
 
   /// Larger than a tenth of the error up to which a motion counts as observable.
   bool is_large(const Vector5d& step) const {
-    return 10 * std::max(kMmPerRad * step.head<3>().norm(), step.tail<2>().norm()) >
-           options_.observable_sigma_mm;
+    return 10 * std::max(kMmPerRad * step.head<3>().norm(), step.tail<2>().norm()) > kObservableSigmaMm;
   }
 
   static Vector5d solve_along(const Directions& directions, const NormalEquations& equations) {

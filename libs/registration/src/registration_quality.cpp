@@ -81,8 +81,8 @@ std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matr
   };
   std::array<bool, 6> observable{};
   for (int axis = 0; axis < 3; ++axis) {
-    observable[static_cast<std::size_t>(axis)] = known(axis, 3, options.observable_sigma_mm);
-    observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, options.observable_sigma_mm / kMmPerRad);
+    observable[static_cast<std::size_t>(axis)] = known(axis, 3, kObservableSigmaMm);
+    observable[static_cast<std::size_t>(3 + axis)] = known(axis, 0, kObservableSigmaMm / kMmPerRad);
   }
   observable[2] = heights_known;  // read, not inferred from texture
   return observable;
@@ -98,14 +98,14 @@ double least_share(double shared_share, const NormalFlowReference::Impl& referen
 /// On a surface with hardly any texture, CCS compares noise: there the normals' agreement has to do.
 bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
                        const NormalFlowOptions& options) {
-  if (agreement.cosine_similarity >= options.ccs_threshold) return true;
+  if (agreement.cosine_similarity >= options.curvature.min_ccs) return true;
   return agreement.rms_per_px < options.smooth_curvature_per_px &&
          !is_far_above_noise(normal_rmse_rad, options);
 }
 
 RegistrationStatus judge(const RegistrationResult& result, const CurvatureAgreement& agreement,
                          const NormalFlowOptions& options) {
-  if (result.shared_pixels < options.min_shared_pixels || result.scr < options.scr_threshold)
+  if (result.shared_pixels < options.min_shared_pixels || result.scr < options.curvature.min_scr)
     return RegistrationStatus::too_little_overlap;
   if (!curvature_matches(agreement, result.normal_rmse_rad, options))
     return RegistrationStatus::curvature_mismatch;

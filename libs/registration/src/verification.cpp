@@ -12,19 +12,18 @@ namespace {
 
 using namespace registration::detail;
 
-/// Every second pixel of `from` in contact that lands on the image of `onto`, and how many of these would lie
-/// inside its bare gel.
+/// Every kTextureShrink-th pixel of `from` in contact that lands on the image of `onto`, and how many of
+/// these would lie inside its bare gel.
 struct ProjectedContact {
   int all = 0, in_bare_gel = 0;
 };
 
 ProjectedContact project_contact(const Surface& from, const Surface& onto, const Pose& onto_T_from) {
-  constexpr int kStep = 2;
   constexpr double kToleranceMm = 0.15;  // the errors of heights and of the membrane rim are smaller
   const PixelGrid onto_grid = onto.grid();
   ProjectedContact projected;
-  for (int v = 0; v < from.contact.rows; v += kStep)
-    for (int u = 0; u < from.contact.cols; u += kStep) {
+  for (int v = 0; v < from.contact.rows; v += kTextureShrink)
+    for (int u = 0; u < from.contact.cols; u += kTextureShrink) {
       if (!from.contact(v, u)) continue;
       const Eigen::Vector3d p = onto_T_from * from.point_mm({u, v});
       const std::optional<cv::Point> at = onto_grid.pixel_at(p.head<2>());
@@ -66,13 +65,12 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
   const auto repeats = [&](const NormalFlowReference& shown) {
     return shown.self_similarity() > options.max_self_similarity;
   };
-  if (2 * candidate.sigma_mm > kMinPeriodMm / 2 && (repeats(reference) || repeats(target))) {
+  if (candidate.sigma_mm > kObservableSigmaMm && (repeats(reference) || repeats(target))) {
     result.status = RegistrationStatus::ambiguous;
     return result;
   }
   NormalFlowOptions gates = registration;
-  gates.scr_threshold = options.min_scr;
-  gates.ccs_threshold = options.min_ccs;
+  gates.curvature = options.curvature;
   result = register_normal_flow(reference, target.surface(), candidate.target_T_reference, gates);
   if (shows_all_of(target, reference, result, gates)) result.status = RegistrationStatus::converged;
   return verify_registered(reference, target.surface(), result, candidate.prior, options);

@@ -10,6 +10,22 @@ struct GelSlam::Impl {
   explicit Impl(const SlamOptions& options)
       : tracker(options.tracker, options.registration, options.verification), mapper(options) {}
 
+  TrackedFrame track(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
+    const auto scope = timer.measure("tracking");
+    return tracker.track(frame, time_s, std::move(surface));
+  }
+
+  /// Also tells the tracker which keyframes lie around its own.
+  void close_loops(const TrackedFrame& tracked, StageTimer& timer) {
+    for (const NewKeyframe& added : tracked.new_keyframes) {
+      const auto scope = timer.measure("loop closure");
+      mapper.add_keyframe(added);
+    }
+    if (!tracked.keyframe || (tracked.keyframe->id == keyframe && tracked.new_keyframes.empty())) return;
+    keyframe = tracked.keyframe->id;
+    tracker.set_neighborhood(mapper.neighborhood(keyframe));
+  }
+
   Tracker tracker;
   Mapper mapper;
   int keyframe = -1;  // the tracker's
@@ -27,19 +43,8 @@ GelSlam::~GelSlam() = default;
 GelSlam::GelSlam(GelSlam&&) noexcept = default;
 
 TrackedFrame GelSlam::process(std::int64_t frame, double time_s, SurfacePtr surface, StageTimer& timer) {
-  TrackedFrame tracked;
-  {
-    const auto scope = timer.measure("tracking");
-    tracked = impl_->tracker.track(frame, time_s, std::move(surface));
-  }
-  for (const NewKeyframe& added : tracked.new_keyframes) {
-    const auto scope = timer.measure("loop closure");
-    impl_->mapper.add_keyframe(added);
-  }
-  if (tracked.keyframe && (tracked.keyframe->id != impl_->keyframe || !tracked.new_keyframes.empty())) {
-    impl_->keyframe = tracked.keyframe->id;
-    impl_->tracker.set_neighborhood(impl_->mapper.neighborhood(impl_->keyframe));
-  }
+  TrackedFrame tracked = impl_->track(frame, time_s, std::move(surface), timer);
+  impl_->close_loops(tracked, timer);
   impl_->frames.push_back(record_of(tracked));
   return tracked;
 }

@@ -79,12 +79,15 @@ PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<Po
              : solve_pose_graph(initial, edges, options.pose_graph);
 }
 
-/// From the unknowns of solve().
-SlopeCorrection gradient_scale_in(const PoseGraphSolution& solution) {
-  SlopeCorrection correction;
-  for (int term = 0; term < solution.shared_unknowns.size(); ++term)
-    correction.factors[SlopeCorrection::kLinear[index(term)]] = solution.shared_unknowns[term];
-  return correction;
+/// Loops to trials that were lost in touch, where place recognition has found none.
+void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const SlamOptions& options) {
+  const std::size_t known = map.edges.size();
+  for (const LoopConstraint& loop : rejoin_broken_trials(map.keyframes, map.frames, parts, options)) {
+    const auto end = map.edges.begin() + static_cast<std::ptrdiff_t>(known);
+    if (std::none_of(map.edges.begin(), end,
+                     [&](const PoseGraphEdge& edge) { return edge.from == loop.from && edge.to == loop.to; }))
+      map.edges.push_back(loop_edge(loop));
+  }
 }
 
 void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
@@ -114,6 +117,21 @@ void calibrate(SlamMap& map, const std::vector<PoseGraphEdge>& tracked, const Sl
   slam::detail::distribute_corrections(tracked, map.edges, map.frames);
 }
 
+/// The map is the largest component, in the frame of its anchor. Returns that keyframe's id.
+int choose_component_and_anchor(SlamMap& map) {
+  map.loops = static_cast<int>(std::count_if(
+      map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
+  const std::map<int, int> per_component = tracked_frames_per_component(map.frames, map.solution);
+  map.components = static_cast<int>(per_component.size());
+  const int component = largest_component(per_component);
+  for (const auto& [id, component_of_id] : map.solution.component_of_node)
+    map.in_map[index(id)] = component_of_id == component;
+  const int anchor = choose_anchor(map.keyframes, map.in_map);
+  map.anchor_frame = map.keyframes[index(anchor)]->frame;
+  map.component_T_anchor = map.solution.component_T_node.at(anchor);
+  return anchor;
+}
+
 }  // namespace
 
 PoseGraphEdge loop_edge(const LoopConstraint& loop) {
@@ -131,12 +149,9 @@ std::vector<PoseGraphEdge> Mapper::add_keyframe(const NewKeyframe& added, bool s
   const int id = keyframe->id;
   keyframes_.resize(static_cast<std::size_t>(id) + 1);
   keyframes_.back() = keyframe;
-  trial_T_keyframe_[id] = live_.component_T_node[id] = Pose::Identity();
-  if (link.previous) {
-    add_edge(odometry_edge(link, id));
-    trial_T_keyframe_[id] = trial_T_keyframe_.at(link.previous->id) * link.previous_T_this;
-    live_.component_T_node[id] = live_.component_T_node.at(link.previous->id) * link.previous_T_this;
-  }
+  if (link.previous) add_edge(odometry_edge(link, id));
+  live_.component_T_node[id] =
+      link.previous ? live_.component_T_node.at(link.previous->id) * link.previous_T_this : Pose::Identity();
   searched_.resize(keyframes_.size());
   searched_.back() = search_loops;
   if (!search_loops) return {};
@@ -166,11 +181,6 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
     if (edge.kind == EdgeKind::odometry) links[edge.to] = &edge;
   for (const auto& keyframe : keyframes_) {
     if (!keyframe) continue;
-    const auto link = links.find(keyframe->id);
-    const Pose trial_T_keyframe =
-        link == links.end() ? Pose::Identity()
-                            : Pose(trial_T_keyframe_.at(link->second->from) * link->second->from_T_to);
-    trial_T_keyframe_[keyframe->id] = live_.component_T_node[keyframe->id] = trial_T_keyframe;
     if (searched_[index(keyframe->id)]) restored_.push_back(*keyframe);
   }
   const int newest_searched = restored_.empty() ? -1 : restored_.back().id;
@@ -186,7 +196,22 @@ std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& reco
   // As if all had been found in one go.
   std::stable_sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.to < b.to; });
   for (const PoseGraphEdge& edge : edges) add_edge(edge);
+  live_.component_T_node = chained_links();
   return found;
+}
+
+bool Mapper::has_keyframe(int id) const {
+  return id >= 0 && id < static_cast<int>(keyframes_.size()) && keyframes_[index(id)];
+}
+
+/// Where a solve of all poses starts: every keyframe where its links put it.
+std::map<int, Pose> Mapper::chained_links() const {
+  std::map<int, Pose> poses;
+  for (const auto& keyframe : keyframes_)
+    if (keyframe) poses[keyframe->id] = Pose::Identity();
+  for (const PoseGraphEdge& edge : edges_)
+    if (edge.kind == EdgeKind::odometry) poses.at(edge.to) = poses.at(edge.from) * edge.from_T_to;
+  return poses;
 }
 
 void Mapper::add_edge(const PoseGraphEdge& edge) {
@@ -237,7 +262,6 @@ void Mapper::forget_from_trial(int trial) {
   searched_.resize(keyframes_.size());
   loop_closer_.keep(std::exchange(restored_, {}));
   loop_closer_.forget_from(id);
-  trial_T_keyframe_.erase(trial_T_keyframe_.lower_bound(id), trial_T_keyframe_.end());
   live_.component_T_node.erase(live_.component_T_node.lower_bound(id), live_.component_T_node.end());
   std::vector<PoseGraphEdge> kept;
   std::swap(kept, edges_);
@@ -269,12 +293,12 @@ void Mapper::optimize() {
 MapSnapshot Mapper::snapshot() const {
   MapSnapshot snapshot;
   snapshot.version = version_;
-  snapshot.gradient_scale = gradient_scale_in(live_).scale();
+  snapshot.gradient_scale = SlopeCorrection::from_linear(live_.shared_unknowns).scale();
   std::map<int, int> keyframes_per_component;
   for (const auto& [id, component] : live_.component_of_node) {
     const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
-    snapshot.nodes.push_back(
-        {id, keyframe.frame, keyframe.trial, component, live_.component_T_node.at(id), keyframe.surface});
+    snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component, live_.component_T_node.at(id),
+                              keyframe.surface, keyframe.trial_T_keyframe});
     ++keyframes_per_component[component];
   }
   for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
@@ -284,50 +308,41 @@ MapSnapshot Mapper::snapshot() const {
   return snapshot;
 }
 
+/// What was measured, and nothing concluded from it.
+SlamMap Mapper::measured_map(const std::vector<FrameRecord>& frames) const {
+  SlamMap map;
+  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
+  map.keyframes = keyframes_;
+  map.edges = edges_;
+  map.in_map.resize(keyframes_.size());
+  map.frames = frames;
+  for (FrameRecord& frame : map.frames) {
+    if (!has_keyframe(frame.keyframe)) frame.keyframe = -1;  // it has not reached the mapper yet
+    map.trials = std::max(map.trials, frame.trial + 1);
+  }
+  return map;
+}
+
 SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
                        const std::function<bool()>& stop_requested, ProgressSink* progress) const {
   ParallelProgress closing(progress, "closing loops", kOverlapRounds * keyframes_.size());
-  SlamMap map;
-  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
-  map.frames = frames;
-  for (FrameRecord& frame : map.frames)
-    if (!trial_T_keyframe_.contains(frame.keyframe))
-      frame.keyframe = -1;  // its keyframe has not reached the mapper yet
-  map.keyframes = keyframes_;
-  std::vector<PoseGraphEdge> edges = edges_;
-  for (const LoopConstraint& loop : rejoin_broken_trials(keyframes_, map.frames, parts_, options_)) {
-    const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
-      return edge.from == loop.from && edge.to == loop.to;
-    });
-    if (!known) edges.push_back(loop_edge(loop));
-  }
-  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
-  map.edges = chosen(edges, consistent_edges(edges, scale_sigma));
-  for (const FrameRecord& frame : frames) map.trials = std::max(map.trials, frame.trial + 1);
-  map.in_map.resize(map.keyframes.size());
-  if (trial_T_keyframe_.empty()) {
+  SlamMap map = measured_map(frames);
+  const std::map<int, Pose> initial = chained_links();
+  if (initial.empty()) {
     closing.end();
     return map;
   }
-
-  map.solution = solve(trial_T_keyframe_, map.edges, scale_sigma, options_);
+  const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
+  add_rejoining_loops(map, parts_, options_);
+  map.edges = chosen(map.edges, consistent_edges(map.edges, scale_sigma));
+  map.solution = solve(initial, map.edges, scale_sigma, options_);
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  map.slope_correction = gradient_scale_in(map.solution);
+  map.slope_correction = SlopeCorrection::from_linear(map.solution.shared_unknowns);
   if (refine && options_.slope_calibration.enabled && !stop_requested())
     calibrate(map, edges_, options_, stop_requested, progress);
-  map.loops = static_cast<int>(std::count_if(
-      map.edges.begin(), map.edges.end(), [](const PoseGraphEdge& e) { return e.kind == EdgeKind::loop; }));
-
-  const std::map<int, int> per_component = tracked_frames_per_component(map.frames, map.solution);
-  map.components = static_cast<int>(per_component.size());
-  const int component = largest_component(per_component);
-  for (const auto& [id, component_of_id] : map.solution.component_of_node)
-    map.in_map[static_cast<std::size_t>(id)] = component_of_id == component;
-  const int anchor = choose_anchor(map.keyframes, map.in_map);
-  map.anchor_frame = map.keyframes[static_cast<std::size_t>(anchor)]->frame;
-  map.component_T_anchor = map.solution.component_T_node.at(anchor);
+  const int anchor = choose_component_and_anchor(map);
   const bool scale_is_unknown = options_.slope_calibration.estimate_gradient_scale;
   map.uncertainty =
       trajectory_uncertainty(map.frames, map.in_map,

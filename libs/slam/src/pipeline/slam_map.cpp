@@ -50,7 +50,7 @@ MapSnapshot snapshot_of(const SlamMap& map) {
     if (shown) snapshot.shown_component = component;
     snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component,
                               shown ? map.anchor_T_keyframe(id) : map.solution.component_T_node.at(id),
-                              keyframe.surface});
+                              keyframe.surface, keyframe.trial_T_keyframe});
   }
   for (std::size_t i = 0; i < map.edges.size(); ++i)
     snapshot.edges.push_back(

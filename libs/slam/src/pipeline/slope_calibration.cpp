@@ -194,7 +194,7 @@ struct Prediction {
 
 double cost_of(const std::vector<double>& residuals, const std::vector<std::size_t>& edges, double scale) {
   double cost = 0;
-  for (const std::size_t i : edges) cost += scale * scale * std::log1p(std::pow(residuals[i] / scale, 2));
+  for (const std::size_t i : edges) cost += robust_cost(residuals[i], scale);
   return cost;
 }
 

@@ -17,12 +17,6 @@ UncertainMotion uncertain_motion(const KeyframeLink& link) {
   return motion;
 }
 
-UncertainMotion onward(const UncertainMotion& trial_T_previous, const KeyframeLink& link) {
-  UncertainMotion motion = compose(trial_T_previous, uncertain_motion(link));
-  motion.from_T_to = normalized(motion.from_T_to);
-  return motion;
-}
-
 /// With what large turns do to the translation: the frame lies off by V(w) p of its perturbation (w, p), to
 /// second order p + w x p / 2. A ball that was rolled without its turning being seen is off along z as well,
 /// although to first order z was read. The moments are those of a normal distribution.
@@ -49,17 +43,18 @@ std::optional<Matrix6d> TrialDrift::add(const TrackedFrame& frame) {
   for (const NewKeyframe& added : frame.new_keyframes) {
     if (added.keyframe->trial != trial_) continue;  // left behind by the trial before
     trial_T_keyframes_[added.keyframe->id] =
-        added.link.previous ? onward(trial_T_keyframes_.at(added.link.previous->id), added.link)
-                            : UncertainMotion();
+        added.link.previous
+            ? compose(trial_T_keyframes_.at(added.link.previous->id), uncertain_motion(added.link))
+            : UncertainMotion();
   }
   if (frame.left && !trial_T_keyframes_.contains(frame.keyframe->id))  // a keyframe of another trial
     trial_T_keyframes_[frame.keyframe->id] =
-        compose(onward(trial_T_keyframes_.at(frame.left->previous->id), *frame.left),
+        compose(compose(trial_T_keyframes_.at(frame.left->previous->id), uncertain_motion(*frame.left)),
                 inverse(uncertain_motion(link_to(frame.keyframe, frame.registration))));
   if (frame.status != TrackStatus::tracked) return std::nullopt;
   UncertainMotion motion = trial_T_keyframes_.at(frame.keyframe->id);
   if (frame.keyframe->frame != frame.frame)
-    motion = onward(motion, link_to(frame.keyframe, frame.registration));
+    motion = compose(motion, uncertain_motion(link_to(frame.keyframe, frame.registration)));
   return translation_first(with_second_order(
       motion.total_covariance(gradient_scale_sigma_ * frame.keyframe->surface.model_sigma())));
 }

@@ -2,25 +2,20 @@
 
 namespace gelslam {
 
-void TrialPlaces::add(const NewKeyframe& added) {
-  const Keyframe& keyframe = *added.keyframe;
-  const KeyframeLink& link = added.link;
-  const Pose trial_T_keyframe =
-      link.previous ? Pose(keyframes_.at(link.previous->id).trial_T_keyframe * link.previous_T_this)
-                    : Pose::Identity();
-  keyframes_[keyframe.id] = {keyframe.trial, trial_T_keyframe};
-  if (keyframe.trial == 0) first_T_trial_.try_emplace(0, Pose::Identity());
-  const std::vector<LoopConstraint> loops = loop_closer_.add(keyframe);
-  if (first_T_trial_.contains(keyframe.trial)) return;
+void TrialPlaces::add(const std::shared_ptr<const Keyframe>& keyframe) {
+  keyframes_[keyframe->id] = keyframe;
+  if (keyframe->trial == 0) first_T_trial_.try_emplace(0, Pose::Identity());
+  const std::vector<LoopConstraint> loops = loop_closer_.add(*keyframe);
+  if (first_T_trial_.contains(keyframe->trial)) return;
 
   const LoopConstraint* best = nullptr;
   for (const LoopConstraint& loop : loops)
-    if (first_T_trial(keyframes_.at(loop.from).trial) && (!best || loop.sift_inliers > best->sift_inliers))
+    if (first_T_trial(keyframes_.at(loop.from)->trial) && (!best || loop.sift_inliers > best->sift_inliers))
       best = &loop;
   if (!best) return;
-  const Placed& older = keyframes_.at(best->from);
-  first_T_trial_[keyframe.trial] = normalized(first_T_trial_.at(older.trial) * older.trial_T_keyframe *
-                                              best->from_T_to * trial_T_keyframe.inverse());
+  const Keyframe& older = *keyframes_.at(best->from);
+  first_T_trial_[keyframe->trial] = normalized(first_T_trial_.at(older.trial) * older.trial_T_keyframe *
+                                               best->from_T_to * keyframe->trial_T_keyframe.inverse());
 }
 
 std::optional<Pose> TrialPlaces::first_T_trial(int trial) const {

@@ -84,10 +84,7 @@ void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitc
         record.edges.push_back(map.edges[i]);
     return;
   }
-  Eigen::VectorXd factors(kScaleTerms);
-  for (int term = 0; term < kScaleTerms; ++term)
-    factors[term] = map.slope_correction.factors[SlopeCorrection::kLinear[index(term)]];
-  record.edges = scale_corrected(record.edges, factors);
+  record.edges = scale_corrected(record.edges, map.slope_correction.linear());
 }
 
 /// Appends `next` to `all`, whose numbers go on.

@@ -1,5 +1,6 @@
 #include "gelslam/slam/pose_stream.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -72,19 +73,15 @@ std::string dropped_notice(StreamFormat format, std::int64_t lines) {
   return Json{{"type", "dropped"}, {"lines", lines}}.dump() + "\n";
 }
 
-std::optional<MapPlace> MapPlaces::place_of(const TrackedFrame& frame, const MapSnapshot& map) {
-  if (frame.trial != trial_ && frame.trial >= 0) {
-    trial_ = frame.trial;
-    trial_T_keyframe_.clear();
-  }
+std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& map) {
   if (frame.status != TrackStatus::tracked) return std::nullopt;
-  trial_T_keyframe_.insert_or_assign(frame.keyframe->id,
-                                     frame.trial_T_frame * frame.keyframe_T_frame.inverse());
-  for (auto known = trial_T_keyframe_.rbegin(); known != trial_T_keyframe_.rend(); ++known)
-    if (const MapSnapshot::Node* node = map.find(known->first))
-      return MapPlace{normalized(node->component_T_keyframe * known->second.inverse() * frame.trial_T_frame),
-                      node->component};
-  return std::nullopt;
+  if (const MapSnapshot::Node* node = map.find(frame.keyframe->id))
+    return MapPlace{normalized(node->component_T_keyframe * frame.keyframe_T_frame), node->component};
+  const auto newest = std::find_if(map.nodes.rbegin(), map.nodes.rend(),
+                                   [&](const MapSnapshot::Node& node) { return node.trial == frame.trial; });
+  if (newest == map.nodes.rend()) return std::nullopt;
+  const Pose keyframe_T_frame = newest->trial_T_keyframe.inverse() * frame.trial_T_frame;
+  return MapPlace{normalized(newest->component_T_keyframe * keyframe_T_frame), newest->component};
 }
 
 PoseStream::PoseStream(const Options& options)
@@ -98,7 +95,7 @@ void PoseStream::write(FrameReport report, const MapSnapshot& map) {
   report.scan = scan_;
   report.covariance = drift_.add(frame);
   static const MapSnapshot empty;
-  report.place = places_.place_of(frame, map.scan == scan_ ? map : empty);
+  report.place = place_of(frame, map.scan == scan_ ? map : empty);
   if (options_.format == StreamFormat::tum) {
     // One frame for all poses: that of the first contact.
     if (report.place && report.place->component == map.nodes.front().component)
@@ -118,7 +115,6 @@ void PoseStream::keep(const Keyframe& keyframe) {
 void PoseStream::start_scan(int scan) {
   scan_ = scan;
   drift_ = TrialDrift(options_.gradient_scale_sigma);
-  places_ = {};
   server_.forget_kept();
 }
 

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/median.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
@@ -38,6 +39,17 @@ float weighted(const SlopeCorrection::AxisTerms& terms, const double* factors, f
 
 }  // namespace
 
+SlopeCorrection SlopeCorrection::from_linear(const Eigen::VectorXd& factors) {
+  SlopeCorrection correction;
+  for (Eigen::Index k = 0; k < factors.size(); ++k)
+    correction.factors[kLinear[static_cast<std::size_t>(k)]] = factors[k];
+  return correction;
+}
+
+Eigen::Vector4d SlopeCorrection::linear() const {
+  return {factors[kLinear[0]], factors[kLinear[1]], factors[kLinear[2]], factors[kLinear[3]]};
+}
+
 GradientScale SlopeCorrection::scale() const {
   return {1.0 / (1.0 - factors[kScaleX]), 1.0 / (1.0 - factors[kScaleY])};
 }
@@ -62,12 +74,13 @@ SlopeCorrection::Terms SlopeCorrection::terms(float x, float y, float gx, float 
 std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double gradient_scale_sigma,
                                                                          double model_sigma) {
   // Small slopes: root mean squares over sequences were 0.9 with one network, 0.3 and 0.2 with two others.
-  constexpr double kCross = 0.05, kPlace = 0.1, kSlope = 0.2, kSmall = 0.6, kBias = 0.02;
-  constexpr std::array<double, kTermsPerAxis> kOfAxis = {kCross, kCross, kPlace, kPlace, kPlace, kPlace,
-                                                         kSlope, kSlope, kSlope, kSmall, kBias,  kBias};
+  constexpr double kPlace = 0.1, kSlope = 0.2, kSmall = 0.6, kBias = 0.02;
+  const double cross = kCrossAxisShare * gradient_scale_sigma;
+  const std::array<double, kTermsPerAxis> of_axis = {cross,  cross,  kPlace, kPlace, kPlace, kPlace,
+                                                     kSlope, kSlope, kSlope, kSmall, kBias,  kBias};
   std::array<double, kTerms> sigma;
-  std::copy(kOfAxis.begin(), kOfAxis.end(), sigma.begin());
-  std::copy(kOfAxis.begin(), kOfAxis.end(), sigma.begin() + kTermsPerAxis);
+  std::copy(of_axis.begin(), of_axis.end(), sigma.begin());
+  std::copy(of_axis.begin(), of_axis.end(), sigma.begin() + kTermsPerAxis);
   sigma[kScaleX] = sigma[kScaleY] = gradient_scale_sigma;
   for (double& of_factor : sigma) of_factor *= model_sigma;
   return sigma;

@@ -42,6 +42,11 @@ struct PoseGraphOptions {
   bool only_where_needed = false;
 };
 
+/// Twice the cost of a loop whose whitened residual this is, and the share of its information that it keeps
+/// (Cauchy kernel). `scale` in standard deviations: loop_loss_scale.
+double robust_cost(double residual, double scale);
+double robust_weight(double residual, double scale);
+
 /// Unknowns that all edges share, K of them: what a sensor's model of slopes reads wrong.
 struct SharedUnknowns {
   /// Per edge: what it measures if the unknowns are u is from_T_to * exp(edge_by_unknown * u). 6xK, or empty

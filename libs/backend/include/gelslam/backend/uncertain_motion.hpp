@@ -9,7 +9,8 @@
 namespace gelslam {
 
 /// The four factors of true slope (gx, gy) = (I - F) * read slope, with F = ((xx, xy), (yx, yy)) along the
-/// sensor's axes, in the order xx, xy, yx, yy (0: no correction). xx and yy are the gradient scale.
+/// sensor's axes, in the order xx, xy, yx, yy (0: no correction): SlopeCorrection::kLinear. xx and yy are the
+/// gradient scale.
 inline constexpr int kScaleTerms = 4;
 using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 
@@ -21,7 +22,8 @@ using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 /// own.
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 
-/// Standard deviations of the factors before loops tell more, where the gradient scale's is `sigma`.
+/// Standard deviations of the factors before loops tell more, where the gradient scale's is `sigma`: those of
+/// SlopeCorrection::prior_sigma().
 Eigen::Vector4d scale_sigmas(double sigma);
 
 /// The factors as unknowns that all edges share.

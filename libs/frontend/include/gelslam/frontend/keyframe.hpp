@@ -17,6 +17,9 @@ struct Keyframe {
   int trial = 0;
   StoredSurface surface;
   StoredReference reference;
+  /// In the first frame of its trial, as tracked. Identity of a keyframe that was read from a session: the
+  /// scan goes on with another trial.
+  Pose trial_T_keyframe = Pose::Identity();
 };
 
 /// How a keyframe is linked to an earlier one of the same trial: that which it was registered to.

@@ -61,7 +61,7 @@ struct TrackedFrame {
 /// §IV; the others are our own):
 ///  1. Contact begins a trial, and ends it with hysteresis.
 ///  2. Prediction: the motion goes on at constant velocity, or it stops.
-///  3. One gate: innovation and residual of a step within three standard deviations of what is predicted.
+///  3. One gate: innovation of a step within three standard deviations of its prediction, no new residual.
 ///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
 ///  5. Relocalization of a step that the gate refuses; if there are rivals, the frame is lost.
 ///  6. A time budget for that, live.
@@ -156,7 +156,7 @@ class Tracker {
                           const Surface& surface) const;
   const Known* most_overlapping(const Surface& surface, const Pose& trial_T_frame) const;
   bool return_to_known(TrackedFrame& result, const TurningPoints::Touch& touch);
-  std::shared_ptr<const Keyframe> make_keyframe(std::int64_t frame, SurfacePtr surface);
+  std::shared_ptr<const Keyframe> make_keyframe(const TurningPoints::Touch& touch);
   void switch_keyframe(TrackedFrame& result, const TurningPoints::Touch& touch,
                        std::shared_ptr<const PreparedReference> reference);
   void hand_out_turning_point(TrackedFrame& result, const std::optional<TurningPoints::Touch>& touch);

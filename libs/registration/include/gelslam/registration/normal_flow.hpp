@@ -13,8 +13,7 @@ struct NormalFlowOptions {
   int max_iterations = 50;
   int min_iterations = 2;
   int min_shared_pixels = 10;
-  double scr_threshold = 0.3;      ///< least shared curvature ratio
-  double ccs_threshold = 0.7;      ///< least curvature cosine similarity
+  CurvatureLimits curvature;
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;  ///< least standard deviation of one normal
   double height_noise_mm = 0.004;  ///< of the mean height over a contact
@@ -31,7 +30,6 @@ struct NormalFlowOptions {
   /// Rms; below it the texture is too faint for CCS to mean anything, and normals have to agree within their
   /// noise instead.
   double smooth_curvature_per_px = 0.02;
-  double observable_sigma_mm = 0.25;  ///< a motion (a turn by kMmPerRad) is observable when known better
 };
 
 /// self_similarity() of a surface, computed when it is first asked for. Shared by references of one surface.

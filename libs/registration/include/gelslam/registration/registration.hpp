@@ -12,6 +12,20 @@ namespace gelslam {
 /// half a contact.
 inline constexpr double kMmPerRad = 5.0;
 
+/// The shortest period of a pattern that is looked for. Two shifts closer than this are the same place;
+/// farther than this from where it was expected, a place was not expected at all.
+inline constexpr double kMinPeriodMm = 1.0;
+
+/// A motion (a turn by kMmPerRad) is observable when it is known better: two standard deviations tell a
+/// period from the next.
+inline constexpr double kObservableSigmaMm = kMinPeriodMm / 4;
+
+/// How well two curvatures have to agree (Huang et al., RA-L 2024). Without a unit.
+struct CurvatureLimits {
+  double min_scr = 0.3;  ///< shared curvature ratio
+  double min_ccs = 0.7;  ///< curvature cosine similarity
+};
+
 enum class RegistrationStatus {
   converged,
   too_little_overlap,    ///< the shared contact or its share of curvature (SCR) is too small

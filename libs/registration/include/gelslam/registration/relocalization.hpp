@@ -7,10 +7,6 @@
 
 namespace gelslam {
 
-/// The shortest period of a pattern that is looked for. Two shifts closer than this are the same place;
-/// farther than this from where it was expected, a place was not expected at all.
-inline constexpr double kMinPeriodMm = 1.0;
-
 /// Where NormalFlow may start (target_T_reference) when the motion was too large for it to follow: shifts and
 /// twists about that of `expected` at which the two textures agree, at any distance, the best first, with the
 /// tilt that the normals have there. A pattern that repeats itself has many. Empty when the textures are too

@@ -9,8 +9,7 @@ namespace gelslam {
 /// The limits of verify(): when do two surfaces show the same place? Measured on keyframe pairs of sequences
 /// with truth. Ratios and correlations have no unit.
 struct VerificationOptions {
-  double min_scr = 0.3;  ///< shared curvature ratio of the smaller contact (Huang et al., RA-L 2024)
-  double min_ccs = 0.7;  ///< curvature cosine similarity (the same)
+  CurvatureLimits curvature;  ///< instead of NormalFlowOptions::curvature; SCR of the smaller contact
   /// RegistrationResult::texture_correlation. Right places have 0.6 (a pen) to 0.97, wrong ones less than
   /// 0.5.
   double min_texture_correlation = 0.6;
@@ -22,8 +21,8 @@ struct VerificationOptions {
   /// Share of either contact that would lie inside gel that the other surface shows untouched.
   double max_free_space_violation = 0.1;
   /// Self-similarity above which a surface shows no place by itself. A cloth or a thread has 0.95, a knurl
-  /// 0.6, other objects less than 0.5. On such a surface the place must be known beforehand to less than half
-  /// of the shortest period that self_similarity() looks for, at two standard deviations.
+  /// 0.6, other objects less than 0.5. On such a surface the place must be known beforehand, to
+  /// kObservableSigmaMm.
   double max_self_similarity = 0.8;
   /// Another place does not count when its normals fit this many times worse than those of the best.
   /// Measured: a tooth, bead or dimple further they fit 1.02 to 1.4 times worse, on texture that does not

@@ -19,6 +19,7 @@ struct MapSnapshot {
     int component = 0;  ///< smallest keyframe id of the component
     Pose component_T_keyframe = Pose::Identity();
     StoredSurface surface;
+    Pose trial_T_keyframe = Pose::Identity();  ///< Keyframe::trial_T_keyframe
   };
   struct Edge {
     int from = 0, to = 0;  ///< keyframe ids

@@ -62,6 +62,9 @@ class Mapper {
   void add_edge(const PoseGraphEdge& edge);
   const std::vector<bool>& judge_edges();
   std::vector<PoseGraphEdge> search_loops(const Keyframe& keyframe, int previous);
+  bool has_keyframe(int id) const;
+  std::map<int, Pose> chained_links() const;
+  SlamMap measured_map(const std::vector<FrameRecord>& frames) const;
 
   SlamOptions options_;
   LoopCloser loop_closer_;
@@ -69,7 +72,6 @@ class Mapper {
   std::vector<Keyframe> restored_;  // not in loop_closer_ yet: it is slow, and not always needed
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
   std::vector<bool> searched_;                              // by id: for loops
-  std::map<int, Pose> trial_T_keyframe_;                    // the nodes
   std::vector<PoseGraphEdge> edges_;                        // all that were measured
   std::map<int, std::vector<std::size_t>> edges_of_;        // of a node, as indices into edges_
   GrowingConsistency consistency_;                          // of edges_

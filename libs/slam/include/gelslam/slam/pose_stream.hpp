@@ -47,16 +47,9 @@ enum class StreamFormat { tum, ndjson };
 /// Tells a reader how many lines it lost.
 std::string dropped_notice(StreamFormat format, std::int64_t lines);
 
-/// The places of frames in the newest map, through the keyframes of their trial.
-class MapPlaces {
- public:
-  /// Frames in order. Nothing before the map holds a keyframe of this trial.
-  std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& map);
-
- private:
-  int trial_ = -1;
-  std::map<int, Pose> trial_T_keyframe_;  ///< of this trial
-};
+/// Where a frame lies in the map: at its keyframe, or at the newest one of its trial that the map holds.
+/// Nothing where there is none.
+std::optional<MapPlace> place_of(const TrackedFrame& frame, const MapSnapshot& map);
 
 /// Poses of a live scan for other programs, as soon as they are known.
 class PoseStream {
@@ -89,7 +82,6 @@ class PoseStream {
   const Options options_;
   StreamServer server_;
   TrialDrift drift_;
-  MapPlaces places_;
   int scan_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "gelslam/frontend/tracker.hpp"
@@ -17,19 +18,14 @@ class TrialPlaces {
       : loop_closer_(options.loop_closure, options.registration, options.verification) {}
 
   /// Keyframes in order of their ids, as the tracker hands them out.
-  void add(const NewKeyframe& added);
+  void add(const std::shared_ptr<const Keyframe>& keyframe);
 
   /// Maps a trial's frame into that of trial 0, or nothing.
   std::optional<Pose> first_T_trial(int trial) const;
 
  private:
-  struct Placed {
-    int trial = 0;
-    Pose trial_T_keyframe = Pose::Identity();
-  };
-
   LoopCloser loop_closer_;
-  std::map<int, Placed> keyframes_;
+  std::map<int, std::shared_ptr<const Keyframe>> keyframes_;
   std::map<int, Pose> first_T_trial_;
 };
 

@@ -35,8 +35,11 @@ struct SlopeCorrection {
   /// Index of the factor that scales the slope along the axis it corrects.
   static constexpr std::size_t kScaleX = 0, kScaleY = kTermsPerAxis + 1;
   static constexpr std::size_t kSmallSlopes = 9;  ///< of an axis's terms
-  /// The factors of a linear map from read to true slopes: xx, xy, yx, yy.
+  /// The subset that maps read to true slopes linearly: xx, xy, yx, yy. How an edge of the pose graph depends
+  /// on them is known without surfaces (motion_by_gradient_scale()); they are estimated while a scan goes on.
   static constexpr std::array<std::size_t, 4> kLinear = {kScaleX, 1, kTermsPerAxis, kScaleY};
+  static SlopeCorrection from_linear(const Eigen::VectorXd& factors);  ///< four, or none for no correction
+  Eigen::Vector4d linear() const;
   GradientScale scale() const;  ///< at the center of the gel
   /// (x, y) of a pixel, as terms() takes it.
   static cv::Point2f place(cv::Size size, cv::Point pixel);

@@ -1,4 +1,7 @@
+#include "loop_layers.hpp"
+
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <unordered_map>
 #include <utility>
@@ -75,17 +78,12 @@ class Consistency {
   }
 
   std::vector<bool> run() {
-    MotionForest forest = plant();
-    const std::size_t odometry = tree_links_.size();
-    while (join_pieces(forest)) forest = plant();
-    std::vector<std::size_t> joins;
-    for (std::size_t i = odometry; i < tree_links_.size(); ++i) joins.push_back(link(tree_links_[i]).edge);
-    known_.set_joins(std::move(joins));
+    const MotionForest forest = join_trials();
     std::vector<int> loops;
     for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
       const Link& l = link(i);
       if (!l.loop) continue;
-      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && supported(forest, l);
+      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && is_supported(forest, l);
       if (accepted_[l.edge]) loops.push_back(i);
     }
     leave_out_contradicted(forest, loops);
@@ -102,21 +100,6 @@ class Consistency {
     return MotionForest(nodes_, edges);
   }
 
-  /// Whether the path between a loop's ends says the same.
-  bool supported(const MotionForest& forest, const Link& loop) {
-    const auto [place, is_new] = known_.supported.try_emplace(loop.edge);
-    if (is_new)
-      place->second = mismatch(forest.path(loop.from, loop.to), motion(loop), scale_sigma_) <= kMaxMismatch;
-    return place->second;
-  }
-
-  /// agree() for two loops of one tree.
-  bool agree_in_tree(const MotionForest& forest, int a, int b) {
-    const auto [place, is_new] = known_.agreeing.try_emplace({link(a).edge, link(b).edge});
-    if (is_new) place->second = agree(forest, a, b);
-    return place->second;
-  }
-
   /// Whether two loops between the same two trees (or within one) are consistent.
   bool agree(const MotionForest& forest, int a, int b) const {
     const Link &first = link(a), &second = link(b);
@@ -127,6 +110,17 @@ class Consistency {
     if (same_way) return mismatch(predicted, motion(second), scale_sigma_) <= kMaxMismatch;
     const UncertainMotion nothing = compose(predicted, motion(second));  // a closed cycle
     return mismatch({}, nothing, scale_sigma_) <= kMaxMismatch;
+  }
+
+  /// Loops join trials until no two trials have enough evidence.
+  MotionForest join_trials() {
+    MotionForest forest = plant();
+    const std::size_t odometry = tree_links_.size();
+    while (join_pieces(forest)) forest = plant();
+    std::vector<std::size_t> joins;
+    for (std::size_t i = odometry; i < tree_links_.size(); ++i) joins.push_back(link(tree_links_[i]).edge);
+    known_.set_joins(std::move(joins));
+    return forest;
   }
 
   /// Adds the best link between each two pieces with enough evidence; false when there are none.
@@ -194,6 +188,21 @@ class Consistency {
     return false;
   }
 
+  /// Whether the path between a loop's ends says the same.
+  bool is_supported(const MotionForest& forest, const Link& loop) {
+    const auto [place, is_new] = known_.supported.try_emplace(loop.edge);
+    if (is_new)
+      place->second = mismatch(forest.path(loop.from, loop.to), motion(loop), scale_sigma_) <= kMaxMismatch;
+    return place->second;
+  }
+
+  /// agree() for two loops of one tree.
+  bool agree_in_tree(const MotionForest& forest, int a, int b) {
+    const auto [place, is_new] = known_.agreeing.try_emplace({link(a).edge, link(b).edge});
+    if (is_new) place->second = agree(forest, a, b);
+    return place->second;
+  }
+
   /// Greedy: removes the loop with the largest majority of contradicting neighbors, until none has one.
   void leave_out_contradicted(const MotionForest& forest, const std::vector<int>& loops) {
     struct Peer {
@@ -250,5 +259,25 @@ const std::vector<bool>& GrowingConsistency::judge(const std::vector<PoseGraphEd
 }
 
 void GrowingConsistency::forget() { *known_ = {}; }
+
+double robust_cost(double residual, double scale) {
+  return scale * scale * std::log1p(residual * residual / (scale * scale));
+}
+
+double robust_weight(double residual, double scale) {
+  return 1.0 / (1.0 + residual * residual / (scale * scale));
+}
+
+std::vector<double> backend::detail::kernel_widths(double worst_loop, double loop_loss_scale) {
+  constexpr double kNarrowing = 4.0;
+  std::vector<double> widths;
+  for (double width = worst_loop; width > loop_loss_scale; width /= kNarrowing) widths.push_back(width);
+  widths.push_back(loop_loss_scale);
+  return widths;
+}
+
+bool backend::detail::is_outlier(EdgeKind kind, double residual) {
+  return kind == EdgeKind::loop && residual > kMaxMismatch;
+}
 
 }  // namespace gelslam

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "whitened_graph.hpp"
+
+// What a loop meets, in this order. Before, verify() (registration) has compared its two surfaces.
+//   consistent_edges():
+//   1. join_trials             loops join two trials if they agree and are evidence enough
+//   2. is_supported            the way between a loop's ends says the same
+//   3. leave_out_contradicted  most of the loops beside it agree with it
+//   solve_pose_graph():
+//   4. place_pieces            trials are laid where loops join them
+//   5. robust_cost, _weight    a loop that does not fit pulls less
+//   6. kernel_widths           loops that drift has opened wide are closed
+//   7. is_outlier              a loop that still does not fit counts no more
+namespace gelslam::backend::detail {
+
+/// Of the links between two pieces, this many are compared with each other: enough to see which place most
+/// agree on.
+inline constexpr int kMaxCompared = 24;
+
+/// Places the pieces of a graph before it is solved. A piece is a set of nodes joined by odometry that
+/// their initial poses agree with; inside it the initial poses are kept. Starting from the piece with the
+/// smallest node of each component, the others are joined one by one, best linked first, by the rigid motion
+/// that most of their links agree with; where they already agree with the initial poses, nothing moves.
+/// Robust against a false loop as long as a piece has more true links than false ones. Source: own.
+void place_pieces(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes);
+
+/// Graduated non-convexity: a robust kernel gives little weight to any loop that drift has opened wide, true
+/// or false. Starting from a kernel as wide as the worst loop and narrowing it, true loops close and false
+/// ones lose their weight. (Blake & Zisserman 1987; schedule: own.)
+std::vector<double> kernel_widths(double worst_loop, double loop_loss_scale);
+
+/// Beyond kMaxMismatch.
+bool is_outlier(EdgeKind kind, double residual);
+
+}  // namespace gelslam::backend::detail
