@@ -111,14 +111,11 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
     result.registration = reference_->register_to(*surface, Pose::Identity());
     return result;
   }
-  std::optional<Pose> keyframe_T_unconfirmed;
-  result.registration = continue_motion(*surface, time_s);
-  if (!result.registration.ok())
-    result.registration = track_with_fallback(result, *surface, keyframe_T_unconfirmed);
+  result.registration = track_with_fallback(result, *surface);
   if (result.registration.ok())
     accept(result, std::move(surface));
   else
-    handle_tracking_failure(result, std::move(surface), keyframe_T_unconfirmed);
+    handle_tracking_failure(result, std::move(surface));
   return result;
 }
 
@@ -184,25 +181,9 @@ RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surf
   return place.ok() ? reference.prepared.register_to(surface, place.target_T_reference) : place;
 }
 
-/// The frame before fitted at several places. If this frame is where the motion to the expected one of them
-/// leads, that motion was real: the object was moving already when the trial began. Otherwise not ok.
-RegistrationResult Tracker::continue_motion(const Surface& surface, double time_s) {
-  if (!lost_ || !lost_->keyframe_T_unconfirmed) return {};
-  const Pose keyframe_T_lost = *std::exchange(lost_->keyframe_T_unconfirmed, std::nullopt);
-  const double first_s = lost_->last.time_s - lost_->since_s, second_s = time_s - lost_->last.time_s;
-  const Pose step = previous_.link.previous_T_this.inverse() * keyframe_T_lost;
-  const Pose expected = keyframe_T_lost * carried_on(step, first_s, second_s);
-  const RegistrationResult registration = reference_->register_to(surface, expected.inverse());
-  if (!passes_gate(registration, expected, second_s)) return {};
-  previous_.link.previous_T_this = keyframe_T_lost;  // the frame before was tracked after all
-  previous_.time_s = lost_->last.time_s;
-  return registration;
-}
-
 /// Registers to the keyframe; if that is too far behind, to the last tracked frame. If that fails, too, or
 /// the step is unusual, relocalizes. The last tracked frame becomes a keyframe if it was needed.
-RegistrationResult Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface,
-                                                std::optional<Pose>& keyframe_T_unconfirmed) {
+RegistrationResult Tracker::track_with_fallback(TrackedFrame& result, const Surface& surface) {
   const Reference keyframe = reference_of(*reference_, previous_.link.previous_T_this, result.time_s);
   const RegistrationResult on_keyframe = register_to(keyframe, surface);
   if (is_usual(on_keyframe, keyframe)) return on_keyframe;
@@ -219,10 +200,7 @@ RegistrationResult Tracker::track_with_fallback(TrackedFrame& result, const Surf
     const RegistrationResult place = relocalize_on(keyframe, surface, on_keyframe);
     if (place.ok()) return place;
     if (previous) on_previous = relocalize_on(*previous, surface, on_previous);
-    if (!on_previous.ok()) {
-      if (on_keyframe.ok()) keyframe_T_unconfirmed = on_keyframe.target_T_reference.inverse();
-      return place;
-    }
+    if (!on_previous.ok()) return place;
   }
   const Pose trial_T_previous = trial_T_keyframe_ * previous_.link.previous_T_this;
   switch_keyframe(result, {previous_.frame, previous_.surface, trial_T_previous, previous_.link},
@@ -232,8 +210,7 @@ RegistrationResult Tracker::track_with_fallback(TrackedFrame& result, const Surf
 
 /// The frame fits nothing that the trial has shown: it may be torn, or the object may be elsewhere. A new
 /// trial begins when the patience is over, or when this frame fits the one before, which was lost, too.
-void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface,
-                                      const std::optional<Pose>& keyframe_T_unconfirmed) {
+void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface) {
   result.status = TrackStatus::lost;
   const Seen seen{result.frame, result.time_s, surface};
   if (seen.time_s - previous_.time_s > options_.patience_s) {
@@ -241,16 +218,16 @@ void Tracker::handle_tracking_failure(TrackedFrame& result, SurfacePtr surface,
     return;
   }
   if (lost_) {
-    auto reference = registrar_->prepare(lost_->last.surface);
+    auto reference = registrar_->prepare(lost_->surface);
     const RegistrationResult together = reference->register_to(*surface, Pose::Identity());
     if (together.ok()) {
-      begin_trial(result, Seen(lost_->last), std::move(reference));
+      begin_trial(result, Seen(*lost_), std::move(reference));
       result.registration = together;
       accept(result, std::move(surface));
       return;
     }
   }
-  lost_ = LostState{previous_.time_s, seen, lost_ ? std::nullopt : keyframe_T_unconfirmed};
+  lost_ = seen;
 }
 
 void Tracker::accept(TrackedFrame& result, SurfacePtr surface) {

@@ -65,7 +65,7 @@ struct TrackedFrame {
 ///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
 ///  5. Relocalization of a step that the gate refuses; if there are rivals, the frame is lost.
 ///  6. A time budget for that, live.
-///  7. LostState: a later frame is found again, proves the place of the lost one, or begins a trial with it.
+///  7. A lost frame is waited for: a later one is found again, or begins a trial with it.
 ///  8. A keyframe is replaced when it is outgrown.
 ///  9. Known ground: a keyframe of the map takes over.
 /// 10. Turning points become keyframes.
@@ -113,13 +113,6 @@ class Tracker {
     Pose step = Pose::Identity();  ///< from the tracked frame before: before_T_this
     double step_s = 0;             ///< time that it took
   };
-  /// From the first frame without a place in the map until one is tracked again or a new trial begins.
-  struct LostState {
-    double since_s = 0;  ///< time of the last tracked frame
-    Seen last;           ///< the last lost frame
-    /// Where registration from the expected place put it, if only that several places fit speaks against it.
-    std::optional<Pose> keyframe_T_unconfirmed;
-  };
   /// What a frame is registered to, and where the sensor is expected.
   struct Reference {
     const PreparedReference& prepared;
@@ -142,13 +135,10 @@ class Tracker {
   void learn_innovation(double innovation_mm, double elapsed_s);
   RegistrationResult relocalize_on(const Reference& reference, const Surface& surface,
                                    const RegistrationResult& registration);
-  RegistrationResult continue_motion(const Surface& surface, double time_s);
-  RegistrationResult track_with_fallback(TrackedFrame& result, const Surface& surface,
-                                         std::optional<Pose>& keyframe_T_unconfirmed);
+  RegistrationResult track_with_fallback(TrackedFrame& result, const Surface& surface);
   void accept(TrackedFrame& result, SurfacePtr surface);
   std::shared_ptr<const ContactRelief> contact_of(const std::shared_ptr<const Keyframe>& keyframe) const;
-  void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface,
-                               const std::optional<Pose>& keyframe_T_unconfirmed);
+  void handle_tracking_failure(TrackedFrame& result, SurfacePtr surface);
   void begin_trial(TrackedFrame& result, const Seen& first,
                    std::shared_ptr<const PreparedReference> reference);
   void end_trial(TrackedFrame& result);
@@ -175,7 +165,7 @@ class Tracker {
   TurningPoints turning_points_;
   Tracked previous_;                  ///< the last tracked frame of the trial
   double innovation_variance_ = 0;    ///< running mean square, (mm/s)²
-  std::optional<LostState> lost_;     ///< none while frames are tracked
+  std::optional<Seen> lost_;          ///< the last frame, if it was lost
   Clock clock_;                       ///< none: relocalization may take any time
   double relocalization_share_ = 0;   ///< of the time that passes, that it may take
   double relocalization_debt_s_ = 0;  ///< by how much it went beyond that
