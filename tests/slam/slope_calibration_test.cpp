@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "../support/analytic_surface.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/registration/slope_sensitivity.hpp"
 
 namespace gelslam {
 namespace {
@@ -196,6 +198,31 @@ TEST(ShareOutCorrections, ALinkWithoutMotionAndLoopsShareNothing) {
   distribute_corrections({loop}, {closed}, frames);
   distribute_corrections({link(0, 1, Pose::Identity())}, {link(0, 1, motion(1, 0, 0, 0, 0))}, frames);
   EXPECT_LT(gap(frames[0].keyframe_T_frame, motion(1, 0, 0, 0, 0)).deg, 1e-9);
+}
+
+/// The pose graph knows the linear factors from an edge alone, the sensitivity from two surfaces: the same
+/// motion. Parallax makes a fifth of it, as between the sensitivity and registration itself.
+TEST(SlopeFactors, ThoseOfThePoseGraphAreASubset) {
+  const Eigen::Vector4d sigmas = scale_sigmas(0.1);
+  const auto all_sigmas = SlopeCorrection::prior_sigma(0.1);
+  for (int k = 0; k < kScaleTerms; ++k)
+    EXPECT_DOUBLE_EQ(all_sigmas[SlopeCorrection::kLinear[static_cast<std::size_t>(k)]], sigmas[k]);
+
+  const Field stone = bumpy_ellipsoid(3);
+  const Pose first = pressed(6, 0.9), second = first * motion(5, -4, 4, 0.6, -0.5);
+  const NormalFlowReference reference(touch(stone, first), {});
+  const SurfacePtr target = touch(stone, second);
+  const RegistrationResult result = register_normal_flow(reference, *target, second.inverse() * first, {});
+  ASSERT_TRUE(result.ok());
+  const SlopeSensitivity sensitivity = slope_sensitivity(reference, *target, result.target_T_reference, {});
+  const MotionByScale of_edge = motion_by_gradient_scale(
+      {0, 1, result.target_T_reference, result.information, EdgeKind::loop, result.shared_center_mm});
+  for (int k = 0; k < kScaleTerms; ++k) {
+    const Vector6d of_surfaces = sensitivity.pose_by_factor.col(
+        static_cast<int>(SlopeCorrection::kLinear[static_cast<std::size_t>(k)]));
+    EXPECT_LT((of_edge.col(k) - of_surfaces).head<3>().norm(), 0.2 * of_surfaces.head<3>().norm() + 0.01)
+        << k;
+  }
 }
 
 }  // namespace

@@ -81,7 +81,6 @@ void solve_one_more_keyframe(benchmark::State& state) {
   const int nodes = static_cast<int>(state.range(0));
   Scan scan = make_scan(nodes, static_cast<int>(state.range(1)), 1);
   PoseGraphOptions options;
-  options.reconsider_outliers = false;
   Scan before = scan;
   before.poses.erase(nodes - 1);
   std::erase_if(before.edges,

@@ -16,6 +16,9 @@ namespace {
 
 using namespace backend::detail;
 
+// Of the loops between two pieces, this many are compared with each other: enough to see which place most
+// agree on.
+constexpr int kMaxCompared = 24;
 constexpr int kPeers = 8;  // neighbors a loop is compared with, in the order in which loops were found
 
 struct Link {
@@ -259,6 +262,54 @@ const std::vector<bool>& GrowingConsistency::judge(const std::vector<PoseGraphEd
 }
 
 void GrowingConsistency::forget() { *known_ = {}; }
+
+namespace {
+
+/// The motion of the piece that holds one end of `link` (`to`, or else `from`) which makes the link hold
+/// exactly.
+Pose motion_onto(const WhitenedEdge& link, bool moves_to, const std::vector<NodeState>& nodes) {
+  Pose from_T_to = Pose::Identity();
+  from_T_to.linear() = link.rotation.toRotationMatrix();
+  from_T_to.translation() = link.translation_mm;
+  const Pose map_T_from = to_pose(nodes[index(link.from)]), map_T_to = to_pose(nodes[index(link.to)]);
+  return moves_to ? map_T_from * from_T_to * map_T_to.inverse()
+                  : map_T_to * from_T_to.inverse() * map_T_from.inverse();
+}
+
+}  // namespace
+
+void backend::detail::place_pieces(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes) {
+  UnionFind pieces(static_cast<int>(nodes.size())), components = pieces;
+  for (const WhitenedEdge& edge : edges) {
+    components.join(edge.from, edge.to);
+    if (edge.kind == EdgeKind::odometry) pieces.join(edge.from, edge.to);
+  }
+  std::vector<std::vector<const WhitenedEdge*>> links(nodes.size());  // that leave a piece, by its root
+  for (const WhitenedEdge& edge : edges)
+    for (const int node : {edge.from, edge.to})
+      if (pieces.root(edge.from) != pieces.root(edge.to)) links[index(pieces.root(node))].push_back(&edge);
+  std::vector<std::vector<int>> members(nodes.size());  // of a piece, by its root
+  std::vector<bool> placed(nodes.size(), false);
+  std::vector<int> reached;
+  for (int node = 0; node < static_cast<int>(nodes.size()); ++node) {
+    members[index(pieces.root(node))].push_back(node);
+    if (components.root(node) != node) continue;
+    reached.push_back(pieces.root(node));
+    placed[index(pieces.root(node))] = true;
+  }
+  for (std::size_t next = 0; next < reached.size(); ++next)
+    for (const WhitenedEdge* link : links[index(reached[next])]) {
+      const bool moves_to = !placed[index(pieces.root(link->to))];
+      const int piece = pieces.root(moves_to ? link->to : link->from);
+      if (placed[index(piece)]) continue;
+      placed[index(piece)] = true;
+      reached.push_back(piece);
+      if (residual_norm(*link, nodes[index(link->from)], nodes[index(link->to)]) <= kMaxMismatch) continue;
+      const Pose motion = motion_onto(*link, moves_to, nodes);
+      for (const int node : members[index(piece)])
+        nodes[index(node)] = to_state(motion * to_pose(nodes[index(node)]));
+    }
+}
 
 double robust_cost(double residual, double scale) {
   return scale * scale * std::log1p(residual * residual / (scale * scale));

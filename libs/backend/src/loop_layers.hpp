@@ -16,15 +16,10 @@
 //   7. is_outlier              a loop that still does not fit counts no more
 namespace gelslam::backend::detail {
 
-/// Of the links between two pieces, this many are compared with each other: enough to see which place most
-/// agree on.
-inline constexpr int kMaxCompared = 24;
-
-/// Places the pieces of a graph before it is solved. A piece is a set of nodes joined by odometry that
-/// their initial poses agree with; inside it the initial poses are kept. Starting from the piece with the
-/// smallest node of each component, the others are joined one by one, best linked first, by the rigid motion
-/// that most of their links agree with; where they already agree with the initial poses, nothing moves.
-/// Robust against a false loop as long as a piece has more true links than false ones. Source: own.
+/// Places the pieces of a graph before it is solved. A piece is a set of nodes joined by odometry; inside it
+/// the initial poses are kept. Starting from the piece with the smallest node of each component, the others
+/// are moved rigidly onto the first loop that leads to them, unless they agree with it already. Loops that
+/// contradict each other are left out before, by consistent_edges().
 void place_pieces(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes);
 
 /// Graduated non-convexity: a robust kernel gives little weight to any loop that drift has opened wide, true

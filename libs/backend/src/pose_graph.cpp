@@ -294,8 +294,7 @@ Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, E
   Solver solver(graph, options);
   progress.add(solver.solve(estimate, options.loop_loss_scale));
   evaluate(graph, options, estimate);
-  if (!options.reconsider_outliers || options.only_where_needed || estimate.worst_loop <= kMaxMismatch)
-    return progress;
+  if (options.only_where_needed || estimate.worst_loop <= kMaxMismatch) return progress;
   Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, progress.iterations);
   if (second.cost < estimate.cost) estimate = std::move(second);
   return progress;

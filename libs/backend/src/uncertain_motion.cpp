@@ -11,23 +11,11 @@
 #include "gelslam/core/gradient_model.hpp"
 #include "gelslam/core/index.hpp"
 #include "motion_forest.hpp"
+#include "whitened_graph.hpp"
 
 namespace gelslam {
 
 using namespace backend::detail;
-
-namespace {
-
-/// Inverse information; what an edge says nothing about is known to a radian and to the sensor's width, as in
-/// whitening_matrix().
-Matrix6d covariance_of(const Matrix6d& information) {
-  constexpr double kWeakestPerMm2 = 1.0 / (20.0 * 20.0);
-  Matrix6d padded = information;
-  padded.diagonal() += (Vector6d() << 1, 1, 1, kWeakestPerMm2, kWeakestPerMm2, kWeakestPerMm2).finished();
-  return padded.inverse();
-}
-
-}  // namespace
 
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
   constexpr double kUpsideDown = 1e-6;  // there the split into tilt and twist is not defined
@@ -93,7 +81,8 @@ Matrix6d UncertainMotion::total_covariance(double gradient_scale_sigma) const {
 }
 
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge) {
-  return {edge.from_T_to, covariance_of(edge.information), motion_by_gradient_scale(edge), Vector6d::Zero()};
+  return {edge.from_T_to, with_overlap_prior(edge.information).inverse(), motion_by_gradient_scale(edge),
+          Vector6d::Zero()};
 }
 
 UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b) {

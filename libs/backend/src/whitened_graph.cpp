@@ -1,19 +1,25 @@
 #include "whitened_graph.hpp"
 
+#include <Eigen/Cholesky>
+
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/overlap_prior.hpp"
 #include "gelslam/core/se3.hpp"
 
 namespace gelslam::backend::detail {
 namespace {
-
-constexpr double kWeakestSigmaMm =
-    20.0;  // overlapping frames are never further apart than the sensor is wide
 
 // Relative to the largest entry: what rounding leaves in a matrix that was built as J'J or transported by an
 // adjoint.
 constexpr double kRoundingTolerance = 1e-6;
 
 }  // namespace
+
+Matrix6d with_overlap_prior(const Matrix6d& information) {
+  Matrix6d known = information;
+  known.diagonal() += overlap_prior();
+  return known;
+}
 
 Matrix6d whitening_matrix(const Matrix6d& information) {
   if (!information.allFinite())
@@ -22,15 +28,10 @@ Matrix6d whitening_matrix(const Matrix6d& information) {
   if ((information - information.transpose()).cwiseAbs().maxCoeff() > kRoundingTolerance * largest)
     throw Error("pose graph: an edge's information is not symmetric");
 
-  Vector6d weakest_sigma;
-  weakest_sigma << 1.0, 1.0, 1.0, kWeakestSigmaMm, kWeakestSigmaMm, kWeakestSigmaMm;
-  const Matrix6d symmetric = 0.5 * (information + information.transpose());
-  const Matrix6d scaled = weakest_sigma.asDiagonal() * symmetric * weakest_sigma.asDiagonal();
-  const SymmetricEigen eigen = symmetric_eigen(scaled);
-  if (eigen.values.minCoeff() < -kRoundingTolerance * scaled.cwiseAbs().maxCoeff())
+  const Eigen::LLT<Matrix6d> factor(with_overlap_prior(0.5 * (information + information.transpose())));
+  if (factor.info() != Eigen::Success)
     throw Error("pose graph: an edge's information is not positive semi-definite");
-  const Vector6d root = eigen.values.cwiseMax(1.0).cwiseSqrt();
-  return root.asDiagonal() * eigen.vectors.transpose() * weakest_sigma.cwiseInverse().asDiagonal();
+  return factor.matrixU();
 }
 
 NodeState to_state(const Pose& pose) {

@@ -9,10 +9,12 @@
 
 namespace gelslam::backend::detail {
 
-/// W with W' W = information, so that the squared norm of W * error is the Mahalanobis distance. Directions
-/// that know less than one radian and one sensor width (20 mm) are raised to that, and no others: without it
-/// a chain of edges along a featureless surface has no solution. Throws Error on information that is not
-/// finite, not symmetric or not positive semi-definite.
+/// What an edge says of a motion, and overlap_prior(): without it a chain of edges along a featureless
+/// surface has no solution.
+Matrix6d with_overlap_prior(const Matrix6d& information);
+
+/// W with W' W = with_overlap_prior(information), so that the squared norm of W * error is the Mahalanobis
+/// distance. Throws Error on information that is not finite, not symmetric or not positive semi-definite.
 Matrix6d whitening_matrix(const Matrix6d& information);
 
 /// An edge made ready for evaluation, nodes by index.

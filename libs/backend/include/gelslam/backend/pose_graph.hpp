@@ -12,8 +12,8 @@ enum class EdgeKind { odometry, loop };
 
 /// A measured relative pose. `information` is the inverse covariance (rad, mm; order as in se3.hpp) of the
 /// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular: a direction that the
-/// surface did not show carries none, and then only keeps what overlapping frames must satisfy (1 rad, 20
-/// mm).
+/// surface did not show carries none, and then only keeps what overlapping frames satisfy
+/// (overlap_prior()).
 struct PoseGraphEdge {
   int from = 0;
   int to = 0;
@@ -34,8 +34,6 @@ inline constexpr double kMaxMismatch = 9.0;
 
 struct PoseGraphOptions {
   double loop_loss_scale = 3.0;  ///< Cauchy kernel on whitened loop residuals, in standard deviations
-  /// When outliers remain, solve again from a wide kernel and keep the cheaper answer.
-  bool reconsider_outliers = true;
   /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if
   /// the pull reaches them: for every keyframe of a live scan. Does not reconsider outliers, and takes no
   /// shared unknowns (see scale_corrected()).
@@ -70,8 +68,8 @@ struct PoseGraphSolution {
 };
 
 /// SE(3) pose graph on Ceres. Components not joined by edges are separate components, each with its own
-/// gauge. Initial poses need only be right within a piece of odometry: pieces that a loop joins are first put
-/// in place by the loop that most others agree with. Shared unknowns are estimated with the poses, starting
+/// gauge. Initial poses need only be right within a piece of odometry: pieces that loops join are first put
+/// in place by one of them. Shared unknowns are estimated with the poses, starting
 /// from their mean. Deterministic. Throws Error on edges that name unknown nodes, join a node to itself or
 /// carry non-finite numbers, on information that is not symmetric or not positive semi-definite, and on
 /// shared unknowns whose sizes do not fit or whose information is not positive definite. Source: own.
