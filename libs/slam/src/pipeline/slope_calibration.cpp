@@ -105,11 +105,10 @@ void set_knowledge(const Residuals& residuals, const SlopeCorrection& correction
 
 struct Registered {
   RegistrationResult result;
-  SlopeSensitivity sensitivity;  // where the result is ok and it was asked for
+  SlopeSensitivity sensitivity;  // where the result is ok
 };
 
-Registered registered_again(const CalibratedMap& map, std::size_t i, bool with_sensitivity,
-                            const NormalFlowOptions& options) {
+Registered registered_again(const CalibratedMap& map, std::size_t i, const NormalFlowOptions& options) {
   const PoseGraphEdge& edge = map.edges[i];
   Registered again;
   if (map.solution.edge_outlier[i]) return again;
@@ -117,7 +116,7 @@ Registered registered_again(const CalibratedMap& map, std::size_t i, bool with_s
   const Pose start =
       map.solution.component_T_node.at(edge.from).inverse() * map.solution.component_T_node.at(edge.to);
   again.result = register_normal_flow(*to.reference.get(), *from.surface.get(), start, options);
-  if (with_sensitivity && again.result.ok())
+  if (again.result.ok())
     // At the pose that all edges agree on, for the same reason as in solve_with_gradient_scale().
     again.sensitivity = slope_sensitivity(*to.reference.get(), *from.surface.get(), start, options);
   return again;
@@ -127,18 +126,6 @@ void set_measurement(const RegistrationResult& result, PoseGraphEdge& edge) {
   edge.from_T_to = result.target_T_reference;
   edge.information = result.information;
   edge.shared_center_mm = result.shared_center_mm;
-}
-
-/// Registers the map's edges on the corrected surfaces. An edge that cannot be registered stays as it was.
-void measure_again(CalibratedMap& map, const NormalFlowOptions& options, int threads,
-                   ParallelProgress& progress) {
-  std::vector<RegistrationResult> results(map.edges.size());
-  parallel_for(map.edges.size(), threads, [&](std::size_t i) {
-    results[i] = registered_again(map, i, false, options).result;
-    progress.step();
-  });
-  for (std::size_t i = 0; i < results.size(); ++i)
-    if (results[i].ok()) set_measurement(results[i], map.edges[i]);
 }
 
 constexpr std::size_t kFolds = 2;
@@ -160,7 +147,7 @@ Evidence register_again(CalibratedMap& map, const NormalFlowOptions& options, in
   for (std::size_t first = 0; first < map.edges.size(); first += kAtOnce) {
     registered.assign(std::min(kAtOnce, map.edges.size() - first), {});
     parallel_for(registered.size(), threads, [&](std::size_t k) {
-      registered[k] = registered_again(map, first + k, true, options);
+      registered[k] = registered_again(map, first + k, options);
       progress.step();
     });
     for (std::size_t k = 0; k < registered.size(); ++k) {
@@ -298,10 +285,6 @@ std::optional<CalibratedMap> calibrated_in_rounds(const SlamMap& read, const Pos
     if (size_of(step, sigma) < kSettledSigmas) break;
   }
   map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
-  // The rounds extrapolated the poses along the factors' derivatives, which are noise where a surface hardly
-  // shows a direction. The final poses are measured on the corrected surfaces.
-  measure_again(map, registration, threads, progress);
-  map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph);
   return map;
 }
 
@@ -316,7 +299,7 @@ std::optional<CalibratedMap> calibrate_slopes(const SlamMap& read, const PoseGra
                                               const NormalFlowOptions& normal_flow,
                                               const std::function<bool()>& stop_requested,
                                               ProgressSink* progress, int threads) {
-  ParallelProgress calibrating(progress, "calibrating slopes", (kRounds + 1) * read.edges.size());
+  ParallelProgress calibrating(progress, "calibrating slopes", kRounds * read.edges.size());
   std::optional<CalibratedMap> map =
       calibrated_in_rounds(read, pose_graph, options, normal_flow, stop_requested, threads, calibrating);
   calibrating.end();
