@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/core/overlap_prior.hpp"
 #include "gelslam/core/se3.hpp"
 
 namespace gelslam::backend::detail {
@@ -16,8 +15,10 @@ constexpr double kRoundingTolerance = 1e-6;
 }  // namespace
 
 Matrix6d with_overlap_prior(const Matrix6d& information) {
+  constexpr double kSigmaMm = 20.0;  // the sensor's width
   Matrix6d known = information;
-  known.diagonal() += overlap_prior();
+  known.diagonal().head<3>().array() += 1.0;
+  known.diagonal().tail<3>().array() += 1.0 / (kSigmaMm * kSigmaMm);
   return known;
 }
 

@@ -9,8 +9,9 @@
 
 namespace gelslam::backend::detail {
 
-/// What an edge says of a motion, and overlap_prior(): without it a chain of edges along a featureless
-/// surface has no solution.
+/// What an edge says of a motion, and what overlapping frames satisfy whatever it says: they are within a
+/// radian and the sensor's width (one standard deviation each). It decides only along directions that the
+/// surface did not show; without it a chain of edges along a featureless surface has no solution.
 Matrix6d with_overlap_prior(const Matrix6d& information);
 
 /// W with W' W = with_overlap_prior(information), so that the squared norm of W * error is the Mahalanobis

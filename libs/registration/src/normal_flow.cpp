@@ -66,7 +66,7 @@ class Alignment {
   /// Gauss-Newton from `initial`, moving only along `directions`. False when the overlap is lost on the way.
   bool converge(const Pose& initial, const Directions& directions, RegistrationResult& result) {
     const double noise_variance = normal_variance(0.0, options_);
-    const Vector5d prior = overlap_prior().head<kParameters>() * noise_variance;
+    const Vector5d prior = prior_information(options_) * noise_variance;
     Progress progress(options_);
     Pose& target_T_reference = result.target_T_reference = initial;
     result.iterations = 0;

@@ -38,7 +38,7 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
                          double model_sigma, const NormalFlowOptions& options) {
   const double tilt = motion.tilt_rad();
   // A motion that is not observable altogether may be larger than what was found of it.
-  const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : options.unseen_motion_mm);
+  const double slide = std::max(motion.slide_mm(), all_observable ? 0.0 : options.prior_translation_mm);
   const double uneven_tilt =
       kTiltRadPerMm * slide * std::sqrt(1 + kUnevenPatchMm2 / std::max(shared_mm2, 1.0));
   const auto tilt_sigma = [&](double about, double other) {
@@ -55,9 +55,7 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
 /// What the normals say, about the reference's origin.
 Matrix5d information_of_normals(const ObservableDirections& directions, double pull,
                                 const RegistrationResult& result, const NormalFlowOptions& options) {
-  const double unseen_rad = options.unseen_motion_mm / kMmPerRad;
-  const Vector5d unseen_variance =
-      unseen_rad * unseen_rad * overlap_prior().head<kParameters>().cwiseInverse();
+  const Vector5d prior_variance = prior_information(options).cwiseInverse();
   // Each of the two components of an angle between normals has half of its variance.
   const double noise_variance = 0.5 * normal_variance(result.normal_rmse_rad, options);
   Matrix5d information = Matrix5d::Zero();
@@ -68,7 +66,7 @@ Matrix5d information_of_normals(const ObservableDirections& directions, double p
     const double noise = noise_variance / (directions.share[k] * directions.share[k]);
     const double bias = pull * directions.pattern_share[k] * directions.pattern_share[k];
     information +=
-        measure * measure.transpose() / (noise + bias * bias * measure.cwiseAbs2().dot(unseen_variance));
+        measure * measure.transpose() / (noise + bias * bias * measure.cwiseAbs2().dot(prior_variance));
   }
   return information;
 }
@@ -86,7 +84,7 @@ Matrix6d pose_information(const ObservableDirections& directions, bool heights_k
   noise.topLeftCorner<kParameters, kParameters>() = information_of_normals(directions, pull, result, options);
   noise = (origin_from_center.transpose() * noise * origin_from_center).eval();
   // Where no bare gel tells the depth, both touches still lie within the gel.
-  const double height_sigma_mm = heights_known ? options.height_noise_mm : options.unseen_motion_mm;
+  const double height_sigma_mm = heights_known ? options.height_noise_mm : options.prior_translation_mm;
   noise(5, 5) += 1.0 / (height_sigma_mm * height_sigma_mm);
 
   // (noise⁻¹ + variance)⁻¹, where the noise's information may have no inverse.

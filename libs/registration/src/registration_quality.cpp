@@ -7,7 +7,7 @@
 namespace gelslam::registration::detail {
 namespace {
 
-constexpr double kUsualPull = 0.1;      // of unseen_motion_mm: a motion from one frame to the next
+constexpr double kUsualPull = 0.1;      // of the prior's sigma: a motion from one frame to the next
 constexpr double kNoisePatchPx = 25.0;  // neighboring normals share their noise over so many pixels
 
 struct CurvatureAgreement {
@@ -70,9 +70,10 @@ double normal_rmse_rad(const Residuals& residuals) {
 /// `information` is about the reference's axes, the answer about the target's: those are the sensor's as it
 /// lies now.
 std::array<bool, 6> observability(const Matrix6d& information, const Eigen::Matrix3d& target_R_reference,
-                                  bool heights_known) {
+                                  bool heights_known, const NormalFlowOptions& options) {
   Matrix6d with_prior = information;
-  with_prior.diagonal() += overlap_prior();
+  with_prior.diagonal().head<kParameters>() += prior_information(options);
+  with_prior(5, 5) += 1.0;
   const Matrix6d covariance = with_prior.inverse();
   const auto known = [&](int axis, int first, double limit) {
     const Eigen::Vector3d direction = target_R_reference.row(axis);
@@ -141,6 +142,12 @@ int count_shared(const Residuals& residuals) {
       std::count_if(residuals.weight.begin(), residuals.weight.end(), [](float w) { return w > 0; }));
 }
 
+Vector5d prior_information(const NormalFlowOptions& options) {
+  const double translation = 1.0 / (options.prior_translation_mm * options.prior_translation_mm);
+  const double rotation = kMmPerRad * kMmPerRad * translation;
+  return (Vector5d() << rotation, rotation, rotation, translation, translation).finished();
+}
+
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options) {
   const double noise = std::max(options.normal_noise_rad, normal_rmse_rad);
   return noise * noise;
@@ -189,7 +196,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
   result.membrane_bias = membrane_bias(directions, result);
   result.observable = observability(
       pose_information(directions, heights_known, shared_mm2, model_sigma, 1.0, result, options),
-      result.target_T_reference.linear(), heights_known);
+      result.target_T_reference.linear(), heights_known, options);
   result.status = judge(result, agreement, options);
   // Where texture is found again, the estimate along a weak direction is better than none.
   if (agreement.texture_correlation >= options.texture_to_follow) return Matrix5d::Identity();

@@ -58,6 +58,10 @@ NormalEquations linearize(const Samples& samples, const Residuals& residuals);
 
 int count_shared(const Residuals& residuals);
 
+/// Information that says "stay near the start" (rx ry rz tx ty), in the units of the information matrix. It
+/// decides only along directions that are not observable.
+Eigen::Matrix<double, kParameters, 1> prior_information(const NormalFlowOptions& options);
+
 /// Of a normal, after a registration that left this residual.
 double normal_variance(double normal_rmse_rad, const NormalFlowOptions& options);
 
@@ -85,7 +89,7 @@ Directions assess(const NormalFlowReference::Impl& reference, const Surface& tar
 /// the two frames: a slope that is read too steep turns every roll by its share, and what belongs to the gel
 /// pulls towards no motion. Sizes measured by gelslam-lab information. (Own.)
 /// `pull`: how far the sensor may have moved along a direction in which a pattern of the gel pulls the pose
-/// back, as a share of unseen_motion_mm (1 at worst).
+/// back, as a share of the prior's sigma (1 at worst).
 Matrix6d pose_information(const ObservableDirections& directions, bool heights_known, double shared_mm2,
                           double model_sigma, double pull, const RegistrationResult& result,
                           const NormalFlowOptions& options);

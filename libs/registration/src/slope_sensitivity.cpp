@@ -87,7 +87,7 @@ SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const S
     result.weight += w;
   }
   // r + by_factor d - jacobian s is left, the pose moves by exp(-s): s = pose⁻¹ (pose_pull + mixed d).
-  sums.pose.diagonal() += overlap_prior().head<kParameters>() * normal_variance(0.0, options);
+  sums.pose.diagonal() += prior_information(options) * normal_variance(0.0, options);
   const auto factor = sums.pose.ldlt();
   const PoseByFactor step_by_factor = factor.solve(sums.mixed);
   // z does not depend on the factors: heights are integrated from the slopes, with the bare gel around as

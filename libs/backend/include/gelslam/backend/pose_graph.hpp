@@ -12,8 +12,8 @@ enum class EdgeKind { odometry, loop };
 
 /// A measured relative pose. `information` is the inverse covariance (rad, mm; order as in se3.hpp) of the
 /// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular: a direction that the
-/// surface did not show carries none, and then only keeps what overlapping frames satisfy
-/// (overlap_prior()).
+/// surface did not show carries none, and then only keeps what overlapping frames must satisfy (1 rad, 20
+/// mm).
 struct PoseGraphEdge {
   int from = 0;
   int to = 0;

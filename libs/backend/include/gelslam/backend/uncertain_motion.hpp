@@ -56,7 +56,8 @@ struct UncertainMotion {
   Matrix6d total_covariance(double gradient_scale_sigma) const;
 };
 
-/// What an edge says, and overlap_prior().
+/// What an edge says. Where it says nothing, overlapping frames are known to a radian and to the sensor's
+/// width.
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge);
 
 /// a_T_b and b_T_c to a_T_c, measured independently.

@@ -19,9 +19,9 @@ struct NormalFlowOptions {
   double height_noise_mm = 0.004;  ///< of the mean height over a contact
   /// Relative error of the length of a roll: slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
-  /// How far a frame may have moved unseen along a direction that is not observable (a turn by kMmPerRad),
-  /// and how deep where no bare gel tells: the gel is hardly thicker.
-  double unseen_motion_mm = 1.0;
+  /// Standard deviation of the pose about its start (of turns by kMmPerRad). It decides only along directions
+  /// that are not observable.
+  double prior_translation_mm = 1.0;
   /// A direction is observable when both surfaces share at least this part of what one of them shows along
   /// it, beyond what noise would share.
   double min_common_share = 0.05;

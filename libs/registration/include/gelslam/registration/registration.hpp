@@ -4,10 +4,13 @@
 #include <string>
 #include <string_view>
 
-#include "gelslam/core/overlap_prior.hpp"
 #include "gelslam/core/se3.hpp"
 
 namespace gelslam {
+
+/// Where turns and slides are compared, a radian counts as the motion that it causes this far from the axis:
+/// half a contact.
+inline constexpr double kMmPerRad = 5.0;
 
 /// The shortest period of a pattern that is looked for. Two shifts closer than this are the same place;
 /// farther than this from where it was expected, a place was not expected at all.
