@@ -104,10 +104,11 @@ void fill_gaps(const ExportArguments& a, RunContents& run, ProgressSink& progres
   WatertightMesh watertight = make_watertight(run.mesh, a.close, progress);
   run.mesh = std::move(watertight.mesh);
   const std::string words =
-      a.close ? fmt::format("a closed body of {} mm3, {:.0f} % of its surface touched",
-                            short_number(watertight.volume_mm3, 4), 100 * watertight.touched_share)
-              : fmt::format("gaps up to {} mm wide filled, still open beyond",
-                            short_number(2 * watertight.reach_mm, 2));
+      watertight.volume_mm3 > 0
+          ? fmt::format("a closed body of {} mm3, {:.0f} % of its surface touched",
+                        short_number(watertight.volume_mm3, 4), 100 * watertight.touched_share)
+          : fmt::format("gaps up to {} mm wide filled, still open beyond",
+                        short_number(2 * watertight.reach_mm, 2));
   say("made watertight: " + words);
   run.figures.emplace_back("Watertight", words);
 }

@@ -103,6 +103,7 @@ TEST(Watertight, ASmallGapIsFilledWithoutClosing) {
   const WatertightMesh result = watertight(sphere, false);
   EXPECT_EQ(open_or_tangled_edges(result.mesh), 0);
   EXPECT_THAT(furthest_from_sphere_mm(result.mesh), Le(0.3 * kEdgeMm));
+  EXPECT_NEAR(result.volume_mm3, kSphereMm3, 0.005 * kSphereMm3);
 }
 
 TEST(Watertight, ALargeGapStaysOpenUntilClosed) {
@@ -202,11 +203,15 @@ TEST(Watertight, WhatHasNoInsideIsRefused) {
       return error.what();
     }
   };
-  EXPECT_THAT(refusal(test::flipped(test::sphere(1, 32))), HasSubstr("inside"));
+  EXPECT_THAT(refusal(test::flipped(test::sphere(1, 32))), HasSubstr("face outward"));
   EXPECT_THAT(refusal(Mesh()), HasSubstr("no triangles"));
   Mesh flat = test::plane(0, 4);
   for (Eigen::Vector3f& v : flat.vertices_mm) v.setConstant(1);
   EXPECT_THAT(refusal(flat), HasSubstr("no area"));
+  Mesh needle;
+  needle.vertices_mm = {{0, 0, 0}, {1, 0, 0}, {0, 1e-6F, 0}};
+  needle.triangles = {{0, 1, 2}};
+  EXPECT_THAT(refusal(needle), HasSubstr("too small for its extent"));
 }
 
 }  // namespace

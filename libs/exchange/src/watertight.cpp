@@ -26,7 +26,8 @@ constexpr float kCubeScale = 1.1F;            // the octree's edge over the larg
 constexpr double kReachCells = 4.0;
 constexpr double kBackShare = 0.1;  // of the largest extent: thickness of what was touched from one side
 constexpr std::uint64_t kSampleSeed = 3;
-constexpr double kMaxSamples = 5e6;  // about 10 GB of octree
+constexpr double kMinSamples = 100;  // Open3D crashes with one
+constexpr double kMaxSamples = 5e6;  // about 6 GB
 
 struct OrientedPoint {
   Eigen::Vector3d point_mm;
@@ -87,7 +88,9 @@ Eigen::Vector3d normal_at(const Mesh& mesh, const SurfaceSample& sample) {
 std::vector<OrientedPoint> sampled(const Mesh& mesh, double spacing_mm) {
   const double count = std::ceil(area_mm2(mesh) / (spacing_mm * spacing_mm));
   if (count > kMaxSamples)
-    throw Error("the mesh is too large to be made watertight: its details are too small for its area");
+    throw Error("the mesh cannot be made watertight: its edges are too short for its area");
+  if (!(count >= kMinSamples))
+    throw Error("the mesh cannot be made watertight: its area is too small for its extent");
   std::vector<OrientedPoint> points;
   points.reserve(static_cast<std::size_t>(count));
   for (const SurfaceSample& sample : sample_surface(mesh, static_cast<int>(count), kSampleSeed)) {
@@ -268,10 +271,9 @@ WatertightMesh watertight_of(const Mesh& touched, bool close, ProgressSink& prog
   WatertightMesh result;
   result.reach_mm = kReachCells * octree.cell_mm;
   result.mesh = close ? closed(smooth, source, octree, progress) : trimmed(smooth, source, result.reach_mm);
-  if (result.mesh.triangles.empty()) throw Error("its triangles face in no common way: there is no inside");
-  if (close) result.volume_mm3 = volume_mm3(result.mesh);
-  if (close && !(result.volume_mm3 > 0 && is_closed(result.mesh)))
-    throw Error("its triangles face in no common way: there is no inside");
+  if (is_closed(result.mesh)) result.volume_mm3 = volume_mm3(result.mesh);
+  if (result.mesh.triangles.empty() || result.volume_mm3 < 0 || (close && result.volume_mm3 == 0))
+    throw Error("the mesh cannot be made watertight: its triangles do not face outward");
   add_normals(result.mesh);
   const std::vector<ClosestPoint> closest = closest_to(source, result.mesh);
   add_confidence(result.mesh, touched, closest, result.reach_mm);

@@ -11,7 +11,7 @@ struct WatertightMesh {
   Mesh mesh;
   double touched_share = 0.0;  ///< of its area: within `reach_mm` of the source
   double reach_mm = 0.0;       ///< four cells of the octree
-  double volume_mm3 = 0.0;     ///< inside of a closed body; 0 for an open surface
+  double volume_mm3 = 0.0;     ///< of the body; 0 where the surface is open
 };
 
 /// Screened Poisson reconstruction (Kazhdan & Hoppe 2013; Open3D) of points on `touched` with its normals, or
@@ -23,8 +23,8 @@ struct WatertightMesh {
 /// on smoothly; where it then does not close (a surface touched from one side), it goes on along the convex
 /// hull of the source and of the source moved inward by a tenth of its largest extent.
 ///
-/// The same bytes for any number of threads. Throws Error for a mesh that TriangleScene refuses or that has
-/// no area, one whose triangles face all ways, or when memory does not suffice.
+/// The same bytes for any number of threads. Throws Error for a mesh that TriangleScene refuses, that has too
+/// little area or too much detail, or whose triangles do not face outward, and when memory does not suffice.
 WatertightMesh make_watertight(const Mesh& touched, bool close, ProgressSink& progress);
 
 }  // namespace gelslam
