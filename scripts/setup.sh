@@ -17,7 +17,7 @@ END
 
 packages=(
   g++ cmake ninja-build ccache pkg-config # build
-  libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev
+  libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev libopen3d-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev
   libturbojpeg0-dev libpng-dev libtiff-dev zlib1g-dev                # pictures
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev         # videos, logs
@@ -27,7 +27,6 @@ packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev
-  libopen3d-dev                    # methods that the laboratory compares with
   xvfb xauth                       # windows without a display
   python3-numpy python3-matplotlib # charts
   python3-venv                     # the wheel, installed

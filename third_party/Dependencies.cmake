@@ -23,6 +23,7 @@ find_package(ZLIB REQUIRED)                     # packed surfaces, checksums (li
 
 if(GELSLAM_BUILD_PROGRAM OR GELSLAM_BUILD_LAB)
   find_package(CLI11 REQUIRED)                 # command line
+  find_package(Open3D REQUIRED)                # watertight meshes (only libs/exchange); methods that the laboratory compares with
 endif()
 if(GELSLAM_WITH_ASSIMP)
   pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp>=5)  # OBJ and STL files (only libs/mesh)
@@ -53,6 +54,5 @@ if(GELSLAM_BUILD_TESTS)
 endif()
 if(GELSLAM_BUILD_LAB)
   find_package(benchmark REQUIRED)              # micro-benchmarks
-  find_package(Open3D REQUIRED)                 # ICP and FPFH to compare with
   find_package(OpenMP REQUIRED COMPONENTS CXX)  # keeps Open3D to one thread
 endif()

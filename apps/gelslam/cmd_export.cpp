@@ -16,6 +16,7 @@
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/evaluation/simplify.hpp"
 #include "gelslam/exchange/run_export.hpp"
+#include "gelslam/exchange/watertight.hpp"
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/slam_map.hpp"
 #include "gelslam/viewer/mesh_picture.hpp"
@@ -33,7 +34,8 @@ struct ExportArguments {
   std::string units, color;
   MeshUnit unit;
   std::optional<double> max_error_mm;
-  bool largest_piece = false, ground_truth = false, overwrite = false, quiet = false;
+  bool largest_piece = false, watertight = false, close = false, ground_truth = false, overwrite = false,
+       quiet = false;
 };
 
 /// What Ctrl-C throws out of the work; no Error, which some of the work takes for a damaged log.
@@ -50,12 +52,13 @@ std::set<std::string> chosen_options(const ExportArguments& a) {
   if (a.ground_truth) given.insert("--ground-truth");
   if (a.max_error_mm) given.insert("--max-error-mm");
   if (a.largest_piece) given.insert("--largest-piece");
+  if (a.watertight) given.insert("--watertight");
   return given;
 }
 
 /// Throws Error for an ending that is none, or an option that has no meaning for it.
 void check_output(const ExportArguments& a, const fs::path& output) {
-  static const std::set<std::string> mesh = {"--max-error-mm", "--largest-piece"};
+  static const std::set<std::string> mesh = {"--max-error-mm", "--largest-piece", "--watertight"};
   static const std::map<std::string, std::set<std::string>> takes = {{".ply", {"--units", "--color"}},
                                                                      {".obj", {"--units"}},
                                                                      {".stl", {"--units"}},
@@ -95,7 +98,22 @@ void check_contents(const ExportArguments& a, const RunContents& run, const std:
   }
 }
 
-/// --largest-piece and --max-error-mm. `say` hears what became of the mesh.
+/// --watertight and --close.
+void fill_gaps(const ExportArguments& a, RunContents& run, ProgressSink& progress,
+               const std::function<void(const std::string&)>& say) {
+  WatertightMesh watertight = make_watertight(run.mesh, a.close, progress);
+  run.mesh = std::move(watertight.mesh);
+  const std::string words =
+      watertight.volume_mm3 > 0
+          ? fmt::format("a closed body of {} mm3, {:.0f} % of its surface touched",
+                        short_number(watertight.volume_mm3, 4), 100 * watertight.touched_share)
+          : fmt::format("gaps up to {} mm wide filled, still open beyond",
+                        short_number(2 * watertight.reach_mm, 2));
+  say("made watertight: " + words);
+  run.figures.emplace_back("Watertight", words);
+}
+
+/// --largest-piece, --watertight and --max-error-mm. `say` hears what became of the mesh.
 void reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progress,
                  const std::function<void(const std::string&)>& say) {
   if (run.mesh.triangles.empty()) return;
@@ -104,6 +122,7 @@ void reduce_mesh(const ExportArguments& a, RunContents& run, ProgressSink& progr
     if (!pieces.empty()) say(pieces + "; it alone is exported");
     run.mesh = largest_piece(run.mesh);
   }
+  if (a.watertight) fill_gaps(a, run, progress, say);
   if (!a.max_error_mm) return;
   const std::size_t before = run.mesh.triangles.size();
   SimplifiedMesh simplified = simplify(run.mesh, *a.max_error_mm, progress);
@@ -225,6 +244,15 @@ void add_options(CLI::App& command, ExportArguments& a) {
                   "Vertex colors (default: height in GLB and MCAP, none in PLY; what a page shows first)")
       ->check(CLI::IsMember({"none", "confidence", "height"}));
   command.add_flag("--largest-piece", a.largest_piece, "Leave out all loose pieces but the largest");
+  CLI::Option* watertight = command.add_flag("--watertight", a.watertight,
+                                             "Fill gaps of a few edges of the mesh (it says how wide); where "
+                                             "more was not touched, the surface stays open");
+  command
+      .add_flag("--close", a.close,
+                "With --watertight: a closed body, for printers and simulators; where nothing was touched it "
+                "goes on smoothly or, if it then stays open, along the convex hull, with a back a tenth of "
+                "its size behind what was touched from one side")
+      ->needs(watertight);
   command
       .add_option("--max-error-mm", a.max_error_mm,
                   "Simplify to the fewest triangles that stay this near to the full surface")
@@ -256,6 +284,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
   add_options(*command, *arguments);
   command->footer(
       "Example: gelslam export RUN -o object.stl\n"
+      "Example: gelslam export RUN -o body.stl --watertight --close\n"
       "Example: gelslam export RUN --html object.html --max-error-mm 0.01\n"
       "Example: gelslam export RUN -o run.mcap\n"
       "Example: gelslam export RUN --ground-truth -o truth.tum");

@@ -1,9 +1,11 @@
 """What `gelslam export` writes of a simulated run, read back by readers of our own and compared with the run folder."""
 import base64
+import collections
 import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import unittest
@@ -93,6 +95,31 @@ class Export(unittest.TestCase):
         edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
         for vertex in np.array(self.vertices)[::499] * 1000:
             self.assertLess(np.linalg.norm(samples - vertex, axis=1).min(), math.hypot(0.0201, edge / 10))
+
+    def test_a_closed_body_is_closed_in_every_file(self):
+        stl, said = export("body.stl", "--watertight", "--close", "--max-error-mm", "0.02")
+        self.assertRegex(said, r"made watertight: a closed body of [\d.]+ mm3, \d+ % of its surface touched")
+        corners = np.frombuffer(stl[84:], np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")]))["corners"]
+        places = [tuple(map(tuple, t)) for t in corners.tolist()]
+        edges = collections.Counter((t[k], t[(k + 1) % 3]) for t in places for k in range(3))
+        self.assertEqual({edges[edge] - edges[edge[::-1]] for edge in edges}, {0}, "as many triangles each way")
+        volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum(dtype=float) / 6
+        self.assertAlmostEqual(volume / float(re.search(r"body of ([\d.]+)", said)[1]), 1, places=1)
+
+    def test_a_watertight_surface_ends_where_nothing_was_touched(self):
+        ply, said = export("open.ply", "--watertight")
+        reach_mm = float(re.search(r"gaps up to ([\d.]+) mm wide", said)[1]) / 2
+        made = np.array(list(zip(*(readers.read_ply(ply)[0][axis] for axis in "xyz")))) * 1000
+        touched = np.array(self.vertices) * 1000
+        longest = max(np.linalg.norm(touched[a] - touched[b]) for a, b, _ in self.triangles)
+        for vertex in made[::97]:
+            self.assertLess(np.linalg.norm(touched - vertex, axis=1).min(), math.hypot(1.05 * reach_mm, longest))
+        for vertex in touched[::97]:  # and goes through what was touched
+            self.assertLess(np.linalg.norm(made - vertex, axis=1).min(), longest)
+        with_one_core = subprocess.run(
+            ["taskset", "-c", str(min(os.sched_getaffinity(0))), PROGRAM, "export", RUN, "-o", WORK / "one_core.ply", "--watertight", "-q"])
+        self.assertEqual(with_one_core.returncode, 0)
+        self.assertEqual((WORK / "one_core.ply").read_bytes(), ply)
 
     def test_ground_truth_lies_on_the_run(self):
         truth = {round(p[0], 6): matrix(p) for p in map(tuple, readers.read_tum(export("truth.tum", "--ground-truth")[0].decode()))}
@@ -226,6 +253,8 @@ class Export(unittest.TestCase):
             ((RUN, "-o", WORK / "a.stl", "--color", "height"), "--color has no meaning for .stl files"),
             ((RUN, "-o", WORK / "a.glb", "--units", "mm"), "--units has no meaning for .glb files"),
             ((RUN, "-o", WORK / "a.tum", "--max-error-mm", "0.1"), "--max-error-mm has no meaning for .tum files"),
+            ((RUN, "-o", WORK / "a.tum", "--watertight"), "--watertight has no meaning for .tum files"),
+            ((RUN, "-o", WORK / "a.stl", "--close"), "--close requires --watertight"),
             ((RUN, "-o", WORK / "a.ply", "--ground-truth"), "--ground-truth has no meaning for .ply files"),
             ((RUN, "-o", WORK / "a.ply", "--max-error-mm", "0,1"), "write a point"),
             ((RUN, "-o", WORK / "a.ply", "--max-error-mm", "-1"), "is no number from"),
