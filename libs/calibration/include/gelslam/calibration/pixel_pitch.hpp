@@ -53,9 +53,9 @@ struct PixelAspect {
   std::size_t presses = 0;
 };
 
-/// For each press the aspect with which a ball explains its picture best (refine_press), and the median over
-/// all (own). What it cannot see is a pitch that is wrong on both axes: see docs/calibration.md. Nothing with
-/// fewer than five presses whose contact lies whole in the picture.
+/// For each press the aspect with which a ball explains its picture best, and the median over all (own). What
+/// it cannot see is a pitch that is wrong on both axes: see docs/calibration.md. Nothing with fewer than five
+/// presses whose contact lies whole in the picture.
 std::optional<PixelAspect> aspect_from_balls(const PressSet& set, const std::vector<BallZone>& zones,
                                              double pixel_pitch_mm);
 
