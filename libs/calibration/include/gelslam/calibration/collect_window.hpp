@@ -11,7 +11,7 @@
 
 namespace gelslam {
 
-/// What the window of `gelslam calibrate collect` shows, gathered at once.
+/// What the window of `gelslam calibrate collect` shows, at one time.
 struct CollectView {
   cv::Mat3b bgr;                        ///< the newest picture; empty at first
   std::optional<ContactCircle> circle;  ///< found in this touch

@@ -22,8 +22,8 @@ struct ZoneReading {
   double sigma_rad = 0.0;  ///< of both angles, as the model states it
 };
 
-/// Reads the press's zone with the model, but for pixels that markers cover. Throws Error when the model does
-/// not fit.
+/// Reads the press's zone with the model. Pixels that markers cover are left out. Throws Error when the model
+/// does not fit.
 std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
                                    double pixel_pitch_mm);
 
