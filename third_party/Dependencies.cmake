@@ -14,7 +14,7 @@ find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc features2d calib3d)  # 
 find_package(yaml-cpp REQUIRED)                # configuration
 pkg_check_modules(FMT REQUIRED IMPORTED_TARGET fmt>=9)  # text for people; its CMake target adds a definition for Windows only
 find_package(nlohmann_json REQUIRED)           # report.json, NDJSON
-find_package(Ceres REQUIRED)                   # pose graph (only libs/backend)
+find_package(Ceres REQUIRED)                   # pose graph, circle fits (only libs/backend and libs/calibration)
 pkg_check_modules(LIBZIP REQUIRED IMPORTED_TARGET libzip)  # nnmodel.pth; its CMake config is broken in Debian 12
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)  # pictures (only libs/image): OpenCV's imgcodecs and videoio
 pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)           # load 90 libraries more, for 0.2 s of every start

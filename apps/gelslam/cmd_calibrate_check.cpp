@@ -30,19 +30,20 @@ Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 
 Json scales_to_json(const ModelCheck& check) {
   Json ninths = Json::array(), slopes = Json::array();
-  for (const SlopeSums& ninth : check.scales.ninths)
+  for (const SlopeSums& ninth : check.slopes.ninths)
     ninths.push_back({{"gain_x", finite(ninth.scale_x())},
                       {"gain_y", finite(ninth.scale_y())},
                       {"error_over_sigma", finite(ninth.z())},
                       {"pixels", ninth.pixels}});
-  for (std::size_t k = 0; k < check.scales.by_slope.size(); ++k)
+  for (std::size_t k = 0; k < check.slopes.by_slope.size(); ++k)
     slopes.push_back({{"slope_to", SlopeStatistics::kSlopeLimits[k]},
-                      {"gain", finite(check.scales.by_slope[k].scale())},
-                      {"error_deg", finite(check.errors.by_slope[k].mean_abs_error_deg())},
-                      {"error_over_sigma", finite(check.scales.by_slope[k].z())},
-                      {"pixels", check.scales.by_slope[k].pixels}});
-  return {{"x", finite(check.scales.all.scale_x())},
-          {"y", finite(check.scales.all.scale_y())},
+                      {"gain", finite(check.slopes.by_slope[k].scale())},
+                      {"error_deg", finite(check.slopes.by_slope[k].mean_abs_error_deg())},
+                      {"error_over_sigma", finite(check.slopes.by_slope[k].z())},
+                      {"pixels", check.slopes.by_slope[k].pixels}});
+  return {{"x", finite(check.slopes.all.scale_x())},
+          {"y", finite(check.slopes.all.scale_y())},
+          {"error_over_sigma", finite(check.slopes.all.z())},
           {"ninths", std::move(ninths)},
           {"by_slope", std::move(slopes)}};
 }
@@ -50,7 +51,7 @@ Json scales_to_json(const ModelCheck& check) {
 Json to_json(const ModelCheck& check, const PressSet& set, const BallZones& zones) {
   Json json = {{"verdict", verdict_name(check.verdict)},
                {"reasons", check.reasons},
-               {"slope_error_deg", finite(check.errors.all.mean_abs_error_deg())},
+               {"slope_error_deg", finite(check.slopes.all.mean_abs_error_deg())},
                {"gain", scales_to_json(check)},
                {"balls", Json::array()},
                {"presses", Json::array()},
@@ -59,8 +60,7 @@ Json to_json(const ModelCheck& check, const PressSet& set, const BallZones& zone
     json["balls"].push_back({{"diameter_mm", ball.diameter_mm},
                              {"presses", ball.presses},
                              {"median_radius_mm", ball.median_radius_mm},
-                             {"radius_error_percent", 100.0 * ball.radius_error()},
-                             {"gain", finite(ball.scale)}});
+                             {"radius_error_percent", 100.0 * ball.radius_error()}});
   for (const PressCheck& press : check.presses)
     json["presses"].push_back({{"name", set.presses[press.zone.press].name},
                                {"diameter_mm", set.presses[press.zone.press].diameter_mm},
@@ -77,33 +77,24 @@ void print_for_people(const ModelCheck& check) {
   fmt::print("{}\n", verdict_name(check.verdict));
   for (const std::string& reason : check.reasons) fmt::print("  {}\n", reason);
   fmt::print("slope error {:.2f} degrees on {} presses; gradient scale (read over true) x {:.3f}, y {:.3f}\n",
-             check.errors.all.mean_abs_error_deg(), check.presses.size(), check.scales.all.scale_x(),
-             check.scales.all.scale_y());
+             check.slopes.all.mean_abs_error_deg(), check.presses.size(), check.slopes.all.scale_x(),
+             check.slopes.all.scale_y());
   fmt::print("gradient scale by steepness:");
   double from = 0.0;
-  for (std::size_t k = 0; k < check.scales.by_slope.size(); ++k) {
+  for (std::size_t k = 0; k < check.slopes.by_slope.size(); ++k) {
     const double to = SlopeStatistics::kSlopeLimits[k];
-    if (check.scales.by_slope[k].pixels > 0.0)
-      fmt::print("  {:.2f}-{:.2f}: {:.3f}", from, to, check.scales.by_slope[k].scale());
+    if (check.slopes.by_slope[k].pixels > 0.0)
+      fmt::print("  {:.2f}-{:.2f}: {:.3f}", from, to, check.slopes.by_slope[k].scale());
     from = to;
   }
   fmt::print("\ngradient scale by place (x/y):\n");
   for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums& ninth = check.scales.ninths[k];
+    const SlopeSums& ninth = check.slopes.ninths[k];
     ninth.pixels > 0.0 ? fmt::print("  {:.3f}/{:.3f}", ninth.scale_x(), ninth.scale_y())
                        : fmt::print("  no press   ");
     if (k % 3 == 2) fmt::print("\n");
   }
-  fmt::print("error over stated sigma (1: honest) by place:\n");
-  for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums& ninth = check.scales.ninths[k];
-    ninth.pixels > 0.0 ? fmt::print("  {:.2f}", ninth.z()) : fmt::print("  no press");
-    if (k % 3 == 2) fmt::print("\n");
-  }
-  fmt::print("by steepness:");
-  for (const SlopeSums& slopes : check.scales.by_slope)
-    if (slopes.pixels > 0.0) fmt::print("  {:.2f}", slopes.z());
-  fmt::print("\n");
+  fmt::print("error over stated standard deviation (1 is honest): {:.2f}\n", check.slopes.all.z());
   for (const DiameterCheck& ball : check.diameters)
     fmt::print("ball of {:.2f} mm: median radius {:.3f} mm ({:+.1f} %) over {} presses\n", ball.diameter_mm,
                ball.median_radius_mm, 100.0 * ball.radius_error(), ball.presses);

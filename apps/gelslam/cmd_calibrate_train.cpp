@@ -37,8 +37,8 @@ int run_train(TrainArguments arguments) {
   write_calibration(arguments.output, calibration);
   if (!arguments.pth.empty()) write_pth_model(arguments.pth, calibration.file.model);
   fmt::print("trained on {} presses; on these: slope error {:.2f} degrees, gradient scale x {:.3f} y {:.3f}",
-             check.presses.size(), check.errors.all.mean_abs_error_deg(), check.scales.all.scale_x(),
-             check.scales.all.scale_y());
+             check.presses.size(), check.slopes.all.mean_abs_error_deg(), check.slopes.all.scale_x(),
+             check.slopes.all.scale_y());
   for (const DiameterCheck& ball : check.diameters)
     fmt::print(", {:.2f} mm ball {:+.1f} %", ball.diameter_mm, 100.0 * ball.radius_error());
   fmt::print("\n");

@@ -153,8 +153,7 @@ CollectView CollectSession::view() const {
   const CollectorStatus& status = collector_.status();
   CollectView view;
   view.bgr = newest_;
-  if (status.found)
-    view.circle = CollectView::Circle{status.found->u_px, status.found->v_px, status.found->radius_px};
+  view.circle = status.found;
   view.circle_is_good = status.phase == CollectPhase::taken;
   for (std::size_t zone = 0; zone < view.taken.size(); ++zone) {
     view.taken[zone] = coverage_.taken(zone);

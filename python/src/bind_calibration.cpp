@@ -38,7 +38,7 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
 }
 
 py::tuple gradient_scale(const PythonCalibration& calibration) {
-  const SlopeSums& all = calibration.check.scales.all;
+  const SlopeSums& all = calibration.check.slopes.all;
   return py::make_tuple(all.scale_x(), all.scale_y());
 }
 
@@ -55,7 +55,7 @@ void bind_calibration(py::module_& module) {
           "What is not good, worst first: list of str.")
       .def_property_readonly(
           "slope_error_deg",
-          [](const PythonCalibration& self) { return self.check.errors.all.mean_abs_error_deg(); },
+          [](const PythonCalibration& self) { return self.check.slopes.all.mean_abs_error_deg(); },
           "Mean absolute error of the slopes, degrees.")
       .def_property_readonly("gradient_scale", gradient_scale, "Read over true slope along x and y.")
       .def_property_readonly("gain", gradient_scale, "The old name of gradient_scale.")

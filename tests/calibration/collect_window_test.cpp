@@ -99,7 +99,7 @@ TEST_F(CollectWindow, LeavesASnapshotAndBearsASessionWithoutAPicture) {
 TEST(CollectPicture, DrawsTheCircleWhereItWasFound) {
   FakePresses session;
   const cv::Mat3b plain = collect_picture(session.view());
-  session.shown.circle = CollectView::Circle{100.0, 50.0, 30.0};
+  session.shown.circle = ContactCircle{100.0, 50.0, 30.0};
   const cv::Mat3b circled = collect_picture(session.view());
   EXPECT_EQ(circled.size(), cv::Size(960, 720));
   EXPECT_NE(circled(151, 301 + 90), plain(151, 301 + 90));  // on the ring

@@ -89,8 +89,8 @@ TEST_F(RealPresses, AModelReadsBallsItHasNotSeenBetterThanTheSensorsOwn) {
       check_model(train_model(set, seen, training, quiet, [] { return false; }), set, unseen, kPitchMm);
   const ModelCheck shipped =
       check_model(read_model(data_ / "calibration/model/nnmodel.pth"), set, unseen, kPitchMm);
-  EXPECT_LT(ours.errors.all.mean_abs_error_deg(), shipped.errors.all.mean_abs_error_deg());
-  EXPECT_NEAR(ours.scales.all.scale(), 1.0, 0.05);
+  EXPECT_LT(ours.slopes.all.mean_abs_error_deg(), shipped.slopes.all.mean_abs_error_deg());
+  EXPECT_NEAR(ours.slopes.all.scale(), 1.0, 0.05);
   for (const DiameterCheck& ball : ours.diameters)
     EXPECT_NEAR(ball.radius_error(), 0.0, 0.05) << ball.diameter_mm;
 }

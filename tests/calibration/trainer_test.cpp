@@ -102,8 +102,13 @@ SlopeSums against_the_truth(const GradientModel& model, const SimulatedPresses& 
       for (int u = 0; u < map.gx.cols; ++u) {
         if (std::hypot(u - press.center_px.x, v - press.center_px.y) > press.radius_px - 2.0) continue;
         const cv::Vec2f truth = press.gel.slope(v, u);
-        sums.add({static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
-                 {static_cast<double>(truth[0]), static_cast<double>(truth[1])}, kBestSlopeSigmaRad);
+        const std::array<double, 2> slope = {static_cast<double>(truth[0]), static_cast<double>(truth[1])};
+        sums.add({u,
+                  v,
+                  {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
+                  slope,
+                  slope,
+                  kBestSlopeSigmaRad});
       }
   }
   return sums;
@@ -168,8 +173,8 @@ TEST(CoveredPixels, AreNeitherTrainedOnNorJudged) {
   const GradientModel model = trained(set, zones, short_recipe(60), 1);
   EXPECT_EQ(model, trained(spoiled, zones, short_recipe(60), 1));
   for (const BallZone& zone : zones.zones) {
-    const auto clean = read_zone(model, set, zone, kPitchMm, true),
-               read = read_zone(model, spoiled, zone, kPitchMm, true);
+    const auto clean = read_zone(model, set, zone, kPitchMm),
+               read = read_zone(model, spoiled, zone, kPitchMm);
     ASSERT_EQ(read.size(), clean.size());
     for (std::size_t k = 0; k < read.size(); ++k) {
       EXPECT_EQ(set.presses[zone.press].covered(read[k].v, read[k].u), 0);
@@ -187,7 +192,7 @@ TEST(ModelCheck, NoticesAModelThatReadsTooSteep) {
   for (float& bias : steep.bias(3)) bias *= 1.2F;
   const ModelCheck good = check_model(model, set, zones.zones, kPitchMm),
                    bad = check_model(steep, set, zones.zones, kPitchMm);
-  EXPECT_NEAR(bad.scales.all.scale() / good.scales.all.scale(), 1.2, 0.03);
+  EXPECT_NEAR(bad.slopes.all.scale() / good.slopes.all.scale(), 1.2, 0.03);
   EXPECT_EQ(bad.verdict, Verdict::recalibrate);
 }
 
@@ -265,7 +270,7 @@ TEST(ModelCheck, WritesAPage) {
   for (const float scale : check.scale_map)
     if (!std::isnan(scale)) scales.push_back(static_cast<double>(scale));
   EXPECT_GT(scales.size(), 40U);
-  EXPECT_NEAR(median(scales), check.scales.all.scale(), 0.15);
+  EXPECT_NEAR(median(scales), check.slopes.all.scale(), 0.15);
   EXPECT_EQ(folder.names(), std::vector<std::string>{"check.html"});
 }
 

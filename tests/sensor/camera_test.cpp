@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <future>
 #include <thread>
+#include <utility>
 
 #include "../support/temporary_folder.hpp"
 #include "cameras/v4l2_camera.hpp"
@@ -322,8 +324,12 @@ TEST_F(Camera, ACameraThatSendsOnlyDamageIsSaid) {
 TEST_F(Camera, StopEndsTheWaitFromAnotherThread) {
   options.timeout_s = 60;
   const auto camera = open();
+  std::promise<void> waits;
+  mini.polled = [&, said = false]() mutable {
+    if (!std::exchange(said, true)) waits.set_value();
+  };
   std::thread other([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    waits.get_future().wait();
     camera->stop();
   });
   EXPECT_FALSE(camera->next().has_value());

@@ -245,6 +245,7 @@ void* FakeCamera::map(std::size_t length, off_t offset) {
 
 int FakeCamera::poll(int timeout_ms) {
   if (!frames.empty()) return 1;
+  if (polled) polled();
   std::this_thread::sleep_for(std::chrono::milliseconds(std::min(timeout_ms, 5)));
   return 0;
 }

@@ -56,6 +56,7 @@ class FakeCamera {
   std::vector<unsigned long> calls;  ///< requests that came, in order
   int open_count = 0, mapped_count = 0;
   bool streaming = false;
+  std::function<void()> polled;  ///< called when a program begins to wait for a frame
 
   int open();
   int ioctl(unsigned long request, void* argument);

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
+#include <future>
 #include <thread>
 
 #include "../support/temporary_folder.hpp"
@@ -151,12 +153,14 @@ class ListedFrames final : public RawFrameSource {
     RawFrame frame;
     frame.time_s = times_s_[index_];
     frame.index = static_cast<std::int64_t>(index_++);
+    if (handed_out) handed_out(frame.index);
     return frame;
   }
   void stop() override { stopped = true; }
   double rate_hz() const override { return 25; }
   std::string description() const override { return "list"; }
   bool stopped = false;
+  std::function<void(std::int64_t index)> handed_out;
 
  private:
   std::vector<double> times_s_;
@@ -218,10 +222,15 @@ TEST(Pace, NoFrameBeforeItsTime) {
 }
 
 TEST(Pace, StopWakesTheWaiting) {
-  const auto source = pace(std::make_unique<ListedFrames>(std::vector<double>{0, 20, 21}));
+  auto frames = std::make_unique<ListedFrames>(std::vector<double>{0, 20, 21});
+  std::promise<void> second;
+  frames->handed_out = [&](std::int64_t index) {
+    if (index == 1) second.set_value();
+  };
+  const auto source = pace(std::move(frames));
   ASSERT_TRUE(source->next());
   std::thread stopper([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    second.get_future().wait();  // it is due in 20 s
     source->stop();
   });
   EXPECT_FALSE(source->next());

@@ -85,8 +85,8 @@ void compare_labels(const PressSet& set, double pitch_mm) {
 }
 
 struct Results {
-  SlopeStatistics errors, scales;
-  std::vector<SlopeStatistics> press_scales;
+  SlopeStatistics slopes;
+  std::vector<SlopeStatistics> press_slopes;
   std::map<double, std::vector<double>> radius_errors;
   double seconds = 0.0;
 };
@@ -95,9 +95,8 @@ void check(const GradientModel& model, const PressSet& set, const std::vector<Ba
            double pitch_mm, Results& results) {
   for (const BallZone& zone : zones) {  // one by one, to see how much they scatter
     const ModelCheck found = check_model(model, set, {zone}, pitch_mm);
-    results.errors.add(found.errors);
-    results.scales.add(found.scales);
-    results.press_scales.push_back(found.scales);
+    results.slopes.add(found.slopes);
+    results.press_slopes.push_back(found.slopes);
     const double diameter_mm = set.presses[zone.press].diameter_mm;
     if (const auto& radius_mm = found.presses.front().radius_mm)
       results.radius_errors[diameter_mm].push_back(*radius_mm / (0.5 * diameter_mm) - 1.0);
@@ -109,13 +108,13 @@ void check(const GradientModel& model, const PressSet& set, const std::vector<Ba
 template <class Sums>
 void print_scale(const Results& results, const Sums& sums) {
   double read = 0.0, truth = 0.0, squared = 0.0;
-  for (const SlopeStatistics& press : results.press_scales) {
+  for (const SlopeStatistics& press : results.press_slopes) {
     const auto [r, t] = sums(press);
     read += r;
     truth += t;
   }
   const double scale = read / truth;
-  for (const SlopeStatistics& press : results.press_scales) {
+  for (const SlopeStatistics& press : results.press_slopes) {
     const auto [r, t] = sums(press);
     squared += (r - scale * t) * (r - scale * t);
   }
@@ -128,8 +127,8 @@ std::pair<double, double> along(const SlopeSums& sums, std::size_t axis) {
 
 void print(const std::string& name, const Results& results) {
   fmt::print("{:<24} error {:.2f} deg  gradient scale x {:.3f} y {:.3f}  by slope", name,
-             results.errors.all.mean_abs_error_deg(), results.scales.all.scale_x(),
-             results.scales.all.scale_y());
+             results.slopes.all.mean_abs_error_deg(), results.slopes.all.scale_x(),
+             results.slopes.all.scale_y());
   for (std::size_t step = 0; step < SlopeStatistics::kSlopeLimits.size(); ++step)
     print_scale(results, [step](const SlopeStatistics& press) {
       const auto x = along(press.by_slope[step], 0), y = along(press.by_slope[step], 1);

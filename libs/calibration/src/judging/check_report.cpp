@@ -128,7 +128,7 @@ std::string scale_curve(const ModelCheck& check) {
     std::string points;
     double from = 0.0;
     for (std::size_t k = 0; k < limits.size(); ++k) {
-      const SlopeSums& sums = check.scales.by_slope[k];
+      const SlopeSums& sums = check.slopes.by_slope[k];
       const double scale = axis == 0 ? sums.scale_x() : sums.scale_y(), middle = 0.5 * (from + limits[k]);
       from = limits[k];
       if (!std::isfinite(scale)) continue;
@@ -146,40 +146,26 @@ std::string scale_curve(const ModelCheck& check) {
   return svg + "</svg>";
 }
 
-void write_ninths(std::ostream& out, const ModelCheck& check) {
-  out << "<table>";
-  for (std::size_t row = 0; row < 3; ++row) {
-    out << "<tr>";
-    for (std::size_t column = 0; column < 3; ++column) {
-      const SlopeSums& ninth = check.scales.ninths[3 * row + column];
-      out << "<td>x " << number(ninth.scale_x(), 3) << "<br>y " << number(ninth.scale_y(), 3) << "</td>";
-    }
-    out << "</tr>";
-  }
-  out << "</table>";
-}
-
 void write_slopes(std::ostream& out, const ModelCheck& check) {
   out << "<table><tr><th>slope</th><th>gradient scale</th><th>error (degrees)</th><th>pixels</th></tr>";
   double from = 0.0;
-  for (std::size_t k = 0; k < check.scales.by_slope.size(); ++k) {
+  for (std::size_t k = 0; k < check.slopes.by_slope.size(); ++k) {
     const double to = SlopeStatistics::kSlopeLimits[k];
     out << "<tr><td>" << number(from, 2) << " – " << number(to, 2) << "</td><td>"
-        << number(check.scales.by_slope[k].scale(), 3) << "</td><td>"
-        << number(check.errors.by_slope[k].mean_abs_error_deg(), 2) << "</td><td>"
-        << number(check.scales.by_slope[k].pixels, 0) << "</td></tr>";
+        << number(check.slopes.by_slope[k].scale(), 3) << "</td><td>"
+        << number(check.slopes.by_slope[k].mean_abs_error_deg(), 2) << "</td><td>"
+        << number(check.slopes.by_slope[k].pixels, 0) << "</td></tr>";
     from = to;
   }
   out << "</table>";
 }
 
 void write_balls(std::ostream& out, const ModelCheck& check) {
-  out << "<table><tr><th>ball (mm)</th><th>presses</th><th>median radius (mm)</th><th>error (%)</th>"
-         "<th>gradient scale</th></tr>";
+  out << "<table><tr><th>ball (mm)</th><th>presses</th><th>median radius (mm)</th><th>error (%)</th></tr>";
   for (const DiameterCheck& ball : check.diameters)
     out << "<tr><td>" << number(ball.diameter_mm, 2) << "</td><td>" << ball.presses << "</td><td>"
         << number(ball.median_radius_mm, 3) << "</td><td>" << number(100.0 * ball.radius_error(), 1)
-        << "</td><td>" << number(ball.scale, 3) << "</td></tr>";
+        << "</td></tr>";
   out << "</table>";
 }
 
@@ -211,9 +197,9 @@ void write_check_report(const std::filesystem::path& path, const ModelCheck& che
     for (const std::string& reason : check.reasons) out << "<li>" << escaped(reason) << "</li>";
     out << "</ul>\n";
   }
-  out << "<p>Mean error of a slope angle " << number(check.errors.all.mean_abs_error_deg(), 2)
+  out << "<p>Mean error of a slope angle " << number(check.slopes.all.mean_abs_error_deg(), 2)
       << " degrees; gradient scale (read over true slope; 1 is unbiased) x "
-      << number(check.scales.all.scale_x(), 3) << ", y " << number(check.scales.all.scale_y(), 3)
+      << number(check.slopes.all.scale_x(), 3) << ", y " << number(check.slopes.all.scale_y(), 3)
       << ".</p>\n";
   const cv::Size size = set.background.size();
   out << "<h2>Over the gel</h2>\n<figure>" << picture(coverage_picture(check, set))
@@ -222,9 +208,8 @@ void write_check_report(const std::filesystem::path& path, const ModelCheck& che
                     "Mean error of the slope angle, degrees; gray: no press")
       << map_figure(check.scale_map, size, {1.0 - kScaleRange, 1.0 + kScaleRange, true},
                     "Gradient scale: blue reads too flat, red too steep; gray: too few pixels")
-      << "\n<p>Gradient scale in each ninth of the gel:</p>\n";
-  write_ninths(out, check);
-  out << "\n<h2>Over steepness</h2>\n" << scale_curve(check) << "\n";
+      << "\n<h2>Over steepness</h2>\n"
+      << scale_curve(check) << "\n";
   write_slopes(out, check);
   out << "\n<h2>Balls</h2>\n";
   write_balls(out, check);

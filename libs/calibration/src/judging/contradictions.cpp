@@ -21,19 +21,27 @@ constexpr std::size_t kMinZonesToJudge = 10;  // to tell which one is odd
 constexpr double kOddResidual = 3.0;
 constexpr double kMaxOdd = 0.25;  // of the presses: more are no accident
 
-/// Per zone, root mean square distance of its colors to the field's; of full brightness.
+/// Squared distance of a sample's color to the field's, if its slope is `factor` times as steep; of full
+/// brightness.
+double squared_residual(const ColorField& field, const SlopeSample& sample, float factor) {
+  const std::array<float, 3> expected =
+      field.change(sample.place, {factor * sample.angle_rad[0], factor * sample.angle_rad[1]});
+  double squared = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float flat = sample.flat_color[c];
+    const auto residual = static_cast<double>(sample.color[c] - flat - field.unit(flat) * expected[c]);
+    squared += residual * residual;
+  }
+  return squared;
+}
+
+/// Root mean square of them in every zone; 0 where it has no samples.
 std::vector<double> residuals_to(const ColorField& field, const std::vector<SlopeSample>& samples,
                                  std::size_t zones) {
   std::vector<double> squared(zones, 0.0), count(zones, 1e-9);
   for (const SlopeSample& sample : samples) {
-    const std::array<float, 3> expected = field.change(sample.place, sample.angle_rad);
-    const auto zone = static_cast<std::size_t>(sample.zone);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float flat = sample.flat_color[c];
-      const auto residual = static_cast<double>(sample.color[c] - flat - field.unit(flat) * expected[c]);
-      squared[zone] += residual * residual;
-    }
-    count[zone] += 1.0;
+    squared[static_cast<std::size_t>(sample.zone)] += squared_residual(field, sample, 1.0F);
+    count[static_cast<std::size_t>(sample.zone)] += 1.0;
   }
   for (std::size_t k = 0; k < zones; ++k) squared[k] = std::sqrt(squared[k] / count[k]);
   return squared;
@@ -51,15 +59,7 @@ double residual(const ColorField& field, const std::vector<SlopeSample>& samples
   double sum = 0.0;
   for (const SlopeSample& sample : samples) {
     if (std::hypot(sample.angle_rad[0], sample.angle_rad[1]) > static_cast<float>(kMaxAngleRad)) continue;
-    const auto scale = static_cast<float>(factor);
-    const std::array<float, 3> expected =
-        field.change(sample.place, {scale * sample.angle_rad[0], scale * sample.angle_rad[1]});
-    double squared = 0.0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float flat = sample.flat_color[c];
-      const double residual = static_cast<double>(sample.color[c] - flat - field.unit(flat) * expected[c]);
-      squared += residual * residual;
-    }
+    const double squared = squared_residual(field, sample, static_cast<float>(factor));
     sum += std::sqrt(1.0 + squared / (kRobustChange * kRobustChange)) - 1.0;
   }
   return sum;

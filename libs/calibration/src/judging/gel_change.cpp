@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <utility>
+#include <vector>
 
 #include "gelslam/core/median.hpp"
 
@@ -13,20 +13,6 @@ namespace {
 constexpr int kSurfaceDegree = 4, kSurfacePasses = 12;
 constexpr double kSurfaceRobustLevels = 3.0, kStandsOutLevels = 10.0;
 constexpr int kBorderCells = 3;  // lamps and the gel's frame
-
-cv::Vec3d median_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
-  cv::Vec3d middle;
-  for (int channel = 0; channel < 3; ++channel) {
-    std::vector<double> values;
-    values.reserve(cells.total());
-    for (int row = 0; row < cells.rows; ++row)
-      for (int column = 0; column < cells.cols; ++column)
-        values.push_back(static_cast<double>(cells(row, column)[channel]) -
-                         static_cast<double>(reference(row, column)[channel]));
-    middle[channel] = median(std::move(values));
-  }
-  return middle;
-}
 
 /// Powers x^p y^q of every cell's place, one row per cell.
 cv::Mat1d powers_of_places(const cv::Size& size) {
@@ -45,6 +31,17 @@ cv::Mat1d powers_of_places(const cv::Size& size) {
 
 }  // namespace
 
+cv::Scalar median_color(const cv::Mat3f& colors) {
+  cv::Scalar middle;
+  std::vector<double> values(colors.total());
+  for (int channel = 0; channel < 3; ++channel) {
+    std::transform(colors.begin(), colors.end(), values.begin(),
+                   [&](const cv::Vec3f& color) { return static_cast<double>(color[channel]); });
+    middle[channel] = median(values);
+  }
+  return middle;
+}
+
 cv::Mat3f shrink_to_cells(const cv::Mat3b& bgr) {
   cv::Mat3f precise, cells;
   bgr.convertTo(precise, CV_32F);
@@ -56,17 +53,22 @@ cv::Mat3f shrink_to_cells(const cv::Mat3b& bgr) {
 cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
   cv::Mat3f difference;
   cv::subtract(cells, reference, difference);
-  const cv::Vec3f common(median_difference(cells, reference));
-  for (cv::Vec3f& cell : difference) cell -= common;
+  difference -= median_color(difference);
   cv::blur(difference, difference, cv::Size(3, 3), cv::Point(-1, -1), cv::BORDER_REPLICATE);
-  cv::Mat1f length(difference.size());
-  std::transform(difference.begin(), difference.end(), length.begin(),
-                 [](const cv::Vec3f& cell) { return static_cast<float>(cv::norm(cell)); });
-  return length;
+  return length_of(difference);
 }
 
 double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference) {
-  return cv::norm(median_difference(cells, reference));
+  cv::Mat3f difference;
+  cv::subtract(cells, reference, difference);
+  return cv::norm(median_color(difference));
+}
+
+cv::Mat1f length_of(const cv::Mat3f& colors) {
+  cv::Mat1f length(colors.size());
+  std::transform(colors.begin(), colors.end(), length.begin(),
+                 [](const cv::Vec3f& color) { return static_cast<float>(cv::norm(color)); });
+  return length;
 }
 
 double largest(const cv::Mat1f& map) {

@@ -5,6 +5,9 @@
 
 namespace gelslam::calibration::detail {
 
+/// Per channel; the fourth number is 0.
+cv::Scalar median_color(const cv::Mat3f& colors);
+
 /// The picture as mean colors of cells, 80 of them across: noise is small in them, and a frame takes little
 /// time.
 cv::Mat3f shrink_to_cells(const cv::Mat3b& bgr);
@@ -16,6 +19,7 @@ cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
 /// What they have in common: norm of the median difference, gray levels.
 double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
 
+cv::Mat1f length_of(const cv::Mat3f& colors);  ///< norm over the channels
 double largest(const cv::Mat1f& map);
 
 inline constexpr double kMinTouchLevels = 5.0;  ///< of cells, where noise is below one

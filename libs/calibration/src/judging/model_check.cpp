@@ -1,5 +1,6 @@
 #include "gelslam/calibration/model_check.hpp"
 
+#include <ceres/ceres.h>
 #include <fmt/core.h>
 
 #include <Eigen/Dense>
@@ -33,40 +34,24 @@ constexpr double kMinCellPixels = 100;  // of the gradient scale's map: fewer ar
 
 constexpr int kMinSpherePixels = 100;
 constexpr double kSphereHuberMm = 0.01;
-constexpr int kMaxSphereIterations = 50;
 
-struct FittedSphere {  // lower half: z = center_z - sqrt(radius^2 - distance^2)
-  double x = 0.0, y = 0.0, z = 0.0, radius = 0.0;
+/// Height of the lower half of a sphere (center x, y, z and radius) above a point.
+struct HeightAbovePoint {
+  Eigen::Vector3d point;
+  template <class T>
+  bool operator()(const T* sphere, T* height) const {
+    using std::sqrt;
+    const T dx = point.x() - sphere[0], dy = point.y() - sphere[1], squared = sphere[3] * sphere[3];
+    const T under_root = squared - dx * dx - dy * dy;
+    if (under_root < 1e-4 * squared) return false;
+    *height = sphere[2] - sqrt(under_root) - point.z();
+    return true;
+  }
 };
 
-/// One Gauss-Newton step with Huber weights; false when the points do not fit on the sphere at all.
-bool improve_sphere(const std::vector<Eigen::Vector3d>& points, FittedSphere& sphere, double& step) {
-  Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
-  for (const Eigen::Vector3d& point : points) {
-    const double dx = point.x() - sphere.x, dy = point.y() - sphere.y;
-    const double under_root = sphere.radius * sphere.radius - dx * dx - dy * dy;
-    if (under_root < 1e-4 * sphere.radius * sphere.radius) return false;
-    const double root = std::sqrt(under_root);
-    const double residual = sphere.z - root - point.z();
-    const Eigen::Vector4d jacobian(-dx / root, -dy / root, 1.0, -sphere.radius / root);
-    const double weight = std::min(1.0, kSphereHuberMm / std::max(std::abs(residual), 1e-12));
-    information += weight * jacobian * jacobian.transpose();
-    right -= weight * residual * jacobian;
-  }
-  const Eigen::Vector4d update = information.ldlt().solve(right);
-  if (!update.allFinite()) return false;
-  sphere.x += update[0];
-  sphere.y += update[1];
-  sphere.z += update[2];
-  sphere.radius += update[3];
-  step = update.norm();
-  return true;
-}
-
-/// Radius of the sphere that fits the height inside the zone: robust least squares (Huber, Gauss-Newton) over
-/// center and radius, from `start_radius_mm`. Pixels that markers cover are left out. Nothing when it has
-/// fewer than 100 pixels or does not converge.
+/// Radius of the sphere that fits the height inside the zone: robust least squares over center and radius,
+/// from `start_radius_mm`. Pixels that markers cover are left out. Nothing when it has fewer than 100 pixels
+/// or does not converge.
 std::optional<double> fit_ball_radius_mm(const Surface& surface, const CalibrationPress& press,
                                          const BallZone& zone, double start_radius_mm) {
   std::vector<Eigen::Vector3d> points;
@@ -79,24 +64,29 @@ std::optional<double> fit_ball_radius_mm(const Surface& surface, const Calibrati
     }
   }
   if (points.size() < kMinSpherePixels) return std::nullopt;
-  FittedSphere sphere{zone.u_px * surface.pixel_pitch_mm, zone.v_px * surface.pixel_pitch_mm,
-                      lowest_mm + start_radius_mm, start_radius_mm};
-  for (int iteration = 0; iteration < kMaxSphereIterations; ++iteration) {
-    double step = 0.0;
-    if (!improve_sphere(points, sphere, step)) return std::nullopt;
-    if (step < 1e-6) return sphere.radius;
-  }
-  return std::nullopt;
+  std::array<double, 4> sphere = {zone.u_px * surface.pixel_pitch_mm, zone.v_px * surface.pixel_pitch_mm,
+                                  lowest_mm + start_radius_mm, start_radius_mm};
+  ceres::Problem problem;
+  for (const Eigen::Vector3d& point : points)
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<HeightAbovePoint, 1, 4>(new HeightAbovePoint{point}),
+        new ceres::HuberLoss(kSphereHuberMm), sphere.data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  if (summary.termination_type != ceres::CONVERGENCE) return std::nullopt;
+  return sphere[3];
 }
 
 /// Sums of what was read, in cells of the gel.
 class CellMap {
  public:
-  void add(const std::vector<ZoneReading>& pixels, const cv::Size& size) {
-    for (const ZoneReading& pixel : pixels)
-      cells_[static_cast<std::size_t>(pixel.v * kCells.height / size.height * kCells.width +
-                                      pixel.u * kCells.width / size.width)]
-          .add(pixel.read, pixel.truth, pixel.sigma_rad);
+  void add(const ZoneReading& pixel, const cv::Size& size) {
+    cells_[static_cast<std::size_t>(pixel.v * kCells.height / size.height * kCells.width +
+                                    pixel.u * kCells.width / size.width)]
+        .add(pixel);
   }
   /// `value` of every cell with enough pixels, else NaN.
   template <class Value>
@@ -113,19 +103,10 @@ class CellMap {
   std::vector<SlopeSums> cells_{static_cast<std::size_t>(kCells.area())};
 };
 
-const char* place_name(std::size_t ninth) {
-  constexpr std::array<const char*, 9> names = {"upper left",  "upper middle", "upper right",
-                                                "middle left", "middle",       "middle right",
-                                                "lower left",  "lower middle", "lower right"};
-  return names[ninth];
-}
-
 std::string scale_words(double scale) {
   return fmt::format("slopes read {:.0f} % too {}", 100.0 * std::abs(scale - 1.0),
                      scale > 1.0 ? "steep" : "flat");
 }
-
-Verdict worse(Verdict a, Verdict b) { return std::max(a, b); }
 
 Verdict judge_number(double value, double good_limit, double usable_limit) {
   if (std::abs(value) <= good_limit) return Verdict::good;
@@ -137,19 +118,24 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
   const auto note = [&](Verdict verdict, std::string reason) {
     if (verdict != Verdict::good) found.emplace_back(verdict, std::move(reason));
   };
-  const double error = check.errors.all.mean_abs_error_deg();
+  // Wrong slopes bend the surface.
+  const double error = check.slopes.all.mean_abs_error_deg();
   note(judge_number(error, kGoodLimits.error_deg, kUsableLimits.error_deg),
        fmt::format("slopes are wrong by {:.1f} degrees on average", error));
-  const double scale = check.scales.all.scale();
+  // A roll comes out too long by as much.
+  const double scale = check.slopes.all.scale();
   note(judge_number(scale - 1.0, kGoodLimits.scale, kUsableLimits.scale), scale_words(scale));
+  // Heights, and a diameter that is wrong.
   for (const DiameterCheck& ball : check.diameters)
     note(judge_number(ball.radius_error(), kGoodLimits.radius, kUsableLimits.radius),
          fmt::format("balls of {:.2f} mm come out {:+.1f} % in radius", ball.diameter_mm,
                      100.0 * ball.radius_error()));
+  // Presses that are missing in one place; the mean over the gel hides it.
   for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums& ninth = check.scales.ninths[k];
+    const SlopeSums& ninth = check.slopes.ninths[k];
     if (ninth.pixels < kMinNinthPixels || std::abs(ninth.scale() - 1.0) < kOddNinthScale) continue;
-    note(Verdict::usable, fmt::format("at the {} of the gel {}", place_name(k), scale_words(ninth.scale())));
+    note(Verdict::usable,
+         fmt::format("at the {} of the gel {}", press_zone_name(k), scale_words(ninth.scale())));
   }
   if (std::string missing = missing_depths(rim_slopes); !missing.empty())
     note(Verdict::usable, std::move(missing));
@@ -157,7 +143,7 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   check.verdict = Verdict::good;
   for (auto& [verdict, reason] : found) {
-    check.verdict = worse(check.verdict, verdict);
+    check.verdict = std::max(check.verdict, verdict);
     check.reasons.push_back(std::move(reason));
   }
 }
@@ -178,38 +164,34 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   options.compensate_light = false;
   SurfaceEstimator estimator(model, set.background, options);
   ModelCheck check;
-  CellMap error_cells, scale_cells;
+  CellMap cells;
   std::vector<double> rim_slopes;
   struct Size {
     std::vector<double> radii_mm;
-    SlopeSums slopes;
     std::size_t presses = 0;
   };
   std::map<double, Size> sizes;
   for (const BallZone& zone : zones) {
     const CalibrationPress& press = set.presses[zone.press];
     rim_slopes.push_back(rim_slope(zone.radius_px, 0.5 * press.diameter_mm / pixel_pitch_mm));
-    const std::vector<ZoneReading> labelled = read_zone(model, set, zone, pixel_pitch_mm, false);
-    const SlopeStatistics errors = statistics_of(labelled, press.bgr.size());
-    const std::vector<ZoneReading> recentered = read_zone(model, set, zone, pixel_pitch_mm, true);
-    const SlopeStatistics scales = statistics_of(recentered, press.bgr.size());
-    check.errors.add(errors);
-    check.scales.add(scales);
-    error_cells.add(labelled, press.bgr.size());
-    scale_cells.add(recentered, press.bgr.size());
+    SlopeStatistics slopes;
+    for (const ZoneReading& pixel : read_zone(model, set, zone, pixel_pitch_mm)) {
+      slopes.add(pixel, press.bgr.size());
+      cells.add(pixel, press.bgr.size());
+    }
+    check.slopes.add(slopes);
     const SurfacePtr surface = estimator.estimate(press.bgr);
     const auto radius_mm = fit_ball_radius_mm(*surface, press, zone, 0.5 * press.diameter_mm);
-    check.presses.push_back({zone, errors.all.mean_abs_error_deg(), radius_mm});
+    check.presses.push_back({zone, slopes.all.mean_abs_error_deg(), radius_mm});
     Size& size = sizes[press.diameter_mm];
-    size.slopes.add(scales.all);
     ++size.presses;
     if (radius_mm) size.radii_mm.push_back(*radius_mm);
     if (progress) progress(check.presses.size());
   }
   for (const auto& [diameter_mm, size] : sizes)
-    check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm), size.slopes.scale()});
-  check.error_map_deg = error_cells.map(1.0, [](const SlopeSums& cell) { return cell.mean_abs_error_deg(); });
-  check.scale_map = scale_cells.map(kMinCellPixels, [](const SlopeSums& cell) { return cell.scale(); });
+    check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm)});
+  check.error_map_deg = cells.map(1.0, [](const SlopeSums& cell) { return cell.mean_abs_error_deg(); });
+  check.scale_map = cells.map(kMinCellPixels, [](const SlopeSums& cell) { return cell.scale(); });
   judge(check, rim_slopes);
   return check;
 }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/core.hpp>
 
 #include "gelslam/calibration/circle_finder.hpp"
+#include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/median.hpp"
 
@@ -21,10 +23,9 @@ constexpr double kMaxBackgroundLevels = 8.0;
 constexpr double kMaxInAnotherLight = 0.25;  // of the presses: more are no accident
 constexpr double kUntouchedRadii = 2.5;
 
-double spread(const std::vector<double>& values, double middle) {
-  std::vector<double> distances;
-  for (const double value : values) distances.push_back(std::abs(value - middle));
-  return median(distances);
+double spread(std::vector<double> values, double middle) {
+  for (double& value : values) value = std::abs(value - middle);
+  return median(std::move(values));
 }
 
 /// How a set's labels were drawn: the gel leaves the ball at radius * ratio - offset.
@@ -92,13 +93,7 @@ double background_difference(const PressSet& set, const BallZone& zone) {
     for (int u = 0; u < bgr.cols; u += stride) {
       if (std::hypot(u - zone.u_px, v - zone.v_px) < kUntouchedRadii * (zone.radius_px + kZoneMarginPx))
         continue;
-      double squared = 0.0;
-      for (int c = 0; c < 3; ++c) {
-        const double difference =
-            static_cast<double>(bgr(v, u)[c]) - static_cast<double>(set.background(v, u)[c]);
-        squared += difference * difference;
-      }
-      differences.push_back(std::sqrt(squared));
+      differences.push_back(cv::norm(cv::Vec3i(bgr(v, u)) - cv::Vec3i(set.background(v, u))));
     }
   return median(differences);
 }
@@ -136,33 +131,26 @@ void reject_odd_ones(const PressSet& set, double pixel_pitch_mm, BallZones& zone
 }
 
 void require_one_sensor(const PressSet& set, const BallZones& zones) {
-  std::size_t strange = 0;
-  std::string first;
-  for (const BallZone& zone : zones.zones) {
-    if (!is_in_another_light(set, zone)) continue;
-    if (strange++ == 0) first = set.presses[zone.press].name;
-  }
-  if (strange == 0) return;
-  throw Error("'" + set.folder.string() + "': the untouched gel of " + std::to_string(strange) + " of " +
-              std::to_string(zones.zones.size()) + " presses (first: " + first +
+  const auto is_strange = [&](const BallZone& zone) { return is_in_another_light(set, zone); };
+  const auto first = std::ranges::find_if(zones.zones, is_strange);
+  if (first == zones.zones.end()) return;
+  throw Error("'" + set.folder.string() + "': the untouched gel of " +
+              std::to_string(std::ranges::count_if(zones.zones, is_strange)) + " of " +
+              std::to_string(zones.zones.size()) + " presses (first: " + set.presses[first->press].name +
               ") does not look like background.png: they come from another sensor, gel or light; keep them "
-              "in folders "
-              "of their own, each with its background");
+              "in folders of their own, each with its background");
 }
 
 void require_all_sides(const PressSet& set, const BallZones& zones) {
-  std::array<std::size_t, 3> columns{}, rows{};
-  for (const BallZone& zone : zones.zones) {
-    const auto third = [](double place, int size) {
-      return static_cast<std::size_t>(std::clamp(static_cast<int>(3.0 * place / size), 0, 2));
-    };
-    ++columns[third(zone.u_px, set.background.cols)];
-    ++rows[third(zone.v_px, set.background.rows)];
-  }
+  PressCoverage coverage(set.background.size(), 1);
+  for (const BallZone& zone : zones.zones) coverage.add({zone.u_px, zone.v_px, zone.radius_px});
   constexpr std::array<const char*, 3> across = {"left", "middle (between left and right)", "right"},
                                        down = {"upper", "middle (between top and bottom)", "lower"};
+  const auto taken = [&](std::size_t first, std::size_t step) {
+    return coverage.taken(first) + coverage.taken(first + step) + coverage.taken(first + 2 * step);
+  };
   for (std::size_t k = 0; k < 3; ++k) {
-    const char* bare = columns[k] == 0 ? across[k] : rows[k] == 0 ? down[k] : nullptr;
+    const char* bare = taken(k, 3) == 0 ? across[k] : taken(3 * k, 1) == 0 ? down[k] : nullptr;
     if (bare != nullptr)
       throw Error("'" + set.folder.string() + "': no press lies on the " + bare +
                   " third of the gel; the model could only guess there. Take presses all over the gel");

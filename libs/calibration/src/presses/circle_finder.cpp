@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "gelslam/core/median.hpp"
 #include "judging/gel_change.hpp"
 #include "presses/press_fit.hpp"
 
@@ -20,6 +21,7 @@ constexpr float kWideShare =
     0.12F;  // and at second sight, with its membrane rim and the sides that change little
 constexpr double kMinOfWide =
     0.5;  // a circle smaller than this share of the wide piece is a part of the contact
+constexpr double kStrongestShare = 0.995;  // of the pixels change less than the strongest
 constexpr float kMinSeedLevels = 6.0F;
 constexpr int kMinSeedPixels = 60;
 constexpr double kWantedPoints = 1800, kWantedPointsToRefine = 900;
@@ -27,9 +29,9 @@ constexpr double kWantedPoints = 1800, kWantedPointsToRefine = 900;
 constexpr double kMaxRefined = 0.25;  // of the radius: further away, the finer fit has lost the contact
 
 constexpr double kWantedPointsToSmear = 250, kFirstDecayPx = 8.0;
-// Over the cost of even blur. The least of 366 good presses was 0.79; of 10 balls that slid by 2 mm, 0.44 to
-// 0.72.
-constexpr double kSlidCost = 0.7;
+// Over the cost of a ball at rest. The least of 275 good presses was 0.61; of 14 balls that slid by 1.4
+// radii, 0.24 to 0.57.
+constexpr double kSlidCost = 0.58;
 constexpr double kMinMoved = 0.5;  // of the radius: less does no harm inside the zone
 
 // Another contact: this many cells, this share of the first one's weight, this far from it (in radii of the
@@ -47,21 +49,11 @@ struct Seed {
 };
 
 /// The heaviest connected piece of the picture that changed by more than `threshold`.
-std::optional<Seed> heaviest_piece(const cv::Mat1f& strength, float threshold) {
-  cv::Mat1i labels;
-  cv::Mat1i stats;
-  cv::Mat1d centers;
-  const int pieces =
-      cv::connectedComponentsWithStats(strength > threshold, labels, stats, centers, 8, CV_32S);
-  std::vector<double> weights(static_cast<std::size_t>(pieces), 0.0);
-  for (int v = 0; v < labels.rows; ++v)
-    for (int u = 0; u < labels.cols; ++u)
-      if (labels(v, u) > 0)
-        weights[static_cast<std::size_t>(labels(v, u))] += static_cast<double>(strength(v, u));
-  const auto heaviest = static_cast<int>(std::max_element(weights.begin(), weights.end()) - weights.begin());
-  if (heaviest == 0 || stats(heaviest, cv::CC_STAT_AREA) < kMinSeedPixels) return std::nullopt;
-  return Seed{centers(heaviest, 0), centers(heaviest, 1),
-              std::sqrt(stats(heaviest, cv::CC_STAT_AREA) / 3.14159265)};
+std::optional<Seed> heaviest_piece(const cv::Mat1f& strength, double threshold) {
+  const std::vector<ChangedPiece> pieces = changed_pieces(strength, threshold);
+  if (pieces.empty() || pieces.front().cells < kMinSeedPixels) return std::nullopt;
+  const ChangedPiece& heaviest = pieces.front();
+  return Seed{heaviest.u_cells, heaviest.v_cells, std::sqrt(heaviest.cells / std::numbers::pi)};
 }
 
 /// The place that changed most, seen narrowly and widely.
@@ -72,29 +64,21 @@ struct Seeds {
 Seeds find_seeds(const cv::Mat3f& change) {
   cv::Mat3f smooth;
   cv::GaussianBlur(change, smooth, cv::Size(), 2.0);
-  cv::Mat1f strength(smooth.size());
-  std::transform(smooth.begin(), smooth.end(), strength.begin(),
-                 [](const cv::Vec3f& c) { return static_cast<float>(cv::norm(c)); });
-  std::vector<float> sorted(strength.begin(), strength.end());
-  const auto strongest =
-      sorted.end() - static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, sorted.size() / 200));
-  std::nth_element(sorted.begin(), strongest, sorted.end());
+  const cv::Mat1f strength = length_of(smooth);
+  std::vector<float> strengths(strength.begin(), strength.end());
+  const float strongest = quantile_in_place(strengths, kStrongestShare);
   const auto piece_above = [&](float share) {
-    return heaviest_piece(strength, std::max(kMinSeedLevels, share * *strongest));
+    return heaviest_piece(strength, static_cast<double>(std::max(kMinSeedLevels, share * strongest)));
   };
   return {piece_above(kSeedShare), piece_above(kWideShare)};
 }
 
 PressFit fit_from(const Seed& seed, const cv::Mat3f& relative, double ball_px) {
   const PressPoints points = points_around({seed.u_px, seed.v_px, seed.radius_px}, relative, kWantedPoints);
-  std::optional<PressFit> best;
-  for (const double share : {0.75, 1.0}) {
-    const PressShape start{seed.u_px, seed.v_px, std::min(share * seed.radius_px, 0.9 * ball_px),
-                           kFirstDecayPx};
-    const PressFit fit = fit_press(points, start, ball_px);
-    if (!best || fit.cost < best->cost) best = fit;
-  }
-  return *best;
+  constexpr double knee_share = 0.75;  // of the piece that changed
+  return fit_press(
+      points, {seed.u_px, seed.v_px, std::min(knee_share * seed.radius_px, 0.9 * ball_px), kFirstDecayPx},
+      ball_px);
 }
 
 /// In a dim corner the strongest change can be a piece of the membrane rim; a small circle then explains that
@@ -120,7 +104,7 @@ double visible_share(const ContactCircle& circle, const cv::Size& size) {
   constexpr int steps = 720;
   int inside = 0;
   for (int k = 0; k < steps; ++k) {
-    const double angle = 2.0 * 3.14159265358979 * k / steps;
+    const double angle = 2.0 * std::numbers::pi * k / steps;
     const double u = circle.u_px + circle.radius_px * std::cos(angle),
                  v = circle.v_px + circle.radius_px * std::sin(angle);
     if (u > -0.5 && v > -0.5 && u < size.width - 0.5 && v < size.height - 0.5) ++inside;
@@ -141,13 +125,13 @@ std::string problem_with(const FoundCircle& found, const cv::Size& size, double 
   return "";
 }
 
-/// Blur in one direction tells far more of the picture than blur in all.
+/// A ball that moved explains far more of the picture than one at rest.
 bool slid(const FoundCircle& found, const cv::Mat3f& relative, double ball_px) {
   const PressPoints points = points_around(found.circle, relative, kWantedPointsToSmear);
   const PressShape start{found.ball.u_px, found.ball.v_px, found.ball.radius_px, kFirstDecayPx};
   const SlidPress fit = fit_slid_press(points, start, ball_px);
   return fit.moved_px > kMinMoved * fit.radius_px &&
-         fit.cost < kSlidCost * blurred_cost(points, start, ball_px);
+         fit.cost < kSlidCost * fit_press(points, start, ball_px).cost;
 }
 
 /// Two balls, or a finger beside one.

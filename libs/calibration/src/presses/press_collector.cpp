@@ -44,6 +44,7 @@ double inset_px(const ContactCircle& circle, const cv::Size& size) {
       {circle.u_px, circle.v_px, size.width - 1.0 - circle.u_px, size.height - 1.0 - circle.v_px});
 }
 
+/// What the hand should do better, for people; "" when the press is good. `pieces`: of the contact.
 std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiece>& pieces,
                          const cv::Size& size, double ball_px) {
   constexpr const char* off_the_edge = "too near the edge of the gel: move the ball inward";
@@ -58,21 +59,6 @@ std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiec
   if (found.problem.empty() && width < kMinWidth) return "too shallow: press a little deeper";
   if (found.problem.empty()) return "";
   return pieces.front().at_border ? std::string(off_the_edge) : found.problem;
-}
-
-struct JudgedPress {
-  FoundCircle found;
-  std::string problem;  ///< what the hand should do better, for people; "" when the press is good
-};
-
-/// Is a picture of a still ball fit for a calibration? `difference`: of its cells to the bare gel's;
-/// `touch_level`: what counts as touched there.
-JudgedPress judge_press(const cv::Mat3b& bgr, const cv::Mat3b& background, const cv::Mat1f& difference,
-                        double touch_level, double ball_px) {
-  JudgedPress judged{find_circle(bgr, background, ball_px), ""};
-  const double level = level_of_contact(difference, touch_level);
-  judged.problem = problem_with(judged.found, changed_pieces(difference, level), bgr.size(), ball_px);
-  return judged;
 }
 
 }  // namespace
@@ -190,17 +176,18 @@ void PressCollector::Impl::judge_hold(const cv::Mat1f& difference) {
   const cv::Mat3b mean = mean_image(std::exchange(held, {}));
   cv::Mat1b covered;
   const MarkerFiller filler(background);
-  const JudgedPress judged = judge_press(filler.fill(mean, covered), filler.background(), difference,
-                                         touch_level(), 0.5 * options.diameter_mm / options.pixel_pitch_mm);
+  const double ball_px = 0.5 * options.diameter_mm / options.pixel_pitch_mm;
+  const FoundCircle found = find_circle(filler.fill(mean, covered), filler.background(), ball_px);
+  const std::string problem = problem_with(
+      found, changed_pieces(difference, level_of_contact(difference, touch_level())), mean.size(), ball_px);
   ++holds;
-  if (best && (!judged.problem.empty() || judged.found.confidence <= best->confidence)) return;
+  if (best && (!problem.empty() || found.confidence <= best->confidence)) return;
   status.found.reset();
-  if (judged.found.confidence > 0.0) status.found = judged.found.circle;
-  status.warning = judged.problem;
-  if (judged.problem.empty()) {
+  if (found.confidence > 0.0) status.found = found.circle;
+  status.warning = problem;
+  if (problem.empty()) {
     // A label's center is taken for the ball's, which shadows move less than the disc's.
-    const ContactCircle label{judged.found.ball.u_px, judged.found.ball.v_px, judged.found.circle.radius_px};
-    best = CollectedPress{mean, label, judged.found.confidence};
+    best = CollectedPress{mean, {found.ball.u_px, found.ball.v_px, found.circle.radius_px}, found.confidence};
     status.phase = CollectPhase::taken;
   } else if (holds >= kPatienceHolds) {
     status.warning += "; if nothing touches the gel, it was not bare at the start: begin again";

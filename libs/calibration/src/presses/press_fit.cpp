@@ -1,299 +1,193 @@
 #include "presses/press_fit.hpp"
 
+#include <ceres/jet.h>
+#include <ceres/tiny_solver.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
-#include <utility>
-#include <vector>
 
 namespace gelslam::calibration::detail {
 namespace {
 
 constexpr double kLossScale = 0.05;  // relative color change; noise is a third of it
-constexpr int kMaxFitIterations = 25;
+constexpr int kMaxReweightings = 10, kStepsPerWeighting = 4;
 constexpr double kConvergedPx = 0.01;
-constexpr double kFirstSmear = 0.25;  // of the radius: where the search for blur and movement starts
+constexpr double kFirstMove = 0.5;  // of the radius: where the search for a movement starts
+constexpr double kMinFitRadiusPx = 3.0, kMaxFitRadiusOfBall = 0.98, kMinDecayPx = 1.0, kMaxDecayPx = 60.0;
 
-using Change = Eigen::Vector3d;               // of B, G, R
-using Solver = Eigen::LDLT<Eigen::MatrixXd>;  // of any size: each fixed one would compile for seconds
+/// What is fitted beside center, radius and decay: the pixels' aspect, or how far the ball moved in x and y.
+enum class Extra { none, aspect, movement };
 
-/// A place from which a picture was also taken, as offsets per unit of the exposure's parameters, and how
-/// much it counts.
-template <int parameters>
-struct Glimpse {
-  double share = 1.0;
-  Eigen::Matrix<double, 2, parameters> offsets;
-};
-
-/// One picture, taken at once.
-struct Sharp {
-  static constexpr int kParameters = 0;
-  static std::array<Glimpse<0>, 1> glimpses() { return {}; }
-};
-
-/// The ball moved along the two parameters while the picture was taken.
-struct Slid {
-  static constexpr int kParameters = 2;
-  static std::array<Glimpse<2>, 5> glimpses() {
-    std::array<Glimpse<2>, 5> result;
-    for (std::size_t k = 0; k < result.size(); ++k)
-      result[k] = {0.2, (0.2 * static_cast<double>(k) - 0.4) * Eigen::Matrix2d::Identity()};
-    return result;
+/// Slope of the gel at (x, y) pixels from a ball's center: on the ball inside the radius, decaying outside.
+template <class T>
+std::array<T, 2> gel_slope(const T& x, const T& y, double ball_px, const T& radius, const T& decay) {
+  using std::exp, std::sqrt;
+  const T squared = x * x + y * y;
+  T over_distance;
+  if (squared <= radius * radius) {
+    over_distance = 1.0 / sqrt(ball_px * ball_px - squared);
+  } else {
+    const T distance = sqrt(squared), at_rim = radius / sqrt(ball_px * ball_px - radius * radius);
+    over_distance = at_rim / distance * exp((radius - distance) / decay);
   }
-};
+  return {over_distance * x, over_distance * y};
+}
 
-/// Blurred by a Gaussian of this many pixels: Radon's seven points.
-struct Blurred {
-  static constexpr int kParameters = 1;
-  static std::array<Glimpse<1>, 7> glimpses() {
-    std::array<Glimpse<1>, 7> result;
-    result[0] = {0.5, Eigen::Vector2d::Zero()};
-    for (std::size_t k = 1; k < result.size(); ++k) {
-      const double angle = std::numbers::pi / 3.0 * static_cast<double>(k);
-      result[k] = {1.0 / 12.0, 2.0 * Eigen::Vector2d(std::cos(angle), std::sin(angle))};
-    }
-    return result;
-  }
-};
-
-/// Slope of the gel on and around a ball, as a function of the place relative to the ball's center.
-class Gel {
- public:
-  Gel(double ball_px, double radius_px, double decay_px)
-      : squared_(ball_px * ball_px),
-        radius_(radius_px),
-        decay_(decay_px),
-        rim_(1.0 / std::sqrt(squared_ - radius_px * radius_px)) {}
-
-  Eigen::Vector2d slope(const Eigen::Vector2d& place) const {
-    return slope_over_distance(place.norm()) * place;
-  }
-
-  /// The slope and its derivatives by place (columns 0 and 1), radius and decay.
-  Eigen::Vector2d slope(const Eigen::Vector2d& place, Eigen::Matrix<double, 2, 4>& derivatives) const {
-    const double distance = place.norm(), ratio = slope_over_distance(distance);
-    const bool on_ball = distance <= radius_;
-    const double bend = on_ball ? ratio * ratio * ratio : -ratio * (1.0 / distance + 1.0 / decay_) / distance;
-    derivatives.leftCols<2>() = bend * place * place.transpose();
-    derivatives.leftCols<2>().diagonal().array() += ratio;
-    const double by_radius = on_ball ? 0.0 : ratio * (radius_ * rim_ * rim_ + 1.0 / radius_ + 1.0 / decay_),
-                 by_decay = on_ball ? 0.0 : ratio * (distance - radius_) / (decay_ * decay_);
-    derivatives.col(2) = by_radius * place;
-    derivatives.col(3) = by_decay * place;
-    return ratio * place;
-  }
-
- private:
-  double slope_over_distance(double distance) const {
-    return distance <= radius_ ? 1.0 / std::sqrt(squared_ - distance * distance)
-                               : rim_ * radius_ / distance * std::exp((radius_ - distance) / decay_);
-  }
-
-  double squared_, radius_, decay_, rim_;
-};
-
-/// Terms of a polynomial in the slope without its constant: 5 of degree 2, 14 of degree 4.
-constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2 - 1; }
-
-template <int degree>
-struct Powers {
-  explicit Powers(const Eigen::Vector2d& slope) {
-    for (std::size_t k = 1; k <= degree; ++k) {
-      x[k] = x[k - 1] * slope.x();
-      y[k] = y[k - 1] * slope.y();
-    }
-  }
-  /// Calls visit(exponent of x, exponent of y) for each term in turn.
-  template <class Visit>
-  static void for_terms(const Visit& visit) {
-    for (std::size_t k = 1; k <= degree; ++k)
-      for (std::size_t j = 0; j <= k; ++j) visit(k - j, j);
-  }
-  std::array<double, degree + 1> x{1.0}, y{1.0};
-};
-
-template <int degree, class Exposure = Sharp>
-class Fitter {
-  static constexpr int kUnknowns = 4 + Exposure::kParameters, kFeatures = terms_of(degree);
-  using Features = Eigen::Matrix<double, kFeatures, 1>;
-  using Residuals = std::vector<Change>;
-  using Information = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+/// Weighted color errors of a press, as ceres::TinySolver wants them.
+template <int degree, Extra extra>
+class PressErrors {
+  static constexpr int kTerms = (degree + 1) * (degree + 2) / 2 - 1,  // of a polynomial without its constant
+      kParameters = 4 + static_cast<int>(extra);
+  template <class T>
+  using Terms = std::array<T, static_cast<std::size_t>(kTerms)>;
+  using Colors = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
  public:
-  using Parameters = Eigen::Matrix<double, kUnknowns, 1>;  ///< center, radius, decay, exposure
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = kParameters };
+  using Parameters = Eigen::Matrix<double, kParameters, 1>;
 
-  Fitter(const PressPoints& points, double ball_px)
-      : points_(points), ball_px_(ball_px), features_(points.u_px.size()), weights_(features_.size(), 1.0) {
-    for (std::size_t k = 0; k < features_.size(); ++k)
-      changes_.emplace_back(points.change[0][k], points.change[1][k], points.change[2][k]);
+  PressErrors(const PressPoints& points, double ball_px)
+      : points_(points),
+        ball_px_(ball_px),
+        root_weights_(Eigen::VectorXd::Ones(rows())),
+        changes_(rows(), 3) {
+    for (int c = 0; c < 3; ++c)
+      changes_.col(c) = Eigen::VectorXd::Map(points.change[static_cast<std::size_t>(c)].data(), rows());
   }
 
-  /// From `p`, which follows.
-  PressFit run(Parameters& p) {
-    p = bounded(p);
-    fill_features(p);
-    Residuals residuals = solve();
-    double damping = 1e-3;
-    for (int iteration = 0; iteration < kMaxFitIterations; ++iteration) {
-      reweight(residuals);
-      residuals = solve();
-      const Parameters step = improve(p, residuals, damping);
-      if (step.cwiseAbs().maxCoeff() < kConvergedPx) break;
-    }
-    const double total = weighted_cost(changes_), left = weighted_cost(residuals);
-    return {{p[0], p[1], p[2], p[3]}, robust_cost(residuals), total > 0.0 ? 1.0 - left / total : 0.0};
-  }
+  int NumResiduals() const { return static_cast<int>(3 * rows()); }
 
- private:
-  Parameters bounded(Parameters p) const {
-    p[2] = std::clamp(p[2], 3.0, 0.98 * ball_px_);
-    p[3] = std::clamp(p[3], 1.0, 60.0);
-    return p;
-  }
-
-  template <class G>
-  Eigen::Vector2d place(std::size_t point, const Parameters& p, const G& glimpse) const {
-    return Eigen::Vector2d(points_.u_px[point], points_.v_px[point]) - p.template head<2>() -
-           glimpse.offsets * p.template tail<Exposure::kParameters>();
-  }
-
-  void fill_features(const Parameters& p) {
-    const Gel gel(ball_px_, p[2], p[3]);
-    for (std::size_t k = 0; k < features_.size(); ++k) {
-      features_[k].setZero();
-      for (const auto& glimpse : glimpses_) {
-        const Powers<degree> powers(gel.slope(place(k, p, glimpse)));
-        int term = 0;
-        powers.for_terms([&](std::size_t i, std::size_t j) {
-          features_[k][term++] += glimpse.share * powers.x[i] * powers.y[j];
-        });
-      }
-    }
-  }
-
-  /// What is left of the colors when the best color function of the features is taken away.
-  Residuals solve() {
-    Eigen::Matrix<double, kFeatures, kFeatures> information =
-        Eigen::Matrix<double, kFeatures, kFeatures>::Zero();
-    Eigen::Matrix<double, kFeatures, 3> right = Eigen::Matrix<double, kFeatures, 3>::Zero();
-    for (std::size_t k = 0; k < features_.size(); ++k) {
-      const Features weighted = weights_[k] * features_[k];
-      for (int term = 0; term < kFeatures; ++term) information.col(term) += weighted[term] * features_[k];
-      for (int channel = 0; channel < 3; ++channel) right.col(channel) += changes_[k][channel] * weighted;
-    }
+  bool operator()(const double* parameters, double* errors, double* jacobian) const {
+    Eigen::Matrix<double, Eigen::Dynamic, kTerms> terms(rows(), kTerms);
+    for (Eigen::Index k = 0; k < rows(); ++k)
+      terms.row(k) = root_weights_[k] * Eigen::Matrix<double, 1, kTerms>(terms_at(k, parameters).data());
+    // Of any size: Eigen's code for each fixed one would compile for seconds.
+    Eigen::MatrixXd information = terms.transpose() * terms;
     information.diagonal().array() += 1e-9 * information.trace() + 1e-12;
-    solver_.compute(information);
-    colors_ = solver_.solve(Eigen::MatrixXd(right)).transpose();
-    Residuals residuals(features_.size());
-    for (std::size_t k = 0; k < residuals.size(); ++k)
-      residuals[k].noalias() = changes_[k] - colors_ * features_[k];
-    return residuals;
-  }
-
-  void reweight(const Residuals& residuals) {
-    for (std::size_t k = 0; k < residuals.size(); ++k)
-      weights_[k] = 1.0 / std::sqrt(1.0 + residuals[k].squaredNorm() / (kLossScale * kLossScale));
-  }
-
-  double robust_cost(const Residuals& residuals) const {
-    double sum = 0.0;
-    for (const Change& residual : residuals)
-      sum += std::sqrt(1.0 + residual.squaredNorm() / (kLossScale * kLossScale)) - 1.0;
-    return sum / static_cast<double>(residuals.size());
-  }
-
-  double weighted_cost(const Residuals& residuals) const {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < residuals.size(); ++k) sum += weights_[k] * residuals[k].squaredNorm();
-    return sum;
-  }
-
-  /// Derivatives of the color at a point by all unknowns, for fixed color functions.
-  Eigen::Matrix<double, 3, kUnknowns> color_derivatives(std::size_t point, const Parameters& p,
-                                                        const Gel& gel) const {
-    Eigen::Matrix<double, 3, kUnknowns> result = Eigen::Matrix<double, 3, kUnknowns>::Zero();
-    for (const auto& glimpse : glimpses_) {
-      Eigen::Matrix<double, 2, 4> by_shape;
-      const Powers<degree> powers(gel.slope(place(point, p, glimpse), by_shape));
-      Eigen::Matrix<double, 3, 2> by_slope = Eigen::Matrix<double, 3, 2>::Zero();
-      int term = 0;
-      powers.for_terms([&](std::size_t i, std::size_t j) {
-        if (i > 0)
-          by_slope.col(0) += static_cast<double>(i) * powers.x[i - 1] * powers.y[j] * colors_.col(term);
-        if (j > 0)
-          by_slope.col(1) += static_cast<double>(j) * powers.x[i] * powers.y[j - 1] * colors_.col(term);
-        ++term;
-      });
-      const Eigen::Matrix<double, 3, 4> colors = glimpse.share * by_slope * by_shape;
-      result.template leftCols<2>() -= colors.template leftCols<2>();
-      result.template middleCols<2>(2) += colors.template rightCols<2>();
-      result.template rightCols<Exposure::kParameters>() -= colors.template leftCols<2>() * glimpse.offsets;
+    const Eigen::LDLT<Eigen::MatrixXd> solver(information);
+    const Colors seen = root_weights_.asDiagonal() * changes_;
+    const Eigen::Matrix<double, kTerms, 3> colors = solver.solve(Eigen::MatrixXd(terms.transpose() * seen));
+    Colors::Map(errors, rows(), 3) = terms * colors - seen;
+    if (jacobian == nullptr) return true;
+    auto derivatives =
+        Eigen::Matrix<double, Eigen::Dynamic, kParameters>::Map(jacobian, 3 * rows(), kParameters);
+    fill_derivatives(parameters, colors, derivatives);
+    for (int c = 0; c < 3; ++c) {  // the color function follows the shape
+      auto channel = derivatives.middleRows(c * rows(), rows());
+      channel -= terms * solver.solve(Eigen::MatrixXd(terms.transpose() * channel));
     }
-    return result;
+    return true;
   }
 
-  /// Normal equations of the unknowns. The color functions follow: what they can explain of the derivatives
-  /// is taken away (Kaufman 1975).
-  std::pair<Information, Parameters> normal_equations(const Parameters& p, const Residuals& residuals) const {
-    Information information = Information::Zero();
-    Parameters right = Parameters::Zero();
-    Eigen::Matrix<double, 3 * kUnknowns, kFeatures> explained =
-        Eigen::Matrix<double, 3 * kUnknowns, kFeatures>::Zero();
-    const Gel gel(ball_px_, p[2], p[3]);
-    for (std::size_t k = 0; k < residuals.size(); ++k) {
-      const Eigen::Matrix<double, 3, kUnknowns> derivatives = color_derivatives(k, p, gel);
-      const Eigen::Matrix<double, 3, kUnknowns> weighted = weights_[k] * derivatives;
-      information.noalias() += weighted.transpose() * derivatives;
-      right.noalias() += weighted.transpose() * residuals[k];
-      for (int term = 0; term < kFeatures; ++term)
-        explained.col(term) += features_[k][term] * weighted.reshaped();
-    }
-    const Eigen::Matrix<double, kFeatures, 3 * kUnknowns> followed =
-        solver_.solve(Eigen::MatrixXd(explained.transpose()));
-    for (int i = 0; i < kUnknowns; ++i)
-      for (int j = 0; j < kUnknowns; ++j)
-        information(i, j) -= explained.template middleRows<3>(3 * i)
-                                 .transpose()
-                                 .cwiseProduct(followed.template middleCols<3>(3 * j))
-                                 .sum();
-    return {information, right};
+  void reweight(const Parameters& parameters) {
+    root_weights_ = (1.0 + scaled_squares(parameters)).sqrt().rsqrt();
+  }
+  double robust_cost(const Parameters& parameters) const {
+    return ((1.0 + scaled_squares(parameters)).sqrt() - 1.0).mean();
+  }
+  /// 1 - residual / total sum of squares, weighted.
+  double explained(const Parameters& parameters) const {
+    const double total = (root_weights_.asDiagonal() * changes_).squaredNorm() / (kLossScale * kLossScale);
+    return total > 0.0 ? 1.0 - (root_weights_.array().square() * scaled_squares(parameters)).sum() / total
+                       : 0.0;
   }
 
-  /// One accepted step (or none); features, residuals and damping follow.
-  Parameters improve(Parameters& p, Residuals& residuals, double& damping) {
-    const auto [information, right] = normal_equations(p, residuals);
-    const double before = weighted_cost(residuals);
-    for (int attempt = 0; attempt < 6; ++attempt) {
-      Information damped = information;
-      damped.diagonal() *= 1.0 + damping;
-      damped.diagonal().array() += 1e-9;
-      const Parameters step = Solver(damped).solve(Eigen::MatrixXd(right));
-      const Parameters next = bounded(p + step);
-      fill_features(next);
-      Residuals there = solve();
-      if (step.allFinite() && weighted_cost(there) <= before) {
-        const Parameters done = next - p;
-        p = next;
-        residuals = std::move(there);
-        damping = std::max(1e-6, damping * 0.3);
-        return done;
+ private:
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(points_.u_px.size()); }
+
+  /// Squared errors of the points without their weights, in units of the loss's scale.
+  Eigen::ArrayXd scaled_squares(const Parameters& parameters) const {
+    Colors errors(rows(), 3);
+    (*this)(parameters.data(), errors.data(), nullptr);
+    return errors.rowwise().squaredNorm().array() /
+           (kLossScale * kLossScale * root_weights_.array().square());
+  }
+
+  /// Of the colors by the parameters, for a fixed color function.
+  template <class Derivatives>
+  void fill_derivatives(const double* parameters, const Eigen::Matrix<double, kTerms, 3>& colors,
+                        Derivatives& derivatives) const {
+    using Jet = ceres::Jet<double, kParameters>;
+    std::array<Jet, kParameters> jets;
+    for (std::size_t i = 0; i < jets.size(); ++i) jets[i] = Jet(parameters[i], static_cast<int>(i));
+    for (Eigen::Index k = 0; k < rows(); ++k) {
+      const Terms<Jet> terms = terms_at(k, jets.data());
+      for (int c = 0; c < 3; ++c) {
+        Parameters sum = Parameters::Zero();
+        for (int t = 0; t < kTerms; ++t) sum += colors(t, c) * terms[static_cast<std::size_t>(t)].v;
+        derivatives.row(c * rows() + k) = root_weights_[k] * sum.transpose();
       }
-      damping *= 5.0;
     }
-    return Parameters::Zero();
+  }
+
+  template <class T>
+  Terms<T> terms_at(Eigen::Index point, const T* parameters) const {
+    const auto k = static_cast<std::size_t>(point);
+    const T x = points_.u_px[k] - parameters[0];
+    T y = points_.v_px[k] - parameters[1];
+    if constexpr (extra == Extra::aspect) y *= parameters[4];
+    const T radius = bounded(parameters[2], kMinFitRadiusPx, kMaxFitRadiusOfBall * ball_px_),
+            decay = bounded(parameters[3], kMinDecayPx, kMaxDecayPx);
+    Terms<T> terms{};
+    if constexpr (extra == Extra::movement) {  // seen in passing from five places
+      for (const double part : {-0.4, -0.2, 0.0, 0.2, 0.4})
+        add_terms(0.2,
+                  gel_slope<T>(x - part * parameters[4], y - part * parameters[5], ball_px_, radius, decay),
+                  terms);
+    } else {
+      add_terms(1.0, gel_slope<T>(x, y, ball_px_, radius, decay), terms);
+    }
+    return terms;
+  }
+
+  template <class T>
+  static void add_terms(double share, const std::array<T, 2>& slope, Terms<T>& sum) {
+    std::array<T, degree + 1> x, y;
+    x[0] = T(share);
+    y[0] = T(1.0);
+    for (std::size_t n = 1; n <= degree; ++n) {
+      x[n] = x[n - 1] * slope[0];
+      y[n] = y[n - 1] * slope[1];
+    }
+    std::size_t term = 0;
+    for (std::size_t n = 1; n <= degree; ++n)
+      for (std::size_t j = 0; j <= n; ++j) sum[term++] += x[n - j] * y[j];
+  }
+
+  template <class T>
+  static T bounded(const T& value, double low, double high) {
+    return value < low ? T(low) : value > high ? T(high) : value;
   }
 
   const PressPoints& points_;
   double ball_px_;
-  const decltype(Exposure::glimpses()) glimpses_ = Exposure::glimpses();
-  std::vector<Features> features_;
-  std::vector<Change> changes_;
-  std::vector<double> weights_;
-  Solver solver_;
-  Eigen::Matrix<double, 3, kFeatures> colors_;
+  Eigen::VectorXd root_weights_;
+  Colors changes_;
 };
+
+/// From `parameters` (those of PressShape, then the extra ones), which become those found.
+template <int degree, Extra extra>
+PressFit fit(const PressPoints& points, double ball_px,
+             typename PressErrors<degree, extra>::Parameters& parameters) {
+  PressErrors<degree, extra> errors(points, ball_px);
+  ceres::TinySolver<PressErrors<degree, extra>> solver;
+  solver.options.max_num_iterations = kStepsPerWeighting;
+  solver.options.parameter_tolerance = kConvergedPx / parameters.norm();
+  for (int round = 0; round < kMaxReweightings; ++round) {
+    const auto before = parameters;
+    errors.reweight(parameters);
+    solver.Solve(errors, &parameters);
+    parameters[2] = std::clamp(parameters[2], kMinFitRadiusPx, kMaxFitRadiusOfBall * ball_px);
+    parameters[3] = std::clamp(parameters[3], kMinDecayPx, kMaxDecayPx);
+    if ((parameters - before).cwiseAbs().maxCoeff() < kConvergedPx) break;
+  }
+  return {{parameters[0], parameters[1], parameters[2], parameters[3]},
+          errors.robust_cost(parameters),
+          errors.explained(parameters)};
+}
 
 Eigen::Vector4d values_of(const PressShape& shape) {
   return {shape.u_px, shape.v_px, shape.radius_px, shape.decay_px};
@@ -302,31 +196,31 @@ Eigen::Vector4d values_of(const PressShape& shape) {
 }  // namespace
 
 PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px) {
-  Eigen::Vector4d p = values_of(start);
-  return Fitter<2>(points, ball_px).run(p);
+  Eigen::Vector4d parameters = values_of(start);
+  return fit<2, Extra::none>(points, ball_px, parameters);
 }
 
 PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px) {
-  Eigen::Vector4d p = values_of(start);
-  return Fitter<4>(points, ball_px).run(p);
+  Eigen::Vector4d parameters = values_of(start);
+  return fit<4, Extra::none>(points, ball_px, parameters);
 }
 
-double blurred_cost(const PressPoints& points, const PressShape& start, double ball_px) {
-  Fitter<2, Blurred>::Parameters p;
-  p << values_of(start), kFirstSmear * start.radius_px;
-  return Fitter<2, Blurred>(points, ball_px).run(p).cost;
+double fit_pixel_aspect(const PressPoints& points, const PressShape& start, double ball_px) {
+  Eigen::Vector<double, 5> parameters;
+  parameters << values_of(start), 1.0;
+  fit<4, Extra::aspect>(points, ball_px, parameters);
+  return parameters[4];
 }
 
 SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, double ball_px) {
   SlidPress best;
   for (const bool across : {false, true}) {
-    const double along = 2.0 * kFirstSmear * start.radius_px;
-    Fitter<2, Slid>::Parameters p;
-    p << values_of(start), across ? 0.0 : along, across ? along : 0.0;
-    Fitter<2, Slid> fitter(points, ball_px);
-    const PressFit fit = fitter.run(p);
-    if (across && fit.cost >= best.cost) continue;
-    best = {fit.shape.radius_px, p.tail<2>().norm(), fit.cost};
+    const double move_px = kFirstMove * start.radius_px;
+    Eigen::Vector<double, 6> parameters;
+    parameters << values_of(start), across ? 0.0 : move_px, across ? move_px : 0.0;
+    const PressFit found = fit<2, Extra::movement>(points, ball_px, parameters);
+    if (across && found.cost >= best.cost) continue;
+    best = {found.shape.radius_px, parameters.tail<2>().norm(), found.cost};
   }
   return best;
 }

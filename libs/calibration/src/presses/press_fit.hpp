@@ -37,23 +37,23 @@ struct PressFit {
   double explained = 0.0;  ///< 1 - residual / total sum of squares, weighted as in the fit
 };
 
-/// Levenberg-Marquardt over the shape; for each shape the color function (quadratic in the slope, per
-/// channel) is solved exactly (variable projection, Golub & Pereyra 1973; derivatives as simplified by
-/// Kaufman 1975). Pseudo-Huber loss.
+/// Robust least squares (pseudo-Huber) over the shape; for each shape the color function, quadratic in the
+/// slope, is solved for per channel (variable projection, Golub & Pereyra 1973; derivatives as simplified by
+/// Kaufman 1975).
 PressFit fit_press(const PressPoints& points, const PressShape& start, double ball_px);
 
 /// The same with a color function of degree 4, which follows shadows as well: a better center, from a start
 /// nearby.
 PressFit refine_press(const PressPoints& points, const PressShape& start, double ball_px);
 
+/// Height over width of the pixels with which a ball explains the picture best.
+double fit_pixel_aspect(const PressPoints& points, const PressShape& start, double ball_px);
+
 /// A ball that moved evenly by `moved_px` while the picture was taken.
 struct SlidPress {
   double radius_px = 0.0, moved_px = 0.0, cost = 0.0;
 };
 SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, double ball_px);
-
-/// Cost of the best press in a picture that is blurred alike in all directions, as a soft gel looks, too.
-double blurred_cost(const PressPoints& points, const PressShape& start, double ball_px);
 
 /// The edge that people see around a contact: along rays from the middle, where the color change falls most
 /// steeply outside of its greatest, and the circle through those places (robust). `knee` is the circle inside

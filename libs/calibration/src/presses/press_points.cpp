@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "gelslam/core/median.hpp"
+#include "judging/gel_change.hpp"
 #include "presses/press_fit.hpp"
 
 namespace gelslam::calibration::detail {
@@ -17,14 +17,7 @@ constexpr double kWindowRadii = 2.0, kWindowMarginPx = 10.0;
 cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
   cv::Mat3f change;
   cv::subtract(bgr, background, change, cv::noArray(), CV_32F);
-  std::vector<double> values(change.total());
-  cv::Vec3f common;
-  for (int channel = 0; channel < 3; ++channel) {
-    std::transform(change.begin(), change.end(), values.begin(),
-                   [&](const cv::Vec3f& c) { return static_cast<double>(c[channel]); });
-    common[channel] = static_cast<float>(median(values));
-  }
-  for (cv::Vec3f& c : change) c -= common;
+  change -= median_color(change);
   return change;
 }
 

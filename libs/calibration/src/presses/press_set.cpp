@@ -34,23 +34,24 @@ bool stays_inside(const fs::path& name) {
          std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
 }
 
-bool is_press_line(const std::string& line) {
+/// The number behind a line's last comma, and nothing else behind it.
+std::optional<double> diameter_in(const std::string& line) {
   const std::size_t comma = line.rfind(',');
   const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1));
   double diameter_mm = 0.0;
-  return std::from_chars(number.data(), number.data() + number.size(), diameter_mm).ec == std::errc();
+  const char* end = number.data() + number.size();
+  const auto [stop, failure] = std::from_chars(number.data(), end, diameter_mm);
+  return failure == std::errc() && stop == end ? std::optional(diameter_mm) : std::nullopt;
 }
 
 CalibrationPress parse_line(const std::string& line, const std::string& where) {
-  const std::size_t comma = line.rfind(',');
   CalibrationPress press;
-  const std::string number = comma == std::string::npos ? "" : trimmed(line.substr(comma + 1));
-  const char* end = number.data() + number.size();
-  if (number.empty() || std::from_chars(number.data(), end, press.diameter_mm).ptr != end)
-    throw Error(where + " cannot be read: mend it (folder,diameter in mm) or take it out");
+  const auto diameter_mm = diameter_in(line);
+  if (!diameter_mm) throw Error(where + " cannot be read: mend it (folder,diameter in mm) or take it out");
+  press.diameter_mm = *diameter_mm;
   if (!(press.diameter_mm >= kMinDiameterMm && press.diameter_mm <= kMaxDiameterMm))
     throw Error(where + ": the diameter must be between 0.1 and 1000 mm");
-  press.name = trimmed(line.substr(0, comma));
+  press.name = trimmed(line.substr(0, line.rfind(',')));
   if (!stays_inside(press.name)) throw Error(where + ": the press must lie inside the calibration folder");
   return press;
 }
@@ -65,7 +66,7 @@ std::vector<CalibrationPress> read_catalog(const fs::path& path) {
   std::set<std::string> names;
   std::string line;
   std::getline(stream, line);
-  if (is_press_line(line))
+  if (diameter_in(line))
     throw Error(quoted(path) + " has no header: its first line must be experiment_reldir,diameter(mm)");
   for (int number = 2; std::getline(stream, line); ++number) {
     if (trimmed(line).empty()) continue;

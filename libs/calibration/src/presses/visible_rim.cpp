@@ -1,4 +1,7 @@
+#include <ceres/ceres.h>
+
 #include <Eigen/Dense>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -67,26 +70,29 @@ std::optional<double> steepest_fall(const std::vector<cv::Vec3f>& profile, doubl
   return place;
 }
 
-/// Circle through places, by reweighted Gauss-Newton from `circle`.
-ContactCircle circle_through(const std::vector<Eigen::Vector2d>& places, ContactCircle circle) {
-  for (int iteration = 0; iteration < 20; ++iteration) {
-    Eigen::Matrix3d information = Eigen::Matrix3d::Identity() * 1e-9;
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector2d& place : places) {
-      const Eigen::Vector2d arm = place - Eigen::Vector2d(circle.u_px, circle.v_px);
-      const double length = std::max(1e-6, arm.norm()), residual = length - circle.radius_px;
-      const Eigen::Vector3d jacobian(-arm.x() / length, -arm.y() / length, -1.0);
-      const double weight = 1.0 / std::sqrt(1.0 + residual * residual / (kRobustPx * kRobustPx));
-      information += weight * jacobian * jacobian.transpose();
-      right -= weight * residual * jacobian;
-    }
-    const Eigen::Vector3d step = information.ldlt().solve(right);
-    circle.u_px += step.x();
-    circle.v_px += step.y();
-    circle.radius_px += step.z();
-    if (step.norm() < 1e-4) break;
+struct DistanceFromCircle {
+  Eigen::Vector2d place;
+  template <class T>
+  bool operator()(const T* circle, T* distance) const {
+    using std::hypot;
+    *distance = hypot(place.x() - circle[0], place.y() - circle[1]) - circle[2];
+    return true;
   }
-  return circle;
+};
+
+ContactCircle circle_through(const std::vector<Eigen::Vector2d>& places, const ContactCircle& start) {
+  std::array<double, 3> circle = {start.u_px, start.v_px, start.radius_px};
+  ceres::Problem problem;
+  for (const Eigen::Vector2d& place : places)
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<DistanceFromCircle, 1, 3>(new DistanceFromCircle{place}),
+        new ceres::SoftLOneLoss(kRobustPx), circle.data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  return {circle[0], circle[1], circle[2]};
 }
 
 }  // namespace

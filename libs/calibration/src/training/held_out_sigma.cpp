@@ -46,7 +46,7 @@ std::vector<float> held_out_sigma_rad(const PressSet& set, const std::vector<Bal
     const GradientModel model = train_model(set, taken, half, progress, stop);
     for (std::size_t k = held_out; k < zones.size(); k += 2) {
       CellErrors errors;
-      for (const ZoneReading& pixel : read_zone(model, set, zones[k], training.pixel_pitch_mm, true))
+      for (const ZoneReading& pixel : read_zone(model, set, zones[k], training.pixel_pitch_mm))
         errors.add(pixel, set.background.size());
       for (int row = 0; row < variance.rows; ++row)
         for (int column = 0; column < variance.cols; ++column) {

@@ -28,15 +28,15 @@ struct BallZones {
 /// Finds the zones of all presses. A label's center is believed; how far inside its radius the gel leaves the
 /// ball is read from the pictures, for the whole set at once (own): people draw the visible edge, 4 pixels
 /// too wide; circles from geometry (where the ball would cut the undeformed gel) are a third too wide, and
-/// what lies between is membrane rim that must not be taught as ball. Presses whose label is the circle of
-/// find_circle as it was found get its ball instead, and so do those without a label when `automatic`; else
-/// these are rejected. Single presses in another light than the background's, and those whose colors the
-/// same slopes do not have in the others, are rejected. `progress`, if given, is called with the number of
-/// presses done.
+/// what lies between is membrane rim that must not be trained on as if it were the ball. Presses whose label
+/// is the circle of find_circle as it was found get its ball instead, and so do those without a label when
+/// `automatic`; else these are rejected. Single presses in another light than the background's are rejected,
+/// and so are presses whose colors are not those of the same slopes in the others (find_odd_zones).
+/// `progress`, if given, is called with the number of presses done.
 BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,
                           const std::function<void(std::size_t)>& progress = nullptr);
 
-/// Throws Error, in words that say what to do, when the zones cannot make a calibration: too few presses, a
+/// Throws Error, which says what to do, when the zones are not enough for a calibration: too few presses, a
 /// side of the gel without any, or pictures whose untouched gel differs from the background (another sensor
 /// or light).
 void require_good_coverage(const PressSet& set, const BallZones& zones);
@@ -47,7 +47,7 @@ void require_good_coverage(const PressSet& set, const BallZones& zones);
 std::vector<std::size_t> find_odd_zones(const PressSet& set, const std::vector<BallZone>& zones,
                                         double pixel_pitch_mm);
 
-/// Two balls of different size in one set, seen by their colors.
+/// Two balls of different size in one set, compared by their colors.
 struct BallSizeComparison {
   double diameter_mm = 0.0, other_diameter_mm = 0.0;
   /// How much steeper the other ball really is than its diameter says, if the first one's is right: 1 when

@@ -11,7 +11,7 @@ namespace gelslam {
 struct FoundCircle {
   ContactCircle circle;  ///< the disc that people see and draw
   /// The ball itself: its center, which shadows move less than the disc's, and the radius inside which the
-  /// gel lies on it, where the color change stops growing. The disc is `visible_rim_px` wider.
+  /// gel lies on it, where the color change stops growing. The disc is about kVisibleRimPx wider.
   ContactCircle ball;
   double confidence = 0.0;  ///< 0 to 1: share of the color change around the contact that the ball explains
   std::string problem;      ///< for people: why it should not be used; empty when it is good

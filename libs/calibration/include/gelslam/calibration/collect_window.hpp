@@ -6,17 +6,15 @@
 #include <optional>
 #include <string>
 
+#include "gelslam/calibration/press_set.hpp"
 #include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {
 
-/// What the window of `gelslam calibrate collect` shows, gathered at once.
+/// What the window of `gelslam calibrate collect` shows, at one time.
 struct CollectView {
-  cv::Mat3b bgr;  ///< the newest picture; empty at first
-  struct Circle {
-    double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
-  };
-  std::optional<Circle> circle;  ///< found in this touch
+  cv::Mat3b bgr;                        ///< the newest picture; empty at first
+  std::optional<ContactCircle> circle;  ///< found in this touch
   bool circle_is_good = false;
   std::array<int, 9> taken{}, missing{};  ///< by ninth of the gel, row by row from the upper left
   int presses = 0, wanted = 0;

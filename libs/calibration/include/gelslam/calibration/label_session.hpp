@@ -27,8 +27,8 @@ struct LabelCounts {
   std::size_t doubtful = 0;  ///< of those that are still open
 };
 
-/// A person goes through the circles of a press set and accepts, moves or leaves out each: all of it but the
-/// drawing. Doubtful presses come first. Labels that are there count as accepted, and as a person's.
+/// What a person decides about the circles of a press set: to accept, move or leave out each. Doubtful
+/// presses come first. Labels that are there count as accepted, and as a person's.
 class LabelSession {
  public:
   /// `found`: find_circle() of every press, in the set's order (else std::invalid_argument).

@@ -22,7 +22,6 @@ struct DiameterCheck {
   double diameter_mm = 0.0;
   std::size_t presses = 0;
   double median_radius_mm = 0.0;
-  double scale = 0.0;  ///< read over true slope on balls of this size
   double radius_error() const { return median_radius_mm / (0.5 * diameter_mm) - 1.0; }
 };
 
@@ -31,8 +30,7 @@ const char* verdict_name(Verdict verdict);
 
 /// How a model reads presses of known balls.
 struct ModelCheck {
-  SlopeStatistics errors;  ///< against the circles as they are
-  SlopeStatistics scales;  ///< gradient scales: each ball's center moved to where the model sees it
+  SlopeStatistics slopes;
   std::vector<PressCheck> presses;
   std::vector<DiameterCheck> diameters;  ///< in growing order
   cv::Mat1f error_map_deg;  ///< mean absolute angle error in 16x12 cells of the gel, NaN where no press

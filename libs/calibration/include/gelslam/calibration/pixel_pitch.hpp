@@ -25,14 +25,14 @@ struct PatternWave {
 /// holds fewer than four periods. Both images of one size.
 std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& background, double period_px);
 
-/// A configured pitch that is further off makes slopes and sizes wrong by as much: worth changing.
+/// A configured pitch that is further off is worth changing: slopes and sizes are wrong by as much.
 inline constexpr double kMaxPitchError = 0.01;
-/// Pixels further from square need stretched pictures; up to there x and y are each within most_pitch_error
-/// of one pitch between them.
+/// Pictures whose pixels are further from square must be stretched; below, x and y are each within
+/// kMaxPitchError of the pitch between them.
 inline constexpr double kMaxUnsquare = 2.0 * kMaxPitchError;
 
-/// The one verdict on squareness, by whatever it was measured: within most_unsquare, or not to be told from
-/// it.
+/// Whether pixels count as square, whatever they were measured with: within kMaxUnsquare, or within two
+/// standard errors.
 bool pixels_are_square(double y_over_x, double uncertainty);
 
 struct PixelPitch {
@@ -53,9 +53,9 @@ struct PixelAspect {
   std::size_t presses = 0;
 };
 
-/// For each press the aspect with which a ball explains its picture best (refine_press), and the median over
-/// all (own). What it cannot see is a pitch that is wrong on both axes: see docs/calibration.md. Nothing with
-/// fewer than five presses whose contact lies whole in the picture.
+/// For each press the aspect with which a ball explains its picture best, and the median over all (own). It
+/// cannot detect a pitch that is wrong on both axes: see docs/calibration.md. Nothing with fewer than five
+/// presses whose contact lies whole in the picture.
 std::optional<PixelAspect> aspect_from_balls(const PressSet& set, const std::vector<BallZone>& zones,
                                              double pixel_pitch_mm);
 

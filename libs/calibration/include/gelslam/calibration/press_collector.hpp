@@ -17,7 +17,7 @@ struct CollectorOptions {
   bool any_background = false;  ///< take the first still frames as background whatever they show
 };
 
-/// What the hand is doing, as far as the gel shows it.
+/// The state of a touch, as far as the gel shows it.
 enum class CollectPhase {
   background,  ///< the bare gel is being looked at; nothing may touch it
   ready,       ///< nothing touches the gel
@@ -38,9 +38,9 @@ struct CollectorStatus {
   std::optional<ContactCircle> found;  ///< the circle last found in this touch, good or not
 };
 
-/// Watches a sensor's pictures, in order, and takes presses of a ball out of them by itself: one per touch,
-/// the best, when the ball is lifted. Pure: no clock, no files, no camera. Warns of presses that are too
-/// deep, too shallow, too near the edge, sliding, of two contacts, and of a light that changed.
+/// Watches a sensor's pictures in order and takes the best press of every touch when the ball is lifted. It
+/// uses no clock, files or camera. Warns of presses that are too deep, too shallow, too near the edge,
+/// sliding, of two contacts, and of a light that changed.
 class PressCollector {
  public:
   explicit PressCollector(const CollectorOptions& options);
@@ -49,7 +49,7 @@ class PressCollector {
   /// The next picture; a press when this picture ended a good touch. Throws Error when it has another size
   /// than the first, or is smaller than 80x16 pixels.
   std::optional<CollectedPress> add(const cv::Mat3b& bgr);
-  /// No more pictures: the press that is still held, if it is good.
+  /// To be called after the last picture; returns the press that is still held, if it is good.
   std::optional<CollectedPress> finish();
 
   const CollectorStatus& status() const;

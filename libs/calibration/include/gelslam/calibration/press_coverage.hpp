@@ -28,8 +28,8 @@ class PressCoverage {
   int taken(std::size_t zone) const { return taken_[zone]; }
   int missing(std::size_t zone) const;  ///< presses that the zone still wants
   bool enough() const;                  ///< as many as wanted, and no zone wants more
-  /// What to do next, for people: "press at the upper left (2 more there)", "press anywhere (3 more)", or,
-  /// when it is enough, "enough presses, all over the gel".
+  /// The next thing to do, for people: "press at the upper left (2 more there)", "press anywhere (3 more)",
+  /// or, when it is enough, "enough presses, all over the gel".
   std::string advice() const;
   /// Zones that want more, for people: "upper left (2), middle (1)"; "" when none does.
   std::string gaps() const;
@@ -48,9 +48,10 @@ const char* press_zone_name(std::size_t zone);
 /// Slope of a ball of `ball_px` pixels radius at `radius_px` from its middle: the steepest that a zone shows.
 double rim_slope(double radius_px, double ball_px);
 
-/// For people: what touches the presses say nothing of, by their rim slopes; "" when they are mixed. A model
-/// of shallow presses guesses steeper slopes (20 % too flat on a simulated sensor), and one of deep presses
-/// reads lighter touches wrong where lamps are near (7 % too flat on one): their gel lies at another height.
+/// For people: which depths of touch the presses do not cover, by their rim slopes; "" when they are mixed. A
+/// model of shallow presses guesses steeper slopes (20 % too flat on a simulated sensor), and one of deep
+/// presses reads lighter touches wrong where lamps are near (7 % too flat on one): their gel lies at another
+/// height.
 std::string missing_depths(const std::vector<double>& rim_slopes);
 
 }  // namespace gelslam

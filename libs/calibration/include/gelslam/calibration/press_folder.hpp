@@ -13,7 +13,7 @@ namespace gelslam {
 
 /// A calibration folder (see PressSet) that grows press by press. What is there is never overwritten, and
 /// after every press it is whole: a session that breaks off loses nothing, and a later one goes on, with
-/// another ball if it likes. One program at a time: a folder that is there is locked.
+/// another ball if it likes. Only one program at a time may use it: an existing folder is locked.
 class PressFolder {
  public:
   /// Reads what is there; makes nothing yet. Throws Error when the folder holds something else, or presses
@@ -23,11 +23,11 @@ class PressFolder {
 
   /// Of an earlier session; empty when there is none.
   const cv::Mat3b& background() const { return background_; }
-  /// Where the presses of this ball lie that were there already.
+  /// The contacts of this ball's presses that were already there.
   std::vector<ContactCircle> earlier_circles(double pixel_pitch_mm) const;
 
-  /// Makes the folder with background.png, if it is not there. Throws Error, as for all that follows, when
-  /// the disk does not take it; and when another program was quicker to make that folder.
+  /// Creates the folder with background.png, if it does not exist. Throws Error, as for all that follows,
+  /// when the disk does not take it; and when another program was quicker to make that folder.
   void write_background(const cv::Mat3b& background);
   /// Throws Error when this background, of now, is not that of the earlier presses: another sensor, gel or
   /// light.

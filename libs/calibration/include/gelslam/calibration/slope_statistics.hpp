@@ -11,15 +11,30 @@
 
 namespace gelslam {
 
+/// One pixel of a zone: slopes dh/dx, dh/dy as the model reads them and as the ball has them.
+struct ZoneReading {
+  int u = 0, v = 0;
+  std::array<double, 2> read{};
+  std::array<double, 2> labeled{};  ///< of a ball whose center is the zone's
+  /// Of a ball whose center lies where the model sees it: an error of the circle is not taken for one of the
+  /// gradient scale.
+  std::array<double, 2> truth{};
+  double sigma_rad = 0.0;  ///< of both angles, as the model states it
+};
+
+/// Reads the press's zone with the model. Pixels that markers cover are left out. Throws Error when the model
+/// does not fit.
+std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
+                                   double pixel_pitch_mm);
+
 /// Read against true slopes of some pixels.
 struct SlopeSums {
   std::array<double, 2> read_true{}, true_true{};  ///< x, y
-  double abs_error_deg = 0.0;                      ///< summed over both axes
+  double abs_error_deg = 0.0;                      ///< against the labeled slopes, summed over both axes
   double squared_z = 0.0;  ///< squares of error over stated standard deviation, summed over both axes
   double pixels = 0.0;
 
-  /// `sigma_rad`: what the model states of the angles.
-  void add(const std::array<double, 2>& read, const std::array<double, 2>& truth, double sigma_rad);
+  void add(const ZoneReading& pixel);
   void add(const SlopeSums& other);
   /// Regression of read on true slope through 0: 1 is unbiased. NaN without slopes.
   double scale_x() const { return read_true[0] / true_true[0]; }
@@ -37,24 +52,9 @@ struct SlopeStatistics {
   std::array<SlopeSums, 9> ninths;                      ///< of the gel, row by row
   std::array<SlopeSums, kSlopeLimits.size()> by_slope;  ///< steepness up to each limit
 
+  /// `picture`: size of the press's picture.
+  void add(const ZoneReading& pixel, const cv::Size& picture);
   void add(const SlopeStatistics& other);
 };
-
-/// One pixel of a zone: slopes dh/dx, dh/dy as the model reads them and as the ball has them.
-struct ZoneReading {
-  int u = 0, v = 0;
-  std::array<double, 2> read{}, truth{};
-  double sigma_rad = 0.0;  ///< of both angles, as the model states it
-};
-
-/// Reads the press's zone with the model, but for pixels that markers cover. `recentered`: the ball's center
-/// is moved first to where the model itself sees it, so that an error of the circle is not taken for one of
-/// the model (for gradient scales); else it is taken as it is (for errors). Throws Error when the model does
-/// not fit.
-std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
-                                   double pixel_pitch_mm, bool recentered);
-
-/// `picture`: size of the press's picture.
-SlopeStatistics statistics_of(const std::vector<ZoneReading>& pixels, const cv::Size& picture);
 
 }  // namespace gelslam

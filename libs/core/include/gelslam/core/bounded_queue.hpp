@@ -9,22 +9,21 @@
 
 namespace gelslam {
 
-/// Hands things from one thread to the next, in order. Whoever puts them in chooses what happens when the
-/// next thread is behind: wait, lose the oldest, or go over the limit. All functions may be called from any
-/// thread.
+/// Passes items from one thread to another, in order. The producer chooses what happens when the consumer is
+/// behind: wait, lose the oldest item, or exceed the limit. All functions may be called from any thread.
 template <typename T>
 class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {}
 
-  /// Waits for room. False when the queue is closed: `item` is gone.
+  /// Waits for room. Returns false when the queue is closed; `item` is then lost.
   bool push(T item) {
     std::unique_lock lock(mutex_);
     not_full_.wait(lock, [this] { return closed_ || items_.size() < capacity_; });
     return append(std::move(item));
   }
 
-  /// Never waits: makes room by throwing away the oldest. Returns how many were thrown away.
+  /// Never waits: makes room by dropping the oldest items. Returns how many were dropped.
   std::size_t push_newest(T item) {
     const std::lock_guard lock(mutex_);
     std::size_t dropped = 0;
@@ -33,26 +32,26 @@ class BoundedQueue {
     return dropped;
   }
 
-  /// Never waits and never loses: for the rare message that must not wait, whatever the limit.
+  /// Never waits and never loses an item: for the rare message that must get in whatever the limit.
   bool push_beyond_limit(T item) {
     const std::lock_guard lock(mutex_);
     return append(std::move(item));
   }
 
-  /// Waits for the next one; nothing when the queue is closed and empty.
+  /// Waits for the next item; returns nothing when the queue is closed and empty.
   std::optional<T> pop() {
     std::unique_lock lock(mutex_);
     not_empty_.wait(lock, [this] { return closed_ || !items_.empty(); });
     return take();
   }
 
-  /// The next one if it is there.
+  /// The next item, if there is one.
   std::optional<T> try_pop() {
     const std::lock_guard lock(mutex_);
     return take();
   }
 
-  /// Nothing more goes in; what is in can still be taken out.
+  /// No more items are accepted; those inside can still be taken out.
   void close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;

@@ -31,8 +31,8 @@ class TemporaryFile {
 /// (/dev/stdout) is written directly. Throws Error, naming the path, on a full disk or missing permission.
 void write_file_atomically(const std::filesystem::path& path, std::string_view contents);
 
-/// All bytes of a file. Throws Error that names it and says why it cannot be read; one of more than 1 GiB is
-/// none of the program's.
+/// All bytes of a file. Throws Error that names it and says why it cannot be read; files of more than 1 GiB,
+/// which the program never writes, are refused.
 std::string read_file(const std::filesystem::path& path);
 
 /// The name of a folder or file; of "data/pebble/" it is "pebble".
@@ -44,9 +44,10 @@ class FolderLock {
  public:
   enum class State { free, taken, unknown };  ///< unknown: cannot be opened, or a file system without locks
 
-  FolderLock();  ///< of nothing
-  /// Throws Error when somebody else has the folder (with that program's name and process number, where the
-  /// system tells), or when it cannot be opened. `shown`: how the error calls the folder; empty: as it is.
+  FolderLock();  ///< locks nothing
+  /// Throws Error when another program holds the lock (naming that program and its process number, where the
+  /// system tells), or when the folder cannot be opened. `shown`: the folder's name in the message; empty:
+  /// its path.
   explicit FolderLock(const std::filesystem::path& folder, const std::filesystem::path& shown = {});
   ~FolderLock();
   FolderLock(FolderLock&&) noexcept;

@@ -5,8 +5,9 @@
 namespace gelslam {
 
 /// Replaces several files of a folder as a whole. They are written to path() (FOLDER/saving.tmp); commit()
-/// renames that to FOLDER/saved.tmp, from when on they are the folder's, and moves them to their places. What
-/// a kill leaves there is moved by the next one who reads or writes the folder. Without commit() it vanishes.
+/// renames that to FOLDER/saved.tmp, which makes them part of the folder, and moves them to their places.
+/// What a killed program leaves there is moved by the next program that reads or writes the folder. Without
+/// commit() it vanishes.
 class FolderUpdate {
  public:
   /// `folder` exists and is locked by the caller. Throws Error when it cannot be written.
@@ -23,7 +24,7 @@ class FolderUpdate {
   std::filesystem::path folder_, path_;
 };
 
-/// Does the rest of a commit() that was cut off, unless another program writes to the folder. Throws Error
+/// Completes a commit() that was interrupted, unless another program writes to the folder. Throws Error
 /// when the folder cannot be written.
 void finish_update(const std::filesystem::path& folder);
 

@@ -12,7 +12,7 @@
 
 namespace gelslam {
 
-/// Of what a model reads wrong along one axis, the share that tilting about the other axis shows.
+/// The share of a model's error along one axis that a tilt about the other axis shows.
 inline constexpr double kCrossAxisShare = 0.3;
 
 /// Five inputs, three hidden layers of as many neurons each with ReLU, two outputs. A new one holds zeros.
@@ -84,8 +84,8 @@ struct alignas(64) PixelNetworkTile {
 };
 using NetworkTile = PixelNetworkTile<32>;
 
-/// Of this processor, as the levels of x86-64 are numbered: 4 has AVX-512, 3 AVX2. 1 elsewhere. 5: level 4
-/// with AMX, which the operating system must permit.
+/// The level of this processor, numbered as the levels of x86-64: 4 has AVX-512, 3 AVX2. 1 elsewhere. 5:
+/// level 4 with AMX, which the operating system must permit.
 int instruction_level();
 
 /// Computes `output` (and `hidden`, which network_backward needs) from `input`. Every sample takes the same

@@ -10,8 +10,8 @@
 
 namespace gelslam {
 
-/// Calls work(i) for i in [0, count) on `threads` threads (0: all cores). Each i must write only what is its
-/// own; then the result does not depend on the number of threads. The first exception is rethrown here.
+/// Calls work(i) for i in [0, count) on `threads` threads (0: all cores). Each call must write only its own
+/// results; then they do not depend on the number of threads. The first exception is rethrown here.
 template <typename Work>
 void parallel_for(std::size_t count, int threads, Work&& work) {
   const std::size_t wanted =

@@ -9,7 +9,7 @@
 
 namespace gelslam {
 
-/// Where long work says how far it is. Library code reports to a sink and never prints; the program chooses
+/// Receives the progress of long work. Library code reports to a sink and never prints; the program chooses
 /// the sink. One task at a time, from one thread.
 class ProgressSink {
  public:
@@ -21,7 +21,7 @@ class ProgressSink {
   virtual void end() = 0;
 };
 
-/// Says nothing: the default of libraries and tests.
+/// Reports nothing: the default of libraries and tests.
 class NoProgress final : public ProgressSink {
  public:
   void begin(std::string_view, std::optional<std::int64_t>) override {}

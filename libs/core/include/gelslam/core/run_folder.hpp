@@ -11,7 +11,7 @@ namespace gelslam {
 struct RunFolderOptions {
   /// Replace a folder that is there, with all it holds; but never one that holds a recording (.mkv).
   bool overwrite = false;
-  /// Only a folder that holds this file is ever replaced: it was written by us, and is not somebody's home.
+  /// Only a folder that holds this file is ever replaced: the program has written it.
   std::string marker_file = "report.json";
   /// All that such a folder may hold ("picture_*" stands for every name that begins so). With anything else
   /// in it, it is not replaced: a person has put that there. Empty: not checked.
@@ -64,8 +64,8 @@ inline constexpr const char* kUnfinishedScan =
 
 enum class RunNeeds { map, record };  ///< record: what was measured is enough
 
-/// For all that read a run: throws Error that says what is missing and what to do. Before that it does the
-/// rest of a save that a kill has cut off (folder_update.hpp).
+/// To be called before a run is read. Completes a save that a kill has interrupted (folder_update.hpp), then
+/// throws Error, saying what is missing and what to do, where the run is not complete.
 void check_is_run(const std::filesystem::path& folder, RunNeeds needs = RunNeeds::map);
 
 }  // namespace gelslam

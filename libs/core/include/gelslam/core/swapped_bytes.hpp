@@ -13,7 +13,7 @@ class SwappedBytes {
   explicit SwappedBytes(std::string bytes = {});
 
   std::size_t size() const;
-  /// Throws Error when the disk does not give them back.
+  /// Throws Error when they cannot be read from the disk.
   std::string read() const;
 
  private:

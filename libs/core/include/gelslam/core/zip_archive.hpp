@@ -11,7 +11,7 @@ struct ZipEntry {
   std::string name, contents;
 };
 
-/// What to be content with in a file from elsewhere.
+/// Limits for a file of unknown origin.
 struct ZipLimits {
   std::size_t entries = 64;
   std::size_t entry_bytes = 64 * 1024;

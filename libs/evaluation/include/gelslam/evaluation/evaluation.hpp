@@ -51,7 +51,7 @@ Comparison compare(const std::filesystem::path& run, const std::filesystem::path
 std::optional<PlacedMeshes> place_meshes(const Comparison& comparison);
 
 /// The trajectory, and the meshes where given (then completeness is over comparison.truth.touched_mm if any).
-/// `progress` hears of the steps, if given.
+/// `progress`, if given, receives the steps.
 Evaluation evaluate(const Comparison& comparison, const std::optional<PlacedMeshes>& meshes,
                     ProgressSink* progress = nullptr);
 

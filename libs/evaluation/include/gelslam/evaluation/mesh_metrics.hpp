@@ -14,8 +14,8 @@ struct DistanceSummary {
   double p90_mm = 0.0;
 };
 
-/// At one distance: the share of the reconstruction that is so near to the truth, the share of the truth's
-/// points that is so near to the reconstruction, and their harmonic mean.
+/// The share of the reconstruction within a distance of the truth, the share of the truth's points within
+/// that distance of the reconstruction, and their harmonic mean.
 struct ShareWithin {
   double distance_mm = 0.0;
   double precision = 0.0;
@@ -47,7 +47,7 @@ Mesh transformed(const Mesh& mesh, const Pose& target_T_mesh);
 MeshMetrics evaluate_mesh(const TriangleScene& estimate, const TriangleScene& truth,
                           const std::vector<Eigen::Vector3d>& truth_points_mm);
 
-/// A rigid refinement: by how much it moves the mesh's center and turns it.
+/// The size of a rigid refinement: how far it moves the mesh's center, and by what angle it turns the mesh.
 struct Refinement {
   Pose truth_T_estimate = Pose::Identity();
   double shift_mm = 0.0;

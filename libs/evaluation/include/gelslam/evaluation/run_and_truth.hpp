@@ -32,7 +32,7 @@ std::filesystem::path truth_file(const std::filesystem::path& folder);
 /// another length than the log.
 GroundTruth read_ground_truth(const std::filesystem::path& folder);
 
-/// What a run left behind, as far as it is judged. Counts are absent where there is no report.json.
+/// The results of a run that are judged. Counts are absent where there is no report.json.
 struct RunResult {
   std::vector<StampedPose> trajectory;
   std::optional<int> anchor_frame;  ///< log frame whose sensor frame is the frame of trajectory and mesh

@@ -19,7 +19,7 @@ struct RunLog {
   double first_time_s = 0;     ///< of its first picture, in the run's trajectory
 };
 
-/// What a run folder holds for other programs. Of a mesh file only the name and the mesh.
+/// What a run folder holds for other programs. For a mesh file only the name and the mesh are set.
 struct RunContents {
   std::string name;              ///< of the folder or file, for people
   std::filesystem::path folder;  ///< empty for a mesh file
@@ -47,15 +47,15 @@ VertexColors vertex_colors(const Mesh& mesh, MeshColor color);
 /// Error when there is no truth, or it belongs to another log.
 std::string ground_truth_tum(const std::filesystem::path& data_or_run);
 
-/// What an MCAP file got.
+/// What was written to an MCAP file.
 struct McapOutcome {
   std::int64_t poses = 0, pictures = 0;
   std::string missing;  ///< what could not be written, as a sentence, or ""
 };
 
 /// Writes a run as MCAP (https://mcap.dev/spec) with Foxglove's JSON messages; docs/file-formats.md lists the
-/// topics. Pictures come from `logs`, cropped and resized as the tracker saw them. A log that is missing or
-/// damaged costs its pictures only. Appears whole or not at all. Throws Error when the disk is full.
+/// topics. Pictures come from `logs`, cropped and resized as the tracker saw them. If a log is missing or
+/// damaged, only its pictures are left out. Appears whole or not at all. Throws Error when the disk is full.
 McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run, const VertexColors& colors,
                        ProgressSink& progress);
 

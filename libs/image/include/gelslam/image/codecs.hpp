@@ -14,7 +14,7 @@ struct JpegInfo {
   bool color = true;
 };
 
-/// libjpeg-turbo, with what it says about broken pictures put into words.
+/// A decoder (libjpeg-turbo) that says in words what is wrong with a damaged picture.
 class JpegDecoder {
  public:
   JpegDecoder();
@@ -34,7 +34,7 @@ class JpegDecoder {
   std::string damage_;
 };
 
-/// What a PNG's header says, and whether it is all there.
+/// What a PNG's header says, and whether the file is complete.
 struct PngInfo {
   std::int64_t width_px = 0, height_px = 0;
   int bits_per_channel = 0;

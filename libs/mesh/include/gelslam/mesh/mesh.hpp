@@ -24,7 +24,7 @@ struct MeshBlock {
   std::vector<int> keyframe;  ///< per vertex: id of the keyframe that sees it best
 };
 
-/// Loose pieces of a mesh: triangles that share a vertex are of one piece.
+/// Connected pieces of a mesh: triangles that share a vertex belong to one piece.
 struct MeshPieces {
   std::vector<int> of_triangle;  ///< the piece of each triangle, counted by its first triangle
   std::vector<double> area_mm2;  ///< of each piece

@@ -53,7 +53,7 @@ class FrameDecoder {
 /// The pictures of a log or a camera. Streamed, never held whole.
 class FrameSource {
  public:
-  /// `raw` may be shared with who stops it. `name` is said where a frame has none.
+  /// `raw` may be shared with the caller that stops it. `name` is used in messages where a frame has none.
   FrameSource(std::shared_ptr<RawFrameSource> raw, std::string name, const SensorProfile& profile);
 
   /// The next good picture in order, or nothing at the end; damaged ones are left out. Throws Error on a size
@@ -64,7 +64,7 @@ class FrameSource {
   double rate_hz() const { return raw_->rate_hz(); }
   /// For people: "video gelsight.avi, 320x240, 25 Hz".
   std::string description() const { return raw_->description(); }
-  /// What was not right with the frames delivered so far, as a sentence for people, or "": "video x.avi ends
+  /// What was wrong with the frames delivered so far, as a sentence for people, or "": "video x.avi ends
   /// after 120 of 245 frames; is it truncated?". Complete once next() has returned nothing.
   std::string warning() const;
 

@@ -26,7 +26,7 @@ struct LogRecorderStatus {
   std::string warning;   ///< what is or was wrong, for people, or ""
 };
 
-/// A LogWriter on a thread of its own, so that neither camera nor tracking ever waits for the disk. Frames
+/// A LogWriter on its own thread, so that neither camera nor tracking ever waits for the disk. Frames
 /// wait in a queue that is bounded by memory only. All functions may be called from any thread.
 class LogRecorder {
  public:

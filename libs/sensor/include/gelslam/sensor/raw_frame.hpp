@@ -44,7 +44,7 @@ class RawFrameSource {
   virtual std::string description() const = 0;
   /// Frames that the driver lost between the ones delivered.
   virtual std::int64_t lost_frames() const { return 0; }
-  /// What was not right so far, as sentences for people, or "".
+  /// What was wrong so far, as sentences for people, or "".
   virtual std::string warning() const { return ""; }
 };
 

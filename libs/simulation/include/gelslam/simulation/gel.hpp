@@ -44,8 +44,8 @@ GelShape flat_gel(const SensorGeometry& geometry);
 cv::Mat1f object_underside(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
                            const GelOptions& options);
 
-/// Moves the object along the sensor's z until its deepest point over the view is so deep. Nothing when
-/// that is not possible.
+/// Moves the object along the sensor's z until its deepest point over the view has the given depth. Nothing
+/// when that is not possible.
 std::optional<Pose> settle_object(const Shape& shape, Pose sensor_T_object, double indentation_mm,
                                   const SensorGeometry& geometry, const GelOptions& options);
 
@@ -54,7 +54,8 @@ std::optional<Pose> settle_object(const Shape& shape, Pose sensor_T_object, doub
 /// out of range.
 GelShape press_gel(const cv::Mat1f& underside_mm, const SensorGeometry& geometry, const GelOptions& options);
 
-/// Both together, for a gel that reaches a millimeter beyond the view on every side, as a real one does.
+/// The underside and the deformed gel in one call, for a gel that reaches a millimeter beyond the view on
+/// every side, as a real one does.
 GelShape press_object(const Shape& shape, const Pose& sensor_T_object, const SensorGeometry& geometry,
                       const GelOptions& options);
 

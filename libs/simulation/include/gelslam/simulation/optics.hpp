@@ -8,7 +8,7 @@
 
 namespace gelslam {
 
-/// What is wrong with the sensor, beyond the ideal.
+/// Imperfections of the sensor.
 struct OpticsOptions {
   double noise_gain = 1.0;   ///< factor on read and shot noise; 0: none
   bool light_drift = false;  ///< the lights' brightness wanders by some per cent, each by itself

@@ -12,7 +12,7 @@
 
 namespace gelslam {
 
-/// What a hand does with the ball: well, or in one of the ways that calibrate nothing.
+/// How the ball is pressed: well, or in one of the ways that a calibration cannot use.
 enum class TouchKind { good, sliding, too_deep, too_shallow, off_the_gel, two_contacts };
 const char* touch_kind_name(TouchKind kind);  ///< "good", "sliding", "too deep", ...
 

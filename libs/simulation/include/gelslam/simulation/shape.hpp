@@ -37,8 +37,7 @@ class Shape {
   virtual float intersect_near(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
                                float guess) const = 0;
 
-  /// A distance that the surface is certainly farther away than, or 0 if nothing is known. Lets tiles be
-  /// skipped.
+  /// A lower bound of the distance to the surface, or 0 if none is known. Lets tiles be skipped.
   virtual float clearance(const Eigen::Vector3f& point) const = 0;
 
   /// The surface as a mesh with edges of about `spacing_mm`, vertices on the surface, normals outward.

@@ -71,7 +71,7 @@ struct BackgroundCheck {
 /// Whether pictures that should show the bare gel show contact (own): something moves between them, or the
 /// gel has too many markers (MarkerDots::are_readable), or the model reads an imprint in their
 /// background_image (slopes or curvature that are steep locally; the bare gel shows at most a smooth bias).
-/// Where it does, judge_orientation() is said first: wrong colors read as an imprint. A flat object
+/// Then judge_orientation() is reported first: wrong colors are read as an imprint. A flat object
 /// that does not move cannot be told from bare gel. Throws Error like mean_image, and when the model does not
 /// fit.
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
@@ -84,9 +84,9 @@ inline constexpr const char* kMakerModelDoubt =
 
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
 /// without color, markers, dirt or a tear, and judge_lamps. With `model` also a bare gel that the model reads
-/// as sloped: another sensor's model, another gel, another exposure; of the maker's, what it leaves open.
-/// Contact is check_background's job. The limits lie well apart from four real sensors' backgrounds. Throws
-/// Error when the picture is smaller than 32 pixels.
+/// as sloped: another sensor's model, another gel, another exposure; with the maker's model, what such a
+/// model does not know. Contact is check_background's job. The limits lie well apart from four real sensors'
+/// backgrounds. Throws Error when the picture is smaller than 32 pixels.
 std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
                                           const GradientModel* model = nullptr);
 

@@ -16,7 +16,7 @@ struct GradientScale {
   double mean() const { return 0.5 * (x + y); }
 };
 
-/// What a color model reads wrong, as a few numbers: true slope = read slope - sum of factor * term. Nothing
+/// The error of a color model as a few numbers: true slope = read slope - sum of factor * term. Nothing
 /// where the gel is flat. A model trained on presses of balls errs by a few per cent of the slope, not by the
 /// same along x and y (GradientScale), unevenly over the gel, more on slopes toward one lamp than toward
 /// another, and differently on small slopes, which look like bare gel, than on steep ones. The factors are

@@ -13,8 +13,8 @@ struct SlopeMap {
   cv::Mat1f gx, gy;
 };
 
-/// What the model reads at every pixel of a picture, less what it reads in the background; the light is not
-/// followed. Throws Error when sizes differ or the model does not fit.
+/// Slopes that the model reads at every pixel of a picture, less those it reads in the background. Changes of
+/// the light are not compensated. Throws Error when sizes differ or the model does not fit.
 SlopeMap read_slope_map(const GradientModel& model, const cv::Mat3b& bgr, const cv::Mat3b& background);
 
 /// Surfaces from gradients and contact masks that are known already (gradient_maps.npy and contact_masks.npy
@@ -47,7 +47,7 @@ struct SlopeUncertainty {
 /// border of the picture.
 SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm);
 
-/// What the model states, else the default.
+/// The model's own statement, or else the default.
 SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, double pixel_pitch_mm);
 
 /// At the best place of the gel, relative to kBestSlopeSigmaRad: Surface::model_sigma.

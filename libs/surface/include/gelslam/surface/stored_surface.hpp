@@ -18,10 +18,11 @@ class StoredSurface {
   static StoredSurface packed_later(SurfacePtr surface);
 
   explicit operator bool() const { return entry_ != nullptr; }
-  /// Not of none. Hold the result while you use it: `const Surface& s = *stored.get();` would dangle.
+  /// Must not be called when there is none. Hold the result while you use it: `const Surface& s =
+  /// *stored.get();` would dangle.
   SurfacePtr get() const;
   SurfacePtr operator->() const { return get(); }
-  /// Of one that is not packed, its packed form is made.
+  /// If the surface is not packed, its packed form is made.
   std::shared_ptr<const PackedSurface> packed() const;
   // Without unpacking:
   int contact_pixels() const;
