@@ -8,7 +8,7 @@ usage() {
   cat <<END
 usage: scripts/package.sh [--build DIR] [--check] [OUT]
 
-Makes Debian packages in OUT (default: packages in the repository):
+Makes Debian packages for this system (Debian 12 or 13, Ubuntu 24.04) in OUT (default: packages in the repository):
   gelslam           the program, its manual page, shell completion, udev rule, desktop entry, documentation,
                     examples
   libgelslam-dev    the C++ library: headers, static libraries, CMake package
@@ -44,7 +44,8 @@ if [[ -z $build ]]; then
   cmake --build "$build" --parallel "$(nproc)" --target all
 fi
 cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
-version=$(cached CMAKE_PROJECT_VERSION)
+# As in 0.3.0+debian13: what they need has other versions on other systems.
+version=$(cached CMAKE_PROJECT_VERSION)+$(. /etc/os-release && echo "$ID${VERSION_ID:-}")
 architecture=$(dpkg --print-architecture)
 maintainer="The GelSLAM authors <gelslam@users.noreply.github.com>"
 work=$(mktemp -d)
@@ -62,7 +63,7 @@ stage() {
     printf '\nFiles: *\nCopyright: 2026 The GelSLAM authors\nLicense: Expat\n'
     sed -n '/^Permission/,$p' "$root/LICENSE" | sed 's/^$/./; s/^/ /'; } >"$doc/copyright"
   { echo "gelslam ($version) unstable; urgency=medium"
-    printf '\n  * See https://keepachangelog.com in CHANGELOG.md of the sources.\n\n'
+    printf '\n  * See CHANGELOG.md in the documentation of the package gelslam.\n\n'
     echo " -- $maintainer  $(date -R -d "@$(git -C "$root" log -1 --format=%ct 2>/dev/null || date +%s)")"; } |
     gzip -9n >"$doc/changelog.gz"
 }
@@ -171,5 +172,5 @@ mmdebstrap --variant=apt --include=ca-certificates \
     gelslam --version && gelslam simulate scan --object coin --frames 20 -o /tmp/log -q && gelslam reconstruct /tmp/log -o /tmp/run -q &&
     python3 -c "import gelslam; print(gelslam.read_run(\"/tmp/run\").trajectory.shape)" &&
     apt-get purge -y gelslam python3-gelslam && ! test -e /usr/bin/gelslam && ! test -e /usr/lib/python3/dist-packages/gelslam && ! test -e /lib/udev/rules.d/61-gelslam.rules' \
-  bookworm /dev/null
+  "$(. /etc/os-release && echo "$VERSION_CODENAME")" /dev/null
 say "installed, used and removed in a fresh root"

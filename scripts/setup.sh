@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that are missing: see usage below.
+# Installs the Debian packages that are missing: see usage below. Their names are the same in Debian 12, Debian 13 and
+# Ubuntu 24.04.
 set -euo pipefail
 
 usage() {
@@ -10,7 +11,7 @@ Installs what building and running the program needs, where it is missing, witho
   --tests        also what the tests, the laboratory, the charts and the Python module need
   --python       also what the Python module needs
   --packages     also what scripts/package.sh needs
-  --checks       also clang-format and clang-tidy
+  --checks       also clang-format, clang-tidy and ROS 2's linters
   --no-install   only say what is missing; exit code 1 if something is
 END
 }
@@ -33,7 +34,7 @@ test_packages=(
 )
 python_packages=(python3-dev python3-numpy python3-pybind11 pybind11-dev)
 package_packages=("${python_packages[@]}" dpkg-dev)
-check_packages=(clang-format clang-tidy)
+check_packages=(clang-format clang-tidy python3-ament-flake8 python3-ament-pep257)
 
 install=true
 for argument in "$@"; do

@@ -1,5 +1,5 @@
 # The one place where dependencies are found, each with the reason why it is here.
-# Debian 12 package names are in scripts/setup.sh.
+# Debian's package names are in scripts/setup.sh.
 
 find_program(CCACHE_PROGRAM ccache)  # compile time is a cost paid every day
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
@@ -35,7 +35,11 @@ if(GELSLAM_BUILD_VIEWER)
   pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)  # panels; backends included
 endif()
 if(GELSLAM_BUILD_SIMULATION)
-  find_package(embree 3 REQUIRED)              # ray casting and point-to-triangle distances
+  find_package(embree REQUIRED)                # ray casting and point-to-triangle distances, version 3 or 4
+  add_library(gelslam_embree INTERFACE)
+  target_include_directories(gelslam_embree INTERFACE ${CMAKE_CURRENT_LIST_DIR}/embree)
+  target_compile_definitions(gelslam_embree INTERFACE GELSLAM_EMBREE=${embree_VERSION_MAJOR})
+  target_link_libraries(gelslam_embree INTERFACE embree)
   find_package(meshoptimizer REQUIRED)         # meshes with fewer triangles (only libs/evaluation)
 endif()
 if(GELSLAM_BUILD_TESTS OR GELSLAM_BUILD_PYTHON)

@@ -90,7 +90,7 @@ class Inputs:
         scan, made = store / "scan", {"RUN": store / "run"}
         model = LOG / "calibration/model/nnmodel.pth"
         self.files = {
-            "nnmodel.pth": model, "scan.avi": scan / "gelsight.avi", "gelsight.avi": scan / "gelsight.avi",
+            "nnmodel.pth": model, "nnmini.pt": model, "scan.avi": scan / "gelsight.avi", "gelsight.avi": scan / "gelsight.avi",
             "scan.mkv": store / "log.mkv", "log.mkv": store / "log.mkv", "more.mkv": store / "log.mkv",
             "today.mkv": store / "log.mkv", "other_scan.mkv": store / "log.mkv", "LOG": scan, "DATA": scan,
             "demo/log": scan, "demo/log/calibration": LOG / "calibration", "data/a": scan,

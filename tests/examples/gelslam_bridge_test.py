@@ -358,7 +358,7 @@ class Package(unittest.TestCase):
 
     def test_the_launch_file_gives_the_node_its_parameters_and_mounts_the_sensor(self):
         """On stubs: a substitution becomes its text with the arguments that were given, else their defaults."""
-        declared, given = {}, {"flange_frame": "tool0", "flange_xyz": "0 0 0.1"}
+        declared, given = {}, {"root": "sensor", "flange_frame": "tool0", "flange_xyz": "0 0 0.1"}
 
         def declare(name, default_value, description):
             declared[name] = given.get(name, default_value)
@@ -367,7 +367,7 @@ class Package(unittest.TestCase):
             return arguments
         stubs = {
             "launch": {"LaunchDescription": lambda entities: [each for each in entities if each]},
-            "launch.actions": {"DeclareLaunchArgument": declare},
+            "launch.actions": {"DeclareLaunchArgument": declare, "LogInfo": node},
             "launch.conditions": {"IfCondition": lambda expression: expression},
             "launch.substitutions": {"LaunchConfiguration": lambda name: declared[name],
                                      "PythonExpression": lambda parts: str(eval("".join(parts)))},
@@ -380,16 +380,19 @@ class Package(unittest.TestCase):
             vars(modules[name]).update(members)
         with unittest.mock.patch.dict(sys.modules, modules):
             launch = runpy.run_path(str(PACKAGE / "launch/gelslam_bridge.launch.py"))
-            bridge, mount = launch["generate_launch_description"]()
+            bridge, mount, refusal = launch["generate_launch_description"]()
+            given["root"] = "map"  # where the trial is the sensor's parent
+            _, no_mount, said = launch["generate_launch_description"]()
         names = stream.Frames()
         self.assertEqual(bridge["parameters"], [{
-            "target": "tcp:5555", "root": names.root, "map_frame": names.map, "trial_frame": names.trial,
+            "target": "tcp:5555", "root": "sensor", "map_frame": names.map, "trial_frame": names.trial,
             "sensor_frame": names.sensor}])
         words = mount["arguments"]
         self.assertEqual(dict(zip(words[::2], words[1::2])), {
             "--frame-id": "tool0", "--child-frame-id": names.sensor, "--x": "0", "--y": "0", "--z": "0.1",
             "--roll": "0", "--pitch": "0", "--yaw": "0"})
-        self.assertEqual(mount["condition"], "True")
+        self.assertEqual([mount["condition"], refusal["condition"]], ["True", "False"])
+        self.assertEqual([no_mount["condition"], said["condition"]], ["False", "True"])
 
     @unittest.skipUnless(shutil.which("ament_flake8") and shutil.which("ament_pep257"), "no python3-ament-flake8, -pep257")
     def test_style_is_that_of_ros(self):

@@ -25,7 +25,8 @@ fi
 
 dpkg-deb -x "$work"/gelslam_*.deb "$work/root"
 version=$("$work/root/usr/bin/gelslam" --version)
-[[ $(dpkg-deb -f "$work"/gelslam_*.deb Version) == "${version##* }" ]] || fail "the program is of another version: $version"
+system=$(. /etc/os-release && echo "$ID${VERSION_ID:-}")
+[[ $(dpkg-deb -f "$work"/gelslam_*.deb Version) == "${version##* }+$system" ]] || fail "the program is of another version: $version"
 dpkg-deb -f "$work"/gelslam_*.deb Depends | holds libopencv-core || fail "no dependencies"
 zcat "$work/root/usr/share/man/man1/gelslam.1.gz" | holds '^.SH CALIBRATE TRAIN' || fail "the manual page lacks a command"
 # The links of the pages hold in the package, but those to the code.

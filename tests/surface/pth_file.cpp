@@ -76,11 +76,12 @@ std::string PthFile::pickle() const {
   text += "u";
   // The state is {'_metadata': {'version': 1}}.
   if (with_metadata) text += join({"}", unicode("_metadata"), "}", unicode("version"), integer(1), "ssb"});
-  if (checkpoint)  // {'state': {0: {}}, 'param_groups': [{'lr': 0.01, 'params': [0, 1]}]}
+  // {'state': {0: {}}, 'param_groups': [{'lr': 0.01, 'foreach': None, 'params': [0, 1]}]}
+  if (checkpoint)
     text +=
         join({unicode("optimizer"), "}(", unicode("state"), "}", integer(0), "}s", unicode("param_groups"),
-              "]}(", unicode("lr"), "G", std::string("\x3f\x84\x7a\xe1\x47\xae\x14\x7b"), unicode("params"),
-              "](", integer(0), integer(1), "euauu"});
+              "]}(", unicode("lr"), "G", std::string("\x3f\x84\x7a\xe1\x47\xae\x14\x7b"), unicode("foreach"),
+              "N", unicode("params"), "](", integer(0), integer(1), "euauu"});
   text += '.';
   return text;
 }

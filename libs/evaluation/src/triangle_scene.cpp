@@ -1,7 +1,5 @@
 #include "gelslam/evaluation/triangle_scene.hpp"
 
-#include <embree3/rtcore.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -11,6 +9,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/text.hpp"
+#include "ray_query.hpp"
 
 namespace gelslam {
 namespace evaluation::detail {
@@ -68,7 +67,7 @@ evaluation::detail::ScenePointer build_scene(RTCDevice device, const Mesh& mesh)
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene.get(), geometry);
   rtcReleaseGeometry(geometry);
-  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST | embree::kFilteredByRay);
   rtcCommitScene(scene.get());
   return scene;
 }
@@ -145,7 +144,7 @@ RTCRayHit make_ray(const Eigen::Vector3d& origin, const Eigen::Vector3d& directi
 
 /// Embree's filter gets the context by pointer: the hits are kept right behind it.
 struct CollectingContext {
-  RTCIntersectContext context;
+  embree::RayContext context;
   std::vector<RayHit>* hits;
 };
 
@@ -227,10 +226,8 @@ std::vector<RayHit> TriangleScene::cast_all(const Eigen::Vector3d& origin_mm,
   std::vector<RayHit> hits;
   RTCRayHit ray = make_ray(origin_mm, direction, length_mm);
   CollectingContext collecting{};
-  rtcInitIntersectContext(&collecting.context);
-  collecting.context.filter = &collect_hit;
   collecting.hits = &hits;
-  rtcIntersect1(impl_->scene.get(), &collecting.context, &ray);
+  embree::intersect(impl_->scene.get(), ray, collecting.context, &collect_hit);
   return hits;
 }
 

@@ -1,5 +1,3 @@
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -8,6 +6,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/simulation/shape.hpp"
+#include "ray_query.hpp"
 
 namespace gelslam {
 namespace {
@@ -49,9 +48,8 @@ class MeshShape final : public Shape {
     ray.ray.tfar = t_max;
     ray.ray.mask = static_cast<unsigned>(-1);  // Embree's default of 0 misses everything
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene_.get(), &context, &ray);
+    embree::RayContext context;
+    embree::intersect(scene_.get(), ray, context);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::numeric_limits<float>::infinity();
     const Vector3f normal(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
     return normal.dot(direction) > 0 ? 0.0F : ray.ray.tfar;  // leaving through a back face: it began inside

@@ -4,7 +4,7 @@ Starts the bridge with the object under a robot's flange, or with the sensor in 
     ros2 launch gelslam_bridge gelslam_bridge.launch.py root:=sensor flange_frame:=tool0
 """
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, LogInfo
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PythonExpression
 from launch_ros.actions import Node
@@ -18,10 +18,16 @@ PARAMETERS = [
     ('sensor_frame', 'gelslam_sensor_optical', 'x right, y down, z out of the gel (REP 103)'),
 ]
 MOUNT = [
-    ('flange_frame', '', 'frame of the robot that carries the sensor; empty: none'),
+    ('flange_frame', '', 'with root:=sensor: frame of the robot that carries the sensor'),
     ('flange_xyz', '0 0 0', 'place of the sensor in it, meters'),
     ('flange_rpy', '0 0 0', 'roll, pitch, yaw of the sensor in it, radians'),
 ]
+
+
+def _when(root):
+    """Whether there is a flange, and the tree has this root."""
+    return IfCondition(PythonExpression(['"', LaunchConfiguration('flange_frame'), '" != "" and "',
+                                         LaunchConfiguration('root'), '" == "', root, '"']))
 
 
 def _mount():
@@ -32,9 +38,8 @@ def _mount():
         for index, option in enumerate(options):
             number = ['"', LaunchConfiguration(group), '".split()[%d]' % index]
             arguments += ['--' + option, PythonExpression(number)]
-    has_flange = PythonExpression(['"', LaunchConfiguration('flange_frame'), '" != ""'])
     return Node(package='tf2_ros', executable='static_transform_publisher', arguments=arguments,
-                condition=IfCondition(has_flange))
+                condition=_when('sensor'))
 
 
 def generate_launch_description():
@@ -43,4 +48,7 @@ def generate_launch_description():
     bridge = Node(package='gelslam_bridge', executable='gelslam_bridge', output='screen',
                   parameters=[{name: ParameterValue(LaunchConfiguration(name), value_type=str)
                                for name, _, _ in PARAMETERS}])
-    return LaunchDescription([*declared, bridge, _mount()])
+    # A frame has one parent: with root:=map that of the sensor is the trial.
+    refusal = LogInfo(msg='flange_frame is left out: it needs root:=sensor',
+                      condition=_when('map'))
+    return LaunchDescription([*declared, bridge, _mount(), refusal])

@@ -27,6 +27,7 @@ enum Opcode : unsigned char {
   op_empty_dict = '}',
   op_set_item = 's',
   op_set_items = 'u',
+  op_none = 'N',
   op_true = 0x88,
   op_false = 0x89,
   op_int1 = 'K',
@@ -45,6 +46,7 @@ enum Opcode : unsigned char {
 
 enum class Kind {
   mark,
+  none,
   boolean,
   number,  // not read
   integer,
@@ -120,6 +122,9 @@ class PickleMachine {
       case op_float:
         read_text(8);
         push({Kind::number, 0, {}, {}});
+        return true;
+      case op_none:
+        push({Kind::none, 0, {}, {}});
         return true;
       case op_true:
         push({Kind::boolean, 1, {}, {}});
