@@ -19,6 +19,9 @@ struct MapSnapshot {
     int component = 0;  ///< smallest keyframe id of the component
     Pose component_T_keyframe = Pose::Identity();
     StoredSurface surface;
+    /// Standard deviation of the place in its worst direction, mm, relative to the component's first
+    /// keyframe; negative: not known yet, or not in the shown component.
+    double sigma_mm = -1;
   };
   struct Edge {
     int from = 0, to = 0;  ///< keyframe ids
