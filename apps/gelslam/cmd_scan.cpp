@@ -23,9 +23,10 @@ std::optional<std::filesystem::path> choose_instead_of_camera(const std::string&
                                                               const LiveArguments& live) {
   Choices choices = logs_to_replay(std::filesystem::current_path());
   choices.complaint = complaint;
-  choices.choices.insert(choices.choices.begin(),
-                         {"Simulated sensor", "a pebble; at the first time its model is trained, for some seconds",
-                          simulated_camera_name()});
+  choices.choices.insert(
+      choices.choices.begin(),
+      {"Simulated sensor", "a pebble; at the first time its model is trained, for some seconds",
+       simulated_camera_name()});
   viewer::WindowLoopOptions options;
   options.title = "GelSLAM";
   options.ui_scale = live.ui_scale;
@@ -55,6 +56,8 @@ int run(ScanArguments arguments) {
   const Config config = resolve_config(live.input(""));
   LiveOptions options = live.options(config);
   WindowOptions window = prepare_window(options, live);
+  if (arguments.device == simulated_camera_name())
+    return run_without_camera(arguments.device, live, std::move(options), std::move(window));
   CameraInput camera;
   try {
     camera = open_camera_input(config, arguments.device);
@@ -79,7 +82,8 @@ void add_scan_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
   command->add_option("--camera", arguments->device,
-                      "Camera: /dev/video2, 2, or part of its name (default: the configuration's)");
+                      "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
+                      "\"simulated\" for one to try the program with");
   CLI::Option* no_log =
       command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures");
   command

@@ -40,7 +40,7 @@ class SimulatedCamera final : public RawFrameSource {
   void stop() override { stopped_ = true; }
   double rate_hz() const override { return simulator_.spec().motion.frame_rate_hz; }
   std::optional<std::int64_t> frame_count() const override { return simulator_.frame_count(); }
-  std::string description() const override { return simulated_camera_name(); }
+  std::string description() const override { return "simulated sensor"; }
 
  private:
   const Simulator simulator_{pebble()};

@@ -9,7 +9,7 @@ namespace gelslam {
 
 /// A sensor and a hand to try the program with: a pebble, rolled all over.
 
-inline const char* simulated_camera_name() { return "simulated sensor"; }
+inline const char* simulated_camera_name() { return "simulated"; }
 
 /// Frames at 25 Hz, drawn when they are asked for.
 std::unique_ptr<RawFrameSource> open_simulated_camera();

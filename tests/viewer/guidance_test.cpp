@@ -74,6 +74,15 @@ TEST(MeshBorder, FindsHolesWithTheirAreaAndTheWayOut) {
   for (const MeshBorder::Edge& edge : loops[0].edges) EXPECT_GT(edge.outward.z(), 0.5F) << "toward the pole";
 }
 
+TEST(MeshBorder, ABandThatIsNotClosedLeavesBothEndsOpen) {
+  MeshBorder border;
+  border.update(sphere([](int ring, int column) { return ring >= 10 && ring < 30 && column > 0; }));
+  const std::vector<MeshBorder::Loop> loops = border.loops(0.1);
+  ASSERT_EQ(loops.size(), 1U) << "one border runs around both";
+  const double end_mm2 = M_PI * std::pow(kRadiusMm * std::sin(M_PI / 4), 2);
+  EXPECT_GT(loops[0].hole_mm2, 2 * end_mm2);
+}
+
 TEST(MeshBorder, SeesOnlyBlocksThatHaveChanged) {
   MeshBlocks blocks = sphere([](int, int) { return true; });
   MeshBorder border;
@@ -113,13 +122,17 @@ TEST(Guidance, LeadsBackToAPlaceThatIsKnownBetterOnceDriftIsLarge) {
   MapSnapshot map;
   map.nodes = {node(0, Vector3f(0, 0, -6), 0), node(1, Vector3f(6, 0, 0), 0.02),
                node(2, Vector3f(0, 0, 6), 0.09)};
-  const Guidance far = guide(border, map, Vector3f(0, 1, 6), std::nullopt);
-  ASSERT_TRUE(far.target);
-  EXPECT_EQ(far.target->reason, Guidance::Reason::drift);
-  EXPECT_LT((far.target->place_mm - Vector3f(6, 0, 0)).norm(), 1e-3F) << "the nearest of those known well";
-  EXPECT_NEAR(*far.drift_mm, 0.18, 1e-9);
-  map.nodes[2].sigma_mm = 0.03;
-  EXPECT_EQ(guide(border, map, Vector3f(0, 1, 6), std::nullopt).target->reason, Guidance::Reason::hole);
+  map.nodes.push_back(node(3, Vector3f(-6, 0, 0), 0.1));
+  map.nodes.push_back(node(4, Vector3f(-4, 0, -4), 0.2));
+  const Guidance round = guide(border, map, Vector3f(-4, 0, -4), std::nullopt);
+  ASSERT_TRUE(round.target);
+  EXPECT_EQ(round.target->reason, Guidance::Reason::drift);
+  EXPECT_LT((round.target->place_mm - Vector3f(0, 0, -6)).norm(), 1e-3F) << "forward to where the scan began";
+  EXPECT_NEAR(*round.drift_mm, 0.4, 1e-9);
+  EXPECT_EQ(guide(border, map, Vector3f(0, 1, 6), std::nullopt).target->reason, Guidance::Reason::hole)
+      << "half way round no loop is nearer than the way back";
+  for (MapSnapshot::Node& each : map.nodes) each.sigma_mm *= 0.2;
+  EXPECT_EQ(guide(border, map, Vector3f(-4, 0, -4), std::nullopt).target->reason, Guidance::Reason::hole);
 }
 
 TEST(Guidance, SaysWhenEnoughIsThere) {

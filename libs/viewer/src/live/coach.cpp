@@ -63,7 +63,7 @@ std::string progress_words(const Guidance& guidance) {
 std::string guidance_words(const Guidance& guidance) {
   if (guidance.closed_share <= 0) return "";
   if (guidance.target && guidance.target->reason == Guidance::Reason::drift)
-    return "Roll back along the arrow: the place there is known better.";
+    return "Roll along the arrow: the place there is known better.";
   return guidance.target ? "Roll along the arrow: the surface is open there."
                          : "Enough is there; Q stops and saves.";
 }

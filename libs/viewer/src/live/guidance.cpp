@@ -17,6 +17,7 @@ using Eigen::Vector3f;
 constexpr double kMinHoleMm2 = 2;     ///< smaller ones are pits that the gel does not reach
 constexpr double kLoopDriftMm = 0.1;  ///< two standard deviations: from here on a loop is worth the way
 constexpr double kBetterKnown = 0.5;  ///< share of the present uncertainty at which a place closes a loop
+constexpr float kShortCut = 0.5F;     ///< share of the way back that a loop may be long
 constexpr float kTargetReachMm = 4;   ///< border that counts as the same target
 constexpr float kSteadiness = 2;      ///< how much longer the way to the last target may be
 
@@ -30,15 +31,23 @@ bool is_seam(const MeshBorder::Edge& edge, const EdgesByStart& all) {
       first, last, [&](const auto& entry) { return bits_of(entry.second->to_mm) == bits_of(edge.from_mm); });
 }
 
-double vector_area_mm2(const std::vector<MeshBorder::Edge>& edges) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  const Eigen::Vector3d origin = edges.front().from_mm.cast<double>();
-  for (const MeshBorder::Edge& edge : edges)
-    sum += (edge.from_mm.cast<double>() - origin).cross(edge.to_mm.cast<double>() - origin);
-  return 0.5 * sum.norm();
-}
-
 Vector3f middle(const MeshBorder::Edge& edge) { return 0.5F * (edge.from_mm + edge.to_mm); }
+
+/// Of the triangles from the loop's middle to its edges. A loop that runs around two openings (a band that is
+/// not closed yet) would have nearly no vector area.
+double fan_area_mm2(const std::vector<MeshBorder::Edge>& edges) {
+  Vector3f center = Vector3f::Zero();
+  float length = 0;
+  for (const MeshBorder::Edge& edge : edges) {
+    const float weight = (edge.to_mm - edge.from_mm).norm();
+    center += weight * middle(edge), length += weight;
+  }
+  center /= length;
+  double sum = 0;
+  for (const MeshBorder::Edge& edge : edges)
+    sum += 0.5 * static_cast<double>((edge.from_mm - center).cross(edge.to_mm - center).norm());
+  return sum;
+}
 
 /// The border's middle around the edge nearest to a place, a little beyond the surface.
 std::optional<Vector3f> nearest_border(const std::vector<MeshBorder::Loop>& loops, const Vector3f& place_mm) {
@@ -68,21 +77,28 @@ Vector3f place_of(const MapSnapshot::Node& node) {
   return (node.component_T_keyframe * Eigen::Vector3d(center_mm.x(), center_mm.y(), 0)).cast<float>();
 }
 
-/// The nearest place that is known much better than the one touched.
+/// The nearest place that is known much better than the one touched, and that is nearer than the way by which
+/// the sensor came from there: going there closes a loop instead of going back.
 std::optional<Vector3f> nearest_known_place(const MapSnapshot& map, const Vector3f& touch_mm) {
-  double here_mm = -1;
-  float nearest_mm = std::numeric_limits<float>::infinity();
+  std::vector<const MapSnapshot::Node*> known;
+  std::vector<Vector3f> places;
   for (const MapSnapshot::Node& node : map.nodes) {
     if (node.sigma_mm < 0) continue;
-    if (const float mm = (place_of(node) - touch_mm).norm(); mm < nearest_mm)
-      nearest_mm = mm, here_mm = node.sigma_mm;
+    known.push_back(&node);
+    places.push_back(place_of(node));
   }
-  if (2 * here_mm < kLoopDriftMm) return std::nullopt;
+  std::size_t here = 0;
+  for (std::size_t i = 1; i < places.size(); ++i)
+    if ((places[i] - touch_mm).norm() < (places[here] - touch_mm).norm()) here = i;
+  if (known.empty() || 2 * known[here]->sigma_mm < kLoopDriftMm) return std::nullopt;
   std::optional<Vector3f> best;
-  for (const MapSnapshot::Node& node : map.nodes) {
-    if (node.sigma_mm < 0 || node.sigma_mm > kBetterKnown * here_mm) continue;
-    const Vector3f place = place_of(node);
-    if (!best || (place - touch_mm).norm() < (*best - touch_mm).norm()) best = place;
+  float way_mm = 0;
+  for (std::size_t i = here; i-- > 0;) {
+    way_mm += (places[i + 1] - places[i]).norm();
+    const float distance_mm = (places[i] - touch_mm).norm();
+    if (known[i]->sigma_mm > kBetterKnown * known[here]->sigma_mm || distance_mm > kShortCut * way_mm)
+      continue;
+    if (!best || distance_mm < (*best - touch_mm).norm()) best = places[i];
   }
   return best;
 }
@@ -152,7 +168,7 @@ std::vector<MeshBorder::Loop> MeshBorder::loops(double min_hole_mm2) const {
       waiting.erase(next);
     }
     if (loop.edges.empty()) continue;
-    loop.hole_mm2 = vector_area_mm2(loop.edges);
+    loop.hole_mm2 = fan_area_mm2(loop.edges);
     if (loop.hole_mm2 >= min_hole_mm2) loops.push_back(std::move(loop));
   }
   std::sort(loops.begin(), loops.end(), [](const Loop& a, const Loop& b) { return a.hole_mm2 > b.hole_mm2; });

@@ -14,8 +14,8 @@ namespace {
 constexpr double kFiguresIntervalS = 0.5;  ///< of what costs more than a glance: stage times, disk
 constexpr double kSideWidth = 298;         // design pixels
 constexpr Color kTarget = theme::rgb(255, 220, 90);
-constexpr double kRingPx = 13, kArrowBeginPx = 40,
-                 kArrowEndPx = 140;  // design pixels; from the touch's middle
+constexpr double kRingPx = 13, kArrowBeginPx = 40, kArrowEndPx = 140,
+                 kLeastArrowPx = 84;  // design pixels; from the touch's middle
 /// Below this the view needs the whole window.
 constexpr double kMinViewWidth = 480, kMinSideHeight = 420, kMinBarWidth = 300;
 
@@ -128,14 +128,15 @@ void LiveWindow::draw_target(Ui& ui) const {
   const float reach = is_far_round
                           ? ui.px(kArrowEndPx)
                           : std::min(ui.px(kArrowEndPx), (*ring - *begin).norm() - ui.px(kRingPx + 6));
-  if (reach < ui.px(kArrowBeginPx + 24)) return;  // the ring says it
+  const std::string distance = fmt::format("{:.0f} mm", distance_mm);
+  if (reach < ui.px(kLeastArrowPx))  // the ring says it
+    return ui.text_at(Face::title, ring->x() + ui.px(20), ring->y() - ui.px(11), kTarget, distance);
   const Eigen::Vector2f tail = *begin + ui.px(kArrowBeginPx) * along, tip = *begin + reach * along;
   const Eigen::Vector2f edge = ui.px(3) * along;
   ui.arrow(tail.x() - edge.x(), tail.y() - edge.y(), tip.x() + edge.x(), tip.y() + edge.y(), theme::kBackdrop,
            8, view());
   ui.arrow(tail.x(), tail.y(), tip.x(), tip.y(), kTarget, 6, view());
-  ui.text_at(Face::title, tip.x() + ui.px(14), tip.y() - ui.px(10), kTarget,
-             fmt::format("{:.0f} mm", distance_mm));
+  ui.text_at(Face::title, tip.x() + ui.px(22), tip.y() - ui.px(11), kTarget, distance);
 }
 
 void LiveWindow::look_at_figures(double now_s) {

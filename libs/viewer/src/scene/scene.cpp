@@ -33,9 +33,9 @@ constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so mu
 constexpr float kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 
-constexpr float kSmoothBorder = 0.2F;  ///< touches; at the last triangle there are nearly none
-constexpr float kFirmTouches = 2.5F;   ///< of so many keyframes a surface is seen well
-constexpr float kUncertainMm = 0.1F;   ///< two standard deviations at which a place is tinted fully
+constexpr float kSmoothBorder = 0.2F;                 ///< touches; at the last triangle there are nearly none
+constexpr float kFirmTouches = 2.5F;                  ///< of so many keyframes a surface is seen well
+constexpr double kCertainMm = 0.1, kUncertainMm = 1;  ///< two standard deviations: tint begins, is full
 const Vector3f kTouchGlow(1.0F, 0.36F, 0.05F), kPieceGlow(0.06F, 0.50F, 0.95F);
 
 /// Colors that come from a number put into each vertex for them: the distance, or the keyframe's id.
@@ -364,7 +364,7 @@ void Scene::set_map(const MapSnapshot& map, const std::vector<int>& coverage) {
   impl_->keyframes.set(keyframe_lines(map, coverage));
   impl_->edges.set(edge_lines(map));
   impl_->keyframe_places = KeyframePlaces(map);
-  const cv::Mat4b doubt = doubt_by_keyframe(map, kUncertainMm);
+  const cv::Mat4b doubt = doubt_by_keyframe(map, kCertainMm, kUncertainMm);
   fill_texture(impl_->certainty, doubt.cols, doubt.rows, doubt.ptr());
   if (impl_->values_for == SceneColor::keyframe) impl_->values_are_old = true;
 }

@@ -15,9 +15,9 @@ float round_limit_mm(std::vector<float> distance_mm);
 /// `distance_mm` made fit for drawing: as many as the vertices, none of them NaN.
 std::vector<float> drawable_values(std::vector<float> distance_mm, std::size_t vertices);
 
-/// How much a keyframe's place is in doubt, 0 to 255 in red, by id along rows of kDoubtColumns: two standard
-/// deviations over `limit_mm`. 0 where nothing is known.
-cv::Mat4b doubt_by_keyframe(const MapSnapshot& map, float limit_mm);
+/// How much a keyframe's place is in doubt, in red, by id along rows of kDoubtColumns: 0 where two standard
+/// deviations are `from_mm`, 255 where they are `to_mm`.
+cv::Mat4b doubt_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm);
 inline constexpr int kDoubtColumns = 256;
 
 /// Where the keyframes of the shown component touch.

@@ -25,7 +25,7 @@ class MeshBorder {
   /// One closed chain of edges.
   struct Loop {
     std::vector<Edge> edges;
-    double hole_mm2 = 0;  ///< area of the flattest cap that would close it (its vector area)
+    double hole_mm2 = 0;  ///< area of a fan from its middle that would close it
   };
 
   /// The mesh as it is now; only blocks that are others than last time are looked at.
