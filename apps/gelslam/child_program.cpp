@@ -14,13 +14,24 @@ namespace {
 
 int exit_code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status); }
 
-}  // namespace
-
-ChildProgram::ChildProgram(const std::vector<std::string>& arguments)
-    : output_(::memfd_create("output", MFD_CLOEXEC)) {
+/// As the system wants a command line; `arguments` must stay.
+std::vector<char*> command_line_of(const std::vector<std::string>& arguments) {
   std::vector<char*> words{const_cast<char*>("gelslam")};
   for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
   words.push_back(nullptr);
+  return words;
+}
+
+}  // namespace
+
+void become(const std::vector<std::string>& arguments) {
+  ::execv("/proc/self/exe", command_line_of(arguments).data());
+  throw Error("cannot start gelslam anew: " + errno_text());
+}
+
+ChildProgram::ChildProgram(const std::vector<std::string>& arguments)
+    : output_(::memfd_create("output", MFD_CLOEXEC)) {
+  const std::vector<char*> words = command_line_of(arguments);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);

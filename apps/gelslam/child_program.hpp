@@ -10,6 +10,9 @@
 
 namespace gelslam {
 
+/// This program begins anew with other arguments, in the same process. Throws Error.
+[[noreturn]] void become(const std::vector<std::string>& arguments);
+
 /// This program once more, as a process of its own with other arguments: no input, its output is kept. It is
 /// not in the terminal's foreground group, so that Ctrl-C reaches it only by interrupt().
 class ChildProgram {

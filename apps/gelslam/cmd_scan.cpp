@@ -1,9 +1,13 @@
+#include <iostream>
 #include <memory>
 
 #include "camera_input.hpp"
 #include "commands.hpp"
+#include "gelslam/core/error.hpp"
 #include "gelslam/slam/config.hpp"
+#include "gelslam/viewer/view_window.hpp"
 #include "live_command.hpp"
+#include "simulated_camera.hpp"
 
 namespace gelslam {
 namespace {
@@ -14,16 +18,61 @@ struct ScanArguments {
   LiveArguments live;
 };
 
+/// What to play where there is no camera, as the person chooses; nothing when they close the window.
+std::optional<std::filesystem::path> choose_instead_of_camera(const std::string& complaint,
+                                                              const LiveArguments& live) {
+  Choices choices = logs_to_replay(std::filesystem::current_path());
+  choices.complaint = complaint;
+  choices.choices.insert(
+      choices.choices.begin(),
+      {"Simulated sensor", "a pebble; at the first time its model is trained, for some seconds",
+       simulated_camera_name()});
+  viewer::WindowLoopOptions options;
+  options.title = "GelSLAM";
+  options.ui_scale = live.ui_scale;
+  return run_choose_window(choices, options);
+}
+
+/// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
+int run_without_camera(const std::filesystem::path& source, LiveArguments live, LiveOptions options,
+                       WindowOptions window) {
+  const bool simulated = source == simulated_camera_name();
+  if (simulated && live.model.empty()) live.model = simulated_camera_model(live.quiet).string();
+  if (!simulated) options.log = source;
+  options.config = resolve_config(live.input(options.log.string()));
+  return run_live(pace(simulated ? open_simulated_camera() : open_raw_log(source, options.config.sensor)),
+                  options, live, std::move(window));
+}
+
+/// Where a person is at a window and asked for no particular camera, they can choose something else.
+bool may_choose(const ScanArguments& arguments) {
+  const LiveArguments& live = arguments.live;
+  return !live.headless && live.script.empty() && arguments.device.empty() && live.continued.empty();
+}
+
 int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
   const Config config = resolve_config(live.input(""));
   LiveOptions options = live.options(config);
   WindowOptions window = prepare_window(options, live);
-  CameraInput camera = open_camera_input(config, arguments.device);
+  if (arguments.device == simulated_camera_name())
+    return run_without_camera(arguments.device, live, std::move(options), std::move(window));
+  CameraInput camera;
+  try {
+    camera = open_camera_input(config, arguments.device);
+  } catch (const Error& error) {
+    if (!may_choose(arguments)) throw;
+    const auto chosen = choose_instead_of_camera(error.what(), live);
+    if (!chosen) throw;
+    return run_without_camera(*chosen, live, std::move(options), std::move(window));
+  }
   if (!arguments.no_log) options.record = camera.attachments;
   options.record_resized = arguments.resized;
-  return run_live(std::move(camera.frames), options, live, std::move(window));
+  std::vector<std::string> go_on{"scan"};
+  if (!arguments.device.empty()) go_on.push_back("--camera=" + arguments.device);
+  go_on.emplace_back("--continue");
+  return run_live(std::move(camera.frames), options, live, std::move(window), go_on);
 }
 
 }  // namespace
@@ -33,7 +82,8 @@ void add_scan_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
   command->add_option("--camera", arguments->device,
-                      "Camera: /dev/video2, 2, or part of its name (default: the configuration's)");
+                      "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
+                      "\"simulated\" for one to try the program with");
   CLI::Option* no_log =
       command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures");
   command
@@ -43,6 +93,7 @@ void add_scan_command(CLI::App& app, int& exit_code) {
   arguments->live.add_to(*command);
   command->footer(
       "Begin with nothing on the gel. Ctrl-C stops and saves; a second one saves at once what there is.\n"
+      "Without a camera, the window offers a simulated one and recent logs.\n"
       "Example: gelslam scan --model nnmodel.pth -o runs/shell\n"
       "         gelslam scan --continue runs/shell");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

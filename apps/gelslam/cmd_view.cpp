@@ -23,7 +23,7 @@ struct ViewArguments {
   std::filesystem::path source, compare, truth, snapshot, script;
   std::string size = "1280x800", color, shading = "clay";
   std::optional<double> time_s;
-  double yaw_deg = 0, pitch_deg = 0;
+  double yaw_deg = 0, pitch_deg = 0, ui_scale = 1;
   MeshUnit unit;
   bool light = false, trajectory = false, graph = false, quiet = false;
 };
@@ -97,15 +97,17 @@ ViewWindowOptions window_options(const ViewArguments& arguments, const PictureSi
   options.pitch_deg = arguments.pitch_deg;
   options.script = read_script_file(arguments.script);
   options.script_name = arguments.script.string();
+  options.ui_scale = arguments.ui_scale;
   return options;
 }
 
-void run_view(const ViewArguments& arguments) {
+ViewEnd run_view(const ViewArguments& arguments) {
   const PictureSize size = parse_size(arguments.size);
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   progress->begin("reading", std::nullopt);
   ViewContent content = load_view(arguments.source, arguments.unit.mm(arguments.source));
   std::optional<ViewContent> second = second_surface(arguments);
+  if (!arguments.truth.empty()) add_error(content, arguments.truth, arguments.source);
   progress->end();
   const SceneStyle style = style_of(arguments);
   check(arguments, content, style);
@@ -122,24 +124,37 @@ void run_view(const ViewArguments& arguments) {
   write_view_snapshot(std::move(content), std::move(second), options, arguments.snapshot);
   progress->end();
   if (!arguments.quiet) std::cerr << "wrote " << arguments.snapshot.string() << "\n";
+  return {};
 }
 
-/// Without a run: one after another, as the person chooses them. A program that a menu has started has no
-/// terminal, so what cannot be opened is said in the window.
-void choose_and_view(ViewArguments arguments) {
+/// What was asked for, and then one after another what the person chooses or drops. A program that a menu has
+/// started has no terminal, so what cannot be opened then is said in the window.
+void view(ViewArguments arguments) {
+  ViewEnd end{.chooses = arguments.source.empty()};
+  if (!end.chooses) end = run_view(arguments);
+  arguments.truth.clear(), arguments.compare.clear(), arguments.script.clear(), arguments.color.clear();
+  arguments.time_s.reset();
   const PictureSize size = parse_size(arguments.size);
   viewer::WindowLoopOptions options;
   options.width_px = size.width_px;
   options.height_px = size.height_px;
+  options.ui_scale = arguments.ui_scale;
+  const std::filesystem::path here = std::filesystem::current_path();
   std::string complaint;
-  while (const auto chosen = run_choose_window(std::filesystem::current_path(), complaint, options)) {
+  while (end.chooses || !end.dropped.empty()) {
+    Choices choices = runs_and_meshes(here);
+    choices.complaint = complaint;
+    const auto chosen = end.chooses ? run_choose_window(choices, options) : std::optional(end.dropped);
+    if (!chosen) return;
     arguments.source = *chosen;
     complaint.clear();
     try {
-      run_view(arguments);
+      end = run_view(arguments);
     } catch (const Error& error) {
       complaint = error.what();
+      end = {};
     }
+    end.chooses = end.dropped.empty();  // closed: the list again
   }
 }
 
@@ -184,10 +199,11 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_flag("--trajectory", a->trajectory, "Show the sensor's trajectory");
   command->add_flag("--graph", a->graph, "Show keyframes and the edges between them");
   a->unit.add_to(*command);
+  add_ui_scale(*command, a->ui_scale);
   add_quiet_flag(*command, a->quiet);
   command->footer("Example: gelslam view RUN\nExample: gelslam view RUN --truth DATA --snapshot view.png");
   command->callback([a, &exit_code] {
-    a->source.empty() ? choose_and_view(*a) : run_view(*a);
+    view(*a);
     exit_code = kExitDone;
   });
 }

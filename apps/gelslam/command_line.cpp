@@ -10,6 +10,7 @@
 #include "gelslam/core/files.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/viewer/window_options.hpp"
 
 namespace gelslam {
 namespace {
@@ -119,6 +120,13 @@ CLI::Validator number_between(double least, double most) {
            (rest != end && *rest == ',' ? " (write a point, not a comma)" : "");
   };
   return CLI::Validator(check, range);
+}
+
+void add_ui_scale(CLI::App& command, double& ui_scale) {
+  command
+      .add_option("--ui-scale", ui_scale, "Factor on the window's letters and buttons, beside the desktop's")
+      ->check(number_between(viewer::kMinUiScale, viewer::kMaxUiScale))
+      ->capture_default_str();
 }
 
 std::string read_script_file(const std::filesystem::path& file) {

@@ -44,6 +44,8 @@ std::string refuse_unless_html(const std::string& path);
 /// A number, all of it and nothing else: no comma, no unit.
 CLI::Validator number_between(double least, double most);
 
+void add_ui_scale(CLI::App& command, double& ui_scale);
+
 /// The text of a window script; "" for an empty name. Throws Error when the file cannot be read.
 std::string read_script_file(const std::filesystem::path& file);
 

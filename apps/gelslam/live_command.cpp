@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <thread>
 
+#include "child_program.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/process.hpp"
@@ -127,6 +128,7 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
+  add_ui_scale(command, ui_scale);
   stream.add_to(command);
   stream.add_live_to(command);
   add_quiet_flag(command, quiet);
@@ -161,6 +163,7 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   window.script_name = arguments.script;
   if (!window.script.empty()) check_window_script(window.script, window.script_name);
   window.snapshot = arguments.snapshot;
+  window.ui_scale = arguments.ui_scale;
 
   if (options.continued) {
     for (const std::string& warning : options.continued->record.warnings)
@@ -173,8 +176,18 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
   return window;
 }
 
-int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
-             const LiveArguments& arguments, WindowOptions window) {
+namespace {
+
+/// The exit code, and what to do next with which run folder.
+struct LiveEnd {
+  int exit_code = kExitDone;
+  NextStep next = NextStep::none;
+  std::string run_folder;
+};
+
+LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
+                       const LiveArguments& arguments, WindowOptions window) {
+  LiveEnd end;
   // Before there is anything that must not be left behind.
   const InterruptWatch interrupt(
       2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
@@ -183,7 +196,7 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
   if (!arguments.headless) {
     lower_thread_priority();  // drawing goes after tracking; the threads of the chain run already
     window.asks_to_end = [&] { return interrupt.requested(); };
-    run_live_window(session, window);
+    end.next = run_live_window(session, window);
     session.stop();
   }
   wait_in_terminal(session, arguments.quiet);
@@ -192,7 +205,22 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
     write_live_snapshot(session, arguments.snapshot, window);
   std::cerr << report_text(summary, session.status(), arguments.quiet);
   if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
-  return summary.tracked == 0 || summary.partial ? kExitNotGood : kExitDone;
+  end.exit_code = summary.tracked == 0 || summary.partial ? kExitNotGood : kExitDone;
+  end.run_folder = session.status().run_folder;
+  return end;
+}
+
+}  // namespace
+
+int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
+             const LiveArguments& arguments, WindowOptions window, const std::vector<std::string>& go_on) {
+  window.can_go_on = !go_on.empty();
+  const LiveEnd end = run_to_its_end(std::move(source), options, arguments, std::move(window));
+  if (end.next == NextStep::none) return end.exit_code;
+  std::vector<std::string> words = end.next == NextStep::view ? std::vector<std::string>{"view"} : go_on;
+  words.push_back(end.run_folder);
+  words.push_back(fmt::format("--ui-scale={}", arguments.ui_scale));
+  become(words);
 }
 
 }  // namespace gelslam

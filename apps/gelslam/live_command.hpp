@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/window.hpp"
@@ -15,6 +16,7 @@ namespace gelslam {
 struct LiveArguments {
   std::string config, model, background, run_folder, continued, snapshot, script;
   bool force = false, overwrite = false, headless = false, quiet = false;
+  double ui_scale = 1;
   double seconds = 0;  ///< 0: until a person or the source ends it
   StreamArguments stream;
 
@@ -31,8 +33,10 @@ struct LiveArguments {
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments);
 
 /// Runs a scan until it is saved. The first Ctrl-C stops it, the second saves at once what there is, the
-/// third ends the program. Returns the exit code.
+/// third ends the program. Returns the exit code. When the person chose to look at the run or to go on, this
+/// program begins anew with those arguments instead, `go_on` and the run folder or "view" and the run folder.
 int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
-             const LiveArguments& arguments, WindowOptions window);
+             const LiveArguments& arguments, WindowOptions window,
+             const std::vector<std::string>& go_on = {});
 
 }  // namespace gelslam

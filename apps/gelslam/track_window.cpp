@@ -32,6 +32,7 @@ void MapWindowArguments::add_to(CLI::App& command) {
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)")
       ->needs(shown);
+  add_ui_scale(command, ui_scale);
 }
 
 WindowOptions MapWindowArguments::window_options() const {
@@ -40,6 +41,7 @@ WindowOptions MapWindowArguments::window_options() const {
   options.script_name = script;
   if (!options.script.empty()) check_window_script(options.script, script);
   options.snapshot = snapshot;
+  options.ui_scale = ui_scale;
   if (window) GlContext::window({.title = "GelSLAM", .visible = false});
   return options;
 }

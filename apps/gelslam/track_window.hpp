@@ -13,6 +13,7 @@ namespace gelslam {
 struct MapWindowArguments {
   bool window = false;
   std::string snapshot, script;
+  double ui_scale = 1;
 
   void add_to(CLI::App& command);
   bool shows_map() const { return window || !snapshot.empty(); }

@@ -88,6 +88,7 @@ TEST(Keys, HaveOneMeaningEachAndAName) {
       ASSERT_TRUE(key_of_name(name)) << name;
       EXPECT_TRUE(codes.insert(*key_of_name(name)).second) << name;
     }
+    if (row.keys.empty()) continue;  // a button for several keys
     EXPECT_TRUE(codes.contains(key_of_name(row.key).value_or(-1)))
         << "the help says what a script can press: " << row.key;
   }

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -51,7 +52,7 @@ class ViewWindowPicture : public SceneDrawing {
 TEST_F(ViewWindowPicture, ARunHasASlider) {
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
   loop.turn(1);
-  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Clay", "Close"}));
+  EXPECT_THAT(words(loop), testing::IsSupersetOf({"RUN", "as saved", "Play", "Shading", "Close"}));
   EXPECT_GT(loop.track().width, 500);
 }
 
@@ -142,6 +143,62 @@ TEST_F(ViewWindowPicture, TwoSurfacesTheirNamesAndTheDistance) {
   EXPECT_THAT(words(loop), Contains(HasSubstr("90 % below")));
 }
 
+TEST_F(ViewWindowPicture, CurvesBelowTheSliderSayWhatWasThen) {
+  ViewContent run = load_view(folder / "RUN");
+  RunHistory::Timeline error{"Error", "mm", {}};
+  for (int i = 0; i < 50; ++i) error.points.push_back({0.1 * i, 0.01 * i});
+  run.history->timelines.push_back(error);
+  ViewWindow loop(run, std::nullopt, options);
+  loop.turn(1);
+  EXPECT_THAT(words(loop), testing::IsSupersetOf({"Contact", "4.32 mm\u00b2", "Error", "0.49 mm"}));
+  loop.controls().seek(0.5);
+  loop.turn(1.1);
+  EXPECT_THAT(words(loop), Contains("0.24 mm"));
+  const cv::Mat3b shown = loop.picture(1.2);
+  if (const char* kept = std::getenv("GELSLAM_PICTURES"))
+    write_png(std::string(kept) + "/timelines.png", shown);
+  loop.host().resize(900, 400);
+  loop.turn(1.3);
+  EXPECT_THAT(words(loop), Not(Contains("Error"))) << "the view needs the room";
+}
+
+TEST_F(ViewWindowPicture, TheBoxSaysHowLargeTheSurfaceIs) {
+  ViewWindow loop(load_view(folder / "RUN" / "mesh.ply"), std::nullopt, options);
+  loop.turn(1);
+  const cv::Mat3b without = loop.picture(1.1);
+  loop.controls().perform(Action::box, 1.2);
+  loop.turn(1.3);
+  EXPECT_THAT(words(loop), testing::IsSupersetOf({"8.40 mm", "1.80 mm", "0.00 mm"}));
+  const cv::Mat3b with = loop.picture(1.4);
+  EXPECT_GT(cv::norm(without, with, cv::NORM_L1), 1e5);
+  if (const char* kept = std::getenv("GELSLAM_PICTURES")) write_png(std::string(kept) + "/box.png", with);
+}
+
+TEST_F(ViewWindowPicture, AnotherRunIsOpenedByDropOrFromTheList) {
+  ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
+  loop.turn(1);
+  loop.host().push({InputEvent::Kind::drop, 0, false, 0, 0, "other.ply"});
+  loop.turn(1.1);
+  EXPECT_TRUE(loop.wants_to_close());
+  EXPECT_EQ(loop.controls().end().dropped, "other.ply");
+  ViewWindow again(load_view(folder / "RUN"), std::nullopt, options);
+  again.turn(1);
+  EXPECT_FALSE(again.wants_to_close());
+  again.controls().perform(Action::open, 1.1);
+  EXPECT_TRUE(again.wants_to_close());
+  EXPECT_TRUE(again.controls().end().chooses);
+}
+
+TEST_F(ViewWindowPicture, LettersGrowWithTheAskedScale) {
+  options.ui_scale = 1.5;
+  ViewWindow large(load_view(folder / "RUN"), std::nullopt, options);
+  options.ui_scale = 1;
+  ViewWindow usual(load_view(folder / "RUN"), std::nullopt, options);
+  large.turn(1);
+  usual.turn(1);
+  EXPECT_NEAR(large.host().ui_scale(), 1.5F * usual.host().ui_scale(), 0.07);
+}
+
 TEST_F(ViewWindowPicture, TinyWindowsAndHelpDoNoHarm) {
   options.script = "key h\nresize 300 200\nwait 0.1\nresize 100 100\nwait 0.1\nresize 1600 1200\nwait 0.1\n";
   ViewWindow loop(load_view(folder / "RUN"), std::nullopt, options);
@@ -172,7 +229,7 @@ class ChooseWindowPicture : public ViewWindowPicture {
   }
   std::optional<std::filesystem::path> chosen(const std::string& script) {
     options.script = script;
-    ChooseWindow window(folder.path(), "", options);
+    ChooseWindow window(runs_and_meshes(folder.path()), options);
     for (int i = 1; i < 40 && !window.wants_to_close(); ++i) window.turn(0.05 * i);
     return window.chosen();
   }
@@ -183,6 +240,13 @@ TEST_F(ChooseWindowPicture, ListsRunsAndMeshesTheNewestFirst) {
   for (const Viewable& each : find_viewable(folder.path())) found.push_back(each.path);
   EXPECT_THAT(found, testing::ElementsAre(folder / "RUN", folder / "shapes/part.stl"));
   EXPECT_TRUE(find_viewable(folder / "nowhere").empty());
+  std::ofstream(folder / "RUN/log.mkv") << "";
+  std::ofstream(folder / "shapes/gelsight.avi") << "";
+  std::filesystem::last_write_time(folder / "shapes/gelsight.avi",
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(24));
+  found.clear();
+  for (const Viewable& each : find_logs(folder.path())) found.push_back(each.path);
+  EXPECT_THAT(found, testing::ElementsAre(folder / "RUN/log.mkv", folder / "shapes/gelsight.avi"));
 }
 
 TEST_F(ChooseWindowPicture, AClickOrADropChoosesAndQChoosesNothing) {
@@ -190,7 +254,9 @@ TEST_F(ChooseWindowPicture, AClickOrADropChoosesAndQChoosesNothing) {
   EXPECT_EQ(chosen("click RUN\n"), folder / "RUN");
   EXPECT_EQ(chosen("key q\n"), std::nullopt);
   options.script.clear();
-  ChooseWindow window(folder.path(), "part.stl is damaged", options);
+  Choices choices = runs_and_meshes(folder.path());
+  choices.complaint = "part.stl is damaged";
+  ChooseWindow window(choices, options);
   window.host().push({InputEvent::Kind::drop, 0, false, 0, 0, "elsewhere.ply"});
   window.turn(1);
   EXPECT_EQ(window.chosen(), "elsewhere.ply");
@@ -199,12 +265,12 @@ TEST_F(ChooseWindowPicture, AClickOrADropChoosesAndQChoosesNothing) {
   EXPECT_THAT(words, Contains("part.stl is damaged"));
 }
 
-TEST_F(ChooseWindowPicture, WhatDoesNotFitIsOnFurtherPages) {
+TEST_F(ChooseWindowPicture, WhatDoesNotFitIsScrolledTo) {
   for (int i = 0; i < 30; ++i) std::ofstream(folder / ("part" + std::to_string(i) + ".ply")) << "";
   std::filesystem::last_write_time(folder / "part0.ply",
                                    std::filesystem::file_time_type::clock::now() - std::chrono::hours(100));
   std::string script;
-  for (int i = 0; i < 9; ++i) script += "key right\n";
+  for (int i = 0; i < 9; ++i) script += "scroll -20\n";
   EXPECT_EQ(chosen(script + "click part0.ply\n"), folder / "part0.ply");
 }
 

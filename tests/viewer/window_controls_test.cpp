@@ -41,6 +41,16 @@ TEST_F(Controls, SaveAndUndoReachTheSession) {
   EXPECT_EQ(newest_toast(), "The last trial is taken back.");
 }
 
+TEST_F(Controls, ANewScanForgetsWithoutSavingOnlyWhereThatWasChosen) {
+  press(GLFW_KEY_N);
+  press(GLFW_KEY_F);
+  EXPECT_THAT(session_.calls, ElementsAre("new"));
+  session_.figures().next_run_folder = "RUN-2";  // the present one is saved already
+  press(GLFW_KEY_N);
+  press(GLFW_KEY_ENTER);
+  EXPECT_THAT(session_.calls, ElementsAre("new", "new"));
+}
+
 TEST_F(Controls, UndoWithoutATrialSaysSo) {
   session_.figures().trials = 0;
   press(GLFW_KEY_U);
@@ -60,7 +70,7 @@ TEST_F(Controls, StopAndNewScanAskFirst) {
   press(GLFW_KEY_ENTER);
   press(GLFW_KEY_ESCAPE);  // asks like Q
   press(GLFW_KEY_Y);
-  EXPECT_THAT(session_.calls, ElementsAre("new", "stop"));
+  EXPECT_THAT(session_.calls, ElementsAre("save", "new", "stop"));
   EXPECT_FALSE(controls_.wants_to_close()) << "the window stays until all is saved";
 }
 
@@ -118,7 +128,7 @@ TEST_F(Controls, ViewKeysChangeTheView) {
   press(GLFW_KEY_1);
   EXPECT_EQ(controls_.style().shading, SceneShading::clay);
   std::vector<SceneColor> seen;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 5; ++i) {
     seen.push_back(controls_.style().color);
     press(GLFW_KEY_C);
   }

@@ -71,6 +71,13 @@ class Window : public testing::Test {
     EXPECT_GT(ink, 0.06) << text;
     EXPECT_LT(ink, 0.6) << text;
   }
+  /// Turns until the coach, who thinks on a thread of its own, has said so.
+  void wait_for(const std::string& text) {
+    for (int i = 0; i < 300 && find(text) == nullptr; ++i) {
+      window_->turn(now_s_ += 0.6, true);
+      window_->host().wait(0.02);
+    }
+  }
   const Box& view() const { return window_->view(); }
 
   const TemporaryFolder folder_;
@@ -106,6 +113,7 @@ TEST_F(Window, SaysInWordsAndColorHowItGoes) {
 }
 
 TEST_F(Window, ShowsTheSurfaceGrowingAndTheTouchOnIt) {
+  press(GLFW_KEY_W);  // no arrow
   const cv::Mat3b empty = picture("empty");
   scan(4);
   show_all();
@@ -158,6 +166,7 @@ TEST_F(Window, ShowsPicturesFiguresAndOnRequestDiagnostics) {
 TEST_F(Window, ColorsBringTheirLegend) {
   scan(6);
   show_all();
+  press(GLFW_KEY_C);  // from certainty
   const cv::Mat3b plain = picture("plain");
   press(GLFW_KEY_C);
   const cv::Mat3b colored = picture("confidence");
@@ -168,21 +177,96 @@ TEST_F(Window, ColorsBringTheirLegend) {
   EXPECT_GT(change(colored, picture("graph"), view()), 0.0005);
 }
 
-TEST_F(Window, ATouchThatIsNotOnTheMapIsNotDrawnThere) {
+/// Pixels of the color in which a piece is drawn that is not joined to the map.
+int bluish(const cv::Mat3b& picture, const Box& view) {
+  const cv::Rect rect(0, 130, static_cast<int>(view.width), static_cast<int>(view.height) - 130);
+  int count = 0;
+  for (const cv::Vec3b& p : cv::Mat3b(picture(rect).clone())) count += p[0] > 130 && p[0] > p[2] + 60;
+  return count;
+}
+
+TEST_F(Window, WhatIsNotJoinedGrowsBesideTheMapAndThenMovesThere) {
   scan(7);
-  EXPECT_GT(glowing(picture("on_the_map"), view()), 3000);
+  const cv::Mat3b joined = picture("on_the_map");
+  EXPECT_GT(glowing(joined, view()), 3000);
+  EXPECT_LT(bluish(joined, view()), 100);
   session_.leave_the_map();
-  EXPECT_LT(glowing(picture("apart"), view()), 100);
+  session_.say(LivePhase::scanning, "lost: too little overlap; touch a place you have seen",
+               TrackStatus::lost);
+  for (int i = 0; i < 30; ++i) window_->turn(now_s_ += 0.1);  // the camera turns to both
+  const cv::Mat3b apart = picture("apart");
+  expect_text(apart, "What you touch grows beside the map", theme::kText);
+  EXPECT_GT(bluish(apart, view()) + glowing(apart, view()), 2000) << "the piece with the touch on it";
+  session_.join_the_map();
+  session_.say(LivePhase::scanning, "tracking");
+  window_->turn(now_s_ += 0.05, true);
+  EXPECT_EQ(window_->controls().toasts().back().text, "Joined to the map.");
+  for (int i = 0; i < 4; ++i) window_->turn(now_s_ += 0.1, true);
+  picture("snapping");
+  for (int i = 0; i < 20; ++i) window_->turn(now_s_ += 0.1, true);
+  EXPECT_LT(bluish(picture("snapped"), view()), 100);
+}
+
+TEST_F(Window, SaysWhatToDoFirst) {
+  options_.width_px = 1280;
+  options_.height_px = 800;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  session_.show_bare_gel();
+  cv::Mat3b shown = picture("start_bare");
+  for (const char* step : {"Bare gel", "Press", "Roll slowly"}) EXPECT_NE(find(step), nullptr) << step;
+  expect_text(shown, "Nothing touches it", theme::kText);
+  session_.say(LivePhase::scanning, "no contact", TrackStatus::no_contact);
+  shown = picture("start_press");
+  expect_text(shown, "Press the object in by half a millimeter", theme::kText);
+  expect_text(shown, "Nothing touches it", theme::kDim);
+  scan(1);
+  picture("start_over");
+  EXPECT_EQ(find("Roll slowly"), nullptr) << "there is a keyframe";
+}
+
+TEST_F(Window, PointsToWhereTheSurfaceIsOpenUntilItIsClosed) {
+  scan(6);
+  session_.know_places(0.01);
+  wait_for("Roll along the arrow");
+  cv::Mat3b shown = picture("guided");
+  expect_text(shown, "Roll along the arrow", theme::kText);
+  EXPECT_NE(find("% closed"), nullptr);
+  press(GLFW_KEY_W);
+  const cv::Mat3b without = picture("not_guided");
+  EXPECT_EQ(find("Roll along the arrow"), nullptr);
+  EXPECT_GT(change(shown, without, view()), 0.001) << "arrow and ring";
+}
+
+TEST_F(Window, FinishedOffersWhatToDoNext) {
+  options_.can_go_on = true;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  scan(8);
+  session_.figures().drift_mm = 0.034;
+  session_.figures().drift_deg = 0.2;
+  press(GLFW_KEY_V);
+  EXPECT_TRUE(window_->controls().toasts().back().trouble) << "not yet";
+  session_.stop();
+  session_.say(LivePhase::finished, "");
+  wait_for("% closed");
+  const cv::Mat3b shown = picture("end");
+  for (const char* text : {"at most 0.03 mm, 0.2", "nothing", "% closed"})
+    expect_text(shown, text, theme::kText);
+  for (const char* label : {"Export", "View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
+  session_.figures().components = 3;
+  expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
+  press(GLFW_KEY_O);
+  EXPECT_TRUE(window_->wants_to_close());
+  EXPECT_EQ(window_->controls().next_step(), NextStep::go_on);
 }
 
 TEST_F(Window, HelpNamesEveryKeyAndFits) {
-  for (const auto& [width, height] : {std::pair{820, 540}, {400, 300}}) {
+  for (const auto& [width, height] : {std::pair{820, 540}, {640, 480}}) {
     window_->host().resize(width, height);
     window_->turn(now_s_ += 0.02, true);
     press(GLFW_KEY_H);
     const cv::Mat3b shown = picture("help_" + std::to_string(width));
     for (const ActionRow& row : window_->controls().rows())
-      expect_text(shown, row.help, theme::kText, /*topmost=*/true);
+      if (!row.help.empty()) expect_text(shown, row.help, theme::kText, /*topmost=*/true);
     expect_text(shown, "Double click", theme::kBlue);
     press(GLFW_KEY_ESCAPE);
   }
@@ -303,7 +387,8 @@ TEST_F(Window, AllButtonsHaveRoomAtTheUsualSize) {
   options_.width_px = WindowOptions().width_px;
   window_ = std::make_unique<LiveWindow>(session_, options_);
   picture("usual_size");
-  for (const char* label : {"New scan", "Polished", "Curvature"}) EXPECT_NE(find(label), nullptr) << label;
+  for (const char* label : {"New scan", "Shading", "Grid", "Measure"})
+    EXPECT_NE(find(label), nullptr) << label;
 }
 
 TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
@@ -409,8 +494,9 @@ TEST_F(Window, ANewScanForgetsTheMesh) {
   EXPECT_GT(change(empty, picture("full"), view()), 0.15);
   press(GLFW_KEY_N);
   press(GLFW_KEY_ENTER);
-  EXPECT_THAT(session_.calls, ElementsAre("new"));
-  EXPECT_LT(change(empty, picture("forgotten"), view()), 0.05) << "but for words";
+  EXPECT_THAT(session_.calls, ElementsAre("save", "new"));
+  picture("forgotten");
+  EXPECT_NE(find("Roll slowly"), nullptr) << "as at the start";
 }
 
 }  // namespace

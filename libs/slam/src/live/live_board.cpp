@@ -208,6 +208,10 @@ void LiveBoard::start_scan(int scan) {
   status_.keyframes = status_.loops = status_.trials = status_.components = 0;
 }
 
+bool LiveBoard::has_contact() const {
+  return touch_ && touch_->status != TrackStatus::no_contact && touch_->status != TrackStatus::background;
+}
+
 /// What is touched now belongs to the shown map. A trial that the mapper has not seen yet counts as joined as
 /// long as there is nothing it could be joined to.
 bool LiveBoard::joined() const {
@@ -215,7 +219,7 @@ bool LiveBoard::joined() const {
 }
 
 std::string LiveBoard::words() const {
-  if (!touch_ || touch_->status == TrackStatus::no_contact) return "no contact";
+  if (!has_contact()) return "no contact";
   if (joined()) return "tracking" + (touch_->hidden.empty() ? "" : "; " + touch_->hidden);
   return (why_lost_.empty() ? "not joined to the map" : "lost: " + why_lost_) +
          "; touch a place you have seen";
@@ -228,8 +232,9 @@ LiveStatus LiveBoard::status() const {
   status.warning = all_warnings();
   if (status.phase == LivePhase::scanning) {
     status.words = words();
-    const bool contact = touch_ && touch_->status != TrackStatus::no_contact;
-    status.track = !contact ? TrackStatus::no_contact : joined() ? TrackStatus::tracked : TrackStatus::lost;
+    status.track = !has_contact() ? TrackStatus::no_contact
+                   : joined()     ? TrackStatus::tracked
+                                  : TrackStatus::lost;
   }
   status.rate_hz = meter_.rate_hz(source_end_.value_or(LiveClock::now()));
   status.latency_ms = meter_.median_latency_ms();

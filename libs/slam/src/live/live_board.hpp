@@ -68,6 +68,7 @@ class LiveBoard {
     std::string about, sentence;  // about nothing: it stays
   };
 
+  bool has_contact() const;
   bool joined() const;
   std::string words() const;
   std::string all_warnings() const;

@@ -64,8 +64,21 @@ void MappingStage::run(MapperQueue& in, const std::atomic<bool>& aborted, const 
       mapper_->update();
     }
     if (in.size() == 0) optimize_if_needed();
+    if (in.size() == 0) assess_if_due();
     publish(std::make_shared<const MapSnapshot>(snapshot()));
   }
+}
+
+/// For at most a twentieth of the time.
+void MappingStage::assess_if_due() {
+  const LiveClock::time_point start = LiveClock::now();
+  if (start < next_assessment_) return;
+  {
+    const auto scope = timer_.measure("uncertainty");
+    mapper_->assess();
+  }
+  const LiveClock::time_point end = LiveClock::now();
+  next_assessment_ = end + std::max<LiveClock::duration>(std::chrono::milliseconds(500), 19 * (end - start));
 }
 
 /// A full solve moves the whole map, and the mesh has to follow: only after new loops, and for at most a

@@ -36,13 +36,14 @@ class MappingStage {
 
  private:
   void optimize_if_needed();
+  void assess_if_due();
   MapSnapshot snapshot() const;
 
   const SlamOptions options_;
   std::optional<Mapper> mapper_;
   StageTimer& timer_;
   int scan_ = 0;
-  LiveClock::time_point next_optimization_ = LiveClock::now();
+  LiveClock::time_point next_optimization_ = LiveClock::now(), next_assessment_ = next_optimization_;
 };
 
 }  // namespace gelslam::slam::detail

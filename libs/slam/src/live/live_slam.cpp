@@ -328,6 +328,8 @@ LiveStatus LiveSlam::status() const {
   status.next_run_folder = impl_->folders.next().string();
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
+  status.drift_mm = impl_->summary.uncertainty.mm.amount;
+  status.drift_deg = impl_->summary.uncertainty.deg.amount;
   status.reservations = reservations(impl_->summary.completeness, impl_->summary.uncertainty);
   return status;
 }

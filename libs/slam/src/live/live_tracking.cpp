@@ -48,6 +48,12 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
     background.frame = index;
     background.time_s = time_s;
     background.status = TrackStatus::background;
+    LiveTouch bare;
+    bare.index = index;
+    bare.time_s = time_s;
+    bare.image = frame.image.bgr;
+    bare.status = TrackStatus::background;
+    board_.set_touch(std::move(bare), -1, "", frame.arrived);
     return stream(background, frame);
   }
   take_neighborhood();

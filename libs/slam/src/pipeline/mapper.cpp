@@ -10,6 +10,7 @@
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/progress.hpp"
 #include "gelslam/slam/refinement.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 #include "pipeline/slope_calibration.hpp"
 
 namespace gelslam {
@@ -37,6 +38,12 @@ int largest_component(const std::map<int, int>& frames_per_component) {
   const auto largest = std::max_element(frames_per_component.begin(), frames_per_component.end(),
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
   return largest->first;
+}
+
+std::map<int, int> keyframes_per_component(const PoseGraphSolution& solution) {
+  std::map<int, int> count;
+  for (const auto& [id, component] : solution.component_of_node) ++count[component];
+  return count;
 }
 
 std::map<int, int> tracked_frames_per_component(const std::vector<FrameRecord>& frames,
@@ -259,6 +266,7 @@ void Mapper::forget_from_trial(int trial) {
   if (first == keyframes_.end()) return;
   const int id = (*first)->id;
   keyframes_.erase(first, keyframes_.end());
+  sigma_mm_.erase(sigma_mm_.lower_bound(id), sigma_mm_.end());
   searched_.resize(keyframes_.size());
   loop_closer_.keep(std::exchange(restored_, {}));
   loop_closer_.forget_from(id);
@@ -290,21 +298,33 @@ void Mapper::optimize() {
   ++version_;
 }
 
+void Mapper::assess() {
+  sigma_mm_.clear();
+  if (live_.component_of_node.empty()) return;
+  const double scale_sigma = options_.slope_calibration.estimate_gradient_scale
+                                 ? slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration)
+                                 : 0.0;
+  const int gauge = largest_component(keyframes_per_component(live_));
+  for (const auto& [id, covariance] :
+       pose_covariances(live_edges_, live_, gauge, options_.pose_graph, scale_sigma))
+    sigma_mm_[id] = sigma_of(covariance).tail<3>().maxCoeff();
+}
+
 MapSnapshot Mapper::snapshot() const {
   MapSnapshot snapshot;
   snapshot.version = version_;
   snapshot.gradient_scale = SlopeCorrection::from_linear(live_.shared_unknowns).scale();
-  std::map<int, int> keyframes_per_component;
   for (const auto& [id, component] : live_.component_of_node) {
     const Keyframe& keyframe = *keyframes_[static_cast<std::size_t>(id)];
+    const auto sigma = sigma_mm_.find(id);
     snapshot.nodes.push_back({id, keyframe.frame, keyframe.trial, component, live_.component_T_node.at(id),
-                              keyframe.surface, keyframe.trial_T_keyframe});
-    ++keyframes_per_component[component];
+                              keyframe.surface, keyframe.trial_T_keyframe,
+                              sigma == sigma_mm_.end() ? -1 : sigma->second});
   }
   for (std::size_t i = 0; i < live_.edge_outlier.size(); ++i)
     snapshot.edges.push_back(
         {live_edges_[i].from, live_edges_[i].to, live_edges_[i].kind, live_.edge_outlier[i]});
-  if (!keyframes_per_component.empty()) snapshot.shown_component = largest_component(keyframes_per_component);
+  if (!snapshot.nodes.empty()) snapshot.shown_component = largest_component(keyframes_per_component(live_));
   return snapshot;
 }
 

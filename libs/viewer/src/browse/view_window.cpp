@@ -10,9 +10,11 @@ namespace gelslam::viewer::detail {
 namespace {
 
 constexpr double kLongestPlayS = 20;
-constexpr double kRightEnd = 0.999;   ///< of the slider: all of it is hard to hit
-constexpr double kWorkMs = 40;        ///< on a surface, between two looks at the input
-constexpr double kSliderHeight = 46;  // design pixels
+constexpr double kRightEnd = 0.999;                         ///< of the slider: all of it is hard to hit
+constexpr double kWorkMs = 40;                              ///< on a surface, between two looks at the input
+constexpr double kSliderHeight = 46, kTimelineHeight = 38;  // design pixels
+constexpr double kLeastViewHeight = 340;                    ///< timelines leave the view at least this
+constexpr double kCurvePx = 2;                              ///< between points of a curve
 
 std::vector<ActionRow> view_rows(bool has_time) {
   using enum Action;
@@ -23,9 +25,10 @@ std::vector<ActionRow> view_rows(bool has_time) {
             {step_on, "right", "Right", "", 0, 0, "One keyframe on"},
             common_row(trajectory),
             common_row(pose_graph)};
-  for (const Action action : {shading_clay, shading_polished, shading_curvature, next_color, grid,
-                              light_theme, measure, show_all, screenshot, panels, help})
+  for (const Action action : {shading_clay, shading_polished, shading_curvature, next_shading, next_color,
+                              grid, light_theme, measure, box, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
+  rows.push_back({open, "o", "O", "Open", 4, 1, "Open another run or mesh"});
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close"});
   return rows;
 }
@@ -48,16 +51,23 @@ ViewControls::ViewControls(const RunHistory* history, bool has_second, const Sce
 void ViewControls::act(Action action, double now_s) {
   switch (action) {
     case Action::play:
-      return play_or_rest();
+      return play_or_pause();
     case Action::step_back:
       return step(-1);
     case Action::step_on:
       return step(1);
+    case Action::open:
+      return end_with({.chooses = true});
     case Action::close:
       return close();
     default:
       return SceneControls::act(action, now_s);
   }
+}
+
+void ViewControls::end_with(const ViewEnd& end) {
+  end_ = end;
+  close();
 }
 
 ButtonLook ViewControls::button(const ActionRow& row) const {
@@ -97,7 +107,7 @@ void ViewControls::step(int keyframes) {
   }
 }
 
-void ViewControls::play_or_rest() {
+void ViewControls::play_or_pause() {
   if (!has_time()) return;
   plays_ = !plays_;
   if (plays_ && !time_s_) time_s_ = history_->start_s();
@@ -144,9 +154,12 @@ void ViewWindow::lay_out(const Ui& ui) {
     view.height -= ui.px(kBarHeight);
     bar_ = {0, view.height, view.width, ui.px(kBarHeight)};
     if (controls_.has_time()) {
-      view.height -= ui.px(kSliderHeight);
-      slider_ = {0, view.height, view.width, ui.px(kSliderHeight)};
-      track_ = {ui.px(22), slider_.y, view.width - ui.px(22 + 110), slider_.height};
+      const auto rows = static_cast<double>(stage_.history()->timelines.size());
+      const float slider = ui.px(kSliderHeight), curves = ui.px(kTimelineHeight * rows);
+      const bool has_room = view.height - slider - curves >= ui.px(kLeastViewHeight);
+      view.height -= has_room ? slider + curves : slider;
+      slider_ = {0, view.height, view.width, bar_.y - view.height};
+      track_ = {ui.px(22), slider_.y, view.width - ui.px(22 + 120), slider_.height};
     }
   }
   set_view(view);
@@ -169,9 +182,39 @@ void ViewWindow::draw_frame(Ui& ui, double now_s) {
   if (controls_.shows_panels()) {
     draw_titles(ui, style);
     draw_marks(ui, style, stage_.legend(style));
+    if (style.box) draw_sizes(ui, style);
   }
   if (slider_.width > 0) draw_slider(ui);
   if (bar_.width > 0) draw_action_bar(ui, bar_, controls_, now_s);
+}
+
+/// Beside the nearest edge of each direction of the first part's box.
+void ViewWindow::draw_sizes(Ui& ui, const SceneStyle& style) const {
+  const Eigen::AlignedBox3f box = stage_.bounds_mm();
+  if (box.isEmpty()) return;
+  const Viewport part = parts(viewport()).front();
+  const Color ink = style.light_theme ? theme::kBackdrop : theme::kText;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::optional<Eigen::Vector3f> nearest;
+    for (int corner = 0; corner < 4; ++corner) {
+      Eigen::Vector3f middle = box.center();
+      for (int other = 0; other < 2; ++other) {
+        const int k = (axis + 1 + other) % 3;
+        middle[k] = (corner >> other & 1) != 0 ? box.max()[k] : box.min()[k];
+      }
+      if (!nearest || (middle - camera_.eye_mm()).norm() < (*nearest - camera_.eye_mm()).norm())
+        nearest = middle;
+    }
+    const std::string text = fmt::format("{:.2f} mm", box.sizes()[axis]);
+    const auto at = on_screen(part, *nearest);
+    if (!at) continue;
+    const Box place{at->x() - 0.5F * ui.width_of(Face::title, text),
+                    at->y() - 0.5F * ui.height_of(Face::title), ui.width_of(Face::title, text),
+                    ui.height_of(Face::title)};
+    ui.fill(place.inset(-ui.px(4)),
+            style.light_theme ? theme::rgb(250, 250, 250, 200) : theme::with_alpha(theme::kBackdrop, 0.7), 6);
+    ui.text_at(Face::title, place.x, place.y, ink, text);
+  }
 }
 
 void ViewWindow::draw_titles(Ui& ui, const SceneStyle& style) const {
@@ -193,9 +236,32 @@ void ViewWindow::draw_titles(Ui& ui, const SceneStyle& style) const {
   if (stage_.works()) say("Making the surface of this time");
 }
 
+/// Its curve, and beside it its name and its value at the time that is shown.
+void ViewWindow::draw_timeline(Ui& ui, const Box& box, const RunHistory::Timeline& timeline) const {
+  const RunHistory& history = *stage_.history();
+  const double length_s = std::max(history.end_s() - history.start_s(), 1e-9);
+  double most = 0;
+  for (const auto& point : timeline.points) most = std::max(most, point.value);
+  ui.fill({box.x, box.bottom(), box.width, ui.px(1)}, theme::kLine);
+  std::optional<Eigen::Vector2f> last;
+  for (const auto& point : timeline.points) {
+    const Eigen::Vector2f next(
+        box.x + static_cast<float>((point.time_s - history.start_s()) / length_s) * box.width,
+        box.bottom() - static_cast<float>(point.value / std::max(most, 1e-9)) * box.height);
+    if (last && next.x() - last->x() < ui.px(kCurvePx)) continue;
+    if (last) ui.line(last->x(), last->y(), next.x(), next.y(), theme::kBlue, 1.5, box.inset(-ui.px(2)));
+    last = next;
+  }
+  const std::optional<double> now = timeline.at(controls_.time_s().value_or(history.end_s()));
+  const float right = slider_.right() - ui.px(16), small = ui.height_of(Face::small);
+  ui.text_right(Face::small, right, box.y, theme::kDim, timeline.label);
+  ui.text_right(Face::small, right, box.y + small, theme::kText,
+                now ? fmt::format("{:.3g} {}", *now, timeline.unit) : "-");
+}
+
 void ViewWindow::draw_slider(Ui& ui) {
   const RunHistory& history = *stage_.history();
-  const float middle = track_.y + 0.5F * track_.height,
+  const float middle = track_.y + 0.5F * ui.px(kSliderHeight),
               at = track_.x + static_cast<float>(controls_.share()) * track_.width;
   const double length_s = std::max(history.end_s() - history.start_s(), 1e-9);
   ui.begin_panel("##slider", slider_);
@@ -209,6 +275,13 @@ void ViewWindow::draw_slider(Ui& ui) {
   const auto time_s = controls_.time_s();
   ui.text_right(Face::body, slider_.right() - ui.px(16), middle - 0.5F * ui.height_of(Face::body),
                 theme::kText, time_s ? fmt::format("{:.1f} s", *time_s - history.start_s()) : "as saved");
+  float top = slider_.y + ui.px(kSliderHeight);
+  for (const RunHistory::Timeline& timeline : history.timelines) {
+    if (top + ui.px(kTimelineHeight) > slider_.bottom() + 1) break;
+    draw_timeline(ui, {track_.x, top, track_.width, ui.px(kTimelineHeight - 8)}, timeline);
+    top += ui.px(kTimelineHeight);
+  }
+  ui.fill({at - 0.5F * ui.px(1), middle, ui.px(1), slider_.bottom() - middle}, theme::kDim);
   if (const auto share = ui.held_share("##track", track_)) controls_.seek(*share);
   ui.end_panel();
 }
@@ -231,8 +304,11 @@ cv::Mat3b ViewWindow::snapshot(const std::optional<OrbitCamera>& camera,
 
 namespace gelslam {
 
-void run_view_window(ViewContent first, std::optional<ViewContent> second, const ViewWindowOptions& options) {
-  viewer::detail::ViewWindow(std::move(first), std::move(second), options).run();
+ViewEnd run_view_window(ViewContent first, std::optional<ViewContent> second,
+                        const ViewWindowOptions& options) {
+  viewer::detail::ViewWindow window(std::move(first), std::move(second), options);
+  window.run();
+  return window.controls().end();
 }
 
 void write_view_snapshot(ViewContent first, std::optional<ViewContent> second,

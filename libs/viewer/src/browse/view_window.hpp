@@ -26,6 +26,8 @@ class ViewControls : public SceneControls {
   std::optional<double> time_s() const { return time_s_; }
   double share() const;
   bool plays() const { return plays_; }
+  void end_with(const ViewEnd& end);  ///< closes the window
+  const ViewEnd& end() const { return end_; }
   ButtonLook button(const ActionRow& row) const override;
 
  protected:
@@ -33,11 +35,12 @@ class ViewControls : public SceneControls {
 
  private:
   void step(int keyframes);
-  void play_or_rest();
+  void play_or_pause();
 
   const RunHistory* history_;
   std::optional<double> time_s_;
   bool plays_ = false;
+  ViewEnd end_;
 };
 
 /// The window of `gelslam view`, frame by frame.
@@ -58,6 +61,7 @@ class ViewWindow : public SceneLoop {
   bool advance(double now_s, double dt_s) override;
   void draw_frame(Ui& ui, double now_s) override;
   bool is_busy() const override { return stage_.works(); }
+  void dropped(const std::filesystem::path& path) override { controls_.end_with({false, path}); }
   SceneControls& scene_controls() override { return controls_; }
   OrbitCamera whole_view(const Viewport& viewport) const override { return stage_.first_view(viewport); }
   std::optional<Eigen::Vector3f> pick(std::size_t part, const PickRay& ray) const override {
@@ -67,8 +71,10 @@ class ViewWindow : public SceneLoop {
 
   void lay_out(const Ui& ui);
   void place_camera();
+  void draw_sizes(Ui& ui, const SceneStyle& style) const;
   void draw_titles(Ui& ui, const SceneStyle& style) const;
   void draw_slider(Ui& ui);
+  void draw_timeline(Ui& ui, const Box& box, const RunHistory::Timeline& timeline) const;
 
   ViewWindowOptions options_;
   ViewStage stage_;

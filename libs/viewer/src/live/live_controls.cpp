@@ -1,5 +1,7 @@
 #include "live/live_controls.hpp"
 
+#include <algorithm>
+
 namespace gelslam::viewer::detail {
 namespace {
 
@@ -16,12 +18,22 @@ std::vector<ActionRow> live_rows() {
       common_row(follow),
   };
   for (const Action action : {show_all, trajectory, pose_graph, next_color, shading_clay, shading_polished,
-                              shading_curvature, grid, panels, help})
+                              shading_curvature, next_shading, grid, measure, light_theme, panels, help})
     rows.push_back(common_row(action));
+  const auto light =
+      std::find_if(rows.begin(), rows.end(), [](const ActionRow& row) { return row.action == light_theme; });
+  light->label.clear();  // the bar has no room for it
+  rows.push_back({guidance, "w", "W", "", 0, 0, "Where to go next"});
   rows.push_back({diagnostics, "i", "I", "", 0, 0, "Diagnostics"});
-  rows.push_back(common_row(measure));
-  rows.back().label.clear();  // the bar has no room for it
+  rows.push_back({view_run, "v", "V", "", 0, 0, "At the end: look at the run"});
+  rows.push_back({go_on, "o", "O", "", 0, 0, "At the end: go on scanning"});
   return rows;
+}
+
+SceneStyle tinted_style() {
+  SceneStyle style;
+  style.color = SceneColor::certainty;
+  return style;
 }
 
 Answer yes(const std::string& label, std::function<void(double)> run) {
@@ -31,11 +43,13 @@ Answer no(const std::string& label) { return {label, "esc n", "Esc", theme::kTex
 
 }  // namespace
 
-LiveControls::LiveControls(LiveSession& session, bool keeps_run)
-    : SceneControls(live_rows(), {},
-                    {SceneColor::plain, SceneColor::confidence, SceneColor::height, SceneColor::keyframe}),
+LiveControls::LiveControls(LiveSession& session, bool keeps_run, bool can_go_on)
+    : SceneControls(live_rows(), tinted_style(),
+                    {SceneColor::certainty, SceneColor::plain, SceneColor::confidence, SceneColor::height,
+                     SceneColor::keyframe}),
       session_(session),
-      keeps_run_(keeps_run) {}
+      keeps_run_(keeps_run),
+      can_go_on_(can_go_on) {}
 
 void LiveControls::act(Action action, double now_s) {
   switch (action) {
@@ -53,6 +67,13 @@ void LiveControls::act(Action action, double now_s) {
     case Action::diagnostics:
       shows_diagnostics_ = !shows_diagnostics_;
       return;
+    case Action::guidance:
+      guides_ = !guides_;
+      return say(guides_ ? "The arrow shows where to go next." : "No more arrows.", now_s);
+    case Action::view_run:
+      return end_with(NextStep::view, now_s);
+    case Action::go_on:
+      return end_with(NextStep::go_on, now_s);
     case Action::export_mesh:
       return ask_for_format();
     default:
@@ -73,6 +94,14 @@ ButtonLook LiveControls::button(const ActionRow& row) const {
     case Action::save:
     case Action::follow:
       look.shown = !over;
+      break;
+    case Action::view_run:
+      look.label = "View";
+      look.shown = phase == LivePhase::finished && keeps_run_;
+      break;
+    case Action::go_on:
+      look.label = "Go on scanning";
+      look.shown = phase == LivePhase::finished && keeps_run_ && can_go_on_;
       break;
     case Action::close:
       look.ink = theme::kRed;
@@ -113,6 +142,14 @@ void LiveControls::save(double now_s) {
   say("Saving what there is; the scan goes on.", now_s);
 }
 
+void LiveControls::end_with(NextStep step, double now_s) {
+  if (session_.status().phase != LivePhase::finished || !keeps_run_)
+    return complain("Only once the scan is finished and saved.", now_s);
+  if (step == NextStep::go_on && !can_go_on_) return complain("There is no camera to go on with.", now_s);
+  next_step_ = step;
+  close();
+}
+
 void LiveControls::ask_to_close() {
   const LiveStatus status = session_.status();
   if (status.phase == LivePhase::finished) return close();
@@ -136,21 +173,28 @@ void LiveControls::ask_to_close() {
 
 void LiveControls::ask_for_new_scan() {
   const LiveStatus status = session_.status();
-  std::string sentence = "The map so far is forgotten, and there is no recording to make it again from.";
+  std::string sentence = "Forgotten, nothing of it is left.";
   if (!status.next_run_folder.empty())
     sentence = "What is saved in " + status.run_folder + " stays. The new scan is saved in " +
                status.next_run_folder + ".";
   else if (status.log_bytes > 0)
-    sentence = "The map so far is forgotten. The recording goes on, with all there was until now.";
-  ask({"Start a new scan?",
-       sentence,
-       {yes("Forget the map",
-            [this](double now_s) {
-              session_.start_new_scan();
-              set_follows(true);
-              say("A new scan begins.", now_s);
-            }),
-        no("Keep it")}});
+    sentence = "Forgotten, only its recording is left.";
+  const auto start = [this](double now_s) {
+    session_.start_new_scan();
+    set_follows(true);
+    say("A new scan begins.", now_s);
+  };
+  const bool is_saved = !status.next_run_folder.empty();
+  std::vector<Answer> answers = {yes(is_saved ? "Start" : "Forget the map", start), no("Keep it")};
+  if (keeps_run_ && !is_saved) {
+    answers.front().keys = "f", answers.front().key = "F";
+    answers.insert(answers.begin(), yes("Save first", [this, start](double now_s) {
+                     session_.save_now();
+                     start(now_s);
+                   }));
+    sentence = "Saved first, the scan so far stays, and scan --continue goes on with it. " + sentence;
+  }
+  ask({"Start a new scan?", sentence, std::move(answers)});
 }
 
 void LiveControls::ask_for_format() {

@@ -6,17 +6,20 @@
 
 #include "gelslam/slam/live_session.hpp"
 #include "gelslam/viewer/controls.hpp"
+#include "gelslam/viewer/window.hpp"
 
 namespace gelslam::viewer::detail {
 
 /// What a person can do with a live scan: calls to the session, and wishes for the window.
 class LiveControls : public SceneControls {
  public:
-  /// `keeps_run`: there is a run folder to save in.
-  explicit LiveControls(LiveSession& session, bool keeps_run = true);
+  /// `keeps_run`: there is a run folder to save in; `can_go_on`: a camera could continue it.
+  explicit LiveControls(LiveSession& session, bool keeps_run = true, bool can_go_on = false);
 
   std::optional<std::string> take_export() { return std::exchange(export_, std::nullopt); }
   bool shows_diagnostics() const { return shows_diagnostics_; }
+  bool guides() const { return guides_; }  ///< where to go next is shown
+  NextStep next_step() const { return next_step_; }
   ButtonLook button(const ActionRow& row) const override;
 
  protected:
@@ -32,7 +35,10 @@ class LiveControls : public SceneControls {
   bool refuse_unless_scanning(const char* what, double now_s);
 
   LiveSession& session_;
-  bool keeps_run_, shows_diagnostics_ = false;
+  void end_with(NextStep step, double now_s);
+
+  bool keeps_run_, can_go_on_, shows_diagnostics_ = false, guides_ = true;
+  NextStep next_step_ = NextStep::none;
   std::optional<std::string> export_;
 };
 

@@ -9,8 +9,7 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr double kPadding = 14, kMargin = 18;  // design pixels
-constexpr std::size_t kMaxStages = 8, kUsualFigures = 4;
+constexpr double kPadding = 14, kMargin = 18, kDiagnosticsWidth = 270;  // design pixels
 constexpr std::int64_t kLowDiskBytes = 2'000'000'000;
 
 struct Figure {
@@ -23,92 +22,69 @@ Figure loss(const char* label, std::int64_t count) {
   return {label, text_of_count(count), count > 0 ? theme::kAmber : theme::kText};
 }
 
-std::vector<Figure> figures_of(const LiveFrame& frame) {
+std::vector<Figure> usual_figures(const LiveStatus& s) {
+  return {{"Rate", s.rate_hz > 0 ? fmt::format("{:.1f} Hz", s.rate_hz) : "-"},
+          {"Latency", text_of_ms(s.latency_ms)},
+          {"Pieces", text_of_count(s.components), s.components > 1 ? theme::kAmber : theme::kText},
+          loss("Dropped", s.dropped)};
+}
+
+std::vector<Figure> further_figures(const LiveFrame& frame) {
   const LiveStatus& s = frame.status;
   const std::int64_t disk = frame.disk_free_bytes;
-  std::vector<Figure> figures = {
-      {"Rate", s.rate_hz > 0 ? fmt::format("{:.1f} Hz", s.rate_hz) : "-"},
-      {"Latency", text_of_ms(s.latency_ms)},
-      {"Pieces", text_of_count(s.components), s.components > 1 ? theme::kAmber : theme::kText},
-      loss("Dropped", s.dropped),
-      {"Keyframes", text_of_count(s.keyframes)},
-      {"Loops", text_of_count(s.loops)},
-      {"Trials", text_of_count(s.trials)},
-      loss("Camera lost", s.lost_by_camera),
-      loss("Damaged", s.damaged),
-      {"Memory", bytes_text(std::llround(s.memory_mb * 1e6))},
-      {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"},
-      {"Disk free", disk < 0 ? "-" : bytes_text(disk),
-       disk >= 0 && disk < kLowDiskBytes ? theme::kRed : theme::kText},
-  };
-  if (!frame.diagnostics) figures.resize(kUsualFigures);
-  return figures;
+  return {{"Keyframes", text_of_count(s.keyframes)},
+          {"Loops", text_of_count(s.loops)},
+          {"Trials", text_of_count(s.trials)},
+          loss("Camera lost", s.lost_by_camera),
+          loss("Damaged", s.damaged),
+          {"Memory", bytes_text(std::llround(s.memory_mb * 1e6))},
+          {"Log", s.log_bytes > 0 ? bytes_text(s.log_bytes) : "none"},
+          {"Disk free", disk < 0 ? "-" : bytes_text(disk),
+           disk >= 0 && disk < kLowDiskBytes ? theme::kRed : theme::kText}};
 }
 
-float figures_height(const Ui& ui, const LiveFrame& frame) {
-  return (frame.diagnostics ? 4.0F : 2.0F) *
-         (ui.height_of(Face::small) + ui.height_of(Face::figure) + ui.px(9));
-}
-
-void draw_figures(Ui& ui, const LiveFrame& frame) {
-  if (!ui.begin_table("##figures", frame.diagnostics ? 3 : 2)) return;
-  for (const Figure& figure : figures_of(frame)) {
+void draw_figures(Ui& ui, const char* id, const std::vector<Figure>& figures) {
+  if (!ui.begin_table(id, 2)) return;
+  for (const Figure& figure : figures) {
     ui.next_cell();
     ui.text(Face::small, theme::kDim, figure.label);
-    // A number too wide for its column is better small than cut.
-    const bool wide = ui.width_of(Face::figure, figure.value) > ui.room().width - ui.px(3);
-    const float height = ui.height_of(Face::figure);
-    const Box place = ui.room();
-    ui.text_at(wide ? Face::body : Face::figure, place.x, place.y, figure.color, figure.value);
-    ui.gap(static_cast<double>(height / ui.px(1)) + 9);
+    ui.text(Face::figure, figure.color, figure.value);
+    ui.gap(9);
   }
   ui.end_table();
-}
-
-float stages_height(const Ui& ui, std::size_t stages) {
-  const float small = ui.height_of(Face::small);
-  const std::size_t rows = (std::min(stages, kMaxStages) + 1) / 2;
-  return rows == 0 ? 0 : small + ui.px(8) + static_cast<float>(rows) * (small + ui.px(9));
 }
 
 /// Median of each stage against the time between two frames; a light part reaches to the 95th percentile.
 void draw_stages(Ui& ui, const LiveFrame& frame) {
+  if (frame.stages.empty()) return;
   const double budget_ms = frame.status.rate_hz > 1 ? 1000 / frame.status.rate_hz : 40;
   ui.text(Face::small, theme::kDim, "Stages, ms");
-  ui.gap(8);
-  if (!ui.begin_table("##stages", 2, 14)) return;
-  for (std::size_t i = 0; i < std::min(frame.stages.size(), kMaxStages); ++i) {
-    const StageStatistics& stage = frame.stages[i];
+  for (const StageStatistics& stage : frame.stages) {
     // What is not done for every frame may take longer than one.
     const bool too_slow = stage.median_ms > budget_ms && 2 * stage.count > frame.status.frames;
     std::string label = stage.stage;
     std::replace(label.begin(), label.end(), '_', ' ');
-    ui.next_cell();
+    ui.gap(5);
     ui.row(Face::small, label, fmt::format("{:.{}f}", stage.median_ms, stage.median_ms < 9.95 ? 1 : 0),
            theme::kDim, too_slow ? theme::kAmber : theme::kText);
     ui.gap(1);
     ui.bar(stage.median_ms / budget_ms, stage.p95_ms / budget_ms, too_slow ? theme::kAmber : theme::kBlue, 4);
-    ui.gap(4);
   }
-  ui.end_table();
 }
 
 /// Where everything is, once the scan is finished.
-void draw_results(Ui& ui, float bottom, const LiveFrame& frame) {
+void draw_results(Ui& ui, const LiveFrame& frame) {
   ui.text(Face::small, theme::kDim, "Saved in");
   ui.gap(4);
   // The whole path, in as many lines as it takes: it is what the person came for.
   ui.paragraph(Face::body, theme::kText, frame.output_folder);
   ui.gap(12);
   for (const ResultFile& file : frame.results) {
-    if (ui.room().y + ui.height_of(Face::body) + ui.px(7) > bottom) return;
     ui.row(Face::body, file.name, file.bytes < 0 ? "" : bytes_text(file.bytes), theme::kText, theme::kDim,
            Cut::start);
     ui.gap(7);
   }
 }
-
-}  // namespace
 
 void draw_picture(Ui& ui, float height, const char* label, const Texture& picture, const char* without) {
   const float head = ui.height_of(Face::small) + ui.px(4);
@@ -123,7 +99,16 @@ void draw_picture(Ui& ui, float height, const char* label, const Texture& pictur
   ui.gap(static_cast<double>(box.height / ui.px(1)));
 }
 
-void draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, double now_s) {
+}  // namespace
+
+void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& normals) {
+  const float each = 0.5F * (height - ui.px(20));
+  draw_picture(ui, each, "Touch and contact", tactile, "no picture yet");
+  ui.gap(10);
+  draw_picture(ui, each, "Normals", normals, "no surface yet");
+}
+
+float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s) {
   const StateWords& words = frame.words;
   const float x = view.x + ui.px(kMargin), most = std::min(view.width - ui.px(2 * kMargin), ui.px(620));
   const bool fits = ui.width_of(Face::headline, words.headline) <= most - ui.px(45);
@@ -141,29 +126,30 @@ void draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, bool names_fol
     box = ui.card(x, box.bottom() + ui.px(10), most, color, {{Face::body, theme::kText, sentence}});
   };
   if (!frame.status.warning.empty()) note(theme::kAmber, frame.status.warning);
-  if (names_folder && words.state == "finished" && !frame.output_folder.empty())
-    note(theme::kGreen, "Saved in " + frame.output_folder);
+  return box.bottom();
 }
 
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame) {
   ui.begin_panel("##side", side, kPadding);
   ui.row(Face::small, frame.status.source, duration_text(frame.status.age_s));
   ui.gap(8);
-  const Box inner = ui.room();
-  const float stages = stages_height(ui, frame.stages.size()), figures = figures_height(ui, frame);
-  const bool with_stages = frame.diagnostics && stages > 0 && inner.height - figures - stages > ui.px(240);
-  const float below = figures + (with_stages ? stages : 0), upper = inner.height - below - ui.px(12);
-  if (frame.words.state == "finished" && !frame.output_folder.empty()) {
-    draw_results(ui, inner.y + upper, frame);
-  } else {
-    const float each = 0.5F * (upper - ui.px(10));
-    draw_picture(ui, each, "Touch and contact", *frame.tactile, "no picture yet");
-    ui.gap(10);
-    draw_picture(ui, each, "Normals", *frame.normals, "no surface yet");
-  }
-  ui.gap(static_cast<double>((inner.bottom() - below - ui.room().y) / ui.px(1)));
-  draw_figures(ui, frame);
-  if (with_stages) draw_stages(ui, frame);
+  const float figures = 2 * (ui.height_of(Face::small) + ui.height_of(Face::figure) + ui.px(9));
+  ui.begin_child("##upper", ui.room().height - figures);
+  if (frame.words.state == "finished" && !frame.output_folder.empty())
+    draw_results(ui, frame);
+  else
+    draw_pictures(ui, ui.room().height, *frame.tactile, *frame.normals);
+  ui.end_child();
+  draw_figures(ui, "##figures", usual_figures(frame.status));
+  ui.end_panel();
+}
+
+void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame) {
+  const float width = ui.px(kDiagnosticsWidth);
+  ui.begin_panel("##diagnostics", {view.right() - width - ui.px(kMargin), view.y + ui.px(kMargin), width, 0},
+                 kPadding, 10);
+  draw_figures(ui, "##further", further_figures(frame));
+  draw_stages(ui, frame);
   ui.end_panel();
 }
 

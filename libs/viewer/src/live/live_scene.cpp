@@ -12,7 +12,7 @@ constexpr double kPatienceS = 1.0;
 
 }  // namespace
 
-bool LiveScene::take_news(LiveSession& session, double now_s) {
+bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, double now_s) {
   bool news = false;
   if (MeshChanges changes = session.take_mesh_changes(); changes.cleared || !changes.blocks.empty()) {
     scene_.update(changes);
@@ -26,14 +26,28 @@ bool LiveScene::take_news(LiveSession& session, double now_s) {
   }
   const auto map = session.map();
   if (map != map_) {
-    if (map->nodes.empty()) samples_.clear();  // a new scan: its ids begin anew
+    if (map->nodes.empty()) {  // a new scan: its ids begin anew
+      samples_.clear();
+      last_place_mm_.reset();
+    }
     map_ = map;
     scene_.set_map(*map_);
     trajectory_is_old_ = true;
     news = true;
   }
-  if (news) place_touch(now_s);
-  return news;
+  const bool piece_changed = follow_piece(camera, news, now_s);
+  if (news || piece_changed) place_touch(now_s);
+  return news || piece_changed;
+}
+
+/// Lets what is not joined to the map grow beside it, or move to its place. True when that is to be drawn.
+bool LiveScene::follow_piece(const OrbitCamera& camera, bool news, double now_s) {
+  const bool was_shown = piece_.is_shown();
+  if (news && piece_.follow(*map_, touch_, now_s)) scene_.set_piece(piece_.mesh());
+  if (piece_.is_apart() && !piece_.is_placed()) piece_.place_beside(scene_.bounds_mm(), camera);
+  piece_.move(now_s);
+  scene_.place_piece(piece_.map_T_piece(), piece_.is_shown() ? piece_.opacity() : 0);
+  return piece_.is_moving() || was_shown != piece_.is_shown();
 }
 
 void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
@@ -51,11 +65,16 @@ void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
 void LiveScene::place_touch(double now_s) {
   const MapSnapshot::Node* node = touch_ && touch_->keyframe >= 0 ? map_->find(touch_->keyframe) : nullptr;
   const bool touching = touch_ && touch_->keyframe >= 0 && touch_->surface;
+  const std::optional<Pose> in_piece = piece_.map_T_touch();
   const bool apart = node != nullptr && node->component != map_->shown_component;
   if (touching && node != nullptr && !apart) {
     placed_ = TouchPatch{touch_->surface, node->component_T_keyframe * touch_->keyframe_T_frame,
                          map_->gradient_scale.mean()};
     placed_s_ = now_s;
+    const Eigen::Vector2d center_mm = contact_center_mm(*touch_->surface);
+    last_place_mm_ = (placed_->map_T_sensor * Eigen::Vector3d(center_mm.x(), center_mm.y(), 0)).cast<float>();
+  } else if (touching && in_piece) {
+    placed_ = TouchPatch{touch_->surface, *in_piece, map_->gradient_scale.mean()};
   } else if (!touching || apart || now_s - placed_s_ > kPatienceS) {
     placed_.reset();
   }

@@ -7,6 +7,7 @@
 #include "gelslam/slam/live_session.hpp"
 #include "gelslam/viewer/scene.hpp"
 #include "gelslam/viewer/ui.hpp"
+#include "live/loose_piece.hpp"
 #include "live/mesh_export.hpp"
 
 namespace gelslam::viewer::detail {
@@ -16,8 +17,8 @@ class LiveScene {
  public:
   explicit LiveScene(const cv::Vec3b& outline_bgr) : outline_bgr_(outline_bgr) {}
 
-  /// True when something has come that is to be drawn.
-  bool take_news(LiveSession& session, double now_s);
+  /// True when something has come that is to be drawn. `camera` shows it.
+  bool take_news(LiveSession& session, const OrbitCamera& camera, double now_s);
   void draw(const OrbitCamera& camera, const Viewport& viewport, const SceneStyle& style);
 
   Scene& scene() { return scene_; }
@@ -25,7 +26,13 @@ class LiveScene {
   const WindowMesh& mesh() const { return mesh_; }
   const Texture& tactile() const { return tactile_; }
   const Texture& normals() const { return normals_; }
-  const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map
+  const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map, or in the piece
+  const std::optional<Eigen::Vector3f>& last_place_mm() const {
+    return last_place_mm_;
+  }  ///< touched in the map
+  const MapSnapshot& map() const { return *map_; }
+  LoosePiece& piece() { return piece_; }
+  bool touch_is_apart() const { return piece_.is_apart(); }
 
  private:
   struct Sample {  // of the sensor's trajectory
@@ -36,6 +43,7 @@ class LiveScene {
 
   void take_touch(const std::shared_ptr<const LiveTouch>& touch);
   void place_touch(double now_s);
+  bool follow_piece(const OrbitCamera& camera, bool news, double now_s);
   void rebuild_trajectory();
 
   Scene scene_;
@@ -43,8 +51,10 @@ class LiveScene {
   Texture tactile_, normals_;
   cv::Vec3b outline_bgr_;
   std::shared_ptr<const LiveTouch> touch_;
-  std::shared_ptr<const MapSnapshot> map_;
+  std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
+  LoosePiece piece_;
   std::optional<TouchPatch> placed_;
+  std::optional<Eigen::Vector3f> last_place_mm_;
   double placed_s_ = 0;
   bool trajectory_is_old_ = false;
   std::vector<Sample> samples_;

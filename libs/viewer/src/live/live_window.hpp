@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gelslam/viewer/window.hpp"
+#include "live/coach.hpp"
 #include "live/live_controls.hpp"
 #include "live/live_scene.hpp"
 #include "live/status_text.hpp"
@@ -27,9 +28,9 @@ struct LiveFrame {
   std::string output_folder;          ///< of the run; empty: nothing is kept
   std::int64_t disk_free_bytes = -1;  ///< negative: not known
   std::vector<ResultFile> results;    ///< once finished
+  Guidance guidance;
   const Texture* tactile = nullptr;
   const Texture* normals = nullptr;
-  bool diagnostics = false;  ///< all counters and stage times, too
 };
 
 /// Where the view, the panel beside it and the bar of buttons lie; a small window leaves out panels.
@@ -39,10 +40,18 @@ struct Layout {
 Layout lay_out(const Ui& ui, bool shows_panels);
 cv::Vec3b bgr_of(Color color);
 
-/// A picture under its name, as wide as fits into the height.
-void draw_picture(Ui& ui, float height, const char* label, const Texture& picture, const char* without);
-void draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, double now_s);
+/// The touch and its normals below each other, as wide as fits into the height.
+void draw_pictures(Ui& ui, float height, const Texture& tactile, const Texture& normals);
+/// Returns its lower edge.
+float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s);
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);
+/// What to do first: the gel as the camera sees it, and three steps.
+void draw_start(Ui& ui, const Box& view, const LiveFrame& frame);
+/// What was made, how good it is, and what can be done next.
+void draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
+              double now_s);
+/// All counters and stage times, at the view's upper right.
+void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame);
 
 /// The window of a scan, frame by frame.
 class LiveWindow : public SceneLoop {
@@ -66,10 +75,13 @@ class LiveWindow : public SceneLoop {
 
   void look_at_figures(double now_s);
   bool follow_touch(double dt_s);
+  void say_where_next();
+  void draw_target(Ui& ui) const;
 
   LiveSession& session_;
   WindowOptions options_;
   LiveScene scene_;
+  Coach coach_;
   LiveControls controls_;
   LiveFrame frame_;
   double figures_s_ = -1e9;

@@ -1,7 +1,5 @@
 #include "live/mesh_export.hpp"
 
-#include <array>
-#include <bit>
 #include <system_error>
 #include <unordered_map>
 #include <utility>
@@ -10,26 +8,11 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/viewer/window_host.hpp"
+#include "live/point_bits.hpp"
 #include "live/status_text.hpp"
 
 namespace gelslam::viewer::detail {
 namespace {
-
-using Bits = std::array<std::uint32_t, 3>;
-
-struct BitsHash {
-  std::size_t operator()(const Bits& bits) const {
-    std::uint64_t hash = 0x9E3779B97F4A7C15U;
-    for (const std::uint32_t part : bits) hash = (hash ^ part) * 0xFF51AFD7ED558CCDU + (hash >> 29);
-    return static_cast<std::size_t>(hash);
-  }
-};
-
-Bits bits_of(const Eigen::Vector3f& p) {
-  // Adding zero makes -0 and 0 one.
-  return {std::bit_cast<std::uint32_t>(p.x() + 0.0F), std::bit_cast<std::uint32_t>(p.y() + 0.0F),
-          std::bit_cast<std::uint32_t>(p.z() + 0.0F)};
-}
 
 /// Vertices at exactly the same place are one.
 class MeshJoiner {
@@ -68,7 +51,7 @@ class MeshJoiner {
   }
 
   Mesh mesh_;
-  std::unordered_map<Bits, int, BitsHash> known_;
+  std::unordered_map<PointBits, int, PointBitsHash> known_;
 };
 
 ExportOutcome export_now(const Mesh& mesh, const std::filesystem::path& path) {
@@ -104,15 +87,9 @@ void WindowMesh::update(MeshChanges changes) {
   }
 }
 
-MeshBlocks WindowMesh::blocks() const {
-  MeshBlocks blocks;
-  for (const auto& [key, mesh] : blocks_) blocks.push_back(mesh);
-  return blocks;
-}
-
 Mesh join_blocks(const MeshBlocks& blocks) {
   MeshJoiner joiner;
-  for (const auto& block : blocks) joiner.add(*block);
+  for (const auto& [key, block] : blocks) joiner.add(*block);
   return joiner.take();
 }
 

@@ -8,23 +8,19 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/viewer/guidance.hpp"
 
 namespace gelslam::viewer::detail {
-
-/// A mesh in blocks, as it was at one moment: never changed any more, and cheap to copy.
-using MeshBlocks = std::vector<std::shared_ptr<const Mesh>>;
 
 /// The blocks of the growing mesh as they came, at full resolution, for exports.
 class WindowMesh {
  public:
   void update(MeshChanges changes);
   std::size_t triangles() const { return triangles_; }
-  /// As it is now; a pointer per block, however many triangles there are.
-  MeshBlocks blocks() const;
+  const MeshBlocks& blocks() const { return blocks_; }
 
  private:
-  std::map<std::int64_t, std::shared_ptr<const Mesh>> blocks_;
+  MeshBlocks blocks_;
   std::size_t triangles_ = 0;
 };
 

@@ -38,7 +38,9 @@ StateWords usual_words(const LiveStatus& status) {
   }
   if (status.track == TrackStatus::tracked) return {"tracking", theme::kGreen, "Tracking", ""};
   if (status.track == TrackStatus::lost) return {"lost", theme::kRed, "Lost", "Touch a place you have seen."};
-  return {"no_contact", theme::kAmber, "No contact", "Press the object on the gel."};
+  return {"no_contact", theme::kAmber, "No contact",
+          status.keyframes == 0 ? "Press the object on the gel."
+                                : "Press the object on the gel, at a place you have seen."};
 }
 
 /// The headline is what the session says before the first ";" or ":", the advice what it says after it.

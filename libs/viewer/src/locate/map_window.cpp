@@ -12,15 +12,15 @@
 namespace gelslam::viewer::detail {
 namespace {
 
-constexpr std::size_t kMaxRows = 8;     ///< of the table of places
-constexpr double kGhostOpacity = 0.75;  ///< of the most probable of several places
+constexpr float kPicturesShare = 0.66F;  ///< of the side panel's height
+constexpr double kGhostOpacity = 0.75;   ///< of the most probable of several places
 const Eigen::Vector3f kMapGray(0.30F, 0.31F, 0.33F);
 
 std::vector<ActionRow> map_rows() {
   using enum Action;
   std::vector<ActionRow> rows;
-  for (const Action action : {follow, shading_clay, shading_polished, shading_curvature, grid, light_theme,
-                              measure, show_all, screenshot, panels, help})
+  for (const Action action : {follow, shading_clay, shading_polished, shading_curvature, next_shading, grid,
+                              light_theme, measure, show_all, screenshot, panels, help})
     rows.push_back(common_row(action));
   rows.push_back({close, "q esc", "Q", "Close", 5, 0, "Close; no more poses are written"});
   return rows;
@@ -153,7 +153,7 @@ void MapWindow::draw_frame(Ui& ui, double now_s) {
   if (controls_.shows_panels()) {
     draw_probabilities(ui);
     draw_marks(ui, controls_.style(), std::nullopt);
-    draw_banner(ui, view(), frame_, false, now_s);
+    draw_banner(ui, view(), frame_, now_s);
   }
   if (boxes.side.width > 0) draw_side(ui, boxes.side);
   if (boxes.bar.width > 0) draw_action_bar(ui, boxes.bar, controls_, now_s);
@@ -181,14 +181,9 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
   ui.begin_panel("##side", side, 14);
   ui.row(Face::small, map_.name, duration_text(touch_ ? touch_->place.tracked.time_s : 0));
   ui.gap(8);
-  const std::size_t rows = std::min(places().size(), kMaxRows);
-  const float row = ui.height_of(Face::body) + ui.px(11);
-  const float table = static_cast<float>(rows + 2) * row;
-  const float each = 0.5F * (ui.room().height - table - ui.px(22));
-  draw_picture(ui, each, "Touch and contact", picture_, "no picture yet");
-  ui.gap(10);
-  draw_picture(ui, each, "Normals", normals_, "no surface yet");
+  draw_pictures(ui, kPicturesShare * ui.room().height, picture_, normals_);
   ui.gap(12);
+  ui.begin_child("##places");
   ui.text(Face::small, theme::kDim, "Places: one standard deviation, probability");
   ui.gap(8);
   double elsewhere = 1;
@@ -198,13 +193,12 @@ void MapWindow::draw_side(Ui& ui, const Box& side) const {
     ui.bar(share, share, color, 4);
     ui.gap(5);
   };
-  for (std::size_t i = 0; i < rows; ++i) {
-    line(sigma_words(places()[i]), places()[i].probability, frame_.words.color);
-    elsewhere -= places()[i].probability;
+  for (const PlaceHypothesis& place : places()) {
+    line(sigma_words(place), place.probability, frame_.words.color);
+    elsewhere -= place.probability;
   }
-  line(places().size() > rows ? fmt::format("{} more, or elsewhere", places().size() - rows)
-                              : "elsewhere or not in the map",
-       std::max(0.0, elsewhere), theme::kGray);
+  line("elsewhere or not in the map", std::max(0.0, elsewhere), theme::kGray);
+  ui.end_child();
   ui.end_panel();
 }
 

@@ -33,8 +33,16 @@ constexpr float kTouchLiftMm = 0.25F;  ///< the map below the touch may be so mu
 constexpr float kHiddenLineOpacity = 0.16F, kHiddenGhostOpacity = 0.3F;
 constexpr float kMinCurvature = 0.05F;  ///< 1/mm; smoother surfaces are not made to look rough
 
-/// Colors that come from a number put into each vertex for them.
-bool is_by_value(SceneColor color) { return color == SceneColor::keyframe || color == SceneColor::distance; }
+constexpr float kSmoothBorder = 0.2F;                 ///< touches; at the last triangle there are nearly none
+constexpr float kFirmTouches = 2.5F;                  ///< of so many keyframes a surface is seen well
+constexpr double kCertainMm = 0.1, kUncertainMm = 1;  ///< two standard deviations: tint begins, is full
+const Vector3f kTouchGlow(1.0F, 0.36F, 0.05F), kPieceGlow(0.06F, 0.50F, 0.95F);
+
+/// Colors that come from a number put into each vertex for them: the distance, or the keyframe's id.
+bool is_by_keyframe(SceneColor color) {
+  return color == SceneColor::keyframe || color == SceneColor::certainty;
+}
+bool is_by_value(SceneColor color) { return is_by_keyframe(color) || color == SceneColor::distance; }
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -43,6 +51,7 @@ double ms_since(Clock::time_point start) {
 Rgba outline_color(double opacity) {
   return {255, 150, 40, static_cast<std::uint8_t>(255 * std::clamp(opacity, 0.0, 1.0))};
 }
+Rgba box_color(bool light) { return light ? Rgba{60, 64, 70, 255} : Rgba{200, 208, 218, 255}; }
 Rgba grid_color(bool light) { return light ? Rgba{120, 125, 135, 90} : Rgba{150, 160, 175, 60}; }
 
 }  // namespace
@@ -53,11 +62,14 @@ struct Scene::Impl {
   GlProgram line_program{kLineVertexShader, kLineFragmentShader};
   GlProgram background_program{kBackgroundVertexShader, kBackgroundFragmentShader};
   GlVertexArray no_vertices;
-  GlTexture matcap, color_map;
+  GlTexture matcap, color_map, certainty;  ///< the last by keyframe id, as doubt_by_keyframe()
   SceneColor color_map_for = SceneColor::plain;
   SceneMesh mesh;
-  SceneTouch touch;
-  SceneLines outline, trajectory, keyframes, edges, grid;
+  SceneTouch touch, piece;
+  SceneLines outline, trajectory, keyframes, edges, grid, border, box;
+  Pose map_T_piece = Pose::Identity();
+  double piece_opacity = 0;
+  Eigen::AlignedBox3f piece_box_mm;  ///< in its own frame
   std::optional<TouchPatch> touch_patch;
   Eigen::AlignedBox3f trajectory_box_mm;
   std::int64_t next_piece = 0;
@@ -92,6 +104,8 @@ struct Scene::Impl {
   Eigen::AlignedBox3f drawn_box() const {
     Eigen::AlignedBox3f box = mesh.box_mm();
     box.extend(trajectory_box_mm);
+    if (piece_opacity > 0 && !piece_box_mm.isEmpty())
+      box.extend(piece_box_mm.transformed(map_T_piece.cast<float>()));
     for (const TouchPatch::Ghost& place : touch_places()) {
       const double reach = 0.5 * touch_patch->surface->pixel_pitch_mm *
                            std::hypot(touch_patch->surface->contact.cols, touch_patch->surface->contact.rows);
@@ -122,6 +136,7 @@ struct Scene::Impl {
         return keyframe_places.range();
       case SceneColor::distance:
         return {0, distance_limit()};
+      case SceneColor::certainty:
       case SceneColor::plain:
         break;
     }
@@ -137,7 +152,9 @@ struct Scene::Impl {
 
   /// Puts the values in order that `color` shows.
   void choose_values(SceneColor color) {
-    if (!is_by_value(color) || (values_for == color && !values_are_old)) return;
+    if (!is_by_value(color)) return;
+    if (is_by_keyframe(color)) color = SceneColor::keyframe;
+    if (values_for == color && !values_are_old) return;
     const bool same_meaning = values_for == color && color == SceneColor::keyframe;
     values_for = color;
     values_are_old = false;
@@ -167,7 +184,8 @@ struct Scene::Impl {
   void draw_mesh(const OrbitCamera& camera, const Matrix4f& clip_T_map, const Viewport& viewport,
                  const SceneStyle& style) {
     choose_values(style.color);
-    if (style.color != SceneColor::plain && color_map_for != style.color) {
+    const bool has_map = style.color != SceneColor::plain && style.color != SceneColor::certainty;
+    if (has_map && color_map_for != style.color) {
       std::vector<std::uint8_t> rgba;
       for (const auto& [r, g, b] : color_map_rgb(style.color)) rgba.insert(rgba.end(), {r, g, b, 255});
       fill_texture(color_map, 256, 1, rgba.data());
@@ -184,8 +202,13 @@ struct Scene::Impl {
     mesh_program.set("range_max", high);
     mesh_program.set("clay", style.plain_rgb);
     mesh_program.set("curvature_gain", 1.0F / std::max(mesh.typical_curvature(), kMinCurvature));
+    mesh_program.set("firm_touches", kFirmTouches);
+    mesh_program.set("min_touches", style.smooth_border && mesh.has_confidence() ? kSmoothBorder : -1.0F);
     mesh_program.set("color_map", 0);
     mesh_program.set("matcap", 1);
+    mesh_program.set("certainty", 2);
+    glActiveTexture(GL_TEXTURE2);
+    glBindTexture(GL_TEXTURE_2D, certainty.name());
     glActiveTexture(GL_TEXTURE1);
     glBindTexture(GL_TEXTURE_2D, matcap.name());
     glActiveTexture(GL_TEXTURE0);
@@ -198,16 +221,29 @@ struct Scene::Impl {
     // Their numbers are still to come: clay, so that gray means that there is none.
     if (is_by_value(style.color)) mesh_program.set("color_by", static_cast<int>(SceneColor::plain));
     mesh.draw(false);
-    glBindTexture(GL_TEXTURE_2D, 0);
-    glActiveTexture(GL_TEXTURE1);
-    glBindTexture(GL_TEXTURE_2D, 0);
-    glActiveTexture(GL_TEXTURE0);
+    for (const GLenum unit : {GL_TEXTURE2, GL_TEXTURE1, GL_TEXTURE0}) {
+      glActiveTexture(unit);
+      glBindTexture(GL_TEXTURE_2D, 0);
+    }
+  }
+
+  void draw_piece(const OrbitCamera& camera, const Matrix4f& clip_T_camera) {
+    if (piece_opacity <= 0) return;
+    touch_program.use();
+    touch_program.set("clip_T_camera", clip_T_camera);
+    touch_program.set("camera_T_map", Matrix4f(camera.camera_T_map() * map_T_piece.matrix().cast<float>()));
+    touch_program.set("lift_mm", 0.5F * kTouchLiftMm);  // the touch lies over it
+    touch_program.set("through", 0);
+    touch_program.set("glow_rgb", kPieceGlow);
+    touch_program.set("opacity", static_cast<float>(piece_opacity));
+    piece.draw();
   }
 
   void draw_touch(const OrbitCamera& camera, const Matrix4f& clip_T_camera) {
     touch_program.use();
     touch_program.set("clip_T_camera", clip_T_camera);
     touch_program.set("lift_mm", kTouchLiftMm);
+    touch_program.set("glow_rgb", kTouchGlow);
     for (const bool through : {true, false}) {  // ghosts are faint through the object, as lines are
       glDepthFunc(through ? GL_GREATER : GL_LEQUAL);
       glDepthMask(through ? GL_FALSE : GL_TRUE);
@@ -245,6 +281,11 @@ struct Scene::Impl {
       grid.set(grid_lines(mesh.box_mm(), style.height_axis, grid_color(style.light_theme)));
       draw_lines(grid, false);
     }
+    if (style.box) {
+      box.set(box_lines(mesh.box_mm(), box_color(style.light_theme)));
+      draw_lines(box, true);
+    }
+    if (style.border) draw_lines(border, true);
     if (style.edges) draw_lines(edges, true);
     if (style.trajectory) draw_lines(trajectory, true);
     if (style.keyframes) draw_lines(keyframes, true);
@@ -298,6 +339,20 @@ void Scene::set_touch(std::optional<TouchPatch> touch) {
   impl_->outline.set(outlines);
 }
 
+void Scene::set_piece(const TouchMesh& mesh) {
+  impl_->piece.set(mesh);
+  impl_->piece_box_mm.setEmpty();
+  for (const TouchMesh::Vertex& vertex : mesh.vertices) impl_->piece_box_mm.extend(vertex.position_mm);
+  if (mesh.indices.empty()) impl_->piece_opacity = 0;
+}
+
+void Scene::place_piece(const Pose& map_T_piece, double opacity) {
+  impl_->map_T_piece = map_T_piece;
+  impl_->piece_opacity = opacity;
+}
+
+void Scene::set_border(const std::vector<MeshBorder::Loop>& loops) { impl_->border.set(border_lines(loops)); }
+
 void Scene::set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor) {
   const std::vector<SceneLine> lines = trajectory_lines(map_T_sensor);
   impl_->trajectory.set(lines);
@@ -309,6 +364,8 @@ void Scene::set_map(const MapSnapshot& map, const std::vector<int>& coverage) {
   impl_->keyframes.set(keyframe_lines(map, coverage));
   impl_->edges.set(edge_lines(map));
   impl_->keyframe_places = KeyframePlaces(map);
+  const cv::Mat4b doubt = doubt_by_keyframe(map, kCertainMm, kUncertainMm);
+  fill_texture(impl_->certainty, doubt.cols, doubt.rows, doubt.ptr());
   if (impl_->values_for == SceneColor::keyframe) impl_->values_are_old = true;
 }
 
@@ -334,6 +391,7 @@ void Scene::draw(const OrbitCamera& camera, const Viewport& viewport, const Scen
   if (style.mesh) impl_->draw_mesh(camera, clip_T_map, viewport, style);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  impl_->draw_piece(camera, clip_T_camera);
   if (style.touch) impl_->draw_touch(camera, clip_T_camera);
   glDepthMask(GL_FALSE);
   impl_->draw_all_lines(clip_T_map, viewport, style);
@@ -353,7 +411,7 @@ void Scene::finish_details() { impl_->details_are_due = true; }
 
 std::optional<ColorLegend> Scene::legend(const SceneStyle& style) const {
   static constexpr const char* kTitles[] = {"", "confidence", "height", "keyframe", "distance"};
-  if (style.color == SceneColor::plain) return std::nullopt;
+  if (style.color == SceneColor::plain || style.color == SceneColor::certainty) return std::nullopt;
   const auto [low, high] = impl_->range(style);
   const bool is_length = style.color == SceneColor::height || style.color == SceneColor::distance;
   const char* unit = is_length ? "mm" : style.color == SceneColor::confidence ? "touches" : "";

@@ -46,7 +46,8 @@ using Eigen::Vector3f;
 
 constexpr Rgba kTrajectory{64, 190, 255, 255}, kDot{245, 245, 245, 255}, kCoverageDot{255, 196, 60, 255};
 constexpr Rgba kOdometry{150, 158, 170, 230}, kLoop{70, 214, 130, 200}, kOutlier{255, 60, 60, 255};
-constexpr float kAxisMm = 1.0F;
+constexpr Rgba kBorder{255, 196, 60, 255};
+constexpr float kAxisMm = 1.0F, kBorderLiftMm = 0.15F;
 constexpr int kMaxGridLines = 200;
 
 bool is_finite(const Pose& pose) { return pose.matrix().allFinite(); }
@@ -106,6 +107,29 @@ std::vector<SceneLine> edge_lines(const MapSnapshot& map) {
                                   : kOdometry,
                      edge.outlier ? 2.5F : 1.5F});
   }
+  return lines;
+}
+
+std::vector<SceneLine> border_lines(const std::vector<MeshBorder::Loop>& loops) {
+  std::vector<SceneLine> lines;
+  for (const MeshBorder::Loop& loop : loops)
+    for (const MeshBorder::Edge& edge : loop.edges) {
+      const Vector3f moved = kBorderLiftMm * edge.outward;
+      lines.push_back({edge.from_mm + moved, edge.to_mm + moved, kBorder, 4.0F});
+    }
+  return lines;
+}
+
+std::vector<SceneLine> box_lines(const Eigen::AlignedBox3f& box_mm, const Rgba& color) {
+  std::vector<SceneLine> lines;
+  if (box_mm.isEmpty()) return lines;
+  for (int corner = 0; corner < 8; ++corner)
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((corner >> axis & 1) != 0) continue;
+      lines.push_back({box_mm.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner)),
+                       box_mm.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner | 1 << axis)), color,
+                       1.5F});
+    }
   return lines;
 }
 

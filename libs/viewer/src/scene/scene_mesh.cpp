@@ -108,6 +108,7 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   Block& block = blocks_[key];
   block.mesh = std::move(mesh);
   block.confidence_p95 = quantile(block.mesh.confidence, 0.95);
+  has_confidence_ |= block.confidence_p95 > 0;
   std::vector<float> bend = block.mesh.curvature;
   for (float& curvature : bend) curvature = std::abs(curvature);
   block.curvature_p80 = quantile_in_place(bend, 0.8);
@@ -119,6 +120,7 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
 void SceneMesh::clear() {
   for (auto& [key, block] : blocks_) release(block);
   blocks_.clear();
+  has_confidence_ = false;
   box_is_old_ = curvature_is_old_ = true;
 }
 
@@ -126,6 +128,10 @@ void SceneMesh::set_values(VertexValues values, bool same_meaning) {
   values_ = std::move(values);
   ++values_version_;
   if (!same_meaning) ++values_meaning_;
+  if (!same_meaning) return;
+  for (auto& [key, block] : blocks_)  // what a block itself knows has not changed
+    if (!block.mesh.keyframe.empty() && block.values_version + 1 == values_version_)
+      block.values_version = values_version_;
 }
 
 const AlignedBox3f& SceneMesh::box_mm() const {

@@ -40,6 +40,7 @@ class SceneMesh {
   const Eigen::AlignedBox3f& box_mm() const;
   std::optional<Eigen::Vector3f> pick(const PickRay& ray) const;
   float confidence_p95() const;
+  bool has_confidence() const { return has_confidence_; }
   float typical_curvature() const;  ///< what four of five vertices stay below, 1/mm
   /// About `count` vertices, evenly from all blocks.
   std::vector<Eigen::Vector3f> sample_vertices(std::size_t count) const;
@@ -95,7 +96,7 @@ class SceneMesh {
   VertexValues values_;
   std::uint64_t values_version_ = 0, values_meaning_ = 0;
   double preparing_ms_ = 0;
-  bool is_complete_ = true;
+  bool is_complete_ = true, has_confidence_ = false;
   mutable Eigen::AlignedBox3f box_mm_;
   mutable bool box_is_old_ = false, curvature_is_old_ = false;
   mutable float typical_curvature_ = 0;

@@ -11,13 +11,14 @@ uniform mat4 clip_T_map, camera_T_map;
 uniform vec3 height_axis_m;
 uniform int color_by;  // SceneColor
 out vec3 position_c, normal_c;
-out float curvature, number;
+out float curvature, number, touches;
 flat out float label;
 void main() {
   gl_Position = clip_T_map * vec4(position_m, 1.0);
   position_c = (camera_T_map * vec4(position_m, 1.0)).xyz;
   normal_c = mat3(camera_T_map) * normal_m.xyz;
   curvature = curvature_confidence.x;
+  touches = curvature_confidence.y;
   label = value;
   number = color_by == 1 ? curvature_confidence.y : color_by == 2 ? dot(height_axis_m, position_m) : value;
 }
@@ -25,18 +26,25 @@ void main() {
 
 const char* const kMeshFragmentShader = R"(#version 330 core
 in vec3 position_c, normal_c;
-in float curvature, number;
+in float curvature, number, touches;
 flat in float label;
 uniform int color_by, shading;  // SceneColor, SceneShading
-uniform float range_min, range_max, curvature_gain;
-uniform sampler2D color_map, matcap;
+uniform float range_min, range_max, curvature_gain, firm_touches, min_touches;
+uniform sampler2D color_map, matcap, certainty;
 uniform vec3 clay;  // linear
 out vec4 color;
 
 vec3 to_linear(vec3 c) { return pow(c, vec3(2.2)); }
 
+vec3 tinted_clay() {
+  float thin = 1.0 - smoothstep(0.3, 1.0, touches / firm_touches);
+  float doubt = label < 0.0 ? 0.0 : texelFetch(certainty, ivec2(int(label) % 256, int(label) / 256), 0).r;
+  return mix(mix(clay, vec3(0.20, 0.36, 0.62), 0.55 * thin), vec3(0.70, 0.34, 0.06), 0.6 * doubt);
+}
+
 vec3 surface_color() {
   if (color_by == 0) return clay;
+  if (color_by == 5) return tinted_clay();
   float wanted = color_by == 3 ? label : number;
   if (wanted < -1e20) return vec3(0.30);
   float t = clamp((wanted - range_min) / max(range_max - range_min, 1e-12), 0.0, 1.0);
@@ -62,10 +70,11 @@ vec3 by_curvature(vec3 albedo, vec3 n) {
 vec3 polished(vec3 albedo, vec3 n, vec3 v) {
   vec3 x = normalize(vec3(v.z, 0.0, -v.x)), y = cross(v, x);  // as seen from the eye, not only from the middle
   vec3 reflected = to_linear(texture(matcap, 0.5 + 0.49 * vec2(dot(n, x), dot(n, y))).rgb);
-  return color_by == 0 ? reflected : albedo * (0.25 + 1.1 * reflected);
+  return color_by == 0 || color_by == 5 ? reflected : albedo * (0.25 + 1.1 * reflected);
 }
 
 void main() {
+  if (touches < min_touches) discard;
   vec3 n = normalize(normal_c), v = normalize(-position_c), albedo = surface_color();
   // Coarse triangles may fold over; their normals still say which side it is.
   bool inside = !gl_FrontFacing && dot(n, v) < 0.0;
@@ -99,6 +108,7 @@ const char* const kTouchFragmentShader = R"(#version 330 core
 in vec3 position_c, normal_c;
 in float inside;
 uniform float opacity;
+uniform vec3 glow_rgb;  // linear
 uniform int through;  // the object: from the inside, too
 out vec4 color;
 void main() {
@@ -106,7 +116,7 @@ void main() {
   if (!gl_FrontFacing && through == 0) discard;
   float key = max(dot(n, normalize(vec3(-0.55, 0.62, 0.56))), 0.0), facing = max(dot(n, v), 0.0);
   float rim = (1.0 - inside) * (1.0 - inside);
-  vec3 glow = vec3(1.0, 0.36, 0.05) * (0.20 + 0.75 * key + 0.9 * rim) + vec3(0.30, 0.16, 0.03) * pow(1.0 - facing, 2.0);
+  vec3 glow = glow_rgb * (0.20 + 0.75 * key + 0.9 * rim + 0.35 * pow(1.0 - facing, 2.0));
   color = vec4(pow(min(glow, vec3(1.0)), vec3(1.0 / 2.2)), opacity * (0.55 + 0.40 * max(rim, 0.5 * key)));
 }
 )";

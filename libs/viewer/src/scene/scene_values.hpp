@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <opencv2/core/mat.hpp>
 #include <vector>
 
 #include "gelslam/slam/live_session.hpp"
@@ -13,6 +14,11 @@ float round_limit_mm(std::vector<float> distance_mm);
 
 /// `distance_mm` made fit for drawing: as many as the vertices, none of them NaN.
 std::vector<float> drawable_values(std::vector<float> distance_mm, std::size_t vertices);
+
+/// How much a keyframe's place is in doubt, in red, by id along rows of kDoubtColumns: 0 where two standard
+/// deviations are `from_mm`, 255 where they are `to_mm`.
+cv::Mat4b doubt_by_keyframe(const MapSnapshot& map, double from_mm, double to_mm);
+inline constexpr int kDoubtColumns = 256;
 
 /// Where the keyframes of the shown component touch.
 class KeyframePlaces {

@@ -37,22 +37,23 @@ std::vector<BarButton> buttons_that_fit(const Ui& ui, const Controls& controls, 
 }
 
 void draw_question(Ui& ui, const Question& question, Controls& controls, double now_s) {
-  const auto wide = [&ui](const Answer& a) { return ui.width_of(Face::body, a.label) + ui.px(44); };
-  float row = -ui.px(12);
-  for (const Answer& answer : question.answers) row += wide(answer) + ui.px(12);
-  const float most = ui.window().width - ui.px(16);
-  const float width = std::min(std::max(row, ui.px(430)) + ui.px(2 * Ui::kDialogPadding), most);
-  if (!ui.begin_dialog(width)) return;
-  const float shrink = std::min(1.0F, ui.room().width / row);  // answers share a narrow row
+  float widest = 0;
+  for (const Answer& answer : question.answers)
+    widest = std::max(widest, ui.width_of(Face::body, answer.label) + ui.px(36));
+  const float row = std::max(widest * static_cast<float>(question.answers.size()), ui.px(430));
+  if (!ui.begin_dialog(std::min(row + ui.px(2 * Ui::kDialogPadding), ui.window().width - ui.px(16)))) return;
   ui.text(Face::figure, theme::kText, question.title);
   ui.gap(12);
   ui.paragraph(Face::body, theme::kGray, question.sentence);
   ui.gap(22);
   std::optional<std::size_t> clicked;
-  for (std::size_t i = 0; i < question.answers.size(); ++i) {
-    const Answer& answer = question.answers[i];
-    if (i > 0) ui.same_line(12 * static_cast<double>(shrink));
-    if (ui.button(answer.label, answer.key, answer.ink, wide(answer) * shrink, ui.px(54))) clicked = i;
+  if (ui.begin_table("##answers", static_cast<int>(question.answers.size()), 12)) {
+    for (std::size_t i = 0; i < question.answers.size(); ++i) {
+      const Answer& answer = question.answers[i];
+      ui.next_cell();
+      if (ui.button(answer.label, answer.key, answer.ink, ui.room().width, ui.px(54))) clicked = i;
+    }
+    ui.end_table();
   }
   ui.end_dialog();
   if (clicked) controls.answer(*clicked, now_s);
@@ -68,23 +69,27 @@ void draw_help(Ui& ui, const Controls& controls) {
   const std::size_t columns = window.width > ui.px(880) ? 2 : 1,
                     rows = (lines.size() + columns - 1) / columns;
   const float room = window.height - ui.px(2 * Ui::kDialogPadding) - ui.height_of(Face::figure) - ui.px(18);
-  const float most = room / static_cast<float>(rows);
-  const Face face = most >= ui.height_of(Face::body) + ui.px(2) ? Face::body : Face::small;
-  const float row = std::min(ui.height_of(Face::body) + ui.px(11), most);
-  const float column =
-      std::min(ui.px(430), (window.width - ui.px(2 * Ui::kDialogPadding)) / static_cast<float>(columns));
-  const float key_width = std::min(ui.px(120), 0.3F * column);
-  if (!ui.begin_dialog(column * static_cast<float>(columns) + ui.px(2 * Ui::kDialogPadding))) return;
+  const float each = room / static_cast<float>(rows);
+  const Face face = each >= ui.height_of(Face::body) + ui.px(2) ? Face::body : Face::small;
+  const double gap = std::clamp<double>((each - ui.height_of(face)) / ui.px(1), 0, 11);
+  const float width = ui.px(430 * static_cast<double>(columns) + 2 * Ui::kDialogPadding);
+  if (!ui.begin_dialog(std::min(width, window.width))) return;
   ui.text(Face::figure, theme::kText, "Keys and mouse");
   ui.gap(18);
-  const Box place = ui.room();
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const float x = place.x + column * static_cast<float>(i / rows),
-                y = place.y + row * static_cast<float>(i % rows);
-    ui.text_at(face, x, y, theme::kBlue, lines[i].first);
-    ui.text_at(face, x + key_width, y, theme::kText, lines[i].second);
+  const float height = static_cast<float>(rows) * (ui.height_of(face) + ui.px(gap));
+  ui.begin_child("##room", std::min(height, room));
+  if (ui.begin_table("##lines", static_cast<int>(2 * columns), 24, true)) {
+    for (std::size_t i = 0; i < rows * columns; ++i) {
+      const std::size_t line = i / columns + i % columns * rows;
+      ui.next_cell();
+      if (line < lines.size()) ui.text(face, theme::kBlue, lines[line].first, Cut::none);
+      ui.gap(gap);
+      ui.next_cell();
+      if (line < lines.size()) ui.text(face, theme::kText, lines[line].second, Cut::none);
+    }
+    ui.end_table();
   }
-  ui.gap(static_cast<double>(row * static_cast<float>(rows) / ui.px(1)));
+  ui.end_child();
   ui.end_dialog();
 }
 

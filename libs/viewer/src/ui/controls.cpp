@@ -55,7 +55,8 @@ bool holds_key(const std::string& keys, int code) {
 }
 
 const char* name_of(SceneColor color) {
-  static constexpr const char* kNames[] = {"plain", "confidence", "height", "keyframe", "distance"};
+  static constexpr const char* kNames[] = {"plain",    "confidence", "height",
+                                           "keyframe", "distance",   "certainty"};
   return kNames[static_cast<std::size_t>(color)];
 }
 
@@ -64,17 +65,19 @@ const char* name_of(SceneColor color) {
 ActionRow common_row(Action action) {
   using enum Action;
   static const std::vector<ActionRow> rows = {
-      {shading_clay, "1 kp_1", "1", "Clay", 3, 10, "Clay"},
-      {shading_polished, "2 kp_2", "2", "Polished", 3, 10, "Polished"},
-      {shading_curvature, "3 kp_3", "3", "Curvature", 3, 10, "Curvature"},
+      {shading_clay, "1 kp_1", "1", "", 0, 0, "Shading: clay"},
+      {shading_polished, "2 kp_2", "2", "", 0, 0, "Shading: polished"},
+      {shading_curvature, "3 kp_3", "3", "", 0, 0, "Shading: curvature"},
+      {next_shading, "", "1 2 3", "Shading", 2, 10, ""},
       {next_color, "c", "C", "Colors", 2, 9, "Next color scale"},
       {follow, "f", "F", "Follow", 2, 7, "Follow the touch"},
       {show_all, "r", "R", "Show all", 2, 6, "Show all"},
       {trajectory, "t", "T", "Trajectory", 2, 8, "Trajectory"},
       {pose_graph, "g", "G", "Graph", 2, 8, "Pose graph"},
-      {grid, "m", "M", "", 0, 0, "Millimeter grid"},
+      {grid, "m", "M", "Grid", 2, 9, "Millimeter grid"},
       {light_theme, "l", "L", "Light", 2, 9, "Light or dark background"},
       {measure, "d", "D", "Measure", 2, 7, "Measure: click two places"},
+      {box, "b", "B", "Box", 2, 7, "Bounding box and sizes"},
       {screenshot, "p", "P", "Picture", 1, 6, "Picture of this window (PNG)"},
       {panels, "tab", "Tab", "", 0, 0, "Hide or show the panels"},
       {help, "h f1", "H", "Help", 4, 2, "This help"},
@@ -161,6 +164,9 @@ void SceneControls::act(Action action, double now_s) {
     case Action::shading_curvature:
       style_.shading = SceneShading::curvature;
       return;
+    case Action::next_shading:
+      style_.shading = static_cast<SceneShading>((static_cast<int>(style_.shading) + 1) % 3);
+      return;
     case Action::trajectory:
       style_.trajectory = !style_.trajectory;
       return;
@@ -169,6 +175,9 @@ void SceneControls::act(Action action, double now_s) {
       return;
     case Action::grid:
       style_.grid = !style_.grid;
+      return;
+    case Action::box:
+      style_.box = !style_.box;
       return;
     case Action::light_theme:
       style_.light_theme = !style_.light_theme;
@@ -196,18 +205,18 @@ void SceneControls::act(Action action, double now_s) {
 ButtonLook SceneControls::button(const ActionRow& row) const {
   const auto is_on = [this](Action action) {
     switch (action) {
-      case Action::shading_clay:
-        return style_.shading == SceneShading::clay;
-      case Action::shading_polished:
-        return style_.shading == SceneShading::polished;
-      case Action::shading_curvature:
-        return style_.shading == SceneShading::curvature;
+      case Action::next_shading:
+        return style_.shading != SceneShading::clay;
       case Action::trajectory:
         return style_.trajectory;
       case Action::pose_graph:
         return style_.edges;
       case Action::next_color:
-        return style_.color != SceneColor::plain;
+        return style_.color != colors_.front();
+      case Action::box:
+        return style_.box;
+      case Action::grid:
+        return style_.grid;
       case Action::light_theme:
         return style_.light_theme;
       case Action::measure:

@@ -38,8 +38,13 @@ bool SceneLoop::move_camera(double dt_s) {
   }
   if (glide_ == Glide::none) return false;
   if (glide_ == Glide::all) goal_ = whole_view(viewport());
-  camera_.glide_to(goal_, dt_s);
-  if (nearly_there(camera_, goal_)) glide_ = Glide::none;
+  if (!glide(goal_, dt_s)) glide_ = Glide::none;
+  return true;
+}
+
+bool SceneLoop::glide(const OrbitCamera& goal, double dt_s) {
+  if (nearly_there(camera_, goal)) return false;
+  camera_.glide_to(goal, dt_s);
   return true;
 }
 

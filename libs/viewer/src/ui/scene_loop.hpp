@@ -25,6 +25,7 @@ class SceneLoop : public WindowLoop {
   bool move_camera(double dt_s);
   void show_all() { glide_ = Glide::all; }
   bool follow(const Pose& map_T_sensor, double dt_s);  ///< OrbitCamera::follow(); true while it moves
+  bool glide(const OrbitCamera& goal, double dt_s);    ///< true while it moves
   Viewport viewport() const;                           ///< of the view in the framebuffer
   Box box_of(const Viewport& part) const;
   /// Where a point is drawn; nothing behind the camera.

@@ -14,7 +14,7 @@ constexpr const char* kEllipsis = "\u2026";
 constexpr const char* kDialog = "##dialog";
 constexpr ImGuiWindowFlags kBare = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
-                                   ImGuiWindowFlags_NoScrollWithMouse | ImGuiWindowFlags_NoBackground;
+                                   ImGuiWindowFlags_NoScrollWithMouse;
 /// Panels stay behind the dialog.
 constexpr ImGuiWindowFlags kPanel =
     kBare | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
@@ -31,6 +31,11 @@ bool within_letter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0
 ImVec2 size_of(Face face, std::string_view text, float wrap_width) {
   ImFont* font = font_of(face);
   return font->CalcTextSizeA(font->FontSize, FLT_MAX, wrap_width, text.data(), text.data() + text.size());
+}
+
+Box this_window() {
+  const ImVec2 at = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+  return {at.x, at.y, size.x, size.y};
 }
 
 /// Marks outside of panels lie behind all of them.
@@ -106,6 +111,20 @@ void Ui::line(float x0, float y0, float x1, float y1, Color color, double thickn
   list->PopClipRect();
 }
 
+void Ui::arrow(float x0, float y0, float x1, float y1, Color color, double thickness, const Box& clip) {
+  const float length = std::hypot(x1 - x0, y1 - y0);
+  if (length < 1) return;
+  const float dx = (x1 - x0) / length, dy = (y1 - y0) / length, head = px(3 * thickness),
+              half = px(2 * thickness);
+  const float neck_x = x1 - head * dx, neck_y = y1 - head * dy;
+  line(x0, y0, neck_x, neck_y, color, thickness, clip);
+  ImDrawList* list = list_at(panel_depth_);
+  list->PushClipRect(top_left(clip), bottom_right(clip), true);
+  list->AddTriangleFilled({x1, y1}, {neck_x - half * dy, neck_y + half * dx},
+                          {neck_x + half * dy, neck_y - half * dx}, color);
+  list->PopClipRect();
+}
+
 void Ui::image(const Texture& texture, const Box& box, double rounding) {
   list_at(panel_depth_)
       ->AddImageRounded(reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(texture.id())),
@@ -139,6 +158,7 @@ void Ui::text_at(Face face, float x, float y, Color color, std::string_view text
   ImFont* font = font_of(face);
   const ImVec2 corner(std::round(x), std::round(y));  // whole pixels: sharp letters
   const ImVec2 size = size_of(face, text, wrap_width);
+  if (panel_depth_ > 0 && !ImGui::IsRectVisible(corner, {corner.x + size.x, corner.y + size.y})) return;
   list_at(panel_depth_)
       ->AddText(font, font->FontSize, corner, color, text.data(), text.data() + text.size(), wrap_width);
   texts_.push_back({std::string(text), {corner.x, corner.y, size.x, size.y}, color});
@@ -176,20 +196,40 @@ Box Ui::card(float x, float y, float most_width, Color edge, const std::vector<P
   return box;
 }
 
-void Ui::begin_panel(const char* id, const Box& box, double padding, double rounding) {
-  fill(box, theme::with_alpha(theme::kPanel, 1), rounding);
-  panels_.push_back(box);
-  ImGui::SetNextWindowPos(top_left(box));
-  ImGui::SetNextWindowSize({std::max(1.0F, box.width), std::max(1.0F, box.height)});
+void Ui::begin_panel(const char* id, const Box& box, double padding, double rounding, float anchor_x,
+                     float anchor_y) {
+  const float width = std::max(1.0F, box.width);
+  const bool floats = box.height <= 0;
+  ImGui::SetNextWindowPos(top_left(box), ImGuiCond_Always, {anchor_x, anchor_y});
+  if (floats)
+    ImGui::SetNextWindowSizeConstraints({width, 1}, {width, FLT_MAX});
+  else
+    ImGui::SetNextWindowSize({width, std::max(1.0F, box.height)});
+  if (!floats) ImGui::SetNextWindowBgAlpha(1);
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(px(padding), px(padding)));
-  ImGui::Begin(id, nullptr, kPanel);
-  ImGui::PopStyleVar();
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, px(rounding));
+  ImGui::Begin(id, nullptr, kPanel | (floats ? ImGuiWindowFlags_AlwaysAutoResize : 0));
+  ImGui::PopStyleVar(2);
+  needs_another_frame_ |= floats && ImGui::IsWindowAppearing();
   ++panel_depth_;
 }
 
 void Ui::end_panel() {
+  panels_.push_back(this_window());
   ImGui::End();
   --panel_depth_;
+}
+
+void Ui::begin_child(const char* id, float height) { ImGui::BeginChild(id, {0, height}); }
+void Ui::end_child() { ImGui::EndChild(); }
+
+void Ui::list(const char* id, std::size_t rows, const std::function<void(std::size_t row)>& draw) {
+  begin_child(id);
+  ImGuiListClipper clipper;
+  clipper.Begin(static_cast<int>(rows));
+  while (clipper.Step())
+    for (int row = clipper.DisplayStart; row < clipper.DisplayEnd; ++row) draw(static_cast<std::size_t>(row));
+  end_child();
 }
 
 Box Ui::room() const {
@@ -201,7 +241,7 @@ void Ui::gap(double design_px) { ImGui::Dummy({0, px(design_px)}); }
 
 void Ui::text(Face face, Color color, std::string_view text, Cut cut) {
   const Box place = room();
-  const std::string shown = fitted(face, text, place.width, cut);
+  const std::string shown = cut == Cut::none ? std::string(text) : fitted(face, text, place.width, cut);
   text_at(face, place.x, place.y, color, shown);
   ImGui::Dummy({width_of(face, shown), height_of(face)});
 }
@@ -240,16 +280,21 @@ void Ui::bar(double share, double light_share, Color color, double height) {
   ImGui::Dummy({place.width, px(height)});
 }
 
-bool Ui::begin_table(const char* id, int columns, double column_gap) {
+bool Ui::begin_table(const char* id, int columns, double column_gap, bool by_content) {
   ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(0.5F * px(column_gap), 0));
   const bool shown =
-      ImGui::BeginTable(id, columns, ImGuiTableFlags_SizingStretchSame | ImGuiTableFlags_NoPadOuterX);
+      ImGui::BeginTable(id, columns,
+                        ImGuiTableFlags_NoPadOuterX | (by_content ? ImGuiTableFlags_SizingStretchProp
+                                                                  : ImGuiTableFlags_SizingStretchSame));
   ImGui::PopStyleVar();
   return shown;
 }
 
 void Ui::next_cell() { ImGui::TableNextColumn(); }
 void Ui::end_table() { ImGui::EndTable(); }
+void Ui::indent(double design_px) {
+  design_px < 0 ? ImGui::Unindent(px(-design_px)) : ImGui::Indent(px(design_px));
+}
 void Ui::same_line(double design_px) { ImGui::SameLine(0, px(design_px)); }
 
 float Ui::button_width(std::string_view label, std::string_view key) const {
@@ -289,13 +334,13 @@ bool Ui::begin_dialog(float width) {
   ImGui::SetNextWindowPos({0.5F * whole.width, 0.5F * whole.height}, ImGuiCond_Always, {0.5F, 0.5F});
   ImGui::SetNextWindowSizeConstraints({width, 1}, {width, FLT_MAX});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(px(kDialogPadding), px(kDialogPadding)));
+  ImGui::SetNextWindowBgAlpha(0);  // drawn after the shade
   const bool has_room = ImGui::BeginPopupModal(kDialog, nullptr, kBare | ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::PopStyleVar();
   if (!has_room) return false;
   ++panel_depth_;
   needs_another_frame_ = ImGui::IsWindowAppearing();
-  const ImVec2 at = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
-  const Box card{at.x, at.y, size.x, size.y};
+  const Box card = this_window();
   ImGui::GetWindowDrawList()->PushClipRectFullScreen();
   fill(whole, kShade);
   fill(card, theme::with_alpha(theme::kPanel, 1), 12);

@@ -50,19 +50,20 @@ std::string first_existing(std::initializer_list<const char*> paths) {
 }
 
 std::string regular_face() {
-  return first_existing({"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+  return first_existing({"/usr/share/fonts/opentype/inter/Inter-Regular.otf",
+                         "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
+                         "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
                          "/usr/share/fonts/TTF/DejaVuSans.ttf",
                          "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-                         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
-                         "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf"});
+                         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"});
 }
 
 std::string bold_face() {
-  return first_existing({"/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf",
-                         "/usr/share/fonts/TTF/DejaVuSans-Bold.ttf",
-                         "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans-Bold.ttf",
-                         "/usr/share/fonts/truetype/liberation/LiberationSans-Bold.ttf",
-                         "/usr/share/fonts/truetype/noto/NotoSans-Bold.ttf"});
+  return first_existing(
+      {"/usr/share/fonts/opentype/inter/Inter-Bold.otf", "/usr/share/fonts/truetype/noto/NotoSans-Bold.ttf",
+       "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf", "/usr/share/fonts/TTF/DejaVuSans-Bold.ttf",
+       "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans-Bold.ttf",
+       "/usr/share/fonts/truetype/liberation/LiberationSans-Bold.ttf"});
 }
 
 void apply_theme(ImGuiStyle& style) {
@@ -113,7 +114,8 @@ bool load_fonts(float scale) {
 WindowHost::WindowHost(const WindowLoopOptions& options)
     : gl_(options.visible ? GlContext::window(window_options(options)) : GlContext::offscreen()),
       width_px_(options.width_px),
-      height_px_(options.height_px) {
+      height_px_(options.height_px),
+      asked_scale_(static_cast<float>(options.ui_scale)) {
   if (!options.visible) target_ = std::make_unique<RenderTarget>(width_px_, height_px_);
   imgui_ = ImGui::CreateContext();
   ImGui::SetCurrentContext(imgui_);
@@ -222,7 +224,7 @@ float WindowHost::ui_scale() const {
       std::min(static_cast<float>(width_px_) / 1280.0F, static_cast<float>(height_px_) / 800.0F);
   // Larger windows get larger letters: they stand further away. Small ones keep them legible. In steps, so
   // that a window being resized does not load fonts for every pixel.
-  const float scale = std::clamp(size, 0.75F * content, 2.5F * content);
+  const float scale = asked_scale_ * std::clamp(size, 0.75F * content, 2.5F * content);
   return std::round(scale * 8) / 8;
 }
 

@@ -43,6 +43,8 @@ struct LiveStatus {
   double memory_mb = 0;        ///< resident, of the whole program
   std::int64_t log_bytes = 0;  ///< recorded so far; 0 without a log
   GradientScale gradient_scale;
+  /// Two standard deviations of the pose that is known worst, of what was saved last; 0: nothing was.
+  double drift_mm = 0, drift_deg = 0;
   std::vector<std::string> reservations;  ///< reservations() of what was saved last; say them when finished
 };
 
@@ -51,7 +53,7 @@ struct LiveTouch {
   std::int64_t index = 0;
   double time_s = 0;
   cv::Mat3b image;     ///< at the profile's resolution
-  SurfacePtr surface;  ///< never null once scanning
+  SurfacePtr surface;  ///< null while the background is measured
   TrackStatus status = TrackStatus::no_contact;
   int keyframe = -1;  ///< -1 without contact
   Pose keyframe_T_frame = Pose::Identity();

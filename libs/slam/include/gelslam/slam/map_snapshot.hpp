@@ -20,6 +20,9 @@ struct MapSnapshot {
     Pose component_T_keyframe = Pose::Identity();
     StoredSurface surface;
     Pose trial_T_keyframe = Pose::Identity();  ///< Keyframe::trial_T_keyframe
+    /// Standard deviation of the place in its worst direction, mm, relative to the component's first
+    /// keyframe; negative: not known yet, or not in the shown component.
+    double sigma_mm = -1;
   };
   struct Edge {
     int from = 0, to = 0;  ///< keyframe ids

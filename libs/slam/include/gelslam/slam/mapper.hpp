@@ -48,6 +48,9 @@ class Mapper {
   void update();
   /// Solves for all poses and for the gradient scale: tenths of a second in a large map.
   void optimize();
+  /// Finds how well the places of the largest component are known after the last update() or optimize(), for
+  /// snapshot(): milliseconds to tenths of a second.
+  void assess();
   /// The map after the last update() or optimize().
   MapSnapshot snapshot() const;
 
@@ -77,7 +80,8 @@ class Mapper {
   GrowingConsistency consistency_;                          // of edges_
   std::vector<PoseGraphEdge> live_edges_;                   // those of them that shape live_
   PoseGraphSolution live_;
-  int new_loops_ = 0;  // since optimize()
+  std::map<int, double> sigma_mm_;  // of assess(), by keyframe
+  int new_loops_ = 0;               // since optimize()
   std::uint64_t version_ = 0;
 };
 

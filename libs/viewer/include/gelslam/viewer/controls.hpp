@@ -22,22 +22,28 @@ enum class Action {
   shading_clay,
   shading_polished,
   shading_curvature,
+  next_shading,
   next_color,  // of a scene
   trajectory,
   pose_graph,
   grid,
   light_theme,
   measure,
+  box,
   show_all,  //
   pause,
   new_scan,
   save,
   export_mesh,
   diagnostics,
+  guidance,
+  view_run,
+  go_on,
   follow,  // of a live scan
   play,
   step_back,
-  step_on,  // of a saved run
+  step_on,
+  open,  // of a saved run
   undo,
   accept,
   previous,

@@ -10,10 +10,15 @@
 
 #include "gelslam/mesh/mesh.hpp"
 #include "gelslam/slam/live_session.hpp"
+#include "gelslam/viewer/guidance.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/scene_style.hpp"
 
 namespace gelslam {
+
+namespace viewer::detail {
+struct TouchMesh;
+}
 
 /// The frame that touches now.
 struct TouchPatch {
@@ -60,6 +65,11 @@ class Scene {
   void set_distance_query(DistanceQuery query);
 
   void set_touch(std::optional<TouchPatch> touch);
+  /// What was touched and is not part of the map yet, drawn in a color of its own; empty: nothing.
+  void set_piece(const viewer::detail::TouchMesh& mesh);
+  void place_piece(const Pose& map_T_piece, double opacity);
+  /// Lines along where the mesh ends.
+  void set_border(const std::vector<MeshBorder::Loop>& loops);
   /// Stretches of tracking, each a chain of sensor poses; they are not joined.
   void set_trajectory(const std::vector<std::vector<Pose>>& map_T_sensor);
   /// Keyframes and edges of the shown component; `coverage` (ids) are drawn larger.

@@ -22,6 +22,7 @@ enum class SceneColor {
   height,      ///< along SceneStyle::height_axis
   keyframe,    ///< which keyframe's center is nearest
   distance,    ///< to another surface, see Scene::set_distance_query()
+  certainty,   ///< plain, tinted where few keyframes touched or the place is not well known
 };
 
 struct SceneStyle {
@@ -31,7 +32,11 @@ struct SceneStyle {
   bool light_theme = false;
   bool mesh = true, touch = true, sensor = true, trajectory = false;
   bool keyframes = false, edges = false;
-  bool grid = false;  ///< 1 mm squares below the mesh
+  bool box = false;     ///< around the mesh, along the map's axes
+  bool border = false;  ///< Scene::set_border()
+  bool grid = false;    ///< 1 mm squares below the mesh
+  bool smooth_border =
+      false;  ///< the mesh ends where confidence falls below a limit, not at its last triangle
   bool level_of_detail = true;
   float detail_px = 1.0F;  ///< parts smaller than this on the screen may be left out,
   /// and larger ones when there are more triangles than this in view. 0: what the renderer is good for.

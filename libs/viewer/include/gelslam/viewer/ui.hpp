@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -42,8 +43,8 @@ struct Box {
 /// Sizes of letters: labels; sentences and buttons; advice; numbers (bold); the state, for across the room.
 enum class Face { small, body, title, figure, headline };
 
-/// Where a text that is too long loses letters.
-enum class Cut { start, end };
+/// Where a text that is too long loses letters; `none`: a table's column becomes as wide as it.
+enum class Cut { start, end, none };
 
 struct Paragraph {
   Face face;
@@ -98,6 +99,7 @@ class Ui {
   void frame(const Box& box, Color color, double rounding = 0, double thickness = 1);
   void disc(float x, float y, float radius, Color color);
   void ring(float x, float y, float radius, Color color, double thickness, const Box& clip);
+  void arrow(float x0, float y0, float x1, float y1, Color color, double thickness, const Box& clip);
   void line(float x0, float y0, float x1, float y1, Color color, double thickness, const Box& clip);
   void image(const Texture& texture, const Box& box, double rounding = 6);
   float width_of(Face face, std::string_view text) const;
@@ -113,9 +115,16 @@ class Ui {
   Box card(float x, float y, float most_width, Color edge, const std::vector<Paragraph>& paragraphs,
            float anchor_x = 0, float anchor_y = 0, double least_width = 0);
 
-  // Panels: their content flows from the top down.
-  void begin_panel(const char* id, const Box& box, double padding = 0, double rounding = 0);
+  // Panels: their content flows from the top down. Without a height they are as high as their content, and
+  // `anchor` is the share of their size that lies left of and above the box's corner.
+  void begin_panel(const char* id, const Box& box, double padding = 0, double rounding = 0,
+                   float anchor_x = 0, float anchor_y = 0);
   void end_panel();
+  /// Part of a panel, which scrolls where it is too high. A height of 0: down to the panel's lower edge.
+  void begin_child(const char* id, float height = 0);
+  void end_child();
+  /// Rows of the same height that scroll; `draw` is called for those in view.
+  void list(const char* id, std::size_t rows, const std::function<void(std::size_t row)>& draw);
   Box room() const;  ///< from the next item to the panel's lower right corner
   void gap(double design_px);
   void text(Face face, Color color, std::string_view text, Cut cut = Cut::end);
@@ -126,10 +135,12 @@ class Ui {
   void picture(const Texture& texture, float width, float height);
   /// How much of it is full, the part after it (to `light_share`) in a lighter tone.
   void bar(double share, double light_share, Color color, double height);
-  bool begin_table(const char* id, int columns, double column_gap = 0);
+  /// Columns of the same width, or as wide as their content asks for.
+  bool begin_table(const char* id, int columns, double column_gap = 0, bool by_content = false);
   void next_cell();
   void end_table();
   void same_line(double design_px);
+  void indent(double design_px);  ///< of what follows in the panel; back by a negative one
   /// A label and below it its key; true when it was clicked.
   bool button(std::string_view label, std::string_view key, Color ink, float width = 0, float height = 0);
   float button_width(std::string_view label, std::string_view key) const;

@@ -13,7 +13,11 @@ struct WindowOptions : viewer::WindowLoopOptions {
   /// False: there is no run folder. picture_folder also takes exports, and the finished window points at it;
   /// it is made when it is first needed.
   bool keeps_run = true;
+  bool can_go_on = false;  ///< the finished run can be continued: there is a camera
 };
+
+/// What a person chose in the window when the scan was finished.
+enum class NextStep { none, view, go_on };
 
 /// Shows a live scan until the person (or the script) closes the window, or the scan is finished and
 /// options.asks_to_end. Main thread. Drawing never blocks the session: at most 60 pictures a second, hardly
@@ -21,7 +25,7 @@ struct WindowOptions : viewer::WindowLoopOptions {
 /// window that closes while the session is still scanning (script `quit`) or finishing. Throws Error when
 /// there is no display, when the script is wrong (line and word) or waits in vain, and when the snapshot
 /// cannot be written.
-void run_live_window(LiveSession& session, const WindowOptions& options);
+NextStep run_live_window(LiveSession& session, const WindowOptions& options);
 
 /// The window as it would look now (map, touch, figures, words), drawn without a display and written as PNG:
 /// what `--headless --snapshot` leaves behind. Takes the session's mesh changes: not while a window is open.

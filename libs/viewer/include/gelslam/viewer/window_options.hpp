@@ -6,10 +6,13 @@
 
 namespace gelslam::viewer {
 
+inline constexpr double kMinUiScale = 0.5, kMaxUiScale = 3;
+
 /// What all windows have in common.
 struct WindowLoopOptions {
   std::string title = "GelSLAM";
   int width_px = 1280, height_px = 800;
+  double ui_scale = 1;  ///< factor on letters and buttons, beside what the desktop asks for
   bool visible = true;  ///< false: drawn without a display, for tests and pictures; a script must end it
   /// Keys and movements instead of a person's (docs/viewer.md); empty: none. Text, not a file's name.
   std::string script;

@@ -1,0 +1,79 @@
+#include "simulated_camera.hpp"
+
+#include <atomic>
+#include <cstdlib>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/simulation/calibration_set.hpp"
+#include "gelslam/simulation/simulator.hpp"
+#include "terminal_progress.hpp"
+
+namespace gelslam {
+namespace {
+
+constexpr int kFrames = 1500;  ///< a minute
+
+ScanSpec pebble() {
+  ScanSpec spec;
+  spec.object.name = "pebble";
+  spec.motion.name = "allover";
+  spec.motion.frames = kFrames;
+  spec.background_frames = 25;
+  return spec;
+}
+
+class SimulatedCamera final : public RawFrameSource {
+ public:
+  std::optional<RawFrame> next() override {
+    if (stopped_ || index_ >= simulator_.frame_count()) return std::nullopt;
+    const SimulatedFrame frame = simulator_.frame(index_);
+    RawFrame raw;
+    raw.encoding = FrameEncoding::bgr;
+    raw.width_px = frame.bgr.cols;
+    raw.height_px = frame.bgr.rows;
+    raw.bytes.assign(frame.bgr.datastart, frame.bgr.dataend);
+    raw.time_s = frame.time_s;
+    raw.index = raw.sequence = index_++;
+    raw.arrived = std::chrono::steady_clock::now();
+    return raw;
+  }
+  void stop() override { stopped_ = true; }
+  double rate_hz() const override { return simulator_.spec().motion.frame_rate_hz; }
+  std::optional<std::int64_t> frame_count() const override { return simulator_.frame_count(); }
+  std::string description() const override { return "simulated sensor"; }
+
+ private:
+  const Simulator simulator_{pebble()};
+  int index_ = 0;
+  std::atomic<bool> stopped_{false};
+};
+
+std::filesystem::path cache_folder() {
+  const auto variable = [](const char* name) -> std::filesystem::path {
+    const char* value = std::getenv(name);
+    return value != nullptr ? value : "";
+  };
+  const std::filesystem::path cache = variable("XDG_CACHE_HOME");
+  if (cache.is_absolute()) return cache / "gelslam";
+  const std::filesystem::path home = variable("HOME");
+  return home.empty() ? std::filesystem::temp_directory_path() / "gelslam" : home / ".cache/gelslam";
+}
+
+}  // namespace
+
+std::unique_ptr<RawFrameSource> open_simulated_camera() { return std::make_unique<SimulatedCamera>(); }
+
+std::filesystem::path simulated_camera_model(bool quiet) {
+  const std::filesystem::path folder = cache_folder() / "simulated_sensor",
+                              model = folder / "model/nnmodel.pth";
+  if (std::filesystem::exists(model)) return model;
+  const auto throw_stopped = [] { throw Error("stopped; the simulated sensor has no model yet"); };
+  StoppableProgress progress(quiet, throw_stopped);
+  CalibrationSpec spec;  // coarser than usual: a person waits
+  spec.presses = 60;
+  spec.training.epochs = 20;
+  write_calibration_folder(folder, spec, progress);
+  return model;
+}
+
+}  // namespace gelslam

@@ -1,0 +1,151 @@
+#include "live/loose_piece.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gelslam::viewer::detail {
+namespace {
+
+constexpr double kOpacity = 0.8;
+constexpr double kMoveS = 1.0, kFadeS = 0.8;  ///< of a piece that was joined
+constexpr float kGapMm = 3;                   ///< between map and piece
+
+double smooth_share(double x) {
+  const double t = std::clamp(x, 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+Pose between(const Pose& from, const Pose& to, double share) {
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::Quaterniond(from.linear()).slerp(share, Eigen::Quaterniond(to.linear())).matrix();
+  pose.translation() = (1 - share) * from.translation() + share * to.translation();
+  return pose;
+}
+
+Eigen::AlignedBox3f box_of(const TouchMesh& mesh) {
+  Eigen::AlignedBox3f box;
+  for (const TouchMesh::Vertex& vertex : mesh.vertices) box.extend(vertex.position_mm);
+  return box;
+}
+
+}  // namespace
+
+bool LoosePiece::follow(const MapSnapshot& map, const std::shared_ptr<const LiveTouch>& touch, double now_s) {
+  const bool touching = touch && touch->keyframe >= 0 && touch->surface;
+  const MapSnapshot::Node* node = touching ? map.find(touch->keyframe) : nullptr;
+  anchor_T_touch_.reset();
+  if (is_apart()) {
+    const MapSnapshot::Node* anchor = map.find(anchor_);
+    if (anchor == nullptr)
+      *this = {};  // it was taken back
+    else if (anchor->component == map.shown_component)
+      join(*anchor, now_s);
+  }
+  const bool apart = node != nullptr && node->component != map.shown_component;
+  bool changed = false;
+  if (apart && !is_apart()) {
+    begin(map, touch->keyframe);
+    changed = true;
+  } else if (apart && map.find(anchor_)->component != node->component) {
+    begin(map, touch->keyframe);  // lost again before it was joined: the newest counts
+    changed = true;
+  }
+  if (!is_apart()) return changed;
+  changed |= grow(map, *map.find(anchor_));
+  if (touching) half_width_mm_ = 0.5 * touch->surface->contact.cols * touch->surface->pixel_pitch_mm;
+  const auto keyframe = touching ? anchor_T_keyframe_.find(touch->keyframe) : anchor_T_keyframe_.end();
+  if (keyframe != anchor_T_keyframe_.end()) anchor_T_touch_ = keyframe->second * touch->keyframe_T_frame;
+  return changed;
+}
+
+void LoosePiece::begin(const MapSnapshot& map, int keyframe) {
+  *this = {};
+  anchor_ = keyframe;
+  component_T_anchor_ = map.find(keyframe)->component_T_keyframe;
+  opacity_ = kOpacity;
+}
+
+/// Takes the keyframes of its component; true when there are others, or they lie elsewhere.
+bool LoosePiece::grow(const MapSnapshot& map, const MapSnapshot::Node& anchor) {
+  component_T_anchor_ = anchor.component_T_keyframe;
+  const Pose anchor_T_component = component_T_anchor_.inverse();
+  std::map<int, Pose> poses;
+  bool changed = false;
+  for (const MapSnapshot::Node& node : map.nodes) {
+    if (node.component != anchor.component || !node.surface) continue;
+    const Pose pose = anchor_T_component * node.component_T_keyframe;
+    const auto old = anchor_T_keyframe_.find(node.keyframe);
+    changed |= old == anchor_T_keyframe_.end() || !old->second.isApprox(pose, 1e-4);
+    poses.emplace(node.keyframe, pose);
+    if (!patches_.contains(node.keyframe))
+      patches_[node.keyframe] =
+          make_touch_mesh({node.surface.get(), Pose::Identity(), map.gradient_scale.mean()});
+  }
+  changed |= poses.size() != anchor_T_keyframe_.size();
+  anchor_T_keyframe_ = std::move(poses);
+  if (!changed) return false;
+  mesh_ = {};
+  for (const auto& [keyframe, pose] : anchor_T_keyframe_) {
+    const TouchMesh& patch = patches_.at(keyframe);
+    const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
+    const Eigen::Isometry3f moved = pose.cast<float>();
+    for (const TouchMesh::Vertex& v : patch.vertices)
+      mesh_.vertices.push_back({moved * v.position_mm, moved.linear() * v.normal, v.inside});
+    for (const std::uint32_t index : patch.indices) mesh_.indices.push_back(first + index);
+  }
+  return true;
+}
+
+void LoosePiece::join(const MapSnapshot::Node& anchor, double now_s) {
+  if (!map_T_anchor_) {
+    *this = {};
+    return;
+  }
+  left_ = *map_T_anchor_;
+  goal_ = anchor.component_T_keyframe;
+  joined_s_ = now_s;
+  has_joined_ = true;
+}
+
+void LoosePiece::place_beside(const Eigen::AlignedBox3f& map_box_mm, const OrbitCamera& camera) {
+  const Eigen::Matrix3f axes = camera.map_R_camera();
+  const Eigen::AlignedBox3f own = box_of(mesh_);
+  // As the sensor sees it: its x to the right, its y down, its z away from the viewer.
+  Pose pose = Pose::Identity();
+  pose.linear() = (axes * Eigen::Vector3f(1, -1, -1).asDiagonal()).cast<double>();
+  Eigen::Vector3f place = camera.center_mm();
+  if (!map_box_mm.isEmpty()) {
+    const float map_reach = 0.5F * axes.col(0).cwiseAbs().dot(map_box_mm.sizes());
+    place = map_box_mm.center() + (map_reach + kGapMm + static_cast<float>(half_width_mm_)) * axes.col(0);
+  }
+  const Eigen::Vector3d middle =
+      own.isEmpty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(own.center().cast<double>());
+  pose.translation() = place.cast<double>() - pose.linear() * middle;
+  map_T_anchor_ = pose;
+}
+
+void LoosePiece::move(double now_s) {
+  if (!joined_s_) return;
+  const double since_s = now_s - *joined_s_;
+  map_T_anchor_ = between(left_, goal_, smooth_share(since_s / kMoveS));
+  opacity_ = kOpacity * (1 - smooth_share((since_s - kMoveS) / kFadeS));
+  if (since_s >= kMoveS + kFadeS) *this = {};
+}
+
+std::optional<Pose> LoosePiece::map_T_touch() const {
+  if (!map_T_anchor_ || !anchor_T_touch_ || !is_apart()) return std::nullopt;
+  return *map_T_anchor_ * *anchor_T_touch_;
+}
+
+Eigen::AlignedBox3f LoosePiece::box_mm() const {
+  Eigen::AlignedBox3f own = box_of(mesh_);
+  if (!map_T_anchor_ || own.isEmpty()) return {};
+  if (anchor_T_touch_) {  // with the sensor's outline
+    const Eigen::Vector3f middle = anchor_T_touch_->translation().cast<float>();
+    const Eigen::Vector3f reach(static_cast<float>(half_width_mm_), static_cast<float>(half_width_mm_), 0);
+    own.extend(middle + reach).extend(middle - reach);
+  }
+  return own.transformed(map_T_anchor_->cast<float>());
+}
+
+}  // namespace gelslam::viewer::detail

@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gelslam/slam/trial_drift.hpp"
+#include "live/live_window.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+constexpr double kPadding = 20, kMargin = 18, kMostWidth = 720, kLeastHeight = 180;  // design pixels
+constexpr Color kSensor = theme::rgb(255, 150, 40);  ///< as the sensor's outline in the scene
+
+struct Step {
+  const char *title, *sentence;
+};
+constexpr Step kSteps[] = {
+    {"Bare gel", "Nothing touches it until its background is measured."},
+    {"Press", "Press the object in by half a millimeter: enough that its texture shows."},
+    {"Roll slowly", "Then come back to where you began, so that the loop closes."},
+};
+
+int step_now(const LiveFrame& frame) {
+  if (frame.words.state == "background") return 0;
+  return frame.status.track == TrackStatus::no_contact ? 1 : 2;
+}
+
+void draw_steps(Ui& ui, const LiveFrame& frame) {
+  const int now = step_now(frame);
+  for (int i = 0; i < 3; ++i) {
+    const Step& step = kSteps[i];
+    const Color color = i < now ? theme::kGreen : i == now ? theme::kBlue : theme::kLine;
+    const Box place = ui.room();
+    const float radius = ui.px(13);
+    ui.disc(place.x + radius, place.y + radius, radius, color);
+    ui.text_centered(Face::body, {place.x, place.y, 2 * radius, 2 * radius},
+                     i > now ? theme::kText : theme::kBackdrop, std::to_string(i + 1));
+    ui.indent(38);
+    ui.text(Face::title, i > now ? theme::kDim : theme::kText, step.title);
+    ui.gap(2);
+    ui.paragraph(Face::body, i == now ? theme::kText : theme::kDim, step.sentence);
+    ui.indent(-38);
+    ui.gap(i < 2 ? 16 : 0);
+  }
+}
+
+/// The camera's picture in the sensor's outline, with a circle where to press.
+void draw_gel(Ui& ui, const LiveFrame& frame) {
+  const float width = ui.room().width;
+  const float aspect = frame.tactile->empty() ? 0.75F : frame.tactile->aspect();
+  const Box box{ui.room().x, ui.room().y, width, width * aspect};
+  if (frame.tactile->empty())
+    ui.fill(box, theme::kRaised, 8);
+  else
+    ui.image(*frame.tactile, box, 8);
+  ui.frame(box, kSensor, 8, 2);
+  if (step_now(frame) == 1)
+    ui.ring(box.x + 0.5F * box.width, box.y + 0.5F * box.height, 0.28F * box.height, theme::kText, 2, box);
+  ui.gap(static_cast<double>(box.height / ui.px(1)) + 6);
+  ui.text(Face::small, theme::kDim, "The gel, as the camera sees it");
+}
+
+struct Fact {
+  const char* label;
+  std::string value;
+  Color color = theme::kText;
+};
+
+std::vector<Fact> facts_of(const LiveFrame& frame) {
+  const LiveStatus& s = frame.status;
+  const Guidance& g = frame.guidance;
+  std::vector<Fact> facts;
+  if (g.area_mm2 > 0) {
+    facts.push_back(
+        {"Surface", fmt::format("{:.0f} mm\u00b2, {} keyframes", g.area_mm2, text_of_count(s.keyframes))});
+    facts.push_back({"Coverage", g.is_enough()
+                                     ? std::string("closed all around")
+                                     : fmt::format("{:.0f} % closed", std::floor(100 * g.closed_share))});
+  }
+  if (s.drift_mm > 0)
+    facts.push_back(
+        {"Expected error", fmt::format("at most {:.2f} mm, {:.1f}\u00b0", s.drift_mm, s.drift_deg),
+         s.drift_mm > kLargeDriftMm || s.drift_deg > kLargeDriftDeg ? theme::kAmber : theme::kText});
+  facts.push_back(
+      {"Not joined",
+       s.components > 1 ? fmt::format("{} of {} pieces", s.components - 1, s.components) : "nothing",
+       s.components > 1 ? theme::kAmber : theme::kText});
+  return facts;
+}
+
+}  // namespace
+
+void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
+  if (view.height < ui.px(kLeastHeight)) return;
+  const float width = std::min(ui.px(kMostWidth), view.width - ui.px(2 * kMargin));
+  ui.begin_panel("##start", {view.x + 0.5F * view.width, view.y + 0.5F * view.height, width, 0}, kPadding, 10,
+                 0.5F, 0.5F);
+  const bool has_room = width >= ui.px(560) && view.height >= ui.px(330);
+  if (!has_room) {
+    draw_steps(ui, frame);
+  } else if (ui.begin_table("##both", 2, 24)) {
+    ui.next_cell();
+    draw_gel(ui, frame);
+    ui.next_cell();
+    draw_steps(ui, frame);
+    ui.end_table();
+  }
+  ui.end_panel();
+}
+
+void draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
+              double now_s) {
+  if (view.height < ui.px(kLeastHeight)) return;
+  const float width = std::min(ui.px(380), view.width - ui.px(2 * kMargin));
+  ui.begin_panel("##end", {view.x + ui.px(kMargin), view.y + ui.px(10), width, 0}, 16, 10);
+  for (const Fact& fact : facts_of(frame)) {
+    ui.row(Face::body, fact.label, fact.value, theme::kDim, fact.color);
+    ui.gap(5);
+  }
+  if (names_folder && !frame.output_folder.empty()) {
+    ui.gap(4);
+    ui.text(Face::small, theme::kDim, "Saved in");
+    ui.paragraph(Face::body, theme::kText, frame.output_folder);
+  }
+  ui.gap(12);
+  std::optional<Action> clicked;
+  bool first = true;
+  for (const Action action : {Action::export_mesh, Action::view_run, Action::go_on}) {
+    const auto& rows = controls.rows();
+    const auto row =
+        std::find_if(rows.begin(), rows.end(), [&](const ActionRow& r) { return r.action == action; });
+    const ButtonLook look = controls.button(*row);
+    if (!look.shown) continue;
+    if (!std::exchange(first, false)) ui.same_line(8);
+    if (ui.button(look.label, row->key, theme::kBlue)) clicked = action;
+  }
+  ui.end_panel();
+  if (clicked) controls.perform(*clicked, now_s);
+}
+
+}  // namespace gelslam::viewer::detail

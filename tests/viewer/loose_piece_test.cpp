@@ -1,0 +1,117 @@
+#include "live/loose_piece.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../support/round_touch.hpp"
+
+namespace gelslam::viewer::detail {
+namespace {
+
+using Eigen::Vector3d;
+
+Pose at(double x, double y, double z) {
+  Pose pose = Pose::Identity();
+  pose.translation() = Vector3d(x, y, z);
+  return pose;
+}
+
+/// Two keyframes of the map, two of a trial that is not joined to it, 1 mm apart.
+class LoosePieceTest : public testing::Test {
+ protected:
+  LoosePieceTest() {
+    map_.shown_component = 0;
+    for (int id = 0; id < 4; ++id) {
+      MapSnapshot::Node node;
+      node.keyframe = id;
+      node.trial = id / 2;
+      node.component = id < 2 ? 0 : 2;
+      node.component_T_keyframe = at(id % 2, 0, 0);
+      node.surface = StoredSurface(test::round_touch());
+      map_.nodes.push_back(node);
+    }
+    touch(3);
+  }
+  void touch(int keyframe) {
+    auto touch = std::make_shared<LiveTouch>();
+    touch->surface = test::round_touch();
+    touch->status = TrackStatus::tracked;
+    touch->keyframe = keyframe;
+    touch->keyframe_T_frame = at(0, 0.5, 0);
+    touch_ = touch;
+  }
+  bool follow(double now_s) { return piece_.follow(map_, touch_, now_s); }
+
+  MapSnapshot map_;
+  std::shared_ptr<const LiveTouch> touch_;
+  LoosePiece piece_;
+  const Eigen::AlignedBox3f box_{Eigen::Vector3f(-5, -5, -1), Eigen::Vector3f(5, 5, 1)};
+};
+
+TEST_F(LoosePieceTest, GrowsBesideTheMap) {
+  EXPECT_TRUE(follow(0));
+  ASSERT_TRUE(piece_.is_apart());
+  piece_.place_beside(box_, OrbitCamera());
+  ASSERT_TRUE(piece_.is_shown());
+  EXPECT_FALSE(piece_.box_mm().intersects(box_)) << "beside it";
+  EXPECT_GT(piece_.box_mm().min().x(), 5) << "to its right as the camera sees it";
+  const auto touch = piece_.map_T_touch();
+  ASSERT_TRUE(touch);
+  EXPECT_TRUE((piece_.map_T_piece().inverse() * *touch).isApprox(at(0, 0.5, 0), 1e-9))
+      << "anchor is keyframe 3";
+  EXPECT_FALSE(follow(0.1)) << "nothing new";
+  const std::size_t vertices = piece_.mesh().vertices.size();
+  map_.nodes.push_back(map_.nodes.back());
+  map_.nodes.back().keyframe = 4;
+  map_.nodes.back().component_T_keyframe = at(2, 0, 0);
+  EXPECT_TRUE(follow(0.2));
+  EXPECT_EQ(2 * piece_.mesh().vertices.size(), 3 * vertices) << "three keyframes instead of two";
+}
+
+TEST_F(LoosePieceTest, MovesToItsPlaceWhenALoopJoinsIt) {
+  follow(0);
+  piece_.place_beside(box_, OrbitCamera());
+  const Pose beside = piece_.map_T_piece();
+  for (MapSnapshot::Node& node : map_.nodes) node.component = 0;
+  map_.nodes[3].component_T_keyframe = at(0, 4, 0);
+  follow(1);
+  EXPECT_TRUE(piece_.take_joined());
+  EXPECT_FALSE(piece_.take_joined()) << "said once";
+  EXPECT_FALSE(piece_.is_apart());
+  piece_.move(1);
+  EXPECT_TRUE(piece_.map_T_piece().isApprox(beside, 1e-6));
+  piece_.move(1.5);
+  EXPECT_TRUE(piece_.is_moving());
+  const double way_mm = (beside.translation() - Vector3d(0, 4, 0)).norm();
+  EXPECT_NEAR((piece_.map_T_piece().translation() - Vector3d(0, 4, 0)).norm(), 0.5 * way_mm, 0.01 * way_mm);
+  piece_.move(2.01);
+  EXPECT_TRUE(piece_.map_T_piece().isApprox(at(0, 4, 0), 1e-6));
+  piece_.move(5);
+  EXPECT_FALSE(piece_.is_shown()) << "the map shows it now";
+}
+
+TEST_F(LoosePieceTest, GoesWhenItIsTakenBack) {
+  follow(0);
+  piece_.place_beside(box_, OrbitCamera());
+  map_.nodes.resize(2);
+  touch_ = nullptr;
+  follow(1);
+  EXPECT_FALSE(piece_.is_shown());
+}
+
+TEST_F(LoosePieceTest, StaysWhileNothingTouches) {
+  follow(0);
+  piece_.place_beside(box_, OrbitCamera());
+  touch(-1);
+  follow(1);
+  EXPECT_TRUE(piece_.is_apart());
+  EXPECT_FALSE(piece_.map_T_touch());
+}
+
+TEST_F(LoosePieceTest, WhatIsOnTheMapIsNone) {
+  touch(1);
+  EXPECT_FALSE(follow(0));
+  EXPECT_FALSE(piece_.is_apart());
+}
+
+}  // namespace
+}  // namespace gelslam::viewer::detail
