@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/overlap_prior.hpp"
 #include "synthetic_graph.hpp"
 
 namespace gelslam {
@@ -69,10 +70,11 @@ TEST(PoseGraph, WeighsMeasurementsByTheirInformation) {
   a.from_T_to.translation() = Eigen::Vector3d(1.0, 0, 0);
   b.from_T_to.translation() = Eigen::Vector3d(1.1, 0, 0);
   const PoseGraphSolution solution = solve_pose_graph(start, {a, b}, {});
-  EXPECT_NEAR(solution.component_T_node.at(1).translation().x(),
-              (1.0 / 0.01 + 1.1 / 0.04) / (1 / 0.01 + 1 / 0.04), 1e-6);
-  EXPECT_NEAR(solution.edge_residual[0], 0.02 / 0.1, 1e-6);
-  EXPECT_NEAR(solution.edge_residual[1], 0.08 / 0.2, 1e-6);
+  const double of_a = 1 / 0.01 + overlap_prior()[3], of_b = 1 / 0.04 + overlap_prior()[3];
+  const double mean = (of_a * 1.0 + of_b * 1.1) / (of_a + of_b);
+  EXPECT_NEAR(solution.component_T_node.at(1).translation().x(), mean, 1e-6);
+  EXPECT_NEAR(solution.edge_residual[0], (mean - 1.0) * std::sqrt(of_a), 1e-6);
+  EXPECT_NEAR(solution.edge_residual[1], (1.1 - mean) * std::sqrt(of_b), 1e-6);
 }
 
 // Correlated noise: information with off-diagonal blocks. The minimum over node 1 of two edges is the
@@ -91,8 +93,9 @@ TEST(PoseGraph, UsesTheWholeInformationMatrix) {
   const Eigen::Vector3d ta(0.1, 0.2, -0.1), tb(-0.2, 0.1, 0.3);
   a.from_T_to.translation() = ta;
   b.from_T_to.translation() = tb;
-  const Eigen::Vector3d expected =
-      (a_information + b_information).inverse() * (a_information * ta + b_information * tb);
+  const Eigen::Matrix3d prior = overlap_prior().tail<3>().asDiagonal();
+  const Eigen::Matrix3d of_a = a_information + prior, of_b = b_information + prior;
+  const Eigen::Vector3d expected = (of_a + of_b).inverse() * (of_a * ta + of_b * tb);
   const PoseGraphSolution solution =
       solve_pose_graph({{0, Pose::Identity()}, {1, Pose::Identity()}}, {a, b}, {});
   EXPECT_LT((solution.component_T_node.at(1).translation() - expected).norm(), 1e-6);
