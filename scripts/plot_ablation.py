@@ -65,7 +65,7 @@ def draw_silent(plot, rows, mechanisms):
 
 def draw(rows, path):
     mechanisms, sets, models = (in_order(r[column] for r in rows) for column in ("without", "set", "model"))
-    figure, plots = plt.subplots(1, 2 * len(models), figsize=(2.2 + 6.2 * len(models), 1.3 + 0.52 * len(mechanisms)), dpi=120,
+    figure, plots = plt.subplots(1, 2 * len(models), figsize=(2.2 + 6.2 * len(models), 1.3 + 0.34 * len(mechanisms)), dpi=120,
                                  sharey=True, squeeze=False, width_ratios=(3, 1) * len(models))
     for index, model in enumerate(models):
         mine = [r for r in rows if r["model"] == model]
