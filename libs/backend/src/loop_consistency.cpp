@@ -7,6 +7,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "motion_forest.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 namespace {
@@ -85,10 +86,10 @@ class Consistency {
     for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
       const Link& l = link(i);
       if (!l.loop) continue;
-      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && supported(forest, l);
+      accepted_[l.edge] = forest.tree(l.from) == forest.tree(l.to) && (ablated("support") || supported(forest, l));
       if (accepted_[l.edge]) loops.push_back(i);
     }
-    leave_out_contradicted(forest, loops);
+    if (!ablated("peers")) leave_out_contradicted(forest, loops);
     return accepted_;
   }
 
@@ -139,7 +140,7 @@ class Consistency {
     std::vector<Agreement> found;
     for (auto& [pieces, loops] : between) {
       const Agreement agreement = largest_agreement(forest, thinned(loops));
-      if (agreement.enough && agreement.loops > agreement.rival_loops) found.push_back(agreement);
+      if (agreement.enough && (ablated("rival_loops") || agreement.loops > agreement.rival_loops)) found.push_back(agreement);
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const Agreement& a, const Agreement& b) { return a.loops > b.loops; });
@@ -185,7 +186,7 @@ class Consistency {
     for (std::size_t i = 0; i < loops.size(); ++i) {
       if (!chosen[i]) continue;
       const Link& a = link(loops[i]);
-      if (!a.tentative) return true;
+      if (!a.tentative || ablated("tentative")) return true;
       for (std::size_t j = 0; j < i; ++j) {
         const Link& b = link(loops[j]);
         if (chosen[j] && a.from != b.from && a.to != b.to && a.from != b.to && a.to != b.from) return true;

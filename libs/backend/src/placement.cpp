@@ -6,6 +6,7 @@
 #include "gelslam/core/index.hpp"
 #include "motion_forest.hpp"
 #include "whitened_graph.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam::backend::detail {
 namespace {
@@ -136,7 +137,7 @@ class Placement {
 }  // namespace
 
 void place_pieces(const std::vector<WhitenedEdge>& edges, std::vector<NodeState>& nodes) {
-  Placement(edges, nodes).run();
+  if (!ablated("placement")) Placement(edges, nodes).run();
 }
 
 }  // namespace gelslam::backend::detail

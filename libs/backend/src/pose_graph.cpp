@@ -12,6 +12,7 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/index.hpp"
 #include "whitened_graph.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 namespace {
@@ -183,7 +184,10 @@ class Solver {
     if (nodes_.empty()) build(estimate);
     nodes_ = estimate.nodes;
     unknowns_ = estimate.unknowns;
-    loop_loss_.Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
+    if (ablated("cauchy"))
+      loop_loss_.Reset(nullptr, ceres::TAKE_OWNERSHIP);
+    else
+      loop_loss_.Reset(new ceres::CauchyLoss(scale), ceres::TAKE_OWNERSHIP);
 
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -300,7 +304,7 @@ Progress solve_everywhere(const Graph& graph, const PoseGraphOptions& options, E
   Solver solver(graph, options);
   progress.add(solver.solve(estimate, options.loop_loss_scale));
   evaluate(graph, options, estimate);
-  if (!options.reconsider_outliers || options.only_where_needed || estimate.worst_loop <= kMaxMismatch)
+  if (ablated("wide_kernel") || !options.reconsider_outliers || options.only_where_needed || estimate.worst_loop <= kMaxMismatch)
     return progress;
   Estimate second = solve_from_wide_kernel(solver, graph, options, estimate, progress.iterations);
   if (second.cost < estimate.cost) estimate = std::move(second);
@@ -337,7 +341,7 @@ PoseGraphSolution describe(const Graph& graph, const Estimate& estimate) {
   solution.edge_residual = estimate.residuals;
   for (std::size_t i = 0; i < graph.edges.size(); ++i)
     solution.edge_outlier.push_back(graph.edges[i].kind == EdgeKind::loop &&
-                                    estimate.residuals[i] > kMaxMismatch);
+                                    !ablated("outliers") && estimate.residuals[i] > kMaxMismatch);
   solution.final_cost = estimate.cost;
   return solution;
 }

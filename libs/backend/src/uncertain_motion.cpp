@@ -9,6 +9,7 @@
 
 #include "gelslam/core/gradient_model.hpp"
 #include "motion_forest.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 
@@ -59,7 +60,8 @@ MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge) {
 }
 
 Eigen::Vector4d scale_sigmas(double sigma) {
-  return sigma * Eigen::Vector4d(1, kCrossAxisShare, kCrossAxisShare, 1);
+  const double cross = ablated("cross_axes") ? 1e-6 : kCrossAxisShare;
+  return sigma * Eigen::Vector4d(1, cross, cross, 1);
 }
 
 SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, double sigma) {

@@ -7,6 +7,7 @@
 #include "gelslam/registration/relocalization.hpp"
 #include "gelslam/surface/contact_overlap.hpp"
 #include "gelslam/surface/surface.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 namespace {
@@ -23,7 +24,7 @@ constexpr double kResidualSigma = 1.0 / kGateSigmas;
 
 // A contact's size swings as an object rolls over its bumps: it ends where so much less of it is left than
 // a trial begins with. Registration tells whether that is enough.
-constexpr int kContactShrinks = 4;
+const int kContactShrinks = ablated("contact_hysteresis") ? 1 : 4;
 
 bool is_near(const RegistrationResult& registration, const Pose& reference_T_expected, double limit_mm) {
   return innovation_mm(registration, reference_T_expected.inverse()) <= limit_mm;
@@ -32,6 +33,7 @@ bool is_near(const RegistrationResult& registration, const Pose& reference_T_exp
 /// A motion at constant velocity, carried on for another time.
 Pose carried_on(const Pose& step, double step_s, double elapsed_s) {
   constexpr double kSameS = 1e-6;
+  if (ablated("prediction")) return Pose::Identity();
   if (step_s <= 0 || std::abs(elapsed_s - step_s) < kSameS) return step;
   return se3_exp(se3_log(step) * (elapsed_s / step_s));
 }
@@ -150,6 +152,7 @@ bool Tracker::passes_gate(const RegistrationResult& registration, const Pose& re
   const double sigma_mm = std::sqrt(innovation_variance_) * elapsed_s;
   const double residual_increase = (registration.normal_rmse_rad - previous_.residual_rad) /
                                    (kResidualSigma * normal_flow_.normal_noise_rad);
+  if (ablated("gate")) return registration.ok();
   return registration.ok() && kGateSigmas * sigma_mm <= kMinPeriodMm && residual_increase <= kGateSigmas &&
          normalized_innovation(registration, reference_T_expected.inverse(), sigma_mm) <= kGateSigmas;
 }
@@ -189,7 +192,7 @@ RegistrationResult Tracker::relocalize_on(const Reference& reference, const Surf
 /// The frame before fitted at several places. If this frame is where the motion to the expected one of them
 /// leads, that motion was real: the object was moving already when the trial began. Otherwise not ok.
 RegistrationResult Tracker::continue_motion(const Surface& surface, double time_s) {
-  if (!lost_ || !lost_->keyframe_T_unconfirmed) return {};
+  if (!lost_ || !lost_->keyframe_T_unconfirmed || ablated("continued_motion")) return {};
   const Pose keyframe_T_lost = *std::exchange(lost_->keyframe_T_unconfirmed, std::nullopt);
   const double first_s = lost_->last.time_s - lost_->since_s, second_s = time_s - lost_->last.time_s;
   const Pose step = previous_.link.previous_T_this.inverse() * keyframe_T_lost;
@@ -212,7 +215,7 @@ RegistrationResult Tracker::track_with_fallback(TrackedFrame& result, const Surf
   std::shared_ptr<const PreparedReference> prepared;
   std::optional<Reference> previous;
   RegistrationResult on_previous;
-  if (previous_.frame != keyframe_->frame) {
+  if (previous_.frame != keyframe_->frame && !ablated("fallback")) {
     prepared = registrar_->prepare(previous_.surface);
     previous.emplace(reference_of(*prepared, Pose::Identity(), result.time_s));
     on_previous = register_to(*previous, surface);
@@ -315,7 +318,7 @@ std::shared_ptr<const ContactRelief> Tracker::contact_of(
 }
 
 void Tracker::set_neighborhood(const Neighborhood& neighborhood) {
-  if (!in_trial_ || neighborhood.center != keyframe_->id) return;
+  if (!in_trial_ || neighborhood.center != keyframe_->id || ablated("known_ground")) return;
   std::vector<Known> known;
   for (const auto& [keyframe, center_T_keyframe] : neighborhood.others)
     known.push_back({{contact_of(keyframe), normalized(trial_T_keyframe_ * center_T_keyframe)}, keyframe});

@@ -8,6 +8,7 @@
 #include "normal_flow_kernels.hpp"
 #include "normal_flow_reference.hpp"
 #include "registration_quality.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 namespace {
@@ -74,7 +75,8 @@ class Alignment {
     while (result.iterations < options_.max_iterations && !converged) {
       warp(reference_.samples, view_, target_T_reference, residuals());
       if (count_shared(residuals()) < options_.min_shared_pixels) return false;
-      apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
+      if (!ablated("robust_weights"))
+        apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
       progress.add(sum_residuals(residuals()));
       NormalEquations equations = linearize(reference_.samples, residuals());
       const Vector5d from_initial = se3_log(initial.inverse() * target_T_reference).head<kParameters>();
@@ -114,7 +116,8 @@ class Alignment {
   /// Fills the residuals.
   HeightGap lay_upon_target(const Pose& target_T_reference) {
     warp(reference_.samples, view_, target_T_reference, residuals());
-    apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
+    if (!ablated("robust_weights"))
+      apply_robust_weights(residuals(), static_cast<float>(options_.robust_scale_rad));
     return height_gap(reference_.samples, target_, target_T_reference, residuals());
   }
 
@@ -170,7 +173,7 @@ RegistrationResult register_normal_flow(const NormalFlowReference& reference, co
   result.status = RegistrationStatus::too_little_overlap;
   if (!alignment.converge(initial, Matrix5d::Identity(), result)) return result;
   const Directions observable = alignment.finish(result);
-  if (observable.cols() == kParameters || observable.cols() == 0) return result;
+  if (observable.cols() == kParameters || observable.cols() == 0 || ablated("fixed_directions")) return result;
 
   // Along directions that the surfaces do not show, noise has moved the pose: repeat without moving there.
   RegistrationResult fixed = result;

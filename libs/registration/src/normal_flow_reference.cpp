@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/registration/verification.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 namespace {
@@ -40,7 +41,7 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   const auto wanted = static_cast<std::size_t>(max_samples);
   if (candidates.size() <= wanted) return candidates;
 
-  const std::size_t bent = wanted / 2, even = wanted - bent, rest = candidates.size() - bent;
+  const std::size_t bent = ablated("bent_samples") ? 1 : wanted / 2, even = wanted - bent, rest = candidates.size() - bent;
   const float limit = curvature_of_rank(bend, bent);
   // Pixels of just that curvature that still belong to the bent ones.
   auto at_limit = static_cast<std::ptrdiff_t>(bent) -
@@ -69,7 +70,8 @@ class SampleWeight {
     cv::distanceTransform(surface.contact, distance_px_, cv::DIST_L2, 3);
   }
   float operator()(cv::Point p) const {
-    const float rim = 0.5f * (std::tanh(distance_px_(p) / scale_px_ - 1.0f) + 1.0f);
+    static const bool none = ablated("rim_weight");
+    const float rim = none ? 1.0f : 0.5f * (std::tanh(distance_px_(p) / scale_px_ - 1.0f) + 1.0f);
     return rim * static_cast<float>(confidence_(p)) * (1.0f / 255.0f);
   }
 

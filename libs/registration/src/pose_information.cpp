@@ -4,6 +4,7 @@
 
 #include "gelslam/core/gradient_model.hpp"
 #include "registration_quality.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam::registration::detail {
 namespace {
@@ -49,6 +50,7 @@ Vector6d motion_variance(const CenterMotion& motion, bool all_observable, double
   sigma << tilt_sigma(motion.turn_rad.x(), motion.turn_rad.y()),
       tilt_sigma(motion.turn_rad.y(), motion.turn_rad.x()), kTwistPerTilt * tilt, slide_sigma, slide_sigma,
       std::hypot(options.gradient_scale_error * motion.shift_mm.z(), kDepthPerSlide * slide);
+  if (ablated("errors_of_motion")) return Vector6d::Zero();
   return (model_sigma * sigma).cwiseAbs2();
 }
 
@@ -102,7 +104,7 @@ Vector6d membrane_bias(const ObservableDirections& directions, const Registratio
   const double deepest = std::max(before, after);
   if (deepest == 0) return Vector6d::Zero();
   Vector6d pull;
-  pull.head<kParameters>() = kHangingShare * (after - before) / deepest * directions.by_slopes;
+  pull.head<kParameters>() = (ablated("membrane_bias") ? 0 : kHangingShare) * (after - before) / deepest * directions.by_slopes;
   pull[5] = -pull.head<3>().cross(center).z();  // the center's height is read
   return pull;
 }

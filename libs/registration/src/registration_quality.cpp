@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam::registration::detail {
 namespace {
@@ -99,6 +100,7 @@ double least_share(double shared_share, const NormalFlowReference::Impl& referen
 bool curvature_matches(const CurvatureAgreement& agreement, double normal_rmse_rad,
                        const NormalFlowOptions& options) {
   if (agreement.cosine_similarity >= options.ccs_threshold) return true;
+  if (ablated("smooth_surfaces")) return false;
   return agreement.rms_per_px < options.smooth_curvature_per_px &&
          !is_far_above_noise(normal_rmse_rad, options);
 }

@@ -6,6 +6,7 @@
 
 #include "gelslam/registration/relocalization.hpp"
 #include "texture_spectrum.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 namespace {
@@ -66,7 +67,7 @@ RegistrationResult verify(const NormalFlowReference& reference, const NormalFlow
   const auto repeats = [&](const NormalFlowReference& shown) {
     return shown.self_similarity() > options.max_self_similarity;
   };
-  if (2 * candidate.sigma_mm > kMinPeriodMm / 2 && (repeats(reference) || repeats(target))) {
+  if (!ablated("repeating_surfaces") && 2 * candidate.sigma_mm > kMinPeriodMm / 2 && (repeats(reference) || repeats(target))) {
     result.status = RegistrationStatus::ambiguous;
     return result;
   }
@@ -83,10 +84,10 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
                                      const VerificationOptions& options) {
   RegistrationResult result = registration;
   if (!result.ok()) return result;
-  if (result.texture_correlation < min_texture_correlation(prior, options) ||
+  if (ablated("texture_correlation") ? false : result.texture_correlation < min_texture_correlation(prior, options) ||
       result.height_rmse_mm > options.max_height_rmse_mm)
     result.status = RegistrationStatus::curvature_mismatch;
-  else if (free_space_violation(reference.surface(), target, result.target_T_reference) >
+  else if (!ablated("free_space") && free_space_violation(reference.surface(), target, result.target_T_reference) >
            options.max_free_space_violation)
     result.status = RegistrationStatus::free_space_violation;
   return result;

@@ -1,3 +1,4 @@
+#include "gelslam/core/ablated.hpp"
 #include "gelslam/slam/mapper.hpp"
 
 #include <algorithm>
@@ -58,7 +59,7 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
     if (in_map[id]) contact_pixels.push_back(keyframes[id]->surface.contact_pixels());
   const double typical_pixels = median(std::move(contact_pixels));
   std::size_t id = 0;
-  while (!in_map[id] || 4 * keyframes[id]->surface.contact_pixels() < 3 * typical_pixels) ++id;
+  while (!in_map[id] || (!ablated("anchor") && 4 * keyframes[id]->surface.contact_pixels() < 3 * typical_pixels)) ++id;
   return static_cast<int>(id);
 }
 
@@ -295,7 +296,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
       frame.keyframe = -1;  // its keyframe has not reached the mapper yet
   map.keyframes = keyframes_;
   std::vector<PoseGraphEdge> edges = edges_;
-  for (const LoopConstraint& loop : rejoin_broken_trials(keyframes_, map.frames, parts_, options_)) {
+  for (const LoopConstraint& loop : ablated("rejoin") ? std::vector<LoopConstraint>{} : rejoin_broken_trials(keyframes_, map.frames, parts_, options_)) {
     const bool known = std::any_of(edges_.begin(), edges_.end(), [&](const PoseGraphEdge& edge) {
       return edge.from == loop.from && edge.to == loop.to;
     });

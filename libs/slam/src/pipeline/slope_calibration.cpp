@@ -12,6 +12,7 @@
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/progress.hpp"
 #include "gelslam/registration/slope_sensitivity.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam::slam::detail {
 namespace {
@@ -286,7 +287,7 @@ std::optional<CalibratedMap> calibrated_in_rounds(const SlamMap& read, const Pos
     if (stop_requested()) return std::nullopt;
     map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
     const Evidence evidence = register_again(map, registration, threads, progress);
-    if (round == 0 && !is_demanded(map, evidence, sigma, pose_graph)) return std::nullopt;
+    if (round == 0 && !ablated("demanded") && !is_demanded(map, evidence, sigma, pose_graph)) return std::nullopt;
     const SharedUnknowns shared = knowledge(evidence, kFolds, map.correction, sigma);
     map.solution = solve_pose_graph(map.solution.component_T_node, map.edges, pose_graph, shared);
     SlopeCorrection step;
@@ -298,6 +299,7 @@ std::optional<CalibratedMap> calibrated_in_rounds(const SlamMap& read, const Pos
     if (size_of(step, sigma) < kSettledSigmas) break;
   }
   map.keyframes = corrected(read.keyframes, map.correction, registration, threads);
+  if (!ablated("measured_again"))
   // The rounds extrapolated the poses along the factors' derivatives, which are noise where a surface hardly
   // shows a direction. The final poses are measured on the corrected surfaces.
   measure_again(map, registration, threads, progress);

@@ -11,6 +11,7 @@
 #include "gelslam/surface/slopes.hpp"
 #include "lanes.hpp"
 #include "photometry/blocks.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
@@ -162,6 +163,12 @@ void BareGelLeveler::add_correction(cv::Mat1f& height_px) {
 BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat1b& changed) {
   average_cells(height_px, changed);
   scratch_.clear();
+  if (ablated("leveling")) {
+    for (int v = 0; v < height_px.rows; ++v)
+      scratch_.insert(scratch_.end(), height_px[v], height_px[v] + height_px.cols);
+    height_px -= quantile_in_place(scratch_, 0.85);
+    return {true, 0.1F};
+  }
   if (find_bare_cells() < kMinBareShare * grid_.area()) {
     for (int v = 0; v < height_px.rows; ++v)
       scratch_.insert(scratch_.end(), height_px[v], height_px[v] + height_px.cols);

@@ -8,6 +8,7 @@
 
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/target_clones.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
@@ -171,7 +172,8 @@ std::array<Light::Coefficients, 3> shrunk_solution(const std::array<Moments, 3>&
       squared_levels += solutions[c][i] * solutions[c][i];
     }
     constexpr double leaning = 3 * kLeaningLevels * kLeaningLevels;
-    shrinkage[i] = squared_levels > leaning ? 1.0 - leaning / squared_levels : 0.0;
+    static const bool unshrunk = ablated("light_shrinkage");
+    shrinkage[i] = unshrunk ? 1.0 : squared_levels > leaning ? 1.0 - leaning / squared_levels : 0.0;
   }
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t i = order.size(); i-- > 0;) {
@@ -326,7 +328,7 @@ LightTracker::Fit LightTracker::search(const Fit& followed) {
   Fit best = followed;
   Fit jumped = fit(scaled, kEven, kWidening);
   if (jumped.agree > kClearlyMore * best.agree) best = std::move(jumped);
-  if (!may_be_uneven_) return best;
+  if (!may_be_uneven_ || ablated("uneven_light")) return best;
   Light rows = scaled, last = light_;
   rows.row_gain = median_rows(scaled);
   last.row_gain.clear();
@@ -355,7 +357,7 @@ const Light& LightTracker::update(const cv::Mat3f& blocks, const cv::Mat1b& touc
   const double share = static_cast<double>(best.agree) / bare;
   if (share >= kExplainedShare) {
     share_at_vain_search_ = 1.0;
-  } else if (best.agree == 0 || share * kClearlyMore < share_at_vain_search_) {
+  } else if (!ablated("light_search") && (best.agree == 0 || share * kClearlyMore < share_at_vain_search_)) {
     const int followed = best.agree;
     best = search(best);
     share_at_vain_search_ = best.agree > followed ? 1.0 : share;

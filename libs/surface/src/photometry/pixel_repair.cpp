@@ -8,6 +8,7 @@
 #include "gelslam/core/target_clones.hpp"
 #include "gelslam/surface/background.hpp"
 #include "photometry/blocks.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam::surface::detail {
 namespace {
@@ -109,6 +110,7 @@ void PixelRepair::fill_background(const cv::Mat1b& dots) {
 
 const cv::Mat3b& PixelRepair::clean(const cv::Mat3b& bgr) {
   covered_.release();
+  if (ablated("pixel_repair")) return bgr;
   const cv::Mat3b& whole = replace_wrong_values(bgr);
   if (!find_spots(whole)) return whole;
   if (!dots_.empty()) covered_ = readable_ == 0;

@@ -8,6 +8,7 @@
 #include "gelslam/core/median.hpp"
 #include "heights/contact_mask.hpp"
 #include "heights/poisson.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 
@@ -70,6 +71,17 @@ std::array<double, SlopeCorrection::kTerms> SlopeCorrection::prior_sigma(double 
   std::copy(kOfAxis.begin(), kOfAxis.end(), sigma.begin() + kTermsPerAxis);
   sigma[kScaleX] = sigma[kScaleY] = gradient_scale_sigma;
   for (double& of_factor : sigma) of_factor *= model_sigma;
+  const auto without = [&](const char* name, std::initializer_list<std::size_t> terms) {
+    if (!ablated(name)) return;
+    for (const std::size_t term : terms)
+      for (std::size_t axis = 0; axis < 2; ++axis) sigma[axis * kTermsPerAxis + term] = 1e-6;
+  };
+  if (ablated("slopes_linear")) for (const std::size_t k : kLinear) sigma[k] = 1e-6;
+  if (ablated("slopes_cross")) sigma[1] = sigma[kTermsPerAxis] = 1e-6;
+  without("slopes_place", {2, 3, 4, 5});
+  without("slopes_squares", {6, 7, 8});
+  without("slopes_small", {9});
+  without("slopes_bias", {10, 11});
   return sigma;
 }
 

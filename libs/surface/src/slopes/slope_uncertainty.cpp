@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "gelslam/surface/slopes.hpp"
+#include "gelslam/core/ablated.hpp"
 
 namespace gelslam {
 namespace {
@@ -45,6 +46,10 @@ cv::Mat1b confidence_map(const SlopeUncertainty& uncertainty, cv::Size picture) 
   cv::Mat1f sigma;
   cv::resize(uncertainty.sigma_rad, sigma, picture, 0, 0, cv::INTER_LINEAR);
   cv::Mat1b map(picture);
+  if (ablated("confidence")) {
+    map.setTo(255);
+    return map;
+  }
   std::transform(sigma.begin(), sigma.end(), map.begin(), [least](float s) {
     const double share = std::min(1.0, least / static_cast<double>(s));
     return static_cast<unsigned char>(std::clamp(std::lround(255 * share * share), 1L, 255L));
