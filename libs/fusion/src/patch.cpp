@@ -5,10 +5,21 @@
 #include <string>
 
 #include "gelslam/core/error.hpp"
-#include "gelslam/surface/rim_weight.hpp"
 
 namespace gelslam::fusion::detail {
 namespace {
+
+/// sqrt(W), W = (tanh(d/l - 3) + 1)/2, l = H/60, d the distance to the mask's border in pixels: near it lies
+/// the gel's membrane rim and not the object (Huang et al., T-RO 2026). The root, because our mask ends
+/// before most of the membrane rim begins: W itself throws away good views, and the mean gets noisier
+/// (docs/algorithms.md).
+cv::Mat1f rim_weight(const cv::Mat1b& contact) {
+  cv::Mat1f distance;
+  cv::distanceTransform(contact, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  const float length = static_cast<float>(contact.rows) / 60.0f;
+  for (float& d : distance) d = d > 0 ? std::sqrt(0.5f * (std::tanh(d / length - 3.0f) + 1.0f)) : 0.0f;
+  return distance;
+}
 
 /// The image's border cuts a patch off without a membrane rim: fading it out there keeps it from making a
 /// step in the mean.

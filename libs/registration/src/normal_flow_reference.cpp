@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <opencv2/imgproc.hpp>
 
 #include "gelslam/registration/verification.hpp"
-#include "gelslam/surface/rim_weight.hpp"
 
 namespace gelslam {
 namespace {
@@ -59,19 +59,24 @@ std::vector<cv::Point> select_samples(const Surface& surface, int max_samples) {
   return selected;
 }
 
-/// Weight of a contact pixel: its confidence, and its distance to the contact's border.
+/// Weight of a contact pixel: its confidence, and its distance to the contact's border (Huang et al., T-RO
+/// 2026): near the border the gel spans from object to rest and does not show the object.
 class SampleWeight {
  public:
   explicit SampleWeight(const Surface& surface)
-      : confidence_(surface.confidence.empty() ? surface.contact : surface.confidence),
-        rim_(rim_weight(surface.contact)) {}
+      : scale_px_(static_cast<float>(surface.contact.rows) / 60.0f),
+        confidence_(surface.confidence.empty() ? surface.contact : surface.confidence) {
+    cv::distanceTransform(surface.contact, distance_px_, cv::DIST_L2, 3);
+  }
   float operator()(cv::Point p) const {
-    return rim_(p) * static_cast<float>(confidence_(p)) * (1.0f / 255.0f);
+    const float rim = 0.5f * (std::tanh(distance_px_(p) / scale_px_ - 1.0f) + 1.0f);
+    return rim * static_cast<float>(confidence_(p)) * (1.0f / 255.0f);
   }
 
  private:
+  float scale_px_;
   cv::Mat1b confidence_;
-  cv::Mat1f rim_;
+  cv::Mat1f distance_px_;
 };
 
 void set_jacobian(Samples& samples, std::size_t k, const cv::Vec3f& normal_dx, const cv::Vec3f& normal_dy) {
