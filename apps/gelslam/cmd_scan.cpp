@@ -34,14 +34,15 @@ std::optional<std::filesystem::path> choose_instead_of_camera(const std::string&
 }
 
 /// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
-int run_without_camera(const std::filesystem::path& source, LiveArguments live, LiveOptions options,
-                       WindowOptions window) {
+int run_without_camera(const std::filesystem::path& source, LiveArguments live) {
   const bool simulated = source == simulated_camera_name();
   if (simulated && live.model.empty()) live.model = simulated_camera_model(live.quiet).string();
+  const Config config = resolve_config(live.input(simulated ? "" : source.string()));
+  LiveOptions options = live.options(config);
   if (!simulated) options.log = source;
-  options.config = resolve_config(live.input(options.log.string()));
-  return run_live(pace(simulated ? open_simulated_camera() : open_raw_log(source, options.config.sensor)),
-                  options, live, std::move(window));
+  WindowOptions window = prepare_window(options, live);
+  return run_live(pace(simulated ? open_simulated_camera() : open_raw_log(source, config.sensor)), options,
+                  live, std::move(window));
 }
 
 /// Where a person is at a window and asked for no particular camera, they can choose something else.
@@ -53,20 +54,20 @@ bool may_choose(const ScanArguments& arguments) {
 int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
-  const Config config = resolve_config(live.input(""));
-  LiveOptions options = live.options(config);
-  WindowOptions window = prepare_window(options, live);
-  if (arguments.device == simulated_camera_name())
-    return run_without_camera(arguments.device, live, std::move(options), std::move(window));
+  if (arguments.device == simulated_camera_name()) return run_without_camera(arguments.device, live);
+  Config config;
   CameraInput camera;
   try {
+    config = resolve_config(live.input(""));
     camera = open_camera_input(config, arguments.device);
   } catch (const Error& error) {
     if (!may_choose(arguments)) throw;
     const auto chosen = choose_instead_of_camera(error.what(), live);
     if (!chosen) throw;
-    return run_without_camera(*chosen, live, std::move(options), std::move(window));
+    return run_without_camera(*chosen, live);
   }
+  LiveOptions options = live.options(config);
+  WindowOptions window = prepare_window(options, live);
   if (!arguments.no_log) options.record = camera.attachments;
   options.record_resized = arguments.resized;
   std::vector<std::string> go_on{"scan"};
