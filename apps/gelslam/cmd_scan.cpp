@@ -55,10 +55,13 @@ int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
   if (arguments.device == simulated_camera_name()) return run_without_camera(arguments.device, live);
-  Config config;
+  LiveOptions options;
+  WindowOptions window;
   CameraInput camera;
   try {
-    config = resolve_config(live.input(""));
+    const Config config = resolve_config(live.input(""));
+    options = live.options(config);
+    window = prepare_window(options, live);
     camera = open_camera_input(config, arguments.device);
   } catch (const Error& error) {
     if (!may_choose(arguments)) throw;
@@ -66,8 +69,6 @@ int run(ScanArguments arguments) {
     if (!chosen) throw;
     return run_without_camera(*chosen, live);
   }
-  LiveOptions options = live.options(config);
-  WindowOptions window = prepare_window(options, live);
   if (!arguments.no_log) options.record = camera.attachments;
   options.record_resized = arguments.resized;
   std::vector<std::string> go_on{"scan"};

@@ -80,7 +80,10 @@ TEST_F(Live, ANewScanAfterASaveGetsAFolderAndALogOfItsOwn) {
     EXPECT_EQ(session->status().run_folder, (folder / "run").string());
     session->save_now();
     EXPECT_EQ(session->status().next_run_folder, (folder / "run-2").string());
-    EXPECT_TRUE(comes_true([&] { return fs::exists(options.run_folder / "mesh.ply"); }));
+    // The files of a save appear one after the other.
+    EXPECT_TRUE(comes_true([&] {
+      return fs::exists(options.run_folder / "mesh.ply") && fs::exists(options.run_folder / "trajectory.tum");
+    }));
     saved = read("trajectory.tum");
     session->start_new_scan();
     EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
