@@ -1,5 +1,6 @@
-#include <iostream>
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "camera_input.hpp"
 #include "commands.hpp"
@@ -51,23 +52,32 @@ bool may_choose(const ScanArguments& arguments) {
   return !live.headless && live.script.empty() && arguments.device.empty() && live.continued.empty();
 }
 
+/// Called where `error` is handled: offers what can be shown instead, or throws it again.
+int run_instead(const ScanArguments& arguments, const Error& error) {
+  if (!may_choose(arguments)) throw;
+  const auto chosen = choose_instead_of_camera(error.what(), arguments.live);
+  if (!chosen) throw;
+  return run_without_camera(*chosen, arguments.live);
+}
+
 int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
   if (arguments.device == simulated_camera_name()) return run_without_camera(arguments.device, live);
-  LiveOptions options;
-  WindowOptions window;
+  Config config;
+  try {
+    config = resolve_config(live.input(""));
+  } catch (const Error& error) {
+    if (!live.model.empty() || !live.config.empty()) throw;  // there is a mistake in them
+    return run_instead(arguments, error);
+  }
+  LiveOptions options = live.options(config);
+  WindowOptions window = prepare_window(options, live);
   CameraInput camera;
   try {
-    const Config config = resolve_config(live.input(""));
-    options = live.options(config);
-    window = prepare_window(options, live);
     camera = open_camera_input(config, arguments.device);
   } catch (const Error& error) {
-    if (!may_choose(arguments)) throw;
-    const auto chosen = choose_instead_of_camera(error.what(), live);
-    if (!chosen) throw;
-    return run_without_camera(*chosen, live);
+    return run_instead(arguments, error);
   }
   if (!arguments.no_log) options.record = camera.attachments;
   options.record_resized = arguments.resized;
