@@ -66,13 +66,18 @@ std::vector<PoseGraphEdge> scale_corrected(std::vector<PoseGraphEdge> edges, con
 PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial,
                                             const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphOptions& options, double sigma) {
-  const PoseGraphSolution first = solve_pose_graph(initial, edges, options);
+  // Loops contradict each other for other reasons, too, and four factors explain a part of any: up to a sixth
+  // where they made the map worse, more where a network reads slopes too steep or too flat.
+  constexpr double kMinExplained = 0.2;  // of the robust cost
+  PoseGraphSolution first = solve_pose_graph(initial, edges, options);
   std::vector<PoseGraphEdge> agreed = edges;
   for (std::size_t i = 0; i < edges.size(); ++i)
     if (!first.edge_outlier[i])
       agreed[i].from_T_to =
           first.component_T_node.at(edges[i].from).inverse() * first.component_T_node.at(edges[i].to);
-  return solve_pose_graph(first.component_T_node, edges, options, gradient_scale_unknowns(agreed, sigma));
+  PoseGraphSolution scaled =
+      solve_pose_graph(first.component_T_node, edges, options, gradient_scale_unknowns(agreed, sigma));
+  return scaled.final_cost < (1 - kMinExplained) * first.final_cost ? scaled : first;
 }
 
 Matrix6d UncertainMotion::total_covariance(double gradient_scale_sigma) const {

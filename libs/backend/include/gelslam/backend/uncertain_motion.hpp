@@ -32,7 +32,8 @@ SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, 
 /// The edges as they would measure with slopes corrected by the factors; the same edges for no factors.
 std::vector<PoseGraphEdge> scale_corrected(std::vector<PoseGraphEdge> edges, const Eigen::VectorXd& factors);
 
-/// Poses, and the gradient scale as far as loops determine it. How an edge depends on the scale is asked at
+/// Poses, and the gradient scale where loops demand one: where it explains a good part of what they
+/// contradict; else the poses alone, without shared unknowns. How an edge depends on the scale is asked at
 /// the motion that all edges agree on without it: asked at the motion it measured, its noise would be in the
 /// residual and in the derivative, and each loop over known ground would make slopes flatter (errors in
 /// variables). Initial poses, and what it throws: see solve_pose_graph(). Source: own.
