@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "gelslam/core/error.hpp"
@@ -164,6 +164,15 @@ PressSet read_press_set(const fs::path& folder) {
   set.background = read_background(folder / "background.png");
   for (CalibrationPress& press : set.presses) read_press(set, press);
   return set;
+}
+
+void draw_circle(cv::Mat3b& picture, const ContactCircle& circle, const cv::Scalar& bgr, int enlargement,
+                 int thickness) {
+  constexpr int shift = 4;  // sub-pixel drawing
+  const auto part = [](double px) { return static_cast<int>(std::lround(px * (1 << shift))); };
+  const auto place = [&](double px) { return part(enlargement * (px + 0.5) - 0.5); };
+  cv::circle(picture, {place(circle.u_px), place(circle.v_px)}, part(enlargement * circle.radius_px), bgr,
+             thickness, cv::LINE_AA, shift);
 }
 
 void fill_markers(PressSet& set) {

@@ -1,9 +1,10 @@
 #include "windows/collect_window.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <string>
+
+#include "gelslam/calibration/press_coverage.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {
@@ -16,30 +17,51 @@ using viewer::Ui;
 namespace theme = viewer::theme;
 
 constexpr int kEnlargement = 3, kSide = 3;
-constexpr double kCollectSideWidth = 360, kCollectMargin = 20;  // design pixels
+constexpr double kCollectSideWidth = 360, kCollectMargin = 20, kKeyGap = 14;  // design pixels
 
-void draw_counts(Ui& ui, const Box& picture, const CollectView& view) {
-  const float width = picture.width / kSide, height = picture.height / kSide;
-  for (std::size_t zone = 0; zone < view.taken.size(); ++zone) {
-    const auto row = static_cast<float>(zone / kSide), column = static_cast<float>(zone % kSide);
-    const bool misses = view.missing[zone] > 0;
-    const Box label{picture.x + column * width + ui.px(8), picture.y + row * height + ui.px(8),
-                    ui.px(misses ? 84 : 40), ui.px(28)};
-    ui.fill(label, theme::with_alpha(theme::kPanel, 0.7), 6);
-    ui.text_centered(
-        Face::body, label, misses ? theme::kAmber : theme::kGreen,
-        misses ? std::to_string(view.missing[zone]) + " more" : std::to_string(view.taken[zone]));
+/// The picture, and in each ninth of it what is missing there, or else what was taken.
+void draw_picture(Ui& ui, const Box& place, const viewer::Texture& picture, const CollectView& view) {
+  ui.begin_panel("##picture", place, 0, 6);
+  ui.image(picture, place);
+  if (ui.begin_table("##ninths", kSide)) {
+    for (std::size_t zone = 0; zone < view.taken.size(); ++zone) {
+      const bool misses = view.missing[zone] > 0;
+      ui.next_cell();
+      ui.begin_child(press_zone_name(zone), place.height / kSide);
+      ui.indent(8);
+      ui.gap(8);
+      ui.tag(Face::body, ui.room().x, ui.room().y, misses ? theme::kAmber : theme::kGreen,
+             theme::with_alpha(theme::kPanel, 0.7),
+             misses ? std::to_string(view.missing[zone]) + " more" : std::to_string(view.taken[zone]), 0, 0);
+      ui.end_child();
+    }
+    ui.end_table();
   }
+  ui.end_panel();
+}
+
+void draw_keys(Ui& ui, const viewer::Controls& controls) {
+  if (!ui.begin_table("##keys", 2, kKeyGap, true)) return;
+  for (const viewer::ActionRow& row : controls.rows()) {
+    ui.next_cell();
+    ui.gap(kKeyGap);
+    ui.text(Face::body, theme::kDim, row.key, viewer::Cut::none);
+    ui.next_cell();
+    ui.gap(kKeyGap);
+    ui.text(Face::body, theme::kDim, row.help, viewer::Cut::none);
+  }
+  ui.end_table();
 }
 
 void draw_side(Ui& ui, const Box& box, const CollectView& view, const viewer::Controls& controls) {
-  ui.begin_panel("##side", box, kCollectMargin, 10);
   const auto paragraph = [&ui](Face face, Color color, const std::string& text, double gap) {
     if (text.empty()) return;
     ui.paragraph(face, color, text);
     ui.gap(gap);
   };
-  const float bottom = ui.room().bottom();
+  ui.begin_panel("##side", box, kCollectMargin, 10);
+  const float keys = static_cast<float>(controls.rows().size()) * (ui.height_of(Face::body) + ui.px(kKeyGap));
+  ui.begin_child("##state", ui.room().height - keys);
   paragraph(Face::small, theme::kDim, "BALL PRESSES", 6);
   paragraph(Face::figure, theme::kText, std::to_string(view.presses) + " of " + std::to_string(view.wanted),
             10);
@@ -50,18 +72,9 @@ void draw_side(Ui& ui, const Box& box, const CollectView& view, const viewer::Co
             10);
   paragraph(Face::body, theme::kText, view.hint, 18);
   paragraph(Face::body, theme::kAmber, view.warning, 18);
-  float y = bottom - ui.px(30) * static_cast<float>(controls.rows().size()) + ui.px(10);
-  for (const viewer::ActionRow& row : controls.rows()) {
-    ui.text_at(Face::body, box.x + ui.px(kCollectMargin), y, theme::kDim, row.key + "   " + row.help);
-    y += ui.px(30);
-  }
+  ui.end_child();
+  draw_keys(ui, controls);
   ui.end_panel();
-}
-
-/// The largest box of the picture's shape in the middle of a place.
-Box fit_picture(const Box& place, float aspect) {
-  const float width = std::min(place.width, place.height / aspect), height = width * aspect;
-  return {place.x + 0.5F * (place.width - width), place.y + 0.5F * (place.height - height), width, height};
 }
 
 }  // namespace
@@ -86,20 +99,16 @@ bool CollectWindow::advance(double /*now_s*/, double /*dt_s*/) {
 }
 
 void CollectWindow::draw_frame(Ui& ui, double /*now_s*/) {
-  const Box window = ui.window();
-  ui.fill(window, theme::kBackdrop);
+  ui.fill(ui.window(), theme::kBackdrop);
   const float gap = ui.px(kCollectMargin);
-  Box right = window.inset(gap), left = right;
-  right.width = std::min(ui.px(kCollectSideWidth), 0.45F * right.width);
-  right.x = window.right() - gap - right.width;
-  left.width = right.x - gap - left.x;
+  Box left = ui.window().inset(gap);
+  const Box right = left.cut_right(std::min(ui.px(kCollectSideWidth), 0.45F * left.width));
+  left.cut_right(gap);
   set_view(left);
   draw_side(ui, right, shown_, controls_);
   if (texture_.empty())
     return ui.text_centered(Face::body, left, theme::kDim, "Waiting for the first picture");
-  const Box place = fit_picture(left, texture_.aspect());
-  ui.image(texture_, place);
-  draw_counts(ui, place, shown_);
+  draw_picture(ui, left.largest(texture_.aspect()), texture_, shown_);
 }
 
 cv::Mat3b collect_picture(const CollectView& view) {
@@ -112,13 +121,8 @@ cv::Mat3b collect_picture(const CollectView& view) {
     cv::line(picture, {u, 0}, {u, picture.rows}, line, 1);
     cv::line(picture, {0, v}, {picture.cols, v}, line, 1);
   }
-  if (!view.circle) return picture;
-  constexpr int kShift = 4, kUnit = kEnlargement << kShift;  // sub-pixel drawing
-  const cv::Point center(static_cast<int>(std::lround((view.circle->u_px + 0.5) * kUnit)),
-                         static_cast<int>(std::lround((view.circle->v_px + 0.5) * kUnit)));
   const cv::Scalar color = view.circle_is_good ? cv::Scalar(146, 211, 82) : cv::Scalar(75, 184, 245);
-  cv::circle(picture, center, static_cast<int>(std::lround(view.circle->radius_px * kUnit)), color, 2,
-             cv::LINE_AA, kShift);
+  if (view.circle) draw_circle(picture, *view.circle, color, kEnlargement, 2);
   return picture;
 }
 

@@ -10,13 +10,12 @@ namespace {
 
 using viewer::Box;
 using viewer::Color;
-using viewer::Cut;
 using viewer::Face;
 using viewer::Ui;
 namespace theme = viewer::theme;
 
 // Design pixels.
-constexpr double kStripHeight = 26, kSideWidth = 300, kHeadHeight = 64, kMargin = 16, kSidePadding = 20;
+constexpr double kStripHeight = 26, kSideWidth = 300, kHeadHeight = 64, kMargin = 12, kSidePadding = 20;
 constexpr double kMinWidthWithSide = 760;
 constexpr Color kShade = theme::rgb(0, 0, 0, 150);
 
@@ -26,8 +25,8 @@ Color color_of(const PressLabel& label) {
   return label.doubt.empty() ? theme::kGray : theme::kAmber;
 }
 
-void draw_circle(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color,
-                 double thickness) {
+void draw_contact(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color,
+                  double thickness) {
   const float x = layout.x_of(circle.u_px), y = layout.y_of(circle.v_px),
               radius = static_cast<float>(circle.radius_px) * layout.enlargement;
   ui.ring(x, y, radius, kShade, thickness + 2, layout.picture);
@@ -40,13 +39,14 @@ void draw_cross(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, 
   ui.line(x, y - arm, x, y + arm, color, 1.5, layout.picture);
 }
 
-void draw_head(Ui& ui, const Box& view, const LabelSession& session) {
-  const float x = view.x + ui.px(kMargin);
-  ui.text_at(Face::title, x, view.y + ui.px(10), theme::kText, session.progress());
+void draw_head(Ui& ui, const Box& head, const LabelSession& session) {
   const std::string& doubt = session.label().doubt;
-  const std::string line = session.press().name + (doubt.empty() ? "" : ": " + doubt);
-  ui.text_at(Face::body, x, view.y + ui.px(38), doubt.empty() ? theme::kDim : theme::kAmber,
-             ui.fitted(Face::body, line, view.width - ui.px(2 * kMargin), Cut::end));
+  ui.begin_panel("##head", head, kMargin);
+  ui.text(Face::title, theme::kText, session.progress());
+  ui.gap(4);
+  ui.text(Face::body, doubt.empty() ? theme::kDim : theme::kAmber,
+          session.press().name + (doubt.empty() ? "" : ": " + doubt));
+  ui.end_panel();
 }
 
 const char* text_of(LabelState state) {
@@ -105,25 +105,15 @@ Box LabelLayout::mark(std::size_t label, std::size_t labels) const {
 
 LabelLayout lay_out_labels(const Ui& ui, const cv::Size& press) {
   LabelLayout layout;
-  layout.view = ui.window();
-  const float bar = ui.px(viewer::kBarHeight), strip = ui.px(kStripHeight);
-  if (layout.view.height > 4 * bar) {
-    layout.bar = {0, layout.view.height - bar, layout.view.width, bar};
-    layout.strip = {0, layout.bar.y - strip, layout.view.width, strip};
-    layout.view.height = layout.strip.y;
+  Box& view = layout.view = ui.window();
+  if (view.height > ui.px(4 * viewer::kBarHeight)) {
+    layout.bar = view.cut_bottom(ui.px(viewer::kBarHeight));
+    layout.strip = view.cut_bottom(ui.px(kStripHeight));
   }
-  if (layout.view.width > ui.px(kMinWidthWithSide)) {
-    layout.side = {layout.view.width - ui.px(kSideWidth), 0, ui.px(kSideWidth), layout.view.height};
-    layout.view.width = layout.side.x;
-  }
-  const float head = std::min(ui.px(kHeadHeight), 0.25F * layout.view.height);
-  const float width = layout.view.width, height = layout.view.height - head;
-  layout.enlargement = std::max(
-      0.01F, std::min(width / static_cast<float>(press.width), height / static_cast<float>(press.height)));
-  layout.picture.width = layout.enlargement * static_cast<float>(press.width);
-  layout.picture.height = layout.enlargement * static_cast<float>(press.height);
-  layout.picture.x = layout.view.x + 0.5F * (width - layout.picture.width);
-  layout.picture.y = layout.view.y + head + 0.5F * (height - layout.picture.height);
+  if (view.width > ui.px(kMinWidthWithSide)) layout.side = view.cut_right(ui.px(kSideWidth));
+  layout.head = view.cut_top(std::min(ui.px(kHeadHeight), 0.25F * view.height));
+  layout.picture = view.largest(static_cast<float>(press.height) / static_cast<float>(press.width));
+  layout.enlargement = std::max(0.01F, layout.picture.width / static_cast<float>(press.width));
   return layout;
 }
 
@@ -132,11 +122,11 @@ void draw_press(Ui& ui, const LabelLayout& layout, const LabelSession& session,
   ui.image(picture, layout.picture, 0);
   const PressLabel& label = session.label();
   if (label.origin != LabelOrigin::found && session.found().problem.empty())
-    draw_circle(ui, layout, session.found().circle, theme::with_alpha(theme::kText, 0.55), 1);
+    draw_contact(ui, layout, session.found().circle, theme::with_alpha(theme::kText, 0.55), 1);
   const Color color = label.state == LabelState::open ? theme::kText : color_of(label);
-  draw_circle(ui, layout, label.circle, color, rim_is_held ? 3 : 2);
+  draw_contact(ui, layout, label.circle, color, rim_is_held ? 3 : 2);
   draw_cross(ui, layout, label.circle, color);
-  draw_head(ui, layout.view, session);
+  draw_head(ui, layout.head, session);
 }
 
 std::optional<std::size_t> draw_strip(Ui& ui, const LabelLayout& layout, const LabelSession& session) {
@@ -169,7 +159,8 @@ void draw_label_side(Ui& ui, const Box& side, const LabelSession& session, doubl
     ui.row(Face::body, name, value);
     ui.gap(6);
   };
-  line(Face::title, theme::kText, ui.fitted(Face::title, session.press().name, ui.room().width, Cut::start));
+  ui.text(Face::title, theme::kText, session.press().name, viewer::Cut::start);
+  ui.gap(6);
   line(Face::body, theme::kDim,
        fmt::format("press {} of {}, ball of {:.2f} mm", session.current() + 1, session.labels().size(),
                    diameter_mm));

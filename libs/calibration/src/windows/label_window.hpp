@@ -12,7 +12,7 @@ namespace gelslam::calibration::detail {
 
 /// Where the parts of the window lie; parts for which there is no room are empty.
 struct LabelLayout {
-  viewer::Box view, side, strip, bar;
+  viewer::Box head, view, side, strip, bar;
   viewer::Box picture;    ///< of the press, in the view
   float enlargement = 1;  ///< window pixels per pixel of the press
 

@@ -121,9 +121,10 @@ void ChooseWindow::choose(const std::filesystem::path& path) {
 }
 
 void ChooseWindow::draw_frame(Ui& ui, double now_s) {
-  const Box window = ui.window();
-  const float bar = ui.px(kBarHeight);
-  ui.begin_panel("##choose", {0, 0, window.width, window.height - bar}, kMargin);
+  Box window = ui.window();
+  set_view(window);
+  const Box bar = window.cut_bottom(ui.px(kBarHeight));
+  ui.begin_panel("##choose", window, kMargin);
   ui.text(Face::figure, theme::kText, choices_.title);
   ui.gap(8);
   ui.paragraph(Face::body, theme::kDim, choices_.sentence);
@@ -141,8 +142,7 @@ void ChooseWindow::draw_frame(Ui& ui, double now_s) {
     ui.gap(kRowGap);
   });
   ui.end_panel();
-  draw_action_bar(ui, {0, window.height - bar, window.width, bar}, controls_, now_s);
-  set_view(window);
+  draw_action_bar(ui, bar, controls_, now_s);
 }
 
 }  // namespace gelslam::viewer::detail

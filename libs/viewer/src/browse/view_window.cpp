@@ -151,14 +151,12 @@ void ViewWindow::lay_out(const Ui& ui) {
   Box view = ui.window();
   bar_ = slider_ = track_ = {};
   if (controls_.shows_panels() && !is_snapshot_ && view.height >= ui.px(4 * kBarHeight)) {
-    view.height -= ui.px(kBarHeight);
-    bar_ = {0, view.height, view.width, ui.px(kBarHeight)};
+    bar_ = view.cut_bottom(ui.px(kBarHeight));
     if (controls_.has_time()) {
       const auto rows = static_cast<double>(stage_.history()->timelines.size());
       const float slider = ui.px(kSliderHeight), curves = ui.px(kTimelineHeight * rows);
       const bool has_room = view.height - slider - curves >= ui.px(kLeastViewHeight);
-      view.height -= has_room ? slider + curves : slider;
-      slider_ = {0, view.height, view.width, bar_.y - view.height};
+      slider_ = view.cut_bottom(has_room ? slider + curves : slider);
       track_ = {ui.px(22), slider_.y, view.width - ui.px(22 + 120), slider_.height};
     }
   }
@@ -208,12 +206,9 @@ void ViewWindow::draw_sizes(Ui& ui, const SceneStyle& style) const {
     const std::string text = fmt::format("{:.2f} mm", box.sizes()[axis]);
     const auto at = on_screen(part, *nearest);
     if (!at) continue;
-    const Box place{at->x() - 0.5F * ui.width_of(Face::title, text),
-                    at->y() - 0.5F * ui.height_of(Face::title), ui.width_of(Face::title, text),
-                    ui.height_of(Face::title)};
-    ui.fill(place.inset(-ui.px(4)),
-            style.light_theme ? theme::rgb(250, 250, 250, 200) : theme::with_alpha(theme::kBackdrop, 0.7), 6);
-    ui.text_at(Face::title, place.x, place.y, ink, text);
+    ui.tag(Face::title, at->x(), at->y(), ink,
+           style.light_theme ? theme::rgb(250, 250, 250, 200) : theme::with_alpha(theme::kBackdrop, 0.7),
+           text);
   }
 }
 

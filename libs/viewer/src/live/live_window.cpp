@@ -165,14 +165,9 @@ Layout lay_out(const Ui& ui, bool shows_panels) {
   Layout boxes{window, {}, {}};
   if (!shows_panels) return boxes;
   const float bar = ui.px(kBarHeight), side = ui.px(kSideWidth);
-  if (window.width >= ui.px(kMinBarWidth) && window.height >= 3 * bar) {
-    boxes.view.height -= bar;
-    boxes.bar = {0, boxes.view.height, window.width, bar};
-  }
-  if (window.width >= ui.px(kSideWidth + kMinViewWidth) && boxes.view.height >= ui.px(kMinSideHeight)) {
-    boxes.view.width -= side;
-    boxes.side = {boxes.view.width, 0, side, boxes.view.height};
-  }
+  if (window.width >= ui.px(kMinBarWidth) && window.height >= 3 * bar) boxes.bar = boxes.view.cut_bottom(bar);
+  if (window.width >= ui.px(kSideWidth + kMinViewWidth) && boxes.view.height >= ui.px(kMinSideHeight))
+    boxes.side = boxes.view.cut_right(side);
   return boxes;
 }
 

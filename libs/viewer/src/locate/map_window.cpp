@@ -168,12 +168,9 @@ void MapWindow::draw_probabilities(Ui& ui) const {
     const auto at = on_screen(viewport(), edge);
     if (!at) continue;
     const Eigen::Vector3f outward = -place.map_T_sensor.linear().col(2).cast<float>();
-    const std::string text = percent(place.probability);
-    const Box box{at->x() - 0.5F * ui.width_of(Face::title, text), at->y() - 0.5F * ui.height_of(Face::title),
-                  ui.width_of(Face::title, text), ui.height_of(Face::title)};
     const bool is_seen = outward.dot(camera_.eye_mm() - edge) > 0;
-    ui.fill(box.inset(-ui.px(4)), theme::with_alpha(theme::kBackdrop, is_seen ? 0.7 : 0.4), 6);
-    ui.text_at(Face::title, box.x, box.y, is_seen ? theme::kText : theme::kDim, text);
+    ui.tag(Face::title, at->x(), at->y(), is_seen ? theme::kText : theme::kDim,
+           theme::with_alpha(theme::kBackdrop, is_seen ? 0.7 : 0.4), percent(place.probability));
   }
 }
 

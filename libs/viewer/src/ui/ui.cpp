@@ -19,7 +19,7 @@ constexpr ImGuiWindowFlags kBare = ImGuiWindowFlags_NoDecoration | ImGuiWindowFl
 constexpr ImGuiWindowFlags kPanel =
     kBare | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
 constexpr Color kShade = theme::rgb(8, 10, 12, 150);
-constexpr double kCardPadding = 18, kCardEdge = 9, kButtonPadding = 11;
+constexpr double kCardPadding = 18, kCardEdge = 9, kButtonPadding = 11, kTagPadding = 8;
 
 static_assert(theme::rgb(1, 2, 3, 4) == IM_COL32(1, 2, 3, 4), "colors are packed as ImGui packs them");
 
@@ -44,6 +44,27 @@ ImDrawList* list_at(int panel_depth) {
 }
 
 }  // namespace
+
+Box Box::largest(float aspect) const {
+  const float fitting = std::min(width, height / aspect), high = fitting * aspect;
+  return {x + 0.5F * (width - fitting), y + 0.5F * (height - high), fitting, high};
+}
+
+Box Box::cut_top(float part) {
+  y += part;
+  height -= part;
+  return {x, y - part, width, part};
+}
+
+Box Box::cut_bottom(float part) {
+  height -= part;
+  return {x, bottom(), width, part};
+}
+
+Box Box::cut_right(float part) {
+  width -= part;
+  return {right(), y, part, height};
+}
 
 Color theme::with_alpha(Color color, double alpha) {
   const auto byte = static_cast<Color>(std::lround(255 * std::clamp(alpha, 0.0, 1.0)));
@@ -171,6 +192,14 @@ void Ui::text_right(Face face, float right, float y, Color color, std::string_vi
 void Ui::text_centered(Face face, const Box& box, Color color, std::string_view text) {
   text_at(face, box.x + 0.5F * (box.width - width_of(face, text)),
           box.y + 0.5F * (box.height - height_of(face)), color, text);
+}
+
+void Ui::tag(Face face, float x, float y, Color ink, Color ground, std::string_view text, float anchor_x,
+             float anchor_y) {
+  const float width = width_of(face, text) + px(2 * kTagPadding), height = height_of(face) + px(kTagPadding);
+  const Box box{x - anchor_x * width, y - anchor_y * height, width, height};
+  fill(box, ground, 6);
+  text_centered(face, box, ink, text);
 }
 
 Box Ui::card(float x, float y, float most_width, Color edge, const std::vector<Paragraph>& paragraphs,

@@ -27,6 +27,7 @@ struct CalibrationPress {
   cv::Mat1b covered{};  ///< 255 where markers hide the gel (fill_markers); empty: nowhere
 
   bool shows_gel(int u, int v) const { return covered.empty() || covered(v, u) == 0; }
+  double ball_px(double pixel_pitch_mm) const { return 0.5 * diameter_mm / pixel_pitch_mm; }  ///< its radius
 };
 
 /// Files of a press: its label, or in its place the same of a press that a person has left out.
@@ -51,6 +52,10 @@ PressSet read_press_set(const std::filesystem::path& folder);
 /// Fills in the markers of a gel that has them, in the background and in every press (MarkerFiller), and
 /// notes in `covered` where they were.
 void fill_markers(PressSet& set);
+
+/// Draws it into a picture that is so many times as large as the press's, lines 1 (or `thickness`) wide.
+void draw_circle(cv::Mat3b& picture, const ContactCircle& circle, const cv::Scalar& bgr, int enlargement = 1,
+                 int thickness = 1);
 
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
 ContactCircle read_label(const std::filesystem::path& path);

@@ -38,6 +38,11 @@ struct Box {
   float bottom() const { return y + height; }
   bool contains(double px, double py) const { return px >= x && px < right() && py >= y && py < bottom(); }
   Box inset(float margin) const { return {x + margin, y + margin, width - 2 * margin, height - 2 * margin}; }
+  Box largest(float aspect) const;  ///< of this shape (height over width), in its middle
+  // Cut a part off and return it.
+  Box cut_top(float part);
+  Box cut_bottom(float part);
+  Box cut_right(float part);
 };
 
 /// Sizes of letters: labels; sentences and buttons; advice; numbers (bold); the state, for across the room.
@@ -110,6 +115,9 @@ class Ui {
   void text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width = 0);
   void text_right(Face face, float right, float y, Color color, std::string_view text);
   void text_centered(Face face, const Box& box, Color color, std::string_view text);
+  /// A word on a ground of its own; `anchor` as in card().
+  void tag(Face face, float x, float y, Color ink, Color ground, std::string_view text, float anchor_x = 0.5F,
+           float anchor_y = 0.5F);
   /// A box around paragraphs, at most `most_width` wide, with a colored left edge if `edge` is not 0.
   /// `anchor` is the share of its size that lies left of and above the place.
   Box card(float x, float y, float most_width, Color edge, const std::vector<Paragraph>& paragraphs,
