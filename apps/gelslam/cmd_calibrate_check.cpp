@@ -29,23 +29,13 @@ struct CheckArguments {
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json scales_to_json(const ModelCheck& check) {
-  Json ninths = Json::array(), slopes = Json::array();
+  Json ninths = Json::array();
   for (const SlopeSums& ninth : check.slopes.ninths)
-    ninths.push_back({{"gain_x", finite(ninth.scale_x())},
-                      {"gain_y", finite(ninth.scale_y())},
-                      {"error_over_sigma", finite(ninth.z())},
-                      {"pixels", ninth.pixels}});
-  for (std::size_t k = 0; k < check.slopes.by_slope.size(); ++k)
-    slopes.push_back({{"slope_to", SlopeStatistics::kSlopeLimits[k]},
-                      {"gain", finite(check.slopes.by_slope[k].scale())},
-                      {"error_deg", finite(check.slopes.by_slope[k].mean_abs_error_deg())},
-                      {"error_over_sigma", finite(check.slopes.by_slope[k].z())},
-                      {"pixels", check.slopes.by_slope[k].pixels}});
+    ninths.push_back(
+        {{"gain_x", finite(ninth.scale_x())}, {"gain_y", finite(ninth.scale_y())}, {"pixels", ninth.pixels}});
   return {{"x", finite(check.slopes.all.scale_x())},
           {"y", finite(check.slopes.all.scale_y())},
-          {"error_over_sigma", finite(check.slopes.all.z())},
-          {"ninths", std::move(ninths)},
-          {"by_slope", std::move(slopes)}};
+          {"ninths", std::move(ninths)}};
 }
 
 Json to_json(const ModelCheck& check, const PressSet& set, const BallZones& zones) {
@@ -79,22 +69,6 @@ void print_for_people(const ModelCheck& check) {
   fmt::print("slope error {:.2f} degrees on {} presses; gradient scale (read over true) x {:.3f}, y {:.3f}\n",
              check.slopes.all.mean_abs_error_deg(), check.presses.size(), check.slopes.all.scale_x(),
              check.slopes.all.scale_y());
-  fmt::print("gradient scale by steepness:");
-  double from = 0.0;
-  for (std::size_t k = 0; k < check.slopes.by_slope.size(); ++k) {
-    const double to = SlopeStatistics::kSlopeLimits[k];
-    if (check.slopes.by_slope[k].pixels > 0.0)
-      fmt::print("  {:.2f}-{:.2f}: {:.3f}", from, to, check.slopes.by_slope[k].scale());
-    from = to;
-  }
-  fmt::print("\ngradient scale by place (x/y):\n");
-  for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums& ninth = check.slopes.ninths[k];
-    ninth.pixels > 0.0 ? fmt::print("  {:.3f}/{:.3f}", ninth.scale_x(), ninth.scale_y())
-                       : fmt::print("  no press   ");
-    if (k % 3 == 2) fmt::print("\n");
-  }
-  fmt::print("error over stated standard deviation (1 is honest): {:.2f}\n", check.slopes.all.z());
   for (const DiameterCheck& ball : check.diameters)
     fmt::print("ball of {:.2f} mm: median radius {:.3f} mm ({:+.1f} %) over {} presses\n", ball.diameter_mm,
                ball.median_radius_mm, 100.0 * ball.radius_error(), ball.presses);

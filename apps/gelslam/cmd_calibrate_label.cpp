@@ -13,7 +13,6 @@
 #include "gelslam/calibration/label_session.hpp"
 #include "gelslam/calibration/label_window.hpp"
 #include "gelslam/core/files.hpp"
-#include "gelslam/core/median.hpp"
 #include "gelslam/image/codecs.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "gelslam/viewer/window.hpp"
@@ -36,13 +35,10 @@ struct LabelArguments {
   bool writes_labels() const { return accept || (wants_window() && snapshot.empty()); }
 };
 
-void draw_circle(cv::Mat3b& image, const ContactCircle& circle, const cv::Scalar& color) {
-  constexpr int shift = 4, unit = 1 << shift;  // sub-pixel drawing
-  const cv::Point center(static_cast<int>(std::lround(circle.u_px * unit)),
-                         static_cast<int>(std::lround(circle.v_px * unit)));
-  cv::circle(image, center, static_cast<int>(std::lround(circle.radius_px * unit)), color, 1, cv::LINE_AA,
-             shift);
-  cv::circle(image, center, unit, color, 1, cv::LINE_AA, shift);
+void draw_circle_and_center(cv::Mat3b& image, ContactCircle circle, const cv::Scalar& bgr) {
+  draw_circle(image, circle, bgr);
+  circle.radius_px = 1.0;
+  draw_circle(image, circle, bgr);
 }
 
 /// All presses beside each other, the change against the background doubled; white: found, black: the label
@@ -57,8 +53,8 @@ void write_sheet(const fs::path& path, const PressSet& set, const std::vector<Fo
     cv::subtract(set.presses[k].bgr, set.background, change, cv::noArray(), CV_16S);
     cv::Mat3b picture;
     change.convertTo(picture, CV_8U, 2.0, 128.0);
-    if (set.presses[k].label) draw_circle(picture, *set.presses[k].label, cv::Scalar(0, 0, 0));
-    if (found[k].problem.empty()) draw_circle(picture, found[k].circle, cv::Scalar(255, 255, 255));
+    if (set.presses[k].label) draw_circle_and_center(picture, *set.presses[k].label, cv::Scalar(0, 0, 0));
+    if (found[k].problem.empty()) draw_circle_and_center(picture, found[k].circle, cv::Scalar(255, 255, 255));
     cv::putText(picture, set.presses[k].name, cv::Point(4, 14), cv::FONT_HERSHEY_SIMPLEX, 0.45,
                 cv::Scalar(255, 255, 255));
     const int place = static_cast<int>(k);
@@ -66,19 +62,6 @@ void write_sheet(const fs::path& path, const PressSet& set, const std::vector<Fo
         sheet(cv::Rect(cv::Point(place % columns * size.width, place / columns * size.height), size)));
   }
   write_png(path, sheet);
-}
-
-void compare_with_labels(const PressSet& set, const std::vector<FoundCircle>& found) {
-  std::vector<double> centers, radii;
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    const auto& label = set.presses[k].label;
-    if (!label || !found[k].problem.empty()) continue;
-    centers.push_back(std::hypot(found[k].circle.u_px - label->u_px, found[k].circle.v_px - label->v_px));
-    radii.push_back(std::abs(found[k].circle.radius_px - label->radius_px));
-  }
-  if (!centers.empty())
-    fmt::print("{} labels were there; median distance of the centers {:.1f} px, of the radii {:.1f} px\n",
-               centers.size(), median(centers), median(radii));
 }
 
 const char* said_of(const CalibrationPress& press) {
@@ -93,8 +76,7 @@ std::vector<FoundCircle> find_all(const PressSet& set, const LabelArguments& arg
   progress->begin("labeling", static_cast<std::int64_t>(set.presses.size()));
   for (const CalibrationPress& press : set.presses) {
     stop_if_asked(interrupt);
-    found.push_back(
-        find_circle(press.bgr, set.background, 0.5 * press.diameter_mm / arguments.presses.pitch_mm));
+    found.push_back(find_circle(press.bgr, set.background, press.ball_px(arguments.presses.pitch_mm)));
     progress->update(static_cast<std::int64_t>(found.size()));
   }
   progress->end();
@@ -145,7 +127,6 @@ int label_in_terminal(const LabelArguments& arguments, const PressSet& set,
     write_decision(set.folder / press.name, circle, false);
     ++written;
   }
-  compare_with_labels(set, found);
   if (!arguments.sheet.empty()) write_sheet(arguments.sheet, set, found);
   if (arguments.accept)
     std::cerr << written << " labels written, " << kept << " kept, " << unclear << " presses not clear\n";
@@ -163,6 +144,7 @@ int run_label(LabelArguments arguments) {
                               ? FolderLock(arguments.presses.folder)
                               : FolderLock();
   PressSet set = read_presses(arguments.presses);
+  require_unmoved_background(set);
   std::vector<FoundCircle> found = find_all(set, arguments);
   return arguments.wants_window() ? label_in_window(arguments, std::move(set), std::move(found))
                                   : label_in_terminal(arguments, set, found);

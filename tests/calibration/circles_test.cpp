@@ -198,6 +198,47 @@ TEST(Coverage, NoticesAnotherSensorsPresses) {
   EXPECT_THAT(message, HasSubstr("another sensor"));
 }
 
+/// The first of the forty on a gel with grain, which the simulator's has not, and the background of a camera
+/// that shows that gel (x, y) pixels from where it lies in the presses.
+PressSet grainy_with_moved_background(double x, double y, std::size_t presses) {
+  PressSet set = forty_labelled();
+  set.presses.resize(presses);
+  cv::Mat3b grain(set.background.size());
+  cv::RNG random(7);
+  random.fill(grain, cv::RNG::UNIFORM, 0, 60);
+  cv::GaussianBlur(grain, grain, cv::Size(), 1.5);
+  const auto with_grain = [&](const cv::Mat3b& picture) {
+    cv::Mat3b grainy;
+    cv::add(picture, grain, grainy);
+    return grainy;
+  };
+  for (CalibrationPress& press : set.presses) press.bgr = with_grain(press.bgr);
+  const cv::Mat1d motion = (cv::Mat1d(2, 3) << 1, 0, x, 0, 1, y);
+  cv::Mat3b moved;
+  cv::warpAffine(with_grain(set.background), moved, motion, grain.size(), cv::INTER_LINEAR,
+                 cv::BORDER_REPLICATE);
+  set.background = moved;
+  return set;
+}
+
+TEST(Background, IsRefusedWhenTheCameraHasMovedSinceIt) {
+  const auto refusal_of = [](const PressSet& set) {
+    return message_of<Error>([&] { require_unmoved_background(set); });
+  };
+  EXPECT_THAT(
+      message_of<Error>([] { find_ball_zones(grainy_with_moved_background(-8, 6, 12), kPitchMm, false); }),
+      ::testing::AllOf(HasSubstr("10.0 px beside that of background.png (x +8.0, y -6.0)"),
+                       HasSubstr("the camera or the gel has moved")));
+  EXPECT_THAT(refusal_of(grainy_with_moved_background(0, 12, 3)), HasSubstr("12.0 px beside"));
+  const std::string none = "nothing was thrown";
+  EXPECT_EQ(refusal_of(grainy_with_moved_background(0, 0, 12)), none);
+  EXPECT_EQ(refusal_of(grainy_with_moved_background(2, 1, 12)), none) << "slopes bear it";
+  EXPECT_EQ(refusal_of(forty_labelled()), none) << "a gel without grain cannot tell";
+  PressSet unreadable = grainy_with_moved_background(0, 12, 3);
+  for (CalibrationPress& press : unreadable.presses) press.problem = "no picture";
+  EXPECT_EQ(refusal_of(unreadable), none);
+}
+
 TEST(BallZones, LeaveOutSinglePressesInAnotherLight) {
   const PressSet set = with_less_blue(5, 20);
   const BallZones zones = find_ball_zones(set, kPitchMm, false);

@@ -108,7 +108,7 @@ TEST(Pattern, TwoDirectionsTellBothAxes) {
 }
 
 TEST(Pattern, OneDirectionTellsOnlyOne) {
-  const PatternWave wave{1.0 / 15.0, 0.0, 0.001, 100.0};
+  const PatternWave wave{1.0 / 15.0, 0.0, 0.001};
   const PixelPitch pitch = pitch_from_pattern({wave, wave}, 1.5);
   EXPECT_FALSE(pitch.both_axes);
   EXPECT_NEAR(pitch.x_mm, 0.1, 1e-9);

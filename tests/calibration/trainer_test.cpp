@@ -103,12 +103,8 @@ SlopeSums against_the_truth(const GradientModel& model, const SimulatedPresses& 
         if (std::hypot(u - press.center_px.x, v - press.center_px.y) > press.radius_px - 2.0) continue;
         const cv::Vec2f truth = press.gel.slope(v, u);
         const std::array<double, 2> slope = {static_cast<double>(truth[0]), static_cast<double>(truth[1])};
-        sums.add({u,
-                  v,
-                  {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
-                  slope,
-                  slope,
-                  kBestSlopeSigmaRad});
+        sums.add(
+            {u, v, {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))}, slope, slope});
       }
   }
   return sums;
@@ -245,9 +241,10 @@ TEST(BallSizes, MeasureAWrongDiameterByItsColors) {
 TEST(BallSizes, ContradictInWordsOrNotAtAll) {
   EXPECT_EQ(contradiction_between_sizes({}), "");
   EXPECT_EQ(contradiction_between_sizes({{6.31, 9.5, 1.03}}), "");
-  EXPECT_THAT(contradiction_between_sizes({{6.31, 9.5, 1.03}, {6.31, 12.0, 0.8}}),
-              ::testing::AllOf(::testing::HasSubstr("balls of 6.31 and 12.00 mm contradict"),
-                               ::testing::HasSubstr("25 % larger")));
+  EXPECT_THAT(
+      contradiction_between_sizes({{6.31, 9.5, 1.03}, {6.31, 12.0, 0.8}}),
+      ::testing::AllOf(::testing::HasSubstr("balls of 6.31 and 12.00 mm contradict"),
+                       ::testing::HasSubstr("25 % larger"), ::testing::HasSubstr("or the camera has moved")));
   EXPECT_THAT(contradiction_between_sizes({{6.31, 9.5, 1.25}}), ::testing::HasSubstr("20 % smaller"));
   PressSet few = forty_labelled();
   few.presses.resize(8);  // four of each
@@ -264,7 +261,6 @@ TEST(ModelCheck, WritesAPage) {
   EXPECT_THAT(page, ::testing::HasSubstr("&lt;model&gt;"));
   EXPECT_THAT(page, ::testing::HasSubstr("data:image/png;base64,iVBORw0KGgo"));
   EXPECT_THAT(page, ::testing::HasSubstr(verdict_name(check.verdict)));
-  EXPECT_THAT(page, ::testing::HasSubstr("<svg id=\"scale-curve\""));
   // The map of the gradient scale has a number where presses lie, and it is about 1 there.
   std::vector<double> scales;
   for (const float scale : check.scale_map)

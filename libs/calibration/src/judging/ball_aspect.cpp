@@ -32,7 +32,7 @@ std::optional<PixelAspect> aspect_from_balls(const PressSet& set, const std::vec
     const PressPoints points =
         points_around({zone.u_px, zone.v_px, zone.radius_px}, relative, kWantedAspectPoints);
     const double aspect = fit_pixel_aspect(points, {zone.u_px, zone.v_px, zone.radius_px, kAspectDecayPx},
-                                           0.5 * press.diameter_mm / pixel_pitch_mm);
+                                           press.ball_px(pixel_pitch_mm));
     if (std::abs(aspect - 1.0) < kMaxAspectError) aspects.push_back(aspect);
   }
   if (aspects.size() < kMinAspectPresses) return std::nullopt;

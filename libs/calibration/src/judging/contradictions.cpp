@@ -125,7 +125,8 @@ std::string contradiction_between_sizes(const std::vector<BallSizeComparison>& c
     if (pair.steepness < kMaxSteepness && pair.steepness > 1.0 / kMaxSteepness) continue;
     return fmt::format(
         "the balls of {:.2f} and {:.2f} mm contradict each other: by its colors the second is {:.0f} % {} "
-        "than that; one diameter in catalog.csv is wrong",
+        "than that; one diameter in catalog.csv is wrong, or the camera has moved since background.png was "
+        "taken",
         pair.diameter_mm, pair.other_diameter_mm, 100.0 * std::abs(1.0 / pair.steepness - 1.0),
         pair.steepness > 1.0 ? "smaller" : "larger");
   }

@@ -30,7 +30,7 @@ constexpr Limits kGoodLimits = {3.0, 0.03, 0.03}, kUsableLimits = {5.0, 0.10, 0.
 constexpr double kOddNinthScale = 0.15;  // of one ninth, worth a sentence
 constexpr double kMinNinthPixels = 1500;
 
-constexpr double kMinCellPixels = 100;  // of the gradient scale's map: fewer are noise
+constexpr double kMinCellPixels = 100;  // fewer are noise
 
 constexpr int kMinSpherePixels = 100;
 constexpr double kSphereHuberMm = 0.01;
@@ -56,13 +56,10 @@ std::optional<double> fit_ball_radius_mm(const Surface& surface, const Calibrati
                                          const BallZone& zone, double start_radius_mm) {
   std::vector<Eigen::Vector3d> points;
   double lowest_mm = 0.0;
-  for (int v = 0; v < surface.height_mm.rows; ++v) {
-    for (int u = 0; u < surface.height_mm.cols; ++u) {
-      if (std::hypot(u - zone.u_px, v - zone.v_px) > zone.radius_px || !press.shows_gel(u, v)) continue;
-      points.emplace_back(u * surface.pixel_pitch_mm, v * surface.pixel_pitch_mm, surface.height_mm(v, u));
-      lowest_mm = std::min(lowest_mm, points.back().z());
-    }
-  }
+  for_each_pixel(zone, press, [&](int u, int v) {
+    points.emplace_back(u * surface.pixel_pitch_mm, v * surface.pixel_pitch_mm, surface.height_mm(v, u));
+    lowest_mm = std::min(lowest_mm, points.back().z());
+  });
   if (points.size() < kMinSpherePixels) return std::nullopt;
   std::array<double, 4> sphere = {zone.u_px * surface.pixel_pitch_mm, zone.v_px * surface.pixel_pitch_mm,
                                   lowest_mm + start_radius_mm, start_radius_mm};
@@ -80,28 +77,19 @@ std::optional<double> fit_ball_radius_mm(const Surface& surface, const Calibrati
   return sphere[3];
 }
 
-/// Sums of what was read, in cells of the gel.
-class CellMap {
- public:
-  void add(const ZoneReading& pixel, const cv::Size& size) {
-    cells_[static_cast<std::size_t>(pixel.v * kCells.height / size.height * kCells.width +
-                                    pixel.u * kCells.width / size.width)]
-        .add(pixel);
-  }
-  /// `value` of every cell with enough pixels, else NaN.
-  template <class Value>
-  cv::Mat1f map(double least_pixels, const Value& value) const {
-    cv::Mat1f result(kCells);
-    std::transform(cells_.begin(), cells_.end(), result.begin(), [&](const SlopeSums& cell) {
-      return cell.pixels < least_pixels ? std::numeric_limits<float>::quiet_NaN()
-                                        : static_cast<float>(value(cell));
-    });
-    return result;
-  }
+SlopeSums& cell_of(std::vector<SlopeSums>& cells, const ZoneReading& pixel, const cv::Size& size) {
+  return cells[static_cast<std::size_t>(pixel.v * kCells.height / size.height * kCells.width +
+                                        pixel.u * kCells.width / size.width)];
+}
 
- private:
-  std::vector<SlopeSums> cells_{static_cast<std::size_t>(kCells.area())};
-};
+cv::Mat1f scale_map_of(const std::vector<SlopeSums>& cells) {
+  cv::Mat1f map(kCells);
+  std::transform(cells.begin(), cells.end(), map.begin(), [](const SlopeSums& cell) {
+    return cell.pixels < kMinCellPixels ? std::numeric_limits<float>::quiet_NaN()
+                                        : static_cast<float>(cell.scale());
+  });
+  return map;
+}
 
 std::string scale_words(double scale) {
   return fmt::format("slopes read {:.0f} % too {}", 100.0 * std::abs(scale - 1.0),
@@ -164,7 +152,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   options.compensate_light = false;
   SurfaceEstimator estimator(model, set.background, options);
   ModelCheck check;
-  CellMap cells;
+  std::vector<SlopeSums> cells(static_cast<std::size_t>(kCells.area()));
   std::vector<double> rim_slopes;
   struct Size {
     std::vector<double> radii_mm;
@@ -173,11 +161,11 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   std::map<double, Size> sizes;
   for (const BallZone& zone : zones) {
     const CalibrationPress& press = set.presses[zone.press];
-    rim_slopes.push_back(rim_slope(zone.radius_px, 0.5 * press.diameter_mm / pixel_pitch_mm));
+    rim_slopes.push_back(rim_slope(zone.radius_px, press.ball_px(pixel_pitch_mm)));
     SlopeStatistics slopes;
     for (const ZoneReading& pixel : read_zone(model, set, zone, pixel_pitch_mm)) {
       slopes.add(pixel, press.bgr.size());
-      cells.add(pixel, press.bgr.size());
+      cell_of(cells, pixel, press.bgr.size()).add(pixel);
     }
     check.slopes.add(slopes);
     const SurfacePtr surface = estimator.estimate(press.bgr);
@@ -190,8 +178,7 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   }
   for (const auto& [diameter_mm, size] : sizes)
     check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm)});
-  check.error_map_deg = cells.map(1.0, [](const SlopeSums& cell) { return cell.mean_abs_error_deg(); });
-  check.scale_map = cells.map(kMinCellPixels, [](const SlopeSums& cell) { return cell.scale(); });
+  check.scale_map = scale_map_of(cells);
   judge(check, rim_slopes);
   return check;
 }

@@ -130,7 +130,7 @@ std::optional<PatternWave> find_pattern(const cv::Mat3b& bgr, const cv::Mat3b& b
     return std::nullopt;
   const double seen_periods = std::abs(f.fx) * bgr.cols + std::abs(f.fy) * bgr.rows;
   const double uncertainty = std::max(disagreement(change, f), kLampShiftPeriods / seen_periods);
-  return PatternWave{f.fx, f.fy, uncertainty, peak.strength};
+  return PatternWave{f.fx, f.fy, uncertainty};
 }
 
 bool pixels_are_square(double y_over_x, double uncertainty) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "gelslam/core/se3.hpp"
@@ -36,20 +35,16 @@ cv::Point2d center_as_read(const std::vector<ZoneReading>& pixels, double ball_p
 std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
                                    double pixel_pitch_mm) {
   const CalibrationPress& press = set.presses[zone.press];
-  const double ball_px = 0.5 * press.diameter_mm / pixel_pitch_mm;
+  const double ball_px = press.ball_px(pixel_pitch_mm);
   const SlopeMap map = read_slope_map(model, press.bgr, set.background);
-  cv::Mat1f sigma;
-  cv::resize(uncertainty_of(model, press.bgr.size(), pixel_pitch_mm).sigma_rad, sigma, press.bgr.size());
   std::vector<ZoneReading> pixels;
-  for (int v = 0; v < map.gx.rows; ++v)
-    for (int u = 0; u < map.gx.cols; ++u)
-      if (std::hypot(u - zone.u_px, v - zone.v_px) <= zone.radius_px && press.shows_gel(u, v))
-        pixels.push_back({u,
-                          v,
-                          {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
-                          ball_slope(u - zone.u_px, v - zone.v_px, ball_px),
-                          {},
-                          static_cast<double>(sigma(v, u))});
+  for_each_pixel(zone, press, [&](int u, int v) {
+    pixels.push_back({u,
+                      v,
+                      {static_cast<double>(map.gx(v, u)), static_cast<double>(map.gy(v, u))},
+                      ball_slope(u - zone.u_px, v - zone.v_px, ball_px),
+                      {}});
+  });
   const cv::Point2d center = center_as_read(pixels, ball_px, {zone.u_px, zone.v_px});
   for (ZoneReading& pixel : pixels) pixel.truth = ball_slope(pixel.u - center.x, pixel.v - center.y, ball_px);
   return pixels;
@@ -57,11 +52,10 @@ std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& s
 
 void SlopeSums::add(const ZoneReading& pixel) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    const double read = pixel.read[axis], truth = pixel.truth[axis], read_rad = std::atan(read);
+    const double read = pixel.read[axis], truth = pixel.truth[axis];
     read_true[axis] += read * truth;
     true_true[axis] += truth * truth;
-    abs_error_deg += kDegreesPerRadian * std::abs(read_rad - std::atan(pixel.labeled[axis]));
-    squared_z += std::pow((read_rad - std::atan(truth)) / pixel.sigma_rad, 2);
+    abs_error_deg += kDegreesPerRadian * std::abs(std::atan(read) - std::atan(pixel.labeled[axis]));
   }
   pixels += 1.0;
 }
@@ -72,7 +66,6 @@ void SlopeSums::add(const SlopeSums& other) {
     true_true[axis] += other.true_true[axis];
   }
   abs_error_deg += other.abs_error_deg;
-  squared_z += other.squared_z;
   pixels += other.pixels;
 }
 

@@ -65,10 +65,6 @@ LabelStyle style_of_labels(const PressSet& set, const std::vector<FoundCircle>& 
   return {1.0, std::max(0.0, offset)};
 }
 
-double ball_px(const CalibrationPress& press, double pixel_pitch_mm) {
-  return 0.5 * press.diameter_mm / pixel_pitch_mm;
-}
-
 /// Why a label cannot be right, or nothing.
 std::string problem_with_label(const CalibrationPress& press, const FoundCircle& found,
                                double ball_radius_px) {
@@ -134,11 +130,12 @@ void require_one_sensor(const PressSet& set, const BallZones& zones) {
   const auto is_strange = [&](const BallZone& zone) { return is_in_another_light(set, zone); };
   const auto first = std::ranges::find_if(zones.zones, is_strange);
   if (first == zones.zones.end()) return;
-  throw Error("'" + set.folder.string() + "': the untouched gel of " +
-              std::to_string(std::ranges::count_if(zones.zones, is_strange)) + " of " +
-              std::to_string(zones.zones.size()) + " presses (first: " + set.presses[first->press].name +
-              ") does not look like background.png: they come from another sensor, gel or light; keep them "
-              "in folders of their own, each with its background");
+  throw Error(
+      "'" + set.folder.string() + "': the untouched gel of " +
+      std::to_string(std::ranges::count_if(zones.zones, is_strange)) + " of " +
+      std::to_string(zones.zones.size()) + " presses (first: " + set.presses[first->press].name +
+      ") does not look like background.png: they come from another sensor, gel or light, or the camera "
+      "has moved; keep them in folders of their own, each with its background");
 }
 
 void require_all_sides(const PressSet& set, const BallZones& zones) {
@@ -161,9 +158,10 @@ void require_all_sides(const PressSet& set, const BallZones& zones) {
 
 BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,
                           const std::function<void(std::size_t)>& progress) {
+  require_unmoved_background(set);
   std::vector<FoundCircle> found;
   for (const CalibrationPress& press : set.presses) {
-    found.push_back(find_circle(press.bgr, set.background, ball_px(press, pixel_pitch_mm)));
+    found.push_back(find_circle(press.bgr, set.background, press.ball_px(pixel_pitch_mm)));
     if (progress) progress(found.size());
   }
   const LabelStyle style = style_of_labels(set, found);
@@ -179,12 +177,12 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
       problem = press.problem;
     } else if (press.label && !is_as_found(*press.label, found[k])) {
       zone = {k, press.label->u_px, press.label->v_px, style.ball_radius_px(*press.label) - kZoneMarginPx};
-      problem = problem_with_label(press, found[k], ball_px(press, pixel_pitch_mm));
+      problem = problem_with_label(press, found[k], press.ball_px(pixel_pitch_mm));
     } else {
       problem = automatic || press.label ? found[k].problem : "it has no label";
     }
     if (problem.empty() && zone.radius_px < kMinZonePx) problem = "its contact is too small";
-    if (problem.empty() && zone.radius_px > 0.95 * ball_px(press, pixel_pitch_mm))
+    if (problem.empty() && zone.radius_px > 0.95 * press.ball_px(pixel_pitch_mm))
       problem = "its contact is larger than the ball: is the diameter right?";
     if (problem.empty())
       result.zones.push_back(zone);

@@ -38,20 +38,13 @@ std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<Bal
   for (std::size_t k = 0; k < zones.size(); ++k) {
     const BallZone& zone = zones[k];
     const CalibrationPress& press = set.presses[zone.press];
-    const double ball_px = 0.5 * press.diameter_mm / pixel_pitch_mm;
-    const int reach = static_cast<int>(std::ceil(zone.radius_px));
-    for (int v = std::max(0, static_cast<int>(zone.v_px) - reach);
-         v <= std::min(press.bgr.rows - 1, static_cast<int>(zone.v_px) + reach + 1); ++v)
-      for (int u = std::max(0, static_cast<int>(zone.u_px) - reach);
-           u <= std::min(press.bgr.cols - 1, static_cast<int>(zone.u_px) + reach + 1); ++u) {
-        const double du = u - zone.u_px, dv = v - zone.v_px;
-        if (!press.shows_gel(u, v)) continue;
-        if (std::hypot(du, dv) > zone.radius_px || number++ % every != 0) continue;
-        SlopeSample sample = sample_at(press.bgr, set.background, u, v);
-        sample.angle_rad = ball_angles_rad(du, dv, ball_px);
-        sample.zone = static_cast<int>(k);
-        samples.push_back(sample);
-      }
+    for_each_pixel(zone, press, [&](int u, int v) {
+      if (number++ % every != 0) return;
+      SlopeSample sample = sample_at(press.bgr, set.background, u, v);
+      sample.angle_rad = ball_angles_rad(u - zone.u_px, v - zone.v_px, press.ball_px(pixel_pitch_mm));
+      sample.zone = static_cast<int>(k);
+      samples.push_back(sample);
+    });
   }
   return samples;
 }

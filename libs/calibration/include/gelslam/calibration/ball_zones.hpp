@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -14,6 +15,18 @@ struct BallZone {
   std::size_t press = 0;  ///< index into the set
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
 };
+
+/// Calls visit(u, v) for every pixel inside the zone that shows the gel, row by row.
+template <class Visit>
+void for_each_pixel(const BallZone& zone, const CalibrationPress& press, const Visit& visit) {
+  const cv::Point first(static_cast<int>(std::floor(zone.u_px - zone.radius_px)),
+                        static_cast<int>(std::floor(zone.v_px - zone.radius_px)));
+  const int side = static_cast<int>(std::ceil(2.0 * zone.radius_px)) + 2;
+  const cv::Rect box = cv::Rect(first, cv::Size(side, side)) & cv::Rect({}, press.bgr.size());
+  for (int v = box.y; v < box.y + box.height; ++v)
+    for (int u = box.x; u < box.x + box.width; ++u)
+      if (std::hypot(u - zone.u_px, v - zone.v_px) <= zone.radius_px && press.shows_gel(u, v)) visit(u, v);
+}
 
 struct RejectedPress {
   std::size_t press = 0;
@@ -32,9 +45,14 @@ struct BallZones {
 /// is the circle of find_circle as it was found get its ball instead, and so do those without a label when
 /// `automatic`; else these are rejected. Single presses in another light than the background's are rejected,
 /// and so are presses whose colors are not those of the same slopes in the others (find_odd_zones).
-/// `progress`, if given, is called with the number of presses done.
+/// `progress`, if given, is called with the number of presses done. Throws as require_unmoved_background().
 BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,
                           const std::function<void(std::size_t)>& progress = nullptr);
+
+/// Throws Error when the gel lies elsewhere in the presses than in the background: the camera has moved
+/// between them. Its texture is compared by phase correlation (Kuglin & Hines 1975); a gel without any
+/// passes.
+void require_unmoved_background(const PressSet& set);
 
 /// Throws Error, which says what to do, when the zones are not enough for a calibration: too few presses, a
 /// side of the gel without any, or pictures whose untouched gel differs from the background (another sensor

@@ -33,8 +33,7 @@ struct ModelCheck {
   SlopeStatistics slopes;
   std::vector<PressCheck> presses;
   std::vector<DiameterCheck> diameters;  ///< in growing order
-  cv::Mat1f error_map_deg;  ///< mean absolute angle error in 16x12 cells of the gel, NaN where no press
-  cv::Mat1f scale_map;      ///< read over true slope in the same cells, NaN where the presses show too little
+  cv::Mat1f scale_map;  ///< read over true slope in 16x12 cells of the gel, NaN where presses show too little
   Verdict verdict = Verdict::recalibrate;
   std::vector<std::string> reasons;  ///< for people: what is not good, worst first; empty when all is
 };
@@ -44,9 +43,8 @@ struct ModelCheck {
 ModelCheck check_model(const GradientModel& model, const PressSet& set, const std::vector<BallZone>& zones,
                        double pixel_pitch_mm, const std::function<void(std::size_t)>& progress = nullptr);
 
-/// One page for a browser, pictures inside: verdict, maps of the error and of the gradient scale over the
-/// gel, the gradient scale as a curve over steepness, every press. The file appears when it is whole; Error
-/// when the disk does not take it.
+/// One page for a browser, pictures inside: verdict, presses and gradient scale over the gel, every ball and
+/// press. The file appears when it is whole; Error when the disk does not take it.
 void write_check_report(const std::filesystem::path& path, const ModelCheck& check, const PressSet& set,
                         const std::string& model_name);
 

@@ -16,7 +16,6 @@ struct PatternWave {
   /// Of the length of (fx, fy), relative: by how much halves of the picture differ, at least what uneven
   /// light does.
   double uncertainty = 0.0;
-  double strength = 0.0;  ///< of its peak over the median of the spectrum around
   double period_px() const;
 };
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -19,7 +18,6 @@ struct ZoneReading {
   /// Of a ball whose center lies where the model sees it: an error of the circle is not taken for one of the
   /// gradient scale.
   std::array<double, 2> truth{};
-  double sigma_rad = 0.0;  ///< of both angles, as the model states it
 };
 
 /// Reads the press's zone with the model. Pixels that markers cover are left out. Throws Error when the model
@@ -31,7 +29,6 @@ std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& s
 struct SlopeSums {
   std::array<double, 2> read_true{}, true_true{};  ///< x, y
   double abs_error_deg = 0.0;                      ///< against the labeled slopes, summed over both axes
-  double squared_z = 0.0;  ///< squares of error over stated standard deviation, summed over both axes
   double pixels = 0.0;
 
   void add(const ZoneReading& pixel);
@@ -40,8 +37,6 @@ struct SlopeSums {
   double scale_x() const { return read_true[0] / true_true[0]; }
   double scale_y() const { return read_true[1] / true_true[1]; }
   double scale() const { return (read_true[0] + read_true[1]) / (true_true[0] + true_true[1]); }
-  /// Root mean square of error over stated standard deviation: 1 is honest.
-  double z() const { return std::sqrt(squared_z / (2.0 * pixels)); }
   double mean_abs_error_deg() const { return abs_error_deg / (2.0 * pixels); }  ///< per axis, of the angles
 };
 
