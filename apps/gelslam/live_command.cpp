@@ -52,6 +52,8 @@ class StatusLine {
     if (terminal_ && !last_.empty()) std::cerr << "\r\033[K" << std::flush;
   }
 
+  const std::string& warned() const { return warned_; }
+
   void show(const LiveStatus& s) {
     if (quiet_) return;
     const Clock::time_point now = Clock::now();
@@ -84,17 +86,21 @@ class StatusLine {
   Clock::time_point next_warning_;
 };
 
-void wait_in_terminal(const LiveSlam& session, bool quiet) {
+/// Returns the last warning that it said.
+std::string wait_in_terminal(const LiveSlam& session, bool quiet) {
   StatusLine line(quiet);
   while (session.status().phase != LivePhase::finished) {
     line.show(session.status());
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
+  return line.warned();
 }
 
-std::string report_text(const ReconstructSummary& s, const LiveStatus& status, bool quiet) {
+/// `warned`: what was said already.
+std::string report_text(const ReconstructSummary& s, const LiveStatus& status, const std::string& warned,
+                        bool quiet) {
   std::string text;
-  if (!s.warning.empty()) text += "warning: " + s.warning + "\n";
+  if (!s.warning.empty() && s.warning != warned) text += "warning: " + s.warning + "\n";
   text += reservation_words(reservations(s.completeness, s.uncertainty));
   if (quiet) return text;
   for (const std::string& part : s.parts) text += part + "\n";
@@ -199,11 +205,11 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, const LiveOptions
     end.next = run_live_window(session, window);
     session.stop();
   }
-  wait_in_terminal(session, arguments.quiet);
+  const std::string warned = wait_in_terminal(session, arguments.quiet);
   const ReconstructSummary summary = session.wait();
   if (arguments.headless && !arguments.snapshot.empty())
     write_live_snapshot(session, arguments.snapshot, window);
-  std::cerr << report_text(summary, session.status(), arguments.quiet);
+  std::cerr << report_text(summary, session.status(), warned, arguments.quiet);
   if (options.stream && !options.stream->finish()) std::cout.setstate(std::ios::badbit);  // main() says so
   end.exit_code = summary.tracked == 0 || summary.partial ? kExitNotGood : kExitDone;
   end.run_folder = session.status().run_folder;

@@ -31,7 +31,9 @@ PythonCalibration calibrate_presses(const fs::path& presses, const fs::path& out
     return false;
   };
   const auto leave_out = [&](const std::string& press) { result.left_out.push_back(press); };
-  Calibration calibration = calibrate(read_press_set(presses), options, sink, stop, leave_out);
+  PressSet set = read_press_set(presses);
+  fill_markers(set);
+  Calibration calibration = calibrate(set, options, sink, stop, leave_out);
   write_calibration(output, calibration);
   result.check = std::move(calibration.check);
   return result;

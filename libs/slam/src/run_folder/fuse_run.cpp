@@ -27,7 +27,13 @@ Config config_of(const FuseRequest& request) {
   if (request.truncation_mm) fusion.truncation_mm = *request.truncation_mm;
   if (fusion.truncation_mm < 2 * fusion.voxel_size_mm)  // said now, not after the session was read
     throw Error("the truncation has to be at least twice the voxel size; give --truncation-mm, too");
-  return read_config_text(write_config(config), "the new settings");  // within their bounds
+  try {
+    return read_config_text(write_config(config), "");  // within their bounds
+  } catch (const Error& error) {
+    const std::string text = error.what(), section = "fusion_config.";
+    const std::size_t at = text.find(section);
+    throw Error(at == std::string::npos ? text : text.substr(at + section.size()));
+  }
 }
 
 /// The mesh, and what else depends on how it was made. `run`: whose report it is.
