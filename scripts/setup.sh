@@ -18,7 +18,7 @@ END
 
 packages=(
   g++ cmake ninja-build ccache pkg-config # build
-  libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev libopen3d-dev
+  libeigen3-dev libopencv-dev libceres-dev libassimp-dev libembree-dev libmeshoptimizer-dev
   libcli11-dev libyaml-cpp-dev nlohmann-json3-dev libfmt-dev libzip-dev
   libturbojpeg0-dev libpng-dev libtiff-dev zlib1g-dev                # pictures
   libavformat-dev libavcodec-dev libavutil-dev libswscale-dev         # videos, logs
@@ -26,6 +26,8 @@ packages=(
   libgl1-mesa-dri libegl1                                             # pictures without a display
   python3                                                             # the demo's summary
 )
+optional_packages=(libopen3d-dev) # Ubuntu 24.04 does not have it
+without_optional="the program makes no watertight meshes, and the laboratory is not built"
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev
   xvfb xauth                       # windows without a display
@@ -57,11 +59,21 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   if $install; then exit 1; else exit 0; fi
 fi
 
+is_installed() { [[ $(dpkg-query --show --showformat '${db:Status-Status}' "$1" 2>/dev/null || true) == installed ]]; }
+is_known() { apt-cache show "$1" >/dev/null 2>&1; }
+add_optional() {
+  local package
+  for package in "${optional_packages[@]}"; do
+    if is_installed "$package"; then continue; fi
+    if is_known "$package"; then missing+=("$package"); else say "no package $package here: $without_optional"; fi
+  done
+}
+
 missing=()
 for package in "${packages[@]}"; do
-  status=$(dpkg-query --show --showformat '${db:Status-Status}' "$package" 2>/dev/null || true)
-  [[ $status == installed ]] || missing+=("$package")
+  is_installed "$package" || missing+=("$package")
 done
+if ((${#missing[@]} == 0)); then add_optional; fi
 if ((${#missing[@]} == 0)); then
   say "all ${#packages[@]} packages are installed"
   exit 0
@@ -93,12 +105,13 @@ install_missing() {
 
 updated=false
 for package in "${missing[@]}"; do
-  if ! apt-cache show "$package" >/dev/null 2>&1; then
+  if ! is_known "$package"; then
     update
     updated=true
     break
   fi
 done
+[[ " ${missing[*]} " == *" ${optional_packages[0]} "* ]] || add_optional
 if ! install_missing; then
   # Old lists name files that the mirrors have replaced.
   if $updated; then exit 1; fi

@@ -186,7 +186,7 @@ class Docs(unittest.TestCase):
     def run_commands(self, block, folder):
         camera = 0
         for line in block.text.replace("\\\n", " ").splitlines():
-            if not line.strip():
+            if not line.strip() or ("--watertight" in line and os.environ["GELSLAM_OPEN3D"] != "1"):
                 continue
             line = self.instead(re.sub(r"\s+# .*", "", line))
             self.inputs.put(folder, line)

@@ -17,6 +17,7 @@ PROGRAM = os.environ["GELSLAM_PROGRAM"]
 SCAN = pathlib.Path(os.environ["GELSLAM_LOG"]) / "scan"
 WORK = pathlib.Path(os.environ["GELSLAM_WORK"])
 RUN = WORK / "run"
+needs_open3d = unittest.skipUnless(os.environ["GELSLAM_OPEN3D"] == "1", "built without Open3D")
 
 
 def gelslam(*arguments):
@@ -96,6 +97,7 @@ class Export(unittest.TestCase):
         for vertex in np.array(self.vertices)[::499] * 1000:
             self.assertLess(np.linalg.norm(samples - vertex, axis=1).min(), math.hypot(0.0201, edge / 10))
 
+    @needs_open3d
     def test_a_closed_body_is_closed_in_every_file(self):
         stl, said = export("body.stl", "--watertight", "--close", "--max-error-mm", "0.02")
         self.assertRegex(said, r"made watertight: a closed body of [\d.]+ mm3, \d+ % of its surface touched")
@@ -106,6 +108,7 @@ class Export(unittest.TestCase):
         volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum(dtype=float) / 6
         self.assertAlmostEqual(volume / float(re.search(r"body of ([\d.]+)", said)[1]), 1, places=1)
 
+    @needs_open3d
     def test_a_watertight_surface_ends_where_nothing_was_touched(self):
         ply, said = export("open.ply", "--watertight")
         reach_mm = float(re.search(r"gaps up to ([\d.]+) mm wide", said)[1]) / 2
@@ -120,6 +123,12 @@ class Export(unittest.TestCase):
             ["taskset", "-c", str(min(os.sched_getaffinity(0))), PROGRAM, "export", RUN, "-o", WORK / "one_core.ply", "--watertight", "-q"])
         self.assertEqual(with_one_core.returncode, 0)
         self.assertEqual((WORK / "one_core.ply").read_bytes(), ply)
+
+    @unittest.skipIf(os.environ["GELSLAM_OPEN3D"] == "1", "built with Open3D")
+    def test_without_open3d_it_says_so(self):
+        said = gelslam("export", RUN, "-o", WORK / "no.stl", "--watertight")
+        self.assertEqual((said.returncode, said.stderr),
+                         (2, "gelslam: error: watertight meshes need Open3D, and this program was built without it\n"))
 
     def test_ground_truth_lies_on_the_run(self):
         truth = {round(p[0], 6): matrix(p) for p in map(tuple, readers.read_tum(export("truth.tum", "--ground-truth")[0].decode()))}
