@@ -42,15 +42,6 @@ double flipped_share(const Mesh& mesh) {
   return flipped / static_cast<double>(mesh.triangles.size());
 }
 
-double area_mm2(const Mesh& mesh) {
-  double area = 0;
-  for (const auto& t : mesh.triangles) {
-    const auto p = [&](int c) { return mesh.vertices_mm[static_cast<std::size_t>(t[c])]; };
-    area += 0.5 * static_cast<double>((p(1) - p(0)).cross(p(2) - p(0)).norm());
-  }
-  return area;
-}
-
 TEST(Fusion, TwoPatchesOfASphereMakeOneSphere) {
   const Shape ball = sphere(kRadiusMm);
   const std::vector<PosedSurface> patches{

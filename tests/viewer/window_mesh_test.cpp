@@ -28,15 +28,6 @@ MeshBlock strip(std::int64_t key, int from, int to, bool with_normals = true) {
 
 MeshBlocks one_strip() { return {{1, std::make_shared<const Mesh>(strip(1, 0, 3).mesh)}}; }
 
-double area_mm2(const Mesh& mesh) {
-  double sum = 0;
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto at = [&mesh](int i) { return mesh.vertices_mm[static_cast<std::size_t>(i)]; };
-    sum += 0.5 * (at(t.y()) - at(t.x())).cross(at(t.z()) - at(t.x())).norm();
-  }
-  return sum;
-}
-
 TEST(WindowMesh, JoinsBlocksAtTheirBorder) {
   WindowMesh mesh;
   mesh.update({false, {strip(1, 0, 4), strip(2, 4, 9)}});

@@ -30,13 +30,6 @@ double longest_edge_mm(const Mesh& mesh, std::size_t triangle) {
   return longest_mm;
 }
 
-double mean_edge_mm(const Mesh& mesh) {
-  double sum_mm = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k) sum_mm += (corner_of(mesh, t, k) - corner_of(mesh, t, (k + 1) % 3)).norm();
-  return sum_mm / (3.0 * static_cast<double>(mesh.triangles.size()));
-}
-
 /// A triangular grid over a triangle, whose neighbors are at most `spacing_mm` apart.
 void add_grid(const Mesh& mesh, std::size_t triangle, double spacing_mm,
               std::vector<Eigen::Vector3d>& points) {

@@ -44,26 +44,6 @@ Eigen::Vector3d area_normal(const Mesh& mesh, const Eigen::Vector3i& t) {
   return (corner_mm(mesh, t, 1) - a).cross(corner_mm(mesh, t, 2) - a);
 }
 
-double area_mm2(const Mesh& mesh) {
-  double area = 0.0;
-  for (const Eigen::Vector3i& t : mesh.triangles) area += 0.5 * area_normal(mesh, t).norm();
-  return area;
-}
-
-double volume_mm3(const Mesh& mesh) {
-  double volume = 0.0;
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    volume += corner_mm(mesh, t, 0).dot(area_normal(mesh, t)) / 6.0;
-  return volume;
-}
-
-double mean_edge_mm(const Mesh& mesh) {
-  double sum_mm = 0.0;
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) sum_mm += (corner_mm(mesh, t, k) - corner_mm(mesh, t, (k + 1) % 3)).norm();
-  return sum_mm / (3.0 * static_cast<double>(mesh.triangles.size()));
-}
-
 Eigen::Vector3d extent_mm(const std::vector<OrientedPoint>& points) {
   Eigen::AlignedBox3d box;
   for (const OrientedPoint& p : points) box.extend(p.point_mm);

@@ -75,25 +75,6 @@ class PlaceGrid {
   std::map<Key, std::vector<std::size_t>> cells_;
 };
 
-double area_mm2(const Mesh& mesh) {
-  double area = 0;
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto corner = [&](int k) { return mesh.vertices_mm[index(t[k])].cast<double>().eval(); };
-    area += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
-  }
-  return area;
-}
-
-/// Positive when triangles are counter-clockwise seen from outside.
-double volume_mm3(const Mesh& mesh) {
-  double volume = 0;
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto corner = [&](int k) { return mesh.vertices_mm[index(t[k])].cast<double>().eval(); };
-    volume += corner(0).dot(corner(1).cross(corner(2))) / 6;
-  }
-  return volume;
-}
-
 Mesh facing_outward(Mesh mesh) {
   if (volume_mm3(mesh) >= 0) return mesh;
   for (Eigen::Vector3i& t : mesh.triangles) std::swap(t[1], t[2]);

@@ -16,6 +16,12 @@ struct Mesh {
   std::vector<Eigen::Vector3i> triangles;
 };
 
+double area_mm2(const Mesh& mesh);
+/// Of a closed mesh; negative where triangles are clockwise seen from outside.
+double volume_mm3(const Mesh& mesh);
+/// Of the triangles' sides, inner ones counted twice; NaN without triangles.
+double mean_edge_mm(const Mesh& mesh);
+
 /// A cube of space and the surface in it, so that a growing mesh can be drawn by sending only what changed.
 /// Neighboring blocks meet without gaps; vertices on a border may belong to both.
 struct MeshBlock {

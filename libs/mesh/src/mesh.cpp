@@ -1,19 +1,44 @@
+#include "gelslam/mesh/mesh.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 
 #include "gelslam/core/index.hpp"
-#include "gelslam/mesh/mesh.hpp"
 
 namespace gelslam {
 namespace {
 
+Eigen::Vector3d corner_mm(const Mesh& mesh, const Eigen::Vector3i& t, int k) {
+  return mesh.vertices_mm[static_cast<std::size_t>(t[k])].cast<double>();
+}
+
 double area_of(const Mesh& mesh, const Eigen::Vector3i& t) {
-  const auto corner = [&](int k) { return mesh.vertices_mm[static_cast<std::size_t>(t[k])]; };
-  return 0.5 * static_cast<double>((corner(1) - corner(0)).cross(corner(2) - corner(0)).norm());
+  const Eigen::Vector3d a = corner_mm(mesh, t, 0);
+  return 0.5 * (corner_mm(mesh, t, 1) - a).cross(corner_mm(mesh, t, 2) - a).norm();
 }
 
 }  // namespace
+
+double area_mm2(const Mesh& mesh) {
+  double sum = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles) sum += area_of(mesh, t);
+  return sum;
+}
+
+double volume_mm3(const Mesh& mesh) {
+  double sum = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    sum += corner_mm(mesh, t, 0).dot(corner_mm(mesh, t, 1).cross(corner_mm(mesh, t, 2))) / 6.0;
+  return sum;
+}
+
+double mean_edge_mm(const Mesh& mesh) {
+  double sum_mm = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) sum_mm += (corner_mm(mesh, t, k) - corner_mm(mesh, t, (k + 1) % 3)).norm();
+  return sum_mm / (3.0 * static_cast<double>(mesh.triangles.size()));
+}
 
 MeshPieces find_pieces(const Mesh& mesh) {
   UnionFind vertices(static_cast<int>(mesh.vertices_mm.size()));
