@@ -64,7 +64,7 @@ TEST(Cli, EveryCommandHasAnExampleAndRefusesWhatItDoesNotKnow) {
   const std::vector<std::string> names = commands();
   ASSERT_THAT(names, testing::Contains("info"));
   for (const std::string& name : names) {
-    const std::string& help = help_of({name});
+    const std::string help = help_of({name});
     EXPECT_THAT(help, HasSubstr("Example")) << name;
     EXPECT_THAT(help, HasSubstr("gelslam " + name)) << name << " --help shows how it is called";
     const ProgramResult unknown = gelslam({name, "--no-such-option"});

@@ -186,7 +186,8 @@ TEST(TrajectoryMetrics, GapsAreCountedAndNotBridged) {
 
 TEST(ChooseReference, PrefersTheAnchorAndFallsBackToTheFirstCommonFrame) {
   Truth truth = winding(20);
-  truth[0] = truth[1] = std::nullopt;
+  truth[0].reset();
+  truth[1].reset();
   const auto estimate = copy_of(winding(20));
   EXPECT_EQ(choose_reference_index(estimate, truth, 5), 5);
   EXPECT_EQ(choose_reference_index(estimate, truth, 1), 2);
