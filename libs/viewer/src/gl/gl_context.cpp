@@ -96,11 +96,11 @@ struct GlContext::Impl {
   }
 
   void open_window(const GlWindowOptions& options) {
-    if (glfwInit() != GLFW_TRUE) {
-      throw Error(std::string("cannot open a window: ") +
-                  (has_display() ? glfw_reason() : "there is no display (DISPLAY is not set)") + "; " +
-                  kWithoutWindow);
-    }
+    // Not asked of GLFW: from version 3.4 on, Wayland's library writes to stderr when there is none.
+    const std::string problem = !has_display()            ? "there is no display (DISPLAY is not set)"
+                                : glfwInit() != GLFW_TRUE ? glfw_reason()
+                                                          : "";
+    if (!problem.empty()) throw Error("cannot open a window: " + problem + "; " + kWithoutWindow);
     create_window(options, options.samples);
     // Where the processor draws, several samples per pixel take it twice as long.
     if (options.samples > 0 && viewer::detail::is_software_renderer()) {
