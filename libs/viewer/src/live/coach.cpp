@@ -41,12 +41,12 @@ bool Coach::advance(const MeshBlocks& blocks, const MapSnapshot& map,
       blocks == blocks_ && map.version == map_version_ && (*touch_mm - touch_mm_).norm() < kSamePlaceMm;
   if (nothing_new) return false;
   blocks_ = blocks, map_version_ = map.version, touch_mm_ = *touch_mm;
-  thinking_ = std::async(std::launch::async,
-                         [border = border_, blocks, map, touch = *touch_mm, last = guidance_.target] {
-                           lower_thread_priority();
-                           border->update(blocks);
-                           return guide(*border, map, touch, last);
-                         });
+  thinking_ =
+      std::async(std::launch::async, [border = border_, blocks, map, touch = *touch_mm, last = guidance_] {
+        lower_thread_priority();
+        border->update(blocks);
+        return guide(*border, map, touch, last);
+      });
   return false;
 }
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "gelslam/viewer/guidance.hpp"
+#include "gelslam/slam/guidance.hpp"
 
 namespace gelslam::viewer::detail {
 

@@ -7,8 +7,8 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
+#include "gelslam/mesh/point_bits.hpp"
 #include "gelslam/viewer/window_host.hpp"
-#include "live/point_bits.hpp"
 #include "live/status_text.hpp"
 
 namespace gelslam::viewer::detail {

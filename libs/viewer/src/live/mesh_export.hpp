@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "gelslam/viewer/guidance.hpp"
+#include "gelslam/slam/guidance.hpp"
+#include "gelslam/slam/live_session.hpp"
 
 namespace gelslam::viewer::detail {
 

@@ -155,11 +155,10 @@ struct Scene::Impl {
     if (!is_by_value(color)) return;
     if (is_by_keyframe(color)) color = SceneColor::keyframe;
     if (values_for == color && !values_are_old) return;
-    const bool same_meaning = values_for == color && color == SceneColor::keyframe;
     values_for = color;
     values_are_old = false;
     if (color == SceneColor::keyframe) {
-      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.best(m); }, same_meaning);
+      mesh.set_values([this](const DrawableMesh& m) { return keyframe_places.best(m); }, true);
       return;
     }
     mesh.set_values(
@@ -167,7 +166,7 @@ struct Scene::Impl {
           return drawable_values(distance_query ? distance_query(m.vertices_mm) : std::vector<float>(),
                                  m.vertices_mm.size());
         },
-        same_meaning);
+        false);
   }
 
   void draw_background(bool light) {

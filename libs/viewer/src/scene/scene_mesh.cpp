@@ -112,7 +112,10 @@ void SceneMesh::put(std::int64_t key, DrawableMesh mesh) {
   std::vector<float> bend = block.mesh.curvature;
   for (float& curvature : bend) curvature = std::abs(curvature);
   block.curvature_p80 = quantile_in_place(bend, 0.8);
-  upload_vertices(block, {});
+  // What a block knows it shows at once; what has to be computed waits for its turn.
+  const bool has_values = of_keyframes_ && !block.mesh.keyframe.empty();
+  upload_vertices(block, has_values ? values_(block.mesh) : std::vector<float>());
+  if (has_values) block.values_version = values_version_, block.values_meaning = values_meaning_;
   block.full = upload_indices(block.mesh.indices);
   triangles_ += block.mesh.indices.size() / 3;
 }
@@ -124,8 +127,9 @@ void SceneMesh::clear() {
   box_is_old_ = curvature_is_old_ = true;
 }
 
-void SceneMesh::set_values(VertexValues values, bool same_meaning) {
+void SceneMesh::set_values(VertexValues values, bool of_keyframes) {
   values_ = std::move(values);
+  const bool same_meaning = std::exchange(of_keyframes_, of_keyframes) && of_keyframes;
   ++values_version_;
   if (!same_meaning) ++values_meaning_;
   if (!same_meaning) return;

@@ -25,8 +25,9 @@ class SceneMesh {
   void put(std::int64_t key, DrawableMesh mesh);  ///< without triangles: removes
   void clear();
   /// Blocks get their new values bit by bit, as they are drawn. Until then they keep the old ones, or, when
-  /// those mean something else, count as blocks without.
-  void set_values(VertexValues values, bool same_meaning);
+  /// those mean something else, count as blocks without. `of_keyframes`: ids of keyframes, which blocks that
+  /// know them show at once.
+  void set_values(VertexValues values, bool of_keyframes);
 
   /// Chooses what of which block is drawn: full detail, or so that cells of `detail_px`, or those with which
   /// about `max_triangles` are drawn, become one vertex. Spends about `budget_ms` on levels and values that
@@ -94,6 +95,7 @@ class SceneMesh {
   std::unordered_map<std::int64_t, Block> blocks_;
   std::size_t triangles_ = 0, drawn_triangles_ = 0;
   VertexValues values_;
+  bool of_keyframes_ = false;  // values_
   std::uint64_t values_version_ = 0, values_meaning_ = 0;
   double preparing_ms_ = 0;
   bool is_complete_ = true, has_confidence_ = false;

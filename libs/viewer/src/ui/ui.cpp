@@ -158,8 +158,21 @@ float Ui::height_of(Face face, std::string_view text, float wrap_width) const {
   return size_of(face, text, wrap_width).y;
 }
 
+/// As much of both ends as there is room for.
+std::string Ui::fitted_in_the_middle(Face face, std::string_view text, float width) const {
+  for (std::size_t kept = text.size() - 1; kept > 0; --kept) {
+    std::string_view first = text.substr(0, kept - kept / 2), last = text.substr(text.size() - kept / 2);
+    while (!first.empty() && within_letter(text[first.size()])) first.remove_suffix(1);
+    while (!last.empty() && within_letter(last.front())) last.remove_prefix(1);
+    const std::string shorter = std::string(first) + kEllipsis + std::string(last);
+    if (width_of(face, shorter) <= width) return shorter;
+  }
+  return "";
+}
+
 std::string Ui::fitted(Face face, std::string_view text, float width, Cut cut) const {
   if (width_of(face, text) <= width) return std::string(text);
+  if (cut == Cut::middle) return fitted_in_the_middle(face, text, width);
   while (!text.empty()) {
     if (cut == Cut::start) {
       do text.remove_prefix(1);

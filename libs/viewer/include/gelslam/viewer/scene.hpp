@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "gelslam/mesh/mesh.hpp"
+#include "gelslam/slam/guidance.hpp"
 #include "gelslam/slam/live_session.hpp"
-#include "gelslam/viewer/guidance.hpp"
 #include "gelslam/viewer/orbit_camera.hpp"
 #include "gelslam/viewer/scene_style.hpp"
 

@@ -49,7 +49,7 @@ struct Box {
 enum class Face { small, body, title, figure, headline };
 
 /// Where a text that is too long loses letters; `none`: a table's column becomes as wide as it.
-enum class Cut { start, end, none };
+enum class Cut { start, middle, end, none };
 
 struct Paragraph {
   Face face;
@@ -112,6 +112,7 @@ class Ui {
   float height_of(Face face, std::string_view text, float wrap_width) const;
   /// Shortened until it fits, at its start ("…/run/mesh.ply", of a path the end says most) or at its end.
   std::string fitted(Face face, std::string_view text, float width, Cut cut) const;
+  std::string fitted_in_the_middle(Face face, std::string_view text, float width) const;
   void text_at(Face face, float x, float y, Color color, std::string_view text, float wrap_width = 0);
   void text_right(Face face, float right, float y, Color color, std::string_view text);
   void text_centered(Face face, const Box& box, Color color, std::string_view text);

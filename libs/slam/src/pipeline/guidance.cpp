@@ -1,24 +1,29 @@
-#include "gelslam/viewer/guidance.hpp"
+#include "gelslam/slam/guidance.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <queue>
 #include <unordered_map>
 #include <utility>
 
-#include "live/point_bits.hpp"
+#include "gelslam/mesh/point_bits.hpp"
 
 namespace gelslam {
 namespace {
 
-using namespace viewer::detail;
 using Eigen::Vector3f;
 
 constexpr double kMinHoleMm2 = 2;     ///< smaller ones are pits that the gel does not reach
-constexpr double kLoopDriftMm = 0.1;  ///< two standard deviations: from here on a loop is worth the way
+constexpr double kLoopDriftMm = 0.2;  ///< two standard deviations: from here on a loop is worth the way
 constexpr double kBetterKnown = 0.5;  ///< share of the present uncertainty at which a place closes a loop
-constexpr float kShortCut = 0.5F;     ///< share of the way back that a loop may be long
+constexpr float kShortCut = 0.5F;     ///< share of the way along the links that a loop may be long
+constexpr float kBeyondMm = 3;        ///< from the border to the target: about half a contact, all of it new
 constexpr float kTargetReachMm = 4;   ///< border that counts as the same target
+constexpr double kGrowthMm2 = 3;      ///< a fraction of a contact
+constexpr std::size_t kPatience = 6;  ///< looks at the arrow without that much growth
+constexpr float kNearMm = 10;         ///< half the gel: further places need time
 constexpr float kSteadiness = 2;      ///< how much longer the way to the last target may be
 
 /// Border edges by where they begin.
@@ -49,13 +54,23 @@ double fan_area_mm2(const std::vector<MeshBorder::Edge>& edges) {
   return sum;
 }
 
-/// The border's middle around the edge nearest to a place, a little beyond the surface.
-std::optional<Vector3f> nearest_border(const std::vector<MeshBorder::Loop>& loops, const Vector3f& place_mm) {
+/// The edge's target would be one of these places again.
+bool is_near(const std::vector<Vector3f>& places, const MeshBorder::Edge& edge) {
+  const Vector3f target = middle(edge) + kBeyondMm * edge.outward;
+  return std::any_of(places.begin(), places.end(),
+                     [&](const Vector3f& place) { return (place - target).norm() < kTargetReachMm; });
+}
+
+/// From the border's middle around the edge nearest to a place, as far beyond it as a touch there reaches
+/// back.
+std::optional<Vector3f> nearest_border(const std::vector<MeshBorder::Loop>& loops, const Vector3f& place_mm,
+                                       const std::vector<Vector3f>& given_up) {
   const MeshBorder::Edge* nearest = nullptr;
   float distance2 = std::numeric_limits<float>::infinity();
   for (const MeshBorder::Loop& loop : loops)
     for (const MeshBorder::Edge& edge : loop.edges)
-      if (const float d2 = (middle(edge) - place_mm).squaredNorm(); d2 < distance2)
+      if (const float d2 = (middle(edge) - place_mm).squaredNorm();
+          d2 < distance2 && !is_near(given_up, edge))
         distance2 = d2, nearest = &edge;
   if (nearest == nullptr) return std::nullopt;
   Vector3f sum = Vector3f::Zero(), outward = Vector3f::Zero();
@@ -67,7 +82,7 @@ std::optional<Vector3f> nearest_border(const std::vector<MeshBorder::Loop>& loop
         continue;
       sum += weight * middle(edge), outward += weight * edge.outward, length += weight;
     }
-  return length > 0 ? Vector3f(sum / length + outward.normalized()) : middle(*nearest);
+  return length > 0 ? Vector3f(sum / length + kBeyondMm * outward.normalized()) : middle(*nearest);
 }
 
 /// The middle of what a keyframe touches.
@@ -77,30 +92,65 @@ Vector3f place_of(const MapSnapshot::Node& node) {
   return (node.component_T_keyframe * Eigen::Vector3d(center_mm.x(), center_mm.y(), 0)).cast<float>();
 }
 
-/// The nearest place that is known much better than the one touched, and that is nearer than the way by which
-/// the sensor came from there: going there closes a loop instead of going back.
-std::optional<Vector3f> nearest_known_place(const MapSnapshot& map, const Vector3f& touch_mm) {
-  std::vector<const MapSnapshot::Node*> known;
-  std::vector<Vector3f> places;
+/// A place of the shown piece, and the places that it is linked to.
+struct KnownPlace {
+  Vector3f place_mm;
+  double sigma_mm = 0;
+  std::vector<std::size_t> linked;
+  float way_mm = std::numeric_limits<float>::infinity();  ///< along the links
+};
+
+std::vector<KnownPlace> known_places(const MapSnapshot& map) {
+  std::vector<KnownPlace> places;
+  std::unordered_map<int, std::size_t> index_of;
   for (const MapSnapshot::Node& node : map.nodes) {
     if (node.sigma_mm < 0) continue;
-    known.push_back(&node);
-    places.push_back(place_of(node));
+    index_of[node.keyframe] = places.size();
+    places.push_back({place_of(node), node.sigma_mm, {}});
   }
-  std::size_t here = 0;
-  for (std::size_t i = 1; i < places.size(); ++i)
-    if ((places[i] - touch_mm).norm() < (places[here] - touch_mm).norm()) here = i;
-  if (known.empty() || 2 * known[here]->sigma_mm < kLoopDriftMm) return std::nullopt;
-  std::optional<Vector3f> best;
-  float way_mm = 0;
-  for (std::size_t i = here; i-- > 0;) {
-    way_mm += (places[i + 1] - places[i]).norm();
-    const float distance_mm = (places[i] - touch_mm).norm();
-    if (known[i]->sigma_mm > kBetterKnown * known[here]->sigma_mm || distance_mm > kShortCut * way_mm)
-      continue;
-    if (!best || distance_mm < (*best - touch_mm).norm()) best = places[i];
+  for (const MapSnapshot::Edge& edge : map.edges) {
+    const auto from = index_of.find(edge.from), to = index_of.find(edge.to);
+    if (edge.outlier || from == index_of.end() || to == index_of.end()) continue;
+    places[from->second].linked.push_back(to->second);
+    places[to->second].linked.push_back(from->second);
   }
-  return best;
+  return places;
+}
+
+/// Finds the shortest ways from `start` (Dijkstra 1959).
+void find_ways(std::vector<KnownPlace>& places, std::size_t start) {
+  using Reached = std::pair<float, std::size_t>;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
+  places[start].way_mm = 0;
+  next.emplace(0.0F, start);
+  while (!next.empty()) {
+    const auto [way_mm, at] = next.top();
+    next.pop();
+    if (way_mm > places[at].way_mm) continue;
+    for (const std::size_t to : places[at].linked) {
+      const float longer_mm = way_mm + (places[to].place_mm - places[at].place_mm).norm();
+      if (longer_mm >= places[to].way_mm) continue;
+      places[to].way_mm = longer_mm;
+      next.emplace(longer_mm, to);
+    }
+  }
+}
+
+/// The nearest place that is known much better than the one touched, and that is much nearer than along the
+/// links: going there closes a loop. Where all loops are closed already there is none.
+std::optional<Vector3f> nearest_known_place(const MapSnapshot& map, const Vector3f& touch_mm) {
+  std::vector<KnownPlace> places = known_places(map);
+  const auto distance_mm = [&](const KnownPlace& place) { return (place.place_mm - touch_mm).norm(); };
+  const auto nearer = [&](const auto& a, const auto& b) { return distance_mm(a) < distance_mm(b); };
+  const auto here = std::min_element(places.begin(), places.end(), nearer);
+  if (here == places.end() || 2 * here->sigma_mm < kLoopDriftMm) return std::nullopt;
+  find_ways(places, static_cast<std::size_t>(here - places.begin()));
+  const double sigma_mm = here->sigma_mm;
+  std::erase_if(places, [&](const KnownPlace& place) {
+    return place.sigma_mm > kBetterKnown * sigma_mm || distance_mm(place) > kShortCut * place.way_mm;
+  });
+  const auto best = std::min_element(places.begin(), places.end(), nearer);
+  return best == places.end() ? std::nullopt : std::optional(best->place_mm);
 }
 
 }  // namespace
@@ -175,8 +225,34 @@ std::vector<MeshBorder::Loop> MeshBorder::loops(double min_hole_mm2) const {
   return loops;
 }
 
+namespace {
+
+/// What was tried and given up so far.
+void remember(Guidance& guidance, const Guidance& last) {
+  guidance.tried = last.tried;
+  guidance.given_up = last.given_up;
+  guidance.tried_area_mm2 = last.tried_area_mm2;
+  const bool has_grown = guidance.area_mm2 > last.tried_area_mm2 + kGrowthMm2;
+  if (!has_grown && guidance.tried.size() < kPatience) return;
+  if (!has_grown) guidance.given_up.insert(guidance.given_up.end(), last.tried.begin(), last.tried.end());
+  guidance.tried.clear();
+  guidance.tried_area_mm2 = guidance.area_mm2;
+}
+
+std::optional<Vector3f> open_place(const Guidance& guidance, const Vector3f& touch_mm,
+                                   const std::optional<Guidance::Target>& last) {
+  const auto nearest = nearest_border(guidance.holes, touch_mm, guidance.given_up);
+  if (!nearest || !last || last->reason != Guidance::Reason::hole) return nearest;
+  const auto kept = nearest_border(guidance.holes, last->place_mm, guidance.given_up);
+  const bool is_same = (*kept - last->place_mm).norm() < kTargetReachMm;
+  const bool is_on_the_way = (*kept - touch_mm).norm() < kSteadiness * (*nearest - touch_mm).norm();
+  return is_same && is_on_the_way ? kept : nearest;
+}
+
+}  // namespace
+
 Guidance guide(const MeshBorder& border, const MapSnapshot& map, const Vector3f& touch_mm,
-               const std::optional<Guidance::Target>& last) {
+               const Guidance& last) {
   Guidance result;
   const double area_mm2 = result.area_mm2 = border.area_mm2();
   if (area_mm2 <= 0) return result;
@@ -186,18 +262,13 @@ Guidance guide(const MeshBorder& border, const MapSnapshot& map, const Vector3f&
   result.closed_share = area_mm2 / (area_mm2 + open_mm2);
   for (const MapSnapshot::Node& node : map.nodes)
     if (node.sigma_mm >= 0) result.drift_mm = std::max(result.drift_mm.value_or(0), 2 * node.sigma_mm);
+  remember(result, last);
   if (const auto known = nearest_known_place(map, touch_mm)) {
     result.target = Guidance::Target{Guidance::Reason::drift, *known};
-    return result;
+  } else if (const auto open = open_place(result, touch_mm, last.target)) {
+    result.target = Guidance::Target{Guidance::Reason::hole, *open};
+    if ((*open - touch_mm).norm() < kNearMm) result.tried.push_back(*open);
   }
-  const auto nearest = nearest_border(result.holes, touch_mm);
-  if (!nearest) return result;
-  result.target = Guidance::Target{Guidance::Reason::hole, *nearest};
-  if (!last || last->reason != Guidance::Reason::hole) return result;
-  const auto kept = nearest_border(result.holes, last->place_mm);
-  if ((*kept - last->place_mm).norm() < kTargetReachMm &&
-      (*kept - touch_mm).norm() < kSteadiness * (*nearest - touch_mm).norm())
-    result.target->place_mm = *kept;
   return result;
 }
 

@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace gelslam::viewer::detail {
+namespace gelslam {
 
 /// A point as a key: blocks of a mesh have exactly the same vertices where they meet.
 using PointBits = std::array<std::uint32_t, 3>;
@@ -24,4 +24,4 @@ struct PointBitsHash {
   }
 };
 
-}  // namespace gelslam::viewer::detail
+}  // namespace gelslam

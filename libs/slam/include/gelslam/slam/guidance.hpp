@@ -7,7 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "gelslam/slam/live_session.hpp"
+#include "gelslam/mesh/mesh.hpp"
+#include "gelslam/slam/map_snapshot.hpp"
 
 namespace gelslam {
 
@@ -61,12 +62,17 @@ struct Guidance {
   std::optional<double> drift_mm;       ///< two standard deviations of the place known worst
   std::vector<MeshBorder::Loop> holes;  ///< the largest first
   std::optional<Target> target;         ///< none: enough is there, or nothing is
+  std::vector<Eigen::Vector3f> tried;   ///< where the arrow led, nearby, since the surface last grew
+  double tried_area_mm2 = 0;            ///< of the surface then
+  /// Open, but the surface did not grow there: the object ends, or is too hollow for the gel.
+  std::vector<Eigen::Vector3f> given_up;
   bool is_enough() const { return closed_share > 0 && holes.empty(); }
 };
 
 /// Chooses where to go from `touch_mm`, the middle of what is touched (or was last). A target that is still
-/// open is kept while the way to it is not twice as long as to another one, so that the arrow is steady.
+/// open is kept while the way to it is not twice as long as to another one, so that the arrow is steady, and
+/// given up where the surface does not grow although the touch is near. `last`: what was concluded before.
 Guidance guide(const MeshBorder& border, const MapSnapshot& map, const Eigen::Vector3f& touch_mm,
-               const std::optional<Guidance::Target>& last);
+               const Guidance& last);
 
 }  // namespace gelslam

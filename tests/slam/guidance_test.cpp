@@ -1,11 +1,9 @@
-#include "gelslam/viewer/guidance.hpp"
+#include "gelslam/slam/guidance.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
-
-#include "live/coach.hpp"
 
 namespace gelslam {
 namespace {
@@ -97,23 +95,23 @@ TEST(MeshBorder, SeesOnlyBlocksThatHaveChanged) {
 TEST(Guidance, PointsToTheNearestHoleAndSaysHowMuchIsClosed) {
   MeshBorder border;
   border.update(sphere([](int ring, int) { return ring >= kRings / 4 && ring < 35; }));
-  const Guidance guidance = guide(border, {}, Vector3f(0, 0, -6), std::nullopt);
+  const Guidance guidance = guide(border, {}, Vector3f(0, 0, -6), {});
   ASSERT_TRUE(guidance.target);
   EXPECT_EQ(guidance.target->reason, Guidance::Reason::hole);
   EXPECT_LT(guidance.target->place_mm.z(), -5) << "the hole at the lower pole is nearer";
   EXPECT_GT(guidance.closed_share, 0.6);
   EXPECT_LT(guidance.closed_share, 0.85);
   EXPECT_FALSE(guidance.is_enough());
-  EXPECT_GT(guide(border, {}, Vector3f(0, 0, 6), std::nullopt).target->place_mm.z(), 4);
+  EXPECT_GT(guide(border, {}, Vector3f(0, 0, 6), {}).target->place_mm.z(), 4);
 }
 
 TEST(Guidance, KeepsItsTargetWhileTheWayIsNotTwiceAsLong) {
   MeshBorder border;
   border.update(sphere([](int ring, int) { return ring >= 4 && ring < 36; }));  // holes at both poles
-  const Guidance up = guide(border, {}, Vector3f(6, 0, 1), std::nullopt);
+  const Guidance up = guide(border, {}, Vector3f(6, 0, 1), {});
   ASSERT_GT(up.target->place_mm.z(), 0);
-  EXPECT_GT(guide(border, {}, Vector3f(6, 0, -1), up.target).target->place_mm.z(), 0) << "kept";
-  EXPECT_LT(guide(border, {}, Vector3f(1, 0, -5), up.target).target->place_mm.z(), 0) << "too far now";
+  EXPECT_GT(guide(border, {}, Vector3f(6, 0, -1), up).target->place_mm.z(), 0) << "kept";
+  EXPECT_LT(guide(border, {}, Vector3f(1, 0, -5), up).target->place_mm.z(), 0) << "too far now";
 }
 
 TEST(Guidance, LeadsBackToAPlaceThatIsKnownBetterOnceDriftIsLarge) {
@@ -124,15 +122,41 @@ TEST(Guidance, LeadsBackToAPlaceThatIsKnownBetterOnceDriftIsLarge) {
                node(2, Vector3f(0, 0, 6), 0.09)};
   map.nodes.push_back(node(3, Vector3f(-6, 0, 0), 0.1));
   map.nodes.push_back(node(4, Vector3f(-4, 0, -4), 0.2));
-  const Guidance round = guide(border, map, Vector3f(-4, 0, -4), std::nullopt);
+  for (int id = 1; id <= 4; ++id) map.edges.push_back({id - 1, id, EdgeKind::odometry, false});
+  const Guidance round = guide(border, map, Vector3f(-4, 0, -4), {});
   ASSERT_TRUE(round.target);
   EXPECT_EQ(round.target->reason, Guidance::Reason::drift);
   EXPECT_LT((round.target->place_mm - Vector3f(0, 0, -6)).norm(), 1e-3F) << "forward to where the scan began";
   EXPECT_NEAR(*round.drift_mm, 0.4, 1e-9);
-  EXPECT_EQ(guide(border, map, Vector3f(0, 1, 6), std::nullopt).target->reason, Guidance::Reason::hole)
+  EXPECT_EQ(guide(border, map, Vector3f(0, 1, 6), {}).target->reason, Guidance::Reason::hole)
       << "half way round no loop is nearer than the way back";
+  MapSnapshot closed = map;
+  closed.edges.push_back({0, 4, EdgeKind::loop, false});
+  EXPECT_EQ(guide(border, closed, Vector3f(-4, 0, -4), {}).target->reason, Guidance::Reason::hole)
+      << "that loop is there already";
+  closed.edges.back().outlier = true;
+  EXPECT_EQ(guide(border, closed, Vector3f(-4, 0, -4), {}).target->reason, Guidance::Reason::drift);
   for (MapSnapshot::Node& each : map.nodes) each.sigma_mm *= 0.2;
-  EXPECT_EQ(guide(border, map, Vector3f(-4, 0, -4), std::nullopt).target->reason, Guidance::Reason::hole);
+  EXPECT_EQ(guide(border, map, Vector3f(-4, 0, -4), {}).target->reason, Guidance::Reason::hole);
+}
+
+TEST(Guidance, GivesUpWhereTheSurfaceDoesNotGrow) {
+  MeshBorder border;
+  border.update(sphere([](int ring, int) { return ring >= 4 && ring < 36; }));  // holes at both poles
+  const Vector3f touch(3, 0, 5);
+  Guidance guidance;
+  int looks = 0;
+  do guidance = guide(border, {}, touch, guidance);
+  while (guidance.target && guidance.target->place_mm.z() > 0 && ++looks < 100);
+  EXPECT_GE(looks, 6) << "not at once";
+  EXPECT_LT(looks, 40);
+  ASSERT_TRUE(guidance.target) << "the other pole is open, too";
+  guidance = {};
+  for (int ring = 8; ring > 0; --ring) {  // it grows
+    border.update(sphere([&](int r, int) { return r >= ring && r < 36; }));
+    for (int look = 0; look < 3; ++look) guidance = guide(border, {}, touch, guidance);
+  }
+  EXPECT_TRUE(guidance.given_up.empty());
 }
 
 TEST(Guidance, SaysWhenEnoughIsThere) {
@@ -140,12 +164,11 @@ TEST(Guidance, SaysWhenEnoughIsThere) {
   border.update(sphere([](int, int) { return true; }));
   MapSnapshot map;
   map.nodes = {node(0, Vector3f(0, 0, -6), 0), node(1, Vector3f(0, 0, 6), 0.025)};
-  const Guidance guidance = guide(border, map, Vector3f(0, 0, 6), std::nullopt);
+  const Guidance guidance = guide(border, map, Vector3f(0, 0, 6), {});
   EXPECT_TRUE(guidance.is_enough());
   EXPECT_FALSE(guidance.target);
-  EXPECT_EQ(viewer::detail::progress_words(guidance), "Closed all around; drift at most 0.05 mm.");
-  EXPECT_EQ(viewer::detail::guidance_words({}), "") << "nothing is known yet";
-  EXPECT_FALSE(guide({}, map, Vector3f(0, 0, 6), std::nullopt).is_enough());
+  EXPECT_NEAR(*guidance.drift_mm, 0.05, 1e-9);
+  EXPECT_FALSE(guide({}, map, Vector3f(0, 0, 6), {}).is_enough());
 }
 
 TEST(Guidance, SurvivesBrokenMeshes) {
@@ -155,7 +178,7 @@ TEST(Guidance, SurvivesBrokenMeshes) {
   broken->triangles = {{0, 1, 2}, {0, 1, 9}, {-1, 0, 1}, {1, 1, 1}};
   MeshBorder border;
   border.update({{1, broken}});
-  guide(border, {}, Vector3f::Zero(), std::nullopt);
+  guide(border, {}, Vector3f::Zero(), {});
 }
 
 }  // namespace
