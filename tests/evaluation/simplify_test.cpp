@@ -44,7 +44,7 @@ SimplifiedMesh simplified(const Mesh& mesh, double max_error_mm) {
 TEST(Simplify, TheErrorHoldsEverywhereAndTrianglesFollowIt) {
   const Mesh full = test::sphere(kRadiusMm, 96);
   const double own_mm = furthest_from_sphere_mm(full);  // of the facets
-  std::size_t before = 2 * full.triangles.size();  // the first one has to be smaller than the whole
+  std::size_t before = 2 * full.triangles.size();       // the first one has to be smaller than the whole
   for (const double max_error_mm : {0.02, 0.08, 0.32}) {
     const SimplifiedMesh result = simplified(full, max_error_mm);
     EXPECT_THAT(result.largest_distance_mm, Le(max_error_mm));
