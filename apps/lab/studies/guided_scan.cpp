@@ -96,11 +96,7 @@ class LiveMap {
       component_ = map_.shown_component;
       blocks_.clear();
     }
-    std::vector<PosedSurface> patches;
-    for (const MapSnapshot::Node& node : map_.nodes)
-      if (node.component == map_.shown_component)
-        patches.push_back({node.keyframe, node.component_T_keyframe, node.surface});
-    fusion_->set_patches(patches, map_.gradient_scale.mean());
+    fusion_->set_patches(posed_surfaces(map_), map_.gradient_scale.mean());
     while (fusion_->work()) {
     }
     for (MeshBlock& block : fusion_->take_changed_blocks()) {

@@ -1,6 +1,7 @@
 #include "live/live_fusion.hpp"
 
 #include "gelslam/core/error.hpp"
+#include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam::slam::detail {
 
@@ -55,11 +56,7 @@ void FusionStage::follow(const MapSnapshot& map) {
     component_ = map.shown_component;
     cleared_ = true;
   }
-  std::vector<PosedSurface> patches;
-  for (const MapSnapshot::Node& node : map.nodes)
-    if (node.component == map.shown_component)
-      patches.push_back({node.keyframe, node.component_T_keyframe, node.surface});
-  fusion_->set_patches(patches, map.gradient_scale.mean());
+  fusion_->set_patches(posed_surfaces(map), map.gradient_scale.mean());
 }
 
 }  // namespace gelslam::slam::detail

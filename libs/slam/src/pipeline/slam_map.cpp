@@ -41,6 +41,14 @@ const MapSnapshot::Node* MapSnapshot::find(int keyframe) const {
   return node != nodes.end() && node->keyframe == keyframe ? &*node : nullptr;
 }
 
+std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map) {
+  std::vector<PosedSurface> patches;
+  for (const MapSnapshot::Node& node : map.nodes)
+    if (node.component == map.shown_component)
+      patches.push_back({node.keyframe, node.component_T_keyframe, node.surface});
+  return patches;
+}
+
 MapSnapshot snapshot_of(const SlamMap& map) {
   MapSnapshot snapshot;
   snapshot.gradient_scale = map.surface_scale();

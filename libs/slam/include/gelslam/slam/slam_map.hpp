@@ -67,6 +67,8 @@ MapSnapshot snapshot_of(const SlamMap& map);
 
 /// The patches of the map's largest component at their places, in the anchor's frame.
 std::vector<PosedSurface> posed_surfaces(const SlamMap& map);
+/// Those of a snapshot's shown component, in its frame.
+std::vector<PosedSurface> posed_surfaces(const MapSnapshot& map);
 
 /// What was tracked but is not in the mesh: the mesh shows the largest connected component (in the UI:
 /// piece).
