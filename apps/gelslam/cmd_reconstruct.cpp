@@ -5,7 +5,8 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
-#include "gelslam/slam/reconstruct.hpp"
+#include "gelslam/slam/merge_scans.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
 #include "many_logs.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -16,7 +17,7 @@ namespace {
 struct ReconstructArguments {
   std::vector<std::string> logs;
   LogOptions log;
-  std::string run_folder, continued;
+  std::string run_folder, continued, rig;
   int jobs = 0;
   bool overwrite = false, quiet = false;
 };
@@ -41,7 +42,28 @@ int run_one(const ReconstructArguments& arguments) {
   return kExitDone;
 }
 
+int run_rig(const ReconstructArguments& arguments) {
+  if (arguments.logs.size() != 2) throw Error("--rig takes the logs of two sensors");
+  if (!arguments.log.background.empty())
+    throw Error("--background is of one sensor; with --rig each log begins with its bare gel");
+  RigRequest request;
+  for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+    request.inputs[sensor] = arguments.log.input();
+    request.inputs[sensor].log = arguments.logs[sensor];
+  }
+  if (!arguments.rig.empty()) request.known = read_rig(arguments.rig);
+  request.run_folder = arguments.run_folder;
+  request.overwrite = arguments.overwrite;
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const ReconstructSummary summary =
+      reconstruct_rig(request, *progress, [&] { return interrupt.requested(); });
+  std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
+  return summary.completeness.complete() ? kExitDone : kExitNotGood;
+}
+
 int run(const ReconstructArguments& arguments, const CLI::App& command) {
+  if (command.count("--rig") > 0) return run_rig(arguments);
   const bool jobs_given = arguments.jobs > 0;
   if (arguments.logs.size() == 1 && !jobs_given) return run_one(arguments);
   if (!arguments.continued.empty())
@@ -77,12 +99,22 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->add_option("--continue", arguments->continued,
                    "Run folder that one log continues: the same object, sensor and model. It stays as it is")
       ->excludes(jobs);
+  command
+      ->add_option(
+          "--rig", arguments->rig,
+          "Two logs that two sensors recorded at the same time, fixed to each other: one map of both. "
+          "FILE tells how they are fixed (rig.yaml); without it the motions tell")
+      ->type_name("[FILE]")
+      ->expected(0, 1)
+      ->excludes(jobs)
+      ->excludes("--continue");
   command->add_flag("--overwrite", arguments->overwrite,
                     "Replace the run folder if it is there (of several logs: also what is finished)");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Example: gelslam reconstruct data/pebble -o runs/pebble\n"
       "         gelslam reconstruct data/* -o runs --jobs 4\n"
+      "         gelslam reconstruct left.mkv right.mkv --rig -o runs/both\n"
       "         gelslam reconstruct more.mkv --continue runs/pebble -o runs/pebble-more");
   command->callback([arguments, command, &exit_code] { exit_code = run(*arguments, *command); });
 }

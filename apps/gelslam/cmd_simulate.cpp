@@ -12,6 +12,7 @@
 #include "gelslam/simulation/data_folder.hpp"
 #include "gelslam/simulation/press_log.hpp"
 #include "gelslam/simulation/simulator.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
 #include "terminal_progress.hpp"
 
 namespace gelslam {
@@ -22,7 +23,7 @@ struct SimulateArguments {
   CalibrationSpec calibration;
   PressLogSpec press_log;
   DataFolderOptions folder;
-  std::filesystem::path output, calibration_folder;
+  std::filesystem::path output, calibration_folder, rig;
   std::vector<double> place_mm;  // x, y
   std::uint64_t seed = 1;
   MeshUnit unit;
@@ -71,8 +72,16 @@ void calibrate_into(const std::filesystem::path& folder, const SimulateArguments
             << " degrees\n";
 }
 
+/// The sensors and the folders of their logs.
+std::vector<std::pair<ScanSpec, std::filesystem::path>> sensors_of(const SimulateArguments& arguments) {
+  if (arguments.rig.empty()) return {{arguments.scan, arguments.output}};
+  ScanSpec second = arguments.scan;
+  second.rig_T_sensor = read_rig(arguments.rig).first_T_second;
+  ++second.optics.seed;
+  return {{arguments.scan, arguments.output / "first"}, {second, arguments.output / "second"}};
+}
+
 void run_scan(SimulateArguments& arguments) {
-  refuse_to_replace(arguments.output / "gelsight.avi", "meta.json", arguments.overwrite);
   spread_seed(arguments);
   if (!arguments.place_mm.empty())
     arguments.scan.motion.place_mm = {arguments.place_mm[0], arguments.place_mm[1]};
@@ -80,7 +89,12 @@ void run_scan(SimulateArguments& arguments) {
   ShapeSpec& object = arguments.scan.object;
   const bool is_named = object.mesh_unit_mm.has_value();
   if (!is_named) object.mesh_unit_mm = arguments.unit.mm(object.name);
-  const Simulator simulator(arguments.scan);  // first: it knows whether object and motion exist
+  const auto sensors = sensors_of(arguments);
+  std::vector<std::unique_ptr<Simulator>> simulators;  // first: they know whether object and motion exist
+  for (const auto& [scan, folder] : sensors) {
+    refuse_to_replace(folder / "gelsight.avi", "meta.json", arguments.overwrite);
+    simulators.push_back(std::make_unique<Simulator>(scan));
+  }
   if (!is_named && !arguments.quiet) arguments.unit.say(object.name);
   const bool given = !arguments.calibration_folder.empty();
   const std::filesystem::path calibration =
@@ -91,7 +105,8 @@ void run_scan(SimulateArguments& arguments) {
                 " holds no model/nnmodel.pth; make one with: gelslam simulate calibration -o " +
                 calibration.string());
   if (!given) calibrate_into(calibration, arguments, progress);
-  write_data_folder(arguments.output, simulator, arguments.folder, progress);
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    write_data_folder(sensors[i].second, *simulators[i], arguments.folder, progress);
 }
 
 void add_common_options(CLI::App& command, SimulateArguments& arguments) {
@@ -139,6 +154,9 @@ void add_scan(CLI::App& simulate, const std::shared_ptr<SimulateArguments>& argu
       ->expected(2);
   scan->add_option("--calibration", a.calibration_folder,
                    "Calibration folder to use; else one is made in DIR/calibration");
+  scan->add_option("--rig", a.rig,
+                   "Two sensors that are fixed to each other (rig.yaml), as DIR/first and DIR/second")
+      ->check(CLI::ExistingFile);
   scan->add_flag("--light-drift", a.scan.optics.light_drift, "Let the lamps drift by a few percent");
   scan->add_flag("--lossless", a.folder.lossless, "PNG instead of JPEG pictures in the video");
   scan->add_flag("--truth-maps", a.folder.truth_maps,

@@ -8,6 +8,7 @@
 
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/surface/background.hpp"
 #include "terminal_progress.hpp"
 
@@ -30,6 +31,21 @@ std::string reservation_words(const std::vector<std::string>& reservations) {
   return text;
 }
 
+std::string rig_words(const std::optional<RigPose>& rig) {
+  if (!rig)
+    return "the sensors' motions do not tell how they are fixed to each other: two maps (turn the object "
+           "more, "
+           "or give --rig FILE)";
+  constexpr double kTwoSigma = 2.0;
+  const Eigen::Vector3d mm = rig->first_T_second.translation();
+  const Vector6d sigma = sigma_of(rig->covariance);
+  return fmt::format(
+      "the second sensor is at {:.2f}, {:.2f}, {:.2f} mm in the first one's frame, turned by {:.1f} degrees "
+      "(within {:.2g} mm, {:.2g} degrees)",
+      mm.x(), mm.y(), mm.z(), kDegreesPerRadian * rotation_angle_rad(rig->first_T_second),
+      kTwoSigma * sigma.tail<3>().maxCoeff(), kTwoSigma * kDegreesPerRadian * sigma.head<3>().maxCoeff());
+}
+
 std::string run_words(const ReconstructSummary& s, const std::string& run_folder, bool quiet) {
   std::string text;
   if (s.partial) text += "stopped early: this is what was seen so far\n";
@@ -37,6 +53,7 @@ std::string run_words(const ReconstructSummary& s, const std::string& run_folder
   const std::string last = reservation_words(reservations(s.completeness, s.uncertainty));
   if (quiet) return text + last;
   for (const std::string& part : s.parts) text += part + "\n";
+  if (s.has_rig) text += rig_words(s.rig) + "\n";
   text += fmt::format("{} of {} frames tracked, {}\n{}, in {} s: {}\n", s.tracked, s.frames, map_words(s),
                       mesh_words(s), short_number(s.seconds, 3), run_folder);
   return text + last;

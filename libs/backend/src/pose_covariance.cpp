@@ -62,9 +62,13 @@ class SelectedInverse {
     }
   }
 
-  double at(int row, int column) const {
+  /// A square on the diagonal.
+  Eigen::MatrixXd block(int first, int size) const {
     const auto& place = factor_.permutationP().indices();
-    return permuted(place[row], place[column]);
+    Eigen::MatrixXd block(size, size);
+    for (int r = 0; r < size; ++r)
+      for (int c = 0; c < size; ++c) block(r, c) = permuted(place[first + r], place[first + c]);
+    return block;
   }
 
  private:
@@ -79,18 +83,17 @@ class SelectedInverse {
 
 }  // namespace
 
-std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges,
-                                         const PoseGraphSolution& solution, int gauge,
-                                         const PoseGraphOptions& options, double gradient_scale_sigma) {
+GraphCovariances graph_covariances(const std::vector<PoseGraphEdge>& edges, const PoseGraphSolution& solution,
+                                   int gauge, const PoseGraphOptions& options, const SharedUnknowns& shared) {
   if (solution.edge_residual.size() != edges.size() || solution.edge_outlier.size() != edges.size())
     throw Error("pose graph: the solution is of other edges");
   const int component = solution.component_of_node.at(gauge);
   std::map<int, int> row_of;
   for (const auto& [id, of_node] : solution.component_of_node)
     if (of_node == component && id != gauge) row_of.emplace(id, 6 * static_cast<int>(row_of.size()));
-  const int scale_row = 6 * static_cast<int>(row_of.size());
-  const bool scale_is_unknown = gradient_scale_sigma > 0;
-  InformationMatrix information(scale_row + (scale_is_unknown ? kScaleTerms : 0));
+  const int shared_row = 6 * static_cast<int>(row_of.size()),
+            shared_count = static_cast<int>(shared.mean.size());
+  InformationMatrix information(shared_row + shared_count);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const PoseGraphEdge& edge = edges[i];
     if (solution.edge_outlier[i] || solution.component_of_node.at(edge.from) != component) continue;
@@ -102,21 +105,28 @@ std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges
     std::vector<std::pair<int, Rows6>> derivatives;
     if (edge.to != gauge) derivatives.emplace_back(row_of.at(edge.to), whitening);
     if (edge.from != gauge) derivatives.emplace_back(row_of.at(edge.from), -whitening * adjoint(to_T_from));
-    if (scale_is_unknown) derivatives.emplace_back(scale_row, -whitening * motion_by_gradient_scale(edge));
+    if (shared_count > 0 && shared.edge_by_unknown[i].cols() > 0)
+      derivatives.emplace_back(shared_row, -whitening * shared.edge_by_unknown[i]);
     information.add(derivatives);
   }
-  if (scale_is_unknown)
-    information.add_block(
-        scale_row, scale_row,
-        scale_sigmas(gradient_scale_sigma).cwiseAbs2().cwiseInverse().asDiagonal().toDenseMatrix());
+  if (shared_count > 0) information.add_block(shared_row, shared_row, shared.information);
 
-  std::map<int, Matrix6d> covariances{{gauge, Matrix6d::Zero()}};
+  GraphCovariances covariances;
+  covariances.gauge_T_node[gauge] = Matrix6d::Zero();
   if (row_of.empty()) return covariances;
   const SelectedInverse inverse(information.matrix());
-  for (const auto& [id, row] : row_of)
-    for (int r = 0; r < 6; ++r)
-      for (int c = 0; c < 6; ++c) covariances[id](r, c) = inverse.at(row + r, row + c);
+  for (const auto& [id, row] : row_of) covariances.gauge_T_node[id] = inverse.block(row, 6);
+  covariances.shared_unknowns = inverse.block(shared_row, shared_count);
   return covariances;
+}
+
+std::map<int, Matrix6d> pose_covariances(const std::vector<PoseGraphEdge>& edges,
+                                         const PoseGraphSolution& solution, int gauge,
+                                         const PoseGraphOptions& options, double gradient_scale_sigma) {
+  return graph_covariances(edges, solution, gauge, options,
+                           gradient_scale_sigma > 0 ? gradient_scale_unknowns(edges, gradient_scale_sigma)
+                                                    : SharedUnknowns{})
+      .gauge_T_node;
 }
 
 }  // namespace gelslam

@@ -14,6 +14,16 @@ nlohmann::json object_at(const nlohmann::json& report, const char* key) {
   return found != report.end() && found->is_object() ? *found : nlohmann::json::object();
 }
 
+/// Of a run of several logs the first one's poses are compared.
+void keep_first_log(const nlohmann::json& report, RunResult& run) {
+  const nlohmann::json logs = report.value("logs", nlohmann::json::array());
+  if (logs.size() < 2 || !logs[1].is_object()) return;
+  const nlohmann::json end_s = logs[1].value("first_time_s", nlohmann::json());
+  if (!end_s.is_number()) return;
+  std::erase_if(run.trajectory, [&](const StampedPose& pose) { return pose.time_s >= end_s.get<double>(); });
+  run.log_frames.reset();
+}
+
 void read_report(const std::filesystem::path& path, RunResult& run) {
   const nlohmann::json report = evaluation::detail::read_json_object(path);
   run.anchor_frame = integer_at(report, "anchor_frame", 0, path);
@@ -25,6 +35,7 @@ void read_report(const std::filesystem::path& path, RunResult& run) {
   if (report.value("partial", nlohmann::json(false)) != true && all_seen) {
     run.log_frames = integer_at(frames, "total", 0, path);
   }
+  keep_first_log(report, run);
   if (integer_at(object_at(report, "mesh"), "triangles", 0, path) == 0) run.mesh_path.clear();
 }
 

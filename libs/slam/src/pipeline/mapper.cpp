@@ -5,6 +5,7 @@
 
 #include "gelslam/backend/pose_covariance.hpp"
 #include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/backend/rig.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"
@@ -97,6 +98,83 @@ void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const
   }
 }
 
+/// Those of a rig that is known.
+std::vector<PoseGraphEdge> edges_of_rig(const SlamMap& map) {
+  return map.rig ? rig_edges(map.measured.rig.constraints, map.rig->first_T_second)
+                 : std::vector<PoseGraphEdge>();
+}
+
+/// `edges` without what contradicts them, or the rig.
+std::vector<PoseGraphEdge> consistent(const SlamMap& map, const std::vector<PoseGraphEdge>& edges,
+                                      double scale_sigma) {
+  std::vector<PoseGraphEdge> all = edges;
+  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
+  all.insert(all.end(), of_rig.begin(), of_rig.end());
+  return chosen(edges, consistent_edges(all, scale_sigma));
+}
+
+const RigPose* known_rig(const SlamMap& map) {
+  return map.measured.rig.known ? &*map.measured.rig.known : nullptr;
+}
+
+/// The unknowns that were solved with the poses: the rig's, or the gradient scale.
+SharedUnknowns shared_unknowns(const SlamMap& map, double scale_sigma, const SlamOptions& options) {
+  if (map.rig)
+    return rig_unknowns(map.edges.size(), map.measured.rig.constraints, map.rig->first_T_second,
+                        known_rig(map));
+  if (!options.slope_calibration.estimate_gradient_scale) return {};
+  return gradient_scale_unknowns(map.edges, scale_sigma);
+}
+
+/// Solves again, after the map's edges have changed.
+void solve_again(SlamMap& map, double scale_sigma, const SlamOptions& options) {
+  if (!map.rig) {
+    map.solution = solve(map.solution.component_T_node, map.edges, scale_sigma, options);
+    return;
+  }
+  RigSolution rig = solve_with_rig(map.solution, map.edges, map.measured.rig.constraints,
+                                   map.rig->first_T_second, known_rig(map), options.pose_graph);
+  map.solution = std::move(rig.graph);
+  map.rig->first_T_second = rig.first_T_second;
+}
+
+Matrix6d rig_covariance(const SlamMap& map, const SlamOptions& options) {
+  const std::vector<RigConstraint>& constraints = map.measured.rig.constraints;
+  std::vector<PoseGraphEdge> edges = map.edges;
+  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
+  edges.insert(edges.end(), of_rig.begin(), of_rig.end());
+  return graph_covariances(edges, map.solution, constraints.front().first_keyframe, options.pose_graph,
+                           shared_unknowns(map, 0, options))
+      .shared_unknowns;
+}
+
+bool is_determined(const Matrix6d& covariance) {
+  constexpr double kMaxSigmaMm = 1.0, kMaxSigmaRad = 0.1;  // beyond, two pieces tell more than a bent one
+  const Vector6d sigma = sigma_of(covariance);
+  return sigma.head<3>().maxCoeff() < kMaxSigmaRad && sigma.tail<3>().maxCoeff() < kMaxSigmaMm;
+}
+
+/// Joins what two sensors have felt at the same time, if their motions tell how they are fixed to each other.
+/// `measured`: all edges, of which loops between the sensors can be judged then.
+void join_by_rig(SlamMap& map, const std::vector<PoseGraphEdge>& measured, double scale_sigma,
+                 const SlamOptions& options) {
+  const SensorRig& rig = map.measured.rig;
+  if (rig.constraints.empty()) return;
+  const std::optional<Pose> start =
+      rig.known ? std::optional(rig.known->first_T_second) : rig_from_motions(rig.constraints, map.solution);
+  if (!start) return;
+  const PoseGraphSolution apart = map.solution;
+  map.rig = RigPose{*start};
+  solve_again(map, scale_sigma, options);
+  if (!is_determined(rig_covariance(map, options))) {
+    map.rig.reset();
+    map.solution = apart;
+    return;
+  }
+  map.edges = consistent(map, measured, scale_sigma);
+  solve_again(map, scale_sigma, options);
+}
+
 void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
                        const std::function<bool()>& stop_requested, ParallelProgress& progress) {
   for (int round = 0; round < kOverlapRounds; ++round) {
@@ -104,8 +182,8 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
         find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
     if (found.empty() || stop_requested()) return;
     map.edges.insert(map.edges.end(), found.begin(), found.end());
-    map.edges = chosen(map.edges, consistent_edges(map.edges, scale_sigma));
-    map.solution = solve(map.solution.component_T_node, map.edges, scale_sigma, options);
+    map.edges = consistent(map, map.edges, scale_sigma);
+    solve_again(map, scale_sigma, options);
   }
 }
 
@@ -179,6 +257,7 @@ std::vector<PoseGraphEdge> Mapper::search_loops(const Keyframe& keyframe, int pr
 
 std::map<int, std::vector<PoseGraphEdge>> Mapper::restore(const ScanRecord& record) {
   parts_ = record.parts;
+  rig_ = record.rig;
   keyframes_ = record.keyframes;
   searched_ = record.searched;
   std::vector<PoseGraphEdge> edges = record.edges;
@@ -331,7 +410,7 @@ MapSnapshot Mapper::snapshot() const {
 /// What was measured, and nothing concluded from it.
 SlamMap Mapper::measured_map(const std::vector<FrameRecord>& frames) const {
   SlamMap map;
-  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}};
+  map.measured = {parts_, keyframes_, edges_, searched_, frames, {}, rig_};
   map.keyframes = keyframes_;
   map.edges = edges_;
   map.in_map.resize(keyframes_.size());
@@ -354,20 +433,26 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   }
   const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
   add_rejoining_loops(map, parts_, options_);
-  map.edges = chosen(map.edges, consistent_edges(map.edges, scale_sigma));
+  const std::vector<PoseGraphEdge> measured = map.edges;
+  map.edges = consistent(map, measured, scale_sigma);
   map.solution = solve(initial, map.edges, scale_sigma, options_);
+  join_by_rig(map, measured, scale_sigma, options_);
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
-  map.slope_correction = SlopeCorrection::from_linear(map.solution.shared_unknowns);
-  if (refine && options_.slope_calibration.enabled && !stop_requested())
+  if (!map.rig) map.slope_correction = SlopeCorrection::from_linear(map.solution.shared_unknowns);
+  if (refine && !map.rig && options_.slope_calibration.enabled && !stop_requested())
     calibrate(map, edges_, options_, stop_requested, progress);
   const int anchor = choose_component_and_anchor(map);
-  const bool scale_is_unknown = options_.slope_calibration.estimate_gradient_scale;
-  map.uncertainty =
-      trajectory_uncertainty(map.frames, map.in_map,
-                             pose_covariances(map.edges, map.solution, anchor, options_.pose_graph,
-                                              scale_is_unknown ? scale_sigma : 0.0));
+  const SharedUnknowns shared = shared_unknowns(map, scale_sigma, options_);
+  if (map.rig) {
+    const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
+    map.edges.insert(map.edges.end(), of_rig.begin(), of_rig.end());
+  }
+  const GraphCovariances covariances =
+      graph_covariances(map.edges, map.solution, anchor, options_.pose_graph, shared);
+  if (map.rig) map.rig->covariance = covariances.shared_unknowns;
+  map.uncertainty = trajectory_uncertainty(map.frames, map.in_map, covariances.gauge_T_node);
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;
 }

@@ -11,6 +11,7 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
 #include "gelslam/slam/session.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "run_folder/run_writer.hpp"
@@ -61,6 +62,16 @@ void check_resolution(const fs::path& run, const ScanRecord& record, double pixe
   }
 }
 
+/// Of the saved map, in memory, what take_corrections() asks for.
+SavedMap corrections_of(const SlamMap& map) {
+  SavedMap saved;
+  saved.slope_correction = map.slope_correction;
+  saved.surfaces_corrected = map.surfaces_corrected;
+  saved.edges = map.edges;
+  saved.edge_outlier = map.solution.edge_outlier;
+  return saved;
+}
+
 /// A record's keyframes and edges as its own map has corrected them: true surfaces, whatever the sensor.
 void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitch_mm,
                       const SlamOptions& options) {
@@ -104,6 +115,14 @@ Offsets offsets_after(const ScanRecord& all) {
   return next;
 }
 
+std::vector<RigConstraint> renumbered(std::vector<RigConstraint> constraints, int first, int second) {
+  for (RigConstraint& constraint : constraints) {
+    constraint.first_keyframe += first;
+    constraint.second_keyframe += second;
+  }
+  return constraints;
+}
+
 void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
   for (ScanPart part : next.parts) {
     part.first_frame += by.frame;
@@ -131,6 +150,8 @@ void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
     if (frame.keyframe >= 0) frame.keyframe += by.keyframe;
     all.frames.push_back(frame);
   }
+  if (!next.rig.constraints.empty())
+    all.rig = {renumbered(next.rig.constraints, by.keyframe, by.keyframe), next.rig.known};
   all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
 }
 
@@ -169,6 +190,36 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
   return all;
 }
 
+/// The map of records that are corrected already, and its mesh, in a run folder.
+ReconstructSummary write_joined(RunFolder& folder, const Config& config, const ScanRecord& all,
+                                const std::string& description, std::chrono::steady_clock::time_point start,
+                                ProgressSink& progress, const std::function<bool()>& stop_requested) {
+  Mapper mapper(config.slam);
+  mapper.restore(all);
+  SlamMap map = mapper.finish(all.frames, true, stop_requested, &progress);
+  const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
+  ReconstructSummary summary = summarize(map, mesh);
+  summary.partial = stop_requested();
+  for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  write_run(folder.path(), config, map, mesh, {{}, description, {}, summary, std::nullopt});
+  folder.commit();
+  return summary;
+}
+
+/// Scans of two sensors at the same time, whose own maps have corrected them.
+ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::optional<RigPose>& known,
+                         const SlamOptions& options, ProgressSink& progress,
+                         const std::function<bool()>& stop_requested) {
+  const std::vector<RigConstraint> constraints = rig_constraints(records[0], records[1]);
+  ScanRecord all = joined(records, options, progress, stop_requested);
+  if (constraints.empty())
+    all.warnings.push_back(
+        "the two sensors were never tracked at the same time: only common places join them");
+  all.rig = {renumbered(constraints, 0, static_cast<int>(records[0].keyframes.size())), known};
+  return all;
+}
+
 void check_distinct(const std::vector<fs::path>& runs) {
   std::error_code code;
   for (std::size_t i = 0; i < runs.size(); ++i)
@@ -204,18 +255,34 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
     config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
   }
   const ScanRecord all = joined(records, config.slam, progress, stop_requested);
-  Mapper mapper(config.slam);
-  mapper.restore(all);
-  SlamMap map = mapper.finish(all.frames, true, stop_requested, &progress);
-  const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
-  ReconstructSummary summary = summarize(map, mesh);
-  summary.partial = stop_requested();
-  for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
-  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  write_run(folder.path(), config, map, mesh,
-            {{}, "a merge of " + std::to_string(records.size()) + " runs", {}, summary, std::nullopt});
-  folder.commit();
-  return summary;
+  return write_joined(folder, config, all, "a merge of " + std::to_string(records.size()) + " runs", start,
+                      progress, stop_requested);
+}
+
+ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& progress,
+                                   const std::function<bool()>& stop_requested) {
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<fs::path> logs;
+  for (const LogInput& input : request.inputs) logs.push_back(input.log);
+  check_distinct(logs);
+  RunFolder folder(request.run_folder,
+                   {.overwrite = request.overwrite, .known_entries = run_entries(), .inputs = logs});
+  std::vector<Config> configs;
+  for (const LogInput& input : request.inputs) configs.push_back(resolve_config(input));
+  Config config = configs.front();
+  std::vector<ScanRecord> records;
+  for (std::size_t sensor = 0; sensor < configs.size() && !stop_requested(); ++sensor) {
+    Run run = reconstruct(request.inputs[sensor], configs[sensor], progress, stop_requested);
+    records.push_back(run.map.measured);
+    take_corrections(records.back(), corrections_of(run.map), config.sensor.pixel_pitch_mm, config.slam);
+    for (ScanPart& part : records.back().parts) part.model_crc32 = 0;
+    if (!run.account.summary.warning.empty()) records.back().warnings.push_back(run.account.summary.warning);
+  }
+  if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
+  config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
+  const ScanRecord all = joined_by_rig(records, request.known, config.slam, progress, stop_requested);
+  return write_joined(folder, config, all, "two sensors that are fixed to each other", start, progress,
+                      stop_requested);
 }
 
 }  // namespace gelslam

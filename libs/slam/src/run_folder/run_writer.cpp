@@ -11,6 +11,7 @@
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/session.hpp"
+#include "gelslam/slam/trial_drift.hpp"
 
 namespace gelslam {
 namespace {
@@ -96,6 +97,21 @@ ordered_json uncertainty_fields(const TrajectoryUncertainty& uncertainty) {
   return fields;
 }
 
+ordered_json rig_fields(const SlamMap& map) {
+  const Vector6d sigma = sigma_of(map.rig->covariance);
+  ordered_json pose = ordered_json::array(), sigma_mm = ordered_json::array(),
+               sigma_deg = ordered_json::array();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) pose.push_back(map.rig->first_T_second(row, column));
+    sigma_deg.push_back(sigma[row] * kDegreesPerRadian);
+    sigma_mm.push_back(sigma[3 + row]);
+  }
+  return {{"first_T_second_mm", pose},
+          {"sigma_mm", sigma_mm},
+          {"sigma_deg", sigma_deg},
+          {"constraints", map.measured.rig.constraints.size()}};
+}
+
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {
   const ReconstructSummary& summary = account.summary;
   ordered_json json;
@@ -112,6 +128,7 @@ ordered_json report(const Config& config, const SlamMap& map, const RunAccount& 
   json["anchor_frame"] = map.anchor_frame;
   json["frames"] = frame_counts(map, summary);
   json["uncertainty"] = uncertainty_fields(summary.uncertainty);
+  if (map.rig) json["rig"] = rig_fields(map);
   json["keyframes"] = summary.keyframes;
   json["coverage_keyframes"] = map.coverage_keyframes.size();
   json["trials"] = summary.trials;
@@ -173,6 +190,8 @@ ReconstructSummary summarize(const SlamMap& map, const Mesh& mesh) {
       map.frames.begin(), map.frames.end(),
       [&](const FrameRecord& f) { return f.status == TrackStatus::tracked && !map.has_pose(f); });
   summary.uncertainty = map.uncertainty;
+  summary.has_rig = !map.measured.rig.constraints.empty();
+  summary.rig = map.rig;
   summary.keyframes = static_cast<int>(map.keyframes.size());
   summary.trials = map.trials;
   summary.components = map.components;

@@ -84,16 +84,29 @@ Pose pose_from(const Json& json) {
   return pose;
 }
 
-Json json_of(const PoseGraphEdge& edge) {
-  Json information = Json::array();
+Json numbers(const Matrix6d& symmetric) {
+  Json values = Json::array();
   for (int r = 0; r < 6; ++r)
-    for (int c = r; c < 6; ++c) information.push_back(edge.information(r, c));
+    for (int c = r; c < 6; ++c) values.push_back(symmetric(r, c));
+  return values;
+}
+
+Matrix6d matrix_from(const Json& json) {
+  if (json.size() != 21) throw Error("the numbers of a matrix are incomplete");
+  Matrix6d matrix;
+  std::size_t k = 0;
+  for (int r = 0; r < 6; ++r)
+    for (int c = r; c < 6; ++c) matrix(r, c) = matrix(c, r) = number_from(json[k++], kMaxInformation);
+  return matrix;
+}
+
+Json json_of(const PoseGraphEdge& edge) {
   const Eigen::Vector3d& center = edge.shared_center_mm;
   return {{"from", edge.from},
           {"to", edge.to},
           {"kind", edge.kind == EdgeKind::loop ? "loop" : "odometry"},
           {"from_T_to_mm", numbers(edge.from_T_to)},
-          {"information", information},
+          {"information", numbers(edge.information)},
           {"shared_center_mm", {center.x(), center.y(), center.z()}},
           {"tentative", edge.tentative}};
 }
@@ -104,16 +117,43 @@ PoseGraphEdge edge_from(const Json& json) {
   edge.from = integer_from(json.at("from"), 0, edge.to - 1);
   edge.kind = kind_from(json.at("kind"));
   edge.from_T_to = pose_from(json.at("from_T_to_mm"));
-  const Json &information = json.at("information"), &center = json.at("shared_center_mm");
-  if (information.size() != 21 || center.size() != 3) throw Error("an edge's numbers are incomplete");
-  std::size_t k = 0;
-  for (int r = 0; r < 6; ++r)
-    for (int c = r; c < 6; ++c)
-      edge.information(r, c) = edge.information(c, r) = number_from(information[k++], kMaxInformation);
+  edge.information = matrix_from(json.at("information"));
+  const Json& center = json.at("shared_center_mm");
+  if (center.size() != 3) throw Error("an edge's numbers are incomplete");
   for (int c = 0; c < 3; ++c)
     edge.shared_center_mm[c] = number_from(center[static_cast<std::size_t>(c)], kMaxDistanceMm);
   edge.tentative = json.at("tentative").get<bool>();
   return edge;
+}
+
+Json json_of(const SensorRig& rig) {
+  Json constraints = Json::array();
+  for (const RigConstraint& constraint : rig.constraints)
+    constraints.push_back({{"keyframes", {constraint.first_keyframe, constraint.second_keyframe}},
+                           {"first_keyframe_T_sensor_mm", numbers(constraint.first_keyframe_T_sensor)},
+                           {"second_keyframe_T_sensor_mm", numbers(constraint.second_keyframe_T_sensor)},
+                           {"first_covariance", numbers(constraint.first_covariance)},
+                           {"second_covariance", numbers(constraint.second_covariance)}});
+  Json known;
+  if (rig.known)
+    known = {{"first_T_second_mm", numbers(rig.known->first_T_second)},
+             {"covariance", numbers(rig.known->covariance)}};
+  return {{"constraints", constraints}, {"known", known}};
+}
+
+SensorRig rig_from(const Json& json) {
+  SensorRig rig;
+  for (const Json& entry : json.at("constraints"))
+    rig.constraints.push_back({integer_from(entry.at("keyframes").at(0), 0, kMaxKeyframeId),
+                               integer_from(entry.at("keyframes").at(1), 0, kMaxKeyframeId),
+                               pose_from(entry.at("first_keyframe_T_sensor_mm")),
+                               pose_from(entry.at("second_keyframe_T_sensor_mm")),
+                               matrix_from(entry.at("first_covariance")),
+                               matrix_from(entry.at("second_covariance"))});
+  const Json& known = json.at("known");
+  if (!known.is_null())
+    rig.known = {pose_from(known.at("first_T_second_mm")), matrix_from(known.at("covariance"))};
+  return rig;
 }
 
 std::filesystem::path surface_file(const std::filesystem::path& session, int keyframe) {

@@ -72,6 +72,7 @@ class Mapper {
   SlamOptions options_;
   LoopCloser loop_closer_;
   std::vector<ScanPart> parts_;     // of what was restored
+  SensorRig rig_;                   // the same
   std::vector<Keyframe> restored_;  // not in loop_closer_ yet: it is slow, and not always needed
   std::vector<std::shared_ptr<const Keyframe>> keyframes_;  // by id; null where taken back
   std::vector<bool> searched_;                              // by id: for loops

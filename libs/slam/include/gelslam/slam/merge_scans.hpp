@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -24,6 +25,19 @@ struct MergeRequest {
 /// when a run holds no session, or another run into the folder is refused.
 ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progress,
                                const std::function<bool()>& stop_requested);
+
+struct RigRequest {
+  std::array<LogInput, 2> inputs;  ///< recorded at the same time: times of both count from one start
+  std::optional<RigPose> known;    ///< of the second sensor in the first; nothing: it is found
+  std::filesystem::path run_folder;
+  bool overwrite = false;
+};
+
+/// One map of what two sensors felt that are fixed to each other. Each log is tracked and corrected alone;
+/// loops, also between the sensors, and the rig join them. Where the rig is not determined they stay apart.
+/// Throws Error.
+ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& progress,
+                                   const std::function<bool()>& stop_requested);
 
 struct FuseRequest {
   std::filesystem::path run;

@@ -21,6 +21,8 @@ struct ReconstructSummary {
   int keyframes = 0, trials = 0, components = 0, loops = 0;
   MapCompleteness completeness;  ///< what was tracked but is not in the mesh
   TrajectoryUncertainty uncertainty;
+  bool has_rig = false;        ///< two sensors at the same time
+  std::optional<RigPose> rig;  ///< nothing: it is not determined
   std::size_t vertices = 0, triangles = 0;
   double seconds = 0;
   bool partial = false;            ///< stopped before the log's end

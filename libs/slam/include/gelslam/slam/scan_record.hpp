@@ -4,10 +4,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "gelslam/backend/pose_graph.hpp"
+#include "gelslam/backend/rig.hpp"
 #include "gelslam/frontend/tracker.hpp"
 
 namespace gelslam {
@@ -42,6 +43,12 @@ struct ScanPart {
 /// Index of the part that a frame belongs to; 0 without parts.
 std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame);
 
+/// Two sensors that are fixed to each other felt the object at the same time.
+struct SensorRig {
+  std::vector<RigConstraint> constraints;  ///< none: one sensor, or scans made one after the other
+  std::optional<RigPose> known;            ///< before the scan
+};
+
 /// All that a scan has measured, and so all that is needed to continue it: what tracking and loop closure
 /// found, before the pose graph draws conclusions.
 struct ScanRecord {
@@ -53,6 +60,7 @@ struct ScanRecord {
   std::vector<bool> searched;  ///< by id: loops were looked for
   std::vector<FrameRecord> frames;
   std::vector<std::string> warnings;  ///< what could not be read, as sentences for the user
+  SensorRig rig;
 
   bool has_keyframe(int id) const {
     return id >= 0 && id < static_cast<int>(keyframes.size()) && keyframes[static_cast<std::size_t>(id)];

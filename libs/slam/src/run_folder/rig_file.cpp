@@ -1,0 +1,40 @@
+#include <array>
+
+#include "gelslam/core/error.hpp"
+#include "gelslam/core/options.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
+
+namespace gelslam {
+
+RigPose read_rig(const std::filesystem::path& file) {
+  constexpr double kMaxMm = 1000;
+  constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  Pose first_T_second = Pose::Identity();
+  double sigma_mm = 1.0, sigma_deg = 2.0;
+  read_options(file, [&](OptionVisitor& visit) {
+    for (int column = 0; column < 3; ++column)
+      visit.section(std::string("second_") + kAxes[static_cast<std::size_t>(column)],
+                    "this axis of the second sensor, in the first one's frame", [&] {
+                      for (int row = 0; row < 3; ++row)
+                        visit.number(kAxes[static_cast<std::size_t>(row)], first_T_second(row, column), -1, 1,
+                                     "");
+                    });
+    visit.section("second_origin", "of the second sensor, in the first one's frame", [&] {
+      for (int row = 0; row < 3; ++row)
+        visit.number(kAxes[static_cast<std::size_t>(row)], first_T_second(row, 3), -kMaxMm, kMaxMm, "mm");
+    });
+    visit.number("sigma_mm", sigma_mm, 1e-3, kMaxMm, "standard deviation of the origin, per axis");
+    visit.number("sigma_deg", sigma_deg, 1e-2, 180, "standard deviation of the rotation, per axis");
+  });
+  const Eigen::Matrix3d rotation = first_T_second.linear();
+  if (rotation.determinant() < 0)
+    throw Error(file.string() + ": the second sensor's axes are a reflection of the first one's");
+  constexpr double kTolerance = 1e-2;  // three decimals
+  if (!rotation.isUnitary(kTolerance))
+    throw Error(file.string() + ": the second sensor's axes are not of length 1 and at right angles");
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(sigma_deg / kDegreesPerRadian), Eigen::Vector3d::Constant(sigma_mm);
+  return {normalized(first_T_second), sigma.cwiseAbs2().asDiagonal()};
+}
+
+}  // namespace gelslam
