@@ -9,12 +9,16 @@
 #include <numbers>
 #include <utility>
 
+#include "gelslam/backend/uncertain_motion.hpp"
 #include "whitened_graph.hpp"
 
 namespace gelslam {
 namespace {
 
 using namespace backend::detail;
+
+constexpr int kFirstScale = 6, kSecondScale = kFirstScale + kScaleTerms;  // among the unknowns
+using Derivative = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 constexpr double kLeverMm = 10.0;  // what a turn of a radian moves at the border of a sensor
 
@@ -153,28 +157,54 @@ std::vector<PoseGraphEdge> rig_edges(const std::vector<RigConstraint>& constrain
   return edges;
 }
 
-SharedUnknowns rig_unknowns(std::size_t other_edges, const std::vector<RigConstraint>& constraints,
-                            const Pose& first_T_second, const RigPose* known) {
-  constexpr double kAnywhereRad = std::numbers::pi, kAnywhereMm = 1000;
+SharedUnknowns rig_unknowns(const std::vector<PoseGraphEdge>& edges,
+                            const std::vector<RigConstraint>& constraints, const Pose& first_T_second,
+                            const RigPrior& prior) {
+  const bool with_scales = prior.scale_sigma > 0;
+  const int unknowns = with_scales ? kSecondScale + kScaleTerms : kFirstScale;
   SharedUnknowns shared;
-  shared.edge_by_unknown.resize(other_edges, Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 0));
-  for (const RigConstraint& constraint : constraints)
-    shared.edge_by_unknown.emplace_back(adjoint(constraint.second_keyframe_T_sensor));
-  if (known) {
-    shared.information = known->covariance.inverse();
-    shared.mean = se3_log(first_T_second.inverse() * known->first_T_second);
-    return shared;
+  for (const PoseGraphEdge& edge : edges) {
+    const bool is_second = edge.from >= prior.first_of_second;
+    const bool is_between = !is_second && edge.to >= prior.first_of_second;
+    Derivative by_unknown = Derivative::Zero(6, with_scales && !is_between ? unknowns : 0);
+    if (by_unknown.cols() > 0)
+      by_unknown.middleCols<kScaleTerms>(is_second ? kSecondScale : kFirstScale) =
+          motion_by_gradient_scale(edge);
+    shared.edge_by_unknown.push_back(by_unknown);
   }
-  Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(kAnywhereRad), Eigen::Vector3d::Constant(kAnywhereMm);
-  shared.information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
-  shared.mean = Vector6d::Zero();
+  for (const RigConstraint& constraint : constraints) {
+    const Pose second_T_keyframe = constraint.second_keyframe_T_sensor.inverse();
+    Derivative by_unknown(6, unknowns);
+    by_unknown.leftCols<6>() = adjoint(constraint.second_keyframe_T_sensor);
+    if (with_scales) {
+      by_unknown.middleCols<kScaleTerms>(kFirstScale) =
+          adjoint((first_T_second * second_T_keyframe).inverse()) *
+          motion_by_gradient_scale({0, 1, constraint.first_keyframe_T_sensor});
+      by_unknown.middleCols<kScaleTerms>(kSecondScale) =
+          -adjoint(constraint.second_keyframe_T_sensor) *
+          motion_by_gradient_scale({0, 1, constraint.second_keyframe_T_sensor});
+    }
+    shared.edge_by_unknown.push_back(by_unknown);
+  }
+  shared.mean = Eigen::VectorXd::Zero(unknowns);
+  shared.information = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  constexpr double kAnywhereRad = std::numbers::pi, kAnywhereMm = 1000;
+  shared.information.diagonal().head<3>().setConstant(1 / (kAnywhereRad * kAnywhereRad));
+  shared.information.diagonal().segment<3>(3).setConstant(1 / (kAnywhereMm * kAnywhereMm));
+  if (prior.known) {
+    shared.information.topLeftCorner<6, 6>() = prior.known->covariance.inverse();
+    shared.mean.head<6>() = se3_log(first_T_second.inverse() * prior.known->first_T_second);
+  }
+  if (with_scales)
+    for (const int scale : {kFirstScale, kSecondScale})
+      shared.information.diagonal().segment<kScaleTerms>(scale) =
+          scale_sigmas(prior.scale_sigma).cwiseAbs2().cwiseInverse();
   return shared;
 }
 
 RigSolution solve_with_rig(const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
                            const std::vector<RigConstraint>& constraints, const Pose& first_T_second,
-                           const RigPose* known, const PoseGraphOptions& options) {
+                           const RigPrior& prior, const PoseGraphOptions& options) {
   constexpr int kMaxRounds = 10;
   constexpr double kSettledMm = 1e-3;
   RigSolution rig{first_T_second, rig_edges(constraints, first_T_second), {}};
@@ -182,8 +212,8 @@ RigSolution solve_with_rig(const PoseGraphSolution& solution, const std::vector<
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<PoseGraphEdge> all = edges;
     all.insert(all.end(), rig.edges.begin(), rig.edges.end());
-    rig.graph = solve_pose_graph(poses, all, options,
-                                 rig_unknowns(edges.size(), constraints, rig.first_T_second, known));
+    rig.graph =
+        solve_pose_graph(poses, all, options, rig_unknowns(edges, constraints, rig.first_T_second, prior));
     const Vector6d step = rig.graph.shared_unknowns;
     rig.first_T_second = normalized(rig.first_T_second * se3_exp(step));
     rig.edges = rig_edges(constraints, rig.first_T_second);

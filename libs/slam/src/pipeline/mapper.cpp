@@ -113,15 +113,16 @@ std::vector<PoseGraphEdge> consistent(const SlamMap& map, const std::vector<Pose
   return chosen(edges, consistent_edges(all, scale_sigma));
 }
 
-const RigPose* known_rig(const SlamMap& map) {
-  return map.measured.rig.known ? &*map.measured.rig.known : nullptr;
+RigPrior prior_of_rig(const SlamMap& map, double scale_sigma) {
+  const SensorRig& rig = map.measured.rig;
+  return {rig.known ? &*rig.known : nullptr, rig.first_of_second, scale_sigma};
 }
 
 /// The unknowns that were solved with the poses: the rig's, or the gradient scale.
 SharedUnknowns shared_unknowns(const SlamMap& map, double scale_sigma, const SlamOptions& options) {
   if (map.rig)
-    return rig_unknowns(map.edges.size(), map.measured.rig.constraints, map.rig->first_T_second,
-                        known_rig(map));
+    return rig_unknowns(map.edges, map.measured.rig.constraints, map.rig->first_T_second,
+                        prior_of_rig(map, scale_sigma));
   if (!options.slope_calibration.estimate_gradient_scale) return {};
   return gradient_scale_unknowns(map.edges, scale_sigma);
 }
@@ -133,7 +134,7 @@ void solve_again(SlamMap& map, double scale_sigma, const SlamOptions& options) {
     return;
   }
   RigSolution rig = solve_with_rig(map.solution, map.edges, map.measured.rig.constraints,
-                                   map.rig->first_T_second, known_rig(map), options.pose_graph);
+                                   map.rig->first_T_second, prior_of_rig(map, 0), options.pose_graph);
   map.solution = std::move(rig.graph);
   map.rig->first_T_second = rig.first_T_second;
 }
@@ -145,7 +146,7 @@ Matrix6d rig_covariance(const SlamMap& map, const SlamOptions& options) {
   edges.insert(edges.end(), of_rig.begin(), of_rig.end());
   return graph_covariances(edges, map.solution, constraints.front().first_keyframe, options.pose_graph,
                            shared_unknowns(map, 0, options))
-      .shared_unknowns;
+      .shared_unknowns.topLeftCorner<6, 6>();
 }
 
 bool is_determined(const Matrix6d& covariance) {
@@ -451,7 +452,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   }
   const GraphCovariances covariances =
       graph_covariances(map.edges, map.solution, anchor, options_.pose_graph, shared);
-  if (map.rig) map.rig->covariance = covariances.shared_unknowns;
+  if (map.rig) map.rig->covariance = covariances.shared_unknowns.topLeftCorner<6, 6>();
   map.uncertainty = trajectory_uncertainty(map.frames, map.in_map, covariances.gauge_T_node);
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;

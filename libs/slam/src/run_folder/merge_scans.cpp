@@ -151,7 +151,8 @@ void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
     all.frames.push_back(frame);
   }
   if (!next.rig.constraints.empty())
-    all.rig = {renumbered(next.rig.constraints, by.keyframe, by.keyframe), next.rig.known};
+    all.rig = {renumbered(next.rig.constraints, by.keyframe, by.keyframe),
+               next.rig.first_of_second + by.keyframe, next.rig.known};
   all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
 }
 
@@ -216,7 +217,8 @@ ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::opti
   if (constraints.empty())
     all.warnings.push_back(
         "the two sensors were never tracked at the same time: only common places join them");
-  all.rig = {renumbered(constraints, 0, static_cast<int>(records[0].keyframes.size())), known};
+  const int first_of_second = static_cast<int>(records[0].keyframes.size());
+  all.rig = {renumbered(constraints, 0, first_of_second), first_of_second, known};
   return all;
 }
 

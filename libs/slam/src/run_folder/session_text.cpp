@@ -138,7 +138,7 @@ Json json_of(const SensorRig& rig) {
   if (rig.known)
     known = {{"first_T_second_mm", numbers(rig.known->first_T_second)},
              {"covariance", numbers(rig.known->covariance)}};
-  return {{"constraints", constraints}, {"known", known}};
+  return {{"constraints", constraints}, {"first_of_second", rig.first_of_second}, {"known", known}};
 }
 
 SensorRig rig_from(const Json& json) {
@@ -150,6 +150,7 @@ SensorRig rig_from(const Json& json) {
                                pose_from(entry.at("second_keyframe_T_sensor_mm")),
                                matrix_from(entry.at("first_covariance")),
                                matrix_from(entry.at("second_covariance"))});
+  rig.first_of_second = integer_from(json.at("first_of_second"), 0, kMaxKeyframeId);
   const Json& known = json.at("known");
   if (!known.is_null())
     rig.known = {pose_from(known.at("first_T_second_mm")), matrix_from(known.at("covariance"))};

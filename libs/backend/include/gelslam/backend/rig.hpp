@@ -32,10 +32,20 @@ std::optional<Pose> rig_from_motions(const std::vector<RigConstraint>& constrain
 std::vector<PoseGraphEdge> rig_edges(const std::vector<RigConstraint>& constraints,
                                      const Pose& first_T_second);
 
-/// How the edges depend on a right perturbation of first_T_second: the first `other_edges` do not, those of
-/// rig_edges() follow. `known`: what is known of the pose besides; null: hardly anything.
-SharedUnknowns rig_unknowns(std::size_t other_edges, const std::vector<RigConstraint>& constraints,
-                            const Pose& first_T_second, const RigPose* known);
+/// What is known of a rig besides the constraints.
+struct RigPrior {
+  const RigPose* known = nullptr;  ///< null: hardly anything
+  /// The smallest node of the second sensor, whose nodes follow those of the first.
+  int first_of_second = 0;
+  double scale_sigma = 0;  ///< of the gradient scale of either sensor; 0: the scales are no unknowns
+};
+
+/// How the edges depend on a right perturbation of first_T_second, then, if these are unknown, on the
+/// gradient scales of the first and the second sensor (kScaleTerms each). `edges`: of either sensor, or loops
+/// between them, which are taken as independent of scales; those of rig_edges() follow.
+SharedUnknowns rig_unknowns(const std::vector<PoseGraphEdge>& edges,
+                            const std::vector<RigConstraint>& constraints, const Pose& first_T_second,
+                            const RigPrior& prior);
 
 struct RigSolution {
   Pose first_T_second = Pose::Identity();
@@ -47,6 +57,6 @@ struct RigSolution {
 /// which tells the components that the constraints join. Throws Error as solve_pose_graph(). Source: own.
 RigSolution solve_with_rig(const PoseGraphSolution& solution, const std::vector<PoseGraphEdge>& edges,
                            const std::vector<RigConstraint>& constraints, const Pose& first_T_second,
-                           const RigPose* known, const PoseGraphOptions& options);
+                           const RigPrior& prior, const PoseGraphOptions& options);
 
 }  // namespace gelslam

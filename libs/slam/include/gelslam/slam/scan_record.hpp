@@ -46,7 +46,8 @@ std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame
 /// Two sensors that are fixed to each other felt the object at the same time.
 struct SensorRig {
   std::vector<RigConstraint> constraints;  ///< none: one sensor, or scans made one after the other
-  std::optional<RigPose> known;            ///< before the scan
+  int first_of_second = 0;       ///< the second sensor's first keyframe; no later one is the first's
+  std::optional<RigPose> known;  ///< before the scan
 };
 
 /// All that a scan has measured, and so all that is needed to continue it: what tracking and loop closure
