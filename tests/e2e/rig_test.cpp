@@ -1,0 +1,73 @@
+// Two sensors that hold an object between them: gelslam simulate scan --rig, then reconstruct --rig.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "../support/run_program.hpp"
+#include "simulated_scan.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+constexpr double kDistanceMm = 20.35;  // a golf ball of half size, pressed by 0.5 mm from both sides
+
+nlohmann::json report_of(const std::filesystem::path& run) {
+  std::ifstream stream(run / "report.json");
+  return nlohmann::json::parse(stream);
+}
+
+TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
+  const TemporaryFolder folder;
+  const auto rig = folder / "rig.yaml";
+  std::ofstream(rig) << "second_y: {x: 0, y: -1, z: 0}\nsecond_z: {x: 0, y: 0, z: -1}\n"
+                     << "second_origin: {x: 1.5, y: 0.8, z: " << kDistanceMm << "}\n";
+  const ProgramResult simulated =
+      gelslam({"simulate", "scan", "--object", "golf", "--size", "0.5", "--motion", "roll", "--frames", "160",
+               "--rig", rig.string(), "--calibration", scan().model().parent_path().parent_path().string(), "-q", "-o",
+               (folder / "logs").string()});
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const std::string first = (folder / "logs/first").string(), second = (folder / "logs/second").string();
+  const auto run = folder / "run";
+  const ProgramResult done = gelslam({"reconstruct", first, second, "--rig", "-o", run.string()});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("the second sensor is at"));
+  const nlohmann::json report = report_of(run);
+  EXPECT_EQ(report.at("components"), 1);
+  const auto found = report.at("rig").at("first_T_second_mm").get<std::vector<double>>();
+  // A few presses have calibrated the sensors: they read slopes up to 10 % wrong, and with them the distance.
+  EXPECT_NEAR(found[3], 1.5, 0.5);
+  EXPECT_NEAR(found[7], 0.8, 0.5);
+  EXPECT_NEAR(found[11], kDistanceMm, 0.1 * kDistanceMm);
+  EXPECT_LT(found[10], -0.99) << "they face each other";
+
+  // What is known of the rig holds where it is known better than the motions tell.
+  std::ofstream(rig, std::ios::app) << "sigma_mm: 0.01\nsigma_deg: 0.1\n";
+  const ProgramResult known =
+      gelslam({"reconstruct", first, second, "--rig", rig.string(), "-q", "-o", (folder / "known").string()});
+  ASSERT_EQ(known.exit_code, 0) << known.err;
+  const auto given = report_of(folder / "known").at("rig").at("first_T_second_mm").get<std::vector<double>>();
+  EXPECT_NEAR(given[11], kDistanceMm, 0.05);
+
+  // Its record holds the rig: the mesh is made again without the logs.
+  std::filesystem::remove(folder / "known/session/session.json");
+  std::filesystem::remove(folder / "known/mesh.ply");
+  const ProgramResult fused = gelslam({"fuse", (folder / "known").string()});
+  EXPECT_EQ(fused.exit_code, 0) << fused.err;
+  EXPECT_NEAR(report_of(folder / "known").at("rig").at("first_T_second_mm")[11].get<double>(), kDistanceMm, 0.05);
+}
+
+TEST(RigProgram, MistakesAreSaidInOneLine) {
+  const ProgramResult one = gelslam({"reconstruct", "a.mkv", "--rig", "-o", "run"});
+  EXPECT_THAT(one.err, HasSubstr("--rig takes the logs of two sensors"));
+  const ProgramResult missing = gelslam({"reconstruct", "a.mkv", "b.mkv", "--rig", "none.yaml", "-o", "run"});
+  EXPECT_THAT(missing.err, HasSubstr("none.yaml"));
+}
+
+}  // namespace
+}  // namespace gelslam
