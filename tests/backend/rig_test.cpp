@@ -29,14 +29,15 @@ struct TwoSensors {
     }
     for (const int first : {0, kKeyframes})
       for (int k = 1; k < kKeyframes; ++k)
-        graph.join(first + k - 1, first + k, EdgeKind::odometry, random.tangent(noise * kSigmaRad, noise * kSigmaMm));
+        graph.join(first + k - 1, first + k, EdgeKind::odometry,
+                   random.tangent(noise * kSigmaRad, noise * kSigmaMm));
     const Matrix6d covariance = information_of(kSigmaRad, kSigmaMm).inverse();
     for (int k = 0; k < kKeyframes; ++k) {
       // At an instant after both keyframes.
       const Pose since = pose({0.02, -0.01, 0.03}, {0.3, 0.2, -0.1});
       const Pose second_since = first_T_second.inverse() * since * first_T_second;
-      constraints.push_back({k, kKeyframes + k, since * error(noise), second_since * error(noise), covariance,
-                             covariance});
+      constraints.push_back(
+          {k, kKeyframes + k, since * error(noise), second_since * error(noise), covariance, covariance});
     }
   }
 
@@ -69,7 +70,8 @@ TEST(Rig, IsSolvedWithThePosesAndPutsBothMapsTogether) {
   EXPECT_TRUE(rig.first_T_second.isApprox(sensors.first_T_second, 1e-5));
   for (int k = 0; k < kKeyframes; ++k) {
     EXPECT_EQ(rig.graph.component_of_node.at(kKeyframes + k), 0);
-    const Pose between = rig.graph.component_T_node.at(k).inverse() * rig.graph.component_T_node.at(kKeyframes + k);
+    const Pose between =
+        rig.graph.component_T_node.at(k).inverse() * rig.graph.component_T_node.at(kKeyframes + k);
     EXPECT_TRUE(between.isApprox(sensors.first_T_second, 1e-5)) << k;
   }
 }
@@ -106,8 +108,9 @@ TEST(Rig, StaysWhatIsKnownWhereNothingMoves) {
   EXPECT_TRUE(rig.first_T_second.isApprox(known.first_T_second, 1e-6));
   std::vector<PoseGraphEdge> all = sensors.graph.edges;
   all.insert(all.end(), rig.edges.begin(), rig.edges.end());
-  const GraphCovariances covariances = graph_covariances(
-      all, rig.graph, 0, {}, rig_unknowns(sensors.graph.edges, sensors.constraints, rig.first_T_second, prior));
+  const GraphCovariances covariances =
+      graph_covariances(all, rig.graph, 0, {},
+                        rig_unknowns(sensors.graph.edges, sensors.constraints, rig.first_T_second, prior));
   EXPECT_LT((covariances.shared_unknowns - known.covariance).norm(), 1e-3 * known.covariance.norm());
   EXPECT_FALSE(rig_from_motions(sensors.constraints, sensors.apart()));
 }

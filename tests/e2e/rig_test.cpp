@@ -29,8 +29,8 @@ TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
                      << "second_origin: {x: 1.5, y: 0.8, z: " << kDistanceMm << "}\n";
   const ProgramResult simulated =
       gelslam({"simulate", "scan", "--object", "golf", "--size", "0.5", "--motion", "roll", "--frames", "160",
-               "--rig", rig.string(), "--calibration", scan().model().parent_path().parent_path().string(), "-q", "-o",
-               (folder / "logs").string()});
+               "--rig", rig.string(), "--calibration", scan().model().parent_path().parent_path().string(),
+               "-q", "-o", (folder / "logs").string()});
   ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
   const std::string first = (folder / "logs/first").string(), second = (folder / "logs/second").string();
   const auto run = folder / "run";
@@ -59,7 +59,8 @@ TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
   std::filesystem::remove(folder / "known/mesh.ply");
   const ProgramResult fused = gelslam({"fuse", (folder / "known").string()});
   EXPECT_EQ(fused.exit_code, 0) << fused.err;
-  EXPECT_NEAR(report_of(folder / "known").at("rig").at("first_T_second_mm")[11].get<double>(), kDistanceMm, 0.05);
+  EXPECT_NEAR(report_of(folder / "known").at("rig").at("first_T_second_mm")[11].get<double>(), kDistanceMm,
+              0.05);
 }
 
 TEST(RigProgram, MistakesAreSaidInOneLine) {

@@ -29,7 +29,8 @@ ScanRecord recorded(double rate_hz, double first_s = 0) {
   for (int frame = 0; frame < 4 * rate_hz; ++frame) {
     const double time_s = first_s + frame / rate_hz;
     const int keyframe = time_s < 2 ? 0 : 1;
-    record.frames.push_back({frame, time_s, TrackStatus::tracked, 0, keyframe, place(2 * keyframe).inverse() * place(time_s)});
+    record.frames.push_back(
+        {frame, time_s, TrackStatus::tracked, 0, keyframe, place(2 * keyframe).inverse() * place(time_s)});
   }
   return record;
 }
@@ -51,7 +52,8 @@ TEST(SensorRig, NothingIsSaidWhereOneOfThemIsLost) {
   ScanRecord first = recorded(25), second = recorded(25);
   for (FrameRecord& frame : second.frames)
     if (frame.time_s > 1) frame.status = TrackStatus::lost;
-  for (const RigConstraint& constraint : rig_constraints(first, second)) EXPECT_EQ(constraint.first_keyframe, 0);
+  for (const RigConstraint& constraint : rig_constraints(first, second))
+    EXPECT_EQ(constraint.first_keyframe, 0);
   for (FrameRecord& frame : first.frames)
     if (frame.time_s < 1.1) frame.keyframe = -1;
   EXPECT_TRUE(rig_constraints(first, second).empty());
@@ -77,7 +79,8 @@ class RigFile : public testing::Test {
 
 TEST_F(RigFile, HoldsThePoseOfTheSecondSensor) {
   const RigPose rig = read(
-      "second_x: {x: 0.866, y: 0.5, z: 0}\nsecond_y: {x: 0.5, y: -0.866, z: 0}\nsecond_z: {x: 0, y: 0, z: -1}\n"
+      "second_x: {x: 0.866, y: 0.5, z: 0}\nsecond_y: {x: 0.5, y: -0.866, z: 0}\nsecond_z: {x: 0, y: 0, z: "
+      "-1}\n"
       "second_origin: {x: 1, y: 2, z: 13}\nsigma_mm: 0.5\n");
   EXPECT_NEAR(rig.first_T_second(0, 0), std::cos(M_PI / 6), 1e-3);
   EXPECT_TRUE(rig.first_T_second.linear().isUnitary(1e-9)) << "three decimals are enough";
