@@ -150,7 +150,9 @@ Matrix6d rig_covariance(const SlamMap& map, const SlamOptions& options) {
 }
 
 bool is_determined(const Matrix6d& covariance) {
-  constexpr double kMaxSigmaMm = 1.0, kMaxSigmaRad = 0.1;  // beyond, two pieces tell more than a bent one
+  // On rods and threads, whose motions are hardly observable, sigmas are larger, and the rig is wrong by
+  // more.
+  constexpr double kMaxSigmaMm = 0.3, kMaxSigmaRad = 0.035;
   const Vector6d sigma = sigma_of(covariance);
   return sigma.head<3>().maxCoeff() < kMaxSigmaRad && sigma.tail<3>().maxCoeff() < kMaxSigmaMm;
 }
@@ -167,7 +169,7 @@ void join_by_rig(SlamMap& map, const std::vector<PoseGraphEdge>& measured, doubl
   const PoseGraphSolution apart = map.solution;
   map.rig = RigPose{*start};
   solve_again(map, scale_sigma, options);
-  if (!is_determined(rig_covariance(map, options))) {
+  if (!rig.known && !is_determined(rig_covariance(map, options))) {
     map.rig.reset();
     map.solution = apart;
     return;
