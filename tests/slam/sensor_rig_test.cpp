@@ -37,7 +37,7 @@ ScanRecord recorded(double rate_hz, double first_s = 0) {
 
 TEST(SensorRig, SecondSensorIsInterpolatedAtTheFirstOnesFrames) {
   const ScanRecord first = recorded(25), second = recorded(30, 0.011);
-  const std::vector<RigConstraint> constraints = rig_constraints(first, second);
+  const std::vector<RigConstraint> constraints = rig_constraints(first, second, 0);
   ASSERT_GE(constraints.size(), 15u);
   EXPECT_LE(constraints.size(), 20u) << "five per second";
   for (const RigConstraint& constraint : constraints) {
@@ -52,11 +52,36 @@ TEST(SensorRig, NothingIsSaidWhereOneOfThemIsLost) {
   ScanRecord first = recorded(25), second = recorded(25);
   for (FrameRecord& frame : second.frames)
     if (frame.time_s > 1) frame.status = TrackStatus::lost;
-  for (const RigConstraint& constraint : rig_constraints(first, second))
+  for (const RigConstraint& constraint : rig_constraints(first, second, 0))
     EXPECT_EQ(constraint.first_keyframe, 0);
   for (FrameRecord& frame : first.frames)
     if (frame.time_s < 1.1) frame.keyframe = -1;
-  EXPECT_TRUE(rig_constraints(first, second).empty());
+  EXPECT_TRUE(rig_constraints(first, second, 0).empty());
+}
+
+/// A hand that turns faster and slower, never twice alike.
+Pose unsteady(double time_s) {
+  return se3_exp({0.3 * std::sin(2.1 * time_s) + 0.2 * std::sin(5.3 * time_s), 0.2 * std::sin(3.7 * time_s),
+                  0, 0, 0, 0});
+}
+
+ScanRecord unsteadily(double rate_hz, double first_s) {
+  ScanRecord record = recorded(rate_hz);
+  record.frames.clear();
+  for (int frame = 0; frame < 20 * rate_hz; ++frame) {
+    const double time_s = frame / rate_hz;
+    record.frames.push_back({frame, time_s, TrackStatus::tracked, 0, 0, unsteady(first_s + time_s)});
+  }
+  return record;
+}
+
+TEST(SensorRig, RecordingsNeedNotStartTogether) {
+  for (const double offset_s : {0.0, 0.73, -2.4})
+    EXPECT_NEAR(time_offset_s(unsteadily(25, 10), unsteadily(30, 10 + offset_s)), offset_s, 0.01);
+}
+
+TEST(SensorRig, WhatTurnsEvenlyStartsTogether) {
+  EXPECT_EQ(time_offset_s(recorded(25), recorded(25, 0.2)), 0);
 }
 
 class RigFile : public testing::Test {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/core/index.hpp"
 
 namespace gelslam {
 namespace {
@@ -53,16 +54,83 @@ std::optional<Place> place_at(const ScanRecord& record, double time_s) {
   return Place{before.keyframe, before.keyframe_T_frame * se3_exp((time_s - before.time_s) / gap_s * step)};
 }
 
+/// Radians per second, every kStepS from time 0 on; NaN where the sensor was not tracked.
+using TurnRates = std::vector<double>;
+
+constexpr double kStepS = 0.02;
+
+TurnRates turn_rates(const ScanRecord& record) {
+  TurnRates rates;
+  for (std::size_t i = 1; i < record.frames.size(); ++i) {
+    const FrameRecord &before = record.frames[i - 1], &after = record.frames[i];
+    const double gap_s = after.time_s - before.time_s;
+    if (!has_place(record, before) || !has_place(record, after) || before.keyframe != after.keyframe ||
+        before.trial != after.trial || gap_s <= 0 || gap_s > kMaxGapS)
+      continue;
+    const double rate =
+        rotation_angle_rad(before.keyframe_T_frame.inverse() * after.keyframe_T_frame) / gap_s;
+    const auto begin = static_cast<std::size_t>(std::max(0.0, std::ceil(before.time_s / kStepS))),
+               end = static_cast<std::size_t>(std::max(0.0, std::ceil(after.time_s / kStepS)));
+    if (rates.size() < end) rates.resize(end, std::nan(""));
+    for (std::size_t step = begin; step < end; ++step) rates[step] = rate;
+  }
+  return rates;
+}
+
+/// Of a(t) with b(t - lag), where both are known; 0 where that is for less than three seconds.
+double correlation(const TurnRates& a, const TurnRates& b, int lag) {
+  constexpr double kMinS = 3;
+  double n = 0, sum_a = 0, sum_b = 0, aa = 0, bb = 0, ab = 0;
+  const int begin = std::max(0, lag),
+            end = std::min(static_cast<int>(a.size()), static_cast<int>(b.size()) + lag);
+  for (int i = begin; i < end; ++i) {
+    const double x = a[index(i)], y = b[index(i - lag)];
+    if (std::isnan(x) || std::isnan(y)) continue;
+    n += 1;
+    sum_a += x;
+    sum_b += y;
+    aa += x * x;
+    bb += y * y;
+    ab += x * y;
+  }
+  const double variance_a = n * aa - sum_a * sum_a, variance_b = n * bb - sum_b * sum_b;
+  if (n * kStepS < kMinS || variance_a <= 0 || variance_b <= 0) return 0;
+  return (n * ab - sum_a * sum_b) / std::sqrt(variance_a * variance_b);
+}
+
+/// Where a parabola through the peak and its neighbors is highest, in steps from the peak.
+double peak_between(const std::vector<double>& values, std::size_t peak) {
+  if (peak == 0 || peak + 1 >= values.size()) return 0;
+  const double before = values[peak - 1], after = values[peak + 1], bend = before - 2 * values[peak] + after;
+  return bend < 0 ? 0.5 * (before - after) / bend : 0;
+}
+
 }  // namespace
 
-std::vector<RigConstraint> rig_constraints(const ScanRecord& first, const ScanRecord& second) {
+double time_offset_s(const ScanRecord& first, const ScanRecord& second) {
+  constexpr double kMaxOffsetS = 30, kMinCorrelation = 0.7, kClearlyBetter = 0.1;
+  const TurnRates a = turn_rates(first), b = turn_rates(second);
+  const int most = static_cast<int>(kMaxOffsetS / kStepS);
+  int best = 0;
+  std::vector<double> correlations;
+  for (int lag = -most; lag <= most; ++lag) {
+    correlations.push_back(correlation(a, b, lag));
+    if (correlations.back() > correlations[index(best)]) best = lag + most;
+  }
+  const double most_alike = correlations[index(best)];
+  if (most_alike < kMinCorrelation || most_alike < correlations[index(most)] + kClearlyBetter) return 0;
+  return (best - most + peak_between(correlations, index(best))) * kStepS;
+}
+
+std::vector<RigConstraint> rig_constraints(const ScanRecord& first, const ScanRecord& second,
+                                           double second_start_s) {
   const std::map<int, Matrix6d> first_covariances = frame_covariances(first),
                                 second_covariances = frame_covariances(second);
   std::vector<RigConstraint> constraints;
   std::optional<double> last_s;
   for (const FrameRecord& frame : first.frames) {
     if (!has_place(first, frame) || (last_s && frame.time_s < *last_s + 1 / kConstraintsPerS)) continue;
-    const std::optional<Place> place = place_at(second, frame.time_s);
+    const std::optional<Place> place = place_at(second, frame.time_s - second_start_s);
     if (!place) continue;
     const auto of_first = first_covariances.find(frame.keyframe),
                of_second = second_covariances.find(place->keyframe);

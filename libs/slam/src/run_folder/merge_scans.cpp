@@ -152,7 +152,7 @@ void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
   }
   if (!next.rig.constraints.empty())
     all.rig = {renumbered(next.rig.constraints, by.keyframe, by.keyframe),
-               next.rig.first_of_second + by.keyframe, next.rig.known};
+               next.rig.first_of_second + by.keyframe, next.rig.second_start_s, next.rig.known};
   all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
 }
 
@@ -212,13 +212,14 @@ ReconstructSummary write_joined(RunFolder& folder, const Config& config, const S
 ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::optional<RigPose>& known,
                          const SlamOptions& options, ProgressSink& progress,
                          const std::function<bool()>& stop_requested) {
-  const std::vector<RigConstraint> constraints = rig_constraints(records[0], records[1]);
+  const double second_start_s = time_offset_s(records[0], records[1]);
+  const std::vector<RigConstraint> constraints = rig_constraints(records[0], records[1], second_start_s);
   ScanRecord all = joined(records, options, progress, stop_requested);
   if (constraints.empty())
     all.warnings.push_back(
         "the two sensors were never tracked at the same time: only common places join them");
   const int first_of_second = static_cast<int>(records[0].keyframes.size());
-  all.rig = {renumbered(constraints, 0, first_of_second), first_of_second, known};
+  all.rig = {renumbered(constraints, 0, first_of_second), first_of_second, second_start_s, known};
   return all;
 }
 

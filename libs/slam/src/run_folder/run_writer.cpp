@@ -109,7 +109,8 @@ ordered_json rig_fields(const SlamMap& map) {
   return {{"first_T_second_mm", pose},
           {"sigma_mm", sigma_mm},
           {"sigma_deg", sigma_deg},
-          {"constraints", map.measured.rig.constraints.size()}};
+          {"constraints", map.measured.rig.constraints.size()},
+          {"second_start_s", map.measured.rig.second_start_s}};
 }
 
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {

@@ -138,7 +138,10 @@ Json json_of(const SensorRig& rig) {
   if (rig.known)
     known = {{"first_T_second_mm", numbers(rig.known->first_T_second)},
              {"covariance", numbers(rig.known->covariance)}};
-  return {{"constraints", constraints}, {"first_of_second", rig.first_of_second}, {"known", known}};
+  return {{"constraints", constraints},
+          {"first_of_second", rig.first_of_second},
+          {"second_start_s", rig.second_start_s},
+          {"known", known}};
 }
 
 SensorRig rig_from(const Json& json) {
@@ -151,6 +154,7 @@ SensorRig rig_from(const Json& json) {
                                matrix_from(entry.at("first_covariance")),
                                matrix_from(entry.at("second_covariance"))});
   rig.first_of_second = integer_from(json.at("first_of_second"), 0, kMaxKeyframeId);
+  rig.second_start_s = number_from(json.at("second_start_s"), kMaxTimeS);
   const Json& known = json.at("known");
   if (!known.is_null())
     rig.known = {pose_from(known.at("first_T_second_mm")), matrix_from(known.at("covariance"))};

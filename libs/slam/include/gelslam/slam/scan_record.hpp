@@ -47,6 +47,7 @@ std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame
 struct SensorRig {
   std::vector<RigConstraint> constraints;  ///< none: one sensor, or scans made one after the other
   int first_of_second = 0;       ///< the second sensor's first keyframe; no later one is the first's
+  double second_start_s = 0;     ///< time_offset_s()
   std::optional<RigPose> known;  ///< before the scan
 };
 
