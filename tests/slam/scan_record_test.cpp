@@ -82,6 +82,7 @@ TEST(Session, WritingWhatWasReadGivesTheSameBytes) {
   record.rig = {
       {{0, 2, motion(1, 2, 3, 0.1, 0.2, 0.3), motion(3, 2, 1, 0.3, 0.2, 0.1), covariance, covariance}},
       2,
+      0.5,
       RigPose{motion(9, 8, 7, 3, 2, 1), covariance}};
   write_scan(folder / "a", record);
   write_scan(folder / "b", read_scan(folder / "a", {}));
