@@ -495,6 +495,12 @@ TEST_F(Window, ANewScanForgetsTheMesh) {
   press(GLFW_KEY_N);
   press(GLFW_KEY_ENTER);
   EXPECT_THAT(session_.calls, ElementsAre("save", "new"));
+  const cv::Mat3b awaited = picture("awaited");
+  expect_text(awaited, "A new scan begins with the next touch. U: undo.", theme::kText);
+  EXPECT_NE(find("Undo new scan"), nullptr);
+  EXPECT_EQ(find("New scan"), nullptr);
+  EXPECT_GT(change(empty, awaited, view()), 0.15) << "until then the old one is there";
+  session_.begin_new_scan();
   picture("forgotten");
   EXPECT_NE(find("Roll slowly"), nullptr) << "as at the start";
 }

@@ -72,7 +72,9 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
     show_all();
   }
+  const int scan = scene_.map().scan;
   bool changed = scene_.take_news(session_, camera_, now_s);
+  if (scene_.map().scan != scan) controls_.say("A new scan has begun.", now_s);
   if (scene_.piece().take_joined()) controls_.say("Joined to the map.", now_s);
   if (coach_.advance(scene_.mesh().blocks(), scene_.map(), scene_.last_place_mm(), now_s)) {
     scene_.scene().set_border(coach_.guidance().holes);
@@ -108,7 +110,7 @@ void LiveWindow::say_where_next() {
 void LiveWindow::draw_target(Ui& ui) const {
   const auto& target = coach_.guidance().target;
   const bool scanning = frame_.status.phase == LivePhase::scanning && !scene_.touch_is_apart();
-  if (!controls_.guides() || !target || !scanning) return;
+  if (!controls_.guides() || !target || !scanning || frame_.status.awaits_new_scan) return;
   const auto ring = on_screen(viewport(), target->place_mm);
   if (ring) {
     ui.ring(ring->x(), ring->y(), ui.px(kRingPx), theme::kBackdrop, 5, view());
