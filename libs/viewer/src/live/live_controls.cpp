@@ -186,7 +186,7 @@ void LiveControls::ask_for_new_scan(double now_s) {
   if (status.awaits_new_scan) return complain("It begins with the next touch. U takes it back.", now_s);
   std::string sentence = "Forgotten, nothing of it is left.";
   if (!status.next_run_folder.empty())
-    sentence = "What is saved in " + status.run_folder + " stays. The new scan is saved in " +
+    sentence = "What is saved in " + status.run_folder + " stays. The new scan goes to " +
                status.next_run_folder + ".";
   else if (status.log_bytes > 0)
     sentence = "Forgotten, only its recording is left.";
@@ -204,7 +204,7 @@ void LiveControls::ask_for_new_scan(double now_s) {
                    }));
     sentence = "Saved first, the scan so far stays, and scan --continue goes on with it. " + sentence;
   }
-  ask({"Start a new scan?", sentence + " It begins with the next touch.", std::move(answers)});
+  ask({"Start a new scan?", sentence + " The new one begins with the next touch.", std::move(answers)});
 }
 
 void LiveControls::ask_for_format() {
