@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "fake_session.hpp"
 #include "live/live_window.hpp"
@@ -326,6 +327,25 @@ TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
   window_->host().push({InputEvent::Kind::scroll, 0, false, 0, 4});
   window_->turn(now_s_ += 0.02);
   EXPECT_GT(change(moved, picture("zoomed"), view()), 0.03);
+}
+
+TEST_F(Window, FinishedShowsTheObjectBesideTheSummary) {
+  options_.width_px = WindowOptions().width_px;
+  options_.height_px = WindowOptions().height_px;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  scan(24);
+  session_.stop();
+  session_.say(LivePhase::finished, "");
+  wait_for("% closed");
+  for (int i = 0; i < 50; ++i) window_->turn(now_s_ += 0.1, true);
+  const cv::Mat3b shown = picture("end_wide");
+  cv::Mat1b gray;
+  cv::cvtColor(shown, gray, cv::COLOR_BGR2GRAY);
+  const auto bright = [&](int left, int right) {
+    return cv::countNonZero(gray(cv::Range(330, 640), cv::Range(left, right)) > 100);
+  };
+  EXPECT_EQ(bright(0, 390), 0);
+  EXPECT_GT(bright(390, cvFloor(view().right())), 20000);
 }
 
 TEST_F(Window, FinishedSaysWhereEverythingIs) {
