@@ -34,6 +34,18 @@ std::optional<std::filesystem::path> choose_instead_of_camera(const std::string&
   return run_choose_window(choices, options);
 }
 
+/// The command that goes on with the run whose folder comes next. What the run knows (configuration, model)
+/// is left out.
+std::vector<std::string> go_on(const ScanArguments& arguments) {
+  std::vector<std::string> words{"scan"};
+  if (!arguments.device.empty()) words.push_back("--camera=" + arguments.device);
+  if (arguments.no_log) words.emplace_back("--no-log");
+  if (arguments.resized) words.emplace_back("--resized");
+  for (std::string& word : arguments.live.stream.words()) words.push_back(std::move(word));
+  words.emplace_back("--continue");
+  return words;
+}
+
 /// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
 int run_without_camera(const std::filesystem::path& source, LiveArguments live) {
   const bool simulated = source == simulated_camera_name();
@@ -43,7 +55,8 @@ int run_without_camera(const std::filesystem::path& source, LiveArguments live) 
   if (!simulated) options.log = source;
   WindowOptions window = prepare_window(options, live);
   return run_live(pace(simulated ? open_simulated_camera() : open_raw_log(source, config.sensor)), options,
-                  live, std::move(window));
+                  live, std::move(window),
+                  simulated ? go_on({source.string(), false, false, live}) : std::vector<std::string>());
 }
 
 /// Where a person is at a window and asked for no particular camera, they can choose something else.
@@ -81,10 +94,7 @@ int run(ScanArguments arguments) {
   }
   if (!arguments.no_log) options.record = camera.attachments;
   options.record_resized = arguments.resized;
-  std::vector<std::string> go_on{"scan"};
-  if (!arguments.device.empty()) go_on.push_back("--camera=" + arguments.device);
-  go_on.emplace_back("--continue");
-  return run_live(std::move(camera.frames), options, live, std::move(window), go_on);
+  return run_live(std::move(camera.frames), options, live, std::move(window), go_on(arguments));
 }
 
 }  // namespace

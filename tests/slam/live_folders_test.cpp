@@ -34,6 +34,21 @@ std::string hear_all(const fs::path& path) {
   return text;
 }
 
+/// The peanut is lifted for a frame, and touched again.
+std::vector<cv::Mat3b> lifted_before(int frame) {
+  std::vector<cv::Mat3b> pictures = peanut_pictures();
+  pictures.insert(pictures.begin() + frame, pictures.front());
+  return pictures;
+}
+
+int frames_in(const fs::path& log) {
+  int frames = 0;
+  const auto source = open_raw_log(log, SensorProfile{});
+  while (source->next()) ++frames;
+  EXPECT_EQ(source->lost_frames(), 0) << log;
+  return frames;
+}
+
 TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
   // A second touch: one that is recognized, so that taking it back has to undo loops, too.
   std::vector<cv::Mat3b> pictures = peanut_pictures();
@@ -61,20 +76,63 @@ TEST_F(Live, UndoTakesBackTheLastTrialOnly) {
 }
 
 TEST_F(Live, ANewScanForgetsTheMap) {
+  source = std::make_unique<Pictures>(lifted_before(40));
   source->before(40, [&] {
     wait_for_touch(39);
     session->start_new_scan();
+  });
+  source->before(42, [&] {
     EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
+    EXPECT_FALSE(session->status().awaits_new_scan);
+    EXPECT_FALSE(session->take_back_new_scan()) << "too late";
   });
   const ReconstructSummary summary = start().wait();
   EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames - 40);
   EXPECT_EQ(session->map()->scan, 1);
-  EXPECT_GE(session->map()->nodes.front().frame, 40);
+  EXPECT_EQ(session->map()->nodes.front().frame, 41);
+}
+
+TEST_F(Live, ANewScanAwaitsTheNextTouch) {
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->start_new_scan();
+  });
+  source->before(50, [&] {
+    wait_for_touch(49);
+    EXPECT_TRUE(session->status().awaits_new_scan) << "what touches is not lifted";
+    EXPECT_EQ(session->map()->scan, 0);
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames);
+  EXPECT_FALSE(session->status().awaits_new_scan);
+}
+
+TEST_F(Live, ANewScanThatIsTakenBackLosesNoFrame) {
+  options.record = LogAttachments{};
+  source = std::make_unique<Pictures>(lifted_before(40));
+  source->before(40, [&] {
+    wait_for_touch(39);
+    session->save_now();
+    session->start_new_scan();
+  });
+  source->before(41, [&] {
+    wait_for_touch(40);
+    EXPECT_TRUE(session->take_back_new_scan());
+    EXPECT_FALSE(session->take_back_new_scan());
+  });
+  const ReconstructSummary summary = start().wait();
+  EXPECT_EQ(session->map()->scan, 0);
+  EXPECT_EQ(summary.frames, kBackgroundFrames + kScanFrames + 1);
+  EXPECT_EQ(summary.components, 1) << "the touch after the lift has joined the map";
+  EXPECT_EQ(session->map()->nodes.back().trial, 1);
+  EXPECT_FALSE(fs::exists(folder / "run-2"));
+  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), kBackgroundFrames + kScanFrames + 1);
 }
 
 TEST_F(Live, ANewScanAfterASaveGetsAFolderAndALogOfItsOwn) {
   options.record = LogAttachments{};
   std::string saved;
+  source = std::make_unique<Pictures>(lifted_before(40));
   source->before(40, [&] {
     wait_for_touch(39);
     EXPECT_EQ(session->status().run_folder, (folder / "run").string());
@@ -86,6 +144,8 @@ TEST_F(Live, ANewScanAfterASaveGetsAFolderAndALogOfItsOwn) {
     }));
     saved = read("trajectory.tum");
     session->start_new_scan();
+  });
+  source->before(kBackgroundFrames + kScanFrames, [&] {
     EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
     EXPECT_EQ(session->status().run_folder, (folder / "run-2").string());
     EXPECT_EQ(session->status().next_run_folder, "");
@@ -96,15 +156,9 @@ TEST_F(Live, ANewScanAfterASaveGetsAFolderAndALogOfItsOwn) {
   const fs::path second = folder / "run-2";
   const std::string trajectory = read_bytes(second / "trajectory.tum");
   EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), summary.in_map);
-  const auto frames_in = [&](const fs::path& log) {
-    int frames = 0;
-    const auto source = open_raw_log(log, options.config.sensor);
-    while (source->next()) ++frames;
-    EXPECT_EQ(source->lost_frames(), 0) << log;
-    return frames;
-  };
-  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), 40);
-  EXPECT_GE(frames_in(second / "log.mkv"), kBackgroundFrames + kScanFrames - 40 + kBackgroundFrames);
+  // However many frames were on their way when the tracker saw the touch.
+  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), 41);
+  EXPECT_EQ(frames_in(second / "log.mkv"), kBackgroundFrames + kScanFrames - 40 + kBackgroundFrames);
 }
 
 TEST_F(Live, ANewScanInAContinuedRunLeavesThatRunAsItIs) {
@@ -112,11 +166,11 @@ TEST_F(Live, ANewScanInAContinuedRunLeavesThatRunAsItIs) {
   start().wait();
   const std::string record = read("session/scan.jsonl"), mesh = read("mesh.ply"), log = read("log.mkv");
   continue_run();
+  source = std::make_unique<Pictures>(lifted_before(30));
   source->before(30, [&] {
     wait_for_touch(kBackgroundFrames + kScanFrames + 29);
     EXPECT_EQ(session->status().next_run_folder, (folder / "run-2").string()) << "as the dialog says";
     session->start_new_scan();
-    EXPECT_TRUE(comes_true([&] { return session->map()->scan == 1; }));
   });
   const ReconstructSummary second = start().wait();
   EXPECT_TRUE(read("session/scan.jsonl").starts_with(record));
@@ -186,13 +240,17 @@ TEST_F(Live, AScanThatTouchedNothingGoesOn) {
   }
 }
 
-TEST_F(Live, ASecondNewScanWithoutASaveKeepsTheFolder) {
+TEST_F(Live, ANewScanWithoutASaveKeepsFolderAndLog) {
+  options.record = LogAttachments{};
+  source = std::make_unique<Pictures>(lifted_before(40));
   source->before(40, [&] {
     wait_for_touch(39);
     session->start_new_scan();
-    EXPECT_EQ(session->status().run_folder, options.run_folder.string());
   });
   start().wait();
+  EXPECT_EQ(session->map()->scan, 1);
+  EXPECT_EQ(session->status().run_folder, options.run_folder.string());
+  EXPECT_EQ(frames_in(options.run_folder / "log.mkv"), kBackgroundFrames + kScanFrames + 1);
   EXPECT_TRUE(fs::exists(options.run_folder / "mesh.ply"));
   EXPECT_FALSE(fs::exists(folder / "run-2"));
 }
@@ -224,10 +282,13 @@ TEST_F(Live, SavesOnTheWayAndGoesOn) {
 TEST_F(Live, WhatIsSavedOnTheWayIsTheMapOfThatMoment) {
   // The first of these keeps the mapper busy, while the tracker goes on to a new scan: the others must not be
   // made of the old map and the new scan's frames.
+  source = std::make_unique<Pictures>(lifted_before(40));
   source->before(40, [&] {
     wait_for_touch(39);
     for (int i = 0; i < 5; ++i) session->save_now();
     session->start_new_scan();
+  });
+  source->before(45, [&] {
     EXPECT_TRUE(comes_true(
         [&] { return session->map()->scan == 1 && session->map()->version > 0; }));  // by the mapper
     EXPECT_THAT(read("report.json"), HasSubstr("\"total\": 40"));

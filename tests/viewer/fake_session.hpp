@@ -25,7 +25,8 @@ class FakeSession : public LiveSession {
 
   void advance(int frames = 1);  ///< tracks on: new frames, keyframes, loops, blocks of the mesh
   void say(LivePhase phase, const std::string& words, TrackStatus track = TrackStatus::tracked);
-  void release();  ///< nothing touches any more
+  void release();         ///< nothing touches any more
+  void begin_new_scan();  ///< the touch that was awaited has come
   LiveStatus& figures() { return status_; }
   void set_stages(std::vector<StageStatistics> stages) { stages_ = std::move(stages); }
   void leave_the_map();               ///< the touch goes on in a piece that no loop joins yet
@@ -33,7 +34,7 @@ class FakeSession : public LiveSession {
   void know_places(double sigma_mm);  ///< of each keyframe after the first, times its number
   void show_bare_gel();               ///< a picture while the background is measured
 
-  /// "pause", "go on", "undo", "new", "save", "stop": what the window asked for, in order.
+  /// "pause", "go on", "undo", "new", "take back", "save", "stop": what the window asked for, in order.
   std::vector<std::string> calls;
 
   /// stop() is followed by so many looks at the status until it is finished; none: it stays finishing.
@@ -47,6 +48,7 @@ class FakeSession : public LiveSession {
   void set_paused(bool paused) override;
   void undo_last_trial() override { calls.emplace_back("undo"); }
   void start_new_scan() override;
+  bool take_back_new_scan() override;
   void save_now() override { calls.emplace_back("save"); }
   void stop() override;
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 
+#include "scene/touch_mesh.hpp"
 #include "test_meshes.hpp"
 
 namespace gelslam::viewer::detail {
@@ -28,6 +29,27 @@ std::multiset<std::array<float, 9>> triangles_by_place(const DrawableMesh& mesh)
     result.insert(corners);
   }
   return result;
+}
+
+TEST(TouchMesh, AContactOfBlocksEndsInARoundLine) {
+  constexpr int side = 80, first = 20, last = 59;  // of a square of pixels
+  auto surface = std::make_shared<Surface>();
+  surface->pixel_pitch_mm = 1;
+  surface->height_mm = cv::Mat1f(side, side, 0.0F);
+  surface->normals = cv::Mat3f(side, side, cv::Vec3f(0, 0, 1));
+  surface->contact = cv::Mat1b(side, side, uchar{0});
+  surface->contact(cv::Range(first, last + 1), cv::Range(first, last + 1)) = 255;
+  surface->contact_pixels = cv::countNonZero(surface->contact);
+  cv::Mat1f inside(side, side, -1.0F);
+  for (const TouchMesh::Vertex& v : make_touch_mesh({surface, Pose::Identity(), 1.0}).vertices)
+    inside(cvRound(v.position_mm.y() + 0.5F * side - 0.5F), cvRound(v.position_mm.x() + 0.5F * side - 0.5F)) =
+        v.inside;
+  for (const int corner : {first, last}) {
+    EXPECT_LT(inside(corner, corner), 0);
+    EXPECT_GT(inside(corner, side / 2), 0) << "sides stay where they are";
+  }
+  EXPECT_LT(inside(first - 2, side / 2), 0);
+  EXPECT_NEAR(inside(side / 2, side / 2), 1, 1e-3);
 }
 
 TEST(SceneGeometry, MakesNormalsOutOfTheTriangles) {

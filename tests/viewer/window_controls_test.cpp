@@ -45,10 +45,23 @@ TEST_F(Controls, ANewScanForgetsWithoutSavingOnlyWhereThatWasChosen) {
   press(GLFW_KEY_N);
   press(GLFW_KEY_F);
   EXPECT_THAT(session_.calls, ElementsAre("new"));
+  session_.begin_new_scan();
   session_.figures().next_run_folder = "RUN-2";  // the present one is saved already
   press(GLFW_KEY_N);
   press(GLFW_KEY_ENTER);
   EXPECT_THAT(session_.calls, ElementsAre("new", "new"));
+}
+
+TEST_F(Controls, UndoTakesBackANewScanBeforeItsFirstTouch) {
+  press(GLFW_KEY_N);
+  press(GLFW_KEY_F);
+  press(GLFW_KEY_N);  // is awaited already
+  EXPECT_EQ(question(), "");
+  EXPECT_TRUE(controls_.toasts().back().trouble);
+  press(GLFW_KEY_U);
+  EXPECT_EQ(newest_toast(), "No new scan: this one goes on.");
+  press(GLFW_KEY_U);
+  EXPECT_THAT(session_.calls, ElementsAre("new", "take back", "undo"));
 }
 
 TEST_F(Controls, UndoWithoutATrialSaysSo) {

@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "fake_session.hpp"
 #include "live/live_window.hpp"
@@ -328,6 +329,25 @@ TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
   EXPECT_GT(change(moved, picture("zoomed"), view()), 0.03);
 }
 
+TEST_F(Window, FinishedShowsTheObjectBesideTheSummary) {
+  options_.width_px = WindowOptions().width_px;
+  options_.height_px = WindowOptions().height_px;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  scan(24);
+  session_.stop();
+  session_.say(LivePhase::finished, "");
+  wait_for("% closed");
+  for (int i = 0; i < 50; ++i) window_->turn(now_s_ += 0.1, true);
+  const cv::Mat3b shown = picture("end_wide");
+  cv::Mat1b gray;
+  cv::cvtColor(shown, gray, cv::COLOR_BGR2GRAY);
+  const auto bright = [&](int left, int right) {
+    return cv::countNonZero(gray(cv::Range(330, 640), cv::Range(left, right)) > 100);
+  };
+  EXPECT_EQ(bright(0, 390), 0);
+  EXPECT_GT(bright(390, cvFloor(view().right())), 20000);
+}
+
 TEST_F(Window, FinishedSaysWhereEverythingIs) {
   scan(8);
   session_.stop();
@@ -495,6 +515,12 @@ TEST_F(Window, ANewScanForgetsTheMesh) {
   press(GLFW_KEY_N);
   press(GLFW_KEY_ENTER);
   EXPECT_THAT(session_.calls, ElementsAre("save", "new"));
+  const cv::Mat3b awaited = picture("awaited");
+  expect_text(awaited, "A new scan begins with the next touch. U: undo.", theme::kText);
+  EXPECT_NE(find("Undo new scan"), nullptr);
+  EXPECT_EQ(find("New scan"), nullptr);
+  EXPECT_GT(change(empty, awaited, view()), 0.15) << "until then the old one is there";
+  session_.begin_new_scan();
   picture("forgotten");
   EXPECT_NE(find("Roll slowly"), nullptr) << "as at the start";
 }

@@ -94,6 +94,10 @@ void Tracker::limit_relocalization(double share_of_time, Clock clock) {
   clock_ = std::move(clock);
 }
 
+bool Tracker::begins_touch(const Surface& surface) const {
+  return !in_trial_ && surface.contact_pixels >= options_.contact_threshold_px;
+}
+
 TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surface) {
   TrackedFrame result;
   result.frame = frame;

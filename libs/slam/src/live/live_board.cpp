@@ -157,6 +157,11 @@ std::int64_t LiveBoard::background_end() const {
   return background_end_;
 }
 
+LiveClock::time_point LiveBoard::tracked_until() const {
+  const std::lock_guard lock(mutex_);
+  return tracked_until_;
+}
+
 void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_lost,
                           LiveClock::time_point arrived) {
   auto newest = std::make_shared<const LiveTouch>(std::move(touch));
@@ -165,6 +170,7 @@ void LiveBoard::set_touch(LiveTouch touch, int trial, const std::string& why_los
   touch_ = std::move(newest);
   if (trial_ != trial) why_lost_ = why_lost;
   trial_ = trial;
+  tracked_until_ = arrived;
   meter_.posed(now, 1000.0 * seconds(now - arrived));
 }
 

@@ -52,6 +52,7 @@ class LiveBoard {
   void set_log_bytes(std::int64_t bytes);
   void set_background_end(std::int64_t index);  ///< last frame of the background
   std::int64_t background_end() const;          ///< -1: there is none
+  LiveClock::time_point tracked_until() const;  ///< arrival of the newest frame that was tracked
   void set_touch(LiveTouch touch, int trial, const std::string& why_lost, LiveClock::time_point arrived);
   void set_map(std::shared_ptr<const MapSnapshot> map);
   void add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks);
@@ -81,6 +82,7 @@ class LiveBoard {
   std::vector<Warning> warnings_;
   LiveMeter meter_;
   std::shared_ptr<const LiveTouch> touch_;
+  LiveClock::time_point tracked_until_;
   int trial_ = -1;
   std::string why_lost_;
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();

@@ -27,12 +27,11 @@ struct SurfacedFrame {
 // What a person asks for travels with the frames, so that it happens between two of them.
 struct BreakTrial {};
 struct UndoTrial {};
-struct NewScan {};
 struct SaveNow {
   std::uintmax_t scan_bytes = 0;  // the session's record by then
 };
 
-using TrackerMessage = std::variant<SurfacedFrame, BreakTrial, UndoTrial, NewScan, SaveNow>;
+using TrackerMessage = std::variant<SurfacedFrame, BreakTrial, UndoTrial, SaveNow>;
 
 struct ForgetFromTrial {
   int trial = 0;

@@ -41,7 +41,7 @@ struct LiveSlam::Impl {
         surface(options.config, options.background, options.force, board, timer),
         tracking(options.config.slam, relocalization_share(options),
                  options.continued ? &*options.continued : nullptr, options.stream.get(), measured, board,
-                 timer),
+                 timer, [this](const SurfacedFrame& touch) { return begins_scan(touch); }),
         mapping(options.config.slam, timer),
         fusion(options.config.slam.fusion, board, timer),
         folders(options) {
@@ -56,7 +56,7 @@ struct LiveSlam::Impl {
   void start();
   void capture();
   void take_frames();
-  void ask_for_new_scan();
+  bool begins_scan(const SurfacedFrame& touch);
   void map_keyframes();
   void save_for_now(const SaveSoFar& so_far);
   void finish();
@@ -101,13 +101,13 @@ struct LiveSlam::Impl {
 };
 
 /// What was saved before stays as it is: the new scan gets a folder of its own.
-void LiveSlam::Impl::ask_for_new_scan() {
+bool LiveSlam::Impl::begins_scan(const SurfacedFrame& touch) {
   try {
-    folders.begin_scan();
+    return folders.begin_scan(touch.arrived);
   } catch (const std::exception& error) {
-    return board.warn(error.what());
+    board.warn(error.what());
+    return false;
   }
-  surfaced.push_beyond_limit(NewScan{});
 }
 
 /// Whatever goes wrong in a stage ends the scan, and the stages behind it save what they have.
@@ -185,8 +185,9 @@ void LiveSlam::Impl::take_frames() {
   while (std::optional<RawFrame> frame = source->next()) {
     board.frame_arrived(frame->arrived, source->lost_frames());
     board.warn_about("the source", source->warning());
-    if (recording) recording->take(*frame);
-    if (leaves_out) continue;
+    const bool is_left_out = leaves_out;
+    if (recording) recording->take(*frame, is_left_out);
+    if (is_left_out) continue;
     auto shared = std::make_shared<const RawFrame>(std::move(*frame));
     // What the background needs is waited for, however fast frames come.
     if (options.drop_when_behind && board.phase() != LivePhase::background)
@@ -224,6 +225,7 @@ void LiveSlam::Impl::save_for_now(const SaveSoFar& so_far) {
 }
 
 void LiveSlam::Impl::finish() {
+  folders.take_back_scan();
   board.set_phase(LivePhase::finishing);
   BoardProgress progress(board);
   SlamMap map;
@@ -326,6 +328,7 @@ LiveStatus LiveSlam::status() const {
   if (const std::shared_ptr<LiveRun> run = impl_->folders.newest())
     status.run_folder = run->folder().string();
   status.next_run_folder = impl_->folders.next().string();
+  status.awaits_new_scan = impl_->folders.awaits_scan();
   const std::lock_guard lock(impl_->mutex);
   status.failure = impl_->failure_in_words;
   status.drift_mm = impl_->summary.uncertainty.mm.amount;
@@ -347,7 +350,8 @@ void LiveSlam::set_paused(bool paused) {
   if (impl_->leaves_out.exchange(paused) && !paused) impl_->surfaced.push_beyond_limit(BreakTrial{});
 }
 void LiveSlam::undo_last_trial() { impl_->surfaced.push_beyond_limit(UndoTrial{}); }
-void LiveSlam::start_new_scan() { impl_->ask_for_new_scan(); }
+void LiveSlam::start_new_scan() { impl_->folders.ask_for_scan(); }
+bool LiveSlam::take_back_new_scan() { return impl_->folders.take_back_scan(); }
 
 void LiveSlam::save_now() {
   impl_->folders.keep_newest();

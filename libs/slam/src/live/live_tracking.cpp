@@ -6,7 +6,8 @@ namespace gelslam::slam::detail {
 
 TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
                              const ContinuedScan* continued, PoseStream* stream, RecordQueue& session,
-                             LiveBoard& board, StageTimer& timer)
+                             LiveBoard& board, StageTimer& timer,
+                             std::function<bool(const SurfacedFrame&)> begins_scan)
     : options_(options),
       relocalization_share_(relocalization_share),
       continued_(continued),
@@ -14,7 +15,8 @@ TrackingStage::TrackingStage(const SlamOptions& options, std::optional<double> r
       stream_(stream),
       board_(board),
       timer_(timer),
-      session_(session) {
+      session_(session),
+      begins_scan_(std::move(begins_scan)) {
   if (!continued) return;
   tracker_.continue_after(continued->last_keyframe(), continued->last_trial());
   first_frame_ = continued->first_frame;
@@ -56,6 +58,7 @@ void TrackingStage::handle(const SurfacedFrame& frame, MapperQueue& out) {
     board_.set_touch(std::move(bare), -1, "", frame.arrived);
     return stream(background, frame);
   }
+  if (tracker_.begins_touch(*frame.surface) && begins_scan_(frame)) start_scan(out);
   take_neighborhood();
   TrackedFrame tracked;
   {
@@ -131,7 +134,7 @@ void TrackingStage::handle(UndoTrial, MapperQueue& out) {
   out.push_beyond_limit(ForgetFromTrial{trial});
 }
 
-void TrackingStage::handle(NewScan, MapperQueue& out) {
+void TrackingStage::start_scan(MapperQueue& out) {
   tracker_ = new_tracker();
   keyframe_ = -1;
   neighborhood_ = {};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <future>
 #include <mutex>
 #include <optional>
@@ -20,10 +21,11 @@ namespace gelslam::slam::detail {
 class TrackingStage {
  public:
   /// `relocalization_share`: Tracker::limit_relocalization(), or nothing. `continued`: null for a new scan.
-  /// `stream`: null for none.
+  /// `stream`: null for none. `begins_scan`: whether a new scan begins with this frame, which begins to
+  /// touch.
   TrackingStage(const SlamOptions& options, std::optional<double> relocalization_share,
                 const ContinuedScan* continued, PoseStream* stream, RecordQueue& session, LiveBoard& board,
-                StageTimer& timer);
+                StageTimer& timer, std::function<bool(const SurfacedFrame&)> begins_scan);
 
   void run(TrackerQueue& in, MapperQueue& out);
 
@@ -35,10 +37,10 @@ class TrackingStage {
   void handle(const SurfacedFrame& frame, MapperQueue& out);
   void handle(BreakTrial, MapperQueue&) { tracker_.break_trial(); }
   void handle(UndoTrial, MapperQueue& out);
-  void handle(NewScan, MapperQueue& out);
   void handle(SaveNow save, MapperQueue& out) {
     out.push_beyond_limit(SaveSoFar{records(), save.scan_bytes});
   }
+  void start_scan(MapperQueue& out);
   void record(const FrameRecord& record);
   void take_neighborhood();
   void ask_for_neighborhood(const TrackedFrame& tracked, MapperQueue& out);
@@ -53,6 +55,7 @@ class TrackingStage {
   LiveBoard& board_;
   StageTimer& timer_;
   RecordQueue& session_;
+  const std::function<bool(const SurfacedFrame&)> begins_scan_;
   std::int64_t first_frame_ = 0;
   double first_time_s_ = 0;
   int scan_ = 0;

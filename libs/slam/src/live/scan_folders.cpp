@@ -1,5 +1,7 @@
 #include "live/scan_folders.hpp"
 
+#include <utility>
+
 #include "gelslam/core/error.hpp"
 
 namespace gelslam::slam::detail {
@@ -43,12 +45,36 @@ void ScanFolders::keep_newest() {
   if (!runs_.empty()) next_ = next_run_folder(runs_.front()->folder());
 }
 
-void ScanFolders::begin_scan() {
+void ScanFolders::ask_for_scan() {
   const std::lock_guard lock(mutex_);
+  asked_ = LiveClock::now();
+}
+
+bool ScanFolders::take_back_scan() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(asked_, std::nullopt).has_value();
+}
+
+bool ScanFolders::awaits_scan() const {
+  const std::lock_guard lock(mutex_);
+  return asked_.has_value();
+}
+
+LiveClock::time_point ScanFolders::scan_begin() const {
+  const std::lock_guard lock(mutex_);
+  return scan_begin_;
+}
+
+bool ScanFolders::begin_scan(LiveClock::time_point arrived) {
+  const std::lock_guard lock(mutex_);
+  if (!asked_ || arrived <= *asked_) return false;
+  asked_.reset();
   if (!runs_.empty())
     runs_.push_back(next_.empty() ? runs_.back()
                                   : LiveRun::begin(next_, false, options_.log, options_.config));
   next_.clear();
+  scan_begin_ = arrived;
+  return true;
 }
 
 LogRecording::LogRecording(const LiveOptions& options, const RawFrameSource& source,
@@ -68,29 +94,40 @@ std::unique_ptr<LogRecorder> LogRecording::make_recorder() const {
       std::make_unique<LogWriter>(run_->log(), *options_.record, source_.rate_hz()), recorder);
 }
 
-void LogRecording::take(const RawFrame& frame) {
+void LogRecording::take(const RawFrame& frame, bool is_left_out) {
   if (!recorder_) return;
   if (board_.phase() == LivePhase::background) {
     background_frames_.push_back(frame);
     if (background_frames_.size() > most_background_frames_) background_frames_.pop_front();
   }
+  waiting_.push_back(frame);
+  // In this order: a scan that begins after these looks begins with a frame that has not been tracked yet.
+  const LiveClock::time_point tracked = board_.tracked_until();
+  const bool is_undecided = folders_.awaits_scan() && !is_left_out;
   try {
-    if (run_ != folders_.newest()) begin_next_log(frame);
+    if (run_ != folders_.newest()) begin_next_log();
   } catch (const Error& error) {  // the scan goes on without a log
     board_.warn(error.what());
     return recorder_.reset();
   }
-  recorder_->push(frame);
+  write_waiting(is_undecided ? tracked : frame.arrived);
   report();
 }
 
+void LogRecording::write_waiting(LiveClock::time_point last) {
+  for (; !waiting_.empty() && waiting_.front().arrived <= last; waiting_.pop_front())
+    recorder_->push(std::move(waiting_.front()));
+}
+
 /// Closes the log and begins that of the newest run, with the background just before the first frame.
-void LogRecording::begin_next_log(const RawFrame& first) {
+void LogRecording::begin_next_log() {
+  write_waiting(folders_.scan_begin() - LiveClock::duration(1));
   recorder_->finish();
   report();
   run_ = folders_.newest();
   recorder_ = make_recorder();
   std::erase_if(background_frames_, [this](const RawFrame& f) { return f.index > board_.background_end(); });
+  const RawFrame& first = waiting_.front();
   auto before = static_cast<std::int64_t>(background_frames_.size());
   for (RawFrame frame : background_frames_) {
     frame.sequence = first.sequence - before;
@@ -108,6 +145,7 @@ void LogRecording::report() {
 
 void LogRecording::finish() {
   if (!recorder_) return;
+  write_waiting(LiveClock::time_point::max());
   recorder_->finish();
   report();  // what went wrong with the last frames, too
 }

@@ -9,7 +9,7 @@ std::vector<ActionRow> live_rows() {
   using enum Action;
   std::vector<ActionRow> rows = {
       {pause, "space", "Space", "Pause", 0, 1, "Pause, go on"},
-      {undo, "u", "U", "Undo", 0, 4, "Undo the last trial"},
+      {undo, "u", "U", "Undo", 0, 4, "Undo a new scan before its first touch, or the last trial"},
       {new_scan, "n", "N", "New scan", 0, 5, "New scan (asks first)"},
       {save, "s", "S", "Save", 0, 3, "Save now, and go on"},
       {close, "q esc", "Q", "Stop", 0, 0, "Stop and save (asks first)"},
@@ -56,9 +56,9 @@ void LiveControls::act(Action action, double now_s) {
     case Action::pause:
       return toggle_pause(now_s);
     case Action::undo:
-      return undo_last_trial(now_s);
+      return undo(now_s);
     case Action::new_scan:
-      if (!refuse_unless_scanning("start a new scan", now_s)) ask_for_new_scan();
+      if (!refuse_unless_scanning("start a new scan", now_s)) ask_for_new_scan(now_s);
       return;
     case Action::save:
       return save(now_s);
@@ -82,18 +82,24 @@ void LiveControls::act(Action action, double now_s) {
 }
 
 ButtonLook LiveControls::button(const ActionRow& row) const {
-  const LivePhase phase = session_.status().phase;
+  const LiveStatus status = session_.status();
+  const LivePhase phase = status.phase;
   const bool over = phase == LivePhase::finishing || phase == LivePhase::finished;
   ButtonLook look = SceneControls::button(row);
   switch (row.action) {
     case Action::pause:
       if (phase == LivePhase::paused) look.label = "Go on";
       [[fallthrough]];
-    case Action::undo:
-    case Action::new_scan:
     case Action::save:
     case Action::follow:
       look.shown = !over;
+      break;
+    case Action::undo:
+      look.shown = !over;
+      if (status.awaits_new_scan) look.label = "Undo new scan", look.ink = theme::kBlue;
+      break;
+    case Action::new_scan:
+      look.shown = !over && !status.awaits_new_scan;
       break;
     case Action::view_run:
       look.label = "View";
@@ -127,9 +133,13 @@ void LiveControls::toggle_pause(double now_s) {
   say(paused ? "Going on." : "Paused.", now_s);
 }
 
-void LiveControls::undo_last_trial(double now_s) {
+void LiveControls::undo(double now_s) {
   if (refuse_unless_scanning("undo", now_s)) return;
-  if (session_.status().trials == 0) return complain("There is no trial to undo.", now_s);
+  const LiveStatus status = session_.status();
+  if (status.awaits_new_scan)
+    return session_.take_back_new_scan() ? say("No new scan: this one goes on.", now_s)
+                                         : complain("Too late: the new scan has begun.", now_s);
+  if (status.trials == 0) return complain("There is no trial to undo.", now_s);
   session_.undo_last_trial();
   say("The last trial is taken back.", now_s);
 }
@@ -171,30 +181,30 @@ void LiveControls::ask_to_close() {
         no("Go on scanning")}});
 }
 
-void LiveControls::ask_for_new_scan() {
+void LiveControls::ask_for_new_scan(double now_s) {
   const LiveStatus status = session_.status();
+  if (status.awaits_new_scan) return complain("It begins with the next touch. U takes it back.", now_s);
   std::string sentence = "Forgotten, nothing of it is left.";
   if (!status.next_run_folder.empty())
-    sentence = "What is saved in " + status.run_folder + " stays. The new scan is saved in " +
+    sentence = "What is saved in " + status.run_folder + " stays. The new scan goes to " +
                status.next_run_folder + ".";
   else if (status.log_bytes > 0)
     sentence = "Forgotten, only its recording is left.";
-  const auto start = [this](double now_s) {
+  const auto start = [this](double) {
     session_.start_new_scan();
     set_follows(true);
-    say("A new scan begins.", now_s);
   };
   const bool is_saved = !status.next_run_folder.empty();
   std::vector<Answer> answers = {yes(is_saved ? "Start" : "Forget the map", start), no("Keep it")};
   if (keeps_run_ && !is_saved) {
     answers.front().keys = "f", answers.front().key = "F";
-    answers.insert(answers.begin(), yes("Save first", [this, start](double now_s) {
+    answers.insert(answers.begin(), yes("Save first", [this, start](double then_s) {
                      session_.save_now();
-                     start(now_s);
+                     start(then_s);
                    }));
     sentence = "Saved first, the scan so far stays, and scan --continue goes on with it. " + sentence;
   }
-  ask({"Start a new scan?", sentence, std::move(answers)});
+  ask({"Start a new scan?", sentence + " The new one begins with the next touch.", std::move(answers)});
 }
 
 void LiveControls::ask_for_format() {

@@ -27,10 +27,10 @@ class LiveControls : public SceneControls {
 
  private:
   void toggle_pause(double now_s);
-  void undo_last_trial(double now_s);
+  void undo(double now_s);
   void save(double now_s);
   void ask_to_close();
-  void ask_for_new_scan();
+  void ask_for_new_scan(double now_s);
   void ask_for_format();
   bool refuse_unless_scanning(const char* what, double now_s);
 

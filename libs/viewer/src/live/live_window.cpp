@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <system_error>
+#include <utility>
 
 #include "ui/script.hpp"
 
@@ -72,7 +73,9 @@ bool LiveWindow::advance(double now_s, double dt_s) {
     controls_.set_follows(false);  // there is no touch any more; all of the surface is to be seen
     show_all();
   }
+  const int scan = scene_.map().scan;
   bool changed = scene_.take_news(session_, camera_, now_s);
+  if (scene_.map().scan != scan) controls_.say("A new scan has begun.", now_s);
   if (scene_.piece().take_joined()) controls_.say("Joined to the map.", now_s);
   if (coach_.advance(scene_.mesh().blocks(), scene_.map(), scene_.last_place_mm(), now_s)) {
     scene_.scene().set_border(coach_.guidance().holes);
@@ -108,7 +111,7 @@ void LiveWindow::say_where_next() {
 void LiveWindow::draw_target(Ui& ui) const {
   const auto& target = coach_.guidance().target;
   const bool scanning = frame_.status.phase == LivePhase::scanning && !scene_.touch_is_apart();
-  if (!controls_.guides() || !target || !scanning) return;
+  if (!controls_.guides() || !target || !scanning || frame_.status.awaits_new_scan) return;
   const auto ring = on_screen(viewport(), target->place_mm);
   if (ring) {
     ui.ring(ring->x(), ring->y(), ui.px(kRingPx), theme::kBackdrop, 5, view());
@@ -129,14 +132,19 @@ void LiveWindow::draw_target(Ui& ui) const {
                           ? ui.px(kArrowEndPx)
                           : std::min(ui.px(kArrowEndPx), (*ring - *begin).norm() - ui.px(kRingPx + 6));
   const std::string distance = fmt::format("{:.0f} mm", distance_mm);
+  const auto write = [&](float x, float y) {
+    for (const auto& [dx, dy] : {std::pair(-1, -1), {-1, 1}, {1, -1}, {1, 1}})
+      ui.text_at(Face::title, x + ui.px(dx), y + ui.px(dy), theme::kBackdrop, distance);
+    ui.text_at(Face::title, x, y, kTarget, distance);
+  };
   if (reach < ui.px(kLeastArrowPx))  // the ring says it
-    return ui.text_at(Face::title, ring->x() + ui.px(20), ring->y() - ui.px(11), kTarget, distance);
+    return write(ring->x() + ui.px(20), ring->y() - ui.px(11));
   const Eigen::Vector2f tail = *begin + ui.px(kArrowBeginPx) * along, tip = *begin + reach * along;
   const Eigen::Vector2f edge = ui.px(3) * along;
   ui.arrow(tail.x() - edge.x(), tail.y() - edge.y(), tip.x() + edge.x(), tip.y() + edge.y(), theme::kBackdrop,
            8, view());
   ui.arrow(tail.x(), tail.y(), tip.x(), tip.y(), kTarget, 6, view());
-  ui.text_at(Face::title, tip.x() + ui.px(22), tip.y() - ui.px(11), kTarget, distance);
+  write(tip.x() + ui.px(22), tip.y() - ui.px(11));
 }
 
 void LiveWindow::look_at_figures(double now_s) {
@@ -196,7 +204,10 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
     const Box below{view().x, bottom, view().width, view().bottom() - bottom};
     if (frame_.status.keyframes == 0 && frame_.status.phase < LivePhase::finishing)
       draw_start(ui, below, frame_);
-    if (frame_.words.state == "finished") draw_end(ui, below, frame_, side_.width <= 0, controls_, now_s);
+    if (frame_.words.state == "finished") {
+      const float covered_px = draw_end(ui, below, frame_, side_.width <= 0, controls_, now_s);
+      if (std::exchange(covered_px_, covered_px) != covered_px) show_all();
+    }
     if (controls_.shows_diagnostics()) draw_diagnostics(ui, below, frame_);
   }
   if (side_.width > 0) draw_side(ui, side_, frame_);
@@ -223,8 +234,13 @@ bool LiveWindow::closes_by_itself() {
   return frame_.status.phase == LivePhase::finished && options_.asks_to_end && options_.asks_to_end();
 }
 
+/// Beside what covers the view, if that leaves half of it.
 OrbitCamera LiveWindow::whole_view(const Viewport& viewport) const {
-  return camera_.fitted(scene_.scene().bounds_mm(), viewport);
+  Viewport room = viewport;
+  if (2 * covered_px_ <= static_cast<float>(viewport.width)) room.width -= cvRound(covered_px_);
+  OrbitCamera camera = camera_.fitted(scene_.scene().bounds_mm(), room);
+  camera.pan({0.5F * static_cast<float>(viewport.width - room.width), 0}, viewport);
+  return camera;
 }
 
 std::optional<Eigen::Vector3f> LiveWindow::pick(std::size_t /*part*/, const PickRay& ray) const {
@@ -233,7 +249,7 @@ std::optional<Eigen::Vector3f> LiveWindow::pick(std::size_t /*part*/, const Pick
 
 void LiveWindow::show_all_at_once() {
   scene_.scene().finish_details();
-  camera_.fit(scene_.scene().bounds_mm(), viewport());
+  camera_ = whole_view(viewport());
 }
 
 }  // namespace gelslam::viewer::detail

@@ -47,9 +47,10 @@ float draw_banner(Ui& ui, const Box& view, const LiveFrame& frame, double now_s)
 void draw_side(Ui& ui, const Box& side, const LiveFrame& frame);
 /// What to do first: the gel as the camera sees it, and three steps.
 void draw_start(Ui& ui, const Box& view, const LiveFrame& frame);
-/// What was made, how good it is, and what can be done next.
-void draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
-              double now_s);
+/// What was made, how good it is, and what can be done next. Returns how much of the view's left it covers,
+/// px.
+float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
+               double now_s);
 /// All counters and stage times, at the view's upper right.
 void draw_diagnostics(Ui& ui, const Box& view, const LiveFrame& frame);
 
@@ -86,6 +87,7 @@ class LiveWindow : public SceneLoop {
   LiveFrame frame_;
   double figures_s_ = -1e9;
   Box side_;
+  float covered_px_ = 0;  ///< on the view's left
   std::future<ExportOutcome> export_;
 };
 

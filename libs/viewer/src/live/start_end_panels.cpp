@@ -109,9 +109,9 @@ void draw_start(Ui& ui, const Box& view, const LiveFrame& frame) {
   ui.end_panel();
 }
 
-void draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
-              double now_s) {
-  if (view.height < ui.px(kLeastHeight)) return;
+float draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder, Controls& controls,
+               double now_s) {
+  if (view.height < ui.px(kLeastHeight)) return 0;
   const float width = std::min(ui.px(380), view.width - ui.px(2 * kMargin));
   ui.begin_panel("##end", {view.x + ui.px(kMargin), view.y + ui.px(10), width, 0}, 16, 10);
   for (const Fact& fact : facts_of(frame)) {
@@ -137,6 +137,7 @@ void draw_end(Ui& ui, const Box& view, const LiveFrame& frame, bool names_folder
   }
   ui.end_panel();
   if (clicked) controls.perform(*clicked, now_s);
+  return width + ui.px(kMargin);
 }
 
 }  // namespace gelslam::viewer::detail

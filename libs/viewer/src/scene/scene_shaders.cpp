@@ -113,7 +113,7 @@ uniform int through;  // the object: from the inside, too
 out vec4 color;
 void main() {
   vec3 n = normalize(normal_c), v = normalize(-position_c);
-  if (!gl_FrontFacing && through == 0) discard;
+  if (inside < 0.0 || (!gl_FrontFacing && through == 0)) discard;
   float key = max(dot(n, normalize(vec3(-0.55, 0.62, 0.56))), 0.0), facing = max(dot(n, v), 0.0);
   float rim = (1.0 - inside) * (1.0 - inside);
   vec3 glow = glow_rgb * (0.20 + 0.75 * key + 0.9 * rim + 0.35 * pow(1.0 - facing, 2.0));

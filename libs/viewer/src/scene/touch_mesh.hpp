@@ -12,7 +12,7 @@ namespace gelslam::viewer::detail {
 struct TouchMesh {
   struct Vertex {
     Eigen::Vector3f position_mm, normal;  ///< out of the object
-    float inside;                         ///< 0 at the contact's border to 1 well inside
+    float inside;                         ///< 0 at the contact's border to 1 well inside; below 0 outside
   };
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;  ///< counter-clockwise from outside

@@ -57,6 +57,7 @@ class LiveSlam final : public LiveSession {
   void set_paused(bool paused) override;
   void undo_last_trial() override;
   void start_new_scan() override;
+  bool take_back_new_scan() override;
   void save_now() override;
   void stop() override;
 
