@@ -78,7 +78,7 @@ TEST(Rig, IsSolvedWithThePosesAndPutsBothMapsTogether) {
 
 // Over many noisy scans, squared errors in standard deviations have the mean of a chi-square distribution.
 TEST(Rig, ErrorsAreAsLargeAsItsCovarianceSays) {
-  constexpr int kScans = 60;
+  constexpr int kScans = 200;
   double sum = 0;
   for (int scan = 0; scan < kScans; ++scan) {
     const TwoSensors sensors(1.0, 100 + static_cast<std::uint64_t>(scan));
@@ -94,8 +94,8 @@ TEST(Rig, ErrorsAreAsLargeAsItsCovarianceSays) {
     const Vector6d error = se3_log(rig.first_T_second.inverse() * sensors.first_T_second);
     sum += error.dot(covariance.inverse() * error);
   }
-  // Its standard deviation is sqrt(2 * 6 / 60) = 0.45.
-  EXPECT_NEAR(sum / kScans, 6.0, 1.8);
+  // Its standard deviation is sqrt(2 * 6 / 200) = 0.24.
+  EXPECT_NEAR(sum / kScans, 6.0, 0.8);
 }
 
 TEST(Rig, StaysWhatIsKnownWhereNothingMoves) {
