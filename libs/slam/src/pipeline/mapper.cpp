@@ -5,20 +5,22 @@
 
 #include "gelslam/backend/pose_covariance.hpp"
 #include "gelslam/backend/pose_graph.hpp"
-#include "gelslam/backend/rig.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/progress.hpp"
 #include "gelslam/slam/refinement.hpp"
 #include "gelslam/slam/trial_drift.hpp"
+#include "pipeline/map_solver.hpp"
 #include "pipeline/slope_calibration.hpp"
 
 namespace gelslam {
+
+using namespace slam::detail;
+
 namespace {
 
 constexpr std::size_t kMaxNeighbors = 256;  // bounds what tracking unpacks and looks through
-constexpr int kOverlapRounds = 2;           // the first one's corrections show more overlaps
 
 /// The nearest, in the order in which they were.
 std::vector<Neighborhood::Neighbor> nearest(std::vector<Neighborhood::Neighbor> neighbors) {
@@ -70,23 +72,6 @@ int choose_anchor(const std::vector<std::shared_ptr<const Keyframe>>& keyframes,
   return static_cast<int>(id);
 }
 
-/// Those to be kept, in the same order.
-std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep) {
-  std::vector<PoseGraphEdge> kept;
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    if (keep[i]) kept.push_back(edges[i]);
-  return kept;
-}
-
-/// Solves for all poses, and for the gradient scale if asked to.
-PoseGraphSolution solve(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
-                        double scale_sigma, const SlamOptions& options) {
-  if (initial.empty()) return {};  // a scan that has touched nothing has no model's sigma, either
-  return options.slope_calibration.estimate_gradient_scale
-             ? solve_with_gradient_scale(initial, edges, options.pose_graph, scale_sigma)
-             : solve_pose_graph(initial, edges, options.pose_graph);
-}
-
 /// Loops to trials that were lost in touch, where place recognition has found none.
 void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const SlamOptions& options) {
   const std::size_t known = map.edges.size();
@@ -95,98 +80,6 @@ void add_rejoining_loops(SlamMap& map, const std::vector<ScanPart>& parts, const
     if (std::none_of(map.edges.begin(), end,
                      [&](const PoseGraphEdge& edge) { return edge.from == loop.from && edge.to == loop.to; }))
       map.edges.push_back(loop_edge(loop));
-  }
-}
-
-/// Those of a rig that is known.
-std::vector<PoseGraphEdge> edges_of_rig(const SlamMap& map) {
-  return map.rig ? rig_edges(map.measured.rig.constraints, map.rig->first_T_second)
-                 : std::vector<PoseGraphEdge>();
-}
-
-/// `edges` without what contradicts them, or the rig.
-std::vector<PoseGraphEdge> consistent(const SlamMap& map, const std::vector<PoseGraphEdge>& edges,
-                                      double scale_sigma) {
-  std::vector<PoseGraphEdge> all = edges;
-  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
-  all.insert(all.end(), of_rig.begin(), of_rig.end());
-  return chosen(edges, consistent_edges(all, scale_sigma));
-}
-
-RigPrior prior_of_rig(const SlamMap& map, double scale_sigma) {
-  const SensorRig& rig = map.measured.rig;
-  return {rig.known ? &*rig.known : nullptr, rig.first_of_second, scale_sigma};
-}
-
-/// The unknowns that were solved with the poses: the rig's, or the gradient scale.
-SharedUnknowns shared_unknowns(const SlamMap& map, double scale_sigma, const SlamOptions& options) {
-  if (map.rig)
-    return rig_unknowns(map.edges, map.measured.rig.constraints, map.rig->first_T_second,
-                        prior_of_rig(map, scale_sigma));
-  if (!options.slope_calibration.estimate_gradient_scale) return {};
-  return gradient_scale_unknowns(map.edges, scale_sigma);
-}
-
-/// Solves again, after the map's edges have changed.
-void solve_again(SlamMap& map, double scale_sigma, const SlamOptions& options) {
-  if (!map.rig) {
-    map.solution = solve(map.solution.component_T_node, map.edges, scale_sigma, options);
-    return;
-  }
-  RigSolution rig = solve_with_rig(map.solution, map.edges, map.measured.rig.constraints,
-                                   map.rig->first_T_second, prior_of_rig(map, 0), options.pose_graph);
-  map.solution = std::move(rig.graph);
-  map.rig->first_T_second = rig.first_T_second;
-}
-
-Matrix6d rig_covariance(const SlamMap& map, const SlamOptions& options) {
-  const std::vector<RigConstraint>& constraints = map.measured.rig.constraints;
-  std::vector<PoseGraphEdge> edges = map.edges;
-  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
-  edges.insert(edges.end(), of_rig.begin(), of_rig.end());
-  return graph_covariances(edges, map.solution, constraints.front().first_keyframe, options.pose_graph,
-                           shared_unknowns(map, 0, options))
-      .shared_unknowns.topLeftCorner<6, 6>();
-}
-
-bool is_determined(const Matrix6d& covariance) {
-  // On rods and threads, whose motions are hardly observable, sigmas are larger, and the rig is wrong by
-  // more.
-  constexpr double kMaxSigmaMm = 0.3, kMaxSigmaRad = 0.035;
-  const Vector6d sigma = sigma_of(covariance);
-  return sigma.head<3>().maxCoeff() < kMaxSigmaRad && sigma.tail<3>().maxCoeff() < kMaxSigmaMm;
-}
-
-/// Joins what two sensors have felt at the same time, if their motions tell how they are fixed to each other.
-/// `measured`: all edges, of which loops between the sensors can be judged then.
-void join_by_rig(SlamMap& map, const std::vector<PoseGraphEdge>& measured, double scale_sigma,
-                 const SlamOptions& options) {
-  const SensorRig& rig = map.measured.rig;
-  if (rig.constraints.empty()) return;
-  const std::optional<Pose> start =
-      rig.known ? std::optional(rig.known->first_T_second) : rig_from_motions(rig.constraints, map.solution);
-  if (!start) return;
-  const PoseGraphSolution apart = map.solution;
-  map.rig = RigPose{*start};
-  solve_again(map, scale_sigma, options);
-  if (!rig.known && !is_determined(rig_covariance(map, options))) {
-    map.rig.reset();
-    map.solution = apart;
-    return;
-  }
-  map.edges = consistent(map, measured, scale_sigma);
-  solve_again(map, scale_sigma, options);
-}
-
-void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
-                       const std::function<bool()>& stop_requested, ParallelProgress& progress) {
-  for (int round = 0; round < kOverlapRounds; ++round) {
-    const std::vector<PoseGraphEdge> found =
-        find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
-    if (found.empty() || stop_requested()) return;
-    map.edges.insert(map.edges.end(), found.begin(), found.end());
-    map.edges = consistent(map, map.edges, scale_sigma);
-    solve_again(map, scale_sigma, options);
   }
 }
 
@@ -375,7 +268,7 @@ void Mapper::update() {
 void Mapper::optimize() {
   const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
   live_edges_ = chosen(edges_, judge_edges());
-  live_ = solve(live_.component_T_node, live_edges_, scale_sigma, options_);
+  live_ = solve_poses(live_.component_T_node, live_edges_, scale_sigma, options_);
   new_loops_ = 0;
   ++version_;
 }
@@ -436,10 +329,7 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   }
   const double scale_sigma = slam::detail::gradient_scale_sigma(keyframes_, options_.slope_calibration);
   add_rejoining_loops(map, parts_, options_);
-  const std::vector<PoseGraphEdge> measured = map.edges;
-  map.edges = consistent(map, measured, scale_sigma);
-  map.solution = solve(initial, map.edges, scale_sigma, options_);
-  join_by_rig(map, measured, scale_sigma, options_);
+  solve_map(map, initial, scale_sigma, options_);
   if (refine && options_.refinement.enabled)
     add_overlap_edges(map, scale_sigma, options_, stop_requested, closing);
   closing.end();
@@ -447,15 +337,8 @@ SlamMap Mapper::finish(const std::vector<FrameRecord>& frames, bool refine,
   if (refine && !map.rig && options_.slope_calibration.enabled && !stop_requested())
     calibrate(map, edges_, options_, stop_requested, progress);
   const int anchor = choose_component_and_anchor(map);
-  const SharedUnknowns shared = shared_unknowns(map, scale_sigma, options_);
-  if (map.rig) {
-    const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
-    map.edges.insert(map.edges.end(), of_rig.begin(), of_rig.end());
-  }
-  const GraphCovariances covariances =
-      graph_covariances(map.edges, map.solution, anchor, options_.pose_graph, shared);
-  if (map.rig) map.rig->covariance = covariances.shared_unknowns.topLeftCorner<6, 6>();
-  map.uncertainty = trajectory_uncertainty(map.frames, map.in_map, covariances.gauge_T_node);
+  map.uncertainty =
+      trajectory_uncertainty(map.frames, map.in_map, assess_map(map, anchor, scale_sigma, options_));
   map.coverage_keyframes = select_coverage_keyframes(posed_surfaces(map), options_.coverage);
   return map;
 }

@@ -56,12 +56,11 @@ void commit_run(RunFolder& folder, const Run& run) {
 
 }  // namespace
 
-Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
-                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
-  const Clock::time_point start = Clock::now();
+Run map_log(const LogInput& input, const Config& config, ProgressSink& progress,
+            const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run,
+            StageTimer& timer) {
   ContinuedScan scan;
   if (!continued_run.empty()) scan = continue_scan(continued_run, config, input.log);
-  StageTimer timer;
   SurfaceStream stream(input, config, timer);
   if (continued_run.empty()) scan.record.parts = {part_of(config, input.log)};
   GelSlam slam(config.slam, &scan);
@@ -71,15 +70,27 @@ Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progr
     const auto scope = timer.measure("finish/poses");
     run.map = slam.finish(/*refine=*/true, &progress);
   }
+  run.account = {input.log, stream.description(), {}, {}, std::nullopt};
+  run.account.summary.partial = partial;
+  run.account.summary.warning = warnings_of(stream, scan.record);
+  return run;
+}
+
+Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
+                const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run) {
+  const Clock::time_point start = Clock::now();
+  StageTimer timer;
+  Run run = map_log(input, config, progress, stop_requested, continued_run, timer);
   {
     const auto scope = timer.measure("finish/fusion");
     run.mesh = fuse_map(run.map, config.slam.fusion, &progress);
   }
-  run.account = {input.log, stream.description(), timer.statistics(), summarize(run.map, run.mesh),
-                 std::nullopt};
-  run.account.summary.partial = partial;
-  run.account.summary.warning = warnings_of(stream, scan.record);
-  run.account.summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  run.account.times = timer.statistics();
+  ReconstructSummary summary = summarize(run.map, run.mesh);
+  summary.partial = run.account.summary.partial;
+  summary.warning = run.account.summary.warning;
+  summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  run.account.summary = std::move(summary);
   return run;
 }
 

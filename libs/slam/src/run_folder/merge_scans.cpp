@@ -193,17 +193,18 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
 
 /// The map of records that are corrected already, and its mesh, in a run folder.
 ReconstructSummary write_joined(RunFolder& folder, const Config& config, const ScanRecord& all,
-                                const std::string& description, std::chrono::steady_clock::time_point start,
+                                RunAccount account, std::chrono::steady_clock::time_point start,
                                 ProgressSink& progress, const std::function<bool()>& stop_requested) {
   Mapper mapper(config.slam);
   mapper.restore(all);
   SlamMap map = mapper.finish(all.frames, true, stop_requested, &progress);
   const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
-  ReconstructSummary summary = summarize(map, mesh);
+  ReconstructSummary& summary = account.summary;
+  summary = summarize(map, mesh);
   summary.partial = stop_requested();
   for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  write_run(folder.path(), config, map, mesh, {{}, description, {}, summary, std::nullopt});
+  write_run(folder.path(), config, map, mesh, account);
   folder.commit();
   return summary;
 }
@@ -258,8 +259,9 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
     config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
   }
   const ScanRecord all = joined(records, config.slam, progress, stop_requested);
-  return write_joined(folder, config, all, "a merge of " + std::to_string(records.size()) + " runs", start,
-                      progress, stop_requested);
+  RunAccount account;
+  account.log_description = "a merge of " + std::to_string(records.size()) + " runs";
+  return write_joined(folder, config, all, account, start, progress, stop_requested);
 }
 
 ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& progress,
@@ -274,9 +276,11 @@ ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& prog
   for (const LogInput& input : request.inputs) configs.push_back(resolve_config(input));
   Config config = configs.front();
   std::vector<ScanRecord> records;
+  StageTimer timer;
   for (std::size_t sensor = 0; sensor < configs.size() && !stop_requested(); ++sensor) {
-    Run run = reconstruct(request.inputs[sensor], configs[sensor], progress, stop_requested);
+    const Run run = map_log(request.inputs[sensor], configs[sensor], progress, stop_requested, {}, timer);
     records.push_back(run.map.measured);
+    check_resolution(request.inputs[sensor].log, records.back(), config.sensor.pixel_pitch_mm);
     take_corrections(records.back(), corrections_of(run.map), config.sensor.pixel_pitch_mm, config.slam);
     for (ScanPart& part : records.back().parts) part.model_crc32 = 0;
     if (!run.account.summary.warning.empty()) records.back().warnings.push_back(run.account.summary.warning);
@@ -284,8 +288,10 @@ ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& prog
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
   config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
   const ScanRecord all = joined_by_rig(records, request.known, config.slam, progress, stop_requested);
-  return write_joined(folder, config, all, "two sensors that are fixed to each other", start, progress,
-                      stop_requested);
+  RunAccount account;
+  account.log_description = "two sensors that are fixed to each other";
+  account.times = timer.statistics();
+  return write_joined(folder, config, all, account, start, progress, stop_requested);
 }
 
 }  // namespace gelslam

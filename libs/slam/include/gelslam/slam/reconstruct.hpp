@@ -63,6 +63,11 @@ struct Run {
 Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
                 const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run = {});
 
+/// The same without the mesh. The account holds no times and counts; `timer` takes the times.
+Run map_log(const LogInput& input, const Config& config, ProgressSink& progress,
+            const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run,
+            StageTimer& timer);
+
 /// The map's surface: all patches of the largest component, with the gradient scale taken out. Map frame, mm.
 /// `progress` (may be null) receives the task "fusing".
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr);

@@ -1,0 +1,138 @@
+#include "pipeline/map_solver.hpp"
+
+#include "gelslam/backend/rig.hpp"
+#include "gelslam/backend/uncertain_motion.hpp"
+#include "gelslam/slam/refinement.hpp"
+#include "gelslam/slam/trial_drift.hpp"
+
+namespace gelslam::slam::detail {
+namespace {
+
+/// Those of a rig that is known.
+std::vector<PoseGraphEdge> edges_of_rig(const SlamMap& map) {
+  return map.rig ? rig_edges(map.measured.rig.constraints, map.rig->first_T_second)
+                 : std::vector<PoseGraphEdge>();
+}
+
+/// `edges` without what contradicts them, or the rig.
+std::vector<PoseGraphEdge> consistent(const SlamMap& map, const std::vector<PoseGraphEdge>& edges,
+                                      double scale_sigma) {
+  std::vector<PoseGraphEdge> all = edges;
+  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
+  all.insert(all.end(), of_rig.begin(), of_rig.end());
+  return chosen(edges, consistent_edges(all, scale_sigma));
+}
+
+RigPrior prior_of_rig(const SlamMap& map, double scale_sigma) {
+  const SensorRig& rig = map.measured.rig;
+  return {rig.known ? &*rig.known : nullptr, rig.first_of_second, scale_sigma};
+}
+
+/// The unknowns that were solved with the poses: the rig's, or the gradient scale.
+SharedUnknowns shared_unknowns(const SlamMap& map, double scale_sigma, const SlamOptions& options) {
+  if (map.rig)
+    return rig_unknowns(map.edges, map.measured.rig.constraints, map.rig->first_T_second,
+                        prior_of_rig(map, scale_sigma));
+  if (!options.slope_calibration.estimate_gradient_scale) return {};
+  return gradient_scale_unknowns(map.edges, scale_sigma);
+}
+
+/// Solves again, after the map's edges have changed.
+void solve_again(SlamMap& map, double scale_sigma, const SlamOptions& options) {
+  if (!map.rig) {
+    map.solution = solve_poses(map.solution.component_T_node, map.edges, scale_sigma, options);
+    return;
+  }
+  RigSolution rig = solve_with_rig(map.solution, map.edges, map.measured.rig.constraints,
+                                   map.rig->first_T_second, prior_of_rig(map, 0), options.pose_graph);
+  map.solution = std::move(rig.graph);
+  map.rig->first_T_second = rig.first_T_second;
+}
+
+Matrix6d rig_covariance(const SlamMap& map, const SlamOptions& options) {
+  const std::vector<RigConstraint>& constraints = map.measured.rig.constraints;
+  std::vector<PoseGraphEdge> edges = map.edges;
+  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
+  edges.insert(edges.end(), of_rig.begin(), of_rig.end());
+  return graph_covariances(edges, map.solution, constraints.front().first_keyframe, options.pose_graph,
+                           shared_unknowns(map, 0, options))
+      .shared_unknowns.topLeftCorner<6, 6>();
+}
+
+bool is_determined(const Matrix6d& covariance) {
+  // On rods and threads, whose motions are hardly observable, sigmas are larger, and the rig is wrong by
+  // more.
+  constexpr double kMaxSigmaMm = 0.3, kMaxSigmaRad = 0.035;
+  const Vector6d sigma = sigma_of(covariance);
+  return sigma.head<3>().maxCoeff() < kMaxSigmaRad && sigma.tail<3>().maxCoeff() < kMaxSigmaMm;
+}
+
+/// Joins what two sensors have felt at the same time, if their motions tell how they are fixed to each other.
+/// `measured`: all edges, of which loops between the sensors can be judged then.
+void join_by_rig(SlamMap& map, const std::vector<PoseGraphEdge>& measured, double scale_sigma,
+                 const SlamOptions& options) {
+  const SensorRig& rig = map.measured.rig;
+  if (rig.constraints.empty()) return;
+  const std::optional<Pose> start =
+      rig.known ? std::optional(rig.known->first_T_second) : rig_from_motions(rig.constraints, map.solution);
+  if (!start) return;
+  const PoseGraphSolution apart = map.solution;
+  map.rig = RigPose{*start};
+  solve_again(map, scale_sigma, options);
+  if (!rig.known && !is_determined(rig_covariance(map, options))) {
+    map.rig.reset();
+    map.solution = apart;
+    return;
+  }
+  map.edges = consistent(map, measured, scale_sigma);
+  solve_again(map, scale_sigma, options);
+}
+
+}  // namespace
+
+std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep) {
+  std::vector<PoseGraphEdge> kept;
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (keep[i]) kept.push_back(edges[i]);
+  return kept;
+}
+
+PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
+                              double scale_sigma, const SlamOptions& options) {
+  if (initial.empty()) return {};  // a scan that has touched nothing has no model's sigma, either
+  return options.slope_calibration.estimate_gradient_scale
+             ? solve_with_gradient_scale(initial, edges, options.pose_graph, scale_sigma)
+             : solve_pose_graph(initial, edges, options.pose_graph);
+}
+
+void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_sigma,
+               const SlamOptions& options) {
+  const std::vector<PoseGraphEdge> measured = map.edges;
+  map.edges = consistent(map, measured, scale_sigma);
+  map.solution = solve_poses(initial, map.edges, scale_sigma, options);
+  join_by_rig(map, measured, scale_sigma, options);
+}
+
+void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
+                       const std::function<bool()>& stop_requested, ParallelProgress& progress) {
+  for (int round = 0; round < kOverlapRounds; ++round) {
+    const std::vector<PoseGraphEdge> found =
+        find_overlap_edges(map.keyframes, map.solution, map.edges, options, stop_requested, &progress);
+    if (found.empty() || stop_requested()) return;
+    map.edges.insert(map.edges.end(), found.begin(), found.end());
+    map.edges = consistent(map, map.edges, scale_sigma);
+    solve_again(map, scale_sigma, options);
+  }
+}
+
+std::map<int, Matrix6d> assess_map(SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options) {
+  const SharedUnknowns shared = shared_unknowns(map, scale_sigma, options);
+  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
+  map.edges.insert(map.edges.end(), of_rig.begin(), of_rig.end());
+  GraphCovariances covariances =
+      graph_covariances(map.edges, map.solution, anchor, options.pose_graph, shared);
+  if (map.rig) map.rig->covariance = covariances.shared_unknowns.topLeftCorner<6, 6>();
+  return std::move(covariances.gauge_T_node);
+}
+
+}  // namespace gelslam::slam::detail

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <vector>
+
+#include "gelslam/backend/pose_covariance.hpp"
+#include "gelslam/core/parallel.hpp"
+#include "gelslam/slam/slam_map.hpp"
+#include "gelslam/slam/slam_options.hpp"
+
+// The stage "optimize" of a map: its pose graph is solved with what else its edges leave unknown, the
+// gradient scale of a sensor or how two sensors are fixed to each other.
+namespace gelslam::slam::detail {
+
+inline constexpr int kOverlapRounds = 2;  // the first one's corrections show more overlaps
+
+/// Those to be kept, in the same order.
+std::vector<PoseGraphEdge> chosen(const std::vector<PoseGraphEdge>& edges, const std::vector<bool>& keep);
+
+/// Solves for all poses, and for the gradient scale if asked to.
+PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vector<PoseGraphEdge>& edges,
+                              double scale_sigma, const SlamOptions& options);
+
+/// Solves a map of which all edges are measured: leaves out what contradicts the others, and joins what two
+/// sensors have felt at the same time, if their motions tell how they are fixed to each other.
+void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_sigma,
+               const SlamOptions& options);
+
+/// Registers keyframes that should overlap, and solves again; in rounds.
+void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& options,
+                       const std::function<bool()>& stop_requested, ParallelProgress& progress);
+
+/// Adds the rig's edges and covariance to a map that is solved; those of the poses relative to the anchor.
+std::map<int, Matrix6d> assess_map(SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options);
+
+}  // namespace gelslam::slam::detail
