@@ -1,5 +1,7 @@
 #include "pipeline/map_solver.hpp"
 
+#include <Eigen/Cholesky>
+
 #include "gelslam/backend/rig.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/slam/refinement.hpp"
@@ -125,13 +127,29 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
   }
 }
 
+namespace {
+
+/// Of the rig's pose, from that of all shared unknowns. Tilts and slides alone hardly tell the gradient
+/// scales, whatever their residuals say: the scales count as if the edges told nothing of them.
+Matrix6d covariance_of_rig(const Eigen::MatrixXd& unknowns, double scale_sigma) {
+  const Eigen::Index scales = unknowns.cols() - 6;
+  const Eigen::MatrixXd of_scales = unknowns.bottomRightCorner(scales, scales);
+  const Eigen::MatrixXd by_scales = of_scales.ldlt().solve(unknowns.bottomLeftCorner(scales, 6)).transpose();
+  Eigen::MatrixXd unexplained = -of_scales;
+  unexplained.diagonal() += scale_sigmas(scale_sigma).cwiseAbs2().replicate(scales / kScaleTerms, 1);
+  return unknowns.topLeftCorner<6, 6>() + by_scales * unexplained * by_scales.transpose();
+}
+
+}  // namespace
+
 std::map<int, Matrix6d> assess_map(SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options) {
-  const SharedUnknowns shared = shared_unknowns(map, scale_sigma, options);
+  const double sigma = map.rig ? options.registration.gradient_scale_error : scale_sigma;
+  const SharedUnknowns shared = shared_unknowns(map, sigma, options);
   const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
   map.edges.insert(map.edges.end(), of_rig.begin(), of_rig.end());
   GraphCovariances covariances =
       graph_covariances(map.edges, map.solution, anchor, options.pose_graph, shared);
-  if (map.rig) map.rig->covariance = covariances.shared_unknowns.topLeftCorner<6, 6>();
+  if (map.rig) map.rig->covariance = covariance_of_rig(covariances.shared_unknowns, sigma);
   return std::move(covariances.gauge_T_node);
 }
 
