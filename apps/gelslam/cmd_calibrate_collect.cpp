@@ -100,7 +100,7 @@ int run_collect(CollectArguments arguments) {
   std::cout << session.summary() << "\n";
   if (!arguments.quiet)
     std::cerr << (session.enough() ? "next: gelslam calibrate train "
-                                   : "go on with the same command; or: gelslam calibrate train ")
+                                   : "continue with the same command; or: gelslam calibrate train ")
               << arguments.collect.folder.string() << " -o model.json\n";
   return session.enough() ? kExitDone : kExitNotGood;
 }
@@ -112,7 +112,7 @@ void add_calibrate_collect_command(CLI::App& calibrate, int& exit_code) {
   const auto arguments = std::make_shared<CollectArguments>();
   CollectOptions& collect = arguments->collect;
   CLI::Option* log = command->add_option("LOG", arguments->log, "Log of presses, instead of a camera");
-  command->add_option("-o,--output", collect.folder, "Calibration folder: a new one, or one to go on with")
+  command->add_option("-o,--output", collect.folder, "Calibration folder: a new one, or one to continue")
       ->required();
   command->add_option("--diameter", collect.diameter_mm, "Diameter of the ball, mm")
       ->required()

@@ -101,7 +101,7 @@ int label_in_window(const LabelArguments& arguments, PressSet set, std::vector<F
   const LabelCounts counts = session.counts();
   const std::size_t open = counts.presses - counts.accepted - counts.left_out;
   std::cerr << session.progress() << "; " << written << " written";
-  if (open > 0) std::cerr << "; " << open << " still to be decided: the same command goes on with them";
+  if (open > 0) std::cerr << "; " << open << " not decided yet: the same command continues with them";
   std::cerr << "\n";
   return open == 0 ? kExitDone : kExitNotGood;
 }

@@ -240,8 +240,9 @@ void add_options(CLI::App& command, ExportArguments& a) {
       "turn it around), mcap (the run for Foxglove), tum (the trajectory), png (three views)");
   command.add_option("--html", a.page, "Also, or only, write this page")->check(refuse_unless_html);
   command
-      .add_option("--color", a.color,
-                  "Vertex colors (default: height in GLB and MCAP, none in PLY; what a page shows first)")
+      .add_option(
+          "--color", a.color,
+          "Vertex colors (default: height in GLB and MCAP, none in PLY); in a page, what it shows first")
       ->check(CLI::IsMember({"none", "confidence", "height"}));
   command.add_flag("--largest-piece", a.largest_piece, "Leave out all loose pieces but the largest");
   CLI::Option* watertight = command.add_flag("--watertight", a.watertight,

@@ -63,7 +63,7 @@ void add_fuse_command(CLI::App& app, int& exit_code) {
       ->check(number_between(0.01, 20));
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
-      "Of a scan that was killed, it first makes the map.\n"
+      "If the scan was killed, the map is made first.\n"
       "Example: gelslam fuse runs/pebble --voxel-size-mm 0.05 -o runs/pebble-fine");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -64,8 +64,8 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
   arguments->log.add_settings_to(*command);
   command
       ->add_option("-o,--output", arguments->run_folder,
-                   "Run folder to write; of several logs the folder of their run folders, which are called "
-                   "like the logs")
+                   "Run folder to write; for several logs, the folder of their run folders, which have the "
+                   "names of the logs")
       ->required();
   CLI::Option* jobs =
       command

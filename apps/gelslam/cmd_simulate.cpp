@@ -96,7 +96,8 @@ void run_scan(SimulateArguments& arguments) {
 
 void add_common_options(CLI::App& command, SimulateArguments& arguments) {
   command.add_option("-o,--output", arguments.output, "Folder to write")->required();
-  command.add_option("--seed", arguments.seed, "Of everything random; the same seed gives the same files")
+  command
+      .add_option("--seed", arguments.seed, "Seed of all random numbers; the same seed gives the same files")
       ->capture_default_str();
   command.add_option("--noise", arguments.scan.optics.noise_gain, "Factor on the sensor's noise")
       ->capture_default_str();

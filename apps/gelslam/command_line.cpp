@@ -124,7 +124,8 @@ CLI::Validator number_between(double least, double most) {
 
 void add_ui_scale(CLI::App& command, double& ui_scale) {
   command
-      .add_option("--ui-scale", ui_scale, "Factor on the window's letters and buttons, beside the desktop's")
+      .add_option("--ui-scale", ui_scale,
+                  "Scale of the window's letters and buttons, on top of the desktop's")
       ->check(number_between(viewer::kMinUiScale, viewer::kMaxUiScale))
       ->capture_default_str();
 }

@@ -120,7 +120,7 @@ void LiveArguments::add_to(CLI::App& command) {
   CLI::Option* replace = command.add_flag("--overwrite", overwrite, "Replace the run folder if it is there");
   command
       .add_option("--continue", continued,
-                  "Run folder to go on with, also after a crash: new frames join its map, in place")
+                  "Run folder to continue in place, also after a crash: new frames join its map")
       ->excludes(output)
       ->excludes(replace);
   command.add_option("--config", config, "Configuration");
@@ -175,7 +175,7 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
     for (const std::string& warning : options.continued->record.warnings)
       std::cerr << "warning: " << warning << "\n";
     if (!arguments.quiet)
-      std::cerr << fmt::format("{} goes on: {}\n", options.run_folder.string(),
+      std::cerr << fmt::format("continuing {}: {}\n", options.run_folder.string(),
                                counted(std::ssize(options.continued->record.keyframes), "keyframe"));
   }
   if (!arguments.headless) GlContext::window({.title = "GelSLAM", .visible = false});

@@ -18,17 +18,16 @@ void describe_sensor(OptionVisitor& visit, Config& config) {
   visit.integer("imgw", sensor.width_px, 32, 4096, "width of the calibrated image, pixels");
   visit.integer("raw_imgh", sensor.raw_height_px, 32, 16384, "height of the camera's image before the crop");
   visit.integer("raw_imgw", sensor.raw_width_px, 32, 16384, "width of the camera's image before the crop");
-  visit.flag("cropped", sensor.cropped,
-             "other sizes of about that shape were cropped: they are only resized");
+  visit.flag("cropped", sensor.cropped, "pictures of other sizes, of about that shape, are only resized");
   visit.number("framerate", sensor.frame_rate_hz, 0.1, 1000,
-               "Hz, where the log does not say; what a camera is asked for");
+               "Hz: requested from a camera; of logs without times");
   visit.text("camera", sensor.camera, "/dev/videoN, part of the camera's name, or auto");
   visit.text("camera_format", sensor.camera_format, "MJPG or YUYV, at raw_imgw x raw_imgh");
   visit.text("camera_controls", sensor.camera_controls,
              "name=number, name=number; as gelslam devices names them");
   visit.path("calibration_model_path", sensor.calibration_model_path, "nnmodel.pth of this sensor");
   visit.number("color_gain_blue", config.color_gain_bgr[0], 0.1, 10,
-               "on every picture, where another sensor's model is used");
+               "factor on every picture, to use another sensor's model");
   visit.number("color_gain_green", config.color_gain_bgr[1], 0.1, 10, "the same for green");
   visit.number("color_gain_red", config.color_gain_bgr[2], 0.1, 10, "the same for red");
 }
@@ -60,35 +59,34 @@ void describe_registration(OptionVisitor& visit, NormalFlowOptions& options) {
 void describe_tracking(OptionVisitor& visit, SlamOptions& slam) {
   TrackerOptions& options = slam.tracker;
   visit.integer("contact_threshold", options.contact_threshold_px, 1, 100000000,
-                "fewer contact pixels begin no trial; a quarter of it ends one");
+                "contact pixels that begin a trial; fewer than a quarter end it");
   visit.number("keyframe_min_shared", options.keyframe_min_shared, 0, 1,
                "a keyframe that shares less than this with the frame is replaced");
   visit.number("keyframe_min_unseen", options.keyframe_min_unseen, 0, 1,
-               "a motion that turns back leaves a keyframe where that alone shows so much of its contact");
-  visit.number("patience_s", options.patience_s, 0, 10, "a trial outlasts torn pictures for so long");
+               "share of its contact that a keyframe at a turning point alone must show");
+  visit.number("patience_s", options.patience_s, 0, 10, "seconds after a loss in which a trial may continue");
   visit.renamed("search_far", "relocalize");
   visit.flag("relocalize", options.relocalize,
-             "after an unusual motion, look for the one place where the textures agree");
+             "after an unusual motion, search for the one place where the textures agree");
   describe_registration(visit, slam.registration);
 }
 
 void describe_pose_graph(OptionVisitor& visit, SlamOptions& options) {
   visit.number("coverage_graph_overlap_threshold", options.coverage.min_uncovered_weight, 0, 1e9,
-               "weighted pixels that a keyframe must show and no other does, to stay in the map");
+               "weighted pixels that only a coverage keyframe shows");
   LoopClosureOptions& loops = options.loop_closure;
-  visit.integer("min_sift_inliers", loops.min_sift_inliers, 3, 100000,
-                "matches that agree, to believe in a place");
+  visit.integer("min_sift_inliers", loops.min_sift_inliers, 3, 100000, "matches that must agree on a place");
   describe_curvature(visit, options.verification.curvature);  // of a loop
   visit.number("loop_loss_scale", options.pose_graph.loop_loss_scale, 0.01, 1e6,
                "robust kernel on loops, in sigmas");
   visit.renamed("slope_gain_sigma", "gradient_scale_sigma");
   visit.number("gradient_scale_sigma", options.slope_calibration.gradient_scale_sigma, 0.001, 10,
-               "how far read over true slope may be from 1, before loops");
+               "prior standard deviation of read over true slope");
   visit.renamed("estimate_slope_gain", "estimate_gradient_scale");
   visit.flag("estimate_gradient_scale", options.slope_calibration.estimate_gradient_scale,
              "estimate read over true slope, along x and y, from loops");
   visit.flag("calibrate_slopes", options.slope_calibration.enabled,
-             "at the end of the log, estimate what the slope model reads wrong from overlapping keyframes");
+             "at the end of the log, estimate slope errors of the model from overlapping keyframes");
   visit.flag("refine", options.refinement.enabled,
              "register all overlapping keyframes when the log has ended");
   visit.integer("refine_pairs_per_keyframe", options.refinement.max_pairs_per_keyframe, 0, 10000, "at most");
@@ -103,7 +101,7 @@ void describe_fusion(OptionVisitor& visit, FusionOptions& options) {
 OptionList describe(Config& config) {
   return [&config](OptionVisitor& visit) {
     visit.section("device_config", "the sensor", [&] { describe_sensor(visit, config); });
-    visit.section("contact_mask_config", "what counts as touched", [&] { describe_contact(visit, config); });
+    visit.section("contact_mask_config", "detection of contact", [&] { describe_contact(visit, config); });
     visit.section("gelslam_config", "tracking and mapping", [&] {
       visit.section("track_config", "frame to keyframe", [&] { describe_tracking(visit, config.slam); });
       visit.section("pose_graph_config", "loops and poses", [&] { describe_pose_graph(visit, config.slam); });

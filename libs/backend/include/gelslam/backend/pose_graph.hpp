@@ -11,9 +11,8 @@ namespace gelslam {
 enum class EdgeKind { odometry, loop };
 
 /// A measured relative pose. `information` is the inverse covariance (rad, mm; order as in se3.hpp) of the
-/// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular: a direction that the
-/// surface did not show carries none, and then only keeps what overlapping frames must satisfy (1 rad, 20
-/// mm).
+/// right perturbation: true from_T_to = from_T_to * exp(noise). It may be singular: along a direction that
+/// was not observable there is only a prior for overlapping frames (1 rad, 20 mm).
 struct PoseGraphEdge {
   int from = 0;
   int to = 0;
@@ -23,25 +22,25 @@ struct PoseGraphEdge {
   /// Center of what both frames showed, as measured, in the `to` frame: where the frames touch. Used by
   /// motion_by_gradient_scale().
   Eigen::Vector3d shared_center_mm = Eigen::Vector3d::Zero();
-  /// A loop that is too weak to join two pieces alone (consistent_edges). solve_pose_graph() does not ask.
+  /// A loop that is too weak to join two pieces alone (consistent_edges). solve_pose_graph() ignores it.
   bool tentative = false;
 };
 
-/// Two ways to measure one motion contradict each other when they differ by more than this, in standard
-/// deviations of what their edges promise together: so does a loop with a larger residual at the end (an
-/// outlier). Wide: registrations share errors that their information does not contain.
+/// Two measurements of one motion contradict each other when they differ by more than this many standard
+/// deviations of their combined covariance. A loop with a larger residual at the end is an outlier. The limit
+/// is wide because registrations share errors that their information does not contain.
 inline constexpr double kMaxMismatch = 9.0;
 
 struct PoseGraphOptions {
   double loop_loss_scale = 3.0;  ///< Cauchy kernel on whitened loop residuals, in standard deviations
-  /// Move only nodes that are pulled at, as after adding a keyframe to a solved graph, and the rest only if
-  /// the pull reaches them: for every keyframe of a live scan. Does not reconsider outliers, and takes no
-  /// shared unknowns (see scale_corrected()).
+  /// Move only nodes whose edges have residuals, as after adding a keyframe to a solved graph, and others
+  /// only if the change reaches them: for every keyframe of a live scan. Outliers stay outliers, and shared
+  /// unknowns are not allowed (see scale_corrected()).
   bool only_where_needed = false;
 };
 
-/// Twice the cost of a loop whose whitened residual this is, and the share of its information that it keeps
-/// (Cauchy kernel). `scale` in standard deviations: loop_loss_scale.
+/// Cauchy kernel: twice the cost of a loop with this whitened residual, and the share of its information that
+/// remains. `scale`: loop_loss_scale, in standard deviations.
 double robust_cost(double residual, double scale);
 double robust_weight(double residual, double scale);
 

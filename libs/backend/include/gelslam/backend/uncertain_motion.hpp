@@ -15,14 +15,14 @@ inline constexpr int kScaleTerms = 4;
 using MotionByScale = Eigen::Matrix<double, 6, kScaleTerms>;
 
 /// How the motion that an edge measures changes, as a right perturbation, when the slopes it was measured
-/// from are corrected. Of the measured motion, with its rotation split into a tilt (rx, ry, 0) after a twist
-/// about z, the correction leaves the twist and the tilt (rx - yy rx + yx ry, ry - xx ry + xy rx, 0). The
-/// shared center, whose depth is scaled by the mean of xx and yy in either frame, stays where the frames
-/// touch: slopes read too steep tilt and deepen everything they measure, but leave x and y alone. Source:
+/// from are corrected. The rotation of the measured motion is split into a tilt (rx, ry, 0) after a twist
+/// about z. The correction does not change the twist; the tilt becomes (rx - yy rx + yx ry, ry - xx ry + xy
+/// rx, 0). The shared center, whose depth is scaled by the mean of xx and yy in either frame, stays the place
+/// where the frames touch: slopes that are read too steep change tilts and depths, but not x and y. Source:
 /// own.
 MotionByScale motion_by_gradient_scale(const PoseGraphEdge& edge);
 
-/// Standard deviations of the factors before loops tell more, where the gradient scale's is `sigma`: those of
+/// Prior standard deviations of the factors, where that of the gradient scale is `sigma`: those of
 /// SlopeCorrection::prior_sigma().
 Eigen::Vector4d scale_sigmas(double sigma);
 
@@ -32,16 +32,16 @@ SharedUnknowns gradient_scale_unknowns(const std::vector<PoseGraphEdge>& edges, 
 /// The edges as they would measure with slopes corrected by the factors; the same edges for no factors.
 std::vector<PoseGraphEdge> scale_corrected(std::vector<PoseGraphEdge> edges, const Eigen::VectorXd& factors);
 
-/// Poses, and the gradient scale where loops demand one: where it explains a good part of what they
-/// contradict; else the poses alone, without shared unknowns. How an edge depends on the scale is asked at
-/// the motion that all edges agree on without it: asked at the motion it measured, its noise would be in the
-/// residual and in the derivative, and each loop over known ground would make slopes flatter (errors in
-/// variables). Initial poses, and what it throws: see solve_pose_graph(). Source: own.
+/// Solves for the poses and, where it explains a good part of what loops contradict, for the gradient scale;
+/// else for the poses alone, without shared unknowns. The derivatives of an edge by the scale are taken at
+/// the motion that all edges agree on without it. At the measured motion, noise would be in the residual and
+/// in the derivative, and each loop over known ground would make slopes flatter (errors in variables).
+/// Initial poses and errors: see solve_pose_graph(). Source: own.
 PoseGraphSolution solve_with_gradient_scale(const std::map<int, Pose>& initial_map_T_node,
                                             const std::vector<PoseGraphEdge>& edges,
                                             const PoseGraphOptions& options, double sigma);
 
-/// A measured motion, with what is not known of it: its noise, and two causes common to all measurements, the
+/// A measured motion and its uncertainty: its noise, and two causes common to all measurements, the
 /// gradient scale and membrane bias.
 struct UncertainMotion {
   Pose from_T_to = Pose::Identity();
@@ -49,16 +49,16 @@ struct UncertainMotion {
   /// How the measurement changes when the gradient scale is corrected (motion_by_gradient_scale()). The
   /// correction is common to all measurements.
   MotionByScale by_scale = MotionByScale::Zero();
-  /// One standard deviation of the membrane bias, common to all measurements: what pressing deeper
-  /// adds, less depth takes away.
+  /// One standard deviation of the membrane bias, common to all measurements: it grows with depth, and
+  /// lifting to the earlier depth removes it.
   Vector6d by_membrane_bias = Vector6d::Zero();
 
   /// Noise, gradient scale and membrane bias together; the scale is known to `gradient_scale_sigma`.
   Matrix6d total_covariance(double gradient_scale_sigma) const;
 };
 
-/// What an edge says. Where it says nothing, overlapping frames are known to a radian and to the sensor's
-/// width.
+/// The motion that an edge measures. Along directions without information, overlapping frames are known to a
+/// radian and to the sensor's width.
 UncertainMotion uncertain_motion(const PoseGraphEdge& edge);
 
 /// a_T_b and b_T_c to a_T_c, measured independently.
@@ -67,8 +67,8 @@ UncertainMotion compose(const UncertainMotion& a, const UncertainMotion& b);
 /// a_T_b to b_T_a.
 UncertainMotion inverse(const UncertainMotion& motion);
 
-/// How well a graph's edges know the motion between two of its nodes: by the edges on one way from one to the
-/// other with few steps, without a solve. A gradient scale common to all edges counts (see pose_graph.hpp).
+/// How precisely a graph's edges determine the motion between two of its nodes: by the edges of one short
+/// path between them, without a solve. A gradient scale common to all edges counts (see pose_graph.hpp).
 class MotionCertainty {
  public:
   MotionCertainty(const std::vector<PoseGraphEdge>& edges, double gradient_scale_sigma);

@@ -38,7 +38,7 @@ struct BallZones {
   std::vector<RejectedPress> rejected;  ///< presses that cannot be used, and why
 };
 
-/// Finds the zones of all presses. A label's center is believed; at which share of its radius the gel leaves
+/// Finds the zones of all presses. A label's center is kept; at which share of its radius the gel leaves
 /// the ball is read from the pictures, for the whole set at once (own): people draw the visible edge, 4
 /// pixels too wide; circles from geometry (where the ball would cut the undeformed gel) are a third too wide,
 /// and what lies between is membrane rim that must not be trained on as if it were the ball. Presses without

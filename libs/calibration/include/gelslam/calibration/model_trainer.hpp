@@ -18,11 +18,11 @@ struct TrainingRecipe {
   double learning_rate = 3e-3;  ///< Adam; falls to 0 along a cosine
   bool absolute_loss = false;   ///< L1 instead of L2
   double flat_share = 0.0;      ///< share of samples that are background pixels with slope 0
-  bool differences = true;  ///< fit what is read above the background, as it is used, instead of the reading
-  bool correct_scale = true;   ///< undo regression to the mean, per place and axis
-  double move_share = 0.5;     ///< of the samples, moved over the gel as a smooth model of its colors says
-  double move_reach = 0.15;    ///< how far (standard deviation, in widths of the picture)
-  double light_jitter = 0.01;  ///< relative, per channel and sample
+  bool differences = true;      ///< fit the difference from the background's reading, which is used later
+  bool correct_scale = true;    ///< undo regression to the mean, per place and axis
+  double move_share = 0.5;      ///< of the samples, moved over the gel as a smooth model of its colors says
+  double move_reach = 0.15;     ///< how far (standard deviation, in widths of the picture)
+  double light_jitter = 0.01;   ///< relative, per channel and sample
 };
 TrainingRecipe published_recipe();
 

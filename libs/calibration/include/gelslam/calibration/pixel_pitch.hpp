@@ -13,8 +13,8 @@ namespace gelslam {
 /// How a pattern that repeats itself (a ruler's marks, the thread of a bolt) looks in a picture.
 struct PatternWave {
   double fx = 0.0, fy = 0.0;  ///< periods per pixel; fx >= 0
-  /// Of the length of (fx, fy), relative: by how much halves of the picture differ, at least what uneven
-  /// light does.
+  /// Relative standard deviation of the length of (fx, fy): by how much halves of the picture differ, at
+  /// least as much as uneven light causes.
   double uncertainty = 0.0;
   double period_px() const;
 };

@@ -21,7 +21,7 @@ class PressFolder {
   /// label.npz.
   PressFolder(const std::filesystem::path& folder, double diameter_mm, bool labels);
 
-  /// Of an earlier session; empty when there is none.
+  /// The background of an earlier session; empty when there is none.
   const cv::Mat3b& background() const { return background_; }
   /// The contacts of this ball's presses that were already there.
   std::vector<ContactCircle> earlier_circles(double pixel_pitch_mm) const;

@@ -17,9 +17,9 @@ std::array<double, 2> ball_slope(double du_px, double dv_px, double ball_px);
 struct ZoneReading {
   int u = 0, v = 0;
   std::array<double, 2> read{};
-  std::array<double, 2> labeled{};  ///< of a ball whose center is the zone's
-  /// Of a ball whose center lies where the model sees it: an error of the circle is not taken for one of the
-  /// gradient scale.
+  std::array<double, 2> labeled{};  ///< slopes of a ball at the zone's center
+  /// Slopes of a ball whose center lies where the model sees it, so that an error of the circle does not
+  /// count as an error of the gradient scale.
   std::array<double, 2> truth{};
 };
 

@@ -5,8 +5,8 @@
 
 namespace gelslam {
 
-/// A person's mistake: a missing file, an unknown key, a truncated input. The message is one line that says
-/// what was wrong, where, and what to do; main() prints it and exits with 2.
+/// A mistake in the input: a missing file, an unknown key, a truncated file. The message is one line that
+/// says what is wrong, where, and what to do; main() prints it and exits with 2.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

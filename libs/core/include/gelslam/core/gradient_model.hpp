@@ -12,7 +12,8 @@
 
 namespace gelslam {
 
-/// The share of a model's error along one axis that a tilt about the other axis shows.
+/// Error that a slope along one axis causes in the slope along the other, as a share of the error that it
+/// causes in the slope along its own axis.
 inline constexpr double kCrossAxisShare = 0.3;
 
 /// Five inputs, three hidden layers of as many neurons each with ReLU, two outputs. A new one holds zeros.
@@ -60,7 +61,7 @@ struct GradientModel : PixelNetwork<32> {
   /// empty: not stated.
   static constexpr int kSigmaColumns = 20, kSigmaRows = 15;
   std::vector<float> sigma_rad;
-  /// Read instead of `numbers`, which are zero then. FrozenNetwork alone evaluates it.
+  /// If present, it is used instead of `numbers`, which are zero. Only FrozenNetwork evaluates it.
   std::optional<MakerNetwork> maker;
 
   bool operator==(const GradientModel&) const = default;
@@ -114,9 +115,9 @@ struct alignas(64) SplitWeights {
 class FrozenNetwork {
  public:
   explicit FrozenNetwork(const GradientModel& network, int level = instruction_level());
-  /// As network_forward.
+  /// Like network_forward().
   void forward(NetworkTile& tile) const;
-  /// After forward.
+  /// To be called after forward() on the same tile.
   void jacobian(const NetworkTile& tile, NetworkJacobian& result) const;
 
  private:
@@ -124,7 +125,7 @@ class FrozenNetwork {
 
   GradientModel network_;
   int level_;
-  std::array<SplitWeights, 2> forward_, transposed_;  // of the layers between hidden neurons; AMX alone
+  std::array<SplitWeights, 2> forward_, transposed_;  // layers between hidden neurons; only for AMX
 };
 
 /// Adam (Kingma & Ba 2015, algorithm 1), with the published decay rates.

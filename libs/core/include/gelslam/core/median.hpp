@@ -7,7 +7,7 @@
 
 namespace gelslam {
 
-/// The middle value, of an even number the upper one of two; 0 when there is none.
+/// The median; of an even number of values the upper one of the two in the middle. 0 for no values.
 inline double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -15,8 +15,8 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
-/// The value below which this share of them lies, 0..1, by nearest rank: always one that occurs; 0 when there
-/// is none. Reorders `values`.
+/// The quantile at `share` (0..1) by nearest rank, so that it is always one of the values; 0 for no values.
+/// Reorders `values`.
 template <typename Value>
 Value quantile_in_place(std::vector<Value>& values, double share) {
   if (values.empty()) return Value{};
@@ -25,7 +25,7 @@ Value quantile_in_place(std::vector<Value>& values, double share) {
   return *rank;
 }
 
-/// The same of a copy.
+/// The same; `values` of the caller are not reordered.
 template <typename Value>
 Value quantile(std::vector<Value> values, double share) {
   return quantile_in_place(values, share);

@@ -12,13 +12,13 @@ double resident_memory_mb();
 /// it starts afterwards inherit it; call it once per thread. Does nothing where the system refuses.
 void lower_thread_priority();
 
-/// Ctrl-C (SIGINT) and SIGTERM ask instead of kill while an instance lives: requested() turns true, long work
-/// stops at the next frame and keeps what it has. The one after the last that asks (by default the second)
-/// ends the program at once, as it would without us. A terminal that is closed (SIGHUP) asks, too, once. One
-/// instance at a time; the constructor forgets earlier requests.
+/// While an instance lives, the first `asks` signals Ctrl-C (SIGINT) or SIGTERM do not end the program:
+/// requested() turns true, and long work stops at the next frame and keeps its results. The next signal (by
+/// default the second) ends the program at once. A closed terminal (SIGHUP) counts as a request, too, once.
+/// Only one instance may exist at a time; the constructor forgets earlier requests.
 class InterruptWatch {
  public:
-  enum class Ends { early, regularly };  ///< regularly: the work has no other end, like that with a camera
+  enum class Ends { early, regularly };  ///< regularly: only a signal ends the work, as with a camera
   explicit InterruptWatch(int asks = 1, Ends ends = Ends::early);
   ~InterruptWatch();
   InterruptWatch(const InterruptWatch&) = delete;
@@ -26,7 +26,7 @@ class InterruptWatch {
 
   bool requested() const { return requests() > 0; }
   int requests() const;
-  /// The first signal since the latest instance that asked to end early, also after that is gone; 0: none.
+  /// The first signal that ended work early since the latest instance was made, also after its end; 0: none.
   static int ended_early_by();
 
  private:

@@ -14,7 +14,7 @@ namespace gelslam {
 class ProgressSink {
  public:
   virtual ~ProgressSink() = default;
-  /// A task of `total` steps starts (unknown: nothing); `task` is a noun for people: "tracking".
+  /// A task of `total` steps starts (nullopt: unknown); `task` is a noun for people: "tracking".
   virtual void begin(std::string_view task, std::optional<std::int64_t> total) = 0;
   /// `done` steps of the task are done in all. Cheap enough to call for every frame.
   virtual void update(std::int64_t done) = 0;
@@ -33,7 +33,7 @@ class NoProgress final : public ProgressSink {
 /// the thread that made this object, which works, too.
 class ParallelProgress {
  public:
-  /// Begins the task. `sink` null: nobody listens.
+  /// Begins the task. `sink` null: nothing is reported.
   ParallelProgress(ProgressSink* sink, std::string_view task, std::size_t total)
       : sink_(sink), total_(static_cast<std::int64_t>(total)) {
     if (sink_ != nullptr) sink_->begin(task, total_);

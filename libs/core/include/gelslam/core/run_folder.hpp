@@ -62,7 +62,7 @@ class RunFolder {
 inline constexpr const char* kUnfinishedScan =
     "the scan was not finished; gelslam fuse makes its map and mesh, gelslam scan --continue goes on with it";
 
-enum class RunNeeds { map, record };  ///< record: what was measured is enough
+enum class RunNeeds { map, record };  ///< record: the measurements are enough
 
 /// To be called before a run is read. Completes a save that a kill has interrupted (folder_update.hpp), then
 /// throws Error, saying what is missing and what to do, where the run is not complete.

@@ -8,8 +8,8 @@
 
 namespace gelslam {
 
-/// Fewest insertions, deletions and replacements of one byte and swaps of two neighbors that make `b` of `a`
-/// (optimal string alignment: no byte is edited twice).
+/// Least number of insertions, deletions and replacements of one byte and swaps of two neighbors that turn
+/// `a` into `b` (optimal string alignment: no byte is edited twice).
 int edit_distance(std::string_view a, std::string_view b);
 
 /// The candidate a person most likely meant by `word`, or "" if none is near (more than about a third of the

@@ -9,7 +9,7 @@ namespace gelslam {
 /// was touched.
 struct WatertightMesh {
   Mesh mesh;
-  double touched_share = 0.0;  ///< of its area: within `reach_mm` of the source
+  double touched_share = 0.0;  ///< share of the area within `reach_mm` of the source
   double reach_mm = 0.0;       ///< four cells of the octree
   double volume_mm3 = 0.0;     ///< of the body; 0 where the surface is open
 };

@@ -61,12 +61,12 @@ struct TrackedFrame {
 /// §IV; the others are our own):
 ///  1. Contact begins a trial, and ends it with hysteresis.
 ///  2. Prediction: the motion goes on at constant velocity, or it stops.
-///  3. One gate: innovation of a step within three standard deviations of its prediction, no new residual.
+///  3. One gate: innovation of a step within three standard deviations of its prediction, no larger residual.
 ///  4. Fallback: where the keyframe is too far behind, the last tracked frame becomes one.
-///  5. Relocalization of a step that the gate refuses; if there are rivals, the frame is lost.
-///  6. A time budget for that, live.
-///  7. A lost frame is waited for: a later one is found again, or begins a trial with it.
-///  8. A keyframe is replaced when it is outgrown.
+///  5. Relocalization of a step that the gate refuses; if several places fit, the frame is lost.
+///  6. Live, a time budget for that.
+///  7. After a loss, a later frame continues the trial, or begins a new one together with the lost frame.
+///  8. A keyframe is replaced when it shares too little of the frame's contact.
 ///  9. Known ground: a keyframe of the map takes over.
 /// 10. Turning points become keyframes.
 /// Deterministic without limit_relocalization(); frames must come in order.

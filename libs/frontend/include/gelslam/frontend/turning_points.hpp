@@ -44,7 +44,7 @@ class TurningPoints {
   /// A keyframe of the trial. Returns a turning point that it does not show; it comes before this keyframe.
   std::optional<Touch> add_keyframe(const Touch& keyframe);
 
-  /// What these show (places of the map that lie near) is not unseen, until the next call or trial.
+  /// Places of the map nearby: what they show counts as seen, until the next call or trial.
   void set_known(std::vector<Known> places) { known_ = std::move(places); }
 
   /// The trial is over. Returns a turning point that was not left behind yet.
@@ -53,7 +53,7 @@ class TurningPoints {
  private:
   struct Candidate : Touch {
     std::vector<Eigen::Vector3d> unseen_mm;  ///< in the trial's frame
-    std::size_t least = 0;                   ///< so many of them are worth a keyframe
+    std::size_t least = 0;                   ///< as many of them justify a keyframe
   };
 
   std::vector<Eigen::Vector3d> unseen(const Touch& touch) const;

@@ -32,7 +32,7 @@ struct FusionOptions {
 /// distances, opposite sides of thin objects kept apart by their touch directions (own; docs/algorithms.md).
 /// Independent of the patches' order up to rounding; deterministic for a given order. Returns an empty mesh
 /// when no patch has contact; throws Error for options that make no sense and for poses that are not finite.
-/// Tells `progress` (null: nobody) of the task "fusing".
+/// `progress` (may be null) receives the task "fusing".
 Mesh fuse(const std::vector<PosedSurface>& patches, const FusionOptions& options,
           ProgressSink* progress = nullptr);
 

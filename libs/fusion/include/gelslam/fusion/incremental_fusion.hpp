@@ -10,10 +10,10 @@ namespace gelslam {
 struct IncrementalOptions {
   double budget_ms = 8.0;  ///< about how long work() takes
   /// A patch is moved in the mesh when its center or a corner has moved by more than this since it was put
-  /// there,
+  /// there, or the gradient scale by more than max_scale_change (a share). 0: at any change.
   double max_displacement_mm = 0.02;
-  double max_scale_change = 0.005;  ///< or the gradient scale by more than this share. 0: at any change.
-  int warm_blocks = 4096;           ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
+  double max_scale_change = 0.005;
+  int warm_blocks = 4096;  ///< blocks whose sums are kept ready for the next patch: 6 or 12 kB each
 };
 
 /// The surface of fuse() while it grows: patches come, move and go, and only the blocks they pass through are
@@ -29,9 +29,9 @@ class IncrementalFusion {
   IncrementalFusion(IncrementalFusion&&) noexcept;
   IncrementalFusion& operator=(IncrementalFusion&&) noexcept;
 
-  /// Says which patches there are now and where; those no longer named are gone. Only takes note, and keeps
+  /// Sets all patches and their places; those no longer named are removed. The work is done by work(). Keeps
   /// the surfaces. Throws Error, and changes nothing, when an id is given twice, a patch is damaged (as
-  /// fuse() does), or the scale is no positive number.
+  /// fuse() does), or the scale is not a positive number.
   void set_patches(const std::vector<PosedSurface>& patches, double gradient_scale);
 
   /// Works for about `budget_ms`; true while there may be more to do. New patches first, newest first, then
@@ -41,8 +41,8 @@ class IncrementalFusion {
 
   /// Does all work that is left, on `threads` threads (0: all cores), and returns the whole surface as one
   /// mesh with shared vertices, without pieces smaller than `min_piece_mm2`: the end of fuse(). The same
-  /// bytes for any number of threads and any history. Nothing may follow. Throws Error like work(). Tells
-  /// `progress` (null: nobody) of the task "fusing".
+  /// bytes for any number of threads and any history. It must be the last call. Throws Error like work().
+  /// `progress` (may be null) receives the task "fusing".
   Mesh finish(int threads, double min_piece_mm2, ProgressSink* progress = nullptr);
 
   /// Blocks whose surface has changed since the last call, by key. Together with all taken before they meet

@@ -15,7 +15,7 @@ namespace gelslam {
 struct PlaceHypothesis {
   Pose map_T_sensor = Pose::Identity();
   Matrix6d covariance = Matrix6d::Identity();  ///< of the right perturbation (rad, mm)
-  double probability = 0;  ///< what is missing to 1 in sum: the touch lies elsewhere, or not in the map
+  double probability = 0;  ///< the rest to 1, over all hypotheses: elsewhere, or not in the map
 };
 
 enum class PlaceStatus { unknown, localized, ambiguous };
@@ -24,7 +24,7 @@ enum class PlaceStatus { unknown, localized, ambiguous };
 struct LocalizedFrame {
   TrackedFrame tracked;  ///< within the trial, without the map
   PlaceStatus status = PlaceStatus::unknown;
-  /// The most probable first. Localized: that one. Unknown: none.
+  /// The most probable first; only one when localized, none when unknown.
   std::vector<PlaceHypothesis> hypotheses;
   std::string reason;  ///< why there is no certain place, for people
 };
@@ -35,18 +35,18 @@ std::string_view status_name(const LocalizedFrame& frame);
 /// The sensor's pose in a known map, from the first touch on: a filter over hypotheses. Each touch moves
 /// every hypothesis as it was tracked, registers it to the map there and weighs it by how well it fits. As
 /// long as no hypothesis is certain, each touch that shows new surface is searched for in the whole map, and
-/// hypotheses that the map's own symmetry makes equal are added. The first that is certain must stand against
-/// all places where the map looks the same. Deterministic. Not thread-safe. Source: own
+/// hypotheses that a symmetry of the map makes equal are added. Before the first one counts as certain, it is
+/// compared with all places where the map looks the same. Deterministic. Not thread-safe. Source: own
 /// (docs/localization.md).
 class Localizer {
  public:
   Localizer(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options);
 
-  /// Frames in order.
+  /// Finds the next frame; frames must come in order.
   LocalizedFrame process(std::int64_t frame, double time_s, SurfacePtr surface);
 
  private:
-  /// A frame as hypotheses are judged by it.
+  /// A frame by which hypotheses are judged.
   struct Touch {
     Keyframe keyframe;  ///< the frame itself
     double time_s = 0;
@@ -77,7 +77,7 @@ class Localizer {
   bool is_certain() const;
   bool shows_new_surface(const Touch& touch) const;
   std::vector<Pose> recognized(const Touch& touch) const;
-  /// `sigma_mm`: of the pose, before looking; infinite: the place is only suspected.
+  /// `sigma_mm`: of the pose, before the comparison; infinite: the place is only suspected.
   void add(const Touch& touch, const Pose& map_T_sensor, double sigma_mm);
   void add_symmetric(const Touch& touch, double sigma_mm);
   void add_look_alikes(const Touch& touch);

@@ -15,13 +15,13 @@ namespace gelslam {
 struct MeshMapOptions {
   int width_px = 320, height_px = 240;  ///< of the sensor's pictures
   double pixel_pitch_mm = 0.0634;
-  double indentation_mm = 0.6;  ///< how deep the sensor is pressed on: as hands press
+  double indentation_mm = 0.6;  ///< how deep the sensor is pressed on; typical of a hand
   int max_touches = 2000;       ///< bounds the time: about 0.1 s each on one core
 };
 
 struct MeshMap {
   std::vector<PosedSurface> patches;  ///< in the mesh's frame
-  double covered_share = 0;           ///< of the surface: that lies well inside of a touch
+  double covered_share = 0;           ///< share of the surface that lies well inside a touch
   std::string warning;  ///< when max_touches do not cover all, as a sentence for the user; or ""
 };
 
@@ -45,7 +45,7 @@ void check_pixel_pitch(const Session& map, double pixel_pitch_mm, const std::str
 void write_map(const std::filesystem::path& folder, const MeshMap& map, const Mesh& mesh,
                const std::string& source);
 
-/// Of the RunFolder for write_map(): what it may replace. `source`: the mesh's file.
+/// Options of the RunFolder for write_map(). `source`: the mesh's file, which must not be replaced.
 RunFolderOptions map_folder_options(const std::filesystem::path& source, bool overwrite);
 
 }  // namespace gelslam

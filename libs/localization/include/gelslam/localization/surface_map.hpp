@@ -15,7 +15,7 @@ struct MapFit {
   RegistrationResult
       registration;   ///< verify(): a keyframe of the map is the reference, the touch the target
   int keyframe = -1;  ///< id of that keyframe
-  Pose map_T_sensor = Pose::Identity();    ///< as registered; as asked for where registration failed
+  Pose map_T_sensor = Pose::Identity();    ///< as registered, or the given one where registration failed
   Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation of map_T_sensor (rad, mm)
 
   bool ok() const { return covered && registration.ok(); }
@@ -25,8 +25,8 @@ struct MapFit {
 /// may be called from any thread.
 class SurfaceMap {
  public:
-  /// Ids of the patches must grow. Throws Error when there is none, or none has contact. Tells `progress`
-  /// (null: nobody) of the task "reading the map".
+  /// Ids of the patches must grow. Throws Error when there is none, or none has contact. `progress`
+  /// (may be null) receives the task "reading the map".
   SurfaceMap(const std::vector<PosedSurface>& patches, const SlamOptions& options,
              ProgressSink* progress = nullptr);
   ~SurfaceMap();

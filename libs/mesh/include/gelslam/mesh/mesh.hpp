@@ -17,9 +17,9 @@ struct Mesh {
 };
 
 double area_mm2(const Mesh& mesh);
-/// Of a closed mesh; negative where triangles are clockwise seen from outside.
+/// Volume of a closed mesh, mm³; negative when its triangles are clockwise seen from outside.
 double volume_mm3(const Mesh& mesh);
-/// Of the triangles' sides, inner ones counted twice; NaN without triangles.
+/// Mean length of the triangles' sides, mm; inner sides count twice. NaN without triangles.
 double mean_edge_mm(const Mesh& mesh);
 
 /// A cube of space and the surface in it, so that a growing mesh can be drawn by sending only what changed.

@@ -47,7 +47,7 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh, LengthUnit 
 
 /// Binary glTF 2.0: positions in meters in the mesh's frame, normals, COLOR_0 (linear, as glTF has it) where
 /// there are colors, and the attribute _CONFIDENCE where the mesh has confidence. The node turns the mesh by
-/// 180 degrees about x: what the sensor touched then faces the viewer (glTF's +z), with the picture's up up.
+/// 180 degrees about x: what the sensor touched then faces the viewer (glTF's +z), the top of the picture up.
 std::string encode_glb(const Mesh& mesh, const VertexColors& colors = {});
 
 }  // namespace gelslam

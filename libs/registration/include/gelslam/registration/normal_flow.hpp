@@ -16,19 +16,19 @@ struct NormalFlowOptions {
   CurvatureLimits curvature;
   double robust_scale_rad = 0.05;  ///< Cauchy scale on normal residuals: dirt and scratches move with the gel
   double normal_noise_rad = 0.02;  ///< least standard deviation of one normal
-  double height_noise_mm = 0.004;  ///< of the mean height over a contact
+  double height_noise_mm = 0.004;  ///< standard deviation of the mean height over a contact
   /// Relative error of the length of a roll: slopes are read too steep or too flat.
   double gradient_scale_error = 0.06;
-  /// Standard deviation of the pose about its start (of turns by kMmPerRad). It decides only along directions
-  /// that are not observable.
+  /// Prior standard deviation of the pose about its start, mm (turns by kMmPerRad). It matters only along
+  /// directions that are not observable.
   double prior_translation_mm = 1.0;
   /// A direction is observable when both surfaces share at least this part of what one of them shows along
   /// it, beyond what noise would share.
   double min_common_share = 0.05;
   double texture_to_follow = 0.35;       ///< texture_correlation above which no direction is fixed
   double gel_pattern_rad_per_mm = 0.12;  ///< change of the normal that may belong to the gel and stay with it
-  /// Rms; below it the texture is too faint for CCS to mean anything, and normals have to agree within their
-  /// noise instead.
+  /// Root mean square curvature, 1/pixel, below which the texture is too faint for CCS: normals have to agree
+  /// within their noise instead.
   double smooth_curvature_per_px = 0.02;
 };
 
@@ -67,7 +67,7 @@ class StoredReference {
   StoredReference(StoredSurface surface, const NormalFlowOptions& options);
 
   explicit operator bool() const { return entry_ != nullptr; }
-  /// Not of none. Hold the result while you use it.
+  /// Must not be called when there is none. Hold the result while you use it.
   std::shared_ptr<const NormalFlowReference> get() const;
   std::shared_ptr<const NormalFlowReference> operator->() const { return get(); }
 

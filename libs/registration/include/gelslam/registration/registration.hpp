@@ -8,16 +8,16 @@
 
 namespace gelslam {
 
-/// Where turns and slides are compared, a radian counts as the motion that it causes this far from the axis:
-/// half a contact.
+/// Converts rotations to millimeters where both are compared: the distance from the axis, half a contact, at
+/// which the motion is measured.
 inline constexpr double kMmPerRad = 5.0;
 
 /// The shortest period of a pattern that is looked for. Two shifts closer than this are the same place;
 /// farther than this from where it was expected, a place was not expected at all.
 inline constexpr double kMinPeriodMm = 1.0;
 
-/// A motion (a turn by kMmPerRad) is observable when it is known better: two standard deviations tell a
-/// period from the next.
+/// A motion (turns by kMmPerRad) is observable when its standard deviation is smaller: two of them
+/// distinguish one period of a pattern from the next.
 inline constexpr double kObservableSigmaMm = kMinPeriodMm / 4;
 
 /// How well two curvatures have to agree (Huang et al., RA-L 2024). Without a unit.
@@ -46,8 +46,9 @@ struct RegistrationResult {
   /// Inverse covariance (rad, mm) of the right perturbation: true = target_T_reference * exp(noise); order rx
   /// ry rz tx ty tz, axes of the reference frame. Small along directions that the surface does not show.
   Matrix6d information = Matrix6d::Zero();
-  /// The motion of the membrane bias where one touch is deeper than the other: one standard deviation,
-  /// as right perturbation. What share of the slopes hangs is common to all registrations.
+  /// Error of the pose by the membrane bias where one touch is deeper than the other: one standard deviation,
+  /// as right perturbation. Its relative size is common to all registrations, so these errors add up with
+  /// their signs.
   Vector6d membrane_bias = Vector6d::Zero();
   double scr = 0.0;  ///< shared curvature ratio, 0..1
   double ccs = 0.0;  ///< curvature cosine similarity, -1..1

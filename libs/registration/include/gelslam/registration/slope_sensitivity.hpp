@@ -8,8 +8,8 @@
 namespace gelslam {
 
 /// How a registration depends on a SlopeCorrection of both surfaces, to first order about the one applied,
-/// and what the normals that do not fit say of it: two frames that see one place in different parts of the
-/// gel, at different tilts, must read the same normals there after the pose.
+/// and what the residuals of the normals state about it: two frames that see one place in different parts of
+/// the gel, at different tilts, must read the same normals there once they are aligned.
 struct SlopeSensitivity {
   static constexpr int kTerms = static_cast<int>(SlopeCorrection::kTerms);
   using PerTerm = Eigen::Matrix<double, kTerms, 1>;
@@ -25,8 +25,8 @@ struct SlopeSensitivity {
   double weight = 0;
 };
 
-/// Of two surfaces as corrected, at the pose that registration found. All zero where hardly anything is
-/// shared. Source: own.
+/// The sensitivity for two corrected surfaces at the pose that registration found. All zero where hardly
+/// anything is shared. Source: own.
 SlopeSensitivity slope_sensitivity(const NormalFlowReference& reference, const Surface& target,
                                    const Pose& target_T_reference, const NormalFlowOptions& options);
 

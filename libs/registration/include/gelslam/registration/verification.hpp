@@ -13,9 +13,9 @@ struct VerificationOptions {
   /// RegistrationResult::texture_correlation. Right places have 0.6 (a pen) to 0.97, wrong ones less than
   /// 0.5.
   double min_texture_correlation = 0.6;
-  /// The least for a place that was only found by searching all shifts (chance has many tries there: with
-  /// 0.75 a jump to another part of an object was taken for a small one), and for one loop to join two
-  /// trials.
+  /// Minimum for a place that was only found by searching all shifts, and for one loop to join two trials.
+  /// Among many shifts a wrong one agrees more easily: with 0.75 a jump to another part of an object was
+  /// taken for a small one.
   double sure_texture_correlation = 0.85;
   double max_height_rmse_mm = 0.1;  ///< right places have 0.03
   /// Share of either contact that would lie inside gel that the other surface shows untouched.
@@ -24,11 +24,11 @@ struct VerificationOptions {
   /// 0.6, other objects less than 0.5. On such a surface the place must be known beforehand, to
   /// kObservableSigmaMm.
   double max_self_similarity = 0.8;
-  /// Another place does not count when its normals fit this many times worse than those of the best.
-  /// Measured: a tooth, bead or dimple further they fit 1.02 to 1.4 times worse, on texture that does not
-  /// repeat 2 to 3 times.
+  /// Another place is no rival when its normals fit this many times worse than those of the best. Measured:
+  /// one tooth, bead or dimple away they fit 1.02 to 1.4 times worse; on texture that does not repeat, 2 to 3
+  /// times.
   double rival_residual = 1.15;
-  /// Of a step whose innovation is no larger than usual, a place this many times as far is not the right one:
+  /// If the innovation of a step is not larger than usual, places this many times as far away are no rivals:
   /// motion between two frames is continuous.
   double rival_distance = 2.5;
 };
@@ -38,13 +38,13 @@ struct VerificationOptions {
 enum class PlacePrior {
   known,      ///< predicted by the motion or by the pose graph: the registration has to succeed
   suspected,  ///< recognized, or nearby: the textures have to agree, too
-  none,       ///< the best of all shifts: the textures have to agree surely
+  none,       ///< the best of all shifts: the textures have to agree clearly
 };
 
 struct PlaceCandidate {
   Pose target_T_reference = Pose::Identity();
   PlacePrior prior = PlacePrior::suspected;
-  double sigma_mm = std::numeric_limits<double>::infinity();  ///< of the pose, before looking
+  double sigma_mm = std::numeric_limits<double>::infinity();  ///< of the pose, before the comparison
 };
 
 /// Decides whether two surfaces show the same place: registers them from the candidate's pose, then applies
@@ -60,8 +60,8 @@ RegistrationResult verify_registered(const NormalFlowReference& reference, const
                                      const RegistrationResult& registration, PlacePrior prior,
                                      const VerificationOptions& options);
 
-/// Of what either surface touched and the other looked at, the share that would have to lie inside the
-/// other's bare gel, 0..1: had the object been there, it would have been felt.
+/// Share (0..1) of either contact, as far as the other picture covers it, that would have to lie inside the
+/// bare gel of the other: an object there would have been felt.
 double free_space_violation(const Surface& reference, const Surface& target, const Pose& target_T_reference);
 
 /// How much a surface looks like itself after a shift of at least a millimeter, -1..1: the largest normalized

@@ -21,10 +21,10 @@ struct CameraOptions {
   int width_px = 3280, height_px = 2464;
   double rate_hz = 25;
   std::vector<std::pair<std::string, std::int64_t>> controls;  ///< set after the automatics are off
-  double timeout_s = 5;  ///< without a frame for so long the camera has stalled
-  /// how long automatic exposure may look before it is held; skipped where nothing is automatic
+  double timeout_s = 5;  ///< a camera without a frame for this long has stalled
+  /// how long automatic exposure runs before it is locked; skipped where nothing is automatic
   double settle_s = 1;
-  double patience_s = 1;  ///< how long a busy or unready camera is asked again when it is opened
+  double patience_s = 1;  ///< how long opening a busy or unready camera is tried again
   /// Asked about ten times a second while the camera is being opened; true: give up. Empty: never.
   std::function<bool()> gives_up;
 };

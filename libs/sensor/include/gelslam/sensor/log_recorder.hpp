@@ -11,7 +11,7 @@
 namespace gelslam {
 
 struct LogRecorderOptions {
-  std::size_t max_waiting_bytes = 512u << 20;  ///< of frames that the disk has not taken yet
+  std::size_t max_waiting_bytes = 512u << 20;  ///< bytes of frames that are not on disk yet
   /// Set: frames are decoded, brought to this profile's size and stored as PNG without further loss.
   std::optional<SensorProfile> resize_to;
 };

@@ -17,7 +17,7 @@ struct SensorProfile {
   /// pictures that are neither `imgw` x `imgh` nor `raw_imgw` x `raw_imgh` have been cropped: only resize
   /// them
   bool cropped = false;
-  double frame_rate_hz = 25.0;         ///< `framerate`: asked of a camera, and of a log that does not say
+  double frame_rate_hz = 25.0;         ///< `framerate`: requested from a camera; of a log without times
   std::string camera = "auto";         ///< a path, part of the camera's name, or "auto": see camera.hpp
   std::string camera_format = "MJPG";  ///< MJPG or YUYV, at the raw size
   std::string camera_controls;         ///< "exposure_time_absolute=120, gain=3"

@@ -12,7 +12,7 @@
 
 namespace gelslam {
 
-/// Everything a run can be told, with working defaults. Files have the keys of the public GelSLAM
+/// All settings of a run, with working defaults. Files have the keys of the public GelSLAM
 /// configuration (device_config, contact_mask_config, gelslam_config) and our own optional ones;
 /// docs/file-formats.md lists them.
 struct Config {

@@ -13,11 +13,11 @@ namespace gelslam {
 
 /// GelSLAM (Huang et al., T-RO 2026; what differs: docs/algorithms.md), frame by frame. Its stages:
 ///
-///   surface      a picture gives heights, normals, curvature, contact               SurfaceStream
-///   track        a surface gives its pose to a keyframe, and keyframes (§IV)        Tracker
-///   close loops  a keyframe gives its motions to earlier ones of the same place (§V)  LoopCloser
-///   optimize     all motions give the keyframes' poses and the slope correction     solve_pose_graph()
-///   fuse         surfaces at these poses give one mesh                              fuse_map()
+///   surface      picture to heights, normals, curvature, contact                    SurfaceStream
+///   track        surface to pose relative to a keyframe; new keyframes (§IV)        Tracker
+///   close loops  keyframe to motions relative to earlier keyframes there (§V)       LoopCloser
+///   optimize     motions to poses of the keyframes and slope correction             solve_pose_graph()
+///   fuse         surfaces at these poses to one mesh                                fuse_map()
 ///
 /// process() tracks and closes loops, finish() optimizes; the first and the last stage are called beside it
 /// (as reconstruct() does). Only keyframes are kept. Deterministic.
@@ -37,7 +37,7 @@ class GelSlam {
 
   /// Optimize: all keyframes' poses in the frame of the map's anchor, and how well they are known. May be
   /// called at any time; frames may follow. `refine` true: with overlap edges and slope calibration; false:
-  /// with the edges that are known, which takes tenths of a second. Tells `progress` (null: nobody) of the
+  /// with the edges that are known, which takes tenths of a second. `progress` (may be null) receives the
   /// tasks "closing loops" and "calibrating slopes".
   SlamMap finish(bool refine = true, ProgressSink* progress = nullptr) const;
 

@@ -12,7 +12,7 @@
 
 namespace gelslam {
 
-/// A mesh in blocks, as it was at one moment: never changed any more, and cheap to copy.
+/// A mesh in blocks, at one time. Immutable, and cheap to copy.
 using MeshBlocks = std::map<std::int64_t, std::shared_ptr<const Mesh>>;
 
 /// The open border of a growing mesh: where the surface ends.
@@ -20,7 +20,7 @@ class MeshBorder {
  public:
   struct Edge {
     Eigen::Vector3f from_mm,
-        to_mm;                ///< as its triangle goes: the surface lies to the left, seen from outside
+        to_mm;                ///< in the triangle's order: the surface lies to the left, seen from outside
     Eigen::Vector3f outward;  ///< unit, in the surface, away from it
   };
   /// One closed chain of edges.
@@ -29,7 +29,7 @@ class MeshBorder {
     double hole_mm2 = 0;  ///< area of a fan from its middle that would close it
   };
 
-  /// The mesh as it is now; only blocks that are others than last time are looked at.
+  /// Sets the mesh; only blocks that have changed since the last call cost time.
   void update(const MeshBlocks& blocks);
   double area_mm2() const;  ///< of the surface
   /// Chains that leave open at least `min_hole_mm2`, the largest first.
@@ -61,7 +61,7 @@ struct Guidance {
   double closed_share = 0;              ///< surface over surface and holes, [0, 1]
   std::optional<double> drift_mm;       ///< two standard deviations of the place known worst
   std::vector<MeshBorder::Loop> holes;  ///< the largest first
-  std::optional<Target> target;         ///< none: enough is there, or nothing is
+  std::optional<Target> target;         ///< none: the surface is complete, or there is none yet
   std::vector<Eigen::Vector3f> tried;   ///< where the arrow led, nearby, since the surface last grew
   double tried_area_mm2 = 0;            ///< of the surface then
   /// Open, but the surface did not grow there: the object ends, or is too hollow for the gel.
@@ -71,7 +71,7 @@ struct Guidance {
 
 /// Chooses where to go from `touch_mm`, the middle of what is touched (or was last). A target that is still
 /// open is kept while the way to it is not twice as long as to another one, so that the arrow is steady, and
-/// given up where the surface does not grow although the touch is near. `last`: what was concluded before.
+/// given up where the surface does not grow although the touch is near. `last`: the previous result.
 Guidance guide(const MeshBorder& border, const MapSnapshot& map, const Eigen::Vector3f& touch_mm,
                const Guidance& last);
 

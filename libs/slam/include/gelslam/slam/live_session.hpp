@@ -16,7 +16,7 @@ namespace gelslam {
 
 enum class LivePhase { background, scanning, paused, finishing, finished };
 
-/// What a person at the bench needs in words and figures. Cheap to copy.
+/// The state of a scan for the user, in words and figures. Cheap to copy.
 struct LiveStatus {
   LivePhase phase = LivePhase::background;
   /// For the color of `words`. `lost` lasts until what is touched now has been joined to the shown map.
@@ -24,7 +24,7 @@ struct LiveStatus {
   /// "tracking"; "tracking; sliding along x is not observable on this surface"; "no contact";
   /// "lost: too little overlap; touch a place you have seen"
   std::string words;
-  std::string progress;  ///< of what is done while finishing: "34%, 12 s left"; or ""
+  std::string progress;  ///< of the last steps, while finishing: "34%, 12 s left"; or ""
   std::string warning;   ///< what is wrong for longer than a frame (log stopped: disk full; background
                          ///< doubtful), or ""
   std::string

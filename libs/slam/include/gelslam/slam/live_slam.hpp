@@ -46,7 +46,7 @@ class LiveSlam final : public LiveSession {
  public:
   /// Starts at once. Throws Error when the model cannot be read or the run folder may not be written.
   LiveSlam(std::unique_ptr<RawFrameSource> source, const LiveOptions& options);
-  ~LiveSlam() override;  ///< aborts if nobody has waited
+  ~LiveSlam() override;  ///< aborts if wait() was not called
 
   LiveStatus status() const override;
   std::shared_ptr<const LiveTouch> touch() const override;

@@ -9,7 +9,7 @@
 
 namespace gelslam {
 
-/// Where everything is, as far as is known now. Immutable; a new one replaces it whenever the pose graph has
+/// The poses of all keyframes as estimated now. Immutable; a new one replaces it whenever the pose graph has
 /// moved.
 struct MapSnapshot {
   struct Node {

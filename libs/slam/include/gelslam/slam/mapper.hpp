@@ -37,9 +37,10 @@ class Mapper {
   /// Takes back the keyframes of this trial and of later ones.
   void forget_from_trial(int trial);
 
-  /// The keyframes that edges lead to from this one, the fewest first, as far as they lie within the sensor's
-  /// width, the 256 nearest: by the edges as measured, without a solve. Only itself is missing. Loops that
-  /// are too weak to join two pieces, or that contradict the others, do not lead on.
+  /// The keyframes that edges lead to from this one and that lie within half of the sensor's width, at most
+  /// the 256 nearest, without itself. Their places follow from the edges as measured, by the path with the
+  /// fewest edges, without a solve. Loops that are too weak to join two pieces, or that contradict the
+  /// others, are not followed.
   Neighborhood neighborhood(int keyframe);
 
   /// True when loops were found since the last optimize(): solving for all poses may improve the map.
@@ -56,7 +57,7 @@ class Mapper {
 
   /// Solves for all poses, with refinement (slow; `refine` false: with the edges that are known). May be
   /// called at any time; keyframes may follow. SlamMap::measured has the parts of restore(). `stop_requested`
-  /// leaves out the rest of the refinement. Tells `progress` (null: nobody) of the tasks "closing loops" and
+  /// leaves out the rest of the refinement. `progress` (may be null) receives the tasks "closing loops" and
   /// "calibrating slopes".
   SlamMap finish(const std::vector<FrameRecord>& frames, bool refine,
                  const std::function<bool()>& stop_requested, ProgressSink* progress = nullptr) const;

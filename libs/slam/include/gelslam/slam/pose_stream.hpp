@@ -21,7 +21,7 @@ struct MapPlace {
   int component = 0;
 };
 
-/// What is said of one frame to other programs.
+/// What is sent of one frame to other programs.
 struct FrameReport {
   const TrackedFrame& tracked;
   const Surface* surface = nullptr;      ///< null for a frame of the background

@@ -34,15 +34,15 @@ struct LiveAccount {
   std::int64_t arrived = 0, lost_by_camera = 0, dropped = 0, damaged = 0;
 };
 
-/// What report.json tells beside the map.
+/// What report.json states beside the map.
 struct RunAccount {
   std::filesystem::path log;  ///< empty: none was kept
   std::string log_description;
   std::vector<StageStatistics> times;
   ReconstructSummary summary;
   std::optional<LiveAccount> live;
-  /// Of the record that a live scan writes while it goes on: its size in bytes when the map was asked for.
-  /// None: there is none, or it is not whole.
+  /// Size in bytes of the record that a live scan writes, when the map was requested. Empty: there is no
+  /// record, or it is incomplete.
   std::optional<std::uintmax_t> scan_bytes = {};
 };
 
@@ -57,12 +57,12 @@ struct Run {
 /// A recorded log becomes a map and its mesh: tracking, loop closure, pose graph, refinement, fusion.
 /// `config` is that of resolve_config(); `continued_run`: the run folder whose scan this log continues. When
 /// `stop_requested` turns true it ends with what it has, and the summary says partial. Throws Error on a
-/// person's mistake.
+/// mistake in the input.
 Run reconstruct(const LogInput& input, const Config& config, ProgressSink& progress,
                 const std::function<bool()>& stop_requested, const std::filesystem::path& continued_run = {});
 
 /// The map's surface: all patches of the largest component, with the gradient scale taken out. Map frame, mm.
-/// Tells `progress` (null: nobody) of the task "fusing".
+/// `progress` (may be null) receives the task "fusing".
 Mesh fuse_map(const SlamMap& map, const FusionOptions& options, ProgressSink* progress = nullptr);
 
 /// Counts of the map and its mesh.

@@ -33,8 +33,8 @@ FrameRecord background_record(std::int64_t frame, double time_s);
 struct ScanPart {
   std::int64_t first_frame = 0;  ///< frames are counted on from part to part
   std::string sensor;            ///< its name
-  /// Of the gradient model's numbers: only surfaces read by one model share a slope correction. 0: surfaces
-  /// of several sensors, already corrected (merge).
+  /// CRC-32 of the gradient model's numbers: only surfaces read by one model share a slope correction. 0:
+  /// surfaces of several sensors, already corrected (merge).
   std::uint32_t model_crc32 = 0;
   std::string log;  ///< file; empty where none was kept
 };

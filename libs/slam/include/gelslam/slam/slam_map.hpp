@@ -17,7 +17,8 @@
 
 namespace gelslam {
 
-/// Without what rounding made of its two halves: sessions keep one.
+/// The matrix made exactly symmetric, without rounding differences of its halves: sessions keep only one
+/// half.
 Matrix6d symmetric(const Matrix6d& information);
 
 /// The edge that a link to an earlier keyframe gives the node `to`.
@@ -45,16 +46,16 @@ struct SlamMap {
 
   Pose component_T_anchor = Pose::Identity();
 
-  ScanRecord measured;  ///< what all this was concluded from
+  ScanRecord measured;  ///< the measurements that the map was made from
 
   Pose anchor_T_keyframe(int id) const {
     return component_T_anchor.inverse() * solution.component_T_node.at(id);
   }
-  /// What the keyframes' surfaces still read too steep.
+  /// The gradient scale that is still in the keyframes' surfaces.
   GradientScale surface_scale() const {
     return surfaces_corrected ? GradientScale{} : slope_correction.scale();
   }
-  /// Every frame that has a pose, in the map's frame.
+  /// Poses of all frames that have one, in the map's frame.
   std::vector<StampedPose> trajectory() const;
   bool has_pose(const FrameRecord& f) const {
     return f.keyframe >= 0 && in_map[static_cast<std::size_t>(f.keyframe)];
@@ -82,11 +83,11 @@ struct MapCompleteness {
 /// "1 piece not joined; 16 frames not in the mesh; touch a place between them"; "" when the mesh shows all.
 std::string describe(const MapCompleteness& completeness);
 
-/// Of a saved run, from its report.json (also of runs that older versions wrote). Nothing when there is no
+/// The completeness of a saved run, from its report.json (also of older versions). Nothing when there is no
 /// report, it is damaged, or nothing was saved yet.
 std::optional<MapCompleteness> read_completeness(const std::filesystem::path& run_folder);
 
-/// What a person has to know beside a result: describe() of both, where they say anything.
+/// What a user has to know beside a result: describe() of both, where they are not empty.
 std::vector<std::string> reservations(const MapCompleteness& completeness,
                                       const TrajectoryUncertainty& uncertainty);
 /// The same of a saved run, from its report.json.

@@ -15,7 +15,7 @@ struct RefinementOptions {
 /// What is estimated of a SlopeCorrection.
 struct SlopeCalibrationOptions {
   bool estimate_gradient_scale = true;  ///< from loops, while the scan goes on and at its end
-  double gradient_scale_sigma = 0.1;    ///< before any loop: a slope is read 1 +- this times too steep
+  double gradient_scale_sigma = 0.1;    ///< prior of read slope over true slope, about 1
   bool enabled = true;                  ///< at the end of the scan: all terms, from all registrations
 };
 

@@ -10,7 +10,7 @@
 
 namespace gelslam {
 
-/// How far the poses of a finished map may be off. It is that of the optimized graph: loops have reduced it.
+/// How far the poses of a finished map may be off, by the optimized graph, whose loops reduce it.
 struct TrajectoryUncertainty {
   /// Two standard deviations of anchor_T_keyframe in its worst direction, at the keyframe that is known
   /// worst.
@@ -30,8 +30,8 @@ struct TrajectoryUncertainty {
   std::vector<Hidden> hidden;  ///< by motion
 };
 
-/// Of the frames whose keyframe `in_map` names (by id). `anchor_T_keyframe`: their covariances
-/// (pose_covariances()).
+/// The uncertainty of the frames whose keyframe is in the map (`in_map`, by id). `anchor_T_keyframe`:
+/// covariances of the keyframes' poses (pose_covariances()).
 TrajectoryUncertainty trajectory_uncertainty(const std::vector<FrameRecord>& frames,
                                              const std::vector<bool>& in_map,
                                              const std::map<int, Matrix6d>& anchor_T_keyframe);

@@ -11,8 +11,8 @@
 namespace gelslam {
 
 /// How far a frame's pose in its trial may be off: each step from keyframe to keyframe adds its own error,
-/// and slopes that are read too steep or too flat make every roll too long or too short. Only coming back to
-/// a place seen before (a loop, in the map) takes that away. Source: own.
+/// and slopes that are read too steep or too flat make every roll too long or too short. Only a loop closure
+/// reduces it. Source: own.
 class TrialDrift {
  public:
   /// `gradient_scale_sigma`: a slope is read 1 +- this times too steep (SlopeCalibrationOptions).
@@ -33,7 +33,7 @@ Matrix6d translation_first(const Matrix6d& rotation_first);
 /// One standard deviation along each axis.
 Vector6d sigma_of(const Matrix6d& covariance);
 
-/// Two standard deviations of a pose that are worth a word to people.
+/// Two standard deviations of a pose from which on drift is reported.
 inline constexpr double kLargeDriftMm = 1.0, kLargeDriftDeg = 5.0;
 
 /// "may be off by 1.6 mm along x, 6 degrees about y since the trial began": where the drift is large; else
@@ -43,20 +43,20 @@ std::string describe_drift(const Vector6d& sigma);
 /// Motions that are not observable, for display: a change counts once it has lasted for half a second.
 class HiddenMotions {
  public:
-  /// Of a tracked frame; times do not go back.
+  /// Takes the observability of a tracked frame. Times must not decrease.
   void pass(int trial, double time_s, const std::array<bool, 6>& observable);
 
   /// describe_observability() of what has lasted; "" at the start of a trial.
   std::string words() const;
-  /// What has lasted.
+  /// The state that has lasted.
   const std::array<bool, 6>& observable() const { return observable_; }
 
  private:
   static constexpr double kLastingS = 0.5;
 
   int trial_ = -1;
-  std::array<bool, 6> observable_{};  ///< as said
-  std::array<double, 6> agreed_s_{};  ///< when a frame last was as said
+  std::array<bool, 6> observable_{};  ///< as reported
+  std::array<double, 6> agreed_s_{};  ///< when a frame last agreed with it
 };
 
 }  // namespace gelslam

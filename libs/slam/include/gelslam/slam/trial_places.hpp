@@ -10,7 +10,7 @@
 
 namespace gelslam {
 
-/// Where each trial lies in the frame of the first one, by the first loop that tells: for a pose stream,
+/// Where each trial lies in the frame of the first one, by the first loop that joins them: for a pose stream,
 /// which cannot correct later what it has written. A trial that is never recognized has no place.
 class TrialPlaces {
  public:

@@ -88,9 +88,9 @@ struct BackgroundCheck {
 BackgroundCheck check_background(const std::vector<cv::Mat3b>& frames, const GradientModel& model,
                                  const SurfaceOptions& options, const std::string& device_name = "");
 
-/// What GradientModel::maker means for the user.
+/// Message for users of the maker's model (GradientModel::maker).
 inline constexpr const char* kMakerModelDoubt =
-    "the model is the maker's and knows no single sensor: slopes and depths come out 10 to 30 % too flat, "
+    "the model is the maker's and not made for this sensor: slopes and depths come out 12 to 32 % too flat, "
     "most toward the corners; for a model of this sensor, press a ball (gelslam calibrate)";
 
 /// What makes a picture of the bare gel doubtful, as sentences for the user (own): too dark, saturated,
@@ -116,7 +116,7 @@ std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name);
 std::string judge_orientation(const cv::Mat3b& mean, const std::string& device_name);
 
 /// Throws Error for a background that no calibration can use: a gel with too many markers, red and blue
-/// swapped. Other doubts are reported by `say_doubt`. `name`: of the background, for messages.
+/// swapped. Other doubts are reported by `say_doubt`. `name` stands for the background in messages.
 void require_readable_background(const cv::Mat3b& background, const std::string& device_name,
                                  const std::string& name,
                                  const std::function<void(const std::string&)>& say_doubt);

@@ -8,7 +8,7 @@
 namespace gelslam {
 
 /// What shows() needs of a surface, in less than a tenth of its memory: where its contact lies and how high,
-/// rounded as PackedSurface rounds heights. Of a surface that was unpacked, shows() says the same.
+/// rounded as PackedSurface rounds heights. For a surface that was unpacked, shows() gives the same result.
 class ContactRelief {
  public:
   explicit ContactRelief(const Surface& surface);

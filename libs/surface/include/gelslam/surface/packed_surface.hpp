@@ -31,7 +31,7 @@ class PackedSurface {
   static PackedSurface from_bytes(std::string bytes);
 
   std::string bytes() const { return bytes_.read(); }
-  /// Deterministic; some milliseconds. Throws Error for what no surface packs to, although the checksum fits.
+  /// Deterministic; takes some milliseconds. Throws Error for contents that no surface has.
   SurfacePtr unpack() const;
 
   cv::Size size() const;

@@ -44,8 +44,8 @@ struct SlopeCorrection {
   /// (x, y) of a pixel, as terms() takes it.
   static cv::Point2f place(cv::Size size, cv::Point pixel);
   static Terms terms(float x, float y, float gx, float gy);
-  /// How far a factor may be from 0, before anything is known: one standard deviation each. A model that
-  /// states a smaller standard deviation of its slopes (Surface::model_sigma) also errs less in common.
+  /// Prior standard deviation of each factor (about 0). It is smaller for a model that states a smaller
+  /// standard deviation of its slopes (`model_sigma`: Surface::model_sigma).
   static std::array<double, kTerms> prior_sigma(double gradient_scale_sigma, double model_sigma = 1.0);
 };
 
@@ -55,8 +55,8 @@ class SlopeCorrector {
   SlopeCorrector();
   ~SlopeCorrector();
 
-  /// The surface with slopes corrected and heights integrated from them; contact and curvature (which decide
-  /// what is looked at) stay.
+  /// The surface with corrected slopes and heights integrated from them. Contact and curvature, which select
+  /// pixels and places, stay as they are.
   SurfacePtr apply(const Surface& read, const SlopeCorrection& correction);
 
  private:

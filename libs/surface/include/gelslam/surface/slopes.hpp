@@ -34,12 +34,12 @@ class GradientSurfaces {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Standard deviation of slopes at the best place of the gel, where nothing else is stated.
+/// Standard deviation of slopes at the best place of the gel, of a model that states none.
 inline constexpr double kBestSlopeSigmaRad = 0.05;
 
 /// Standard deviation (rad) of the slopes that a color model reads, by place on the gel.
 struct SlopeUncertainty {
-  cv::Mat1f sigma_rad;  ///< of the cells of a grid over the picture, any size
+  cv::Mat1f sigma_rad;  ///< one value per cell of a grid over the picture; the grid may have any size
 };
 
 /// What is assumed of a model that does not state its uncertainty (own). Balls are pressed at least their
@@ -50,7 +50,7 @@ SlopeUncertainty default_uncertainty(cv::Size picture, double pixel_pitch_mm);
 /// The model's own statement, or else the default.
 SlopeUncertainty uncertainty_of(const GradientModel& model, cv::Size picture, double pixel_pitch_mm);
 
-/// At the best place of the gel, relative to kBestSlopeSigmaRad: Surface::model_sigma.
+/// Standard deviation at the best place of the gel over kBestSlopeSigmaRad, as in Surface::model_sigma.
 double relative_sigma(const SlopeUncertainty& uncertainty);
 
 /// 255 (best / sigma)² of every pixel, 1 to 255: Surface::confidence where all is contact. The best is the

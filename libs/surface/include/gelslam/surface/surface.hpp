@@ -9,7 +9,7 @@
 
 namespace gelslam {
 
-/// Curvatures are clipped there, 1/pixel: a crease as sharp as the gel shows one.
+/// Curvature is clipped to +- this, 1/pixel: about the sharpest crease that a gel shows.
 inline constexpr float kMaxCurvature = 0.7F;
 
 /// Bounds that hold for any sensor.

@@ -26,8 +26,8 @@ struct SurfaceTimings {
   double normals_ms = 0.0;   ///< normals and curvature
 };
 
-/// Color -> gradient -> height, normals, contact, curvature (ALGORITHMS §1; Huang et al., RA-L 2024, §III).
-/// Not thread-safe: one estimator per thread (it keeps work buffers).
+/// Color -> gradient -> height, normals, contact, curvature (Huang et al., RA-L 2024, §III;
+/// docs/algorithms.md). Not thread-safe: one estimator per thread (it keeps work buffers).
 class SurfaceEstimator {
  public:
   /// `background`: mean of frames without contact, same size as every later image (at least 16x16).
@@ -39,7 +39,7 @@ class SurfaceEstimator {
   /// Throws Error when the image's size differs from the background's.
   SurfacePtr estimate(const cv::Mat3b& bgr);
 
-  /// Of the last estimate().
+  /// Timings of the last estimate().
   const SurfaceTimings& timings() const;
 
  private:

@@ -33,9 +33,10 @@ struct LocatedTouches {
   std::atomic<bool> have_ended = false;
 };
 
-/// Shows the map in gray and the touch at its place, or, where it may be at several, a ghost at each
-/// (docs/localization.md), until the person or the script closes the window, or options.asks_to_end. Main
-/// thread. Throws Error when there is no display, the script is wrong, or the snapshot cannot be written.
+/// Shows the map in gray and the touch at its place, or a transparent touch at each of several possible
+/// places (docs/localization.md), until the person or the script closes the window, or options.asks_to_end.
+/// Main thread. Throws Error when there is no display, the script is wrong, or the snapshot cannot be
+/// written.
 void run_map_window(const ShownMap& map, const LocatedTouches& touches, const WindowOptions& options);
 
 /// The window as it would look with the newest touch in the map, drawn without a display and written as PNG.
