@@ -30,9 +30,11 @@ Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 
 Json scales_to_json(const ModelCheck& check) {
   Json ninths = Json::array();
-  for (const SlopeSums& ninth : check.slopes.ninths)
+  for (std::size_t k = 0; k < 9; ++k) {
+    const SlopeSums ninth = check.slopes.ninth(k);
     ninths.push_back(
         {{"gain_x", finite(ninth.scale_x())}, {"gain_y", finite(ninth.scale_y())}, {"pixels", ninth.pixels}});
+  }
   return {{"x", finite(check.slopes.all.scale_x())},
           {"y", finite(check.slopes.all.scale_y())},
           {"ninths", std::move(ninths)}};

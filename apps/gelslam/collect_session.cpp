@@ -108,7 +108,7 @@ void CollectSession::begin_presses() {
 void CollectSession::add(const ContactCircle& circle) {
   coverage_.add(circle);
   const double ball_px = 0.5 * options_.diameter_mm / profile_.pixel_pitch_mm;
-  rim_slopes_.push_back(rim_slope(circle.radius_px - kVisibleRimPx, ball_px));
+  rim_slopes_.push_back(rim_slope(circle.on_ball_px(), ball_px));
 }
 
 /// What presses of one depth leave out, once there are enough of them to tell.
@@ -155,17 +155,11 @@ CollectView CollectSession::view() const {
   view.bgr = newest_;
   view.circle = status.found;
   view.circle_is_good = status.phase == CollectPhase::taken;
-  for (std::size_t zone = 0; zone < view.taken.size(); ++zone) {
-    view.taken[zone] = coverage_.taken(zone);
-    view.missing[zone] = coverage_.missing(zone);
-  }
-  view.presses = coverage_.total();
-  view.wanted = coverage_.wanted();
-  view.enough = coverage_.enough();
+  view.coverage = coverage_;
   view.headline =
-      view.enough && status.phase == CollectPhase::ready ? "Enough presses" : headline_for(status);
+      coverage_.enough() && status.phase == CollectPhase::ready ? "Enough presses" : headline_for(status);
   if (status.phase == CollectPhase::ready)
-    view.hint = view.enough ? "all over the gel; Q ends" : coverage_.advice();
+    view.hint = coverage_.enough() ? "all over the gel; Q ends" : coverage_.advice();
   view.warning = status.warning;
   view.closes = closes_;
   return view;

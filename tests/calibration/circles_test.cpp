@@ -28,18 +28,16 @@ FoundCircle found_in(const SimulatedPresses& presses, std::size_t k) {
 
 TEST(FindCircle, FindsTheBallThatWasPressed) {
   const SimulatedPresses& presses = forty_presses();
-  std::vector<double> center_errors, disc_errors, radius_errors;
+  std::vector<double> center_errors, radius_errors;
   for (std::size_t k = 0; k < presses.truth.size(); ++k) {
     const FoundCircle found = found_in(presses, k);
     if (!found.problem.empty()) continue;
     const cv::Point2d& center = presses.truth[k].center_px;
-    center_errors.push_back(std::hypot(found.ball.u_px - center.x, found.ball.v_px - center.y));
-    disc_errors.push_back(std::hypot(found.circle.u_px - center.x, found.circle.v_px - center.y));
-    radius_errors.push_back(found.ball.radius_px - presses.truth[k].radius_px);
+    center_errors.push_back(std::hypot(found.circle.u_px - center.x, found.circle.v_px - center.y));
+    radius_errors.push_back(found.circle.on_ball_px() - presses.truth[k].radius_px);
   }
   EXPECT_GE(center_errors.size(), 34U);
   EXPECT_LT(median(center_errors), 0.8);
-  EXPECT_LT(median(disc_errors), 1.5);  // what is asked for on real presses
   // The true contact is where the gel leaves the ball; the lens and the gel's bend hide the last pixel or
   // two.
   EXPECT_NEAR(median(radius_errors), 0.0, 2.0);
@@ -54,7 +52,7 @@ TEST(FindCircle, DoesNotCareAboutTheExposure) {
       find_circle(brighter, presses.set.background, 0.5 * presses.set.presses[3].diameter_mm / kPitchMm);
   EXPECT_NEAR(shifted.circle.u_px, plain.circle.u_px, 0.3);
   EXPECT_NEAR(shifted.circle.v_px, plain.circle.v_px, 0.3);
-  EXPECT_NEAR(shifted.ball.radius_px, plain.ball.radius_px, 0.3);
+  EXPECT_NEAR(shifted.circle.radius_px, plain.circle.radius_px, 0.3);
 }
 
 TEST(FindCircle, SaysWhenThereIsNoBall) {
@@ -192,10 +190,9 @@ PressSet with_less_blue(std::size_t first, std::size_t every) {
 }
 
 TEST(Coverage, NoticesAnotherSensorsPresses) {
-  const std::string message = refusal(with_less_blue(5, 3));
-  EXPECT_THAT(message, HasSubstr("12 of"));
-  EXPECT_THAT(message, HasSubstr("press/5"));
-  EXPECT_THAT(message, HasSubstr("another sensor"));
+  const std::string message = refusal(with_less_blue(0, 1));
+  EXPECT_THAT(message, HasSubstr("only 0 of 40 presses can be used"));
+  EXPECT_THAT(message, HasSubstr("press/0: its untouched gel does not look like background.png"));
 }
 
 /// The first of the forty on a gel with grain, which the simulator's has not, and the background of a camera
@@ -239,13 +236,14 @@ TEST(Background, IsRefusedWhenTheCameraHasMovedSinceIt) {
   EXPECT_EQ(refusal_of(unreadable), none);
 }
 
-TEST(BallZones, LeaveOutSinglePressesInAnotherLight) {
-  const PressSet set = with_less_blue(5, 20);
+TEST(BallZones, LeaveOutPressesInAnotherLight) {
+  const PressSet set = with_less_blue(5, 3);
   const BallZones zones = find_ball_zones(set, kPitchMm, false);
-  ASSERT_EQ(zones.rejected.size(), 2U);
-  EXPECT_EQ(zones.rejected[0].press, 5U);
-  EXPECT_EQ(zones.rejected[1].press, 25U);
-  EXPECT_THAT(zones.rejected[1].reason, HasSubstr("untouched gel"));
+  ASSERT_EQ(zones.rejected.size(), 12U);
+  for (std::size_t k = 0; k < 12; ++k) {
+    EXPECT_EQ(zones.rejected[k].press, 5 + 3 * k);
+    EXPECT_THAT(zones.rejected[k].reason, HasSubstr("untouched gel"));
+  }
   EXPECT_NO_THROW(require_good_coverage(set, zones)) << "the others make a calibration";
 }
 

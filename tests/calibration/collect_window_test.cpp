@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "scene_fixture.hpp"
 #include "temporary_folder.hpp"
@@ -15,17 +16,14 @@ namespace {
 
 using testing::Contains;
 using namespace viewer;
-using calibration::detail::collect_picture;
 using Loop = calibration::detail::CollectWindow;
 
 class FakePresses final : public CollectWatch {
  public:
   FakePresses() {
     shown.bgr = cv::Mat3b(240, 320, cv::Vec3b(90, 80, 70));
-    shown.taken = {2, 0, 0, 0, 0, 0, 0, 0, 1};
-    shown.missing = {0, 2, 2, 2, 2, 2, 2, 2, 1};
-    shown.presses = 3;
-    shown.wanted = 18;
+    shown.coverage = PressCoverage({320, 240}, 18);
+    for (const double place : {20.0, 30.0, 230.0}) shown.coverage.add({place, place, 10.0});
     shown.headline = "Hold it still";
     shown.warning = "the ball slides";
   }
@@ -96,16 +94,23 @@ TEST_F(CollectWindow, LeavesASnapshotAndBearsASessionWithoutAPicture) {
   EXPECT_FALSE(cv::imread((folder / "empty.png").string()).empty());
 }
 
-TEST(CollectPicture, DrawsTheCircleWhereItWasFound) {
-  FakePresses session;
-  const cv::Mat3b plain = collect_picture(session.view());
-  session.shown.circle = ContactCircle{100.0, 50.0, 30.0};
-  const cv::Mat3b circled = collect_picture(session.view());
-  EXPECT_EQ(circled.size(), cv::Size(960, 720));
-  EXPECT_NE(circled(151, 301 + 90), plain(151, 301 + 90));  // on the ring
-  EXPECT_EQ(circled(151, 301 + 60), plain(151, 301 + 60));  // within
-  session.shown.bgr.release();
-  EXPECT_TRUE(collect_picture(session.view()).empty());
+TEST_F(CollectWindow, DrawsTheCircleWhereItWasFound) {
+  Loop loop(session, options);
+  loop.turn(1);
+  const cv::Mat3b plain = loop.picture(1.1);
+  session.shown.circle = ContactCircle{160.0, 110.0, 30.0};
+  loop.turn(2);
+  const cv::Mat3b circled = loop.picture(2.1);
+  cv::Mat1b changed(plain.size());
+  std::transform(plain.begin(), plain.end(), circled.begin(), changed.begin(),
+                 [](const cv::Vec3b& a, const cv::Vec3b& b) { return a == b ? 0 : 255; });
+  const cv::Rect ring = cv::boundingRect(changed);
+  const Box place = loop.view().largest(0.75F);  // of the picture
+  const double scale = static_cast<double>(place.width) / 320;
+  EXPECT_NEAR(ring.x + 0.5 * ring.width, place.x + 160.5 * scale, 1.0);
+  EXPECT_NEAR(ring.y + 0.5 * ring.height, place.y + 110.5 * scale, 1.0);
+  EXPECT_NEAR(ring.width, 60 * scale, 5.0);
+  EXPECT_EQ(changed(ring.y + ring.height / 2, ring.x + ring.width / 2), 0) << "within";
 }
 
 }  // namespace

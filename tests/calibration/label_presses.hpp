@@ -21,7 +21,7 @@ inline LabelSession four_presses(const std::filesystem::path& folder) {
     const std::string name = "p" + std::to_string(k);
     std::filesystem::create_directories(folder / name);
     set.presses.push_back({name, 9.5, bgr, std::nullopt});
-    found.push_back({{static_cast<double>(center.x), 50.0, 20.0}, {}, 0.95, ""});
+    found.push_back({{static_cast<double>(center.x), 50.0, 20.0}, 0.95, ""});
   }
   found.back().problem = "the contact is too small";
   return {set, found};

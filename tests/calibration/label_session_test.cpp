@@ -26,9 +26,9 @@ class Labelling : public ::testing::Test {
     set.background.rowRange(30, 60) += cv::Scalar(10, 10, 10);  // one color all over is no picture
     for (int k = 0; k < 5; ++k) {
       set.presses.push_back({"p" + std::to_string(k), 6.0, set.background, std::nullopt});
-      found.push_back({{20.0 + k, 30.0, 10.0}, {20.0 + k, 30.0, 7.0}, 0.95, ""});
+      found.push_back({{20.0 + k, 30.0, 10.0}, 0.95, ""});
     }
-    found[3] = {{}, {}, 0.0, "nothing touches the gel"};
+    found[3] = {{}, 0.0, "nothing touches the gel"};
     set.folder = folder / "set";
     write_folder(set.folder, set);
   }

@@ -261,10 +261,10 @@ TEST(ModelCheck, WritesAPage) {
   EXPECT_THAT(page, ::testing::HasSubstr("&lt;model&gt;"));
   EXPECT_THAT(page, ::testing::HasSubstr("data:image/png;base64,iVBORw0KGgo"));
   EXPECT_THAT(page, ::testing::HasSubstr(verdict_name(check.verdict)));
-  // The map of the gradient scale has a number where presses lie, and it is about 1 there.
+  // What the map shows: where presses lie the gradient scale is about 1.
   std::vector<double> scales;
-  for (const float scale : check.scale_map)
-    if (!std::isnan(scale)) scales.push_back(static_cast<double>(scale));
+  for (const SlopeSums& cell : check.slopes.cells)
+    if (cell.pixels > 100) scales.push_back(cell.scale());
   EXPECT_GT(scales.size(), 40U);
   EXPECT_NEAR(median(scales), check.slopes.all.scale(), 0.15);
   EXPECT_EQ(folder.names(), std::vector<std::string>{"check.html"});

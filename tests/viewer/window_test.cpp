@@ -1,92 +1,11 @@
-// The live window, drawn into pictures without a display. With GELSLAM_PICTURES=FOLDER they are kept to be
-// looked at.
+// The live window while a scan goes on.
 
-#include <GLFW/glfw3.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-
-#include "fake_session.hpp"
-#include "live/live_window.hpp"
-#include "temporary_folder.hpp"
-#include "window_pictures.hpp"
+#include "live_window_fixture.hpp"
 
 namespace gelslam::test {
 namespace {
 
-using namespace viewer;
-using namespace viewer::detail;
 using testing::ElementsAre;
-using testing::HasSubstr;
-
-class Window : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!can_draw()) GTEST_SKIP() << "no OpenGL here, not even without a display";
-    options_.visible = false;
-    options_.width_px = 820;
-    options_.height_px = 540;
-    options_.picture_folder = folder_ / "run";
-    window_ = std::make_unique<LiveWindow>(session_, options_);
-  }
-
-  void scan(int frames) {
-    session_.advance(frames);
-    window_->turn(now_s_ += 0.04, true);
-  }
-  void press(int key) {
-    window_->host().push({InputEvent::Kind::key, key, true});
-    window_->turn(now_s_ += 0.02);
-  }
-  void show_all() {
-    press(GLFW_KEY_R);
-    window_->show_all_at_once();
-  }
-  /// The window as it is now, a frame after everything has arrived.
-  cv::Mat3b picture(const std::string& name) {
-    window_->turn(now_s_ += 0.6, true);
-    const cv::Mat3b result = window_->picture(now_s_ += 0.02);
-    if (const char* kept = std::getenv("GELSLAM_PICTURES"))
-      write_png(std::string(kept) + "/" + name + ".png", result);
-    return result;
-  }
-  /// The first that is drawn, or the last: a dialog's words may stand on a button below it, too.
-  const DrawnText* find(const std::string& text, bool topmost = false) const {
-    const DrawnText* found = nullptr;
-    for (const DrawnText& drawn : window_->texts())
-      if (drawn.text.find(text) != std::string::npos && (topmost || found == nullptr)) found = &drawn;
-    return found;
-  }
-  /// The words are there, within the picture, as letters of that color on something else.
-  void expect_text(const cv::Mat3b& picture, const std::string& text, Color color, bool topmost = false) {
-    const DrawnText* drawn = find(text, topmost);
-    ASSERT_NE(drawn, nullptr) << text;
-    EXPECT_EQ(drawn->color, color) << text;
-    EXPECT_GE(drawn->box.x, 0) << text;
-    EXPECT_LE(drawn->box.right(), picture.cols) << text;
-    EXPECT_LE(drawn->box.bottom(), picture.rows) << text;
-    const double ink = ink_in(picture, drawn->box, color);
-    EXPECT_GT(ink, 0.06) << text;
-    EXPECT_LT(ink, 0.6) << text;
-  }
-  /// Turns until the coach, who thinks on a thread of its own, has said so.
-  void wait_for(const std::string& text) {
-    for (int i = 0; i < 300 && find(text) == nullptr; ++i) {
-      window_->turn(now_s_ += 0.6, true);
-      window_->host().wait(0.02);
-    }
-  }
-  const Box& view() const { return window_->view(); }
-
-  const TemporaryFolder folder_;
-  WindowOptions options_;
-  FakeSession session_;
-  std::unique_ptr<LiveWindow> window_;
-  double now_s_ = 0;
-};
 
 TEST_F(Window, SaysInWordsAndColorHowItGoes) {
   expect_text(picture("background"), "Getting ready", theme::kBlue);
@@ -238,28 +157,6 @@ TEST_F(Window, PointsToWhereTheSurfaceIsOpenUntilItIsClosed) {
   EXPECT_GT(change(shown, without, view()), 0.001) << "arrow and ring";
 }
 
-TEST_F(Window, FinishedOffersWhatToDoNext) {
-  options_.can_go_on = true;
-  window_ = std::make_unique<LiveWindow>(session_, options_);
-  scan(8);
-  session_.figures().drift_mm = 0.034;
-  session_.figures().drift_deg = 0.2;
-  press(GLFW_KEY_V);
-  EXPECT_TRUE(window_->controls().toasts().back().trouble) << "not yet";
-  session_.stop();
-  session_.say(LivePhase::finished, "");
-  wait_for("% closed");
-  const cv::Mat3b shown = picture("end");
-  for (const char* text : {"at most 0.03 mm, 0.2", "nothing", "% closed"})
-    expect_text(shown, text, theme::kText);
-  for (const char* label : {"Export", "View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
-  session_.figures().components = 3;
-  expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
-  press(GLFW_KEY_O);
-  EXPECT_TRUE(window_->wants_to_close());
-  EXPECT_EQ(window_->controls().next_step(), NextStep::go_on);
-}
-
 TEST_F(Window, HelpNamesEveryKeyAndFits) {
   for (const auto& [width, height] : {std::pair{820, 540}, {640, 480}}) {
     window_->host().resize(width, height);
@@ -329,52 +226,6 @@ TEST_F(Window, MouseTurnsMovesAndZoomsTheView) {
   EXPECT_GT(change(moved, picture("zoomed"), view()), 0.03);
 }
 
-TEST_F(Window, FinishedShowsTheObjectBesideTheSummary) {
-  options_.width_px = WindowOptions().width_px;
-  options_.height_px = WindowOptions().height_px;
-  window_ = std::make_unique<LiveWindow>(session_, options_);
-  scan(24);
-  session_.stop();
-  session_.say(LivePhase::finished, "");
-  wait_for("% closed");
-  for (int i = 0; i < 50; ++i) window_->turn(now_s_ += 0.1, true);
-  const cv::Mat3b shown = picture("end_wide");
-  cv::Mat1b gray;
-  cv::cvtColor(shown, gray, cv::COLOR_BGR2GRAY);
-  const auto bright = [&](int left, int right) {
-    return cv::countNonZero(gray(cv::Range(330, 640), cv::Range(left, right)) > 100);
-  };
-  EXPECT_EQ(bright(0, 390), 0);
-  EXPECT_GT(bright(390, cvFloor(view().right())), 20000);
-}
-
-TEST_F(Window, FinishedSaysWhereEverythingIs) {
-  scan(8);
-  session_.stop();
-  picture("stopping");
-  std::filesystem::create_directories(options_.picture_folder / "session");
-  write_bytes(options_.picture_folder / "mesh.ply", std::string(2'340'000, 'x'));
-  write_bytes(options_.picture_folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
-  session_.say(LivePhase::finished, "");
-  const cv::Mat3b shown = picture("finished");
-  expect_text(shown, "Finished", theme::kGreen);
-  for (const char* text : {"mesh.ply", "trajectory.tum", "session/"}) expect_text(shown, text, theme::kText);
-  expect_text(shown, "2.34 MB", theme::kDim);
-  EXPECT_NE(find(options_.picture_folder.string()), nullptr);
-  press(GLFW_KEY_Q);
-  EXPECT_TRUE(window_->wants_to_close());
-}
-
-TEST_F(Window, FinishedSaysWhatIsNotInTheMesh) {
-  scan(8);
-  session_.figures().reservations = {describe(MapCompleteness{1, 16})};
-  session_.say(LivePhase::finished, "");
-  const cv::Mat3b shown = picture("incomplete");
-  expect_text(shown, "Finished", theme::kAmber);
-  expect_text(shown, "1 piece not joined. 16 frames not in the mesh.", theme::kText);
-  EXPECT_EQ(find("Everything is saved"), nullptr);
-}
-
 TEST_F(Window, ADistanceIsMeasuredBetweenTwoPlaces) {
   scan(8);
   session_.release();
@@ -409,67 +260,6 @@ TEST_F(Window, AllButtonsHaveRoomAtTheUsualSize) {
   picture("usual_size");
   for (const char* label : {"New scan", "Shading", "Grid", "Measure"})
     EXPECT_NE(find(label), nullptr) << label;
-}
-
-TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
-  options_.keeps_run = false;
-  window_ = std::make_unique<LiveWindow>(session_, options_);
-  scan(2);
-  press(GLFW_KEY_S);
-  ASSERT_FALSE(window_->controls().toasts().empty());
-  EXPECT_TRUE(window_->controls().toasts().back().trouble);
-  press(GLFW_KEY_Q);
-  expect_text(picture("stop_without_folder"), "nothing is kept", theme::kGray);
-  press(GLFW_KEY_ENTER);
-  EXPECT_THAT(session_.calls, ElementsAre("stop"));
-  session_.say(LivePhase::finished, "");
-  std::filesystem::create_directories(options_.picture_folder);
-  write_bytes(options_.picture_folder / "letter.txt", "not ours");
-  expect_text(picture("finished_without_folder"), "Nothing is kept", theme::kText);
-  EXPECT_EQ(find("letter.txt"), nullptr);
-  EXPECT_EQ(find("Saved in"), nullptr);
-  EXPECT_EQ(find("Stages"), nullptr) << "there are none";
-}
-
-TEST_F(Window, PicturesAndExportsGoToTheRunFolder) {
-  scan(6);
-  press(GLFW_KEY_P);
-  const auto shot = options_.picture_folder / "screenshot_001.png";
-  EXPECT_EQ(cv::imread(shot.string()).size(), cv::Size(820, 540));
-  EXPECT_THAT(window_->controls().toasts().back().text, HasSubstr(shot.string()));
-  press(GLFW_KEY_E);
-  press(GLFW_KEY_O);
-  for (int i = 0; i < 100 && !std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"); ++i) {
-    window_->turn(now_s_ += 0.3);
-    window_->host().wait(0.02);
-  }
-  EXPECT_TRUE(std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"));
-}
-
-TEST_F(Window, PicturesAndExportsOfASecondScanGoToItsFolder) {
-  scan(6);
-  session_.figures().run_folder = folder_ / "run-2";
-  window_->turn(now_s_ += 0.1);
-  press(GLFW_KEY_P);
-  press(GLFW_KEY_E);
-  press(GLFW_KEY_O);
-  const auto mesh = folder_ / "run-2" / "mesh_mm_001.obj";
-  for (int i = 0; i < 100 && !std::filesystem::exists(mesh); ++i) {
-    window_->turn(now_s_ += 0.3);
-    window_->host().wait(0.02);
-  }
-  EXPECT_TRUE(std::filesystem::exists(mesh));
-  EXPECT_TRUE(std::filesystem::exists(folder_ / "run-2" / "screenshot_001.png"));
-  EXPECT_FALSE(std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"));
-  EXPECT_FALSE(std::filesystem::exists(options_.picture_folder / "screenshot_001.png"));
-}
-
-TEST_F(Window, AFolderThatCannotBeWrittenIsSaidNotThrown) {
-  write_bytes(options_.picture_folder, "a file, not a folder");
-  scan(1);
-  press(GLFW_KEY_P);
-  ASSERT_FALSE(window_->controls().toasts().empty());
-  EXPECT_TRUE(window_->controls().toasts().back().trouble);
 }
 
 TEST_F(Window, EverySizeIsDrawnWhole) {

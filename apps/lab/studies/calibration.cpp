@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -84,9 +85,16 @@ void compare_labels(const PressSet& set, double pitch_mm) {
         quantile(signed_radii, 0.5), quantile(radii, 0.9));
 }
 
+constexpr std::array<double, 6> kSlopeLimits = {0.05, 0.1, 0.2, 0.3, 0.4, 0.6};
+
+struct PressSlopes {
+  std::array<SlopeSums, 9> ninths;                      // of the gel, row by row
+  std::array<SlopeSums, kSlopeLimits.size()> by_slope;  // steepness up to each limit
+};
+
 struct Results {
-  SlopeStatistics slopes;
-  std::vector<SlopeStatistics> press_slopes;
+  SlopeSums slopes;
+  std::vector<PressSlopes> press_slopes;
   std::map<double, std::vector<double>> radius_errors;
   double seconds = 0.0;
 };
@@ -95,8 +103,14 @@ void check(const GradientModel& model, const PressSet& set, const std::vector<Ba
            double pitch_mm, Results& results) {
   for (const BallZone& zone : zones) {  // one by one, to see how much they scatter
     const ModelCheck found = check_model(model, set, {zone}, pitch_mm);
-    results.slopes.add(found.slopes);
-    results.press_slopes.push_back(found.slopes);
+    results.slopes.add(found.slopes.all);
+    PressSlopes& slopes = results.press_slopes.emplace_back();
+    for (std::size_t k = 0; k < 9; ++k) slopes.ninths[k] = found.slopes.ninth(k);
+    for (const ZoneReading& pixel : read_zone(model, set, zone, pitch_mm)) {
+      const auto limit = std::ranges::lower_bound(kSlopeLimits, std::hypot(pixel.truth[0], pixel.truth[1]));
+      if (limit != kSlopeLimits.end())
+        slopes.by_slope[static_cast<std::size_t>(limit - kSlopeLimits.begin())].add(pixel);
+    }
     const double diameter_mm = set.presses[zone.press].diameter_mm;
     if (const auto& radius_mm = found.presses.front().radius_mm)
       results.radius_errors[diameter_mm].push_back(*radius_mm / (0.5 * diameter_mm) - 1.0);
@@ -108,13 +122,13 @@ void check(const GradientModel& model, const PressSet& set, const std::vector<Ba
 template <class Sums>
 void print_scale(const Results& results, const Sums& sums) {
   double read = 0.0, truth = 0.0, squared = 0.0;
-  for (const SlopeStatistics& press : results.press_slopes) {
+  for (const PressSlopes& press : results.press_slopes) {
     const auto [r, t] = sums(press);
     read += r;
     truth += t;
   }
   const double scale = read / truth;
-  for (const SlopeStatistics& press : results.press_slopes) {
+  for (const PressSlopes& press : results.press_slopes) {
     const auto [r, t] = sums(press);
     squared += (r - scale * t) * (r - scale * t);
   }
@@ -127,17 +141,16 @@ std::pair<double, double> along(const SlopeSums& sums, std::size_t axis) {
 
 void print(const std::string& name, const Results& results) {
   fmt::print("{:<24} error {:.2f} deg  gradient scale x {:.3f} y {:.3f}  by slope", name,
-             results.slopes.all.mean_abs_error_deg(), results.slopes.all.scale_x(),
-             results.slopes.all.scale_y());
-  for (std::size_t step = 0; step < SlopeStatistics::kSlopeLimits.size(); ++step)
-    print_scale(results, [step](const SlopeStatistics& press) {
+             results.slopes.mean_abs_error_deg(), results.slopes.scale_x(), results.slopes.scale_y());
+  for (std::size_t step = 0; step < kSlopeLimits.size(); ++step)
+    print_scale(results, [step](const PressSlopes& press) {
       const auto x = along(press.by_slope[step], 0), y = along(press.by_slope[step], 1);
       return std::pair(x.first + y.first, x.second + y.second);
     });
   for (std::size_t axis = 0; axis < 2; ++axis) {
     fmt::print("  by ninth {}", axis == 0 ? "x" : "y");
     for (std::size_t ninth = 0; ninth < 9; ++ninth)
-      print_scale(results, [=](const SlopeStatistics& press) { return along(press.ninths[ninth], axis); });
+      print_scale(results, [=](const PressSlopes& press) { return along(press.ninths[ninth], axis); });
   }
   for (const auto& [diameter_mm, errors] : results.radius_errors)
     fmt::print("  ball {:.2f} mm {:+.1f} %", diameter_mm, 100.0 * quantile(errors, 0.5));

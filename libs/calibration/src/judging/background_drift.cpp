@@ -3,47 +3,20 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <utility>
+
+#include "gelslam/surface/background.hpp"
 
 namespace gelslam {
 namespace {
 
-constexpr int kDriftPasses = 8;
-constexpr double kRobustDriftLevels = 2.0;
 // The surface stage follows the light within these; a model was seen to stay good there.
 constexpr double kLightLimitLevels = 12.0;
 // Two sensors of one kind differ by 10 and more; the same gel weeks later by less than 2.
 constexpr double kGelLimitLevels = 4.0, kCellLimitLevels = 20.0;
-constexpr double kGainPriorVariance = 4.0;
-constexpr double kSwappedShare = 0.5;  // what is left when red and blue are swapped back: noise and wear
-
-struct ChannelFit {
-  double gain = 1.0, offset = 0.0;
-};
-
-ChannelFit fit_channel(const cv::Mat3f& then, const cv::Mat3f& now, int channel) {
-  ChannelFit fit;
-  for (int pass = 0; pass < kDriftPasses; ++pass) {
-    double weight = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
-    for (int row = 0; row < then.rows; ++row)
-      for (int column = 0; column < then.cols; ++column) {
-        const auto a = static_cast<double>(then(row, column)[channel]),
-                   b = static_cast<double>(now(row, column)[channel]);
-        const double residual = (b - fit.gain * a - fit.offset) / kRobustDriftLevels;
-        const double w = pass == 0 ? 1.0 : 1.0 / (1.0 + residual * residual);
-        weight += w;
-        x += w * a;
-        y += w * b;
-        xx += w * a * a;
-        xy += w * a * b;
-      }
-    const double variance = xx / weight - x * x / (weight * weight),
-                 covariance = xy / weight - x * y / (weight * weight);
-    fit.gain = (covariance + kGainPriorVariance) / (variance + kGainPriorVariance);
-    fit.offset = (y - fit.gain * x) / weight;
-  }
-  return fit;
-}
+constexpr double kSwappedShare =
+    0.5;  // of the change is left when red and blue are swapped back: noise and wear
 
 std::string words_for(const BackgroundDrift& drift) {
   if (drift.red_blue_swapped)
@@ -73,17 +46,14 @@ cv::Mat3f with_red_and_blue_swapped(const cv::Mat3f& cells) {
 
 /// All but the words.
 BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
+  const auto [gain, offset] = follow_light(then, now);
   BackgroundDrift drift;
+  drift.light_gain = gain;
+  drift.light_offset = offset;
+  const cv::Scalar mean = cv::mean(then);
   double light = 0.0;
-  for (int channel = 0; channel < 3; ++channel) {
-    const auto c = static_cast<std::size_t>(channel);
-    const ChannelFit fit = fit_channel(then, now, channel);
-    drift.light_gain[c] = fit.gain;
-    drift.light_offset[c] = fit.offset;
-    double mean = 0.0;
-    for (const cv::Vec3f& cell : then) mean += static_cast<double>(cell[channel]);
-    mean /= static_cast<double>(then.total());
-    const double change = (fit.gain - 1.0) * mean + fit.offset;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double change = (gain[c] - 1.0) * mean[static_cast<int>(c)] + offset[c];
     light += change * change / 3.0;
   }
   drift.light_change_levels = std::sqrt(light);
@@ -94,8 +64,7 @@ BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
       for (int channel = 0; channel < 3; ++channel) {
         const auto c = static_cast<std::size_t>(channel);
         const double residual = static_cast<double>(now(row, column)[channel]) -
-                                drift.light_gain[c] * static_cast<double>(then(row, column)[channel]) -
-                                drift.light_offset[c];
+                                gain[c] * static_cast<double>(then(row, column)[channel]) - offset[c];
         squared += residual * residual / 3.0;
       }
       total += squared;
@@ -114,11 +83,9 @@ BackgroundDrift compare(const cv::Mat3f& then, const cv::Mat3f& now) {
 
 BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now) {
   BackgroundDrift drift = compare(then, now);
-  if (drift.gel_changed) {
-    const BackgroundDrift swapped = compare(then, with_red_and_blue_swapped(now));
-    drift.red_blue_swapped = swapped.gel_change_levels < kSwappedShare * drift.gel_change_levels &&
-                             swapped.light_change_levels < drift.light_change_levels;
-  }
+  drift.red_blue_swapped =
+      drift.gel_changed && compare(then, with_red_and_blue_swapped(now)).gel_change_levels <
+                               kSwappedShare * drift.gel_change_levels;
   drift.words = words_for(drift);
   return drift;
 }

@@ -28,7 +28,7 @@ std::optional<PixelAspect> aspect_from_balls(const PressSet& set, const std::vec
   for (const BallZone& zone : zones) {
     const CalibrationPress& press = set.presses[zone.press];
     if (!lies_whole_in(zone, press.bgr.size())) continue;
-    const cv::Mat3f relative = relative_change(press_change(press.bgr, set.background), set.background);
+    const cv::Mat3f relative = relative_change(press.bgr, set.background);
     const PressPoints points =
         points_around({zone.u_px, zone.v_px, zone.radius_px}, relative, kWantedAspectPoints);
     const double aspect = fit_pixel_aspect(points, {zone.u_px, zone.v_px, zone.radius_px, kAspectDecayPx},

@@ -14,7 +14,8 @@
 namespace gelslam {
 namespace {
 
-constexpr double kScaleRange = 0.15;  // above and below 1, the ends of the gradient scale's colors
+constexpr double kScaleRange = 0.15;    // above and below 1, the ends of the gradient scale's colors
+constexpr double kMinCellPixels = 100;  // fewer are noise
 constexpr std::string_view kStyle =
     "body{font:15px sans-serif;max-width:60em;margin:2em auto;color:#222}table{border-collapse:collapse}"
     "td,th{border:1px solid #ccc;padding:.2em .6em;text-align:right}th{background:#f4f4f4}"
@@ -68,13 +69,13 @@ cv::Mat3b scale_colors() {
 
 /// The gradient scale over the gel at the size of its picture; gray where it says nothing. Below it the
 /// colors.
-std::string scale_figure(const cv::Mat1f& map, const cv::Size& size) {
+std::string scale_figure(const SlopeStatistics& slopes, const cv::Size& size) {
   constexpr double low = 1.0 - kScaleRange, high = 1.0 + kScaleRange;
   const cv::Mat3b table = scale_colors();
-  cv::Mat3b cells(map.size()), image, bar;
-  std::transform(map.begin(), map.end(), cells.begin(), [&](float value) {
-    if (std::isnan(value)) return cv::Vec3b(150, 150, 150);
-    const double share = (static_cast<double>(value) - low) / (high - low);
+  cv::Mat3b cells(SlopeStatistics::kRows, SlopeStatistics::kColumns), image, bar;
+  std::transform(slopes.cells.begin(), slopes.cells.end(), cells.begin(), [&](const SlopeSums& cell) {
+    if (cell.pixels < kMinCellPixels) return cv::Vec3b(150, 150, 150);
+    const double share = (cell.scale() - low) / (high - low);
     return table(0, static_cast<int>(std::lround(255.0 * std::clamp(share, 0.0, 1.0))));
   });
   cv::resize(cells, image, size, 0.0, 0.0, cv::INTER_NEAREST);
@@ -128,7 +129,7 @@ void write_check_report(const std::filesystem::path& path, const ModelCheck& che
       << ".</p>\n";
   const cv::Size size = set.background.size();
   out << "<h2>Over the gel</h2>\n<figure>" << picture(coverage_picture(check, set))
-      << "<figcaption>The presses</figcaption></figure>" << scale_figure(check.scale_map, size) << "\n";
+      << "<figcaption>The presses</figcaption></figure>" << scale_figure(check.slopes, size) << "\n";
   out << "<h2>Balls</h2>\n";
   write_balls(out, check);
   out << "\n<h2>Presses</h2>\n";

@@ -18,26 +18,20 @@ inline constexpr int kCellsAcross = 80;
 cv::Mat1f cell_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
 /// What they have in common: norm of the median difference, gray levels.
 double common_difference(const cv::Mat3f& cells, const cv::Mat3f& reference);
+/// More is another light, gel or sensor: 220 presses of four sensors differ from their background by at most
+/// 2, from those of other sensors by 8 or more.
+inline constexpr double kMaxLightLevels = 6.0;
 
 cv::Mat1f length_of(const cv::Mat3f& colors);  ///< norm over the channels
 double largest(const cv::Mat1f& map);
 
 inline constexpr double kMinTouchLevels = 5.0;  ///< of cells, where noise is below one
-/// The largest level at which a touch is seen whole: a share of the strongest difference.
-double level_of_contact(const cv::Mat1f& difference, double touch_level);
-
 /// Connected cells above a level.
 struct ChangedPiece {
   int cells = 0;
   double u_cells = 0.0, v_cells = 0.0;  ///< its middle
   double weight = 0.0;                  ///< sum of the differences
-  bool at_border = false;
 };
 std::vector<ChangedPiece> changed_pieces(const cv::Mat1f& difference, double level);  ///< heaviest first
-
-/// Largest piece of a picture, in cells, that differs by 10 gray levels from a smooth surface through the
-/// whole of it: lamps make smooth pictures, and a ball's print stands out. Bare gels of four sensors: at most
-/// 24 cells; the faintest of 224 presses: 85.
-int standing_out_cells(const cv::Mat3f& cells);
 
 }  // namespace gelslam::calibration::detail

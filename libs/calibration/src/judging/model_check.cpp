@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
@@ -19,8 +18,6 @@
 namespace gelslam {
 namespace {
 
-const cv::Size kCells{16, 12};
-
 // Read from models of four sensors: a fresh good calibration stays within the first limits, one from the
 // published recipe within the second.
 struct Limits {
@@ -29,8 +26,6 @@ struct Limits {
 constexpr Limits kGoodLimits = {3.0, 0.03, 0.03}, kUsableLimits = {5.0, 0.10, 0.08};
 constexpr double kOddNinthScale = 0.15;  // of one ninth, worth a sentence
 constexpr double kMinNinthPixels = 1500;
-
-constexpr double kMinCellPixels = 100;  // fewer are noise
 
 constexpr int kMinSpherePixels = 100;
 constexpr double kSphereHuberMm = 0.01;
@@ -77,20 +72,6 @@ std::optional<double> fit_ball_radius_mm(const Surface& surface, const Calibrati
   return sphere[3];
 }
 
-SlopeSums& cell_of(std::vector<SlopeSums>& cells, const ZoneReading& pixel, const cv::Size& size) {
-  return cells[static_cast<std::size_t>(pixel.v * kCells.height / size.height * kCells.width +
-                                        pixel.u * kCells.width / size.width)];
-}
-
-cv::Mat1f scale_map_of(const std::vector<SlopeSums>& cells) {
-  cv::Mat1f map(kCells);
-  std::transform(cells.begin(), cells.end(), map.begin(), [](const SlopeSums& cell) {
-    return cell.pixels < kMinCellPixels ? std::numeric_limits<float>::quiet_NaN()
-                                        : static_cast<float>(cell.scale());
-  });
-  return map;
-}
-
 std::string scale_words(double scale) {
   return fmt::format("slopes read {:.0f} % too {}", 100.0 * std::abs(scale - 1.0),
                      scale > 1.0 ? "steep" : "flat");
@@ -120,7 +101,7 @@ void judge(ModelCheck& check, const std::vector<double>& rim_slopes) {
                      100.0 * ball.radius_error()));
   // Presses that are missing in one place; the mean over the gel hides it.
   for (std::size_t k = 0; k < 9; ++k) {
-    const SlopeSums& ninth = check.slopes.ninths[k];
+    const SlopeSums ninth = check.slopes.ninth(k);
     if (ninth.pixels < kMinNinthPixels || std::abs(ninth.scale() - 1.0) < kOddNinthScale) continue;
     note(Verdict::usable,
          fmt::format("at the {} of the gel {}", press_zone_name(k), scale_words(ninth.scale())));
@@ -152,7 +133,6 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   options.compensate_light = false;
   SurfaceEstimator estimator(model, set.background, options);
   ModelCheck check;
-  std::vector<SlopeSums> cells(static_cast<std::size_t>(kCells.area()));
   std::vector<double> rim_slopes;
   struct Size {
     std::vector<double> radii_mm;
@@ -163,10 +143,8 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
     const CalibrationPress& press = set.presses[zone.press];
     rim_slopes.push_back(rim_slope(zone.radius_px, press.ball_px(pixel_pitch_mm)));
     SlopeStatistics slopes;
-    for (const ZoneReading& pixel : read_zone(model, set, zone, pixel_pitch_mm)) {
+    for (const ZoneReading& pixel : read_zone(model, set, zone, pixel_pitch_mm))
       slopes.add(pixel, press.bgr.size());
-      cell_of(cells, pixel, press.bgr.size()).add(pixel);
-    }
     check.slopes.add(slopes);
     const SurfacePtr surface = estimator.estimate(press.bgr);
     const auto radius_mm = fit_ball_radius_mm(*surface, press, zone, 0.5 * press.diameter_mm);
@@ -178,7 +156,6 @@ ModelCheck check_model(const GradientModel& model, const PressSet& set, const st
   }
   for (const auto& [diameter_mm, size] : sizes)
     check.diameters.push_back({diameter_mm, size.presses, median(size.radii_mm)});
-  check.scale_map = scale_map_of(cells);
   judge(check, rim_slopes);
   return check;
 }

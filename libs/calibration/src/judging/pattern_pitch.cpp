@@ -91,7 +91,7 @@ class Spectrum {
 
 /// What repeats itself within a few periods; broad changes would drown it.
 cv::Mat3f without_broad_parts(const cv::Mat3b& bgr, const cv::Mat3b& background, double period_px) {
-  cv::Mat3f change = relative_change(press_change(bgr, background), background), broad;
+  cv::Mat3f change = relative_change(bgr, background), broad;
   cv::GaussianBlur(change, broad, cv::Size(), period_px, period_px, cv::BORDER_REPLICATE);
   cv::subtract(change, broad, change);
   return change;

@@ -10,11 +10,6 @@
 namespace gelslam {
 namespace {
 
-std::array<double, 2> ball_slope(double du, double dv, double ball_px) {
-  const double down = std::sqrt(std::max(1e-6, ball_px * ball_px - du * du - dv * dv));
-  return {du / down, dv / down};
-}
-
 /// Where the read slopes say the center is: the shift by which they agree with the ball in the mean.
 cv::Point2d center_as_read(const std::vector<ZoneReading>& pixels, double ball_px, cv::Point2d center) {
   for (int iteration = 0; iteration < 5 && !pixels.empty(); ++iteration) {
@@ -31,6 +26,11 @@ cv::Point2d center_as_read(const std::vector<ZoneReading>& pixels, double ball_p
 }
 
 }  // namespace
+
+std::array<double, 2> ball_slope(double du_px, double dv_px, double ball_px) {
+  const double down = std::sqrt(std::max(1e-6, ball_px * ball_px - du_px * du_px - dv_px * dv_px));
+  return {du_px / down, dv_px / down};
+}
 
 std::vector<ZoneReading> read_zone(const GradientModel& model, const PressSet& set, const BallZone& zone,
                                    double pixel_pitch_mm) {
@@ -69,20 +69,26 @@ void SlopeSums::add(const SlopeSums& other) {
   pixels += other.pixels;
 }
 
+SlopeSums SlopeStatistics::ninth(std::size_t k) const {
+  SlopeSums sums;
+  for (std::size_t row = k / 3 * kRows / 3; row < (k / 3 + 1) * kRows / 3; ++row)
+    for (std::size_t column = k % 3 * kColumns / 3; column < (k % 3 + 1) * kColumns / 3; ++column)
+      sums.add(cells[row * kColumns + column]);
+  return sums;
+}
+
 void SlopeStatistics::add(const ZoneReading& pixel, const cv::Size& picture) {
   all.add(pixel);
-  ninths[static_cast<std::size_t>(3 * (3 * pixel.v / picture.height) + 3 * pixel.u / picture.width)].add(
-      pixel);
-  const auto limit =
-      std::lower_bound(kSlopeLimits.begin(), kSlopeLimits.end(), std::hypot(pixel.truth[0], pixel.truth[1]));
-  if (limit != kSlopeLimits.end())
-    by_slope[static_cast<std::size_t>(limit - kSlopeLimits.begin())].add(pixel);
+  const std::size_t row =
+                        static_cast<std::size_t>(pixel.v) * kRows / static_cast<std::size_t>(picture.height),
+                    column = static_cast<std::size_t>(pixel.u) * kColumns /
+                             static_cast<std::size_t>(picture.width);
+  cells[row * kColumns + column].add(pixel);
 }
 
 void SlopeStatistics::add(const SlopeStatistics& other) {
   all.add(other.all);
-  for (std::size_t k = 0; k < ninths.size(); ++k) ninths[k].add(other.ninths[k]);
-  for (std::size_t k = 0; k < by_slope.size(); ++k) by_slope[k].add(other.by_slope[k]);
+  for (std::size_t k = 0; k < cells.size(); ++k) cells[k].add(other.cells[k]);
 }
 
 }  // namespace gelslam

@@ -20,14 +20,15 @@ namespace {
 
 using namespace calibration::detail;
 
+constexpr std::size_t kBackgroundFrames = 10;  // of the bare gel, at the start
+// Without a change before a press counts as held; their mean is what is kept.
+constexpr std::size_t kStillFrames = 6;
 // Gray levels of cells, where noise is below one.
 constexpr double kMinStillLevels = 2.0;
 constexpr double kNoiseFactor = 2.0, kMaxNoiseLevels = 5.0;
 constexpr int kMinTouchedCells = 6;
-// Half of the share of the picture by which the faintest press stands out; twice that of the oddest bare gel.
-constexpr double kBareShare = 0.01;
-// Training refuses pictures whose untouched gel differs by 8 levels.
-constexpr double kMaxLightLevels = 6.0;
+// Bare gels of four sensors: at most 0.0008; nineteen of twenty presses: more than 0.005.
+constexpr double kMaxBareStained = 0.002;
 constexpr std::size_t kSlideFrames = 6;
 constexpr double kSlideCells = 1.5, kSlideGrowth = 1.25;
 constexpr int kPatienceHolds = 10;
@@ -44,29 +45,25 @@ double inset_px(const ContactCircle& circle, const cv::Size& size) {
       {circle.u_px, circle.v_px, size.width - 1.0 - circle.u_px, size.height - 1.0 - circle.v_px});
 }
 
-/// What the hand should do better, for people; "" when the press is good. `pieces`: of the contact.
-std::string problem_with(const FoundCircle& found, const std::vector<ChangedPiece>& pieces,
-                         const cv::Size& size, double ball_px) {
-  constexpr const char* off_the_edge = "too near the edge of the gel: move the ball inward";
-  if (pieces.empty()) return "too shallow: press a little deeper";
+/// What the hand should do better, for people; "" when the press is good.
+std::string advice_about(const FoundCircle& found, const cv::Size& size, double ball_px) {
+  if (found.circle.radius_px == 0.0) return "too shallow: press a little deeper";
   if (found.second_contact) return "two things touch the gel: press with the ball alone";
   const double width = 2.0 * found.circle.radius_px / size.width;
-  if (found.problem.empty() && inset_px(found.circle, size) < kMinInset * found.circle.radius_px)
-    return off_the_edge;
-  if (found.ball.radius_px > kMaxOfBall * ball_px)
+  if (inset_px(found.circle, size) < kMinInset * found.circle.radius_px)
+    return "too near the edge of the gel: move the ball inward";
+  if (found.circle.on_ball_px() > kMaxOfBall * ball_px)
     return "too deep, or a smaller ball than was said: press less deep, and check the diameter";
   if (found.problem.empty() && width > kMaxWidth) return "too deep: press less deep";
   if (found.problem.empty() && width < kMinWidth) return "too shallow: press a little deeper";
-  if (found.problem.empty()) return "";
-  return pieces.front().at_border ? std::string(off_the_edge) : found.problem;
+  return found.problem;
 }
 
 }  // namespace
 
 struct PressCollector::Impl {
   explicit Impl(const CollectorOptions& given) : options(given) {
-    if (!(options.diameter_mm > 0.0) || !(options.pixel_pitch_mm > 0.0) || options.background_frames < 1 ||
-        options.still_frames < 1)
+    if (!(options.diameter_mm > 0.0) || !(options.pixel_pitch_mm > 0.0))
       throw std::invalid_argument("PressCollector: options out of range");
   }
 
@@ -78,12 +75,13 @@ struct PressCollector::Impl {
   void begin_touch();
   std::optional<CollectedPress> end_touch();
   bool slides(const ChangedPiece& piece);
-  void judge_hold(const cv::Mat1f& difference);
+  void judge_hold();
   double touch_level() const { return std::max(kMinTouchLevels, kNoiseFactor * noise_levels); }
   double still_level() const { return std::max(kMinStillLevels, kNoiseFactor * noise_levels); }
 
   CollectorOptions options;
   CollectorStatus status;
+  cv::Size size;         // of all pictures
   cv::Mat3b background;  // what presses are compared with
   cv::Mat3f bare_cells;  // how the gel looked bare at the start of this session
   double noise_levels = 0.0;
@@ -104,7 +102,7 @@ void PressCollector::Impl::begin_background(const cv::Mat3b& bgr, const cv::Mat3
   status.warning = why;
 }
 
-/// The bare gel: `background_frames` pictures that are still, and in which nothing stands out.
+/// The bare gel: kBackgroundFrames pictures that are still, and in which nothing stands out.
 void PressCollector::Impl::look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
   if (held.empty()) return begin_background(bgr, cells, status.warning);
   const double change = largest(cell_difference(cells, anchor));
@@ -112,15 +110,14 @@ void PressCollector::Impl::look_at_bare_gel(const cv::Mat3b& bgr, const cv::Mat3
     return begin_background(bgr, cells, "something moves on the gel: keep everything off it");
   noise_levels = std::max(noise_levels, change);
   held.push_back(bgr.clone());
-  if (static_cast<int>(held.size()) >= options.background_frames) take_background();
+  if (held.size() >= kBackgroundFrames) take_background();
 }
 
 void PressCollector::Impl::take_background() {
   const cv::Mat3b mean = mean_image(held);
   const cv::Mat3f cells = shrink_to_cells(mean);
   held.clear();
-  if (!options.any_background && standing_out_cells(shrink_to_cells(MarkerFiller(mean).background())) >
-                                     kBareShare * static_cast<double>(cells.total())) {
+  if (!options.any_background && stained_share(MarkerFiller(mean).background()) > kMaxBareStained) {
     status.warning = "something lies on the gel: lift it, so that the bare gel can be seen";
     return;
   }
@@ -172,22 +169,20 @@ bool PressCollector::Impl::slides(const ChangedPiece& piece) {
 }
 
 /// The ball has been still for as long as is asked.
-void PressCollector::Impl::judge_hold(const cv::Mat1f& difference) {
+void PressCollector::Impl::judge_hold() {
   const cv::Mat3b mean = mean_image(std::exchange(held, {}));
   cv::Mat1b covered;
   const MarkerFiller filler(background);
   const double ball_px = 0.5 * options.diameter_mm / options.pixel_pitch_mm;
   const FoundCircle found = find_circle(filler.fill(mean, covered), filler.background(), ball_px);
-  const std::string problem = problem_with(
-      found, changed_pieces(difference, level_of_contact(difference, touch_level())), mean.size(), ball_px);
+  const std::string problem = advice_about(found, mean.size(), ball_px);
   ++holds;
   if (best && (!problem.empty() || found.confidence <= best->confidence)) return;
   status.found.reset();
   if (found.confidence > 0.0) status.found = found.circle;
   status.warning = problem;
   if (problem.empty()) {
-    // A label's center is taken for the ball's, which shadows move less than the disc's.
-    best = CollectedPress{mean, {found.ball.u_px, found.ball.v_px, found.circle.radius_px}, found.confidence};
+    best = CollectedPress{mean, found.circle, found.confidence};
     status.phase = CollectPhase::taken;
   } else if (holds >= kPatienceHolds) {
     status.warning += "; if nothing touches the gel, it was not bare at the start: begin again";
@@ -195,8 +190,7 @@ void PressCollector::Impl::judge_hold(const cv::Mat1f& difference) {
 }
 
 std::optional<CollectedPress> PressCollector::Impl::watch(const cv::Mat3b& bgr, const cv::Mat3f& cells) {
-  const cv::Mat1f difference = cell_difference(cells, bare_cells);
-  const std::vector<ChangedPiece> pieces = changed_pieces(difference, touch_level());
+  const std::vector<ChangedPiece> pieces = changed_pieces(cell_difference(cells, bare_cells), touch_level());
   const bool was_touched = status.phase != CollectPhase::ready;
   if (pieces.empty() || pieces.front().cells < kMinTouchedCells) {
     if (was_touched) return end_touch();
@@ -212,7 +206,7 @@ std::optional<CollectedPress> PressCollector::Impl::watch(const cv::Mat3b& bgr, 
     if (!best && sliding) status.warning = "the ball slides: lift it, and press straight down";
   }
   held.push_back(bgr.clone());
-  if (static_cast<int>(held.size()) >= options.still_frames) judge_hold(difference);
+  if (held.size() >= kStillFrames) judge_hold();
   return std::nullopt;
 }
 
@@ -220,18 +214,15 @@ PressCollector::PressCollector(const CollectorOptions& options) : impl_(std::mak
 PressCollector::~PressCollector() = default;
 
 std::optional<CollectedPress> PressCollector::add(const cv::Mat3b& bgr) {
-  if (bgr.cols < kCellsAcross || bgr.rows < 16)
+  if (bgr.cols < kCellsAcross || bgr.rows < 32)
     throw Error("pictures of " + size_text(bgr.cols, bgr.rows) +
-                " are too small to calibrate with: at least 80x16");
+                " are too small to calibrate with: at least 80x32");
   const cv::Mat3f cells = shrink_to_cells(bgr);
-  const bool has_background = !impl_->background.empty();
-  const cv::Size expected = has_background        ? impl_->background.size()
-                            : impl_->held.empty() ? bgr.size()
-                                                  : impl_->held.front().size();
-  if (bgr.size() != expected)
+  if (impl_->size.empty()) impl_->size = bgr.size();
+  if (bgr.size() != impl_->size)
     throw Error("the picture is " + size_text(bgr.cols, bgr.rows) + " but the first ones were " +
-                size_text(expected.width, expected.height) + ": all must come from one sensor");
-  if (has_background) return impl_->watch(bgr, cells);
+                size_text(impl_->size.width, impl_->size.height) + ": all must come from one sensor");
+  if (!impl_->background.empty()) return impl_->watch(bgr, cells);
   impl_->look_at_bare_gel(bgr, cells);
   return std::nullopt;
 }

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "gelslam/calibration/slope_statistics.hpp"
 #include "gelslam/core/median.hpp"
 #include "gelslam/core/se3.hpp"
 
@@ -75,8 +76,7 @@ const char* press_zone_name(std::size_t zone) {
 }
 
 double rim_slope(double radius_px, double ball_px) {
-  const double inside = std::clamp(radius_px, 0.0, 0.99 * ball_px);
-  return inside / std::sqrt(ball_px * ball_px - inside * inside);
+  return ball_slope(std::clamp(radius_px, 0.0, 0.99 * ball_px), 0.0, ball_px)[0];
 }
 
 std::string missing_depths(const std::vector<double>& rim_slopes) {

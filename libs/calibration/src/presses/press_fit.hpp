@@ -2,7 +2,6 @@
 
 #include <array>
 #include <opencv2/core/mat.hpp>
-#include <optional>
 #include <vector>
 
 #include "gelslam/calibration/press_set.hpp"
@@ -20,7 +19,7 @@ struct PressPoints {
 cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
 
 /// The same relative to the background's brightness, a little smoothed.
-cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background);
+cv::Mat3f relative_change(const cv::Mat3b& bgr, const cv::Mat3b& background);
 
 /// About `wanted` points of it on a grid around a contact, its membrane rim and some bare gel included.
 PressPoints points_around(const ContactCircle& contact, const cv::Mat3f& relative, double wanted);
@@ -54,11 +53,5 @@ struct SlidPress {
   double radius_px = 0.0, moved_px = 0.0, cost = 0.0;
 };
 SlidPress fit_slid_press(const PressPoints& points, const PressShape& start, double ball_px);
-
-/// The edge that people see around a contact: along rays from the middle, where the color change falls most
-/// steeply outside of its greatest, and the circle through those places (robust). `knee` is the circle inside
-/// which the gel lies on the ball. Nothing when too little of the edge is in the picture, or when it is no
-/// circle about there: then the knee is the better guide.
-std::optional<ContactCircle> find_visible_rim(const cv::Mat3f& relative_change, const ContactCircle& knee);
 
 }  // namespace gelslam::calibration::detail

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr int kMaxPressesOfABall = 100'000;  // of one ball: ends the search for a free one
 constexpr const char* kCatalogHeader = "experiment_reldir,diameter(mm)\n";
-// Training refuses pictures whose color differs by 8 levels (norm) from the background's.
+// Training refuses pictures whose color differs by 6 levels (norm) from the background's.
 constexpr double kMaxFolderLightLevels = 4.0;
 
 void make_folders(const fs::path& path) {

@@ -21,11 +21,11 @@ cv::Mat3f press_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
   return change;
 }
 
-cv::Mat3f relative_change(const cv::Mat3f& change, const cv::Mat3b& background) {
-  cv::Mat3f relative, soft_background;
+cv::Mat3f relative_change(const cv::Mat3b& bgr, const cv::Mat3b& background) {
+  cv::Mat3f relative = press_change(bgr, background), soft_background;
   background.convertTo(soft_background, CV_32F);
   cv::GaussianBlur(soft_background, soft_background, cv::Size(), 1.0);
-  cv::GaussianBlur(change, relative, cv::Size(), 1.0);
+  cv::GaussianBlur(relative, relative, cv::Size(), 1.0);
   std::transform(relative.begin(), relative.end(), soft_background.begin(), relative.begin(),
                  [](const cv::Vec3f& c, const cv::Vec3f& b) {
                    return cv::Vec3f(c[0] / (b[0] + kDarkLevels), c[1] / (b[1] + kDarkLevels),

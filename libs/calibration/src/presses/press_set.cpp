@@ -166,13 +166,11 @@ PressSet read_press_set(const fs::path& folder) {
   return set;
 }
 
-void draw_circle(cv::Mat3b& picture, const ContactCircle& circle, const cv::Scalar& bgr, int enlargement,
-                 int thickness) {
+void draw_circle(cv::Mat3b& picture, const ContactCircle& circle, const cv::Scalar& bgr) {
   constexpr int shift = 4;  // sub-pixel drawing
   const auto part = [](double px) { return static_cast<int>(std::lround(px * (1 << shift))); };
-  const auto place = [&](double px) { return part(enlargement * (px + 0.5) - 0.5); };
-  cv::circle(picture, {place(circle.u_px), place(circle.v_px)}, part(enlargement * circle.radius_px), bgr,
-             thickness, cv::LINE_AA, shift);
+  cv::circle(picture, {part(circle.u_px), part(circle.v_px)}, part(circle.radius_px), bgr, 1, cv::LINE_AA,
+             shift);
 }
 
 void fill_markers(PressSet& set) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gelslam/calibration/slope_statistics.hpp"
 #include "training/color_field.hpp"
 
 namespace gelslam::calibration::detail {
@@ -22,11 +23,6 @@ SlopeSample sample_at(const cv::Mat3b& bgr, const cv::Mat3b& background, int u, 
 
 }  // namespace
 
-std::array<float, 2> ball_angles_rad(double du_px, double dv_px, double ball_px) {
-  const double down = std::sqrt(std::max(1e-6, ball_px * ball_px - du_px * du_px - dv_px * dv_px));
-  return {static_cast<float>(std::atan2(du_px, down)), static_cast<float>(std::atan2(dv_px, down))};
-}
-
 std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<BallZone>& zones,
                                       double pixel_pitch_mm, int wanted) {
   double area = 0.0;
@@ -41,7 +37,9 @@ std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<Bal
     for_each_pixel(zone, press, [&](int u, int v) {
       if (number++ % every != 0) return;
       SlopeSample sample = sample_at(press.bgr, set.background, u, v);
-      sample.angle_rad = ball_angles_rad(u - zone.u_px, v - zone.v_px, press.ball_px(pixel_pitch_mm));
+      const auto slope = ball_slope(u - zone.u_px, v - zone.v_px, press.ball_px(pixel_pitch_mm));
+      for (std::size_t axis = 0; axis < 2; ++axis)
+        sample.angle_rad[axis] = static_cast<float>(std::atan(slope[axis]));
       sample.zone = static_cast<int>(k);
       samples.push_back(sample);
     });

@@ -1,10 +1,7 @@
 #include "windows/collect_window.hpp"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 #include <string>
-
-#include "gelslam/calibration/press_coverage.hpp"
 
 namespace gelslam::calibration::detail {
 namespace {
@@ -16,23 +13,41 @@ using viewer::Face;
 using viewer::Ui;
 namespace theme = viewer::theme;
 
-constexpr int kEnlargement = 3, kSide = 3;
+constexpr int kSide = PressCoverage::kSide;
+constexpr Color kThirds = theme::rgb(150, 150, 150);
 constexpr double kCollectSideWidth = 360, kCollectMargin = 20, kKeyGap = 14;  // design pixels
+
+/// Lines between the ninths, and the circle that was found.
+void draw_over_picture(Ui& ui, const Box& place, const CollectView& view) {
+  for (int k = 1; k < kSide; ++k) {
+    const float x = place.x + static_cast<float>(k) * place.width / kSide,
+                y = place.y + static_cast<float>(k) * place.height / kSide;
+    ui.line(x, place.y, x, place.bottom(), kThirds, 1, place);
+    ui.line(place.x, y, place.right(), y, kThirds, 1, place);
+  }
+  if (!view.circle) return;
+  const double scale = static_cast<double>(place.width) / view.bgr.cols;
+  const auto length = [scale](double px) { return static_cast<float>(scale * px); };
+  ui.ring(place.x + length(view.circle->u_px + 0.5), place.y + length(view.circle->v_px + 0.5),
+          length(view.circle->radius_px), view.circle_is_good ? theme::kGreen : theme::kAmber, 2, place);
+}
 
 /// The picture, and in each ninth of it what is missing there, or else what was taken.
 void draw_picture(Ui& ui, const Box& place, const viewer::Texture& picture, const CollectView& view) {
   ui.begin_panel("##picture", place, 0, 6);
   ui.image(picture, place);
+  draw_over_picture(ui, place, view);
   if (ui.begin_table("##ninths", kSide)) {
-    for (std::size_t zone = 0; zone < view.taken.size(); ++zone) {
-      const bool misses = view.missing[zone] > 0;
+    for (std::size_t zone = 0; zone < kSide * kSide; ++zone) {
+      const int missing = view.coverage.missing(zone);
       ui.next_cell();
       ui.begin_child(press_zone_name(zone), place.height / kSide);
       ui.indent(8);
       ui.gap(8);
-      ui.tag(Face::body, ui.room().x, ui.room().y, misses ? theme::kAmber : theme::kGreen,
+      ui.tag(Face::body, ui.room().x, ui.room().y, missing > 0 ? theme::kAmber : theme::kGreen,
              theme::with_alpha(theme::kPanel, 0.7),
-             misses ? std::to_string(view.missing[zone]) + " more" : std::to_string(view.taken[zone]), 0, 0);
+             missing > 0 ? std::to_string(missing) + " more" : std::to_string(view.coverage.taken(zone)), 0,
+             0);
       ui.end_child();
     }
     ui.end_table();
@@ -62,14 +77,13 @@ void draw_side(Ui& ui, const Box& box, const CollectView& view, const viewer::Co
   ui.begin_panel("##side", box, kCollectMargin, 10);
   const float keys = static_cast<float>(controls.rows().size()) * (ui.height_of(Face::body) + ui.px(kKeyGap));
   ui.begin_child("##state", ui.room().height - keys);
+  const int presses = view.coverage.total(), wanted = view.coverage.wanted();
   paragraph(Face::small, theme::kDim, "BALL PRESSES", 6);
-  paragraph(Face::figure, theme::kText, std::to_string(view.presses) + " of " + std::to_string(view.wanted),
-            10);
-  const double share = view.wanted > 0 ? static_cast<double>(view.presses) / view.wanted : 0.0;
-  ui.bar(share, 0, view.enough ? theme::kGreen : theme::kBlue, 10);
+  paragraph(Face::figure, theme::kText, std::to_string(presses) + " of " + std::to_string(wanted), 10);
+  ui.bar(static_cast<double>(presses) / wanted, 0, view.coverage.enough() ? theme::kGreen : theme::kBlue, 10);
   ui.gap(24);
-  paragraph(Face::title, view.circle_is_good || view.enough ? theme::kGreen : theme::kText, view.headline,
-            10);
+  paragraph(Face::title, view.circle_is_good || view.coverage.enough() ? theme::kGreen : theme::kText,
+            view.headline, 10);
   paragraph(Face::body, theme::kText, view.hint, 18);
   paragraph(Face::body, theme::kAmber, view.warning, 18);
   ui.end_child();
@@ -94,7 +108,7 @@ CollectWindow::CollectWindow(CollectWatch& session, const CollectWindowOptions& 
 
 bool CollectWindow::advance(double /*now_s*/, double /*dt_s*/) {
   shown_ = session_.view();
-  texture_.set(collect_picture(shown_));
+  texture_.set(shown_.bgr);
   return true;
 }
 
@@ -106,24 +120,9 @@ void CollectWindow::draw_frame(Ui& ui, double /*now_s*/) {
   left.cut_right(gap);
   set_view(left);
   draw_side(ui, right, shown_, controls_);
-  if (texture_.empty())
+  if (shown_.bgr.empty())
     return ui.text_centered(Face::body, left, theme::kDim, "Waiting for the first picture");
   draw_picture(ui, left.largest(texture_.aspect()), texture_, shown_);
-}
-
-cv::Mat3b collect_picture(const CollectView& view) {
-  cv::Mat3b picture;
-  if (view.bgr.empty()) return picture;
-  cv::resize(view.bgr, picture, cv::Size(), kEnlargement, kEnlargement, cv::INTER_LINEAR);
-  for (int k = 1; k < kSide; ++k) {
-    const int u = k * picture.cols / kSide, v = k * picture.rows / kSide;
-    const cv::Scalar line(150, 150, 150);
-    cv::line(picture, {u, 0}, {u, picture.rows}, line, 1);
-    cv::line(picture, {0, v}, {picture.cols, v}, line, 1);
-  }
-  const cv::Scalar color = view.circle_is_good ? cv::Scalar(146, 211, 82) : cv::Scalar(75, 184, 245);
-  if (view.circle) draw_circle(picture, *view.circle, color, kEnlargement, 2);
-  return picture;
 }
 
 }  // namespace gelslam::calibration::detail

@@ -35,8 +35,4 @@ class CollectWindow : public viewer::WindowLoop {
   viewer::Texture texture_;
 };
 
-/// The picture three times as large, with the circle and the lines between the ninths; empty without a
-/// picture.
-cv::Mat3b collect_picture(const CollectView& view);
-
 }  // namespace gelslam::calibration::detail

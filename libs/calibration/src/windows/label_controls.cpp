@@ -1,7 +1,5 @@
 #include "windows/label_controls.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "gelslam/core/error.hpp"
@@ -139,10 +137,9 @@ void LabelControls::show(std::size_t label) {
 
 void LabelControls::accept_rest_of_them(double now_s) {
   const std::size_t unclear = session_.accept_rest();
-  if (unclear == 1) say("One without a clear contact is left: move its circle, or leave it out (X)", now_s);
-  if (unclear > 1)
-    say(fmt::format("{} without a clear contact are left: move their circles, or leave them out (X)",
-                    unclear),
+  if (unclear > 0)
+    say("Left: " + counted(static_cast<std::int64_t>(unclear), "press") +
+            " without a clear contact; move the circle, or leave it out (X)",
         now_s);
 }
 

@@ -25,12 +25,16 @@ Color color_of(const PressLabel& label) {
   return label.doubt.empty() ? theme::kGray : theme::kAmber;
 }
 
+void draw_ring(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color,
+               double thickness) {
+  ui.ring(layout.x_of(circle.u_px), layout.y_of(circle.v_px),
+          static_cast<float>(circle.radius_px) * layout.enlargement, color, thickness, layout.picture);
+}
+
 void draw_contact(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color,
                   double thickness) {
-  const float x = layout.x_of(circle.u_px), y = layout.y_of(circle.v_px),
-              radius = static_cast<float>(circle.radius_px) * layout.enlargement;
-  ui.ring(x, y, radius, kShade, thickness + 2, layout.picture);
-  ui.ring(x, y, radius, color, thickness, layout.picture);
+  draw_ring(ui, layout, circle, kShade, thickness + 2);
+  draw_ring(ui, layout, circle, color, thickness);
 }
 
 void draw_cross(Ui& ui, const LabelLayout& layout, const ContactCircle& circle, Color color) {
@@ -83,15 +87,13 @@ double depth_mm(double contact_mm, double diameter_mm) {
 /// The gel with all contacts on it: what is accepted, and what is shown.
 void draw_map(Ui& ui, const Box& map, const LabelSession& session) {
   ui.fill(map, theme::kRaised, 4);
-  const float scale = map.width / static_cast<float>(session.set().background.cols);
-  const auto draw = [&](const PressLabel& label, Color color, double thickness) {
-    ui.ring(map.x + static_cast<float>(label.circle.u_px) * scale,
-            map.y + static_cast<float>(label.circle.v_px) * scale,
-            static_cast<float>(label.circle.radius_px) * scale, color, thickness, map);
-  };
+  LabelLayout layout;
+  layout.picture = map;
+  layout.enlargement = map.width / static_cast<float>(session.set().background.cols);
   for (const PressLabel& label : session.labels())
-    if (label.state != LabelState::left_out) draw(label, theme::with_alpha(color_of(label), 0.6), 1);
-  draw(session.label(), theme::kText, 2);
+    if (label.state != LabelState::left_out)
+      draw_ring(ui, layout, label.circle, theme::with_alpha(color_of(label), 0.6), 1);
+  draw_ring(ui, layout, session.label().circle, theme::kText, 2);
 }
 
 }  // namespace

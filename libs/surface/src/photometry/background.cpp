@@ -109,6 +109,16 @@ std::string find_imprint(const cv::Mat3b& mean, const GradientModel& model, doub
 
 }  // namespace
 
+EvenLight follow_light(const cv::Mat3f& then, const cv::Mat3f& now) {
+  const Light light = LightTracker(then).update(now, {});
+  EvenLight result;
+  for (std::size_t c = 0; c < 3; ++c) {
+    result.gain[c] = light.channels[c][0];
+    result.offset[c] = light.channels[c][1];
+  }
+  return result;
+}
+
 cv::Mat3b mean_image(const std::vector<cv::Mat3b>& images) {
   if (images.empty()) throw Error("no background images: need at least one frame without contact");
   cv::Mat3d sum(images.front().size(), cv::Vec3d::all(0.0));

@@ -49,21 +49,6 @@ ChannelRange channel_range(const cv::Mat3f& bgr) {
   return range;
 }
 
-double stained(const cv::Mat3f& bgr) {
-  const double pixel = bgr.cols / 320.0;  // sizes below are those of a 320 pixel wide picture
-  cv::Mat3f smooth, broad;
-  cv::GaussianBlur(bgr, smooth, cv::Size(), 1.5 * pixel, 1.5 * pixel, cv::BORDER_REPLICATE);
-  cv::GaussianBlur(smooth, broad, cv::Size(), 12 * pixel, 12 * pixel, cv::BORDER_REPLICATE);
-  cv::Mat3f difference;
-  cv::subtract(smooth, broad, difference);
-  cv::Mat1f length(bgr.size());
-  std::transform(difference.begin(), difference.end(), length.begin(),
-                 [](const cv::Vec3f& color) { return static_cast<float>(cv::norm(color)); });
-  const int border = std::max(1, cvRound(12 * pixel));  // lamps and the gel's frame
-  const cv::Rect inside(border, border, bgr.cols - 2 * border, bgr.rows - 2 * border);
-  return share_above(length(inside), kStainLevels);
-}
-
 struct RedOverBlue {
   double downward = 0, sideways = 0;  ///< change of its logarithm over half the picture
 };
@@ -134,6 +119,22 @@ cv::Mat3f as_numbers(const cv::Mat3b& mean) {
 
 }  // namespace
 
+double stained_share(const cv::Mat3b& picture) {
+  const cv::Mat3f bgr = as_numbers(picture);
+  const double pixel = bgr.cols / 320.0;  // sizes below are those of a 320 pixel wide picture
+  cv::Mat3f smooth, broad;
+  cv::GaussianBlur(bgr, smooth, cv::Size(), 1.5 * pixel, 1.5 * pixel, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(smooth, broad, cv::Size(), 12 * pixel, 12 * pixel, cv::BORDER_REPLICATE);
+  cv::Mat3f difference;
+  cv::subtract(smooth, broad, difference);
+  cv::Mat1f length(bgr.size());
+  std::transform(difference.begin(), difference.end(), length.begin(),
+                 [](const cv::Vec3f& color) { return static_cast<float>(cv::norm(color)); });
+  const int border = std::max(1, cvRound(12 * pixel));  // lamps and the gel's frame
+  const cv::Rect inside(border, border, bgr.cols - 2 * border, bgr.rows - 2 * border);
+  return share_above(length(inside), kStainLevels);
+}
+
 std::string judge_lamps(const cv::Mat3b& mean, const std::string& device_name) {
   const cv::Mat3f bgr = as_numbers(mean);
   return is_gelsight_mini(device_name) ? judge_mini_lamps(bgr) : "";
@@ -173,7 +174,7 @@ std::vector<std::string> judge_background(const cv::Mat3b& picture, const std::s
     return doubts;
   }
   if (markers) doubts.push_back(markers->sentence());
-  const double stains = markers ? 0.0 : stained(bgr);
+  const double stains = markers ? 0.0 : stained_share(mean);
   if (stains > kSpoiltShare) {
     doubts.push_back(fmt::format(
         "{:.1f} % of the gel differ sharply from what is around them: dirt, a tear, or something touches it",

@@ -20,9 +20,8 @@ struct BackgroundDrift {
   std::string words;  ///< one sentence for people
 };
 
-/// Compares cells as background_cells() (gelslam/surface/model_file.hpp) makes them, 20x15 mean colors. Per
-/// channel now = gain * then + offset is fitted robustly; the rest is a change of the gel (another one, dirt,
-/// wear).
+/// Compares cells as background_cells() (gelslam/surface/model_file.hpp) makes them, 20x15 mean colors. What
+/// follow_light() does not explain is a change of the gel (another one, dirt, wear).
 BackgroundDrift measure_drift(const cv::Mat3f& then, const cv::Mat3f& now);
 
 }  // namespace gelslam

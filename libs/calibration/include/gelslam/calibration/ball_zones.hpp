@@ -38,13 +38,13 @@ struct BallZones {
   std::vector<RejectedPress> rejected;  ///< presses that cannot be used, and why
 };
 
-/// Finds the zones of all presses. A label's center is kept; how far inside its radius the gel leaves the
-/// ball is read from the pictures, for the whole set at once (own): people draw the visible edge, 4 pixels
-/// too wide; circles from geometry (where the ball would cut the undeformed gel) are a third too wide, and
-/// what lies between is membrane rim that must not be trained on as if it were the ball. Presses whose label
-/// is the circle of find_circle as it was found get its ball instead, and so do those without a label when
-/// `automatic`; else these are rejected. Single presses in another light than the background's are rejected,
-/// and so are presses whose colors are not those of the same slopes in the others (find_odd_zones).
+/// Finds the zones of all presses. A label's center is kept; at which share of its radius the gel leaves
+/// the ball is read from the pictures, for the whole set at once (own): people draw the visible edge, 4
+/// pixels too wide; circles from geometry (where the ball would cut the undeformed gel) are a third too wide,
+/// and what lies between is membrane rim that must not be trained on as if it were the ball. Presses without
+/// a label get the circle found when `automatic`; else they are rejected. Presses in another light than the
+/// background's are rejected, and so are presses whose colors are not those of the same slopes in the others
+/// (find_odd_zones).
 /// `progress`, if given, is called with the number of presses done. Throws as require_unmoved_background().
 BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool automatic,
                           const std::function<void(std::size_t)>& progress = nullptr);
@@ -54,9 +54,8 @@ BallZones find_ball_zones(const PressSet& set, double pixel_pitch_mm, bool autom
 /// passes.
 void require_unmoved_background(const PressSet& set);
 
-/// Throws Error, which says what to do, when the zones are not enough for a calibration: too few presses, a
-/// side of the gel without any, or pictures whose untouched gel differs from the background (another sensor
-/// or light).
+/// Throws Error, which says what to do, when the zones are not enough for a calibration: too few presses, or
+/// a side of the gel without any.
 void require_good_coverage(const PressSet& set, const BallZones& zones);
 
 /// Zones whose colors are not those that the same slopes have at the same places in the other presses (own):

@@ -9,25 +9,18 @@ namespace gelslam {
 
 /// The circle of a press, found in the picture itself.
 struct FoundCircle {
-  ContactCircle circle;  ///< the disc that people see and draw
-  /// The ball itself: its center, which shadows move less than the disc's, and the radius inside which the
-  /// gel lies on it, where the color change stops growing. The disc is about kVisibleRimPx wider.
-  ContactCircle ball;
+  ContactCircle circle;     ///< about the ball's center
   double confidence = 0.0;  ///< 0 to 1: share of the color change around the contact that the ball explains
   std::string problem;      ///< for people: why it should not be used; empty when it is good
   bool second_contact = false;  ///< something touches the gel beside this contact
 };
 
-/// What people draw around a contact is this much wider than the part of the gel that lies on the ball
-/// (median over hand-made labels of real presses; the public recipe takes 4 pixels off again).
-inline constexpr double kVisibleRimPx = 3.8;
-
 /// Finds the contact circle by fitting a press to the picture (own): the relative color change is a
 /// quadratic function of the slope, common to the whole contact, and the slope is that of a ball of `ball_px`
 /// pixels radius inside the contact and dies away exponentially outside. Center, radius and decay are fitted
-/// by robust least squares with the color function eliminated (variable projection), sub-pixel. Parts
-/// outside the picture are not needed. Both images of one size. Never throws on a picture: without contact
-/// `problem` says so.
+/// by robust least squares with the color function eliminated (variable projection), sub-pixel, and again
+/// with one of degree 4, which follows shadows. Parts outside the picture are not needed. Both images of one
+/// size. Never throws on a picture: without contact `problem` says so.
 FoundCircle find_circle(const cv::Mat3b& bgr, const cv::Mat3b& background, double ball_px);
 
 }  // namespace gelslam

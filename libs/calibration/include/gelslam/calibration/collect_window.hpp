@@ -1,11 +1,11 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 
+#include "gelslam/calibration/press_coverage.hpp"
 #include "gelslam/calibration/press_set.hpp"
 #include "gelslam/viewer/window_options.hpp"
 
@@ -16,12 +16,10 @@ struct CollectView {
   cv::Mat3b bgr;                        ///< the newest picture; empty at first
   std::optional<ContactCircle> circle;  ///< found in this touch
   bool circle_is_good = false;
-  std::array<int, 9> taken{}, missing{};  ///< by ninth of the gel, row by row from the upper left
-  int presses = 0, wanted = 0;
+  PressCoverage coverage{{1, 1}, 1};
   std::string headline, hint;  ///< what to do now, and where
   std::string warning;         ///< what was wrong, or ""
-  bool enough = false;
-  bool closes = false;  ///< the session is over, and the window with it
+  bool closes = false;         ///< the session is over, and the window with it
 };
 
 /// A session that collects presses, as the window sees it. Called from the window's thread.

@@ -33,7 +33,6 @@ struct ModelCheck {
   SlopeStatistics slopes;
   std::vector<PressCheck> presses;
   std::vector<DiameterCheck> diameters;  ///< in growing order
-  cv::Mat1f scale_map;  ///< read over true slope in 16x12 cells of the gel, NaN where presses show too little
   Verdict verdict = Verdict::recalibrate;
   std::vector<std::string> reasons;  ///< for people: what is not good, worst first; empty when all is
 };

@@ -12,8 +12,6 @@ namespace gelslam {
 struct CollectorOptions {
   double diameter_mm = 0.0;  ///< of the ball
   double pixel_pitch_mm = 0.0634;
-  int background_frames = 10;  ///< of the bare gel, at the start
-  int still_frames = 6;        ///< without a change before a press counts as held; their mean is what is kept
   bool any_background = false;  ///< take the first still frames as background whatever they show
 };
 
@@ -28,7 +26,7 @@ enum class CollectPhase {
 /// A ball held still on the gel, well seen.
 struct CollectedPress {
   cv::Mat3b bgr;         ///< mean of the frames in which it was held
-  ContactCircle circle;  ///< the ball's center, and the radius of the disc that people see: a label
+  ContactCircle circle;  ///< a label
   double confidence = 0.0;
 };
 
@@ -47,7 +45,7 @@ class PressCollector {
   ~PressCollector();
 
   /// The next picture; a press when this picture ended a good touch. Throws Error when it has another size
-  /// than the first, or is smaller than 80x16 pixels.
+  /// than the first, or is smaller than 80x32 pixels.
   std::optional<CollectedPress> add(const cv::Mat3b& bgr);
   /// To be called after the last picture; returns the press that is still held, if it is good.
   std::optional<CollectedPress> finish();

@@ -8,10 +8,15 @@
 
 namespace gelslam {
 
-/// Where a ball touches the gel, in pixels. `radius_px` is that of the disc a person sees and draws; about
-/// its outer 4 pixels are already the gel's membrane rim (the public recipe leaves them out as well).
+/// The disc that people see and draw is this much wider than the part of the gel that lies on the ball: its
+/// outer 4 pixels are already the gel's membrane rim (median over hand-made labels of real presses; the
+/// public recipe leaves 4 pixels out).
+inline constexpr double kVisibleRimPx = 3.8;
+
+/// Where a ball touches the gel, in pixels. `radius_px` is that of the disc.
 struct ContactCircle {
   double u_px = 0.0, v_px = 0.0, radius_px = 0.0;
+  double on_ball_px() const { return radius_px - kVisibleRimPx; }  ///< inside it the gel lies on the ball
 };
 
 /// One picture of a ball of known diameter pressed into the gel.
@@ -53,9 +58,8 @@ PressSet read_press_set(const std::filesystem::path& folder);
 /// notes in `covered` where they were.
 void fill_markers(PressSet& set);
 
-/// Draws it into a picture that is so many times as large as the press's, lines 1 (or `thickness`) wide.
-void draw_circle(cv::Mat3b& picture, const ContactCircle& circle, const cv::Scalar& bgr, int enlargement = 1,
-                 int thickness = 1);
+/// Draws it into a picture of the press.
+void draw_circle(cv::Mat3b& picture, const ContactCircle& circle, const cv::Scalar& bgr);
 
 /// label.npz: `center` (u, v) and `radius` in pixels, numbers of any kind. Throws Error when damaged.
 ContactCircle read_label(const std::filesystem::path& path);

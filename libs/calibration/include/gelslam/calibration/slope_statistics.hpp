@@ -10,6 +10,9 @@
 
 namespace gelslam {
 
+/// Slopes dh/dx, dh/dy of a ball of `ball_px` pixels radius beside its center; very steep beyond its outline.
+std::array<double, 2> ball_slope(double du_px, double dv_px, double ball_px);
+
 /// One pixel of a zone: slopes dh/dx, dh/dy as the model reads them and as the ball has them.
 struct ZoneReading {
   int u = 0, v = 0;
@@ -40,13 +43,13 @@ struct SlopeSums {
   double mean_abs_error_deg() const { return abs_error_deg / (2.0 * pixels); }  ///< per axis, of the angles
 };
 
-/// The same by place and by steepness.
+/// The same by place.
 struct SlopeStatistics {
-  static constexpr std::array<double, 6> kSlopeLimits = {0.05, 0.1, 0.2, 0.3, 0.4, 0.6};
+  static constexpr std::size_t kColumns = 15, kRows = 12;
   SlopeSums all;
-  std::array<SlopeSums, 9> ninths;                      ///< of the gel, row by row
-  std::array<SlopeSums, kSlopeLimits.size()> by_slope;  ///< steepness up to each limit
+  std::array<SlopeSums, kColumns * kRows> cells;  ///< of the gel, row by row
 
+  SlopeSums ninth(std::size_t k) const;  ///< of the gel, row by row
   /// `picture`: size of the press's picture.
   void add(const ZoneReading& pixel, const cv::Size& picture);
   void add(const SlopeStatistics& other);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -24,6 +25,16 @@ cv::Mat3b mean_image(const std::vector<cv::Mat3b>& images);
 /// by more than a hundredth: a camera's exposure may still settle in the first of them. Throws like
 /// mean_image.
 cv::Mat3b background_image(const std::vector<cv::Mat3b>& frames);
+
+/// Brightness now over then, and gray levels added, of B, G, R.
+struct EvenLight {
+  std::array<double, 3> gain{1.0, 1.0, 1.0}, offset{0.0, 0.0, 0.0};
+};
+
+/// How the light has changed between two pictures of mean colors of one size, as surfaces follow it from
+/// frame to frame: per channel now = gain * then + offset, fitted robustly. No change where they have nothing
+/// in common.
+EvenLight follow_light(const cv::Mat3f& then, const cv::Mat3f& now);
 
 /// Dots printed on a gel, by which other programs measure shear. Slopes cannot be read through them.
 struct MarkerDots {
@@ -89,6 +100,11 @@ inline constexpr const char* kMakerModelDoubt =
 /// backgrounds. Throws Error when the picture is smaller than 32 pixels.
 std::vector<std::string> judge_background(const cv::Mat3b& mean, const std::string& device_name,
                                           const GradientModel* model = nullptr);
+
+/// The part of judge_background about dirt and tears: share of the picture whose color differs from what is
+/// around it more sharply than lamps make it differ. The rim of an imprint does, too. Throws Error when the
+/// picture is smaller than 32 pixels.
+double stained_share(const cv::Mat3b& picture);
 
 /// The part of judge_background about the lamps of a GelSight Mini, which make the top bluish and the bottom
 /// reddish: other colors, red and blue swapped, the picture upside down. A picture mirrored left to right

@@ -1,0 +1,144 @@
+// The live window at a scan's end, and the files that a scan leaves.
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "live_window_fixture.hpp"
+
+namespace gelslam::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST_F(Window, FinishedOffersWhatToDoNext) {
+  options_.can_go_on = true;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  scan(8);
+  session_.figures().drift_mm = 0.034;
+  session_.figures().drift_deg = 0.2;
+  press(GLFW_KEY_V);
+  EXPECT_TRUE(window_->controls().toasts().back().trouble) << "not yet";
+  session_.stop();
+  session_.say(LivePhase::finished, "");
+  wait_for("% closed");
+  const cv::Mat3b shown = picture("end");
+  for (const char* text : {"at most 0.03 mm, 0.2", "nothing", "% closed"})
+    expect_text(shown, text, theme::kText);
+  for (const char* label : {"Export", "View", "Go on scanning"}) EXPECT_NE(find(label), nullptr) << label;
+  session_.figures().components = 3;
+  expect_text(picture("end_with_pieces"), "2 of 3 pieces", theme::kAmber);
+  press(GLFW_KEY_O);
+  EXPECT_TRUE(window_->wants_to_close());
+  EXPECT_EQ(window_->controls().next_step(), NextStep::go_on);
+}
+
+TEST_F(Window, FinishedShowsTheObjectBesideTheSummary) {
+  options_.width_px = WindowOptions().width_px;
+  options_.height_px = WindowOptions().height_px;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  scan(24);
+  session_.stop();
+  session_.say(LivePhase::finished, "");
+  wait_for("% closed");
+  for (int i = 0; i < 50; ++i) window_->turn(now_s_ += 0.1, true);
+  const cv::Mat3b shown = picture("end_wide");
+  cv::Mat1b gray;
+  cv::cvtColor(shown, gray, cv::COLOR_BGR2GRAY);
+  const auto bright = [&](int left, int right) {
+    return cv::countNonZero(gray(cv::Range(330, 640), cv::Range(left, right)) > 100);
+  };
+  EXPECT_EQ(bright(0, 390), 0);
+  EXPECT_GT(bright(390, cvFloor(view().right())), 20000);
+}
+
+TEST_F(Window, FinishedSaysWhereEverythingIs) {
+  scan(8);
+  session_.stop();
+  picture("stopping");
+  std::filesystem::create_directories(options_.picture_folder / "session");
+  write_bytes(options_.picture_folder / "mesh.ply", std::string(2'340'000, 'x'));
+  write_bytes(options_.picture_folder / "trajectory.tum", "0 0 0 0 0 0 0 1\n");
+  session_.say(LivePhase::finished, "");
+  const cv::Mat3b shown = picture("finished");
+  expect_text(shown, "Finished", theme::kGreen);
+  for (const char* text : {"mesh.ply", "trajectory.tum", "session/"}) expect_text(shown, text, theme::kText);
+  expect_text(shown, "2.34 MB", theme::kDim);
+  EXPECT_NE(find(options_.picture_folder.string()), nullptr);
+  press(GLFW_KEY_Q);
+  EXPECT_TRUE(window_->wants_to_close());
+}
+
+TEST_F(Window, FinishedSaysWhatIsNotInTheMesh) {
+  scan(8);
+  session_.figures().reservations = {describe(MapCompleteness{1, 16})};
+  session_.say(LivePhase::finished, "");
+  const cv::Mat3b shown = picture("incomplete");
+  expect_text(shown, "Finished", theme::kAmber);
+  expect_text(shown, "1 piece not joined. 16 frames not in the mesh.", theme::kText);
+  EXPECT_EQ(find("Everything is saved"), nullptr);
+}
+
+TEST_F(Window, WithoutARunFolderNothingIsSaidToBeSaved) {
+  options_.keeps_run = false;
+  window_ = std::make_unique<LiveWindow>(session_, options_);
+  scan(2);
+  press(GLFW_KEY_S);
+  ASSERT_FALSE(window_->controls().toasts().empty());
+  EXPECT_TRUE(window_->controls().toasts().back().trouble);
+  press(GLFW_KEY_Q);
+  expect_text(picture("stop_without_folder"), "nothing is kept", theme::kGray);
+  press(GLFW_KEY_ENTER);
+  EXPECT_THAT(session_.calls, ElementsAre("stop"));
+  session_.say(LivePhase::finished, "");
+  std::filesystem::create_directories(options_.picture_folder);
+  write_bytes(options_.picture_folder / "letter.txt", "not ours");
+  expect_text(picture("finished_without_folder"), "Nothing is kept", theme::kText);
+  EXPECT_EQ(find("letter.txt"), nullptr);
+  EXPECT_EQ(find("Saved in"), nullptr);
+  EXPECT_EQ(find("Stages"), nullptr) << "there are none";
+}
+
+TEST_F(Window, PicturesAndExportsGoToTheRunFolder) {
+  scan(6);
+  press(GLFW_KEY_P);
+  const auto shot = options_.picture_folder / "screenshot_001.png";
+  EXPECT_EQ(cv::imread(shot.string()).size(), cv::Size(820, 540));
+  EXPECT_THAT(window_->controls().toasts().back().text, HasSubstr(shot.string()));
+  press(GLFW_KEY_E);
+  press(GLFW_KEY_O);
+  for (int i = 0; i < 100 && !std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"); ++i) {
+    window_->turn(now_s_ += 0.3);
+    window_->host().wait(0.02);
+  }
+  EXPECT_TRUE(std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"));
+}
+
+TEST_F(Window, PicturesAndExportsOfASecondScanGoToItsFolder) {
+  scan(6);
+  session_.figures().run_folder = folder_ / "run-2";
+  window_->turn(now_s_ += 0.1);
+  press(GLFW_KEY_P);
+  press(GLFW_KEY_E);
+  press(GLFW_KEY_O);
+  const auto mesh = folder_ / "run-2" / "mesh_mm_001.obj";
+  for (int i = 0; i < 100 && !std::filesystem::exists(mesh); ++i) {
+    window_->turn(now_s_ += 0.3);
+    window_->host().wait(0.02);
+  }
+  EXPECT_TRUE(std::filesystem::exists(mesh));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "run-2" / "screenshot_001.png"));
+  EXPECT_FALSE(std::filesystem::exists(options_.picture_folder / "mesh_mm_001.obj"));
+  EXPECT_FALSE(std::filesystem::exists(options_.picture_folder / "screenshot_001.png"));
+}
+
+TEST_F(Window, AFolderThatCannotBeWrittenIsSaidNotThrown) {
+  write_bytes(options_.picture_folder, "a file, not a folder");
+  scan(1);
+  press(GLFW_KEY_P);
+  ASSERT_FALSE(window_->controls().toasts().empty());
+  EXPECT_TRUE(window_->controls().toasts().back().trouble);
+}
+
+}  // namespace
+}  // namespace gelslam::test
