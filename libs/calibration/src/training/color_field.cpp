@@ -13,16 +13,16 @@ constexpr double kTypicalAngleRad = 0.3;
 constexpr double kRidge = 1e-5;  // of a term of degree 1, relative to the samples' own weight
 constexpr double kPerDegree = 4.0;
 
-/// x^(k-j) y^j for k from 0 to `degree`.
-template <int degree>
-void monomials(float x, float y, float* out) {
-  float power_x[degree + 1], power_y[degree + 1];
-  power_x[0] = power_y[0] = 1.0F;
-  for (int k = 1; k <= degree; ++k) {
+/// x^(k-j) y^j for k from `first` to `last`.
+template <int first, int last, class Number>
+void monomials(Number x, Number y, Number* out) {
+  Number power_x[last + 1], power_y[last + 1];
+  power_x[0] = power_y[0] = Number(1);
+  for (int k = 1; k <= last; ++k) {
     power_x[k] = power_x[k - 1] * x;
     power_y[k] = power_y[k - 1] * y;
   }
-  for (int k = 0; k <= degree; ++k)
+  for (int k = first; k <= last; ++k)
     for (int j = 0; j <= k; ++j) *out++ = power_x[k - j] * power_y[j];
 }
 
@@ -30,15 +30,61 @@ void monomials(float x, float y, float* out) {
 void terms(const std::array<float, 2>& place, const std::array<float, 2>& angle, float* slope_out,
            float* place_out) {
   constexpr auto unit = static_cast<float>(1.0 / kTypicalAngleRad);
-  monomials<kSlopeDegree>(angle[0] * unit, angle[1] * unit, slope_out);
-  monomials<kPlaceDegree>(2.0F * place[0] - 1.0F, 2.0F * place[1] - 1.0F, place_out);
+  monomials<0, kSlopeDegree>(angle[0] * unit, angle[1] * unit, slope_out);
+  monomials<0, kPlaceDegree>(2.0F * place[0] - 1.0F, 2.0F * place[1] - 1.0F, place_out);
 }
 
+constexpr int kFolds = 5;
 constexpr int kSlopeTerms = ColorField::kSlopeTerms, kPlaceTerms = ColorField::kPlaceTerms;
 static_assert(kSlopeTerms == (kSlopeDegree + 1) * (kSlopeDegree + 2) / 2);
 static_assert(kPlaceTerms == (kPlaceDegree + 1) * (kPlaceDegree + 2) / 2);
 constexpr Eigen::Index kColumns = kSlopeTerms * kPlaceTerms;
 constexpr float kDarkShare = 0.04F;  // keeps shares finite where there is no light
+
+/// Some of the presses: features of their samples, the changes in levels (columns 0..2) and as shares (3..5),
+/// and what the normal equations need of them.
+struct Fold {
+  explicit Fold(const std::vector<const SlopeSample*>& samples)
+      : features(static_cast<Eigen::Index>(samples.size()), kColumns),
+        changes(features.rows(), 6),
+        levels_per_share(features.rows(), 3) {
+    for (Eigen::Index row = 0; row < features.rows(); ++row)
+      fill(row, *samples[static_cast<std::size_t>(row)]);
+    information = (features.transpose() * features).cast<double>();
+    right = (features.transpose() * changes).cast<double>();
+  }
+
+  void fill(Eigen::Index row, const SlopeSample& sample) {
+    std::array<float, kSlopeTerms> slope{};
+    std::array<float, kPlaceTerms> place{};
+    terms(sample.place, sample.angle_rad, slope.data(), place.data());
+    Eigen::Index column = 0;
+    for (const float s : slope)
+      for (const float p : place) features(row, column++) = s * p;
+    for (int c = 0; c < 3; ++c) {
+      const float flat = sample.flat_color[static_cast<std::size_t>(c)];
+      levels_per_share(row, c) = flat + kDarkShare;
+      changes(row, c) = sample.color[static_cast<std::size_t>(c)] - flat;
+      changes(row, 3 + c) = changes(row, c) / levels_per_share(row, c);
+    }
+  }
+
+  double rows() const { return static_cast<double>(features.rows()); }
+
+  Eigen::MatrixXf features;
+  Eigen::Matrix<float, Eigen::Dynamic, 6> changes;
+  Eigen::Matrix<float, Eigen::Dynamic, 3> levels_per_share;
+  Eigen::MatrixXd information, right;
+};
+
+/// Samples dealt out by their press, so that a fold is left out with all that is peculiar to its presses.
+std::vector<Fold> deal(const std::vector<SlopeSample>& samples) {
+  const std::size_t every = std::max<std::size_t>(1, samples.size() / kWantedRows);
+  std::array<std::vector<const SlopeSample*>, kFolds> split;
+  for (std::size_t k = 0; k < samples.size(); k += every)
+    split[static_cast<std::size_t>(std::max(0, samples[k].zone) % kFolds)].push_back(&samples[k]);
+  return {split.begin(), split.end()};
+}
 
 Eigen::VectorXd ridges() {
   Eigen::VectorXd result(kColumns);
@@ -50,34 +96,43 @@ Eigen::VectorXd ridges() {
   return result;
 }
 
+/// Coefficients, one column per channel and kind of change.
+Eigen::MatrixXd solve(Eigen::MatrixXd information, const Eigen::MatrixXd& right, double rows) {
+  information.diagonal() += rows * ridges();
+  return information.ldlt().solve(right);
+}
+
+/// Squared errors in levels on the samples of a fold, of both kinds of change.
+Eigen::Array2d errors_on(const Fold& fold, const Eigen::MatrixXd& solution) {
+  const Eigen::MatrixXf left = fold.changes - fold.features * solution.cast<float>();
+  return {static_cast<double>(left.leftCols<3>().squaredNorm()),
+          static_cast<double>(left.rightCols<3>().cwiseProduct(fold.levels_per_share).squaredNorm())};
+}
+
 }  // namespace
 
 ColorField::ColorField(const std::vector<SlopeSample>& samples) {
-  const std::size_t every = std::max<std::size_t>(1, samples.size() / kWantedRows);
-  Eigen::MatrixXd features(static_cast<Eigen::Index>((samples.size() + every - 1) / every), kColumns);
-  Eigen::MatrixX3d changes(features.rows(), 3);
-  for (Eigen::Index row = 0; row < features.rows(); ++row) {
-    const SlopeSample& sample = samples[static_cast<std::size_t>(row) * every];
-    std::array<float, kSlopeTerms> slope{};
-    std::array<float, kPlaceTerms> place{};
-    terms(sample.place, sample.angle_rad, slope.data(), place.data());
-    Eigen::Index column = 0;
-    for (const float s : slope)
-      for (const float p : place) features(row, column++) = static_cast<double>(s * p);
-    for (std::size_t c = 0; c < 3; ++c)
-      changes(row, static_cast<Eigen::Index>(c)) =
-          static_cast<double>((sample.color[c] - sample.flat_color[c]) / unit(sample.flat_color[c]));
+  const std::vector<Fold> parts = deal(samples);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kColumns, kColumns),
+                  right = Eigen::MatrixXd::Zero(kColumns, 6);
+  double rows = 0.0;
+  for (const Fold& part : parts) {
+    information += part.information;
+    right += part.right;
+    rows += part.rows();
   }
-  Eigen::MatrixXd information = features.transpose() * features;
-  information.diagonal() += static_cast<double>(features.rows()) * ridges();
-  const Eigen::MatrixX3d solution = information.ldlt().solve(features.transpose() * changes);
-  for (std::size_t c = 0; c < 3; ++c)
+  Eigen::Array2d errors = Eigen::Array2d::Zero();
+  for (const Fold& part : parts)
+    errors += errors_on(part, solve(information - part.information, right - part.right, rows - part.rows()));
+  relative_ = errors[1] < errors[0];
+  const Eigen::MatrixXd solution = solve(information, right, rows);
+  for (int c = 0; c < 3; ++c)
     for (Eigen::Index k = 0; k < kColumns; ++k)
-      coefficients_[c][static_cast<std::size_t>(k)] =
-          static_cast<float>(solution(k, static_cast<Eigen::Index>(c)));
+      coefficients_[static_cast<std::size_t>(c)][static_cast<std::size_t>(k)] =
+          static_cast<float>(solution(k, relative_ ? 3 + c : c));
 }
 
-float ColorField::unit(float flat) { return flat + kDarkShare; }
+float ColorField::unit(float flat) const { return relative_ ? flat + kDarkShare : 1.0F; }
 
 std::array<float, 3> ColorField::change(const std::array<float, 2>& place,
                                         const std::array<float, 2>& angle_rad) const {

@@ -15,6 +15,9 @@ struct SlopeSample {
   int u_px = 0, v_px = 0, zone = -1;           ///< zone -1: untouched gel
 };
 
+/// Slope angles of a ball of `ball_px` pixels radius at (u, v): atan2(u - center, depth of the surface).
+std::array<float, 2> ball_angles_rad(double du_px, double dv_px, double ball_px);
+
 /// Pixels inside the zones, on a grid just fine enough for about `wanted` in all, zones in turn.
 std::vector<SlopeSample> zone_samples(const PressSet& set, const std::vector<BallZone>& zones,
                                       double pixel_pitch_mm, int wanted);
@@ -25,8 +28,9 @@ std::vector<SlopeSample> flat_samples(const PressSet& set, int wanted);
 /// How color follows slope and place on the whole gel, smoothly: for each channel, the change against the
 /// background is a polynomial in the slope angles (degree 4) whose coefficients are polynomials in the place
 /// (degree 4). Its constant is not 0: gel that is pressed in flat does not look like bare gel. Least squares
-/// with a ridge that grows with the degree. The change is counted as a share of the background's light, which
-/// a lamp that is weaker in a corner takes from the bare and from the tilted gel alike.
+/// with a ridge that grows with the degree. The change is counted in gray levels, or as a share of the
+/// background's light, which a lamp that is weaker in a corner takes from the bare and from the tilted gel
+/// alike: whichever tells more of presses that are left out of the fit.
 class ColorField {
  public:
   static constexpr int kSlopeTerms = 15, kPlaceTerms = 15;  ///< of the two polynomials
@@ -37,9 +41,11 @@ class ColorField {
   std::array<float, 3> change(const std::array<float, 2>& place, const std::array<float, 2>& angle_rad) const;
 
   /// What one of the change is where the background's channel (0..1) is `flat`.
-  static float unit(float flat);
+  float unit(float flat) const;
+  bool is_relative() const { return relative_; }
 
  private:
+  bool relative_ = false;
   std::array<std::array<float, kSlopeTerms * kPlaceTerms>, 3> coefficients_{};
 };
 
