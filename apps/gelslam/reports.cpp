@@ -34,8 +34,7 @@ std::string reservation_words(const std::vector<std::string>& reservations) {
 std::string rig_words(const std::optional<RigPose>& rig) {
   if (!rig)
     return "the sensors' motions do not tell how they are fixed to each other: two maps (turn the object "
-           "more, "
-           "or give --rig FILE)";
+           "more, or give --rig FILE)";
   constexpr double kTwoSigma = 2.0;
   const Eigen::Vector3d mm = rig->first_T_second.translation();
   const Vector6d sigma = sigma_of(rig->covariance);

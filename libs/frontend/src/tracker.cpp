@@ -104,7 +104,8 @@ TrackedFrame Tracker::track(std::int64_t frame, double time_s, SurfacePtr surfac
   result.time_s = time_s;
   relocalization_debt_s_ = std::max(
       0.0, relocalization_debt_s_ - relocalization_share_ * (time_s - std::exchange(last_time_s_, time_s)));
-  if (surface->contact_pixels < options_.contact_threshold_px / (in_trial_ ? kContactShrinks : 1)) {
+  if (in_trial_ ? surface->contact_pixels < options_.contact_threshold_px / kContactShrinks
+                : !begins_touch(*surface)) {
     end_trial(result);
     return result;
   }

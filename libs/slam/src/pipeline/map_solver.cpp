@@ -1,6 +1,7 @@
 #include "pipeline/map_solver.hpp"
 
 #include <Eigen/Cholesky>
+#include <utility>
 
 #include "gelslam/backend/rig.hpp"
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -10,19 +11,18 @@
 namespace gelslam::slam::detail {
 namespace {
 
-/// Those of a rig that is known.
-std::vector<PoseGraphEdge> edges_of_rig(const SlamMap& map) {
-  return map.rig ? rig_edges(map.measured.rig.constraints, map.rig->first_T_second)
-                 : std::vector<PoseGraphEdge>();
+/// These edges, then those of the rig if it is known.
+std::vector<PoseGraphEdge> with_rig_edges(const SlamMap& map, std::vector<PoseGraphEdge> edges) {
+  if (!map.rig) return edges;
+  const std::vector<PoseGraphEdge> of_rig = rig_edges(map.measured.rig.constraints, map.rig->first_T_second);
+  edges.insert(edges.end(), of_rig.begin(), of_rig.end());
+  return edges;
 }
 
 /// `edges` without what contradicts them, or the rig.
 std::vector<PoseGraphEdge> consistent(const SlamMap& map, const std::vector<PoseGraphEdge>& edges,
                                       double scale_sigma) {
-  std::vector<PoseGraphEdge> all = edges;
-  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
-  all.insert(all.end(), of_rig.begin(), of_rig.end());
-  return chosen(edges, consistent_edges(all, scale_sigma));
+  return chosen(edges, consistent_edges(with_rig_edges(map, edges), scale_sigma));
 }
 
 RigPrior prior_of_rig(const SlamMap& map, double scale_sigma) {
@@ -52,13 +52,10 @@ void solve_again(SlamMap& map, double scale_sigma, const SlamOptions& options) {
 }
 
 Matrix6d rig_covariance(const SlamMap& map, const SlamOptions& options) {
-  const std::vector<RigConstraint>& constraints = map.measured.rig.constraints;
-  std::vector<PoseGraphEdge> edges = map.edges;
-  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
-  edges.insert(edges.end(), of_rig.begin(), of_rig.end());
-  return graph_covariances(edges, map.solution, constraints.front().first_keyframe, options.pose_graph,
+  const int gauge = map.measured.rig.constraints.front().first_keyframe;
+  return graph_covariances(with_rig_edges(map, map.edges), map.solution, gauge, options.pose_graph,
                            shared_unknowns(map, 0, options))
-      .shared_unknowns.topLeftCorner<6, 6>();
+      .shared_unknowns;
 }
 
 bool is_determined(const Matrix6d& covariance) {
@@ -88,6 +85,17 @@ void join_by_rig(SlamMap& map, const std::vector<PoseGraphEdge>& measured, doubl
   }
   map.edges = consistent(map, measured, scale_sigma);
   solve_again(map, scale_sigma, options);
+}
+
+/// Of the rig's pose, from that of all shared unknowns. Tilts and slides alone hardly tell the gradient
+/// scales, whatever their residuals say: the scales count as if the edges told nothing of them.
+Matrix6d covariance_of_rig(const Eigen::MatrixXd& unknowns, double scale_sigma) {
+  const Eigen::Index scales = unknowns.cols() - 6;
+  const Eigen::MatrixXd of_scales = unknowns.bottomRightCorner(scales, scales);
+  const Eigen::MatrixXd by_scales = of_scales.ldlt().solve(unknowns.bottomLeftCorner(scales, 6)).transpose();
+  Eigen::MatrixXd unexplained = -of_scales;
+  unexplained.diagonal() += scale_sigmas(scale_sigma).cwiseAbs2().replicate(scales / kScaleTerms, 1);
+  return unknowns.topLeftCorner<6, 6>() + by_scales * unexplained * by_scales.transpose();
 }
 
 }  // namespace
@@ -127,26 +135,10 @@ void add_overlap_edges(SlamMap& map, double scale_sigma, const SlamOptions& opti
   }
 }
 
-namespace {
-
-/// Of the rig's pose, from that of all shared unknowns. Tilts and slides alone hardly tell the gradient
-/// scales, whatever their residuals say: the scales count as if the edges told nothing of them.
-Matrix6d covariance_of_rig(const Eigen::MatrixXd& unknowns, double scale_sigma) {
-  const Eigen::Index scales = unknowns.cols() - 6;
-  const Eigen::MatrixXd of_scales = unknowns.bottomRightCorner(scales, scales);
-  const Eigen::MatrixXd by_scales = of_scales.ldlt().solve(unknowns.bottomLeftCorner(scales, 6)).transpose();
-  Eigen::MatrixXd unexplained = -of_scales;
-  unexplained.diagonal() += scale_sigmas(scale_sigma).cwiseAbs2().replicate(scales / kScaleTerms, 1);
-  return unknowns.topLeftCorner<6, 6>() + by_scales * unexplained * by_scales.transpose();
-}
-
-}  // namespace
-
 std::map<int, Matrix6d> assess_map(SlamMap& map, int anchor, double scale_sigma, const SlamOptions& options) {
   const double sigma = map.rig ? options.registration.gradient_scale_error : scale_sigma;
   const SharedUnknowns shared = shared_unknowns(map, sigma, options);
-  const std::vector<PoseGraphEdge> of_rig = edges_of_rig(map);
-  map.edges.insert(map.edges.end(), of_rig.begin(), of_rig.end());
+  map.edges = with_rig_edges(map, std::move(map.edges));
   GraphCovariances covariances =
       graph_covariances(map.edges, map.solution, anchor, options.pose_graph, shared);
   if (map.rig) map.rig->covariance = covariance_of_rig(covariances.shared_unknowns, sigma);

@@ -36,6 +36,12 @@ bool has_place(const ScanRecord& record, const FrameRecord& frame) {
   return frame.status == TrackStatus::tracked && record.has_keyframe(frame.keyframe);
 }
 
+/// Whether both refer to one keyframe, in one trial, and no picture between them is missing for long.
+bool is_step(const ScanRecord& record, const FrameRecord& before, const FrameRecord& after) {
+  return has_place(record, before) && has_place(record, after) && before.keyframe == after.keyframe &&
+         before.trial == after.trial && after.time_s - before.time_s <= kMaxGapS;
+}
+
 /// Where the sensor was at this time, between two of its frames that refer to one keyframe.
 std::optional<Place> place_at(const ScanRecord& record, double time_s) {
   const std::vector<FrameRecord>& frames = record.frames;
@@ -44,12 +50,10 @@ std::optional<Place> place_at(const ScanRecord& record, double time_s) {
                        [](const FrameRecord& frame, double time) { return frame.time_s < time; });
   if (after == frames.end() || !has_place(record, *after)) return std::nullopt;
   if (after->time_s == time_s) return Place{after->keyframe, after->keyframe_T_frame};
-  if (after == frames.begin()) return std::nullopt;
+  // A keyframe is itself the frame at which it was made, so that the frame before refers to another one.
+  if (after == frames.begin() || !is_step(record, *std::prev(after), *after)) return std::nullopt;
   const FrameRecord& before = *std::prev(after);
   const double gap_s = after->time_s - before.time_s;
-  if (!has_place(record, before) || before.trial != after->trial || gap_s > kMaxGapS) return std::nullopt;
-  // A keyframe is itself the frame at which it was made, so that the frame before refers to another one.
-  if (before.keyframe != after->keyframe) return std::nullopt;
   const Vector6d step = se3_log(before.keyframe_T_frame.inverse() * after->keyframe_T_frame);
   return Place{before.keyframe, before.keyframe_T_frame * se3_exp((time_s - before.time_s) / gap_s * step)};
 }
@@ -64,9 +68,7 @@ TurnRates turn_rates(const ScanRecord& record) {
   for (std::size_t i = 1; i < record.frames.size(); ++i) {
     const FrameRecord &before = record.frames[i - 1], &after = record.frames[i];
     const double gap_s = after.time_s - before.time_s;
-    if (!has_place(record, before) || !has_place(record, after) || before.keyframe != after.keyframe ||
-        before.trial != after.trial || gap_s <= 0 || gap_s > kMaxGapS)
-      continue;
+    if (gap_s <= 0 || !is_step(record, before, after)) continue;
     const double rate =
         rotation_angle_rad(before.keyframe_T_frame.inverse() * after.keyframe_T_frame) / gap_s;
     const auto begin = static_cast<std::size_t>(std::max(0.0, std::ceil(before.time_s / kStepS))),

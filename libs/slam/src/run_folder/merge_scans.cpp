@@ -98,6 +98,13 @@ void take_corrections(ScanRecord& record, const SavedMap& map, double pixel_pitc
   record.edges = scale_corrected(record.edges, map.slope_correction.linear());
 }
 
+/// Makes a record of any sensor one that can be joined with the first. `source`: where it comes from.
+void correct_alone(ScanRecord& record, const fs::path& source, const SavedMap& map, const Config& config) {
+  check_resolution(source, record, config.sensor.pixel_pitch_mm);
+  take_corrections(record, map, config.sensor.pixel_pitch_mm, config.slam);
+  for (ScanPart& part : record.parts) part.model_crc32 = 0;
+}
+
 /// Appends `next` to `all`, whose numbers go on.
 struct Offsets {
   int keyframe = 0, trial = 0;
@@ -250,10 +257,7 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
   }
   if (!can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
-      check_resolution(request.runs[i], records[i], config.sensor.pixel_pitch_mm);
-      take_corrections(records[i], load_map(request.runs[i] / "session"), config.sensor.pixel_pitch_mm,
-                       config.slam);
-      for (ScanPart& part : records[i].parts) part.model_crc32 = 0;
+      correct_alone(records[i], request.runs[i], load_map(request.runs[i] / "session"), config);
       if (records[i].parts.empty()) records[i].parts.push_back({0, "", 0, request.runs[i].string()});
     }
     config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
@@ -280,9 +284,7 @@ ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& prog
   for (std::size_t sensor = 0; sensor < configs.size() && !stop_requested(); ++sensor) {
     const Run run = map_log(request.inputs[sensor], configs[sensor], progress, stop_requested, {}, timer);
     records.push_back(run.map.measured);
-    check_resolution(request.inputs[sensor].log, records.back(), config.sensor.pixel_pitch_mm);
-    take_corrections(records.back(), corrections_of(run.map), config.sensor.pixel_pitch_mm, config.slam);
-    for (ScanPart& part : records.back().parts) part.model_crc32 = 0;
+    correct_alone(records.back(), logs[sensor], corrections_of(run.map), config);
     if (!run.account.summary.warning.empty()) records.back().warnings.push_back(run.account.summary.warning);
   }
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");

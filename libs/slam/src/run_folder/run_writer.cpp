@@ -12,6 +12,7 @@
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/session.hpp"
 #include "gelslam/slam/trial_drift.hpp"
+#include "run_folder/session_text.hpp"
 
 namespace gelslam {
 namespace {
@@ -99,14 +100,12 @@ ordered_json uncertainty_fields(const TrajectoryUncertainty& uncertainty) {
 
 ordered_json rig_fields(const SlamMap& map) {
   const Vector6d sigma = sigma_of(map.rig->covariance);
-  ordered_json pose = ordered_json::array(), sigma_mm = ordered_json::array(),
-               sigma_deg = ordered_json::array();
+  ordered_json sigma_mm = ordered_json::array(), sigma_deg = ordered_json::array();
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) pose.push_back(map.rig->first_T_second(row, column));
     sigma_deg.push_back(sigma[row] * kDegreesPerRadian);
     sigma_mm.push_back(sigma[3 + row]);
   }
-  return {{"first_T_second_mm", pose},
+  return {{"first_T_second_mm", slam::detail::numbers(map.rig->first_T_second)},
           {"sigma_mm", sigma_mm},
           {"sigma_deg", sigma_deg},
           {"constraints", map.measured.rig.constraints.size()},
