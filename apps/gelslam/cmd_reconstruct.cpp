@@ -22,6 +22,13 @@ struct ReconstructArguments {
   bool overwrite = false, quiet = false;
 };
 
+int report(const ReconstructSummary& summary, const ReconstructArguments& arguments) {
+  std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
+  if (summary.tracked > 0) return kExitDone;
+  std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
+  return kExitNotGood;
+}
+
 int run_one(const ReconstructArguments& arguments) {
   ReconstructRequest request;
   request.input = arguments.log.input();
@@ -34,12 +41,7 @@ int run_one(const ReconstructArguments& arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary = reconstruct(request, *progress, [&] { return interrupt.requested(); });
-  std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
-  if (summary.tracked == 0) {
-    std::cerr << "nothing ever touched the sensor: the mesh is empty\n";
-    return kExitNotGood;
-  }
-  return kExitDone;
+  return report(summary, arguments);
 }
 
 int run_rig(const ReconstructArguments& arguments) {
@@ -58,8 +60,8 @@ int run_rig(const ReconstructArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary =
       reconstruct_rig(request, *progress, [&] { return interrupt.requested(); });
-  std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
-  return summary.completeness.complete() ? kExitDone : kExitNotGood;
+  const int exit_code = report(summary, arguments);
+  return summary.completeness.complete() ? exit_code : kExitNotGood;
 }
 
 int run(const ReconstructArguments& arguments, const CLI::App& command) {
