@@ -17,7 +17,7 @@ namespace {
 struct ReconstructArguments {
   std::vector<std::string> logs;
   LogOptions log;
-  std::string run_folder, continued, rig;
+  std::string run_folder, continued, rig, opening;
   int jobs = 0;
   bool overwrite = false, quiet = false;
 };
@@ -53,7 +53,12 @@ int run_rig(const ReconstructArguments& arguments) {
     request.inputs[sensor] = arguments.log.input();
     request.inputs[sensor].log = arguments.logs[sensor];
   }
-  if (!arguments.rig.empty()) request.known = read_rig(arguments.rig);
+  if (!arguments.rig.empty()) {
+    const RigFile rig = read_rig(arguments.rig);
+    request.known = rig.pose;
+    request.gripper.axis = rig.opening_axis;
+  }
+  if (!arguments.opening.empty()) request.gripper.openings = read_openings(arguments.opening);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
   const InterruptWatch interrupt;
@@ -110,6 +115,10 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->expected(0, 1)
       ->excludes(jobs)
       ->excludes("--continue");
+  command
+      ->add_option("--opening", arguments->opening,
+                   "With --rig: how far a gripper that holds the sensors was open (CSV: time_s,opening_mm)")
+      ->needs("--rig");
   command->add_flag("--overwrite", arguments->overwrite,
                     "Replace the run folder if it is there (of several logs: also what is finished)");
   add_quiet_flag(*command, arguments->quiet);

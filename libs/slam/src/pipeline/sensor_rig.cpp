@@ -58,10 +58,10 @@ std::optional<Place> place_at(const ScanRecord& record, double time_s) {
   return Place{before.keyframe, before.keyframe_T_frame * se3_exp((time_s - before.time_s) / gap_s * step)};
 }
 
-/// Radians per second, every kStepS from time 0 on; NaN where the sensor was not tracked.
+/// Radians per second, in the middle of every kStepS from time 0 on; NaN where the sensor was not tracked.
 using TurnRates = std::vector<double>;
 
-constexpr double kStepS = 0.02;
+constexpr double kStepS = 0.02, kMinCorrelation = 0.7;
 
 TurnRates turn_rates(const ScanRecord& record) {
   TurnRates rates;
@@ -71,8 +71,8 @@ TurnRates turn_rates(const ScanRecord& record) {
     if (gap_s <= 0 || !is_step(record, before, after)) continue;
     const double rate =
         rotation_angle_rad(before.keyframe_T_frame.inverse() * after.keyframe_T_frame) / gap_s;
-    const auto begin = static_cast<std::size_t>(std::max(0.0, std::ceil(before.time_s / kStepS))),
-               end = static_cast<std::size_t>(std::max(0.0, std::ceil(after.time_s / kStepS)));
+    const auto begin = static_cast<std::size_t>(std::max(0.0, std::round(before.time_s / kStepS))),
+               end = static_cast<std::size_t>(std::max(0.0, std::round(after.time_s / kStepS)));
     if (rates.size() < end) rates.resize(end, std::nan(""));
     for (std::size_t step = begin; step < end; ++step) rates[step] = rate;
   }
@@ -107,39 +107,96 @@ double peak_between(const std::vector<double>& values, std::size_t peak) {
   return bend < 0 ? 0.5 * (before - after) / bend : 0;
 }
 
+/// Where a(t) and b(t - lag) correlate best, in steps.
+struct Peak {
+  double lag = 0, correlation = -1;
+};
+
+Peak peak_of(const TurnRates& a, const TurnRates& b, int first_lag, int last_lag) {
+  std::vector<double> correlations;
+  std::size_t best = 0;
+  for (int lag = first_lag; lag <= last_lag; ++lag) {
+    correlations.push_back(correlation(a, b, lag));
+    if (correlations.back() > correlations[best]) best = correlations.size() - 1;
+  }
+  return {first_lag + static_cast<double>(best) + peak_between(correlations, best), correlations[best]};
+}
+
+/// As a clock that goes at another rate would have recorded it.
+TurnRates at_rate(const TurnRates& rates, double rate) {
+  TurnRates stretched(static_cast<std::size_t>(static_cast<double>(rates.size() - 1) * rate));
+  for (std::size_t step = 0; step < stretched.size(); ++step)
+    stretched[step] = rates[static_cast<std::size_t>(std::lround(static_cast<double>(step) / rate))];
+  return stretched;
+}
+
+/// The clock that explains the most, if that is clearly more than `steady` does, at rate 1.
+std::optional<SecondClock> drifting_clock(const TurnRates& a, const TurnRates& b, const Peak& steady) {
+  constexpr double kMaxDrift = 0.003, kStepsAtEnds = 2;  // between two rates that are tried
+  // Of the logarithm of the share that stays unexplained, times seconds. Without a drift, it stays below 3.
+  constexpr double kMinEvidence = 4;
+  if (steady.correlation <= 0) return std::nullopt;
+  const double begin = std::max(0.0, -steady.lag),
+               end = std::min(static_cast<double>(b.size()), static_cast<double>(a.size()) - steady.lag),
+               length = end - begin, step = 2 * kStepsAtEnds / length;
+  const int reach = 3 + static_cast<int>(0.25 * kMaxDrift * length),
+            most = static_cast<int>(kMaxDrift / step);
+  const auto peak_at = [&](double rate) {
+    const int lag = static_cast<int>(std::lround(steady.lag + (1 - rate) * 0.5 * (begin + end)));
+    return peak_of(a, at_rate(b, rate), lag - reach, lag + reach);
+  };
+  std::vector<double> correlations;
+  for (int k = -most; k <= most; ++k) correlations.push_back(peak_at(1 + k * step).correlation);
+  const auto best =
+      static_cast<int>(std::max_element(correlations.begin(), correlations.end()) - correlations.begin());
+  const double rate = 1 + step * (best - most + peak_between(correlations, index(best)));
+  const Peak peak = peak_at(rate);
+  const double unexplained = (1 - std::pow(steady.correlation, 2)) / (1 - std::pow(peak.correlation, 2));
+  if (peak.correlation < kMinCorrelation || !(std::log(unexplained) * length * kStepS > kMinEvidence))
+    return std::nullopt;
+  return SecondClock{peak.lag * kStepS, rate};
+}
+
 }  // namespace
 
-double time_offset_s(const ScanRecord& first, const ScanRecord& second) {
-  constexpr double kMaxOffsetS = 30, kMinCorrelation = 0.7, kClearlyBetter = 0.1;
+SecondClock second_clock(const ScanRecord& first, const ScanRecord& second) {
+  constexpr double kMaxOffsetS = 30, kClearlyBetter = 0.1;
   const TurnRates a = turn_rates(first), b = turn_rates(second);
-  const int most = static_cast<int>(kMaxOffsetS / kStepS);
-  int best = 0;
-  std::vector<double> correlations;
-  for (int lag = -most; lag <= most; ++lag) {
-    correlations.push_back(correlation(a, b, lag));
-    if (correlations.back() > correlations[index(best)]) best = lag + most;
-  }
-  const double most_alike = correlations[index(best)];
-  if (most_alike < kMinCorrelation || most_alike < correlations[index(most)] + kClearlyBetter) return 0;
-  return (best - most + peak_between(correlations, index(best))) * kStepS;
+  constexpr int kMost = static_cast<int>(kMaxOffsetS / kStepS);
+  const Peak peak = peak_of(a, b, -kMost, kMost);
+  if (const auto drifting = drifting_clock(a, b, peak)) return *drifting;
+  if (peak.correlation < kMinCorrelation || peak.correlation < correlation(a, b, 0) + kClearlyBetter)
+    return {};
+  return {peak.lag * kStepS};
+}
+
+Eigen::Vector3d Gripper::moved_mm(double time_s) const {
+  const auto after =
+      std::lower_bound(openings.begin(), openings.end(), time_s,
+                       [](const Opening& opening, double time) { return opening.time_s < time; });
+  if (openings.empty()) return Eigen::Vector3d::Zero();
+  if (after == openings.begin() || after == openings.end())
+    return axis * (after == openings.end() ? openings.back() : openings.front()).mm;
+  const Opening& before = *std::prev(after);
+  return axis * std::lerp(before.mm, after->mm, (time_s - before.time_s) / (after->time_s - before.time_s));
 }
 
 std::vector<RigConstraint> rig_constraints(const ScanRecord& first, const ScanRecord& second,
-                                           double second_start_s) {
+                                           const SecondClock& clock, const Gripper& gripper) {
   const std::map<int, Matrix6d> first_covariances = frame_covariances(first),
                                 second_covariances = frame_covariances(second);
   std::vector<RigConstraint> constraints;
   std::optional<double> last_s;
   for (const FrameRecord& frame : first.frames) {
     if (!has_place(first, frame) || (last_s && frame.time_s < *last_s + 1 / kConstraintsPerS)) continue;
-    const std::optional<Place> place = place_at(second, frame.time_s - second_start_s);
+    const std::optional<Place> place = place_at(second, clock.time_s(frame.time_s));
     if (!place) continue;
     const auto of_first = first_covariances.find(frame.keyframe),
                of_second = second_covariances.find(place->keyframe);
     if (of_first == first_covariances.end() || of_second == second_covariances.end()) continue;
     last_s = frame.time_s;
     constraints.push_back({frame.keyframe, place->keyframe, frame.keyframe_T_frame, place->keyframe_T_sensor,
-                           of_first->second, of_second->second});
+                           of_first->second, of_second->second, gripper.moved_mm(frame.time_s)});
   }
   return constraints;
 }

@@ -11,7 +11,6 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/continue_scan.hpp"
 #include "gelslam/slam/mapper.hpp"
-#include "gelslam/slam/sensor_rig.hpp"
 #include "gelslam/slam/session.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "run_folder/run_writer.hpp"
@@ -159,7 +158,7 @@ void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
   }
   if (!next.rig.constraints.empty())
     all.rig = {renumbered(next.rig.constraints, by.keyframe, by.keyframe),
-               next.rig.first_of_second + by.keyframe, next.rig.second_start_s, next.rig.known};
+               next.rig.first_of_second + by.keyframe, next.rig.clock, next.rig.known};
   all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
 }
 
@@ -218,16 +217,16 @@ ReconstructSummary write_joined(RunFolder& folder, const Config& config, const S
 
 /// Scans of two sensors at the same time, whose own maps have corrected them.
 ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::optional<RigPose>& known,
-                         const SlamOptions& options, ProgressSink& progress,
+                         const Gripper& gripper, const SlamOptions& options, ProgressSink& progress,
                          const std::function<bool()>& stop_requested) {
-  const double second_start_s = time_offset_s(records[0], records[1]);
-  const std::vector<RigConstraint> constraints = rig_constraints(records[0], records[1], second_start_s);
+  const SecondClock clock = second_clock(records[0], records[1]);
+  const std::vector<RigConstraint> constraints = rig_constraints(records[0], records[1], clock, gripper);
   ScanRecord all = joined(records, options, progress, stop_requested);
   if (constraints.empty())
     all.warnings.push_back(
         "the two sensors were never tracked at the same time: only common places join them");
   const int first_of_second = static_cast<int>(records[0].keyframes.size());
-  all.rig = {renumbered(constraints, 0, first_of_second), first_of_second, second_start_s, known};
+  all.rig = {renumbered(constraints, 0, first_of_second), first_of_second, clock, known};
   return all;
 }
 
@@ -289,7 +288,8 @@ ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& prog
   }
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
   config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
-  const ScanRecord all = joined_by_rig(records, request.known, config.slam, progress, stop_requested);
+  const ScanRecord all =
+      joined_by_rig(records, request.known, request.gripper, config.slam, progress, stop_requested);
   RunAccount account;
   account.log_description = "two sensors that are fixed to each other";
   account.times = timer.statistics();

@@ -109,7 +109,8 @@ ordered_json rig_fields(const SlamMap& map) {
           {"sigma_mm", sigma_mm},
           {"sigma_deg", sigma_deg},
           {"constraints", map.measured.rig.constraints.size()},
-          {"second_start_s", map.measured.rig.second_start_s}};
+          {"second_start_s", map.measured.rig.clock.start_s},
+          {"second_rate", map.measured.rig.clock.rate}};
 }
 
 ordered_json report(const Config& config, const SlamMap& map, const RunAccount& account) {

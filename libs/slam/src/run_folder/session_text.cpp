@@ -14,6 +14,15 @@ namespace {
 constexpr double kMaxInformation = 1e12;  // sigmas of a millionth of a radian and of a millimeter
 constexpr std::string_view kChecksumMember = ",\"crc32\":";
 
+Json numbers(const Eigen::Vector3d& mm) { return {mm.x(), mm.y(), mm.z()}; }
+
+Eigen::Vector3d point_from(const Json& json) {
+  if (json.size() != 3) throw Error("an edge's numbers are incomplete");
+  Eigen::Vector3d mm;
+  for (int c = 0; c < 3; ++c) mm[c] = number_from(json.at(static_cast<std::size_t>(c)), kMaxDistanceMm);
+  return mm;
+}
+
 EdgeKind kind_from(const Json& json) {
   const auto word = json.get<std::string>();
   if (word != "loop" && word != "odometry") throw Error("unknown kind of an edge");
@@ -101,13 +110,12 @@ Matrix6d matrix_from(const Json& json) {
 }
 
 Json json_of(const PoseGraphEdge& edge) {
-  const Eigen::Vector3d& center = edge.shared_center_mm;
   return {{"from", edge.from},
           {"to", edge.to},
           {"kind", edge.kind == EdgeKind::loop ? "loop" : "odometry"},
           {"from_T_to_mm", numbers(edge.from_T_to)},
           {"information", numbers(edge.information)},
-          {"shared_center_mm", {center.x(), center.y(), center.z()}},
+          {"shared_center_mm", numbers(edge.shared_center_mm)},
           {"tentative", edge.tentative}};
 }
 
@@ -118,43 +126,46 @@ PoseGraphEdge edge_from(const Json& json) {
   edge.kind = kind_from(json.at("kind"));
   edge.from_T_to = pose_from(json.at("from_T_to_mm"));
   edge.information = matrix_from(json.at("information"));
-  const Json& center = json.at("shared_center_mm");
-  if (center.size() != 3) throw Error("an edge's numbers are incomplete");
-  for (int c = 0; c < 3; ++c)
-    edge.shared_center_mm[c] = number_from(center[static_cast<std::size_t>(c)], kMaxDistanceMm);
+  edge.shared_center_mm = point_from(json.at("shared_center_mm"));
   edge.tentative = json.at("tentative").get<bool>();
   return edge;
 }
 
 Json json_of(const SensorRig& rig) {
   Json constraints = Json::array();
-  for (const RigConstraint& constraint : rig.constraints)
+  for (const RigConstraint& constraint : rig.constraints) {
     constraints.push_back({{"keyframes", {constraint.first_keyframe, constraint.second_keyframe}},
                            {"first_keyframe_T_sensor_mm", numbers(constraint.first_keyframe_T_sensor)},
                            {"second_keyframe_T_sensor_mm", numbers(constraint.second_keyframe_T_sensor)},
                            {"first_covariance", numbers(constraint.first_covariance)},
                            {"second_covariance", numbers(constraint.second_covariance)}});
+    if (!constraint.opening_mm.isZero(0)) constraints.back()["opening_mm"] = numbers(constraint.opening_mm);
+  }
   Json known;
   if (rig.known)
     known = {{"first_T_second_mm", numbers(rig.known->first_T_second)},
              {"covariance", numbers(rig.known->covariance)}};
   return {{"constraints", constraints},
           {"first_of_second", rig.first_of_second},
-          {"second_start_s", rig.second_start_s},
+          {"second_start_s", rig.clock.start_s},
+          {"second_rate", rig.clock.rate},
           {"known", known}};
 }
 
 SensorRig rig_from(const Json& json) {
   SensorRig rig;
-  for (const Json& entry : json.at("constraints"))
+  for (const Json& entry : json.at("constraints")) {
     rig.constraints.push_back({integer_from(entry.at("keyframes").at(0), 0, kMaxKeyframeId),
                                integer_from(entry.at("keyframes").at(1), 0, kMaxKeyframeId),
                                pose_from(entry.at("first_keyframe_T_sensor_mm")),
                                pose_from(entry.at("second_keyframe_T_sensor_mm")),
                                matrix_from(entry.at("first_covariance")),
                                matrix_from(entry.at("second_covariance"))});
+    if (entry.contains("opening_mm")) rig.constraints.back().opening_mm = point_from(entry.at("opening_mm"));
+  }
   rig.first_of_second = integer_from(json.at("first_of_second"), 0, kMaxKeyframeId);
-  rig.second_start_s = number_from(json.at("second_start_s"), kMaxTimeS);
+  rig.clock.start_s = number_from(json.at("second_start_s"), kMaxTimeS);
+  if (json.contains("second_rate")) rig.clock.rate = number_from(json.at("second_rate"), /*most=*/2);
   const Json& known = json.at("known");
   if (!known.is_null())
     rig.known = {pose_from(known.at("first_T_second_mm")), matrix_from(known.at("covariance"))};

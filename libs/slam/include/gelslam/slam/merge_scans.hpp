@@ -10,6 +10,7 @@
 #include "gelslam/core/progress.hpp"
 #include "gelslam/slam/config.hpp"
 #include "gelslam/slam/reconstruct.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
 
 namespace gelslam {
 
@@ -29,6 +30,7 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
 struct RigRequest {
   std::array<LogInput, 2> inputs;  ///< recorded at the same time: times of both count from one start
   std::optional<RigPose> known;    ///< of the second sensor in the first; nothing: it is found
+  Gripper gripper;
   std::filesystem::path run_folder;
   bool overwrite = false;
 };

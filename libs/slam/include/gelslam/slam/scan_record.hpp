@@ -43,11 +43,17 @@ struct ScanPart {
 /// Index of the part that a frame belongs to; 0 without parts.
 std::size_t part_of_frame(const std::vector<ScanPart>& parts, std::int64_t frame);
 
+/// The clock of a second recording: where it says t, that of the first says start_s + rate * t.
+struct SecondClock {
+  double start_s = 0, rate = 1;
+  double time_s(double first_s) const { return (first_s - start_s) / rate; }
+};
+
 /// Two sensors that are fixed to each other felt the object at the same time.
 struct SensorRig {
   std::vector<RigConstraint> constraints;  ///< none: one sensor, or scans made one after the other
   int first_of_second = 0;       ///< the second sensor's first keyframe; no later one is the first's
-  double second_start_s = 0;     ///< time_offset_s()
+  SecondClock clock;             ///< second_clock()
   std::optional<RigPose> known;  ///< before the scan
 };
 
