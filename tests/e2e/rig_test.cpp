@@ -63,11 +63,40 @@ TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
               0.05);
 }
 
+// As a peanut is rolled between them, the fingers open and close by 2 mm.
+TEST(RigProgram, GripperMayOpenAndClose) {
+  constexpr double kClosedMm = 12.2;
+  const TemporaryFolder folder;
+  const auto rig = folder / "rig.yaml";
+  std::ofstream(rig) << "second_y: {x: 0, y: -1, z: 0}\nsecond_z: {x: 0, y: 0, z: -1}\n"
+                     << "second_origin: {x: 1.5, y: 0.8, z: " << kClosedMm << "}\n";
+  const ProgramResult simulated =
+      gelslam({"simulate", "scan", "--object", "peanut", "--motion", "roll", "--frames", "160", "--rig",
+               rig.string(), "--gripper", "--calibration",
+               scan().model().parent_path().parent_path().string(), "-q", "-o", (folder / "logs").string()});
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const ProgramResult done =
+      gelslam({"reconstruct", (folder / "logs/first").string(), (folder / "logs/second").string(), "--rig",
+               "-q", "--opening", (folder / "logs/opening.csv").string(), "-o", (folder / "run").string()});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const auto found = report_of(folder / "run").at("rig").at("first_T_second_mm").get<std::vector<double>>();
+  // Without the openings, it is wrong by 4 mm and more.
+  EXPECT_NEAR(found[3], 1.5, 1);
+  EXPECT_NEAR(found[7], 0.8, 1);
+  EXPECT_NEAR(found[11], kClosedMm, 0.1 * kClosedMm);
+}
+
 TEST(RigProgram, MistakesAreSaidInOneLine) {
   const ProgramResult one = gelslam({"reconstruct", "a.mkv", "--rig", "-o", "run"});
   EXPECT_THAT(one.err, HasSubstr("--rig takes the logs of two sensors"));
   const ProgramResult missing = gelslam({"reconstruct", "a.mkv", "b.mkv", "--rig", "none.yaml", "-o", "run"});
   EXPECT_THAT(missing.err, HasSubstr("none.yaml"));
+  const std::string log = scan().log().string();
+  EXPECT_THAT(gelslam({"reconstruct", log, log, "--rig", "-o", "run"}).err, HasSubstr("is given twice"));
+  const ProgramResult no_opening =
+      gelslam({"reconstruct", "a.mkv", "b.mkv", "--rig", "--opening", "none.csv", "-o", "run"});
+  EXPECT_EQ(no_opening.exit_code, 2);
+  EXPECT_THAT(no_opening.err, HasSubstr("none.csv"));
 }
 
 }  // namespace

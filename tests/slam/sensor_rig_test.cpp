@@ -63,7 +63,7 @@ TEST(SensorRig, NothingIsSaidWhereOneOfThemIsLost) {
 /// A hand that turns faster and slower, never twice alike.
 Pose unsteady(double time_s) {
   return se3_exp({0.3 * std::sin(2.1 * time_s) + 0.2 * std::sin(5.3 * time_s), 0.2 * std::sin(3.7 * time_s),
-                  0, 0, 0, 0});
+                  0.2 * std::sin(std::sqrt(2.0) * time_s), 0, 0, 0});
 }
 
 /// `rate`: seconds per second that the recording's clock counts.
@@ -92,7 +92,7 @@ TEST(SensorRig, ClocksMayDrift) {
           second_clock(unsteadily(25, 10, 120), unsteadily(30, 10 + offset_s, 120, rate));
       for (const double time_s : {0.0, 60.0, 120.0})
         EXPECT_NEAR(clock.start_s + clock.rate * time_s, offset_s + rate * time_s, 0.005) << rate << time_s;
-      if (rate == 1) EXPECT_EQ(clock.rate, 1);
+      EXPECT_EQ(clock.rate == 1, rate == 1);
     }
 }
 
