@@ -37,15 +37,19 @@ ScanRecord recorded(double rate_hz, double first_s = 0) {
 }
 
 TEST(SensorRig, SecondSensorIsInterpolatedAtTheFirstOnesFrames) {
-  const ScanRecord first = recorded(25), second = recorded(30, 0.011);
-  const std::vector<RigConstraint> constraints = rig_constraints(first, second, {});
-  ASSERT_GE(constraints.size(), 15u);
-  EXPECT_LE(constraints.size(), 20u) << "five per second";
-  for (const RigConstraint& constraint : constraints) {
-    const Pose first_place = place(2 * constraint.first_keyframe) * constraint.first_keyframe_T_sensor,
-               second_place = place(2 * constraint.second_keyframe) * constraint.second_keyframe_T_sensor;
-    EXPECT_LT((first_place.inverse() * second_place).translation().norm(), 1e-6);
-    EXPECT_GT(constraint.first_covariance.trace(), 0);
+  for (const SecondClock& clock : {SecondClock{}, SecondClock{0.3, 1.002}}) {
+    const ScanRecord first = recorded(25);
+    ScanRecord second = recorded(30, 0.011);
+    for (FrameRecord& frame : second.frames) frame.time_s = clock.time_s(frame.time_s);
+    const std::vector<RigConstraint> constraints = rig_constraints(first, second, clock);
+    ASSERT_GE(constraints.size(), 15u);
+    EXPECT_LE(constraints.size(), 20u) << "five per second";
+    for (const RigConstraint& constraint : constraints) {
+      const Pose first_place = place(2 * constraint.first_keyframe) * constraint.first_keyframe_T_sensor,
+                 second_place = place(2 * constraint.second_keyframe) * constraint.second_keyframe_T_sensor;
+      EXPECT_LT((first_place.inverse() * second_place).translation().norm(), 1e-6);
+      EXPECT_GT(constraint.first_covariance.trace(), 0);
+    }
   }
 }
 
@@ -62,8 +66,11 @@ TEST(SensorRig, NothingIsSaidWhereOneOfThemIsLost) {
 
 /// A hand that turns faster and slower, never twice alike.
 Pose unsteady(double time_s) {
-  return se3_exp({0.3 * std::sin(2.1 * time_s) + 0.2 * std::sin(5.3 * time_s), 0.2 * std::sin(3.7 * time_s),
-                  0.2 * std::sin(std::sqrt(2.0) * time_s), 0, 0, 0});
+  Vector6d turn = Vector6d::Zero();
+  int axis = 0;
+  for (const double prime : {2, 3, 5, 7, 11, 13, 17, 19, 23})
+    turn[axis++ % 3] += 0.1 * std::sin(1.3 * std::sqrt(prime) * time_s);
+  return se3_exp(turn);
 }
 
 /// `rate`: seconds per second that the recording's clock counts.
