@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -122,6 +123,15 @@ Peak peak_of(const TurnRates& a, const TurnRates& b, int first_lag, int last_lag
   return {first_lag + static_cast<double>(best) + peak_between(correlations, best), correlations[best]};
 }
 
+/// Means of 0.2 s: the noise of poses is most of what two frames differ by, and a drift changes little more.
+TurnRates smoothed(const TurnRates& rates) {
+  constexpr std::size_t kReach = 5;
+  TurnRates means(rates.size(), std::nan(""));
+  for (std::size_t i = kReach; i + kReach < rates.size(); ++i)
+    means[i] = std::accumulate(&rates[i - kReach], &rates[i + kReach] + 1, 0.0) / (2 * kReach + 1);
+  return means;
+}
+
 /// As a clock that goes at another rate would have recorded it.
 TurnRates at_rate(const TurnRates& rates, double rate) {
   TurnRates stretched(static_cast<std::size_t>(static_cast<double>(rates.size() - 1) * rate));
@@ -130,10 +140,10 @@ TurnRates at_rate(const TurnRates& rates, double rate) {
   return stretched;
 }
 
-/// The clock that explains the most, if that is clearly more than `steady` does, at rate 1.
+/// The clock that explains the most, if that is clearly more than one at rate 1 does, near `steady`.
 std::optional<SecondClock> drifting_clock(const TurnRates& a, const TurnRates& b, const Peak& steady) {
   constexpr double kMaxDrift = 0.003, kStepsAtEnds = 2;  // between two rates that are tried
-  // Of the logarithm of the share that stays unexplained, times seconds. Without a drift, it stays below 3.
+  // Of the logarithm of the share that stays unexplained, times seconds. Without a drift, it stays below 2.
   constexpr double kMinEvidence = 4;
   if (steady.correlation <= 0) return std::nullopt;
   const double begin = std::max(0.0, -steady.lag),
@@ -151,7 +161,8 @@ std::optional<SecondClock> drifting_clock(const TurnRates& a, const TurnRates& b
       static_cast<int>(std::max_element(correlations.begin(), correlations.end()) - correlations.begin());
   const double rate = 1 + step * (best - most + peak_between(correlations, index(best)));
   const Peak peak = peak_at(rate);
-  const double unexplained = (1 - std::pow(steady.correlation, 2)) / (1 - std::pow(peak.correlation, 2));
+  const double unexplained =
+      (1 - std::pow(correlations[index(most)], 2)) / (1 - std::pow(peak.correlation, 2));
   if (peak.correlation < kMinCorrelation || !(std::log(unexplained) * length * kStepS > kMinEvidence))
     return std::nullopt;
   return SecondClock{peak.lag * kStepS, rate};
@@ -164,7 +175,7 @@ SecondClock second_clock(const ScanRecord& first, const ScanRecord& second) {
   const TurnRates a = turn_rates(first), b = turn_rates(second);
   constexpr int kMost = static_cast<int>(kMaxOffsetS / kStepS);
   const Peak peak = peak_of(a, b, -kMost, kMost);
-  if (const auto drifting = drifting_clock(a, b, peak)) return *drifting;
+  if (const auto drifting = drifting_clock(smoothed(a), smoothed(b), peak)) return *drifting;
   if (peak.correlation < kMinCorrelation || peak.correlation < correlation(a, b, 0) + kClearlyBetter)
     return {};
   return {peak.lag * kStepS};
