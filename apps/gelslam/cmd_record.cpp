@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <deque>
 #include <filesystem>
 #include <memory>
@@ -55,16 +56,14 @@ std::string choice_for(std::size_t sensor, std::size_t sensors, const std::vecto
   return given.empty() ? "" : given[std::min(sensor, given.size() - 1)];
 }
 
-RecordSource open_source(const RecordArguments& arguments, const std::string& name, const Config& config) {
-  RecordSource source{config, nullptr};
+RecordSource open_source(const RecordArguments& arguments, const std::string& name, const LogInput& input) {
+  RecordSource source{find_config(input), nullptr};
   if (arguments.from.empty()) {
-    CameraInput camera = open_camera_input(config, name);
-    source.frames = std::move(camera.frames);
-    source.attachments = std::move(camera.attachments);
-    return source;
+    CameraInput camera = open_camera_input(source.config, name);
+    return {source.config, std::move(camera.frames), std::move(camera.attachments)};
   }
-  source.attachments = attachments_of(config);
-  source.frames = open_raw_log(name, config.sensor);
+  source.attachments = attachments_of(source.config);
+  source.frames = open_raw_log(name, source.config.sensor);
   const LogAttachments old = is_matroska(name) ? read_log_attachments(name) : LogAttachments{};
   source.attachments.sensor = old.sensor.empty() ? source.frames->description() : old.sensor;
   source.attachments.camera_settings = old.camera_settings;
@@ -73,44 +72,21 @@ RecordSource open_source(const RecordArguments& arguments, const std::string& na
 
 std::vector<RecordSource> open_sources(const RecordArguments& arguments) {
   const std::vector<std::string> names = sensors_of(arguments);
-  std::vector<Config> configs;
+  std::vector<RecordSource> sources;
   for (std::size_t i = 0; i < names.size(); ++i) {
     LogInput input;
     if (!arguments.from.empty()) input.log = names[i];
     input.config = choice_for(i, names.size(), arguments.configs, "--config");
     input.model = choice_for(i, names.size(), arguments.models, "--model");
-    configs.push_back(find_config(input));
+    sources.push_back(open_source(arguments, names[i], input));
   }
-  std::vector<RecordSource> sources;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    sources.push_back(open_source(arguments, names[i], configs[i]));
-  if (sources.size() < 2 || !arguments.from.empty()) return sources;
-  std::vector<std::unique_ptr<RawFrameSource>> cameras;
-  for (RecordSource& source : sources) cameras.push_back(std::move(source.frames));
-  cameras = on_one_clock(std::move(cameras));
-  for (std::size_t i = 0; i < sources.size(); ++i) sources[i].frames = std::move(cameras[i]);
+  if (sources.size() > 1 && arguments.from.empty()) put_on_one_clock(sources[0].frames, sources[1].frames);
   return sources;
 }
 
-int run(const RecordArguments& arguments) {
-  const fs::path log =
-      arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
-  std::error_code code;
-  if (fs::exists(log, code))
-    throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed
-  const std::vector<RecordSource> sources = open_sources(arguments);
-  const bool can_wait = !arguments.from.empty();
-  LogRecorderOptions options;
-  if (can_wait) options.max_waiting_bytes = 32u << 20;  // a whole log need not pile up in memory
-  std::vector<LogTrack> tracks;
-  std::vector<RawFrameSource*> frames;
-  for (const RecordSource& source : sources) {
-    tracks.push_back({source.attachments, source.frames->rate_hz()});
-    frames.push_back(source.frames.get());
-    if (arguments.resized) options.resize_to.push_back(source.config.sensor);
-  }
-  LogRecorder recorder(std::make_unique<LogWriter>(log, tracks), options);
-  RecordReport report(log.string(), arguments.quiet, frames);
+/// All frames of all sources. False when one ended early while another went on.
+bool record_all(const RecordArguments& arguments, const std::vector<RecordSource>& sources,
+                const std::vector<RawFrameSource*>& frames, LogRecorder& recorder, RecordReport& report) {
   std::mutex reporting;  // two cameras have a thread each
   const auto say = [&](const std::string& sentence) {
     const std::lock_guard lock(reporting);
@@ -121,31 +97,53 @@ int run(const RecordArguments& arguments) {
     checks.emplace_back(source.config, [&](const std::string& doubt) {
       say("doubt: " + (sources.size() > 1 ? source.attachments.sensor + ": " : "") + doubt);
     });
-  report.start();
-  std::exception_ptr failure;
+  const bool can_wait = !arguments.from.empty();
   bool is_whole = true;
+  const InterruptStopper stopper(can_wait ? InterruptWatch::Ends::early : InterruptWatch::Ends::regularly,
+                                 [&] { std::ranges::for_each(frames, &RawFrameSource::stop); });
+  const auto look = [&](std::size_t sensor, const RawFrame& frame) {
+    if (stopper.requested() || (arguments.seconds > 0 && frame.time_s >= arguments.seconds)) return false;
+    checks[sensor].look_at(frame);
+    LogRecorderStatus status = recorder.status();
+    if (can_wait && !status.stopped) status.warning.clear();  // a log waits for the disk, as long as it takes
+    const std::lock_guard lock(reporting);
+    report.count(frame, status);
+    return true;
+  };
+  const auto lost = [&](const std::string& why) {
+    is_whole = false;
+    say("warning: " + why + "; the other sensor goes on");
+  };
+  record_sensors(frames, recorder, {can_wait, look, lost});
+  return is_whole;
+}
+
+int run(const RecordArguments& arguments) {
+  const fs::path log =
+      arguments.output.empty() ? fs::path(name_by_time() + ".mkv") : fs::path(arguments.output);
+  std::error_code code;
+  if (fs::exists(log, code))
+    throw Error(log.string() + ": exists already; name another file");  // before a camera is disturbed
+  const std::vector<RecordSource> sources = open_sources(arguments);
+  LogRecorderOptions options;
+  if (!arguments.from.empty())
+    options.max_waiting_bytes = 32u << 20;  // a whole log need not pile up in memory
+  std::vector<LogTrack> tracks;
+  std::vector<RawFrameSource*> frames;
+  for (const RecordSource& source : sources) {
+    tracks.push_back({source.attachments, source.frames->rate_hz()});
+    frames.push_back(source.frames.get());
+    if (arguments.resized) options.resize_to.push_back(source.config.sensor);
+  }
+  LogRecorder recorder(std::make_unique<LogWriter>(log, tracks), options);
+  RecordReport report(log.string(), arguments.quiet, frames);
+  report.start();
+  bool is_whole = false;
+  std::exception_ptr failure;
   try {
-    const InterruptStopper stopper(can_wait ? InterruptWatch::Ends::early : InterruptWatch::Ends::regularly,
-                                   [&] {
-                                     for (RawFrameSource* source : frames) source->stop();
-                                   });
-    const auto look = [&](std::size_t sensor, const RawFrame& frame) {
-      if (stopper.requested() || (arguments.seconds > 0 && frame.time_s >= arguments.seconds)) return false;
-      checks[sensor].look_at(frame);
-      LogRecorderStatus status = recorder.status();
-      if (can_wait && !status.stopped)
-        status.warning.clear();  // a log waits for the disk, as long as it takes
-      const std::lock_guard lock(reporting);
-      report.count(frame, status);
-      return true;
-    };
-    const auto lost = [&](const std::string& why) {
-      is_whole = false;
-      say("warning: " + why + "; the other sensor goes on");
-    };
-    record_sensors(frames, recorder, {can_wait, look, lost});
+    is_whole = record_all(arguments, sources, frames, recorder, report);
   } catch (const Error&) {
-    failure = std::current_exception();  // rethrown once the log is closed
+    failure = std::current_exception();
   }
   recorder.finish();
   report.finish(recorder.status());

@@ -38,7 +38,7 @@ struct LogRecorder::Impl {
         return;
       }
       status.waiting_bytes += frame.bytes.size();
-      queue.push_back({std::move(frame), track});
+      queue.emplace_back(std::move(frame), track);
     }
     work.notify_one();
   }
@@ -56,8 +56,8 @@ struct LogRecorder::Impl {
 
   void run() {
     while (std::optional<Waiting> waiting = take()) {
-      const std::size_t size = waiting->frame.bytes.size();
-      const std::string failure = write(waiting->frame, waiting->track);
+      const std::size_t size = waiting->first.bytes.size();
+      const std::string failure = write(waiting->first, waiting->second);
       {
         const std::lock_guard lock(mutex);
         status.waiting_bytes -= size;
@@ -73,10 +73,7 @@ struct LogRecorder::Impl {
     if (!writer->failure().empty()) give_up(writer->failure());
   }
 
-  struct Waiting {
-    RawFrame frame;
-    std::size_t track;
-  };
+  using Waiting = std::pair<RawFrame, std::size_t>;  // and its track
 
   std::optional<Waiting> take() {
     std::unique_lock lock(mutex);

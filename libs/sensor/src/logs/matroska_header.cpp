@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
@@ -73,7 +74,7 @@ std::string png_codec(const MatroskaTrack& track) {
   return ebml_element(id::kCodecId, "V_MS/VFW/FOURCC") + ebml_element(id::kCodecPrivate, bitmap_header);
 }
 
-std::string track_entry(const MatroskaTrack& track, TrackNumber number) {
+std::string track_entry(const MatroskaTrack& track, std::uint64_t uid) {
   std::string codec, color_space;
   if (track.encoding == FrameEncoding::jpeg) codec = ebml_element(id::kCodecId, "V_MJPEG");
   if (track.encoding == FrameEncoding::png) codec = png_codec(track);
@@ -86,9 +87,10 @@ std::string track_entry(const MatroskaTrack& track, TrackNumber number) {
                             color_space;
   constexpr std::uint64_t is_video = 1;
   const auto frame_ns = static_cast<std::uint64_t>(std::llround(1e9 / track.rate_hz));
-  const std::string name = number.is_only() ? "" : ebml_element(id::kName, track_name(number.uid()));
+  const std::uint64_t number = std::max<std::uint64_t>(uid, 1);
+  const std::string name = uid == 0 ? "" : ebml_element(id::kName, track_name(uid));
   return ebml_element(id::kTrackEntry,
-                      ebml_number(id::kTrackNumber, number.uid()) + ebml_number(id::kTrackUid, number.uid()) +
+                      ebml_number(id::kTrackNumber, number) + ebml_number(id::kTrackUid, number) +
                           ebml_number(id::kTrackType, is_video) + ebml_number(id::kFlagLacing, 0) +
                           ebml_number(id::kDefaultDuration, frame_ns) +
                           ebml_number(id::kMaxBlockAddition, 1) + name + codec +
@@ -97,8 +99,8 @@ std::string track_entry(const MatroskaTrack& track, TrackNumber number) {
 
 constexpr std::size_t kTrackPlaceBytes = 256;
 
-std::string tag_list(std::string_view name, std::string_view value, TrackNumber number) {
-  const std::string target = number.is_only() ? "" : ebml_number(id::kTagTrackUid, number.uid());
+std::string tag_list(std::string_view name, std::string_view value, std::uint64_t uid) {
+  const std::string target = uid == 0 ? "" : ebml_number(id::kTagTrackUid, uid);
   return ebml_element(
       id::kTags,
       ebml_element(id::kTag, ebml_element(id::kTargets, target) +
@@ -164,12 +166,14 @@ std::string duration_element(std::uint64_t ticks) {
   return ebml_real(id::kDuration, static_cast<double>(ticks));
 }
 
-std::string frames_element(std::int64_t frames, TrackNumber number) {
-  return tag_list(kFramesTag, fmt::format("{:012}", frames), number);
+std::string frames_element(std::int64_t frames, std::uint64_t uid) {
+  return tag_list(kFramesTag, fmt::format("{:012}", frames), uid);
 }
 
-std::string track_place(const MatroskaTrack& track, TrackNumber number) {
-  const std::string entry = track_entry(track, number);
+std::uint64_t track_uid(std::size_t track, std::size_t tracks) { return tracks == 1 ? 0 : track + 1; }
+
+std::string track_place(const MatroskaTrack& track, std::uint64_t uid) {
+  const std::string entry = track_entry(track, uid);
   return entry + ebml_void(kTrackPlaceBytes - entry.size());
 }
 
@@ -197,20 +201,23 @@ MatroskaHeader matroska_header(const std::vector<LogTrack>& tracks, std::size_t 
                            ebml_element(id::kWritingApp, kLogApplication);
   bytes += ebml_element(id::kInfo, info + space_for_duration);
   header.duration_at = bytes.size() - space_for_duration.size();
-  std::string entries;
-  if (tracks.size() == 1) entries = track_entry(track, {});
-  for (TrackNumber number{0, tracks.size()}; !number.is_only() && number.index < number.count; ++number.index)
-    entries += number.index == known ? track_place(track, number) : ebml_void(kTrackPlaceBytes);
-  bytes += ebml_element(id::kTracks, entries);
-  for (std::size_t i = 0; i < tracks.size(); ++i)
-    header.tracks_at.push_back(bytes.size() - (tracks.size() - i) * kTrackPlaceBytes);
-  for (TrackNumber number{0, tracks.size()}; number.index < number.count; ++number.index) {
-    const LogAttachments& stored = tracks[number.index].attachments;
-    if (!stored.sensor.empty()) bytes += tag_list(kSensorTag, stored.sensor, number);
-    if (!stored.camera_settings.empty()) bytes += tag_list(kSettingsTag, stored.camera_settings, number);
-    header.frames_at.push_back(bytes.size());
-    bytes += ebml_void(frames_element(0, number).size());
+  std::string entries, tags;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const std::uint64_t uid = track_uid(i, tracks.size());
+    const LogAttachments& stored = tracks[i].attachments;
+    header.tracks_at.push_back(entries.size());
+    entries += uid == 0     ? track_entry(track, uid)
+               : i == known ? track_place(track, uid)
+                            : ebml_void(kTrackPlaceBytes);
+    if (!stored.sensor.empty()) tags += tag_list(kSensorTag, stored.sensor, uid);
+    if (!stored.camera_settings.empty()) tags += tag_list(kSettingsTag, stored.camera_settings, uid);
+    header.frames_at.push_back(tags.size());
+    tags += ebml_void(frames_element(0, uid).size());
   }
+  bytes += ebml_element(id::kTracks, entries);
+  for (std::size_t& at : header.tracks_at) at += bytes.size() - entries.size();
+  for (std::size_t& at : header.frames_at) at += bytes.size();
+  bytes += tags;
   bytes += attachment_list(tracks);
   return header;
 }

@@ -39,21 +39,16 @@ struct MatroskaHeader {
   std::vector<std::size_t> frames_at, tracks_at;
 };
 
-/// Track `index` of `count`. What belongs to one of several tracks says so; the only one's is the file's.
-struct TrackNumber {
-  std::size_t index = 0, count = 1;
-  std::uint64_t uid() const { return index + 1; }
-  bool is_only() const { return count == 1; }
-};
-
 /// `track`: what is known of the track `known`, whose frame is the first; the others' places stay free.
 /// `unix_time_s`: when recording began.
 MatroskaHeader matroska_header(const std::vector<LogTrack>& tracks, std::size_t known,
                                const MatroskaTrack& track, std::int64_t unix_time_s);
+/// Of a track below. From 1; 0 stands for the only track, whose tags are the file's.
+std::uint64_t track_uid(std::size_t track, std::size_t tracks);
 std::string duration_element(std::uint64_t ticks);
-std::string frames_element(std::int64_t frames, TrackNumber number);
+std::string frames_element(std::int64_t frames, std::uint64_t uid);
 /// The description of one of several tracks, in a place that is as large for every track.
-std::string track_place(const MatroskaTrack& track, TrackNumber number);
+std::string track_place(const MatroskaTrack& track, std::uint64_t uid);
 /// Players show it; it stays with a track that another tool takes out: "sensor 2".
 std::string track_name(std::uint64_t uid);
 /// "nnmodel.pth", of the second track "nnmodel-2.pth".

@@ -2,7 +2,6 @@
 #include <atomic>
 #include <exception>
 #include <limits>
-#include <mutex>
 #include <thread>
 
 #include "gelslam/sensor/log_recorder.hpp"
@@ -14,19 +13,9 @@ double seconds_of(std::chrono::steady_clock::time_point time) {
   return std::chrono::duration<double>(time.time_since_epoch()).count();
 }
 
-/// The first frame that any of the sources gives.
-class CommonStart {
- public:
-  double start_s(double time_s) {
-    const std::lock_guard lock(mutex_);
-    if (!start_s_) start_s_ = time_s;
-    return *start_s_;
-  }
-
- private:
-  std::mutex mutex_;
-  std::optional<double> start_s_;
-};
+/// The time of the first frame that any of the sources gives.
+using CommonStart = std::atomic<double>;
+constexpr double kNotStarted = -1;
 
 class SourceOnOneClock final : public RawFrameSource {
  public:
@@ -40,7 +29,9 @@ class SourceOnOneClock final : public RawFrameSource {
         lost_before_ = source_->lost_frames();
         continue;
       }
-      const double time_s = begin_s_ + frame->time_s, start_s = start_->start_s(time_s);
+      const double time_s = begin_s_ + frame->time_s;
+      double start_s = kNotStarted;
+      if (start_->compare_exchange_strong(start_s, time_s)) start_s = time_s;
       if (time_s < start_s) continue;
       frame->time_s = time_s - start_s;
       frame->index = index_++;
@@ -134,11 +125,10 @@ class SensorRecording {
 
 }  // namespace
 
-std::vector<std::unique_ptr<RawFrameSource>> on_one_clock(
-    std::vector<std::unique_ptr<RawFrameSource>> cameras) {
-  const auto start = std::make_shared<CommonStart>();
-  for (auto& camera : cameras) camera = std::make_unique<SourceOnOneClock>(std::move(camera), start);
-  return cameras;
+void put_on_one_clock(std::unique_ptr<RawFrameSource>& first, std::unique_ptr<RawFrameSource>& second) {
+  const auto start = std::make_shared<CommonStart>(kNotStarted);
+  for (auto* camera : {&first, &second})
+    *camera = std::make_unique<SourceOnOneClock>(std::move(*camera), start);
 }
 
 void record_sensors(const std::vector<RawFrameSource*>& sources, LogRecorder& recorder,

@@ -63,10 +63,9 @@ struct RecordSensors {
 void record_sensors(const std::vector<RawFrameSource*>& sources, LogRecorder& recorder,
                     const RecordSensors& options);
 
-/// Lets the times of cameras that stream already count from one start, by this machine's clock: their own
-/// count from their first frames. The first frames of each are left out, for they are old. Each may be read
-/// from a thread of its own.
-std::vector<std::unique_ptr<RawFrameSource>> on_one_clock(
-    std::vector<std::unique_ptr<RawFrameSource>> cameras);
+/// Lets the times of two cameras count from one start, by this machine's clock: their own count from their
+/// first frames. The first frames of each are left out, for the driver may have kept them since long ago.
+/// Each may be read from a thread of its own.
+void put_on_one_clock(std::unique_ptr<RawFrameSource>& first, std::unique_ptr<RawFrameSource>& second);
 
 }  // namespace gelslam

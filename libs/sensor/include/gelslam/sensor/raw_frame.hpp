@@ -19,10 +19,9 @@ struct RawFrame {
   std::string
       damage{};  ///< why the source has no bytes for this frame (unreadable file, error of libav), or ""
   int width_px = 0, height_px = 0;  ///< of the picture in `bytes`
-  double time_s =
-      0;  ///< by the driver's clock, since the source's first frame, or its log's of several sensors
-  std::int64_t index = 0;     ///< of the frames that the source delivered, from 0
-  std::int64_t sequence = 0;  ///< the driver's count; a gap is a frame that the driver lost
+  double time_s = 0;                ///< by the driver's clock, since the source's first frame
+  std::int64_t index = 0;           ///< of the frames that the source delivered, from 0
+  std::int64_t sequence = 0;        ///< the driver's count; a gap is a frame that the driver lost
   std::chrono::steady_clock::time_point arrived;  ///< when this program got it
 };
 

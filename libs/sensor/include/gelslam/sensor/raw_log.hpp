@@ -66,8 +66,9 @@ class LogWriter {
 /// folder (log.mkv) or a data folder (gelsight.avi). Videos of JPEG, PNG or YUYV pictures and JPEG and PNG
 /// files give their bytes; other videos and images are decoded, and come as bgr at their own size. Times and
 /// sequence numbers are those that were recorded (a time that is not after the last one: one frame after it);
-/// images have the profile's rate. "both.mkv#2" is the second sensor of a log of several. A video that was
-/// cut off or never closed gives what is whole, and warning() says so. Throws Error when it is none of these.
+/// images have the profile's rate. "both.mkv#2" is the second sensor of a log of two, whose times count from
+/// the log's start. A video that was cut off or never closed gives what is whole, and warning() says so.
+/// Throws Error when it is none of these.
 std::unique_ptr<RawFrameSource> open_raw_log(const std::filesystem::path& log,
                                              const SensorProfile& profile = {});
 
