@@ -149,81 +149,79 @@ struct LogWriter::Impl {
     return false;
   }
 
-XXstd::size_t track) const { return {track, tracks.size()}; }
-
-/// The log begins with the first frame of any track, and does not wait for the others'.
-bool begin(const RawFrame& frame, std::size_t track) {
-  const MatroskaTrack first{frame.encoding == FrameEncoding::bgr ? FrameEncoding::png : frame.encoding,
-                            frame.width_px, frame.height_px, tracks[track].rate_hz};
-  std::string problem;
-  if (file->size() == 0) {
-    header = matroska_header(tracks, track, first, unix_now_s());
-    problem = file->append(header.bytes, "");
-  } else {
-    problem = file->overwrite(header.tracks_at[track], track_place(first, track_uid(track, tracks.size())));
+  /// The log begins with the first frame of any track, and does not wait for the others'.
+  bool begin(const RawFrame& frame, std::size_t track) {
+    const MatroskaTrack first{frame.encoding == FrameEncoding::bgr ? FrameEncoding::png : frame.encoding,
+                              frame.width_px, frame.height_px, tracks[track].rate_hz};
+    std::string problem;
+    if (file->size() == 0) {
+      header = matroska_header(tracks, track, first, unix_now_s());
+      problem = file->append(header.bytes, "");
+    } else {
+      problem = file->overwrite(header.tracks_at[track], track_place(first, track_uid(track, tracks.size())));
+    }
+    state[track].format = {frame.encoding, frame.width_px, frame.height_px, 0};
+    return problem.empty() || fail(problem);
   }
-  state[track].format = {frame.encoding, frame.width_px, frame.height_px, 0};
-  return problem.empty() || fail(problem);
-}
 
-bool fits(const RawFrame& frame, const MatroskaTrack& format) const {
-  return frame.encoding == format.encoding && frame.width_px == format.width_px &&
-         frame.height_px == format.height_px;
-}
-
-bool write(const RawFrame& frame, std::size_t track) {
-  if (!failure.empty()) return false;
-  if (file->removed()) return fail_removed();
-  if (!state[track].format && !begin(frame, track)) return false;
-  if (!fits(frame, *state[track].format)) return fail("the camera's pictures changed their size or kind");
-  const std::uint64_t ticks = ticks_of(frame.time_s);
-  const bool encode = frame.encoding == FrameEncoding::bgr;
-  const std::vector<std::uint8_t> png = encode ? png_of(frame) : std::vector<std::uint8_t>();
-  const std::string_view data = text_of(encode ? png : frame.bytes);
-  const std::string problem =
-      file->append(cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size(), track), data);
-  if (!problem.empty()) return fail(problem);
-  end_ticks = std::max(end_ticks, ticks + ticks_of(1 / tracks[track].rate_hz));
-  ++state[track].frames;
-  ++frames;
-  return true;
-}
-
-void close() {
-  if (closed) return;
-  closed = true;
-  if (file->removed()) {
-    if (failure.empty() && frames > 0) fail_removed();
-    return;
+  bool fits(const RawFrame& frame, const MatroskaTrack& format) const {
+    return frame.encoding == format.encoding && frame.width_px == format.width_px &&
+           frame.height_px == format.height_px;
   }
-  if (frames == 0) {
-    std::error_code ignored;
-    std::filesystem::remove(path, ignored);
-    return;
-  }
-  std::string problem = file->overwrite(header.duration_at, duration_element(end_ticks));
-  for (std::size_t i = 0; i < state.size() && problem.empty(); ++i)
-    problem =
-        file->overwrite(header.frames_at[i], frames_element(state[i].frames, track_uid(i, tracks.size())));
-  const auto segment_bytes = static_cast<std::uint64_t>(file->size()) - header.segment_begins_at;
-  if (problem.empty()) problem = file->overwrite(header.segment_length_at, ebml_length_8(segment_bytes));
-  if (problem.empty()) problem = file->sync();
-  if (!problem.empty() && failure.empty()) fail(problem);
-}
 
-std::filesystem::path path;
-std::vector<LogTrack> tracks;
-struct TrackState {
-  std::optional<MatroskaTrack> format;  // of the frames as they come
+  bool write(const RawFrame& frame, std::size_t track) {
+    if (!failure.empty()) return false;
+    if (file->removed()) return fail_removed();
+    if (!state[track].format && !begin(frame, track)) return false;
+    if (!fits(frame, *state[track].format)) return fail("the camera's pictures changed their size or kind");
+    const std::uint64_t ticks = ticks_of(frame.time_s);
+    const bool encode = frame.encoding == FrameEncoding::bgr;
+    const std::vector<std::uint8_t> png = encode ? png_of(frame) : std::vector<std::uint8_t>();
+    const std::string_view data = text_of(encode ? png : frame.bytes);
+    const std::string problem = file->append(
+        cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size(), track), data);
+    if (!problem.empty()) return fail(problem);
+    end_ticks = std::max(end_ticks, ticks + ticks_of(1 / tracks[track].rate_hz));
+    ++state[track].frames;
+    ++frames;
+    return true;
+  }
+
+  void close() {
+    if (closed) return;
+    closed = true;
+    if (file->removed()) {
+      if (failure.empty() && frames > 0) fail_removed();
+      return;
+    }
+    if (frames == 0) {
+      std::error_code ignored;
+      std::filesystem::remove(path, ignored);
+      return;
+    }
+    std::string problem = file->overwrite(header.duration_at, duration_element(end_ticks));
+    for (std::size_t i = 0; i < state.size() && problem.empty(); ++i)
+      problem =
+          file->overwrite(header.frames_at[i], frames_element(state[i].frames, track_uid(i, tracks.size())));
+    const auto segment_bytes = static_cast<std::uint64_t>(file->size()) - header.segment_begins_at;
+    if (problem.empty()) problem = file->overwrite(header.segment_length_at, ebml_length_8(segment_bytes));
+    if (problem.empty()) problem = file->sync();
+    if (!problem.empty() && failure.empty()) fail(problem);
+  }
+
+  std::filesystem::path path;
+  std::vector<LogTrack> tracks;
+  struct TrackState {
+    std::optional<MatroskaTrack> format;  // of the frames as they come
+    std::int64_t frames = 0;
+  };
+  std::vector<TrackState> state;
+  std::optional<AppendedFile> file;
+  MatroskaHeader header;
   std::int64_t frames = 0;
-};
-std::vector<TrackState> state;
-std::optional<AppendedFile> file;
-MatroskaHeader header;
-std::int64_t frames = 0;
-std::uint64_t end_ticks = 0;
-bool closed = false;
-std::string failure;
+  std::uint64_t end_ticks = 0;
+  bool closed = false;
+  std::string failure;
 };
 
 LogWriter::LogWriter(const std::filesystem::path& path, LogAttachments attachments, double rate_hz)
