@@ -123,18 +123,17 @@ TEST(TwoSensors, ALogOfOneIsByteForByteWhatItWas) {
   EXPECT_EQ(hash, 980996884802699953u);
 }
 
-/// Frames as from a camera that has streamed for a while: the first four are old ones that its driver kept.
-/// It fails after `count` frames.
+/// Frames as from a camera that has streamed for a while: the first `old` are those that its driver kept. It
+/// fails after `count` frames.
 class FakeCamera final : public RawFrameSource {
  public:
-  FakeCamera(std::chrono::steady_clock::time_point begin, int count, bool fails)
-      : begin_(begin), count_(count), fails_(fails) {}
+  FakeCamera(std::chrono::steady_clock::time_point begin, int count, bool fails, int old = 0)
+      : begin_(begin), count_(count), old_(old), fails_(fails) {}
   std::optional<RawFrame> next() override {
     if (next_ == count_ && fails_) throw Error("unplugged");
     if (next_ == count_) return std::nullopt;
     RawFrame frame = jpeg_frame(next_);
-    const int old = 4, late = std::max(next_, old);  // the driver keeps four
-    frame.arrived = begin_ + std::chrono::milliseconds(40 * late);
+    frame.arrived = begin_ + std::chrono::milliseconds(40 * std::max(next_, old_));
     ++next_;
     return frame;
   }
@@ -144,13 +143,13 @@ class FakeCamera final : public RawFrameSource {
 
  private:
   std::chrono::steady_clock::time_point begin_;
-  int count_, next_ = 0;
+  int count_, old_, next_ = 0;
   bool fails_;
 };
 
 TEST(TwoSensors, TimesOfCamerasCountFromOneStart) {
   const auto now = std::chrono::steady_clock::now();
-  std::unique_ptr<RawFrameSource> a = std::make_unique<FakeCamera>(now, 30, false),
+  std::unique_ptr<RawFrameSource> a = std::make_unique<FakeCamera>(now, 30, false, 4),
                                   b = std::make_unique<FakeCamera>(now + std::chrono::milliseconds(1213), 30,
                                                                    false);
   put_on_one_clock(a, b);
@@ -162,7 +161,7 @@ TEST(TwoSensors, TimesOfCamerasCountFromOneStart) {
   const auto begin_s = [](const RawFrame& frame) {
     return std::chrono::duration<double>(frame.arrived.time_since_epoch()).count() - frame.time_s;
   };
-  EXPECT_NEAR(begin_s(second[0]), begin_s(first[0]), 1e-6) << "the offset of old frames would be 160 ms";
+  EXPECT_NEAR(begin_s(second[0]), begin_s(first[0]), 1e-6) << "old frames of the first would make it 160 ms";
 }
 
 struct Recorded {
