@@ -5,6 +5,7 @@
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
+#include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/merge_scans.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
 #include "many_logs.hpp"
@@ -44,14 +45,17 @@ int run_one(const ReconstructArguments& arguments) {
   return report(summary, arguments);
 }
 
+/// Two logs, or a log of two sensors.
 int run_rig(const ReconstructArguments& arguments) {
-  if (arguments.logs.size() != 2) throw Error("--rig takes the logs of two sensors");
+  std::vector<std::filesystem::path> logs(arguments.logs.begin(), arguments.logs.end());
+  if (logs.size() == 1) logs = sensors_of_log(logs.front());
+  if (logs.size() != 2) throw Error("--rig takes the logs of two sensors");
   if (!arguments.log.background.empty())
-    throw Error("--background is of one sensor; with --rig each log begins with its bare gel");
+    throw Error("--background is of one sensor; of two, each log begins with its bare gel");
   RigRequest request;
   for (std::size_t sensor = 0; sensor < 2; ++sensor) {
     request.inputs[sensor] = arguments.log.input();
-    request.inputs[sensor].log = arguments.logs[sensor];
+    request.inputs[sensor].log = logs[sensor];
   }
   if (!arguments.rig.empty()) {
     const RigFile rig = read_rig(arguments.rig);
@@ -71,8 +75,13 @@ int run_rig(const ReconstructArguments& arguments) {
 
 int run(const ReconstructArguments& arguments, const CLI::App& command) {
   if (command.count("--rig") > 0) return run_rig(arguments);
-  const bool jobs_given = arguments.jobs > 0;
-  if (arguments.logs.size() == 1 && !jobs_given) return run_one(arguments);
+  if (arguments.logs.size() == 1 && arguments.jobs == 0) {
+    const std::string& log = arguments.logs.front();
+    if (sensors_of_log(log).size() < 2) return run_one(arguments);
+    if (!arguments.continued.empty())
+      throw Error(log + " holds two sensors; --continue takes one: " + log + "#1");
+    return run_rig(arguments);
+  }
   if (!arguments.continued.empty())
     throw Error("--continue takes one log; continue with the others one after the other");
   return reconstruct_each({arguments.logs, arguments.run_folder,
@@ -109,7 +118,8 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--rig", arguments->rig,
-          "Two logs that two sensors recorded at the same time, fixed to each other: one map of both. "
+          "Two logs that two sensors recorded at the same time, fixed to each other: one map of both, as of "
+          "a log of two sensors. "
           "FILE tells how they are fixed (rig.yaml); without it the motions tell")
       ->type_name("[FILE]")
       ->expected(0, 1)
@@ -126,6 +136,7 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       "Example: gelslam reconstruct data/pebble -o runs/pebble\n"
       "         gelslam reconstruct data/* -o runs --jobs 4\n"
       "         gelslam reconstruct left.mkv right.mkv --rig -o runs/both\n"
+      "         gelslam reconstruct both.mkv -o runs/both\n"
       "         gelslam reconstruct more.mkv --continue runs/pebble -o runs/pebble-more");
   command->callback([arguments, command, &exit_code] { exit_code = run(*arguments, *command); });
 }

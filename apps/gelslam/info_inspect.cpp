@@ -299,8 +299,8 @@ InfoReport inspect_video(const fs::path& file) {
 
 /// A log that was never closed does not know its length; one that was cut off does not have it. Read to the
 /// end.
-void add_readable(InfoReport& report, const fs::path& file, const SensorProfile& profile,
-                  ProgressSink& progress) {
+void add_readable(InfoReport& report, const std::string& key, const fs::path& file,
+                  const SensorProfile& profile, ProgressSink& progress) {
   const auto log = open_raw_log(file, profile);
   progress.begin("reading", log->frame_count());
   std::int64_t frames = 0, bytes = 0;
@@ -312,7 +312,7 @@ void add_readable(InfoReport& report, const fs::path& file, const SensorProfile&
   }
   progress.end();
   const std::string state = log->warning().empty() ? "whole" : log->warning();
-  report.add("readable",
+  report.add(key,
              Json{{"frames", frames},
                   {"duration_s", duration_s},
                   {"lost_by_camera", log->lost_frames()},
@@ -323,7 +323,8 @@ void add_readable(InfoReport& report, const fs::path& file, const SensorProfile&
 }
 
 InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
-  InfoReport report(file, "a recorded log");
+  const std::vector<fs::path> sensors = sensors_of_log(file);
+  InfoReport report(file, sensors.size() > 1 ? "a recorded log of two sensors" : "a recorded log");
   const LogAttachments stored = read_log_attachments(file);
   LogInput input;
   input.log = file;
@@ -333,7 +334,13 @@ InfoReport inspect_recorded_log(const fs::path& file, ProgressSink& progress) {
   if (!stored.camera_settings.empty()) report.add("camera", stored.camera_settings, stored.camera_settings);
   if (!stored.model.empty()) attempt(report, [&] { add_model(report, file); });
   add_log(report, file, profile);
-  add_readable(report, file, profile, progress);
+  add_readable(report, "readable", file, profile, progress);
+  for (std::size_t i = 1; i < sensors.size(); ++i) {  // all of it: gelslam info both.mkv#2
+    const std::string name = "sensor " + std::to_string(i + 1),
+                      camera = read_log_attachments(sensors[i]).sensor;
+    if (!camera.empty()) report.add(name, camera, camera);
+    attempt(report, [&] { add_readable(report, name + " readable", sensors[i], profile, progress); });
+  }
   return report;
 }
 
@@ -367,7 +374,7 @@ InfoReport inspect_file(const fs::path& file, ProgressSink& progress) {
 
 InfoReport inspect(const fs::path& path, ProgressSink& progress) {
   std::error_code code;
-  if (!fs::exists(path, code)) {
+  if (!fs::exists(path, code) && !is_matroska(path)) {
     const std::string left = path.empty() ? "" : left_behind(path);
     throw Error(path.string() + ": no such file or folder" + (left.empty() ? "" : "; " + left));
   }

@@ -58,11 +58,14 @@ std::string run_words(const ReconstructSummary& s, const std::string& run_folder
   return text + last;
 }
 
-RecordReport::RecordReport(const std::string& log, bool quiet)
-    : log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
+RecordReport::RecordReport(const std::string& log, bool quiet, const std::vector<RawFrameSource*>& sensors)
+    : sensors_(sensors), log_(log), quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0) {}
 
-void RecordReport::start(const std::string& source) {
-  if (!quiet_) std::cerr << "recording " << source << " (Ctrl-C ends it)\n";
+void RecordReport::start() {
+  std::string names;
+  for (const RawFrameSource* sensor : sensors_)
+    names += (names.empty() ? "" : " and ") + sensor->description();
+  if (!quiet_) std::cerr << "recording " << names << " (Ctrl-C ends it)\n";
 }
 
 void RecordReport::say(const std::string& sentence) {
@@ -70,7 +73,7 @@ void RecordReport::say(const std::string& sentence) {
   std::cerr << "gelslam: " << sentence << "\n";
 }
 
-void RecordReport::count(const RawFrame& frame, std::int64_t lost, const LogRecorderStatus& status) {
+void RecordReport::count(const RawFrame& frame, const LogRecorderStatus& status) {
   if (frames_++ == 0) first_s_ = frame.time_s;
   last_s_ = std::max(last_s_, frame.time_s);
   if (!status.warning.empty() && said_.empty()) {
@@ -82,15 +85,15 @@ void RecordReport::count(const RawFrame& frame, std::int64_t lost, const LogReco
   drawn_at_ = now;
   drawn_ = true;
   std::cerr << "\r" << frames_ << " frames  " << fmt::format("{:.1f} s", last_s_ - first_s_) << "  "
-            << fmt::format("{:.1f} Hz", rate_hz()) << "  " << lost << " lost  " << bytes_text(status.bytes)
+            << fmt::format("{:.1f} Hz", rate_hz()) << "  " << lost() << " lost  " << bytes_text(status.bytes)
             << "\x1b[K" << std::flush;
 }
 
-void RecordReport::finish(const LogRecorderStatus& status, std::int64_t lost,
-                          const std::string& source_warning) {
+void RecordReport::finish(const LogRecorderStatus& status) {
   clear_line();
   good_ = status.written > 0 && !status.stopped && status.left_out == 0;
-  if (!source_warning.empty()) say("warning: " + source_warning);
+  for (const RawFrameSource* sensor : sensors_)
+    if (const std::string warning = sensor->warning(); !warning.empty()) say("warning: " + warning);
   if (!status.warning.empty() && status.warning != said_) say("warning: " + status.warning);
   if (status.damaged > 0) say("warning: left out " + counted(status.damaged, "damaged picture"));
   if (status.written == 0) {
@@ -99,10 +102,11 @@ void RecordReport::finish(const LogRecorderStatus& status, std::int64_t lost,
   }
   if (quiet_) return;
   std::cerr << "recorded " << counted(status.written, "frame");
+  if (sensors_.size() > 1) std::cerr << " of two sensors";
   if (status.written == frames_)  // else the times are not those of what was recorded
     std::cerr << " in " << fmt::format("{:.1f} s", last_s_ - first_s_) << " ("
               << fmt::format("{:.2f} Hz", rate_hz()) << ")";
-  std::cerr << ", " << lost << " lost by the camera, " << bytes_text(status.bytes) << ": " << log_ << "\n";
+  std::cerr << ", " << lost() << " lost by the camera, " << bytes_text(status.bytes) << ": " << log_ << "\n";
 }
 
 void RecordReport::clear_line() {
@@ -111,7 +115,14 @@ void RecordReport::clear_line() {
 }
 
 double RecordReport::rate_hz() const {
-  return last_s_ > first_s_ ? static_cast<double>(frames_ - 1) / (last_s_ - first_s_) : 0.0;
+  const auto sensors = static_cast<double>(sensors_.size());
+  return last_s_ > first_s_ ? (static_cast<double>(frames_) / sensors - 1) / (last_s_ - first_s_) : 0.0;
+}
+
+std::int64_t RecordReport::lost() const {
+  std::int64_t frames = 0;
+  for (const RawFrameSource* sensor : sensors_) frames += sensor->lost_frames();
+  return frames;
 }
 
 StartCheck::StartCheck(const Config& config, std::function<void(const std::string&)> say_doubt)

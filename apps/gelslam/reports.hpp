@@ -31,20 +31,22 @@ std::string reservation_words(const std::vector<std::string>& reservations);
 /// What a recording says to the person at the terminal, on stderr.
 class RecordReport {
  public:
-  RecordReport(const std::string& log, bool quiet);
+  RecordReport(const std::string& log, bool quiet, const std::vector<RawFrameSource*>& sensors);
 
-  void start(const std::string& source);
+  void start();
   /// A sentence of its own line, also when quiet.
   void say(const std::string& sentence);
   /// For every frame; draws the progress line now and then, and says warnings that are new.
-  void count(const RawFrame& frame, std::int64_t lost, const LogRecorderStatus& status);
-  void finish(const LogRecorderStatus& status, std::int64_t lost, const std::string& source_warning);
+  void count(const RawFrame& frame, const LogRecorderStatus& status);
+  void finish(const LogRecorderStatus& status);
   bool good() const { return good_; }
 
  private:
   void clear_line();
-  double rate_hz() const;
+  double rate_hz() const;  ///< of each sensor
+  std::int64_t lost() const;
 
+  std::vector<RawFrameSource*> sensors_;
   std::string log_;
   bool quiet_, terminal_, good_ = true, drawn_ = false;
   std::string said_;  // the first warning

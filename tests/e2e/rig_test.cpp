@@ -46,6 +46,17 @@ TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
   EXPECT_NEAR(found[11], kDistanceMm, 0.1 * kDistanceMm);
   EXPECT_LT(found[10], -0.99) << "they face each other";
 
+  // One log of both gives the same, each by its own configuration and model.
+  const std::string both = (folder / "both.mkv").string();
+  const ProgramResult recorded = gelslam({"record", "--from", first, "--from", second, "-o", both});
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  EXPECT_THAT(recorded.err, HasSubstr("of two sensors"));
+  EXPECT_THAT(gelslam({"info", both}).out, HasSubstr("a recorded log of two sensors"));
+  const ProgramResult of_one_log = gelslam({"reconstruct", both, "-o", (folder / "one").string()});
+  ASSERT_EQ(of_one_log.exit_code, 0) << of_one_log.err;
+  for (const char* file : {"trajectory.tum", "mesh.ply"})
+    EXPECT_TRUE(read_bytes(run / file) == read_bytes(folder / "one" / file)) << file;
+
   // What is known of the rig holds where it is known better than the motions tell.
   std::ofstream(rig, std::ios::app) << "sigma_mm: 0.01\nsigma_deg: 0.1\n";
   const ProgramResult known =

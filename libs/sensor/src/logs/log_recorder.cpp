@@ -19,7 +19,7 @@ std::string megabytes(std::size_t bytes) { return std::to_string(bytes >> 20) + 
 struct LogRecorder::Impl {
   Impl(std::unique_ptr<LogWriter> log_writer, const LogRecorderOptions& recorder_options)
       : writer(std::move(log_writer)), options(recorder_options) {
-    if (options.resize_to) decoder.emplace(*options.resize_to);
+    for (const SensorProfile& profile : options.resize_to) decoders.emplace_back(profile);
     thread = std::thread([this] { run(); });
   }
 
@@ -28,7 +28,7 @@ struct LogRecorder::Impl {
     return queue.empty() || status.waiting_bytes + frame.bytes.size() <= options.max_waiting_bytes;
   }
 
-  void push(RawFrame frame, bool may_wait) {
+  void push(RawFrame frame, std::size_t track, bool may_wait) {
     {
       std::unique_lock lock(mutex);
       if (may_wait) room.wait(lock, [&] { return ending || status.stopped || has_room(frame); });
@@ -38,7 +38,7 @@ struct LogRecorder::Impl {
         return;
       }
       status.waiting_bytes += frame.bytes.size();
-      queue.push_back(std::move(frame));
+      queue.emplace_back(std::move(frame), track);
     }
     work.notify_one();
   }
@@ -55,9 +55,9 @@ struct LogRecorder::Impl {
   }
 
   void run() {
-    while (std::optional<RawFrame> frame = take()) {
-      const std::size_t size = frame->bytes.size();
-      const std::string failure = write(*frame);
+    while (std::optional<Waiting> waiting = take()) {
+      const std::size_t size = waiting->first.bytes.size();
+      const std::string failure = write(waiting->first, waiting->second);
       {
         const std::lock_guard lock(mutex);
         status.waiting_bytes -= size;
@@ -73,29 +73,32 @@ struct LogRecorder::Impl {
     if (!writer->failure().empty()) give_up(writer->failure());
   }
 
-  std::optional<RawFrame> take() {
+  using Waiting = std::pair<RawFrame, std::size_t>;  // and its track
+
+  std::optional<Waiting> take() {
     std::unique_lock lock(mutex);
     work.wait(lock, [this] { return ending || !queue.empty(); });
     if (queue.empty()) return std::nullopt;
-    RawFrame frame = std::move(queue.front());
+    Waiting waiting = std::move(queue.front());
     queue.pop_front();
-    return frame;
+    return waiting;
   }
 
   /// "" or why nothing more can be recorded.
-  std::string write(const RawFrame& frame) {
+  std::string write(const RawFrame& frame, std::size_t track) {
     try {
-      if (!decoder && frame.damage.empty()) return writer->write(frame) ? "" : writer->failure();
-      const std::optional<RawFrame> small = resized(frame);
-      return !small || writer->write(*small) ? "" : writer->failure();
+      if (decoders.empty() && frame.damage.empty())
+        return writer->write(frame, track) ? "" : writer->failure();
+      const std::optional<RawFrame> small = resized(frame, track);
+      return !small || writer->write(*small, track) ? "" : writer->failure();
     } catch (
         const std::exception& error) {  // a picture that can never fit, or no memory: the scan must go on
       return writer->path().string() + ": recording stopped: " + error.what();
     }
   }
 
-  std::optional<RawFrame> resized(const RawFrame& frame) {
-    const std::optional<TactileImage> image = decoder ? decoder->decode(frame) : std::nullopt;
+  std::optional<RawFrame> resized(const RawFrame& frame, std::size_t track) {
+    const std::optional<TactileImage> image = decoders.empty() ? std::nullopt : decoders[track].decode(frame);
     if (!image) {
       const std::lock_guard lock(mutex);
       ++status.damaged;
@@ -130,10 +133,10 @@ struct LogRecorder::Impl {
 
   std::unique_ptr<LogWriter> writer;
   LogRecorderOptions options;
-  std::optional<FrameDecoder> decoder;
+  std::deque<FrameDecoder> decoders;  // of each track, if frames are resized
   mutable std::mutex mutex;
   std::condition_variable work, room;
-  std::deque<RawFrame> queue;
+  std::deque<Waiting> queue;
   LogRecorderStatus status;
   bool ending = false;
   std::thread thread;
@@ -143,8 +146,10 @@ LogRecorder::LogRecorder(std::unique_ptr<LogWriter> writer, const LogRecorderOpt
     : impl_(std::make_unique<Impl>(std::move(writer), options)) {}
 LogRecorder::~LogRecorder() { finish(); }
 
-void LogRecorder::push(RawFrame frame) { impl_->push(std::move(frame), false); }
-void LogRecorder::push_waiting(RawFrame frame) { impl_->push(std::move(frame), true); }
+void LogRecorder::push(RawFrame frame, std::size_t track) { impl_->push(std::move(frame), track, false); }
+void LogRecorder::push_waiting(RawFrame frame, std::size_t track) {
+  impl_->push(std::move(frame), track, true);
+}
 void LogRecorder::finish() { impl_->finish(); }
 LogRecorderStatus LogRecorder::status() const { return impl_->current(); }
 

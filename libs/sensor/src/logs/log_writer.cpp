@@ -123,14 +123,16 @@ std::int64_t unix_now_s() {
 }  // namespace
 
 struct LogWriter::Impl {
-  Impl(const std::filesystem::path& log_path, LogAttachments log_attachments, double log_rate_hz)
-      : path(log_path),
-        attachments(std::move(log_attachments)),
-        rate_hz(log_rate_hz > 0.01 && log_rate_hz < 1e5 ? log_rate_hz : 25.0) {
-    refuse_over(attachments.config_yaml.size(), kLargestConfigBytes, "the configuration");
-    refuse_over(attachments.model.size(), kLargestModelBytes, "the gradient model");
-    refuse_over(attachments.sensor.size() + attachments.camera_settings.size(), kLargestTextBytes,
-                "the camera's settings");
+  Impl(const std::filesystem::path& log_path, std::vector<LogTrack> log_tracks)
+      : path(log_path), tracks(std::move(log_tracks)), state(tracks.size()) {
+    for (LogTrack& track : tracks) {
+      const LogAttachments& stored = track.attachments;
+      refuse_over(stored.config_yaml.size(), kLargestConfigBytes, "the configuration");
+      refuse_over(stored.model.size(), kLargestModelBytes, "the gradient model");
+      refuse_over(stored.sensor.size() + stored.camera_settings.size(), kLargestTextBytes,
+                  "the camera's settings");
+      if (!(track.rate_hz > 0.01 && track.rate_hz < 1e5)) track.rate_hz = 25.0;
+    }
     file.emplace(path);
   }
 
@@ -147,35 +149,40 @@ struct LogWriter::Impl {
     return false;
   }
 
-  bool begin(const RawFrame& frame) {
-    track.encoding = frame.encoding == FrameEncoding::bgr ? FrameEncoding::png : frame.encoding;
-    track.width_px = frame.width_px;
-    track.height_px = frame.height_px;
-    track.rate_hz = rate_hz;
-    first_encoding = frame.encoding;
-    header = matroska_header(attachments, track, unix_now_s());
-    const std::string problem = file->append(header.bytes, "");
+  /// The log begins with the first frame of any track, and does not wait for the others'.
+  bool begin(const RawFrame& frame, std::size_t track) {
+    const MatroskaTrack first{frame.encoding == FrameEncoding::bgr ? FrameEncoding::png : frame.encoding,
+                              frame.width_px, frame.height_px, tracks[track].rate_hz};
+    std::string problem;
+    if (file->size() == 0) {
+      header = matroska_header(tracks, track, first, unix_now_s());
+      problem = file->append(header.bytes, "");
+    } else {
+      problem = file->overwrite(header.tracks_at[track], track_place(first, track_uid(track, tracks.size())));
+    }
+    state[track].format = {frame.encoding, frame.width_px, frame.height_px, 0};
     return problem.empty() || fail(problem);
   }
 
-  bool fits(const RawFrame& frame) const {
-    return frame.encoding == first_encoding && frame.width_px == track.width_px &&
-           frame.height_px == track.height_px;
+  bool fits(const RawFrame& frame, const MatroskaTrack& format) const {
+    return frame.encoding == format.encoding && frame.width_px == format.width_px &&
+           frame.height_px == format.height_px;
   }
 
-  bool write(const RawFrame& frame) {
+  bool write(const RawFrame& frame, std::size_t track) {
     if (!failure.empty()) return false;
     if (file->removed()) return fail_removed();
-    if (frames == 0 && file->size() == 0 && !begin(frame)) return false;
-    if (!fits(frame)) return fail("the camera's pictures changed their size or kind");
+    if (!state[track].format && !begin(frame, track)) return false;
+    if (!fits(frame, *state[track].format)) return fail("the camera's pictures changed their size or kind");
     const std::uint64_t ticks = ticks_of(frame.time_s);
     const bool encode = frame.encoding == FrameEncoding::bgr;
     const std::vector<std::uint8_t> png = encode ? png_of(frame) : std::vector<std::uint8_t>();
     const std::string_view data = text_of(encode ? png : frame.bytes);
-    const std::string problem =
-        file->append(cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size()), data);
+    const std::string problem = file->append(
+        cluster_head(ticks, static_cast<std::uint64_t>(frame.sequence), data.size(), track), data);
     if (!problem.empty()) return fail(problem);
-    last_ticks = std::max(last_ticks, ticks);
+    end_ticks = std::max(end_ticks, ticks + ticks_of(1 / tracks[track].rate_hz));
+    ++state[track].frames;
     ++frames;
     return true;
   }
@@ -192,10 +199,10 @@ struct LogWriter::Impl {
       std::filesystem::remove(path, ignored);
       return;
     }
-    const std::uint64_t frame_ticks =
-        static_cast<std::uint64_t>(std::llround(1e9 / kMatroskaTickNs / rate_hz));
-    std::string problem = file->overwrite(header.duration_at, duration_element(last_ticks + frame_ticks));
-    if (problem.empty()) problem = file->overwrite(header.frames_at, frames_element(frames));
+    std::string problem = file->overwrite(header.duration_at, duration_element(end_ticks));
+    for (std::size_t i = 0; i < state.size() && problem.empty(); ++i)
+      problem =
+          file->overwrite(header.frames_at[i], frames_element(state[i].frames, track_uid(i, tracks.size())));
     const auto segment_bytes = static_cast<std::uint64_t>(file->size()) - header.segment_begins_at;
     if (problem.empty()) problem = file->overwrite(header.segment_length_at, ebml_length_8(segment_bytes));
     if (problem.empty()) problem = file->sync();
@@ -203,24 +210,29 @@ struct LogWriter::Impl {
   }
 
   std::filesystem::path path;
-  LogAttachments attachments;
-  double rate_hz;
+  std::vector<LogTrack> tracks;
+  struct TrackState {
+    std::optional<MatroskaTrack> format;  // of the frames as they come
+    std::int64_t frames = 0;
+  };
+  std::vector<TrackState> state;
   std::optional<AppendedFile> file;
-  MatroskaTrack track;
   MatroskaHeader header;
-  FrameEncoding first_encoding = FrameEncoding::jpeg;
   std::int64_t frames = 0;
-  std::uint64_t last_ticks = 0;
+  std::uint64_t end_ticks = 0;
   bool closed = false;
   std::string failure;
 };
 
 LogWriter::LogWriter(const std::filesystem::path& path, LogAttachments attachments, double rate_hz)
-    : impl_(std::make_unique<Impl>(path, std::move(attachments), rate_hz)) {}
+    : LogWriter(path, {{std::move(attachments), rate_hz}}) {}
+
+LogWriter::LogWriter(const std::filesystem::path& path, std::vector<LogTrack> tracks)
+    : impl_(std::make_unique<Impl>(path, std::move(tracks))) {}
 
 LogWriter::~LogWriter() { close(); }
 
-bool LogWriter::write(const RawFrame& frame) { return impl_->write(frame); }
+bool LogWriter::write(const RawFrame& frame, std::size_t track) { return impl_->write(frame, track); }
 const std::string& LogWriter::failure() const { return impl_->failure; }
 void LogWriter::close() { impl_->close(); }
 const std::filesystem::path& LogWriter::path() const { return impl_->path; }

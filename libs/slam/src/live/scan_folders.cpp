@@ -89,7 +89,7 @@ LogRecording::LogRecording(const LiveOptions& options, const RawFrameSource& sou
 
 std::unique_ptr<LogRecorder> LogRecording::make_recorder() const {
   LogRecorderOptions recorder;
-  if (options_.record_resized) recorder.resize_to = options_.config.sensor;
+  if (options_.record_resized) recorder.resize_to = {options_.config.sensor};
   return std::make_unique<LogRecorder>(
       std::make_unique<LogWriter>(run_->log(), *options_.record, source_.rate_hz()), recorder);
 }

@@ -26,7 +26,8 @@ FoundConfig found_config(const fs::path& file) {
 }
 
 FoundConfig config_of_log(const LogInput& input) {
-  if (!fs::exists(input.log)) throw Error(input.log.string() + ": no such file or folder");
+  if (!fs::exists(input.log) && !is_matroska(input.log))
+    throw Error(input.log.string() + ": no such file or folder");
   const LogAttachments stored = is_matroska(input.log) ? read_log_attachments(input.log) : LogAttachments{};
   const std::string stored_name = input.log.string() + "[config.yaml]";
   const bool as_recorded = input.config.empty() && !stored.config_yaml.empty();
