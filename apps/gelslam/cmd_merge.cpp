@@ -5,6 +5,7 @@
 #include "commands.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/slam/merge_scans.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
 
@@ -13,18 +14,21 @@ namespace {
 
 struct MergeArguments {
   std::vector<std::string> runs;
-  std::string run_folder;
+  std::string run_folder, rig;
   bool overwrite = false, quiet = false;
 };
 
-int run(const MergeArguments& arguments) {
+int run(const MergeArguments& arguments, bool has_rig) {
   MergeRequest request;
   request.runs.assign(arguments.runs.begin(), arguments.runs.end());
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
+  request.has_rig = has_rig;
+  if (!arguments.rig.empty()) request.known = read_rig(arguments.rig).pose;
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
-  const ReconstructSummary summary = merge_scans(request, *progress, [&] { return interrupt.requested(); });
+  const ReconstructSummary summary =
+      merge_scans(request, *progress, [&] { return interrupt.requested(); }).account.summary;
   std::cerr << run_words(summary, arguments.run_folder, arguments.quiet);
   return summary.completeness.complete() ? kExitDone : kExitNotGood;
 }
@@ -39,12 +43,14 @@ void add_merge_command(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(2, CLI::detail::expected_max_vector_size);
   command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
+  add_rig_option(*command, arguments->rig, "Two runs that two sensors scanned at the same time");
   command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Scans join where they show the same places. The exit code is 1 when something did not join.\n"
       "Example: gelslam merge runs/top runs/bottom -o runs/whole");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback(
+      [arguments, command, &exit_code] { exit_code = run(*arguments, command->count("--rig") > 0); });
 }
 
 }  // namespace gelslam

@@ -68,7 +68,7 @@ int run_rig(const ReconstructArguments& arguments) {
   const InterruptWatch interrupt;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
   const ReconstructSummary summary =
-      reconstruct_rig(request, *progress, [&] { return interrupt.requested(); });
+      reconstruct_rig(request, *progress, [&] { return interrupt.requested(); }).account.summary;
   const int exit_code = report(summary, arguments);
   return summary.completeness.complete() ? exit_code : kExitNotGood;
 }
@@ -115,14 +115,8 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
       ->add_option("--continue", arguments->continued,
                    "Run folder that one log continues: the same object, sensor and model. It stays as it is")
       ->excludes(jobs);
-  command
-      ->add_option(
-          "--rig", arguments->rig,
-          "Two logs that two sensors recorded at the same time, fixed to each other: one map of both, as of "
-          "a log of two sensors. "
-          "FILE tells how they are fixed (rig.yaml); without it the motions tell")
-      ->type_name("[FILE]")
-      ->expected(0, 1)
+  add_rig_option(*command, arguments->rig,
+                 "Two logs that two sensors recorded at the same time (one log may hold both)")
       ->excludes(jobs)
       ->excludes("--continue");
   command

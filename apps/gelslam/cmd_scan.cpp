@@ -1,6 +1,9 @@
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "camera_input.hpp"
 #include "commands.hpp"
@@ -14,7 +17,7 @@ namespace gelslam {
 namespace {
 
 struct ScanArguments {
-  std::string device;
+  std::vector<std::string> devices;  ///< two: of two sensors that are fixed to each other
   bool no_log = false, resized = false;
   LiveArguments live;
 };
@@ -38,7 +41,7 @@ std::optional<std::filesystem::path> choose_instead_of_camera(const std::string&
 /// is left out.
 std::vector<std::string> go_on(const ScanArguments& arguments) {
   std::vector<std::string> words{"scan"};
-  if (!arguments.device.empty()) words.push_back("--camera=" + arguments.device);
+  for (const std::string& device : arguments.devices) words.push_back("--camera=" + device);
   if (arguments.no_log) words.emplace_back("--no-log");
   if (arguments.resized) words.emplace_back("--resized");
   for (std::string& word : arguments.live.stream.words()) words.push_back(std::move(word));
@@ -49,20 +52,20 @@ std::vector<std::string> go_on(const ScanArguments& arguments) {
 /// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
 int run_without_camera(const std::filesystem::path& source, LiveArguments live) {
   const bool simulated = source == simulated_camera_name();
-  if (simulated && live.model.empty()) live.model = simulated_camera_model(live.quiet).string();
+  if (simulated && live.models.empty()) live.models = {simulated_camera_model(live.quiet).string()};
   const Config config = resolve_config(live.input(simulated ? "" : source.string()));
   LiveOptions options = live.options(config);
   if (!simulated) options.log = source;
   WindowOptions window = prepare_window(options, live);
   return run_live(pace(simulated ? open_simulated_camera() : open_raw_log(source, config.sensor)), options,
                   live, std::move(window),
-                  simulated ? go_on({source.string(), false, false, live}) : std::vector<std::string>());
+                  simulated ? go_on({{source.string()}, false, false, live}) : std::vector<std::string>());
 }
 
 /// Where a person is at a window and asked for no particular camera, they can choose something else.
 bool may_choose(const ScanArguments& arguments) {
   const LiveArguments& live = arguments.live;
-  return !live.headless && live.script.empty() && arguments.device.empty() && live.continued.empty();
+  return !live.headless && live.script.empty() && arguments.devices.empty() && live.continued.empty();
 }
 
 /// Called where `error` is handled: offers what can be shown instead, or throws it again.
@@ -73,22 +76,44 @@ int run_instead(const ScanArguments& arguments, const Error& error) {
   return run_without_camera(*chosen, arguments.live);
 }
 
+int run_two(const ScanArguments& arguments) {
+  const LiveArguments& live = arguments.live;
+  if (arguments.devices[0] == arguments.devices[1])
+    throw Error("--camera " + arguments.devices[0] + " is given twice; name two cameras");
+  const std::array<Config, 2> configs = {resolve_config(live.input("", 0)),
+                                         resolve_config(live.input("", 1))};
+  const std::array<LiveOptions, 2> options = live.options_of_two(configs);
+  for (const LiveOptions& of_sensor : options) check_run_folder(of_sensor);
+  std::array<LiveRig::Sensor, 2> sensors;
+  for (std::size_t i = 0; i < 2; ++i) {
+    CameraInput camera = open_camera_input(configs[i], arguments.devices[i]);
+    sensors[i] = {std::move(camera.frames), options[i]};
+    if (!arguments.no_log) sensors[i].options.record = camera.attachments;
+    sensors[i].options.record_resized = arguments.resized;
+  }
+  put_on_one_clock(sensors[0].source, sensors[1].source);
+  return run_live_rig(std::move(sensors), live);
+}
+
 int run(ScanArguments arguments) {
   LiveArguments& live = arguments.live;
   if (live.run_folder.empty() && live.continued.empty()) live.run_folder = name_by_time();
-  if (arguments.device == simulated_camera_name()) return run_without_camera(arguments.device, live);
+  if (arguments.devices.size() == 2) return run_two(arguments);
+  if (!live.rig.empty()) throw Error("--rig is for two sensors: give --camera twice");
+  const std::string device = arguments.devices.empty() ? "" : arguments.devices.front();
+  if (device == simulated_camera_name()) return run_without_camera(device, live);
   Config config;
   try {
     config = resolve_config(live.input(""));
   } catch (const Error& error) {
-    if (!live.model.empty() || !live.config.empty()) throw;  // there is a mistake in them
+    if (!live.models.empty() || !live.configs.empty()) throw;  // there is a mistake in them
     return run_instead(arguments, error);
   }
   LiveOptions options = live.options(config);
   WindowOptions window = prepare_window(options, live);
   CameraInput camera;
   try {
-    camera = open_camera_input(config, arguments.device);
+    camera = open_camera_input(config, device);
   } catch (const Error& error) {
     return run_instead(arguments, error);
   }
@@ -103,9 +128,13 @@ void add_scan_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ScanArguments>();
   CLI::App* command =
       app.add_subcommand("scan", "Roll an object across the sensor and watch its surface grow");
-  command->add_option("--camera", arguments->device,
-                      "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
-                      "\"simulated\" for one to try the program with");
+  command
+      ->add_option("--camera", arguments->devices,
+                   "Camera: /dev/video2, 2, or part of its name (default: the configuration's); "
+                   "\"simulated\" for one to try the program with. Twice: two sensors that are fixed to each "
+                   "other make one map")
+      ->expected(1, 2)
+      ->allow_extra_args(false);
   CLI::Option* no_log =
       command->add_flag("--no-log", arguments->no_log, "Do not record the camera's pictures");
   command
@@ -117,7 +146,8 @@ void add_scan_command(CLI::App& app, int& exit_code) {
       "Begin with nothing on the gel. Ctrl-C stops and saves; a second one saves at once what there is.\n"
       "Without a camera, the window offers a simulated one and recent logs.\n"
       "Example: gelslam scan --model nnmodel.pth -o runs/shell\n"
-      "         gelslam scan --continue runs/shell");
+      "         gelslam scan --continue runs/shell\n"
+      "         gelslam scan --camera 0 --camera 2 -o runs/held");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

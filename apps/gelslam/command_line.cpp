@@ -130,6 +130,16 @@ void add_ui_scale(CLI::App& command, double& ui_scale) {
       ->capture_default_str();
 }
 
+CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::string& two) {
+  return command
+      .add_option("--rig", file,
+                  two +
+                      ", fixed to each other: one map of both. FILE tells how they are fixed (rig.yaml); "
+                      "without it the motions tell")
+      ->type_name("[FILE]")
+      ->expected(0, 1);
+}
+
 std::string read_script_file(const std::filesystem::path& file) {
   return file.empty() ? "" : read_file(file);
 }

@@ -46,6 +46,9 @@ CLI::Validator number_between(double least, double most);
 
 void add_ui_scale(CLI::App& command, double& ui_scale);
 
+/// --rig [FILE]. `two`: what of two sensors is joined, for the help.
+CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::string& two);
+
 /// The text of a window script; "" for an empty name. Throws Error when the file cannot be read.
 std::string read_script_file(const std::filesystem::path& file);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <stop_token>
@@ -11,8 +12,10 @@
 #include "child_program.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
+#include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -25,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 /// Passes on what a person asks for outside the window: Ctrl-C, once or twice, and --seconds.
 class StopWatch {
  public:
-  StopWatch(LiveSlam& session, const InterruptWatch& interrupt, double seconds)
+  StopWatch(LiveSession& session, const InterruptWatch& interrupt, double seconds)
       : thread_([&session, &interrupt, seconds](const std::stop_token& token) {
           const Clock::time_point start = Clock::now();
           bool stopped = false;
@@ -87,7 +90,7 @@ class StatusLine {
 };
 
 /// Returns the last warning that it said.
-std::string wait_in_terminal(const LiveSlam& session, bool quiet) {
+std::string wait_in_terminal(const LiveSession& session, bool quiet) {
   StatusLine line(quiet);
   while (session.status().phase != LivePhase::finished) {
     line.show(session.status());
@@ -123,9 +126,12 @@ void LiveArguments::add_to(CLI::App& command) {
                   "Run folder to continue in place, also after a crash: new frames join its map")
       ->excludes(output)
       ->excludes(replace);
-  command.add_option("--config", config, "Configuration");
-  command.add_option("--model", model,
-                     "Gradient model nnmodel.pth (default: the one the configuration names)");
+  command.add_option("--config", configs, "Configuration; twice: of two sensors")->allow_extra_args(false);
+  command
+      .add_option("--model", models,
+                  "Gradient model nnmodel.pth (default: the one the configuration names); twice: of two "
+                  "sensors")
+      ->allow_extra_args(false);
   command.add_option("--background", background,
                      "Image of the bare gel (default: the mean of the first frames)");
   command.add_flag("--force", force, "Take the first frames as background whatever they show");
@@ -135,6 +141,8 @@ void LiveArguments::add_to(CLI::App& command) {
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
   add_ui_scale(command, ui_scale);
+  command.add_option(
+      "--rig", rig, "Of two sensors: how they are fixed to each other (rig.yaml; default: the motions tell)");
   stream.add_to(command);
   stream.add_live_to(command);
   add_quiet_flag(command, quiet);
@@ -156,8 +164,26 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   return options;
 }
 
-LogInput LiveArguments::input(const std::string& log) const {
-  return with_settings_of_run({log, config, model, background, force}, continued);
+LogInput LiveArguments::input(const std::string& log, std::size_t sensor) const {
+  const auto of_sensor = [&](const std::vector<std::string>& given) {
+    return given.empty() ? "" : given[std::min(sensor, given.size() - 1)];
+  };
+  return with_settings_of_run({log, of_sensor(configs), of_sensor(models), background, force}, continued);
+}
+
+std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config, 2>& resolved) const {
+  if (run_folder.empty()) throw Error("two sensors need a run folder: -o RUN");
+  if (!continued.empty()) throw Error("--continue takes one sensor");
+  if (!background.empty()) throw Error("--background is of one sensor; each of two begins with its bare gel");
+  if (!stream.target.empty() && stream.stream_format() == StreamFormat::tum)
+    throw Error("--stream-format tum does not tell two sensors apart; use ndjson");
+  std::array<LiveOptions, 2> both = {options(resolved[0]), {}};
+  both[1] = both[0];
+  both[1].config = resolved[1];
+  if (both[0].stream) both[1].stream = std::make_shared<PoseStream>(*both[0].stream);
+  for (int sensor = 0; sensor < 2; ++sensor)
+    both[static_cast<std::size_t>(sensor)].run_folder = run_of_sensor(run_folder, sensor);
+  return both;
 }
 
 WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& arguments) {
@@ -191,13 +217,14 @@ struct LiveEnd {
   std::string run_folder;
 };
 
-LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
-                       const LiveArguments& arguments, WindowOptions window) {
+template <typename Session, typename... Inputs>
+LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& arguments, WindowOptions window,
+                       Inputs&&... inputs) {
   LiveEnd end;
   // Before there is anything that must not be left behind.
   const InterruptWatch interrupt(
       2, options.log.empty() ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early);
-  LiveSlam session(std::move(source), options);
+  Session session(std::forward<Inputs>(inputs)...);
   const StopWatch stop_watch(session, interrupt, arguments.seconds);
   if (!arguments.headless) {
     lower_thread_priority();  // drawing goes after tracking; the threads of the chain run already
@@ -221,12 +248,24 @@ LiveEnd run_to_its_end(std::unique_ptr<RawFrameSource> source, const LiveOptions
 int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
              const LiveArguments& arguments, WindowOptions window, const std::vector<std::string>& go_on) {
   window.can_go_on = !go_on.empty();
-  const LiveEnd end = run_to_its_end(std::move(source), options, arguments, std::move(window));
+  const LiveEnd end =
+      run_to_its_end<LiveSlam>(options, arguments, std::move(window), std::move(source), options);
   if (end.next == NextStep::none) return end.exit_code;
   std::vector<std::string> words = end.next == NextStep::view ? std::vector<std::string>{"view"} : go_on;
   words.push_back(end.run_folder);
   words.push_back(fmt::format("--ui-scale={}", arguments.ui_scale));
   become(words);
+}
+
+int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments) {
+  LiveRigOptions rig{arguments.run_folder, arguments.overwrite, {}};
+  if (!arguments.rig.empty()) rig.known = read_rig(arguments.rig).pose;
+  const LiveOptions first = sensors[0].options;
+  const LiveEnd end =
+      run_to_its_end<LiveRig>(first, arguments, prepare_window(first, arguments), std::move(sensors), rig);
+  if (end.next == NextStep::view)
+    become({"view", end.run_folder, fmt::format("--ui-scale={}", arguments.ui_scale)});
+  return end.exit_code;
 }
 
 }  // namespace gelslam

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "gelslam/slam/live_rig.hpp"
 #include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/window.hpp"
 #include "stream_arguments.hpp"
@@ -14,7 +16,8 @@ namespace gelslam {
 /// What `scan` and `replay` have in common: the session, its window or its words in the terminal, and its
 /// end.
 struct LiveArguments {
-  std::string config, model, background, run_folder, continued, snapshot, script;
+  std::vector<std::string> configs, models;  ///< by sensor; one: of all
+  std::string background, run_folder, continued, rig, snapshot, script;
   bool force = false, overwrite = false, headless = false, quiet = false;
   double ui_scale = 1;
   double seconds = 0;  ///< 0: until a person or the source ends it
@@ -25,7 +28,10 @@ struct LiveArguments {
   /// session that is continued.
   LiveOptions options(const Config& resolved_config) const;
   /// Where the configuration is looked up. `log`: empty for a camera.
-  LogInput input(const std::string& log) const;
+  LogInput input(const std::string& log, std::size_t sensor = 0) const;
+
+  /// Of two sensors. Throws Error where one of these arguments is for a single sensor.
+  std::array<LiveOptions, 2> options_of_two(const std::array<Config, 2>& resolved_configs) const;
 };
 
 /// How the window begins. Throws Error where a session with these options could not: the run folder, the
@@ -38,5 +44,8 @@ WindowOptions prepare_window(const LiveOptions& options, const LiveArguments& ar
 int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
              const LiveArguments& arguments, WindowOptions window,
              const std::vector<std::string>& go_on = {});
+
+/// The same of two sensors, without a window to go on in.
+int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments);
 
 }  // namespace gelslam

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "../support/run_program.hpp"
@@ -72,6 +73,24 @@ TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
   EXPECT_EQ(fused.exit_code, 0) << fused.err;
   EXPECT_NEAR(report_of(folder / "known").at("rig").at("first_T_second_mm")[11].get<double>(), kDistanceMm,
               0.05);
+
+  // Live, each sensor has a run of its own, which can be joined once more.
+  const std::string live = (folder / "live").string();
+  const ProgramResult played = gelslam({"replay", first, second, "--every-frame", "--headless", "--stream",
+                                        "-", "--rig", rig.string(), "-o", live});
+  ASSERT_EQ(played.exit_code, 0) << played.err;
+  EXPECT_NEAR(report_of(live).at("rig").at("first_T_second_mm")[11].get<double>(), kDistanceMm, 0.05);
+  std::map<int, int> frames;
+  for (const std::string& line : lines_of(played.out)) {
+    const nlohmann::json object = nlohmann::json::parse(line);
+    if (object.at("type") == "frame") ++frames[object.at("sensor").get<int>()];
+  }
+  EXPECT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[0], frames[1]);
+  const ProgramResult merged = gelslam({"merge", live + "-first", live + "-second", "--rig", rig.string(),
+                                        "-q", "-o", (folder / "merged").string()});
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_TRUE(read_bytes(folder / "merged/mesh.ply") == read_bytes(live + "/mesh.ply"));
 }
 
 // As a peanut is rolled between them, the fingers open and close by 2 mm.
@@ -108,6 +127,13 @@ TEST(RigProgram, MistakesAreSaidInOneLine) {
       gelslam({"reconstruct", "a.mkv", "b.mkv", "--rig", "--opening", "none.csv", "-o", "run"});
   EXPECT_EQ(no_opening.exit_code, 2);
   EXPECT_THAT(no_opening.err, HasSubstr("none.csv"));
+  const ProgramResult same = gelslam({"scan", "--camera", "7", "--camera", "7", "--headless", "-o", "run"});
+  EXPECT_THAT(same.err, HasSubstr("--camera 7 is given twice"));
+  const ProgramResult nowhere = gelslam({"replay", log, log, "--headless"});
+  EXPECT_THAT(nowhere.err, HasSubstr("two sensors need a run folder"));
+  const ProgramResult tum =
+      gelslam({"replay", log, log, "--headless", "-o", "run", "--stream", "-", "--stream-format", "tum"});
+  EXPECT_THAT(tum.err, HasSubstr("does not tell two sensors apart"));
 }
 
 }  // namespace

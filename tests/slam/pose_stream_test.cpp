@@ -136,5 +136,23 @@ TEST(MapPlace, FollowsTheMapThroughTheNewestKeyframeThatItHolds) {
   EXPECT_FALSE(place_of(lost, map));
 }
 
+TEST(PoseStream, LinesOfTwoSensorsSayWhichItIs) {
+  testing::internal::CaptureStdout();
+  {
+    PoseStream first({.target = "-"});
+    PoseStream second(first);
+    const auto reference = keyframe(0, 0);
+    first.write({tracked(1, reference, Pose::Identity(), Pose::Identity())}, {});
+    second.write({tracked(2, reference, Pose::Identity(), Pose::Identity())}, {});
+    EXPECT_TRUE(first.finish());
+  }
+  std::istringstream lines(testing::internal::GetCapturedStdout());
+  for (const int sensor : {0, 1}) {
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_EQ(json::parse(line).at("sensor"), sensor);
+  }
+}
+
 }  // namespace
 }  // namespace gelslam

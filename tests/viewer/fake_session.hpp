@@ -51,6 +51,7 @@ class FakeSession : public LiveSession {
   bool take_back_new_scan() override;
   void save_now() override { calls.emplace_back("save"); }
   void stop() override;
+  void abort() override { stop(); }
 
  private:
   void uncover(const Pose& object_T_sensor);

@@ -20,6 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kOfRig = "two sensors that are fixed to each other";
+
 /// What two scans need to have in common to be corrected together.
 struct Reading {
   std::uint32_t model_crc32 = 0;
@@ -198,21 +200,21 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
 }
 
 /// The map of records that are corrected already, and its mesh, in a run folder.
-ReconstructSummary write_joined(RunFolder& folder, const Config& config, const ScanRecord& all,
-                                RunAccount account, std::chrono::steady_clock::time_point start,
-                                ProgressSink& progress, const std::function<bool()>& stop_requested) {
+Run write_joined(RunFolder& folder, const Config& config, const ScanRecord& all, const RunAccount& account,
+                 std::chrono::steady_clock::time_point start, ProgressSink& progress,
+                 const std::function<bool()>& stop_requested) {
   Mapper mapper(config.slam);
   mapper.restore(all);
-  SlamMap map = mapper.finish(all.frames, true, stop_requested, &progress);
-  const Mesh mesh = fuse_map(map, config.slam.fusion, &progress);
-  ReconstructSummary& summary = account.summary;
-  summary = summarize(map, mesh);
+  Run run{config, mapper.finish(all.frames, true, stop_requested, &progress), {}, account};
+  run.mesh = fuse_map(run.map, config.slam.fusion, &progress);
+  ReconstructSummary& summary = run.account.summary;
+  summary = summarize(run.map, run.mesh);
   summary.partial = stop_requested();
   for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  write_run(folder.path(), config, map, mesh, account);
+  write_run(folder.path(), config, run.map, run.mesh, run.account);
   folder.commit();
-  return summary;
+  return run;
 }
 
 /// Scans of two sensors at the same time, whose own maps have corrected them.
@@ -239,10 +241,11 @@ void check_distinct(const std::vector<fs::path>& runs) {
 
 }  // namespace
 
-ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progress,
-                               const std::function<bool()>& stop_requested) {
+Run merge_scans(const MergeRequest& request, ProgressSink& progress,
+                const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
   if (request.runs.size() < 2) throw Error("name at least two runs to merge");
+  if (request.has_rig && request.runs.size() != 2) throw Error("--rig takes the runs of two sensors");
   check_distinct(request.runs);
   for (const fs::path& run : request.runs) check_is_run(run, RunNeeds::record);
   RunFolder folder(request.run_folder,
@@ -254,21 +257,24 @@ ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progre
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();
   }
-  if (!can_be_corrected_together(records)) {
+  if (request.has_rig || !can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
       correct_alone(records[i], request.runs[i], load_map(request.runs[i] / "session"), config);
       if (records[i].parts.empty()) records[i].parts.push_back({0, "", 0, request.runs[i].string()});
     }
     config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
   }
-  const ScanRecord all = joined(records, config.slam, progress, stop_requested);
+  const ScanRecord all = request.has_rig
+                             ? joined_by_rig(records, request.known, config.slam, progress, stop_requested)
+                             : joined(records, config.slam, progress, stop_requested);
   RunAccount account;
-  account.log_description = "a merge of " + std::to_string(records.size()) + " runs";
+  account.log_description =
+      request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs";
   return write_joined(folder, config, all, account, start, progress, stop_requested);
 }
 
-ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& progress,
-                                   const std::function<bool()>& stop_requested) {
+Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
+                    const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<fs::path> logs;
   for (const LogInput& input : request.inputs) logs.push_back(input.log);
@@ -291,7 +297,7 @@ ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& prog
   const ScanRecord all =
       joined_by_rig(records, request.known, request.gripper, config.slam, progress, stop_requested);
   RunAccount account;
-  account.log_description = "two sensors that are fixed to each other";
+  account.log_description = kOfRig;
   account.times = timer.statistics();
   return write_joined(folder, config, all, account, start, progress, stop_requested);
 }

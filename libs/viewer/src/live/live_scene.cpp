@@ -19,6 +19,10 @@ bool LiveScene::take_news(LiveSession& session, const OrbitCamera& camera, doubl
     mesh_.update(std::move(changes));
     news = true;
   }
+  if (auto touches = session.touches(); touches != touches_) {
+    take_pictures(std::move(touches));
+    news = true;
+  }
   const auto touch = session.touch();
   if (touch != touch_) {
     take_touch(touch);
@@ -53,12 +57,19 @@ bool LiveScene::follow_piece(const OrbitCamera& camera, bool news, double now_s)
 void LiveScene::take_touch(const std::shared_ptr<const LiveTouch>& touch) {
   if (touch_ && touch && touch->index < touch_->index) samples_.clear();
   touch_ = touch;
-  if (!touch_) return;
-  tactile_.set(tactile_picture(*touch_, kPictureWidthPx, outline_bgr_));
-  if (touch_->surface) normals_.set(normal_picture(*touch_->surface, kPictureWidthPx));
-  if (touch_->keyframe >= 0) {
+  if (touch_ && touch_->keyframe >= 0) {
     const MapSnapshot::Node* node = map_ ? map_->find(touch_->keyframe) : nullptr;
     samples_.push_back({touch_->keyframe, node ? node->trial : -1, touch_->keyframe_T_frame});
+  }
+}
+
+void LiveScene::take_pictures(std::vector<std::shared_ptr<const LiveTouch>> touches) {
+  touches_ = std::move(touches);
+  if (touches_[0]) tactile_.set(tactile_picture(*touches_[0], kPictureWidthPx, outline_bgr_));
+  if (has_two_sensors()) {
+    if (touches_[1]) second_picture_.set(tactile_picture(*touches_[1], kPictureWidthPx, outline_bgr_));
+  } else if (touches_[0] && touches_[0]->surface) {
+    second_picture_.set(normal_picture(*touches_[0]->surface, kPictureWidthPx));
   }
 }
 

@@ -24,8 +24,9 @@ class LiveScene {
   Scene& scene() { return scene_; }
   const Scene& scene() const { return scene_; }
   const WindowMesh& mesh() const { return mesh_; }
-  const Texture& tactile() const { return tactile_; }
-  const Texture& normals() const { return normals_; }
+  const Texture& tactile() const { return tactile_; }                ///< of the first of two sensors
+  const Texture& second_picture() const { return second_picture_; }  ///< the normals, or the second sensor's
+  bool has_two_sensors() const { return touches_.size() > 1; }
   const std::optional<TouchPatch>& touch() const { return placed_; }  ///< in the map, or in the piece
   const std::optional<Eigen::Vector3f>& last_place_mm() const {
     return last_place_mm_;
@@ -42,15 +43,17 @@ class LiveScene {
   };
 
   void take_touch(const std::shared_ptr<const LiveTouch>& touch);
+  void take_pictures(std::vector<std::shared_ptr<const LiveTouch>> touches);
   void place_touch(double now_s);
   bool follow_piece(const OrbitCamera& camera, bool news, double now_s);
   void rebuild_trajectory();
 
   Scene scene_;
   WindowMesh mesh_;
-  Texture tactile_, normals_;
+  Texture tactile_, second_picture_;
   cv::Vec3b outline_bgr_;
   std::shared_ptr<const LiveTouch> touch_;
+  std::vector<std::shared_ptr<const LiveTouch>> touches_;  // by sensor
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   LoosePiece piece_;
   std::optional<TouchPatch> placed_;

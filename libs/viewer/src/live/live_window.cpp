@@ -194,7 +194,8 @@ void LiveWindow::draw_frame(Ui& ui, double now_s) {
   say_where_next();
   scene_.draw(camera_, viewport(), style);
   frame_.tactile = &scene_.tactile();
-  frame_.normals = &scene_.normals();
+  frame_.second_picture = &scene_.second_picture();
+  frame_.has_two_sensors = scene_.has_two_sensors();
   if (frame_.words.state == "finished" && !options_.keeps_run)
     frame_.words.advice = "Nothing is kept (no -o). E exports the mesh; Q closes.";
   if (controls_.shows_panels()) {

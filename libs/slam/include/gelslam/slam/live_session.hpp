@@ -74,6 +74,8 @@ class LiveSession {
   virtual ~LiveSession() = default;
   virtual LiveStatus status() const = 0;
   virtual std::shared_ptr<const LiveTouch> touch() const = 0;  ///< null before the first frame
+  /// What each sensor feels, by sensor; touch() is one of them.
+  virtual std::vector<std::shared_ptr<const LiveTouch>> touches() const { return {touch()}; }
   virtual std::shared_ptr<const MapSnapshot> map() const = 0;  ///< never null
   virtual MeshChanges take_mesh_changes() = 0;
   virtual std::vector<StageStatistics> stage_times() const = 0;
@@ -88,6 +90,8 @@ class LiveSession {
   virtual bool take_back_new_scan() = 0;  ///< false: it has begun, or was not asked for
   virtual void save_now() = 0;            ///< writes the run folder as it is, and goes on
   virtual void stop() = 0;  ///< drains, closes loops, fuses, saves; phase goes to finishing, then finished
+  virtual void
+  abort() = 0;  ///< stop(), and leave out whatever takes time: loops not searched yet, refinement
 };
 
 }  // namespace gelslam

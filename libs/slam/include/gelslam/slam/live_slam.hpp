@@ -61,8 +61,7 @@ class LiveSlam final : public LiveSession {
   void save_now() override;
   void stop() override;
 
-  /// stop(), and leave out whatever takes time: loops not searched yet, refinement.
-  void abort();
+  void abort() override;
 
   /// Waits until the source has ended or stop() was called and everything is saved. Throws what a stage
   /// threw: an Error when the source does not fit or nothing could be saved.

@@ -18,14 +18,16 @@ struct MergeRequest {
   std::vector<std::filesystem::path> runs;  ///< at least two; the first one's configuration is used
   std::filesystem::path run_folder;
   bool overwrite = false;
+  bool has_rig = false;  ///< two runs, scanned at the same time: joined as reconstruct_rig() joins them
+  std::optional<RigPose> known;  ///< RigRequest::known
 };
 
 /// Joins scans of one object by the places that they have in common, and writes a run folder. Scans of one
 /// sensor and model go on as if they were one scan. Otherwise each scan's surfaces are taken as its own map
 /// has corrected them, at the pixel pitch of the first, and no common correction is estimated. Throws Error
-/// when a run holds no session, or another run into the folder is refused.
-ReconstructSummary merge_scans(const MergeRequest& request, ProgressSink& progress,
-                               const std::function<bool()>& stop_requested);
+/// when a run holds no session, or another run into the folder is refused. Returns what it wrote.
+Run merge_scans(const MergeRequest& request, ProgressSink& progress,
+                const std::function<bool()>& stop_requested);
 
 struct RigRequest {
   std::array<LogInput, 2> inputs;  ///< recorded at the same time: times of both count from one start
@@ -37,9 +39,9 @@ struct RigRequest {
 
 /// One map of what two sensors felt that are fixed to each other. Each log is tracked and corrected alone;
 /// loops, also between the sensors, and the rig join them. Where the rig is not determined they stay apart.
-/// Throws Error.
-ReconstructSummary reconstruct_rig(const RigRequest& request, ProgressSink& progress,
-                                   const std::function<bool()>& stop_requested);
+/// Returns what it wrote. Throws Error.
+Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
+                    const std::function<bool()>& stop_requested);
 
 struct FuseRequest {
   std::filesystem::path run;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <map>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -29,7 +29,8 @@ struct FrameReport {
   std::optional<Matrix6d> covariance{};  ///< TrialDrift
   std::optional<MapPlace> place{};
   int scan = 0;
-  cv::Mat3b picture{};  ///< what the sensor saw; shared, not copied
+  std::optional<int> sensor{};  ///< nothing: there is only one
+  cv::Mat3b picture{};          ///< what the sensor saw; shared, not copied
 };
 
 /// The fields of docs/streaming.md.
@@ -64,6 +65,9 @@ class PoseStream {
 
   /// Throws Error like StreamServer.
   explicit PoseStream(const Options& options);
+  /// Of a second sensor, to the readers of `first`: from now on every line says which sensor it is of, 0 or
+  /// 1. Before the first frame.
+  explicit PoseStream(PoseStream& first);
 
   /// Before the first frame: a keyframe of the scan that goes on.
   void keep(const Keyframe& keyframe);
@@ -74,15 +78,18 @@ class PoseStream {
   /// Any thread: the map has changed.
   void write_map(const MapSnapshot& map);
 
-  const std::string& name() const { return server_.name(); }
+  const std::string& name() const { return server_->name(); }
   /// StreamServer::finish().
-  bool finish() { return server_.finish(); }
+  bool finish() { return server_->finish(); }
 
  private:
+  void write_and_keep(int key, nlohmann::ordered_json line);
+
   const Options options_;
-  StreamServer server_;
+  const std::shared_ptr<StreamServer> server_;
   TrialDrift drift_;
   int scan_ = 0;
+  std::optional<int> sensor_;  // nothing: there is only one
 };
 
 }  // namespace gelslam

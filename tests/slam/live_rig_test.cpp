@@ -1,0 +1,105 @@
+// Two live sensors that are fixed to each other. Both play the same pictures: they are at the same place.
+
+#include "gelslam/slam/live_rig.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "gelslam/core/error.hpp"
+#include "live_fixture.hpp"
+
+namespace gelslam {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+class TwoSensors : public Live {
+ protected:
+  TwoSensors() {
+    rig.run_folder = folder / "run";
+    rig.known = RigPose{Pose::Identity(), 1e-6 * Matrix6d::Identity()};
+  }
+
+  /// Both sources wait until the session is there.
+  LiveRig& start_both() {
+    Pictures &a = *source, &b = *second_source;
+    std::array<LiveRig::Sensor, 2> sensors = {
+        {{std::move(source), options}, {std::move(second_source), options}}};
+    for (int sensor : {0, 1})
+      sensors[static_cast<std::size_t>(sensor)].options.run_folder = run_of_sensor(rig.run_folder, sensor);
+    both = std::make_unique<LiveRig>(std::move(sensors), rig);
+    a.open();
+    b.open();
+    return *both;
+  }
+  /// In a source's thread: until both have tracked this frame.
+  void wait_for_both(std::int64_t index) {
+    EXPECT_TRUE(comes_true([&] {
+      for (const auto& touch : both->touches())
+        if (!touch || touch->index < index) return false;
+      return true;
+    }));
+  }
+
+  LiveRigOptions rig;
+  std::unique_ptr<Pictures> second_source = std::make_unique<Pictures>(peanut_pictures());
+  std::unique_ptr<LiveRig> both;
+};
+
+TEST_F(TwoSensors, TheirMapsAreShownAsOneAndSavedAsOne) {
+  std::set<int> components;
+  std::size_t keyframes = 0;
+  const int last = kBackgroundFrames + kScanFrames - 1;
+  // The first sensor goes ahead by no frame: the window pairs touches of one time.
+  for (int frame = kBackgroundFrames + 1; frame < last; ++frame)
+    source->before(frame, [this, frame] { wait_for_both(frame - 1); });
+  second_source->before(last, [this, last] { wait_for_both(last - 1); });
+  source->before(last, [&] {
+    EXPECT_TRUE(comes_true([&] {
+      const auto map = both->map();
+      components.clear();
+      for (const MapSnapshot::Node& node : map->nodes) components.insert(node.component);
+      keyframes = map->nodes.size();
+      return keyframes > 4 && components.size() == 1;
+    })) << keyframes
+        << " keyframes in " << components.size() << " pieces";
+    EXPECT_EQ(both->status().words, "tracking");
+  });
+  const ReconstructSummary summary = start_both().wait();
+  EXPECT_EQ(summary.components, 1);
+  ASSERT_TRUE(summary.rig.has_value());
+  EXPECT_LT(summary.rig->first_T_second.translation().norm(), 0.01);
+  EXPECT_GT(summary.tracked, 2 * (kScanFrames - 5));
+  EXPECT_EQ(both->status().phase, LivePhase::finished);
+  EXPECT_EQ(both->status().run_folder, rig.run_folder.string());
+  const MeshChanges changes = both->take_mesh_changes();
+  EXPECT_TRUE(changes.cleared);
+  EXPECT_EQ(changes.blocks.back().mesh.triangles.size(), summary.triangles);
+  EXPECT_TRUE(fs::exists(rig.run_folder / "mesh.ply"));
+  for (const int sensor : {0, 1}) EXPECT_TRUE(fs::exists(run_of_sensor(rig.run_folder, sensor) / "mesh.ply"));
+}
+
+TEST_F(TwoSensors, OneGoesOnWhenTheOtherIsUnplugged) {
+  second_source->before(kBackgroundFrames + 20, [] { throw Error("the camera is gone"); });
+  const ReconstructSummary summary = start_both().wait();
+  EXPECT_GT(summary.tracked, kScanFrames - 5 + 15);
+  EXPECT_EQ(summary.components, 1);
+  EXPECT_THAT(both->status().warning, HasSubstr("second sensor: the camera is gone"));
+  EXPECT_EQ(both->status().failure, "");
+}
+
+TEST_F(TwoSensors, WhatTheyHaveSavedStaysWhenTheOneMapCannotBe) {
+  fs::create_directories(rig.run_folder);
+  write_bytes(rig.run_folder / "thesis.txt", "not ours");
+  EXPECT_THROW(start_both().wait(), Error);
+  EXPECT_THAT(both->status().failure, HasSubstr("run"));
+  EXPECT_EQ(both->status().phase, LivePhase::finished);
+  for (const int sensor : {0, 1}) EXPECT_TRUE(fs::exists(run_of_sensor(rig.run_folder, sensor) / "mesh.ply"));
+  EXPECT_EQ(read_bytes(rig.run_folder / "thesis.txt"), "not ours");
+}
+
+}  // namespace
+}  // namespace gelslam
