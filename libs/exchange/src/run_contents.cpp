@@ -91,10 +91,17 @@ fs::path find_log(const fs::path& folder, const fs::path& named) {
 
 std::vector<RunLog> find_logs(const fs::path& folder, const json& report) {
   std::vector<RunLog> logs;
-  for (const json& entry : report.value("logs", json::array()))
-    if (entry.is_object() && entry.value("first_time_s", json()).is_number())
-      logs.push_back({find_log(folder, text_at(entry, "file")), entry["first_time_s"].get<double>()});
-  if (logs.empty()) logs.push_back({find_log(folder, text_at(report, "log")), 0.0});
+  for (const json& entry : report.value("logs", json::array())) {
+    const auto number = [&](const char* key, double otherwise) {
+      const json value = entry.value(key, json());
+      return value.is_number() ? value.get<double>() : otherwise;
+    };
+    if (!entry.is_object() || !entry.value("first_time_s", json()).is_number()) continue;
+    const double first_time_s = number("first_time_s", 0);
+    logs.push_back({find_log(folder, text_at(entry, "file")), first_time_s, number("sensor", 0) == 1,
+                    number("start_s", first_time_s), number("rate", 1)});
+  }
+  if (logs.empty()) logs.push_back({find_log(folder, text_at(report, "log"))});
   return logs;
 }
 

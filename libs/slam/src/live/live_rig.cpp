@@ -5,6 +5,7 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -55,7 +56,6 @@ LiveStatus status_of_both(const LiveStatus& first, const LiveStatus& second, boo
   both.keyframes = first.keyframes + second.keyframes;
   both.loops = first.loops + second.loops;
   both.trials = first.trials + second.trials;
-  both.components = first.components + second.components;
   both.log_bytes = first.log_bytes + second.log_bytes;
   both.drift_mm = both.drift_deg = 0;  // of one map: known at the end
   both.reservations.clear();
@@ -147,6 +147,7 @@ void LiveRig::Impl::join() {
   show(run);
   const std::lock_guard lock(mutex);
   summary = run.account.summary;
+  summary.seconds = last.age_s + board.status().age_s;
   board.set_words("done: saved in " + options.run_folder.string(), TrackStatus::background);
 }
 
@@ -173,8 +174,14 @@ LiveRig::~LiveRig() {
 
 LiveStatus LiveRig::status() const {
   const std::lock_guard lock(impl_->mutex);
-  if (!impl_->joining)
-    return status_of_both(impl_->first.status(), impl_->second.status(), impl_->view.shows_second());
+  if (!impl_->joining) {
+    LiveStatus status =
+        status_of_both(impl_->first.status(), impl_->second.status(), impl_->view.shows_second());
+    std::set<int> components;
+    for (const MapSnapshot::Node& node : impl_->view.map()->nodes) components.insert(node.component);
+    status.components = static_cast<int>(components.size());
+    return status;
+  }
   LiveStatus status = impl_->last;
   const LiveStatus of_join = impl_->board.status();
   status.phase = of_join.phase;

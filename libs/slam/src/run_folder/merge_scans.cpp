@@ -264,9 +264,9 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
     }
     config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
   }
-  const ScanRecord all = request.has_rig
-                             ? joined_by_rig(records, request.known, config.slam, progress, stop_requested)
-                             : joined(records, config.slam, progress, stop_requested);
+  const ScanRecord all =
+      request.has_rig ? joined_by_rig(records, request.known, {}, config.slam, progress, stop_requested)
+                      : joined(records, config.slam, progress, stop_requested);
   RunAccount account;
   account.log_description =
       request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs";

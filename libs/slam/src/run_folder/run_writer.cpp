@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "gelslam/backend/g2o.hpp"
 #include "gelslam/core/files.hpp"
@@ -69,14 +70,29 @@ ordered_json live_account(const LiveAccount& live) {
           {"damaged", live.damaged}};
 }
 
-/// The log of each part, and the time at which it begins.
+/// Nothing for one sensor.
+std::optional<std::int64_t> first_frame_of_second(const ScanRecord& record) {
+  const auto& keyframes = record.keyframes;
+  const auto first = std::find_if(keyframes.begin() + record.rig.first_of_second, keyframes.end(),
+                                  [](const auto& keyframe) { return keyframe != nullptr; });
+  if (record.rig.constraints.empty() || first == keyframes.end()) return std::nullopt;
+  return record.parts.at(part_of_frame(record.parts, (*first)->frame)).first_frame;
+}
+
+/// The log of each part, and the time at which it begins. Of two sensors at the same time, also which one it
+/// is of, and how its clock goes by the first one's.
 ordered_json part_logs(const SlamMap& map) {
   ordered_json logs = ordered_json::array();
+  const std::optional<std::int64_t> second_frame = first_frame_of_second(map.measured);
   for (const ScanPart& part : map.measured.parts) {
     const auto next = std::find_if(map.frames.begin(), map.frames.end(),
                                    [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
     const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
     logs.push_back({{"file", part.log}, {"first_time_s", first_time_s}});
+    if (!second_frame) continue;
+    const bool is_second = part.first_frame >= *second_frame;
+    const SecondClock clock = is_second ? map.measured.rig.clock : SecondClock{};
+    logs.back().update({{"sensor", is_second ? 1 : 0}, {"start_s", clock.start_s}, {"rate", clock.rate}});
   }
   return logs;
 }

@@ -15,8 +15,10 @@ namespace gelslam {
 
 /// A log that a run was made from.
 struct RunLog {
-  std::filesystem::path file;  ///< where it is, or was when the run was made; empty: not known
-  double first_time_s = 0;     ///< of its first picture, in the run's trajectory
+  std::filesystem::path file;     ///< where it is, or was when the run was made; empty: not known
+  double first_time_s = 0;        ///< of its first picture, in the run's trajectory
+  bool of_second_sensor = false;  ///< that felt the object at the same time
+  double start_s = 0, rate = 1;  ///< its clock says 0 at start_s of the first sensor's, and goes at this rate
 };
 
 /// What a run folder holds for other programs. For a mesh file only the name and the mesh are set.
@@ -54,8 +56,9 @@ struct McapOutcome {
 };
 
 /// Writes a run as MCAP (https://mcap.dev/spec) with Foxglove's JSON messages; docs/file-formats.md lists the
-/// topics. Pictures come from `logs`, cropped and resized as the tracker saw them. If a log is missing or
-/// damaged, only its pictures are left out. Appears whole or not at all. Throws Error when the disk is full.
+/// topics. What a second sensor felt has topics and times of its own. Pictures come from `logs`, cropped and
+/// resized as the tracker saw them. If a log is missing or damaged, only its pictures are left out. Appears
+/// whole or not at all. Throws Error when the disk is full.
 McapOutcome write_mcap(const std::filesystem::path& path, const RunContents& run, const VertexColors& colors,
                        ProgressSink& progress);
 
