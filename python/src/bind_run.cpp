@@ -139,6 +139,30 @@ py::object report_of(const PythonRun& self) {
   }
 }
 
+/// A trajectory whose times are those of the first of two sensors.
+struct Moments {
+  std::vector<StampedPose> trajectory;
+  std::vector<std::int64_t> sensors;
+};
+
+Moments moments_of(const PythonRun& run) {
+  Moments moments{run.trajectory, std::vector<std::int64_t>(run.trajectory.size(), 0)};
+  const py::dict report = report_of(run);
+  if (!report.contains("logs")) return moments;
+  for (const py::handle& log : report["logs"]) {
+    if (!log.contains("sensor") || log["sensor"].cast<int>() != 1) continue;
+    const auto first_time_s = log["first_time_s"].cast<double>(), start_s = log["start_s"].cast<double>(),
+               rate = log["rate"].cast<double>();
+    for (std::size_t i = 0; i < run.trajectory.size(); ++i) {
+      const double time_s = run.trajectory[i].time_s;
+      if (time_s < first_time_s) continue;
+      moments.trajectory[i].time_s = start_s + rate * (time_s - first_time_s);
+      moments.sensors[i] = 1;
+    }
+  }
+  return moments;
+}
+
 void add_run(py::module_& module) {
   py::class_<PythonRun>(module, "Run", R"(A reconstruction: surface, trajectory and figures.
 
@@ -148,8 +172,16 @@ The map's frame is that of the sensor at its first full contact: x right, y down
           "trajectory", [](const PythonRun& self) { return poses_of(self.trajectory); },
           "Nx4x4 float64: map_T_sensor of every frame in the map, translation in meters.")
       .def_property_readonly(
-          "times", [](const PythonRun& self) { return times_of(self.trajectory); },
-          "N float64: their times, seconds since the log's first frame.")
+          "times", [](const PythonRun& self) { return times_of(moments_of(self).trajectory); },
+          "N float64: their times, seconds since the log's first frame; of two sensors by the first one's "
+          "clock.")
+      .def_property_readonly(
+          "sensors",
+          [](const PythonRun& self) {
+            const std::vector<std::int64_t> sensors = moments_of(self).sensors;
+            return py::array_t<std::int64_t>(static_cast<py::ssize_t>(sensors.size()), sensors.data());
+          },
+          "N int64: the sensor that each pose is of: 0, or 1 for the second of two at the same time.")
       .def_property_readonly(
           "report", &report_of,
           "dict: the figures of report.json: frames, keyframes, loops, partial, warning...")
@@ -194,6 +226,32 @@ PythonRun merge_runs(const std::vector<fs::path>& runs, const fs::path& output, 
     const py::gil_scoped_release release;
     merge_scans({runs, output, overwrite}, sink, stop_by_signal);
     run = read_run(output);
+  }
+  warn_of(run);
+  return run;
+}
+
+PythonRun map_of_rig(const std::array<fs::path, 2>& logs, const fs::path& output,
+                     const std::optional<std::array<fs::path, 2>>& models, const OptionalPath& rig,
+                     const OptionalPath& opening, bool overwrite, const py::object& progress) {
+  PythonProgress sink(progress);
+  PythonRun run;
+  {
+    const py::gil_scoped_release release;
+    RigRequest request;
+    for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+      request.inputs[sensor].log = logs[sensor];
+      if (models) request.inputs[sensor].model = (*models)[sensor];
+    }
+    if (rig) {
+      const RigFile file = read_rig(*rig);
+      request.known = file.pose;
+      request.gripper.axis = file.opening_axis;
+    }
+    if (opening) request.gripper.openings = read_openings(*opening);
+    request.run_folder = output;
+    request.overwrite = overwrite;
+    run = python_run(reconstruct_rig(request, sink, stop_by_signal));
   }
   warn_of(run);
   return run;
@@ -267,6 +325,16 @@ Ctrl-C raises KeyboardInterrupt.)");
 
 runs: run folders, two or more; the first one's configuration is used. They join where they show the same places; what
 did not join is given as a warning. output: the run folder to write. progress: as of reconstruct().)");
+  module.def(
+      "reconstruct_rig", &map_of_rig, py::arg("logs"), py::arg("output"), py::kw_only(),
+      py::arg("models") = py::none(), py::arg("rig") = py::none(), py::arg("opening") = py::none(),
+      py::arg("overwrite") = false, py::arg("progress") = false,
+      R"(One map of what two sensors felt at the same time that are fixed to each other, as `gelslam reconstruct A B
+--rig` makes. Returns the Run in output; Run.sensors tells the sensor of each pose.
+
+logs: of the first and the second sensor; "both.mkv#2" is the second one of a log of two. output: the run folder to
+write. models: of each; default: those in or beside the logs. rig: rig.yaml; default: the motions tell. opening: CSV of a
+gripper's openings. progress: as of reconstruct().)");
   module.def(
       "fuse", &fuse_again, py::arg("run"), py::arg("output") = py::none(), py::kw_only(),
       py::arg("voxel_size_mm") = py::none(), py::arg("truncation_mm") = py::none(),

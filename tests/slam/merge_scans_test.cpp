@@ -36,7 +36,7 @@ class Merge : public testing::Test {
     MergeRequest request{{}, folder / output, overwrite};
     for (const std::string& name : names) request.runs.push_back(folder / name);
     NoProgress progress;
-    return merge_scans(request, progress, [] { return false; });
+    return merge_scans(request, progress, [] { return false; }).account.summary;
   }
   /// Every keyframe of the merged map lies where the truth has it, seen from the first.
   void expect_true(double mm, double deg) {

@@ -145,9 +145,9 @@ TEST(StreamServer, AReaderThatIsGoneIsForgottenAndMayComeBack) {
 
 TEST(StreamServer, KeptLinesComeFirstToWhoeverConnectsLater) {
   StreamServer server("tcp:0", "127.0.0.1", notice);
-  server.write_and_keep(9, "map 1\n");
-  server.write_and_keep(0, "keyframe 0\n");
-  server.write_and_keep(9, "map 2\n");
+  server.write_and_keep(0, 9, "map 1\n");
+  server.write_and_keep(0, 0, "keyframe 0\n");
+  server.write_and_keep(0, 9, "map 2\n");
   server.write("frame\n");
   Client client(port_of(server));
   wait_for_readers(server, 1);
@@ -155,7 +155,7 @@ TEST(StreamServer, KeptLinesComeFirstToWhoeverConnectsLater) {
   EXPECT_EQ(client.line(), "keyframe 0");
   EXPECT_EQ(client.line(), "map 2");
   EXPECT_EQ(client.line(), "next frame");
-  server.forget_kept();
+  server.forget_kept(0);
   Client late(port_of(server));
   wait_for_readers(server, 2);
   server.write("last frame\n");

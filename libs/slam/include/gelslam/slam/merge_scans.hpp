@@ -19,7 +19,7 @@ struct MergeRequest {
   std::filesystem::path run_folder;
   bool overwrite = false;
   bool has_rig = false;  ///< two runs, scanned at the same time: joined as reconstruct_rig() joins them
-  std::optional<RigPose> known;  ///< RigRequest::known
+  std::optional<RigPose> known = {};  ///< RigRequest::known
 };
 
 /// Joins scans of one object by the places that they have in common, and writes a run folder. Scans of one
