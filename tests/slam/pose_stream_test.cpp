@@ -136,22 +136,12 @@ TEST(MapPlace, FollowsTheMapThroughTheNewestKeyframeThatItHolds) {
   EXPECT_FALSE(place_of(lost, map));
 }
 
-TEST(PoseStream, LinesOfTwoSensorsSayWhichItIs) {
-  testing::internal::CaptureStdout();
-  {
-    PoseStream first({.target = "-"});
-    PoseStream second(first);
-    const auto reference = keyframe(0, 0);
-    first.write({tracked(1, reference, Pose::Identity(), Pose::Identity())}, {});
-    second.write({tracked(2, reference, Pose::Identity(), Pose::Identity())}, {});
-    EXPECT_TRUE(first.finish());
-  }
-  std::istringstream lines(testing::internal::GetCapturedStdout());
-  for (const int sensor : {0, 1}) {
-    std::string line;
-    ASSERT_TRUE(std::getline(lines, line));
-    EXPECT_EQ(json::parse(line).at("sensor"), sensor);
-  }
+TEST(NdjsonLine, SaysTheSensorWhereThereAreTwo) {
+  const TrackedFrame frame = tracked(1, keyframe(0, 0), Pose::Identity(), Pose::Identity());
+  FrameReport report{frame};
+  EXPECT_FALSE(json::parse(ndjson_line(report)).contains("sensor"));
+  report.sensor = 1;
+  EXPECT_EQ(json::parse(ndjson_line(report)).at("sensor"), 1);
 }
 
 }  // namespace
