@@ -14,6 +14,7 @@ namespace gelslam {
 namespace {
 
 using namespace test;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 
 class TwoSensors : public Live {
@@ -87,7 +88,7 @@ TEST_F(TwoSensors, OneGoesOnWhenTheOtherIsUnplugged) {
   const ReconstructSummary summary = start_both().wait();
   EXPECT_GT(summary.tracked, kScanFrames - 5 + 15);
   EXPECT_EQ(summary.components, 1);
-  EXPECT_THAT(both->status().warning, HasSubstr("second sensor: the camera is gone"));
+  EXPECT_THAT(both->status().warning, ContainsRegex("second sensor: .*the camera is gone"));
   EXPECT_EQ(both->status().failure, "");
 }
 
