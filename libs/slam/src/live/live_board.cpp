@@ -24,13 +24,13 @@ std::set<int> shown_trials(const MapSnapshot& map) {
   return trials;
 }
 
+}  // namespace
+
 int count_different(const MapSnapshot& map, int MapSnapshot::Node::*member) {
   std::set<int> values;
   for (const MapSnapshot::Node& node : map.nodes) values.insert(node.*member);
   return static_cast<int>(values.size());
 }
-
-}  // namespace
 
 void LiveMeter::arrived(LiveClock::time_point when) {
   arrivals_.push_back(when);
@@ -199,6 +199,17 @@ void LiveBoard::add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks
     const std::int64_t key = block.key;
     changed_blocks_[key] = std::move(block);
   }
+}
+
+void LiveBoard::show_saved(const SlamMap& saved, const Mesh& mesh) {
+  auto snapshot = std::make_shared<MapSnapshot>(snapshot_of(saved));
+  const std::shared_ptr<const MapSnapshot> shown = map();
+  snapshot->scan = shown->scan;
+  snapshot->version = shown->version + 1;
+  set_map(std::move(snapshot));
+  MeshBlock whole;
+  whole.mesh = mesh;
+  add_blocks(shown->scan, true, {std::move(whole)});
 }
 
 void LiveBoard::start_scan(int scan) {

@@ -11,6 +11,7 @@
 
 #include "gelslam/core/progress.hpp"
 #include "gelslam/slam/live_session.hpp"
+#include "gelslam/slam/slam_map.hpp"
 
 namespace gelslam::slam::detail {
 
@@ -29,6 +30,9 @@ class LiveMeter {
   std::deque<LiveClock::time_point> arrivals_;
   std::deque<std::pair<LiveClock::time_point, double>> latencies_ms_;
 };
+
+/// How many trials or components a map has.
+int count_different(const MapSnapshot& map, int MapSnapshot::Node::*member);
 
 /// Where the stages pin what they know, and the window reads it. Thread-safe; nobody waits longer than for a
 /// copy.
@@ -56,6 +60,8 @@ class LiveBoard {
   void set_touch(LiveTouch touch, int trial, const std::string& why_lost, LiveClock::time_point arrived);
   void set_map(std::shared_ptr<const MapSnapshot> map);
   void add_blocks(int scan, bool cleared, std::vector<MeshBlock> blocks);
+  /// In place of what was good enough while it grew: what was saved of the present scan.
+  void show_saved(const SlamMap& map, const Mesh& mesh);
   void start_scan(int scan);  ///< what belongs to earlier scans is forgotten, and ignored when it comes late
 
   // The window.

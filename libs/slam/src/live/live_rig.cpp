@@ -5,7 +5,6 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
-#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -77,7 +76,6 @@ struct LiveRig::Impl {
   void run();
   void end_of(LiveSlam& session, int sensor);
   void join();
-  void show(const Run& run);
 
   const LiveRigOptions options;
   LiveSlam first, second;
@@ -96,8 +94,9 @@ struct LiveRig::Impl {
 
 void LiveRig::Impl::look() {
   const RigNews news{{first.touch(), second.touch()}, {first.map(), second.map()}};
+  view.learn(news);
   const std::lock_guard lock(mutex);
-  view.see(news);
+  view.show(news);
 }
 
 void LiveRig::Impl::run() {
@@ -144,18 +143,11 @@ void LiveRig::Impl::join() {
   request.known = options.known;
   BoardProgress progress(board);
   const Run run = merge_scans(request, progress, [this] { return aborted.load(); });
-  show(run);
+  board.show_saved(run.map, run.mesh);
   const std::lock_guard lock(mutex);
   summary = run.account.summary;
   summary.seconds = last.age_s + board.status().age_s;
   board.set_words("done: saved in " + options.run_folder.string(), TrackStatus::background);
-}
-
-void LiveRig::Impl::show(const Run& run) {
-  board.set_map(std::make_shared<MapSnapshot>(snapshot_of(run.map)));
-  MeshBlock whole;
-  whole.mesh = run.mesh;
-  board.add_blocks(0, true, {std::move(whole)});
 }
 
 std::filesystem::path run_of_sensor(const std::filesystem::path& run_folder, int sensor) {
@@ -177,9 +169,7 @@ LiveStatus LiveRig::status() const {
   if (!impl_->joining) {
     LiveStatus status =
         status_of_both(impl_->first.status(), impl_->second.status(), impl_->view.shows_second());
-    std::set<int> components;
-    for (const MapSnapshot::Node& node : impl_->view.map()->nodes) components.insert(node.component);
-    status.components = static_cast<int>(components.size());
+    status.components = impl_->view.components();
     return status;
   }
   LiveStatus status = impl_->last;

@@ -62,7 +62,6 @@ struct LiveSlam::Impl {
   void finish();
   std::vector<ScanPart> parts(const std::vector<FrameRecord>& records) const;
   void save(const SlamMap& map, const Mesh& mesh, bool partial, std::uintmax_t scan_bytes);
-  void show(const SlamMap& map, const Mesh& mesh);
   bool failed();
   void join();
   template <typename Work>
@@ -246,7 +245,7 @@ void LiveSlam::Impl::finish() {
   board.set_words("saving", TrackStatus::background);
   captured.wait();
   save(map, mesh, aborted || lost || failed(), folders.record_bytes());
-  if (options.show_mesh) show(map, mesh);
+  if (options.show_mesh) board.show_saved(map, mesh);
   const std::shared_ptr<LiveRun> run = folders.of_scan(mapping.scan());
   board.set_words(run ? "done: saved in " + run->folder().string() : "done", TrackStatus::background);
 }
@@ -280,18 +279,6 @@ void LiveSlam::Impl::save(const SlamMap& map, const Mesh& mesh, bool partial, st
   run->save(map, mesh,
             {options.record ? run->log() : options.log, status.source, timer.statistics(), counts, live,
              session->is_whole() ? std::optional(scan_bytes) : std::nullopt});
-}
-
-/// The window goes on with what was saved, instead of what was good enough while it grew.
-void LiveSlam::Impl::show(const SlamMap& map, const Mesh& mesh) {
-  const int scan = board.map()->scan;
-  auto snapshot = std::make_shared<MapSnapshot>(snapshot_of(map));
-  snapshot->scan = scan;
-  snapshot->version = board.map()->version + 1;
-  board.set_map(std::move(snapshot));
-  MeshBlock whole;
-  whole.mesh = mesh;
-  board.add_blocks(scan, true, {std::move(whole)});
 }
 
 bool LiveSlam::Impl::failed() {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "live/live_board.hpp"
+
 namespace gelslam::slam::detail {
 namespace {
 
@@ -51,18 +53,23 @@ RigView::RigView(const std::optional<RigPose>& known) : next_estimate_at_(kFirst
   if (known) first_T_second_ = known->first_T_second;
 }
 
-void RigView::see(const RigNews& news) {
-  const bool map_changed = news.map != news_.map;
-  const bool new_scan = map_changed && news_.map[0] &&
-                        (news.map[0]->scan != news_.map[0]->scan || news.map[1]->scan != news_.map[1]->scan);
-  news_ = news;
-  if (new_scan) {  // ids begin anew
+void RigView::learn(const RigNews& news) {
+  if (is_new_scan(news)) {  // ids begin anew
     constraints_.clear();
-    first_map_T_second_map_.reset();
     next_estimate_at_ = kFirstEstimate;
   }
   collect(news);
-  if (!first_T_second_ && constraints_.size() >= next_estimate_at_) find_rig();
+  if (!first_T_second_ && constraints_.size() >= next_estimate_at_) find_rig(news);
+}
+
+bool RigView::is_new_scan(const RigNews& news) const {
+  return news_.map[0] && (news.map[0]->scan != news_.map[0]->scan || news.map[1]->scan != news_.map[1]->scan);
+}
+
+void RigView::show(const RigNews& news) {
+  const bool map_changed = news.map != news_.map;
+  if (is_new_scan(news)) first_map_T_second_map_.reset();
+  news_ = news;
   if (place_second() || map_changed) join_maps();
   shows_second_ = !has_contact(news.touch[0]) && has_contact(news.touch[1]);
   const auto& source = news.touch[shows_second_ ? 1 : 0];
@@ -86,11 +93,11 @@ void RigView::collect(const RigNews& news) {
 }
 
 /// Two estimates that agree, the second from twice as many constraints.
-void RigView::find_rig() {
+void RigView::find_rig(const RigNews& news) {
   next_estimate_at_ = 2 * constraints_.size();
   PoseGraphSolution solution;
   for (const int sensor : {0, 1})
-    for (const MapSnapshot::Node& node : news_.map[static_cast<std::size_t>(sensor)]->nodes) {
+    for (const MapSnapshot::Node& node : news.map[static_cast<std::size_t>(sensor)]->nodes) {
       solution.component_T_node[node.keyframe + sensor * kSecond] = node.component_T_keyframe;
       solution.component_of_node[node.keyframe + sensor * kSecond] = node.component + sensor * kSecond;
     }
@@ -130,6 +137,7 @@ void RigView::join_maps() {
     edge.to += kSecond;
     map->edges.push_back(edge);
   }
+  components_ = count_different(*map, &MapSnapshot::Node::component);
   map_ = std::move(map);
 }
 

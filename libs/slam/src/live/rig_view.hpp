@@ -20,12 +20,16 @@ struct RigNews {
 
 /// The maps of two sensors that are fixed to each other as one map, while they are scanned: the second one's
 /// lies in that of the first as soon as it is known how they are fixed. Until then it is another piece. Good
-/// enough to be looked at: what is saved comes from reconstruct_rig(). One thread.
+/// enough to be looked at: what is saved comes from merge_scans().
 class RigView {
  public:
   explicit RigView(const std::optional<RigPose>& known);
 
-  void see(const RigNews& news);
+  /// How they are fixed, which may take tenths of a second. Touches nothing of what follows show(); one
+  /// thread calls both.
+  void learn(const RigNews& news);
+  /// The map and the touch from now on.
+  void show(const RigNews& news);
   /// `changes`: of each sensor, all since the last call.
   MeshChanges take_mesh_changes(std::array<MeshChanges, 2> changes);
 
@@ -34,12 +38,14 @@ class RigView {
   /// The first sensor's, unless only the second one touches.
   const std::shared_ptr<const LiveTouch>& touch() const { return touch_; }
   bool shows_second() const { return shows_second_; }
+  int components() const { return components_; }
 
   static constexpr int kSecond = 1 << 24;
 
  private:
+  bool is_new_scan(const RigNews& news) const;
   void collect(const RigNews& news);
-  void find_rig();
+  void find_rig(const RigNews& news);
   bool place_second();
   void join_maps();
 
@@ -47,12 +53,13 @@ class RigView {
   std::vector<RigConstraint> constraints_;  // without covariances
   double constrained_s_ = -1e9;
   std::size_t next_estimate_at_;
-  RigNews news_;
+  RigNews news_;                                     // that is shown
   std::map<std::int64_t, MeshBlock> second_blocks_;  // in the second map
   bool second_moved_ = false;                        // since the mesh was taken
   std::shared_ptr<const MapSnapshot> map_ = std::make_shared<MapSnapshot>();
   std::shared_ptr<const LiveTouch> touch_, touch_source_;
   bool shows_second_ = false;
+  int components_ = 0;
 };
 
 }  // namespace gelslam::slam::detail
