@@ -48,14 +48,6 @@ std::vector<std::string> sensors_of(const RecordArguments& arguments) {
   return sensors;
 }
 
-/// One for each sensor; one that was given alone is for all.
-std::string choice_for(std::size_t sensor, std::size_t sensors, const std::vector<std::string>& given,
-                       const char* option) {
-  if (given.size() > sensors)
-    throw Error(std::string(option) + " is given more often than there are sensors");
-  return given.empty() ? "" : given[std::min(sensor, given.size() - 1)];
-}
-
 RecordSource open_source(const RecordArguments& arguments, const std::string& name, const LogInput& input) {
   RecordSource source{find_config(input), nullptr};
   if (arguments.from.empty()) {
@@ -76,8 +68,8 @@ std::vector<RecordSource> open_sources(const RecordArguments& arguments) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     LogInput input;
     if (!arguments.from.empty()) input.log = names[i];
-    input.config = choice_for(i, names.size(), arguments.configs, "--config");
-    input.model = choice_for(i, names.size(), arguments.models, "--model");
+    input.config = given_for_sensor(arguments.configs, i, names.size(), "--config");
+    input.model = given_for_sensor(arguments.models, i, names.size(), "--model");
     sources.push_back(open_source(arguments, names[i], input));
   }
   if (sources.size() > 1 && arguments.from.empty()) put_on_one_clock(sources[0].frames, sources[1].frames);

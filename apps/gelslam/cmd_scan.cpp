@@ -80,8 +80,8 @@ int run_two(const ScanArguments& arguments) {
   const LiveArguments& live = arguments.live;
   if (arguments.devices[0] == arguments.devices[1])
     throw Error("--camera " + arguments.devices[0] + " is given twice; name two cameras");
-  const std::array<Config, 2> configs = {resolve_config(live.input("", 0)),
-                                         resolve_config(live.input("", 1))};
+  const std::array<Config, 2> configs = {resolve_config(live.input("", 0, 2)),
+                                         resolve_config(live.input("", 1, 2))};
   const std::array<LiveOptions, 2> options = live.options_of_two(configs);
   for (const LiveOptions& of_sensor : options) check_run_folder(of_sensor);
   std::array<LiveRig::Sensor, 2> sensors;

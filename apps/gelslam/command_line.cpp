@@ -130,6 +130,13 @@ void add_ui_scale(CLI::App& command, double& ui_scale) {
       ->capture_default_str();
 }
 
+std::string given_for_sensor(const std::vector<std::string>& given, std::size_t sensor, std::size_t sensors,
+                             const char* option) {
+  if (given.size() > sensors)
+    throw Error(std::string(option) + " is given more often than there are sensors");
+  return given.empty() ? "" : given[std::min(sensor, given.size() - 1)];
+}
+
 CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::string& two) {
   return command
       .add_option("--rig", file,

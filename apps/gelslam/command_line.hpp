@@ -46,6 +46,11 @@ CLI::Validator number_between(double least, double most);
 
 void add_ui_scale(CLI::App& command, double& ui_scale);
 
+/// What was given for a sensor, from 0; what was given once is for all of `sensors`. Throws Error when it was
+/// given more often than there are sensors.
+std::string given_for_sensor(const std::vector<std::string>& given, std::size_t sensor, std::size_t sensors,
+                             const char* option);
+
 /// --rig [FILE]. `two`: what of two sensors is joined, for the help.
 CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::string& two);
 

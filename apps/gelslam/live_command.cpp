@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <stop_token>
@@ -164,11 +163,10 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   return options;
 }
 
-LogInput LiveArguments::input(const std::string& log, std::size_t sensor) const {
-  const auto of_sensor = [&](const std::vector<std::string>& given) {
-    return given.empty() ? "" : given[std::min(sensor, given.size() - 1)];
-  };
-  return with_settings_of_run({log, of_sensor(configs), of_sensor(models), background, force}, continued);
+LogInput LiveArguments::input(const std::string& log, std::size_t sensor, std::size_t sensors) const {
+  return with_settings_of_run({log, given_for_sensor(configs, sensor, sensors, "--config"),
+                               given_for_sensor(models, sensor, sensors, "--model"), background, force},
+                              continued);
 }
 
 std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config, 2>& resolved) const {

@@ -28,7 +28,7 @@ struct LiveArguments {
   /// session that is continued.
   LiveOptions options(const Config& resolved_config) const;
   /// Where the configuration is looked up. `log`: empty for a camera.
-  LogInput input(const std::string& log, std::size_t sensor = 0) const;
+  LogInput input(const std::string& log, std::size_t sensor = 0, std::size_t sensors = 1) const;
 
   /// Of two sensors. Throws Error where one of these arguments is for a single sensor.
   std::array<LiveOptions, 2> options_of_two(const std::array<Config, 2>& resolved_configs) const;
