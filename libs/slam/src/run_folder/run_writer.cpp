@@ -4,10 +4,11 @@
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <set>
 
 #include "gelslam/backend/g2o.hpp"
 #include "gelslam/core/files.hpp"
+#include "gelslam/core/index.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/mesh/mesh_io.hpp"
 #include "gelslam/slam/continue_scan.hpp"
@@ -70,28 +71,29 @@ ordered_json live_account(const LiveAccount& live) {
           {"damaged", live.damaged}};
 }
 
-/// Nothing for one sensor.
-std::optional<std::int64_t> first_frame_of_second(const ScanRecord& record) {
-  const auto& keyframes = record.keyframes;
-  const auto first = std::find_if(keyframes.begin() + record.rig.first_of_second, keyframes.end(),
-                                  [](const auto& keyframe) { return keyframe != nullptr; });
-  if (record.rig.constraints.empty() || first == keyframes.end()) return std::nullopt;
-  return record.parts.at(part_of_frame(record.parts, (*first)->frame)).first_frame;
+/// The parts that a second sensor felt at the same time as the first.
+std::set<std::size_t> parts_of_second(const ScanRecord& record) {
+  std::set<std::size_t> parts;
+  for (const RigConstraint& constraint : record.rig.constraints)
+    if (record.has_keyframe(constraint.second_keyframe))
+      parts.insert(part_of_frame(record.parts, record.keyframes[index(constraint.second_keyframe)]->frame));
+  return parts;
 }
 
 /// The log of each part, and the time at which it begins. Of two sensors at the same time, also which one it
 /// is of, and how its clock goes by the first one's.
 ordered_json part_logs(const SlamMap& map) {
   ordered_json logs = ordered_json::array();
-  const std::optional<std::int64_t> second_frame = first_frame_of_second(map.measured);
-  for (const ScanPart& part : map.measured.parts) {
+  const std::vector<ScanPart>& parts = map.measured.parts;
+  const std::set<std::size_t> of_second = parts_of_second(map.measured);
+  for (const ScanPart& part : parts) {
     const auto next = std::find_if(map.frames.begin(), map.frames.end(),
                                    [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
     const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
     logs.push_back({{"file", part.log}, {"first_time_s", first_time_s}});
-    if (!second_frame) continue;
-    const bool is_second = part.first_frame >= *second_frame;
-    const SecondClock clock = is_second ? map.measured.rig.clock : SecondClock{};
+    if (of_second.empty()) continue;
+    const bool is_second = of_second.contains(part_of_frame(parts, part.first_frame));
+    const SecondClock clock = is_second ? map.measured.rig.clock : SecondClock{first_time_s};
     logs.back().update({{"sensor", is_second ? 1 : 0}, {"start_s", clock.start_s}, {"rate", clock.rate}});
   }
   return logs;
