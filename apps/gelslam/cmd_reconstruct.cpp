@@ -7,7 +7,6 @@
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/merge_scans.hpp"
-#include "gelslam/slam/sensor_rig.hpp"
 #include "many_logs.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -57,12 +56,7 @@ int run_rig(const ReconstructArguments& arguments) {
     request.inputs[sensor] = arguments.log.input();
     request.inputs[sensor].log = logs[sensor];
   }
-  if (!arguments.rig.empty()) {
-    const RigFile rig = read_rig(arguments.rig);
-    request.known = rig.pose;
-    request.gripper.axis = rig.opening_axis;
-  }
-  if (!arguments.opening.empty()) request.gripper.openings = read_openings(arguments.opening);
+  take_rig_files(request, arguments.rig, arguments.opening);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
   const InterruptWatch interrupt;

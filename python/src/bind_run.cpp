@@ -149,15 +149,16 @@ Moments moments_of(const PythonRun& run) {
   Moments moments{run.trajectory, std::vector<std::int64_t>(run.trajectory.size(), 0)};
   const py::dict report = report_of(run);
   if (!report.contains("logs")) return moments;
-  for (const py::handle& log : report["logs"]) {
-    if (!log.contains("sensor") || log["sensor"].cast<int>() != 1) continue;
-    const auto first_time_s = log["first_time_s"].cast<double>(), start_s = log["start_s"].cast<double>(),
-               rate = log["rate"].cast<double>();
+  for (const py::handle& log : report["logs"]) {  // a pose is of the last log that begins before it
+    const bool is_second = log.contains("sensor") && log["sensor"].cast<int>() == 1;
+    const auto first_time_s = log["first_time_s"].cast<double>(),
+               start_s = is_second ? log["start_s"].cast<double>() : first_time_s,
+               rate = is_second ? log["rate"].cast<double>() : 1.0;
     for (std::size_t i = 0; i < run.trajectory.size(); ++i) {
       const double time_s = run.trajectory[i].time_s;
       if (time_s < first_time_s) continue;
-      moments.trajectory[i].time_s = start_s + rate * (time_s - first_time_s);
-      moments.sensors[i] = 1;
+      moments.trajectory[i].time_s = is_second ? start_s + rate * (time_s - first_time_s) : time_s;
+      moments.sensors[i] = is_second ? 1 : 0;
     }
   }
   return moments;
@@ -243,12 +244,7 @@ PythonRun map_of_rig(const std::array<fs::path, 2>& logs, const fs::path& output
       request.inputs[sensor].log = logs[sensor];
       if (models) request.inputs[sensor].model = (*models)[sensor];
     }
-    if (rig) {
-      const RigFile file = read_rig(*rig);
-      request.known = file.pose;
-      request.gripper.axis = file.opening_axis;
-    }
-    if (opening) request.gripper.openings = read_openings(*opening);
+    take_rig_files(request, rig.value_or(""), opening.value_or(""));
     request.run_folder = output;
     request.overwrite = overwrite;
     run = python_run(reconstruct_rig(request, sink, stop_by_signal));

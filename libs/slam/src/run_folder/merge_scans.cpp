@@ -273,6 +273,15 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   return write_joined(folder, config, all, account, start, progress, stop_requested);
 }
 
+void take_rig_files(RigRequest& request, const fs::path& rig, const fs::path& openings) {
+  if (!rig.empty()) {
+    const RigFile file = read_rig(rig);
+    request.known = file.pose;
+    request.gripper.axis = file.opening_axis;
+  }
+  if (!openings.empty()) request.gripper.openings = read_openings(openings);
+}
+
 Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
                     const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();

@@ -37,6 +37,11 @@ struct RigRequest {
   bool overwrite = false;
 };
 
+/// What rig.yaml and a file of openings say of it; either may be empty. Throws Error as read_rig() and
+/// read_openings().
+void take_rig_files(RigRequest& request, const std::filesystem::path& rig,
+                    const std::filesystem::path& openings);
+
 /// One map of what two sensors felt that are fixed to each other. Each log is tracked and corrected alone;
 /// loops, also between the sensors, and the rig join them. Where the rig is not determined they stay apart.
 /// Returns what it wrote. Throws Error.
