@@ -19,7 +19,7 @@ constexpr int kCellPx = 2 * kBlockPx;
 constexpr int kCellSquares = kCellPx / 2;  // PoissonSolver's
 constexpr float kBareSlopeRad = 0.01F;     // what unchanged gel may tilt; color changes show more
 constexpr float kBareHeightPx = 0.15F;     // 0.01 mm on a GelSight Mini
-constexpr double kMinBareShare = 0.05;     // of the picture; less is no reference
+constexpr double kMinBareShare = 0.01;     // of the picture; less is no reference
 // Slopes that are read too flat on one flank of a contact let bare gel beyond it come out too low by a share
 // of the contact's depth. Pressed faces lie lower than that.
 constexpr float kMaxFall = 0.3F;
@@ -96,9 +96,9 @@ void BareGelLeveler::average_cells(const cv::Mat1f& height_px, const cv::Mat1b& 
 /// level, so that the highest cells tell the level of bare gel.
 int BareGelLeveler::find_bare_cells() {
   scratch_.assign(height_.begin(), height_.end());
-  const float highest = quantile_in_place(scratch_, 1 - kMinBareShare);
+  highest_ = quantile_in_place(scratch_, 1 - kMinBareShare);
   const float lowest = *std::min_element(scratch_.begin(), scratch_.end());
-  const float least = highest - std::max(kMaxFall * (highest - lowest), kMinFallPx);
+  const float least = highest_ - std::max(kMaxFall * (highest_ - lowest), kMinFallPx);
 
   const int pieces = cv::connectedComponents(bare_, labels_, 4, CV_32S);
   std::vector<float> sum(static_cast<std::size_t>(pieces), 0.0F), cells(sum);
@@ -163,9 +163,7 @@ BareGelLeveler::Result BareGelLeveler::level(cv::Mat1f& height_px, const cv::Mat
   average_cells(height_px, changed);
   scratch_.clear();
   if (find_bare_cells() < kMinBareShare * grid_.area()) {
-    for (int v = 0; v < height_px.rows; ++v)
-      scratch_.insert(scratch_.end(), height_px[v], height_px[v] + height_px.cols);
-    height_px -= quantile_in_place(scratch_, 0.85);
+    height_px -= highest_;
     return {};
   }
   solve();

@@ -19,7 +19,7 @@ class BareGelLeveler {
   explicit BareGelLeveler(cv::Size size, const cv::Mat1b& confidence = {});
 
   struct Result {
-    bool seen = false;        ///< enough bare gel; else the level is a guess: the object covers the whole gel
+    bool seen = false;  ///< enough bare gel; else the object covers the whole, and the highest cells lie at 0
     float scatter_px = 0.0F;  ///< of the bare gel's heights, about 0
   };
   /// `height_px` (as PoissonSolver::solve() returns it) in place; `changed`: a block mask (block_grid()), 0
@@ -36,6 +36,7 @@ class BareGelLeveler {
   cv::Mat1f changed_variance_;     // of slopes in cells that changed
   cv::Mat1f height_, correction_;  // of the cells: mean height, d
   cv::Mat1b bare_;                 // cells
+  float highest_ = 0.0F;           // cells
   cv::Mat1i labels_;
   cv::Mat1f fine_;
   std::vector<float> band_, right_side_, scratch_;
