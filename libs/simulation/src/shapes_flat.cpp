@@ -125,9 +125,8 @@ class Coin final : public ImplicitShape {
     return 0.15F * (1 - smooth_step(0.1F, 0.34F, nearest));
   }
   float texture(const Vector3f& point) const override {
-    const bool back = point.z() < -0.5F * kThickness;  // the letters the other way around, another head
-    const Vector3f p(point.x() / dials_.size, (back ? -1.0F : 1.0F) * point.y() / dials_.size,
-                     back ? 7.5F : 0.5F);
+    const bool back = point.z() < -0.5F * kThickness;  // letters in another order, another head
+    const Vector3f p(point.x() / dials_.size, point.y() / dials_.size, back ? 7.5F : 0.5F);
     const float r = std::hypot(p.x(), p.y()), angle = std::atan2(p.y(), p.x());
     float height = 0.22F * (1 - smooth_step(0.25F, 0.7F, std::fabs(r - 11.2F)));
     const float bead = 0.5F + 0.5F * std::cos(56 * angle);

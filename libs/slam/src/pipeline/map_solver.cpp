@@ -1,6 +1,8 @@
 #include "pipeline/map_solver.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "gelslam/backend/rig.hpp"
@@ -23,6 +25,19 @@ std::vector<PoseGraphEdge> with_rig_edges(const SlamMap& map, std::vector<PoseGr
 std::vector<PoseGraphEdge> consistent(const SlamMap& map, const std::vector<PoseGraphEdge>& edges,
                                       double scale_sigma) {
   return chosen(edges, consistent_edges(with_rig_edges(map, edges), scale_sigma));
+}
+
+/// Where it is known how two sensors are fixed to each other, it judges loops between them: two sides of an
+/// object may look alike.
+std::vector<PoseGraphEdge> before_the_rig(const SlamMap& map) {
+  const SensorRig& rig = map.measured.rig;
+  if (!rig.known || rig.constraints.empty()) return map.edges;
+  std::vector<PoseGraphEdge> within;
+  std::copy_if(map.edges.begin(), map.edges.end(), std::back_inserter(within),
+               [&](const PoseGraphEdge& edge) {
+                 return (edge.from < rig.first_of_second) == (edge.to < rig.first_of_second);
+               });
+  return within;
 }
 
 RigPrior prior_of_rig(const SlamMap& map, double scale_sigma) {
@@ -118,7 +133,7 @@ PoseGraphSolution solve_poses(const std::map<int, Pose>& initial, const std::vec
 void solve_map(SlamMap& map, const std::map<int, Pose>& initial, double scale_sigma,
                const SlamOptions& options) {
   const std::vector<PoseGraphEdge> measured = map.edges;
-  map.edges = consistent(map, measured, scale_sigma);
+  map.edges = consistent(map, before_the_rig(map), scale_sigma);
   map.solution = solve_poses(initial, map.edges, scale_sigma, options);
   join_by_rig(map, measured, scale_sigma, options);
 }
