@@ -15,12 +15,19 @@ import math
 import pathlib
 import subprocess
 
+import numpy
+import scipy.interpolate
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Object, size, motion, distance of the sensors: the object is pressed by about 0.5 mm from both sides.
 CASES = {"golf": ("golf", 0.5, "allover", 20.35), "golf_roll": ("golf", 0.5, "roll", 20.35),
          "pebble": ("pebble", 1, "wobble", 13.0), "peanut": ("peanut", 1, "wobble", 12.2),
          "knurl": ("knurl", 1, "roll", 10.0), "rod": ("cylinder", 1, "wobble", 11.0)}
 X_MM, Y_MM = 1.5, 0.8
+# Size and motion; pressed by 0.2 to 0.4 mm on either side. The largest one hides nearly all bare gel.
+COINS = ((0.7, "wobble"), (0.8, "allover"), (0.8, "slide"), (0.8, "twist"), (1, "allover"))
+COIN_DISTANCE_MM, COIN_MIDDLE_MM, COIN_INDENTATION_MM = 1.8, 1, 0.3
+KNOWN = "sigma_mm: 0.01\nsigma_deg: 0.1\n"
 RIG = """second_y: {x: 0, y: -1, z: 0}
 second_z: {x: 0, y: 0, z: -1}
 second_origin: {x: %g, y: %g, z: %g}
@@ -32,6 +39,52 @@ def call(*command, codes=(0,)):
     if done.returncode not in codes:
         raise SystemExit(done.stderr)
     return done.stdout
+
+
+def read_vertices(file):
+    """Positions in millimeters."""
+    data = file.read_bytes()
+    end = data.index(b"end_header\n") + len(b"end_header\n")
+    header = data[:end].decode().splitlines()
+    count = next(int(line.split()[2]) for line in header if line.startswith("element vertex"))
+    names = [line.split()[2] for line in header if line.startswith("property float ")]
+    return 1000 * numpy.frombuffer(data, "<f4", count * len(names), end).reshape(count, -1)[:, :3].astype(float)
+
+
+def moved(points, pose):
+    return points @ pose[:3, :3].T + 1000 * pose[:3, 3]
+
+
+def thickness_error(run, truth):
+    """Medians over both faces; the run's anchor is put where it truly was."""
+    anchor = json.loads((run / "report.json").read_text())["anchor_frame"]
+    meta = json.loads((truth / "meta.json").read_text())
+    poses = numpy.load(truth / "true_start_T_currs.npy")
+    found = moved(read_vertices(run / "mesh.ply"), poses[anchor - meta["background_frames"]])
+    true = moved(read_vertices(truth / "gt_mesh.ply"), numpy.array(meta["start_T_object"]))
+    offsets = []
+    for is_back in (False, True):
+        of_found, of_true = (points[(points[:, 2] > COIN_MIDDLE_MM) == is_back] for points in (found, true))
+        height = scipy.interpolate.LinearNDInterpolator(of_true[:, :2], of_true[:, 2])
+        offsets.append(numpy.nanmedian(of_found[:, 2] - height(of_found[:, :2])))
+    return offsets[1] - offsets[0]
+
+
+def study_thickness(arguments):
+    print("%-5s %-8s %4s   %s" % ("size", "motion", "seed", "too thick by (mm)"))
+    for size, motion in COINS:
+        for seed in arguments.seeds:
+            folder = arguments.out / ("coin_%g_%s_%d" % (size, motion, seed))
+            folder.mkdir(parents=True, exist_ok=True)
+            rig = folder / "rig.yaml"
+            rig.write_text(RIG % (0, 0, COIN_DISTANCE_MM) + KNOWN)
+            CASES["coin"] = ("coin", size, motion, COIN_DISTANCE_MM)
+            simulate(arguments, "coin", seed, folder / "two", arguments.frames, "--rig", rig,
+                     "--indentation", COIN_INDENTATION_MM)
+            call(arguments.program, "reconstruct", folder / "two/first", folder / "two/second", "--rig", rig, "-q",
+                 "--overwrite", "-o", folder / "run_two")
+            error = thickness_error(folder / "run_two", folder / "two/first")
+            print("%-5g %-8s %4d   %.3f" % (size, motion, seed, error), flush=True)
 
 
 def simulate(arguments, case, seed, folder, frames, *more):
@@ -62,11 +115,15 @@ def main():
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
     parser.add_argument("--frames", type=int, default=500, help="of each of two sensors")
+    parser.add_argument("--thickness", action="store_true", help="of coins")
     arguments = parser.parse_args()
     if not arguments.calibration:
         arguments.calibration = arguments.out / "calibration"
         if not arguments.calibration.exists():
             call(arguments.program, "simulate", "calibration", "-o", arguments.calibration, "-q")
+    if arguments.thickness:
+        study_thickness(arguments)
+        return
     print("%-10s %4s %22s %22s   %s" % ("case", "seed", "two: pose, mesh (mm)", "one: pose, mesh (mm)", "rig: error, sigma"))
     for case in arguments.cases:
         for seed in arguments.seeds:
