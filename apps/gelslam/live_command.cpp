@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "child_program.hpp"
-#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
@@ -125,23 +124,16 @@ void LiveArguments::add_to(CLI::App& command) {
                   "Run folder to continue in place, also after a crash: new frames join its map")
       ->excludes(output)
       ->excludes(replace);
-  command.add_option("--config", configs, "Configuration; twice: of two sensors")->allow_extra_args(false);
-  command
-      .add_option("--model", models,
-                  "Gradient model nnmodel.pth (default: the one the configuration names); twice: of two "
-                  "sensors")
-      ->allow_extra_args(false);
-  command.add_option("--background", background,
-                     "Image of the bare gel (default: the mean of the first frames)");
-  command.add_flag("--force", force, "Take the first frames as background whatever they show");
+  log.add_to(command);
   command.add_option("--seconds", seconds, "Stop after this many seconds")->check(number_between(0.01, 1e6));
   command.add_flag("--headless", headless, "No window: the state is printed in the terminal");
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
   add_ui_scale(command, ui_scale);
-  command.add_option(
-      "--rig", rig, "Of two sensors: how they are fixed to each other (rig.yaml; default: the motions tell)");
+  command.add_option("--rig", rig,
+                     "Of two sensors: how they are fixed to each other (rig.yaml, or a run of theirs; "
+                     "default: the motions tell)");
   stream.add_to(command);
   stream.add_live_to(command);
   add_quiet_flag(command, quiet);
@@ -151,8 +143,8 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   LiveOptions options;
   options.show_mesh = !headless || !snapshot.empty();
   options.config = resolved_config;
-  options.background = background;
-  options.force = force;
+  options.background = log.background;
+  options.force = log.force;
   options.run_folder = run_folder;
   if (!continued.empty()) {
     options.run_folder = continued;
@@ -163,16 +155,15 @@ LiveOptions LiveArguments::options(const Config& resolved_config) const {
   return options;
 }
 
-LogInput LiveArguments::input(const std::string& log, std::size_t sensor, std::size_t sensors) const {
-  return with_settings_of_run({log, given_for_sensor(configs, sensor, sensors, "--config"),
-                               given_for_sensor(models, sensor, sensors, "--model"), background, force},
-                              continued);
+LogInput LiveArguments::input(const std::string& path, std::size_t sensor, std::size_t sensors) const {
+  return with_settings_of_run(log.input(path, sensor, sensors), continued);
 }
 
 std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config, 2>& resolved) const {
   if (run_folder.empty()) throw Error("two sensors need a run folder: -o RUN");
   if (!continued.empty()) throw Error("--continue takes one sensor");
-  if (!background.empty()) throw Error("--background is of one sensor; each of two begins with its bare gel");
+  if (!log.background.empty())
+    throw Error("--background is of one sensor; each of two begins with its bare gel");
   if (!stream.target.empty() && stream.stream_format() == StreamFormat::tum)
     throw Error("--stream-format tum does not tell two sensors apart; use ndjson");
   std::array<LiveOptions, 2> both = {options(resolved[0]), {}};

@@ -37,8 +37,8 @@ struct RigFile {
 };
 
 /// Reads rig.yaml (docs/file-formats.md): the pose of the second sensor in the first, and the axis along
-/// which a gripper moves it. Throws Error for a file that cannot be read, what is no rigid motion, and an
-/// axis not of length 1.
+/// which a gripper moves it; or, of a run folder, the pose that its report states. Throws Error for what
+/// cannot be read or tells no pose, what is no rigid motion, and an axis not of length 1.
 RigFile read_rig(const std::filesystem::path& file);
 
 /// Reads a gripper's openings from a CSV file (docs/file-formats.md). Throws Error, naming file and line.
