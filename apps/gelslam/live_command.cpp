@@ -13,7 +13,9 @@
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/slam/merge_scans.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
+#include "gelslam/slam/session.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -120,8 +122,10 @@ void LiveArguments::add_to(CLI::App& command) {
       "-o,--output", run_folder, "Run folder to write: mesh, trajectory, report; with a scan, its log");
   CLI::Option* replace = command.add_flag("--overwrite", overwrite, "Replace the run folder if it is there");
   command
-      .add_option("--continue", continued,
-                  "Run folder to continue in place, also after a crash: new frames join its map")
+      .add_option(
+          "--continue", continued,
+          "Run folder to continue in place, also after a crash: new frames join its map (of two sensors: "
+          "at the end)")
       ->excludes(output)
       ->excludes(replace);
   log.add_to(command);
@@ -139,39 +143,64 @@ void LiveArguments::add_to(CLI::App& command) {
   add_quiet_flag(command, quiet);
 }
 
-LiveOptions LiveArguments::options(const Config& resolved_config) const {
+std::string LiveArguments::new_run_folder() const {
+  if (continued.empty()) return run_folder;
+  const std::filesystem::path run(continued);
+  const std::string name = (run.has_filename() ? run : run.parent_path()).string() + "-";
+  for (int number = 2;; ++number) {
+    const std::string folder = name + std::to_string(number);
+    if (!std::filesystem::exists(folder) && !std::filesystem::exists(run_of_sensor(folder, 0)) &&
+        !std::filesystem::exists(run_of_sensor(folder, 1)))
+      return folder;
+  }
+}
+
+bool LiveArguments::continues_several(std::initializer_list<Config*> configs) const {
+  if (continued.empty() || !is_of_several_sensors(continued)) return false;
+  for (Config* config : configs) config->slam.slope_calibration = {};
+  return true;
+}
+
+LiveOptions LiveArguments::options_in(const std::string& folder, const Config& config) const {
   LiveOptions options;
   options.show_mesh = !headless || !snapshot.empty();
-  options.config = resolved_config;
+  options.config = config;
   options.background = log.background;
   options.force = log.force;
-  options.run_folder = run_folder;
-  if (!continued.empty()) {
-    options.run_folder = continued;
-    options.continued = continue_in_place(continued, resolved_config);
-  }
+  options.run_folder = folder;
   options.overwrite = overwrite;
-  options.stream = stream.open(resolved_config.slam.slope_calibration.gradient_scale_sigma, quiet);
+  if (folder == continued && !continued.empty())
+    options.continued = continue_in_place(continued, config);
+  else if (!continued.empty())
+    load_map(std::filesystem::path(continued) /
+             "session");  // that it is not finished is said before the scan
+  options.stream = stream.open(config.slam.slope_calibration.gradient_scale_sigma, quiet);
   return options;
+}
+
+LiveOptions LiveArguments::options(Config config) const {
+  const bool in_place = !continued.empty() && !continues_several({&config});
+  return options_in(in_place ? continued : new_run_folder(), config);
 }
 
 LogInput LiveArguments::input(const std::string& path, std::size_t sensor, std::size_t sensors) const {
   return with_settings_of_run(log.input(path, sensor, sensors), continued);
 }
 
-std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config, 2>& resolved) const {
-  if (run_folder.empty()) throw Error("two sensors need a run folder: -o RUN");
-  if (!continued.empty()) throw Error("--continue takes one sensor");
+std::array<LiveOptions, 2> LiveArguments::options_of_two(std::array<Config, 2> configs) const {
+  const std::string folder = new_run_folder();
+  if (folder.empty()) throw Error("two sensors need a run folder: -o RUN");
   if (!log.background.empty())
     throw Error("--background is of one sensor; each of two begins with its bare gel");
   if (!stream.target.empty() && stream.stream_format() == StreamFormat::tum)
     throw Error("--stream-format tum does not tell two sensors apart; use ndjson");
-  std::array<LiveOptions, 2> both = {options(resolved[0]), {}};
+  continues_several({&configs[0], &configs[1]});
+  std::array<LiveOptions, 2> both = {options_in(folder, configs[0]), {}};
   both[1] = both[0];
-  both[1].config = resolved[1];
+  both[1].config = configs[1];
   if (both[0].stream) both[1].stream = std::make_shared<PoseStream>(*both[0].stream);
   for (int sensor = 0; sensor < 2; ++sensor)
-    both[static_cast<std::size_t>(sensor)].run_folder = run_of_sensor(run_folder, sensor);
+    both[static_cast<std::size_t>(sensor)].run_folder = run_of_sensor(folder, sensor);
   return both;
 }
 
@@ -206,6 +235,17 @@ struct LiveEnd {
   std::string run_folder;
 };
 
+/// A scan that continues a run of several sensors becomes a part of it.
+void join_with_continued(const std::filesystem::path& scan, const LiveArguments& arguments) {
+  MergeRequest request{{arguments.continued, scan}, arguments.continued};
+  request.in_place = true;
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const ReconstructSummary all =
+      merge_scans(request, *progress, [&] { return interrupt.requested(); }).account.summary;
+  std::cerr << run_words(all, arguments.continued, arguments.quiet);
+}
+
 template <typename Session, typename... Inputs>
 LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& arguments, WindowOptions window,
                        Inputs&&... inputs) {
@@ -237,8 +277,11 @@ LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& argument
 int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
              const LiveArguments& arguments, WindowOptions window, const std::vector<std::string>& go_on) {
   window.can_go_on = !go_on.empty();
-  const LiveEnd end =
-      run_to_its_end<LiveSlam>(options, arguments, std::move(window), std::move(source), options);
+  LiveEnd end = run_to_its_end<LiveSlam>(options, arguments, std::move(window), std::move(source), options);
+  if (!arguments.continued.empty() && !options.continued) {
+    join_with_continued(options.run_folder, arguments);
+    end.run_folder = arguments.continued;
+  }
   if (end.next == NextStep::none) return end.exit_code;
   std::vector<std::string> words = end.next == NextStep::view ? std::vector<std::string>{"view"} : go_on;
   words.push_back(end.run_folder);
@@ -247,7 +290,7 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
 }
 
 int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments) {
-  LiveRigOptions rig{arguments.run_folder, arguments.overwrite, {}};
+  LiveRigOptions rig{arguments.new_run_folder(), arguments.overwrite, {}, arguments.continued};
   if (!arguments.rig.empty()) rig.known = read_rig(arguments.rig).pose;
   const LiveOptions first = sensors[0].options;
   const LiveEnd end =

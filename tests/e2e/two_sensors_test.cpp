@@ -5,8 +5,10 @@
 
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "../support/run_program.hpp"
 #include "gelslam/core/npy.hpp"
@@ -26,9 +28,9 @@ class TwoSensors : public testing::Test {
     folder_ = std::make_unique<TemporaryFolder>();
     write_rig("rig.yaml", 12.2);
     const ProgramResult simulated =
-        gelslam({"simulate", "scan", "--object", "peanut", "--motion", "roll", "--frames", "60", "--rig",
-                 path("rig.yaml"), "--calibration", scan().model().parent_path().parent_path().string(), "-q",
-                 "-o", path("logs")});
+        gelslam({"simulate", "scan", "--object", "peanut", "--motion", "roll", "--frames", "60", "--speed",
+                 "0.6", "--rig", path("rig.yaml"), "--calibration",
+                 scan().model().parent_path().parent_path().string(), "-q", "-o", path("logs")});
     ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
     const ProgramResult made = gelslam({"reconstruct", path("logs/first"), path("logs/second"), "--rig",
                                         path("rig.yaml"), "-q", "-o", path("run")});
@@ -88,6 +90,19 @@ Localized compare(const std::string& ndjson, const std::string& log, const json&
   return found;
 }
 
+using Trajectory = std::map<long, Eigen::Vector3d>;  // by milliseconds
+
+Trajectory trajectory_of(const std::string& run) {
+  Trajectory trajectory;
+  for (const std::string& line : lines_of(read_bytes(run + "/trajectory.tum"))) {
+    std::istringstream fields(line);
+    double time_s = 0, x = 0, y = 0, z = 0;
+    fields >> time_s >> x >> y >> z;
+    trajectory[std::lround(1000 * time_s)] = {x, y, z};
+  }
+  return trajectory;
+}
+
 TEST_F(TwoSensors, GiveOnePoseOfTheObjectInTheHand) {
   const std::string first = path("logs/first"), second = path("logs/second"), run = path("run");
   const ProgramResult alone = gelslam({"track", first, "--map", run, "--format", "ndjson"});
@@ -113,6 +128,53 @@ TEST_F(TwoSensors, GiveOnePoseOfTheObjectInTheHand) {
 
   expect_mistake(gelslam({"track", first, second, "--map", run + "/session"}), "--rig");
   expect_mistake(gelslam({"track", first, second}), "--map");
+}
+
+// Two sensors go on with the run of two, then one of them: all that was scanned before stays.
+TEST_F(TwoSensors, ContinueARun) {
+  const std::string first = path("logs/first"), second = path("logs/second"), run = path("continued");
+  std::filesystem::copy(path("run"), run, std::filesystem::copy_options::recursive);
+  const int keyframes = report_of("continued").at("keyframes");
+  const ProgramResult two =
+      gelslam({"replay", first, second, "--every-frame", "--headless", "--continue", run});
+  ASSERT_EQ(two.exit_code, 0) << two.err;
+  EXPECT_THAT(two.err, HasSubstr("part 4 of 4"));
+  const ProgramResult one = gelslam({"replay", first, "--every-frame", "--headless", "--continue", run});
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_THAT(one.err, HasSubstr("part 5 of 5 (" + first + "): "));
+  for (const char* kept : {"continued-2-first", "continued-2-second", "continued-3"})
+    EXPECT_TRUE(std::filesystem::exists(path(kept))) << kept;
+
+  const json report = report_of("continued");
+  EXPECT_GT(report.at("keyframes"), 2 * keyframes);
+  EXPECT_EQ(report.at("frames").at("total"), 5 * (kBackgroundFrames + 60));
+  EXPECT_GT(report.at("frames").at("in_map"), 5 * 57);
+  EXPECT_NEAR(report.at("rig").at("first_T_second_mm")[11].get<double>(), 12.2, 1.2)
+      << "of the second session";
+  std::vector<int> sensors;
+  std::vector<double> starts_s;
+  for (const json& log : report.at("logs")) {
+    sensors.push_back(log.at("sensor"));
+    starts_s.push_back(log.at("start_s"));
+  }
+  EXPECT_EQ(sensors, (std::vector<int>{0, 1, 0, 1, 0}));
+  EXPECT_NEAR(starts_s[1], starts_s[0], 0.02);
+  EXPECT_NEAR(starts_s[3], starts_s[2], 0.02);
+  // The touches of one log, and so their poses, are the same in each session.
+  const Trajectory poses = trajectory_of(run);
+  const std::vector<json> logs = report.at("logs");
+  int compared = 0;
+  for (const auto& [time_ms, at] : poses) {
+    const auto again = poses.find(time_ms + std::lround(1000 * logs[2].at("first_time_s").get<double>()));
+    if (time_ms > 1000 * (kBackgroundFrames + 60) / 25 || again == poses.end()) continue;
+    ++compared;
+    EXPECT_LT((at - again->second).norm(), 1e-4) << time_ms;  // meters
+  }
+  EXPECT_GT(compared, 50);
+
+  // What would fail at the end is said before the scan.
+  std::filesystem::remove(path("continued/session/session.json"));
+  expect_mistake(gelslam({"replay", first, second, "--headless", "--continue", run}), "gelslam fuse");
 }
 
 }  // namespace

@@ -87,6 +87,7 @@ struct LiveRig::Impl {
   bool joining = false;
   LiveStatus last;  // of both, when they ended
   ReconstructSummary summary;
+  std::filesystem::path saved;
   std::exception_ptr failure;
   std::string failure_in_words;
   std::jthread thread;
@@ -138,6 +139,12 @@ void LiveRig::Impl::join() {
   MergeRequest request;
   request.runs = {first.status().run_folder, second.status().run_folder};
   request.run_folder = options.run_folder;
+  if (!options.continued.empty()) {  // scans that the person began later are of other objects
+    request.runs = {options.continued, run_of_sensor(options.run_folder, 0),
+                    run_of_sensor(options.run_folder, 1)};
+    request.run_folder = options.continued;
+    request.in_place = true;
+  }
   request.overwrite = options.overwrite;
   request.has_rig = true;
   request.known = options.known;
@@ -147,7 +154,8 @@ void LiveRig::Impl::join() {
   const std::lock_guard lock(mutex);
   summary = run.account.summary;
   summary.seconds = last.age_s + board.status().age_s;
-  board.set_words("done: saved in " + options.run_folder.string(), TrackStatus::background);
+  saved = request.run_folder;
+  board.set_words("done: saved in " + saved.string(), TrackStatus::background);
 }
 
 std::filesystem::path run_of_sensor(const std::filesystem::path& run_folder, int sensor) {
@@ -181,7 +189,7 @@ LiveStatus LiveRig::status() const {
   append_sentence(status.failure, impl_->failure_in_words);
   if (status.phase != LivePhase::finished || impl_->failure) return status;
   const ReconstructSummary& summary = impl_->summary;
-  status.run_folder = impl_->options.run_folder.string();
+  status.run_folder = impl_->saved.string();
   status.next_run_folder.clear();
   status.keyframes = summary.keyframes;
   status.loops = summary.loops;

@@ -16,6 +16,8 @@ struct LiveRigOptions {
   std::filesystem::path run_folder;  ///< of the one map; the sensors' own are RUN-first and RUN-second
   bool overwrite = false;
   std::optional<RigPose> known;  ///< of the second sensor in the first; nothing: the motions tell
+  /// The map goes on from this run and is saved in it (MergeRequest::in_place), not in `run_folder`.
+  std::filesystem::path continued = {};
 };
 
 /// RUN-first or RUN-second.
