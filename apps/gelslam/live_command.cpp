@@ -143,64 +143,45 @@ void LiveArguments::add_to(CLI::App& command) {
   add_quiet_flag(command, quiet);
 }
 
-std::string LiveArguments::new_run_folder() const {
-  if (continued.empty()) return run_folder;
-  const std::filesystem::path run(continued);
-  const std::string name = (run.has_filename() ? run : run.parent_path()).string() + "-";
-  for (int number = 2;; ++number) {
-    const std::string folder = name + std::to_string(number);
-    if (!std::filesystem::exists(folder) && !std::filesystem::exists(run_of_sensor(folder, 0)) &&
-        !std::filesystem::exists(run_of_sensor(folder, 1)))
-      return folder;
-  }
-}
-
-bool LiveArguments::continues_several(std::initializer_list<Config*> configs) const {
-  if (continued.empty() || !is_of_several_sensors(continued)) return false;
-  for (Config* config : configs) config->slam.slope_calibration = {};
-  return true;
-}
-
-LiveOptions LiveArguments::options_in(const std::string& folder, const Config& config) const {
+LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const {
+  const auto of_sensor = [&](const std::filesystem::path& run) {
+    return sensors == 1 ? run : run_of_sensor(run, sensor);
+  };
   LiveOptions options;
   options.show_mesh = !headless || !snapshot.empty();
-  options.config = config;
   options.background = log.background;
   options.force = log.force;
-  options.run_folder = folder;
   options.overwrite = overwrite;
-  if (folder == continued && !continued.empty())
-    options.continued = continue_in_place(continued, config);
-  else if (!continued.empty())
-    load_map(std::filesystem::path(continued) /
-             "session");  // that it is not finished is said before the scan
-  options.stream = stream.open(config.slam.slope_calibration.gradient_scale_sigma, quiet);
+  if (continued.empty()) {
+    options.run_folder = of_sensor(run_folder);
+  } else {
+    const bool of_several = is_of_several_sensors(continued);
+    if (of_several) config.slam.slope_calibration = {};  // off in that run, whose surfaces are corrected
+    options.run_folder = continued;
+    if (of_several || sensors > 1) {
+      load_map(options.run_folder / "session");  // a scan that is not finished is said before this one begins
+      options.run_folder = next_run_folder(of_sensor(continued));
+    } else {
+      options.continued = continue_in_place(continued, config);
+    }
+  }
+  options.config = config;
+  if (sensor == 0) options.stream = stream.open(config.slam.slope_calibration.gradient_scale_sigma, quiet);
   return options;
-}
-
-LiveOptions LiveArguments::options(Config config) const {
-  const bool in_place = !continued.empty() && !continues_several({&config});
-  return options_in(in_place ? continued : new_run_folder(), config);
 }
 
 LogInput LiveArguments::input(const std::string& path, std::size_t sensor, std::size_t sensors) const {
   return with_settings_of_run(log.input(path, sensor, sensors), continued);
 }
 
-std::array<LiveOptions, 2> LiveArguments::options_of_two(std::array<Config, 2> configs) const {
-  const std::string folder = new_run_folder();
-  if (folder.empty()) throw Error("two sensors need a run folder: -o RUN");
+std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config, 2>& resolved) const {
+  if (run_folder.empty() && continued.empty()) throw Error("two sensors need a run folder: -o RUN");
   if (!log.background.empty())
     throw Error("--background is of one sensor; each of two begins with its bare gel");
   if (!stream.target.empty() && stream.stream_format() == StreamFormat::tum)
     throw Error("--stream-format tum does not tell two sensors apart; use ndjson");
-  continues_several({&configs[0], &configs[1]});
-  std::array<LiveOptions, 2> both = {options_in(folder, configs[0]), {}};
-  both[1] = both[0];
-  both[1].config = configs[1];
+  std::array<LiveOptions, 2> both = {options(resolved[0], 0, 2), options(resolved[1], 1, 2)};
   if (both[0].stream) both[1].stream = std::make_shared<PoseStream>(*both[0].stream);
-  for (int sensor = 0; sensor < 2; ++sensor)
-    both[static_cast<std::size_t>(sensor)].run_folder = run_of_sensor(folder, sensor);
   return both;
 }
 
@@ -290,7 +271,8 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
 }
 
 int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments) {
-  LiveRigOptions rig{arguments.new_run_folder(), arguments.overwrite, {}, arguments.continued};
+  const bool goes_on = !arguments.continued.empty();
+  LiveRigOptions rig{goes_on ? arguments.continued : arguments.run_folder, arguments.overwrite, {}, goes_on};
   if (!arguments.rig.empty()) rig.known = read_rig(arguments.rig).pose;
   const LiveOptions first = sensors[0].options;
   const LiveEnd end =

@@ -27,21 +27,13 @@ struct LiveArguments {
   void add_to(CLI::App& command);
   /// The part of the options that does not depend on where frames come from. Opens the stream and reads the
   /// session that is continued. Where two sensors continue a run, or one continues that of several, the scan
-  /// is a new one, which joins that run at its end.
-  LiveOptions options(Config resolved_config) const;
-  /// -o; where a new scan continues a run: RUN-2, RUN-3, ..., the first that is free.
-  std::string new_run_folder() const;
+  /// is a new one, in a folder of its own, which joins that run at its end.
+  LiveOptions options(Config resolved_config, int sensor = 0, int sensors = 1) const;
   /// Where the configuration is looked up. `path`: empty for a camera.
   LogInput input(const std::string& path, std::size_t sensor = 0, std::size_t sensors = 1) const;
 
   /// Of two sensors. Throws Error where one of these arguments is for a single sensor.
-  std::array<LiveOptions, 2> options_of_two(std::array<Config, 2> resolved_configs) const;
-
- private:
-  /// Whether the run that is continued is of several sensors. Slopes are not calibrated in it, whose surfaces
-  /// are corrected, but in new scans: sets their configurations.
-  bool continues_several(std::initializer_list<Config*> configs) const;
-  LiveOptions options_in(const std::string& folder, const Config& config) const;
+  std::array<LiveOptions, 2> options_of_two(const std::array<Config, 2>& resolved_configs) const;
 };
 
 /// How the window begins. Throws Error where a session with these options could not: the run folder, the

@@ -142,7 +142,7 @@ TEST_F(TwoSensors, ContinueARun) {
   const ProgramResult one = gelslam({"replay", first, "--every-frame", "--headless", "--continue", run});
   ASSERT_EQ(one.exit_code, 0) << one.err;
   EXPECT_THAT(one.err, HasSubstr("part 5 of 5 (" + first + "): "));
-  for (const char* kept : {"continued-2-first", "continued-2-second", "continued-3"})
+  for (const char* kept : {"continued-first-2", "continued-second-2", "continued-2"})
     EXPECT_TRUE(std::filesystem::exists(path(kept))) << kept;
 
   const json report = report_of("continued");

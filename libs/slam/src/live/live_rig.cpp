@@ -66,6 +66,7 @@ LiveStatus status_of_both(const LiveStatus& first, const LiveStatus& second, boo
 struct LiveRig::Impl {
   Impl(std::array<Sensor, 2> sensors, const LiveRigOptions& rig_options)
       : options(rig_options),
+        scans{sensors[0].options.run_folder, sensors[1].options.run_folder},
         first(std::move(sensors[0].source), sensors[0].options),
         second(std::move(sensors[1].source), sensors[1].options),
         view(options.known) {
@@ -78,6 +79,7 @@ struct LiveRig::Impl {
   void join();
 
   const LiveRigOptions options;
+  const std::array<std::filesystem::path, 2> scans;  // the first ones
   LiveSlam first, second;
   LiveBoard board{""};  // from when both have ended
   std::atomic<bool> aborted{false};
@@ -87,7 +89,6 @@ struct LiveRig::Impl {
   bool joining = false;
   LiveStatus last;  // of both, when they ended
   ReconstructSummary summary;
-  std::filesystem::path saved;
   std::exception_ptr failure;
   std::string failure_in_words;
   std::jthread thread;
@@ -139,12 +140,9 @@ void LiveRig::Impl::join() {
   MergeRequest request;
   request.runs = {first.status().run_folder, second.status().run_folder};
   request.run_folder = options.run_folder;
-  if (!options.continued.empty()) {  // scans that the person began later are of other objects
-    request.runs = {options.continued, run_of_sensor(options.run_folder, 0),
-                    run_of_sensor(options.run_folder, 1)};
-    request.run_folder = options.continued;
-    request.in_place = true;
-  }
+  request.in_place = options.continued;
+  if (options.continued)  // scans that the person began later are of other objects
+    request.runs = {options.run_folder, scans[0], scans[1]};
   request.overwrite = options.overwrite;
   request.has_rig = true;
   request.known = options.known;
@@ -154,8 +152,7 @@ void LiveRig::Impl::join() {
   const std::lock_guard lock(mutex);
   summary = run.account.summary;
   summary.seconds = last.age_s + board.status().age_s;
-  saved = request.run_folder;
-  board.set_words("done: saved in " + saved.string(), TrackStatus::background);
+  board.set_words("done: saved in " + options.run_folder.string(), TrackStatus::background);
 }
 
 std::filesystem::path run_of_sensor(const std::filesystem::path& run_folder, int sensor) {
@@ -189,7 +186,7 @@ LiveStatus LiveRig::status() const {
   append_sentence(status.failure, impl_->failure_in_words);
   if (status.phase != LivePhase::finished || impl_->failure) return status;
   const ReconstructSummary& summary = impl_->summary;
-  status.run_folder = impl_->saved.string();
+  status.run_folder = impl_->options.run_folder.string();
   status.next_run_folder.clear();
   status.keyframes = summary.keyframes;
   status.loops = summary.loops;

@@ -220,10 +220,9 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
 }
 
 /// The map of records that are corrected already, and its mesh, in a run folder.
-template <class Folder>
-Run write_joined(Folder& folder, const Config& config, const ScanRecord& all, const RunAccount& account,
-                 std::chrono::steady_clock::time_point start, ProgressSink& progress,
-                 const std::function<bool()>& stop_requested) {
+Run write_joined(const fs::path& folder, const Config& config, const ScanRecord& all,
+                 const RunAccount& account, std::chrono::steady_clock::time_point start,
+                 ProgressSink& progress, const std::function<bool()>& stop_requested) {
   Mapper mapper(config.slam);
   mapper.restore(all);
   Run run{config, mapper.finish(all.frames, true, stop_requested, &progress), {}, account};
@@ -233,8 +232,7 @@ Run write_joined(Folder& folder, const Config& config, const ScanRecord& all, co
   summary.partial = stop_requested();
   for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  write_run(folder.path(), config, run.map, run.mesh, run.account);
-  folder.commit();
+  write_run(folder, config, run.map, run.mesh, run.account);
   return run;
 }
 
@@ -265,33 +263,6 @@ void check_distinct(const std::vector<fs::path>& runs) {
       if (fs::equivalent(runs[k], runs[i], code)) throw Error(runs[i].string() + ": is given twice");
 }
 
-/// Where a merge goes.
-class MergedFolder {
- public:
-  explicit MergedFolder(const MergeRequest& request) {
-    if (request.in_place) {
-      lock_.emplace(request.run_folder);
-      update_ = std::make_unique<FolderUpdate>(request.run_folder);
-    } else {
-      made_ = std::make_unique<RunFolder>(request.run_folder, RunFolderOptions{.overwrite = request.overwrite,
-                                                                               .known_entries = run_entries(),
-                                                                               .inputs = request.runs});
-    }
-  }
-  const fs::path& path() const { return update_ ? update_->path() : made_->path(); }
-  void commit() {
-    if (update_)
-      update_->commit();
-    else
-      made_->commit();
-  }
-
- private:
-  std::unique_ptr<RunFolder> made_;
-  std::optional<FolderLock> lock_;
-  std::unique_ptr<FolderUpdate> update_;
-};
-
 }  // namespace
 
 bool is_of_several_sensors(const fs::path& run) {
@@ -306,7 +277,17 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   if (request.runs.size() < 2) throw Error("name at least two runs to merge");
   check_distinct(request.runs);
   for (const fs::path& run : request.runs) check_is_run(run, RunNeeds::record);
-  MergedFolder folder(request);
+  std::optional<RunFolder> made;
+  std::optional<FolderLock> lock;
+  std::optional<FolderUpdate> update;
+  if (request.in_place) {
+    lock.emplace(request.run_folder);
+    update.emplace(request.run_folder);
+  } else {
+    made.emplace(request.run_folder,
+                 RunFolderOptions{
+                     .overwrite = request.overwrite, .known_entries = run_entries(), .inputs = request.runs});
+  }
   Config config = read_config(request.runs.front() / "config.yaml");
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
@@ -334,7 +315,13 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   RunAccount account;
   account.log_description =
       request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs";
-  return write_joined(folder, config, all, account, start, progress, stop_requested);
+  Run run = write_joined(update ? update->path() : made->path(), config, all, account, start, progress,
+                         stop_requested);
+  if (update)
+    update->commit();
+  else
+    made->commit();
+  return run;
 }
 
 void take_rig_files(RigRequest& request, const fs::path& rig, const fs::path& openings) {
@@ -372,7 +359,9 @@ Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
   RunAccount account;
   account.log_description = kOfRig;
   account.times = timer.statistics();
-  return write_joined(folder, config, all, account, start, progress, stop_requested);
+  Run run = write_joined(folder.path(), config, all, account, start, progress, stop_requested);
+  folder.commit();
+  return run;
 }
 
 }  // namespace gelslam

@@ -16,8 +16,7 @@ struct LiveRigOptions {
   std::filesystem::path run_folder;  ///< of the one map; the sensors' own are RUN-first and RUN-second
   bool overwrite = false;
   std::optional<RigPose> known;  ///< of the second sensor in the first; nothing: the motions tell
-  /// The map goes on from this run and is saved in it (MergeRequest::in_place), not in `run_folder`.
-  std::filesystem::path continued = {};
+  bool continued = false;        ///< the map goes on from the run in `run_folder` (MergeRequest::in_place)
 };
 
 /// RUN-first or RUN-second.
