@@ -1,9 +1,10 @@
 #include "gelslam/slam/merge_scans.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <memory>
-#include <set>
 #include <utility>
 
 #include "gelslam/backend/uncertain_motion.hpp"
@@ -110,18 +111,26 @@ void correct_alone(ScanRecord& record, const fs::path& source, const SavedMap& m
   for (ScanPart& part : record.parts) part.model_crc32 = 0;
 }
 
-/// What two sensors have in common in a run becomes loops, by the rig that its map has found: those of a
-/// later run may be fixed otherwise. One of each pair of keyframes, for neighbors in time share their errors.
-void keep_rig(ScanRecord& record, const SavedMap& map) {
-  std::set<std::pair<int, int>> joined;
-  for (PoseGraphEdge edge : map.edges) {
-    const bool is_of_rig = edge.kind == EdgeKind::odometry && edge.from < record.rig.first_of_second &&
-                           edge.to >= record.rig.first_of_second;
-    if (!is_of_rig || !joined.emplace(edge.from, edge.to).second) continue;
+/// What two sensors have in common in a run becomes loops, by the rig that it has found, if it has: those of
+/// a later run may be fixed otherwise. One of each pair of keyframes, for neighbors in time share their
+/// errors. Together they are as uncertain as that rig.
+void keep_rig(ScanRecord& record, const fs::path& run) {
+  const std::vector<RigConstraint> constraints = std::exchange(record.rig, {}).constraints;
+  const std::optional<RigPose> rig = rig_of_run(run);
+  if (!rig) return;
+  std::map<std::pair<int, int>, RigConstraint> of_pair;
+  for (const RigConstraint& c : constraints)
+    of_pair.emplace(std::pair(c.first_keyframe, c.second_keyframe), c);
+  for (const auto& [pair, constraint] : of_pair) {
+    PoseGraphEdge edge = rig_edges({constraint}, rig->first_T_second).front();
+    const Matrix6d by_rig = adjoint(constraint.second_keyframe_T_sensor);
+    const Matrix6d covariance = edge.information.inverse() + static_cast<double>(of_pair.size()) * by_rig *
+                                                                 rig->covariance * by_rig.transpose();
+    const Matrix6d information = covariance.inverse();
+    edge.information = 0.5 * (information + information.transpose());
     edge.kind = EdgeKind::loop;
     record.edges.push_back(edge);
   }
-  record.rig = {};
 }
 
 /// Appends `next` to `all`, whose numbers go on.
@@ -298,7 +307,7 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   bool has_later_rig = request.has_rig;
   for (std::size_t i = records.size(); i-- > 0;) {
     if (records[i].rig.constraints.empty()) continue;
-    if (std::exchange(has_later_rig, true)) keep_rig(records[i], load_map(request.runs[i] / "session"));
+    if (std::exchange(has_later_rig, true)) keep_rig(records[i], request.runs[i]);
   }
   if (request.has_rig || !can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {

@@ -11,10 +11,7 @@
 #include "run_folder/session_text.hpp"
 
 namespace gelslam {
-namespace {
-
-/// Of a run of two sensors.
-RigFile rig_of_run(const std::filesystem::path& run) {
+std::optional<RigPose> rig_of_run(const std::filesystem::path& run) {
   std::ifstream stream(run / "report.json");
   const auto report = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
   try {
@@ -24,16 +21,17 @@ RigFile rig_of_run(const std::filesystem::path& run) {
       sigma[row] = rig.at("sigma_deg").at(row).get<double>() / kDegreesPerRadian;
       sigma[3 + row] = rig.at("sigma_mm").at(row).get<double>();
     }
-    return {{slam::detail::pose_from(rig.at("first_T_second_mm")), sigma.cwiseAbs2().asDiagonal()}};
+    return RigPose{slam::detail::pose_from(rig.at("first_T_second_mm")), sigma.cwiseAbs2().asDiagonal()};
   } catch (const nlohmann::json::exception&) {
-    throw Error(run.string() + ": does not tell how two sensors are fixed to each other; give --rig FILE");
+    return std::nullopt;
   }
 }
 
-}  // namespace
-
 RigFile read_rig(const std::filesystem::path& file) {
-  if (std::filesystem::is_directory(file)) return rig_of_run(file);
+  if (std::filesystem::is_directory(file)) {
+    if (const auto found = rig_of_run(file)) return {*found};
+    throw Error(file.string() + ": does not tell how two sensors are fixed to each other; give --rig FILE");
+  }
   constexpr double kMaxMm = 1000;
   constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   Pose first_T_second = Pose::Identity();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "gelslam/slam/scan_record.hpp"
@@ -35,6 +36,9 @@ struct RigFile {
   RigPose pose;
   Eigen::Vector3d opening_axis = Eigen::Vector3d::UnitZ();
 };
+
+/// As the report of a run folder states it. Nothing where it states none.
+std::optional<RigPose> rig_of_run(const std::filesystem::path& run);
 
 /// Reads rig.yaml (docs/file-formats.md): the pose of the second sensor in the first, and the axis along
 /// which a gripper moves it; or, of a run folder, the pose that its report states. Throws Error for what
