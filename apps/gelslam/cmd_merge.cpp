@@ -43,7 +43,7 @@ void add_merge_command(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(2, CLI::detail::expected_max_vector_size);
   command->add_option("-o,--output", arguments->run_folder, "Run folder to write")->required();
-  add_rig_option(*command, arguments->rig, "Two runs that two sensors scanned at the same time");
+  add_rig_option(*command, arguments->rig, "The last two runs were scanned by two sensors at the same time");
   command->add_flag("--overwrite", arguments->overwrite, "Replace the run folder if it is there");
   add_quiet_flag(*command, arguments->quiet);
   command->footer(

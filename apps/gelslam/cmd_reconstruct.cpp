@@ -31,9 +31,7 @@ int report(const ReconstructSummary& summary, const ReconstructArguments& argume
 
 int run_one(const ReconstructArguments& arguments) {
   ReconstructRequest request;
-  request.input = arguments.log.input();
-  request.input.log = arguments.logs.front();
-  request.input = with_settings_of_run(request.input, arguments.continued);
+  request.input = with_settings_of_run(arguments.log.input(arguments.logs.front()), arguments.continued);
   request.config = resolve_config(request.input);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
@@ -52,10 +50,8 @@ int run_rig(const ReconstructArguments& arguments) {
   if (!arguments.log.background.empty())
     throw Error("--background is of one sensor; of two, each log begins with its bare gel");
   RigRequest request;
-  for (std::size_t sensor = 0; sensor < 2; ++sensor) {
-    request.inputs[sensor] = arguments.log.input();
-    request.inputs[sensor].log = logs[sensor];
-  }
+  for (std::size_t sensor = 0; sensor < 2; ++sensor)
+    request.inputs[sensor] = arguments.log.input(logs[sensor], sensor, 2);
   take_rig_files(request, arguments.rig, arguments.opening);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
@@ -93,7 +89,7 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
                    "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi); or "
                    "several of them")
       ->required();
-  arguments->log.add_settings_to(*command);
+  arguments->log.add_to(*command);
   command
       ->add_option("-o,--output", arguments->run_folder,
                    "Run folder to write; for several logs, the folder of their run folders, which have the "

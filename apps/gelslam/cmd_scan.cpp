@@ -52,7 +52,7 @@ std::vector<std::string> go_on(const ScanArguments& arguments) {
 /// Plays a log, or the simulated sensor, in the camera's place. What it shows is not recorded once more.
 int run_without_camera(const std::filesystem::path& source, LiveArguments live) {
   const bool simulated = source == simulated_camera_name();
-  if (simulated && live.models.empty()) live.models = {simulated_camera_model(live.quiet).string()};
+  if (simulated && live.log.models.empty()) live.log.models = {simulated_camera_model(live.quiet).string()};
   const Config config = resolve_config(live.input(simulated ? "" : source.string()));
   LiveOptions options = live.options(config);
   if (!simulated) options.log = source;
@@ -106,7 +106,7 @@ int run(ScanArguments arguments) {
   try {
     config = resolve_config(live.input(""));
   } catch (const Error& error) {
-    if (!live.models.empty() || !live.configs.empty()) throw;  // there is a mistake in them
+    if (!live.log.models.empty() || !live.log.configs.empty()) throw;  // there is a mistake in them
     return run_instead(arguments, error);
   }
   LiveOptions options = live.options(config);

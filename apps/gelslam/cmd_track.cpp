@@ -2,21 +2,29 @@
 
 #include <atomic>
 #include <functional>
+#include <future>
 #include <iostream>
+#include <limits>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "camera_input.hpp"
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/text.hpp"
 #include "gelslam/core/trajectory.hpp"
 #include "gelslam/localization/localizer.hpp"
 #include "gelslam/localization/maps.hpp"
+#include "gelslam/localization/rig_place.hpp"
+#include "gelslam/sensor/log_recorder.hpp"
 #include "gelslam/sensor/raw_log.hpp"
 #include "gelslam/slam/pose_stream.hpp"
+#include "gelslam/slam/sensor_rig.hpp"
 #include "gelslam/slam/surface_stream.hpp"
 #include "gelslam/slam/trial_drift.hpp"
 #include "gelslam/slam/trial_places.hpp"
@@ -28,9 +36,10 @@ namespace gelslam {
 namespace {
 
 struct TrackArguments {
-  LogOptions log;
-  std::optional<std::string> camera;
-  std::string map;
+  std::vector<std::string> logs;     ///< or
+  std::vector<std::string> cameras;  ///< "": the configuration's
+  LogOptions settings;
+  std::string map, rig;
   StreamArguments stream{.target = "-", .format = "tum"};
   MapWindowArguments window;
   bool quiet = false;
@@ -96,6 +105,8 @@ class PoseOutput {
  public:
   virtual ~PoseOutput() = default;
   virtual PoseLine line(const SurfaceStream::Item& item) = 0;
+  /// What was not right with the poses, or "". At the end.
+  virtual std::string warning() const { return ""; }
 };
 
 /// Poses in the frame of the trial, or, as TUM, of the first contact.
@@ -124,21 +135,83 @@ class TrialOutput final : public PoseOutput {
   TrialDrift drift_;
 };
 
-/// Poses in the frame of a map, and what `touches` (or null) shows of them.
+/// A sensor, and how its frames become surfaces.
+struct TrackedSensor {
+  LogInput input;
+  Config config;
+  bool is_camera = false;
+  std::shared_ptr<RawFrameSource> frames;  ///< null: the log, as fast as it can be read
+};
+
+SurfaceStream open_stream(const TrackedSensor& sensor, StageTimer& timer) {
+  if (!sensor.frames) return {sensor.input, sensor.config, timer};
+  std::function<void(const std::string&)> ask;
+  if (sensor.is_camera) ask = [](const std::string& request) { std::cerr << "gelslam: " << request << "\n"; };
+  const std::string name = sensor.is_camera ? "camera" : sensor.input.log.string();
+  return {decode_frames(sensor.frames, name, sensor.config.sensor), sensor.input, sensor.config, timer, ask};
+}
+
+LocalizedFrame localized(Localizer& localizer, const SurfaceStream::Item& item) {
+  if (item.surface) return localizer.process(item.frame, item.time_s, item.surface);
+  LocalizedFrame frame;
+  frame.tracked = background_frame(item);
+  return frame;
+}
+
+void warn(const std::string& warning) {
+  if (!warning.empty()) std::cerr << "warning: " << warning << "\n";
+}
+
+/// The second of two sensors that are fixed to each other.
+class SecondSensor {
+ public:
+  SecondSensor(const TrackedSensor& sensor, std::shared_ptr<const SurfaceMap> map, StageTimer& timer)
+      : stream_(open_stream(sensor, timer)), localizer_(std::move(map), sensor.config.slam) {
+    for (const std::string& doubt : stream_.background_doubts()) warn("second sensor: " + doubt);
+    newest_.tracked.time_s = -std::numeric_limits<double>::infinity();
+  }
+
+  /// Its place in the map, if it knows that. Waits for its first frame at this time or later.
+  std::optional<PlaceHypothesis> at(double time_s) {
+    while (!has_ended_ && newest_.tracked.time_s < time_s) {
+      const std::optional<SurfaceStream::Item> item = stream_.next();
+      has_ended_ = !item;
+      if (item) before_ = std::exchange(newest_, localized(localizer_, *item));
+    }
+    return has_ended_ ? std::nullopt : place_between(before_, newest_, time_s);
+  }
+  std::string warning() const { return stream_.warning(); }
+
+ private:
+  SurfaceStream stream_;
+  Localizer localizer_;
+  LocalizedFrame before_, newest_;
+  bool has_ended_ = false;
+};
+
+/// Poses in the frame of a map, and what `touches` (or null) shows of them. Of two sensors (`second` is not
+/// null), poses of the first one that both know.
 class MapOutput final : public PoseOutput {
  public:
-  MapOutput(const std::vector<PosedSurface>& map, const SlamOptions& options, bool as_ndjson,
-            LocatedTouches* touches, ProgressSink& progress)
+  MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, bool as_ndjson,
+            LocatedTouches* touches, SecondSensor* second, const RigPose& rig)
       : as_ndjson_(as_ndjson),
-        localizer_(std::make_shared<const SurfaceMap>(map, options, &progress), options),
-        touches_(touches) {}
+        localizer_(std::move(map), options),
+        touches_(touches),
+        second_(second),
+        rig_(rig) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
-    LocalizedFrame frame;
-    if (item.surface)
-      frame = localizer_.process(item.frame, item.time_s, item.surface);
-    else
-      frame.tracked = background_frame(item);
+    std::future<std::optional<PlaceHypothesis>> of_second;
+    if (second_) of_second = std::async(std::launch::async, [&] { return second_->at(item.time_s); });
+    LocalizedFrame frame = localized(localizer_, item);
+    std::vector<int> sensors;
+    if (second_) {
+      const std::optional<PlaceHypothesis> other = of_second.get();
+      const bool both = other && frame.status == PlaceStatus::localized;
+      sensors = share_place(frame, other, rig_);
+      if (both) ++(sensors.size() == 2 ? agreed_ : contradicted_);
+    }
     if (touches_ != nullptr) {
       const auto touch =
           std::make_shared<const LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
@@ -146,20 +219,54 @@ class MapOutput final : public PoseOutput {
       if (!frame.hypotheses.empty()) touches_->placed = touch;
     }
     const bool localized = frame.status == PlaceStatus::localized;
-    if (as_ndjson_) return {map_json(frame, item.surface.get()).dump() + "\n", localized};
-    return {localized ? tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) : "", localized};
+    if (!as_ndjson_)
+      return {localized ? tum_line(item.time_s, frame.hypotheses.front().map_T_sensor) : "", localized};
+    Json json = map_json(frame, item.surface.get());
+    if (second_) json["sensors"] = sensors;
+    return {json.dump() + "\n", localized};
+  }
+
+  std::string warning() const override {
+    if (10 * contradicted_ <= agreed_ + contradicted_) return "";
+    return "the sensors contradict each other in " + counted(contradicted_, "frame") +
+           ": do both times count from one start, and is it the right rig?";
   }
 
  private:
   bool as_ndjson_;
   Localizer localizer_;
   LocatedTouches* touches_;
+  SecondSensor* second_;
+  RigPose rig_;
+  std::int64_t agreed_ = 0, contradicted_ = 0;  // frames in which both are localized
 };
 
-Session read_map_for(const SensorProfile& sensor, const std::string& map) {
+/// What ends the frames early, from any thread, also while they are not open yet.
+class FrameStopper {
+ public:
+  void watch(const std::shared_ptr<RawFrameSource>& frames) {
+    const std::lock_guard lock(mutex_);
+    frames_.push_back(frames);
+    if (stopped_) frames->stop();
+  }
+  void stop() {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+    for (const auto& frames : frames_) frames->stop();
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  std::mutex mutex_;  // for frames_
+  std::vector<std::shared_ptr<RawFrameSource>> frames_;
+  std::atomic<bool> stopped_ = false;
+};
+
+Session read_map_for(const std::vector<TrackedSensor>& sensors, const std::string& map) {
   Session session = read_map(map);
-  for (const std::string& warning : session.warnings) std::cerr << "warning: " << warning << "\n";
-  check_pixel_pitch(session, sensor.pixel_pitch_mm, map);
+  for (const std::string& warning : session.warnings) warn(warning);
+  for (const TrackedSensor& sensor : sensors)
+    check_pixel_pitch(session, sensor.config.sensor.pixel_pitch_mm, map);
   return session;
 }
 
@@ -172,28 +279,10 @@ LineSink open_sink(const StreamArguments& arguments, bool quiet) {
   return [server](std::string line) { server->write(std::move(line)); };
 }
 
-/// What ends the frames early, from any thread, also while they are not open yet.
-class FrameStopper {
- public:
-  void watch(const std::shared_ptr<RawFrameSource>& frames) {
-    frames_ = frames;
-    if (stopped_) stop();
-  }
-  void stop() {
-    stopped_ = true;
-    if (const std::shared_ptr<RawFrameSource> frames = frames_) frames->stop();
-  }
-  bool stopped() const { return stopped_; }
-
- private:
-  std::atomic<std::shared_ptr<RawFrameSource>> frames_;
-  std::atomic<bool> stopped_ = false;
-};
-
 /// All frames of the stream to the sink, until `stopped`. True when any had a pose.
 bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink, const FrameStopper& stopper,
                  ProgressSink& progress) {
-  for (const std::string& doubt : stream.background_doubts()) std::cerr << "warning: " << doubt << "\n";
+  for (const std::string& doubt : stream.background_doubts()) warn(doubt);
   progress.begin("tracking", stream.frame_count());
   bool any = false;
   std::int64_t done = 0;
@@ -205,66 +294,94 @@ bool write_poses(SurfaceStream& stream, PoseOutput& output, const LineSink& sink
     if (stopper.stopped() || !std::cout) break;
   }
   progress.end();
-  if (!stream.warning().empty()) std::cerr << "warning: " << stream.warning() << "\n";
+  warn(stream.warning());
+  warn(output.warning());
   return any;
 }
 
 void check(const TrackArguments& arguments) {
-  if (arguments.camera && !arguments.log.log.empty()) throw Error("give either LOG or --camera, not both");
-  if (!arguments.camera && arguments.log.log.empty()) throw Error("give a LOG, or --camera");
+  if (!arguments.cameras.empty() && !arguments.logs.empty())
+    throw Error("give either LOG or --camera, not both");
+  if (arguments.cameras.empty() && arguments.logs.empty()) throw Error("give a LOG, or --camera");
   if (arguments.window.shows_map() && arguments.map.empty())
     throw Error("--window and --snapshot need --map; gelslam scan and replay show a sensor without a map");
 }
 
-/// A camera; a log, in a window at its own rate.
-SurfaceStream open_stream(const TrackArguments& arguments, const LogInput& input, const Config& config,
-                          StageTimer& timer, FrameStopper& stopper) {
-  if (!arguments.camera && !arguments.window.window) return {input, config, timer};
-  std::shared_ptr<RawFrameSource> frames;
-  std::function<void(const std::string&)> ask;
-  if (arguments.camera) {
-    frames = open_camera_input(config, *arguments.camera).frames;
-    ask = [](const std::string& request) { std::cerr << "gelslam: " << request << "\n"; };
-  } else {
-    frames = pace(open_raw_log(input.log, config.sensor));
+/// One, or two that are fixed to each other.
+std::vector<TrackedSensor> find_sensors(const TrackArguments& arguments) {
+  const bool is_camera = !arguments.cameras.empty();
+  std::vector<std::string> names =
+      is_camera ? std::vector<std::string>(arguments.cameras.size()) : arguments.logs;
+  if (names.size() == 1 && !is_camera) {
+    const auto of_log = sensors_of_log(names.front());
+    names.assign(of_log.begin(), of_log.end());
   }
-  stopper.watch(frames);
-  const std::string name = arguments.camera ? "camera" : input.log.string();
-  return {decode_frames(frames, name, config.sensor), input, config, timer, ask};
+  if (names.size() == 1 && !arguments.rig.empty()) throw Error("--rig is for two sensors");
+  if (names.size() == 2 && arguments.map.empty())
+    throw Error("two sensors need a map that both are found in: --map RUN");
+  if (names.size() == 2 && !arguments.settings.background.empty())
+    throw Error("--background is of one sensor; each of two begins with its bare gel");
+  std::vector<TrackedSensor> sensors;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    LogInput input = arguments.settings.input(names[i], i, names.size());
+    if (is_camera) input = with_settings_of_run(std::move(input), arguments.map);
+    const Config config = resolve_config(input);
+    sensors.push_back({std::move(input), config, is_camera, nullptr});
+  }
+  return sensors;
 }
 
-std::unique_ptr<PoseOutput> make_output(const TrackArguments& arguments, const Config& config,
-                                        const std::vector<PosedSurface>& map, LocatedTouches& touches,
-                                        ProgressSink& progress) {
-  const bool as_ndjson = arguments.stream.stream_format() == StreamFormat::ndjson;
-  if (arguments.map.empty()) return std::make_unique<TrialOutput>(config.slam, as_ndjson);
-  return std::make_unique<MapOutput>(map, config.slam, as_ndjson,
-                                     arguments.window.shows_map() ? &touches : nullptr, progress);
+/// Cameras; logs, in a window at their own rate.
+void open_frames(const TrackArguments& arguments, std::vector<TrackedSensor>& sensors,
+                 FrameStopper& stopper) {
+  if (arguments.cameras.empty() && !arguments.window.window) return;
+  std::vector<std::unique_ptr<RawFrameSource>> frames;
+  for (std::size_t i = 0; i < sensors.size(); ++i)
+    frames.push_back(sensors[i].is_camera
+                         ? open_camera_input(sensors[i].config, arguments.cameras[i]).frames
+                         : pace(open_raw_log(sensors[i].input.log, sensors[i].config.sensor)));
+  if (!arguments.cameras.empty() && frames.size() == 2) put_on_one_clock(frames[0], frames[1]);
+  for (std::size_t i = 0; i < sensors.size(); ++i) stopper.watch(sensors[i].frames = std::move(frames[i]));
 }
 
 int run(const TrackArguments& arguments) {
   check(arguments);
-  LogInput input = arguments.log.input();
-  if (arguments.camera) input = with_settings_of_run(std::move(input), arguments.map);
-  const Config config = resolve_config(input);
+  std::vector<TrackedSensor> sensors = find_sensors(arguments);
+  const Config& config = sensors.front().config;
+  const bool as_ndjson = arguments.stream.stream_format() == StreamFormat::ndjson;
   const bool shows_poses = arguments.stream.target == "-" && ::isatty(STDOUT_FILENO) != 0;
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet || shows_poses);
   const LineSink sink = open_sink(arguments.stream, arguments.quiet);
-  const Session map = arguments.map.empty() ? Session() : read_map_for(config.sensor, arguments.map);
+  const Session map = arguments.map.empty() ? Session() : read_map_for(sensors, arguments.map);
+  RigPose rig;
+  if (sensors.size() == 2) rig = read_rig(arguments.rig.empty() ? arguments.map : arguments.rig).pose;
   WindowOptions window = arguments.window.window_options();
   const ShownMap shown =
       arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();
   LocatedTouches touches;
   FrameStopper stopper;
   const InterruptStopper interrupt(
-      arguments.camera ? InterruptWatch::Ends::regularly : InterruptWatch::Ends::early,
+      arguments.cameras.empty() ? InterruptWatch::Ends::early : InterruptWatch::Ends::regularly,
       [&stopper] { stopper.stop(); });
   const auto compute = [&] {
-    const std::unique_ptr<PoseOutput> output =
-        make_output(arguments, config, map.patches, touches, *progress);
+    std::shared_ptr<const SurfaceMap> surfaces;
+    if (!arguments.map.empty())
+      surfaces = std::make_shared<const SurfaceMap>(map.patches, config.slam, progress.get());
+    open_frames(arguments, sensors, stopper);
     StageTimer timer;
-    SurfaceStream stream = open_stream(arguments, input, config, timer, stopper);
-    return write_poses(stream, *output, sink, stopper, *progress);
+    SurfaceStream stream = open_stream(sensors.front(), timer);
+    std::unique_ptr<SecondSensor> second;
+    if (sensors.size() == 2) second = std::make_unique<SecondSensor>(sensors.back(), surfaces, timer);
+    std::unique_ptr<PoseOutput> output;
+    if (surfaces)
+      output =
+          std::make_unique<MapOutput>(surfaces, config.slam, as_ndjson,
+                                      arguments.window.shows_map() ? &touches : nullptr, second.get(), rig);
+    else
+      output = std::make_unique<TrialOutput>(config.slam, as_ndjson);
+    const bool any = write_poses(stream, *output, sink, stopper, *progress);
+    if (second && !second->warning().empty()) warn("second sensor: " + second->warning());
+    return any;
   };
   bool any = false;
   if (arguments.window.window) {
@@ -284,25 +401,40 @@ void add_track_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<TrackArguments>();
   CLI::App* command =
       app.add_subcommand("track", "Stream the sensor's pose against the object, frame by frame");
-  arguments->log.add_to(*command);
-  command->get_option("LOG")->required(false);
   command
-      ->add_option("--camera", arguments->camera,
-                   "A camera instead of LOG: a path, a number or part of its name (default: the "
-                   "configuration's)")
-      ->expected(0, 1);
+      ->add_option(
+          "LOG", arguments->logs,
+          "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi); two of "
+          "them, or one of two sensors, with --map: sensors that are fixed to each other")
+      ->expected(0, 2);
+  arguments->settings.add_to(*command);
+  CLI::Option* camera =
+      command
+          ->add_option("--camera", arguments->cameras,
+                       "A camera instead of LOG: a path, a number or part of its name (default: the "
+                       "configuration's). Twice: of two sensors")
+          ->expected(0, 2)
+          ->allow_extra_args(false);
   command->add_option(
       "--map", arguments->map,
       "Poses in this map: a run folder (whose configuration and model a camera then has by default), "
       "its session, or a folder made by gelslam map");
+  command->add_option(
+      "--rig", arguments->rig,
+      "Of two sensors: how they are fixed to each other (rig.yaml, or a run of theirs; default: "
+      "the map's run)");
   arguments->window.add_to(*command);
   arguments->stream.add_to(*command);
   add_quiet_flag(*command, arguments->quiet);
   command->footer(
       "Examples:\n  gelslam track data/pebble --format ndjson\n"
       "  gelslam track --camera --map runs/pebble --format ndjson\n"
-      "  gelslam track --camera --map runs/pebble --window > poses.tum");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+      "  gelslam track --camera --map runs/pebble --window > poses.tum\n"
+      "  gelslam track left.mkv right.mkv --map runs/held");
+  command->callback([arguments, camera, &exit_code] {
+    if (camera->count() > 0 && arguments->cameras.empty()) arguments->cameras = {""};
+    exit_code = run(*arguments);
+  });
 }
 
 }  // namespace gelslam

@@ -50,21 +50,23 @@ void replace_renamed_option(std::vector<std::string>& words, const RenamedOption
 
 void LogOptions::add_to(CLI::App& command) {
   command
-      .add_option("LOG", log,
-                  "Recorded log, video, folder of images, or data folder (config.yaml, gelsight.avi)")
-      ->required();
-  add_settings_to(command);
+      .add_option("--config", configs,
+                  "Configuration (default: the log's own, else config.yaml in or beside it); twice: of two "
+                  "sensors")
+      ->allow_extra_args(false);
+  command
+      .add_option("--model", models,
+                  "Gradient model nnmodel.pth (default: the log's own, or the one the configuration names); "
+                  "twice: of two sensors")
+      ->allow_extra_args(false);
+  command.add_option("--background", background,
+                     "Image of the bare gel (default: the mean of the first frames)");
+  command.add_flag("--force", force, "Continue although the first frames seem to show contact");
 }
 
-void LogOptions::add_settings_to(CLI::App& command) {
-  command.add_option("--config", config,
-                     "Configuration (default: the log's own, else config.yaml in or beside it)");
-  command.add_option(
-      "--model", model,
-      "Gradient model nnmodel.pth (default: the log's own, or the one the configuration names)");
-  command.add_option("--background", background,
-                     "Image of the bare gel (default: the mean of the log's first frames)");
-  command.add_flag("--force", force, "Continue although the log's first frames seem to show contact");
+LogInput LogOptions::input(const std::string& log, std::size_t sensor, std::size_t sensors) const {
+  return {log, given_for_sensor(configs, sensor, sensors, "--config"),
+          given_for_sensor(models, sensor, sensors, "--model"), background, force};
 }
 
 void MeshUnit::add_to(CLI::App& command) {
@@ -141,7 +143,8 @@ CLI::Option* add_rig_option(CLI::App& command, std::string& file, const std::str
   return command
       .add_option("--rig", file,
                   two +
-                      ", fixed to each other: one map of both. FILE tells how they are fixed (rig.yaml); "
+                      ", fixed to each other: one map of both. FILE tells how they are fixed (rig.yaml, or a "
+                      "run of theirs); "
                       "without it the motions tell")
       ->type_name("[FILE]")
       ->expected(0, 1);

@@ -12,14 +12,15 @@ namespace gelslam {
 
 /// What the commands' lines have in common.
 
-/// The options by which every command that reads a log finds its configuration, model and background.
+/// The options by which every command that reads logs finds their configuration, model and background.
 struct LogOptions {
-  std::string log, config, model, background;
+  std::vector<std::string> configs, models;  ///< by sensor; one: of all
+  std::string background;
   bool force = false;
 
   void add_to(CLI::App& command);
-  void add_settings_to(CLI::App& command);  ///< all but LOG
-  LogInput input() const { return {log, config, model, background, force}; }
+  /// Throws Error when there are more settings than sensors.
+  LogInput input(const std::string& log, std::size_t sensor = 0, std::size_t sensors = 1) const;
 };
 
 /// The unit of mesh files that note none: --unit, else usual_unit().

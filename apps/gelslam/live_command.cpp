@@ -9,12 +9,13 @@
 #include <thread>
 
 #include "child_program.hpp"
-#include "command_line.hpp"
 #include "commands.hpp"
 #include "gelslam/core/error.hpp"
 #include "gelslam/core/process.hpp"
 #include "gelslam/core/text.hpp"
+#include "gelslam/slam/merge_scans.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
+#include "gelslam/slam/session.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -121,66 +122,66 @@ void LiveArguments::add_to(CLI::App& command) {
       "-o,--output", run_folder, "Run folder to write: mesh, trajectory, report; with a scan, its log");
   CLI::Option* replace = command.add_flag("--overwrite", overwrite, "Replace the run folder if it is there");
   command
-      .add_option("--continue", continued,
-                  "Run folder to continue in place, also after a crash: new frames join its map")
+      .add_option(
+          "--continue", continued,
+          "Run folder to continue in place, also after a crash: new frames join its map (of two sensors: "
+          "at the end)")
       ->excludes(output)
       ->excludes(replace);
-  command.add_option("--config", configs, "Configuration; twice: of two sensors")->allow_extra_args(false);
-  command
-      .add_option("--model", models,
-                  "Gradient model nnmodel.pth (default: the one the configuration names); twice: of two "
-                  "sensors")
-      ->allow_extra_args(false);
-  command.add_option("--background", background,
-                     "Image of the bare gel (default: the mean of the first frames)");
-  command.add_flag("--force", force, "Take the first frames as background whatever they show");
+  log.add_to(command);
   command.add_option("--seconds", seconds, "Stop after this many seconds")->check(number_between(0.01, 1e6));
   command.add_flag("--headless", headless, "No window: the state is printed in the terminal");
   command.add_option("--snapshot", snapshot, "Picture of the window at the end (PNG; also with --headless)")
       ->check(refuse_unless_png);
   command.add_option("--script", script, "File of keys and mouse movements for the window (docs/viewer.md)");
   add_ui_scale(command, ui_scale);
-  command.add_option(
-      "--rig", rig, "Of two sensors: how they are fixed to each other (rig.yaml; default: the motions tell)");
+  command.add_option("--rig", rig,
+                     "Of two sensors: how they are fixed to each other (rig.yaml, or a run of theirs; "
+                     "default: the motions tell)");
   stream.add_to(command);
   stream.add_live_to(command);
   add_quiet_flag(command, quiet);
 }
 
-LiveOptions LiveArguments::options(const Config& resolved_config) const {
+LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const {
+  const auto of_sensor = [&](const std::filesystem::path& run) {
+    return sensors == 1 ? run : run_of_sensor(run, sensor);
+  };
   LiveOptions options;
   options.show_mesh = !headless || !snapshot.empty();
-  options.config = resolved_config;
-  options.background = background;
-  options.force = force;
-  options.run_folder = run_folder;
-  if (!continued.empty()) {
-    options.run_folder = continued;
-    options.continued = continue_in_place(continued, resolved_config);
-  }
+  options.background = log.background;
+  options.force = log.force;
   options.overwrite = overwrite;
-  options.stream = stream.open(resolved_config.slam.slope_calibration.gradient_scale_sigma, quiet);
+  if (continued.empty()) {
+    options.run_folder = of_sensor(run_folder);
+  } else {
+    const bool of_several = is_of_several_sensors(continued);
+    if (of_several) config.slam.slope_calibration = {};  // off in that run, whose surfaces are corrected
+    options.run_folder = continued;
+    if (of_several || sensors > 1) {
+      load_map(options.run_folder / "session");  // a scan that is not finished is said before this one begins
+      options.run_folder = next_run_folder(of_sensor(continued));
+    } else {
+      options.continued = continue_in_place(continued, config);
+    }
+  }
+  options.config = config;
+  if (sensor == 0) options.stream = stream.open(config.slam.slope_calibration.gradient_scale_sigma, quiet);
   return options;
 }
 
-LogInput LiveArguments::input(const std::string& log, std::size_t sensor, std::size_t sensors) const {
-  return with_settings_of_run({log, given_for_sensor(configs, sensor, sensors, "--config"),
-                               given_for_sensor(models, sensor, sensors, "--model"), background, force},
-                              continued);
+LogInput LiveArguments::input(const std::string& path, std::size_t sensor, std::size_t sensors) const {
+  return with_settings_of_run(log.input(path, sensor, sensors), continued);
 }
 
 std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config, 2>& resolved) const {
-  if (run_folder.empty()) throw Error("two sensors need a run folder: -o RUN");
-  if (!continued.empty()) throw Error("--continue takes one sensor");
-  if (!background.empty()) throw Error("--background is of one sensor; each of two begins with its bare gel");
+  if (run_folder.empty() && continued.empty()) throw Error("two sensors need a run folder: -o RUN");
+  if (!log.background.empty())
+    throw Error("--background is of one sensor; each of two begins with its bare gel");
   if (!stream.target.empty() && stream.stream_format() == StreamFormat::tum)
     throw Error("--stream-format tum does not tell two sensors apart; use ndjson");
-  std::array<LiveOptions, 2> both = {options(resolved[0]), {}};
-  both[1] = both[0];
-  both[1].config = resolved[1];
+  std::array<LiveOptions, 2> both = {options(resolved[0], 0, 2), options(resolved[1], 1, 2)};
   if (both[0].stream) both[1].stream = std::make_shared<PoseStream>(*both[0].stream);
-  for (int sensor = 0; sensor < 2; ++sensor)
-    both[static_cast<std::size_t>(sensor)].run_folder = run_of_sensor(run_folder, sensor);
   return both;
 }
 
@@ -215,6 +216,17 @@ struct LiveEnd {
   std::string run_folder;
 };
 
+/// A scan that continues a run of several sensors becomes a part of it.
+void join_with_continued(const std::filesystem::path& scan, const LiveArguments& arguments) {
+  MergeRequest request{{arguments.continued, scan}, arguments.continued};
+  request.in_place = true;
+  const InterruptWatch interrupt;
+  const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet);
+  const ReconstructSummary all =
+      merge_scans(request, *progress, [&] { return interrupt.requested(); }).account.summary;
+  std::cerr << run_words(all, arguments.continued, arguments.quiet);
+}
+
 template <typename Session, typename... Inputs>
 LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& arguments, WindowOptions window,
                        Inputs&&... inputs) {
@@ -246,8 +258,11 @@ LiveEnd run_to_its_end(const LiveOptions& options, const LiveArguments& argument
 int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
              const LiveArguments& arguments, WindowOptions window, const std::vector<std::string>& go_on) {
   window.can_go_on = !go_on.empty();
-  const LiveEnd end =
-      run_to_its_end<LiveSlam>(options, arguments, std::move(window), std::move(source), options);
+  LiveEnd end = run_to_its_end<LiveSlam>(options, arguments, std::move(window), std::move(source), options);
+  if (!arguments.continued.empty() && !options.continued) {
+    join_with_continued(options.run_folder, arguments);
+    end.run_folder = arguments.continued;
+  }
   if (end.next == NextStep::none) return end.exit_code;
   std::vector<std::string> words = end.next == NextStep::view ? std::vector<std::string>{"view"} : go_on;
   words.push_back(end.run_folder);
@@ -256,7 +271,8 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
 }
 
 int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments) {
-  LiveRigOptions rig{arguments.run_folder, arguments.overwrite, {}};
+  const bool goes_on = !arguments.continued.empty();
+  LiveRigOptions rig{goes_on ? arguments.continued : arguments.run_folder, arguments.overwrite, {}, goes_on};
   if (!arguments.rig.empty()) rig.known = read_rig(arguments.rig).pose;
   const LiveOptions first = sensors[0].options;
   const LiveEnd end =

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.hpp"
 #include "gelslam/slam/live_rig.hpp"
 #include "gelslam/slam/live_slam.hpp"
 #include "gelslam/viewer/window.hpp"
@@ -16,19 +17,20 @@ namespace gelslam {
 /// What `scan` and `replay` have in common: the session, its window or its words in the terminal, and its
 /// end.
 struct LiveArguments {
-  std::vector<std::string> configs, models;  ///< by sensor; one: of all
-  std::string background, run_folder, continued, rig, snapshot, script;
-  bool force = false, overwrite = false, headless = false, quiet = false;
+  LogOptions log;
+  std::string run_folder, continued, rig, snapshot, script;
+  bool overwrite = false, headless = false, quiet = false;
   double ui_scale = 1;
   double seconds = 0;  ///< 0: until a person or the source ends it
   StreamArguments stream;
 
   void add_to(CLI::App& command);
   /// The part of the options that does not depend on where frames come from. Opens the stream and reads the
-  /// session that is continued.
-  LiveOptions options(const Config& resolved_config) const;
-  /// Where the configuration is looked up. `log`: empty for a camera.
-  LogInput input(const std::string& log, std::size_t sensor = 0, std::size_t sensors = 1) const;
+  /// session that is continued. Where two sensors continue a run, or one continues that of several, the scan
+  /// is a new one, in a folder of its own, which joins that run at its end.
+  LiveOptions options(Config resolved_config, int sensor = 0, int sensors = 1) const;
+  /// Where the configuration is looked up. `path`: empty for a camera.
+  LogInput input(const std::string& path, std::size_t sensor = 0, std::size_t sensors = 1) const;
 
   /// Of two sensors. Throws Error where one of these arguments is for a single sensor.
   std::array<LiveOptions, 2> options_of_two(const std::array<Config, 2>& resolved_configs) const;

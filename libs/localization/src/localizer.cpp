@@ -48,8 +48,10 @@ std::string reason_without_track(const TrackedFrame& tracked) {
 }  // namespace
 
 std::string_view status_name(const LocalizedFrame& frame) {
-  if (frame.tracked.status == TrackStatus::background || frame.tracked.status == TrackStatus::no_contact)
-    return name(frame.tracked.status);
+  const TrackStatus tracked = frame.tracked.status;
+  if (frame.status == PlaceStatus::unknown &&
+      (tracked == TrackStatus::background || tracked == TrackStatus::no_contact))
+    return name(tracked);
   switch (frame.status) {
     case PlaceStatus::localized:
       return "localized";

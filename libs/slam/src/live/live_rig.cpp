@@ -66,6 +66,7 @@ LiveStatus status_of_both(const LiveStatus& first, const LiveStatus& second, boo
 struct LiveRig::Impl {
   Impl(std::array<Sensor, 2> sensors, const LiveRigOptions& rig_options)
       : options(rig_options),
+        scans{sensors[0].options.run_folder, sensors[1].options.run_folder},
         first(std::move(sensors[0].source), sensors[0].options),
         second(std::move(sensors[1].source), sensors[1].options),
         view(options.known) {
@@ -78,6 +79,7 @@ struct LiveRig::Impl {
   void join();
 
   const LiveRigOptions options;
+  const std::array<std::filesystem::path, 2> scans;  // the first ones
   LiveSlam first, second;
   LiveBoard board{""};  // from when both have ended
   std::atomic<bool> aborted{false};
@@ -138,6 +140,9 @@ void LiveRig::Impl::join() {
   MergeRequest request;
   request.runs = {first.status().run_folder, second.status().run_folder};
   request.run_folder = options.run_folder;
+  request.in_place = options.continued;
+  if (options.continued)  // scans that the person began later are of other objects
+    request.runs = {options.run_folder, scans[0], scans[1]};
   request.overwrite = options.overwrite;
   request.has_rig = true;
   request.known = options.known;

@@ -4,7 +4,19 @@
 
 #include "gelslam/core/error.hpp"
 
-namespace gelslam::slam::detail {
+namespace gelslam {
+
+std::filesystem::path next_run_folder(const std::filesystem::path& folder) {
+  const std::filesystem::path clean = folder.has_filename() ? folder : folder.parent_path();
+  for (int number = 2;; ++number) {
+    std::filesystem::path next = clean;
+    next += "-" + std::to_string(number);
+    std::error_code code;
+    if (!std::filesystem::exists(next, code)) return next;
+  }
+}
+
+namespace slam::detail {
 
 namespace fs = std::filesystem;
 
@@ -150,4 +162,5 @@ void LogRecording::finish() {
   report();  // what went wrong with the last frames, too
 }
 
-}  // namespace gelslam::slam::detail
+}  // namespace slam::detail
+}  // namespace gelslam

@@ -29,16 +29,6 @@ std::string in_run(std::string message) {
 
 }  // namespace
 
-fs::path next_run_folder(const fs::path& folder) {
-  const fs::path clean = folder.has_filename() ? folder : folder.parent_path();
-  for (int number = 2;; ++number) {
-    fs::path next = clean;
-    next += "-" + std::to_string(number);
-    std::error_code code;
-    if (!fs::exists(next, code)) return next;
-  }
-}
-
 void LiveRun::check(const fs::path& folder, bool overwrite, const fs::path& input) {
   gelslam::check_run_folder(folder, options_for(overwrite, input));
 }

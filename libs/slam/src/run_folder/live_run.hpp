@@ -8,9 +8,6 @@
 
 namespace gelslam::slam::detail {
 
-/// "RUN-2", "RUN-3", ...: the first that is not there.
-std::filesystem::path next_run_folder(const std::filesystem::path& folder);
-
 /// The run folder of a scan that is still going on: it is there from the start, for the growing log, and its
 /// files are replaced whole whenever the scan is saved.
 class LiveRun {

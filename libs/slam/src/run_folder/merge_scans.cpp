@@ -1,10 +1,15 @@
 #include "gelslam/slam/merge_scans.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
+#include <map>
+#include <memory>
+#include <utility>
 
 #include "gelslam/backend/uncertain_motion.hpp"
 #include "gelslam/core/error.hpp"
+#include "gelslam/core/folder_update.hpp"
 #include "gelslam/core/index.hpp"
 #include "gelslam/core/parallel.hpp"
 #include "gelslam/core/run_folder.hpp"
@@ -106,6 +111,28 @@ void correct_alone(ScanRecord& record, const fs::path& source, const SavedMap& m
   for (ScanPart& part : record.parts) part.model_crc32 = 0;
 }
 
+/// What two sensors have in common in a run becomes loops, by the rig that it has found, if it has: those of
+/// a later run may be fixed otherwise. One of each pair of keyframes, for neighbors in time share their
+/// errors. Together they are as uncertain as that rig.
+void keep_rig(ScanRecord& record, const fs::path& run) {
+  const std::vector<RigConstraint> constraints = std::exchange(record.rig, {}).constraints;
+  const std::optional<RigPose> rig = rig_of_run(run);
+  if (!rig) return;
+  std::map<std::pair<int, int>, RigConstraint> of_pair;
+  for (const RigConstraint& c : constraints)
+    of_pair.emplace(std::pair(c.first_keyframe, c.second_keyframe), c);
+  for (const auto& [pair, constraint] : of_pair) {
+    PoseGraphEdge edge = rig_edges({constraint}, rig->first_T_second).front();
+    const Matrix6d by_rig = adjoint(constraint.second_keyframe_T_sensor);
+    const Matrix6d covariance = edge.information.inverse() + static_cast<double>(of_pair.size()) * by_rig *
+                                                                 rig->covariance * by_rig.transpose();
+    const Matrix6d information = covariance.inverse();
+    edge.information = 0.5 * (information + information.transpose());
+    edge.kind = EdgeKind::loop;
+    record.edges.push_back(edge);
+  }
+}
+
 /// Appends `next` to `all`, whose numbers go on.
 struct Offsets {
   int keyframe = 0, trial = 0;
@@ -134,6 +161,7 @@ std::vector<RigConstraint> renumbered(std::vector<RigConstraint> constraints, in
 void append(ScanRecord& all, const ScanRecord& next, const Offsets& by) {
   for (ScanPart part : next.parts) {
     part.first_frame += by.frame;
+    if (part.second) part.second->start_s += by.time_s;
     all.parts.push_back(std::move(part));
   }
   for (const auto& keyframe : next.keyframes) {
@@ -171,14 +199,15 @@ std::vector<Keyframe> present(const ScanRecord& record, int from) {
   return keyframes;
 }
 
-/// One record of all, with the loops between them.
+/// One record of all, with the loops between them. `of_record`: what was added to each one's numbers.
 ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& options, ProgressSink& progress,
-                  const std::function<bool()>& stop_requested) {
+                  const std::function<bool()>& stop_requested, std::vector<Offsets>* of_record = nullptr) {
   LoopCloser closer(options.loop_closure, options.registration, options.verification);
   ScanRecord all;
   for (const ScanRecord& record : records) {
     const Offsets offsets = offsets_after(all);
     append(all, record, offsets);
+    if (of_record) of_record->push_back(offsets);
     const std::vector<Keyframe> added = present(all, offsets.keyframe);
     if (offsets.keyframe > 0) {
       std::vector<std::vector<LoopConstraint>> loops(added.size());
@@ -200,9 +229,9 @@ ScanRecord joined(const std::vector<ScanRecord>& records, const SlamOptions& opt
 }
 
 /// The map of records that are corrected already, and its mesh, in a run folder.
-Run write_joined(RunFolder& folder, const Config& config, const ScanRecord& all, const RunAccount& account,
-                 std::chrono::steady_clock::time_point start, ProgressSink& progress,
-                 const std::function<bool()>& stop_requested) {
+Run write_joined(const fs::path& folder, const Config& config, const ScanRecord& all,
+                 const RunAccount& account, std::chrono::steady_clock::time_point start,
+                 ProgressSink& progress, const std::function<bool()>& stop_requested) {
   Mapper mapper(config.slam);
   mapper.restore(all);
   Run run{config, mapper.finish(all.frames, true, stop_requested, &progress), {}, account};
@@ -212,23 +241,27 @@ Run write_joined(RunFolder& folder, const Config& config, const ScanRecord& all,
   summary.partial = stop_requested();
   for (const std::string& warning : all.warnings) append_sentence(summary.warning, warning);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  write_run(folder.path(), config, run.map, run.mesh, run.account);
-  folder.commit();
+  write_run(folder, config, run.map, run.mesh, run.account);
   return run;
 }
 
-/// Scans of two sensors at the same time, whose own maps have corrected them.
+/// Scans whose own maps have corrected them; the last two are of two sensors at the same time.
 ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::optional<RigPose>& known,
                          const Gripper& gripper, const SlamOptions& options, ProgressSink& progress,
                          const std::function<bool()>& stop_requested) {
-  const SecondClock clock = second_clock(records[0], records[1]);
-  const std::vector<RigConstraint> constraints = rig_constraints(records[0], records[1], clock, gripper);
-  ScanRecord all = joined(records, options, progress, stop_requested);
+  const ScanRecord &first = records[records.size() - 2], &second = records.back();
+  const SecondClock clock = second_clock(first, second);
+  const std::vector<RigConstraint> constraints = rig_constraints(first, second, clock, gripper);
+  std::vector<Offsets> of_record;
+  ScanRecord all = joined(records, options, progress, stop_requested, &of_record);
   if (constraints.empty())
     all.warnings.push_back(
         "the two sensors were never tracked at the same time: only common places join them");
-  const int first_of_second = static_cast<int>(records[0].keyframes.size());
-  all.rig = {renumbered(constraints, 0, first_of_second), first_of_second, clock, known};
+  const Offsets of_first = of_record[records.size() - 2], of_second = of_record.back();
+  all.rig = {renumbered(constraints, of_first.keyframe, of_second.keyframe), of_second.keyframe, clock,
+             known};
+  for (auto part = all.parts.end() - std::ssize(second.parts); part != all.parts.end(); ++part)
+    part->second = {clock.start_s + of_first.time_s, clock.rate};
   return all;
 }
 
@@ -241,21 +274,40 @@ void check_distinct(const std::vector<fs::path>& runs) {
 
 }  // namespace
 
+bool is_of_several_sensors(const fs::path& run) {
+  check_is_run(run, RunNeeds::record);
+  const std::vector<ScanPart> parts = read_scan(run / "session", {}).parts;
+  return !parts.empty() && parts.back().model_crc32 == 0;
+}
+
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,
                 const std::function<bool()>& stop_requested) {
   const auto start = std::chrono::steady_clock::now();
   if (request.runs.size() < 2) throw Error("name at least two runs to merge");
-  if (request.has_rig && request.runs.size() != 2) throw Error("--rig takes the runs of two sensors");
   check_distinct(request.runs);
   for (const fs::path& run : request.runs) check_is_run(run, RunNeeds::record);
-  RunFolder folder(request.run_folder,
-                   {.overwrite = request.overwrite, .known_entries = run_entries(), .inputs = request.runs});
+  std::optional<RunFolder> made;
+  std::optional<FolderLock> lock;
+  std::optional<FolderUpdate> update;
+  if (request.in_place) {
+    lock.emplace(request.run_folder);
+    update.emplace(request.run_folder);
+  } else {
+    made.emplace(request.run_folder,
+                 RunFolderOptions{
+                     .overwrite = request.overwrite, .known_entries = run_entries(), .inputs = request.runs});
+  }
   Config config = read_config(request.runs.front() / "config.yaml");
   std::vector<ScanRecord> records;
   for (const fs::path& run : request.runs) {
     records.push_back(read_scan(run / "session", config.slam.registration));
     for (ScanPart& part : records.back().parts)
       if (part.log.empty()) part.log = run.string();
+  }
+  bool has_later_rig = request.has_rig;
+  for (std::size_t i = records.size(); i-- > 0;) {
+    if (records[i].rig.constraints.empty()) continue;
+    if (std::exchange(has_later_rig, true)) keep_rig(records[i], request.runs[i]);
   }
   if (request.has_rig || !can_be_corrected_together(records)) {
     for (std::size_t i = 0; i < records.size(); ++i) {
@@ -267,10 +319,18 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   const ScanRecord all =
       request.has_rig ? joined_by_rig(records, request.known, {}, config.slam, progress, stop_requested)
                       : joined(records, config.slam, progress, stop_requested);
+  if (request.in_place && stop_requested())
+    throw Error("stopped; gelslam merge joins " + request.run_folder.string() + " with the new runs");
   RunAccount account;
   account.log_description =
       request.has_rig ? kOfRig : "a merge of " + std::to_string(records.size()) + " runs";
-  return write_joined(folder, config, all, account, start, progress, stop_requested);
+  Run run = write_joined(update ? update->path() : made->path(), config, all, account, start, progress,
+                         stop_requested);
+  if (update)
+    update->commit();
+  else
+    made->commit();
+  return run;
 }
 
 void take_rig_files(RigRequest& request, const fs::path& rig, const fs::path& openings) {
@@ -308,7 +368,9 @@ Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
   RunAccount account;
   account.log_description = kOfRig;
   account.times = timer.statistics();
-  return write_joined(folder, config, all, account, start, progress, stop_requested);
+  Run run = write_joined(folder.path(), config, all, account, start, progress, stop_requested);
+  folder.commit();
+  return run;
 }
 
 }  // namespace gelslam

@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <sstream>
 
 #include "gelslam/core/error.hpp"
@@ -7,10 +8,30 @@
 #include "gelslam/core/options.hpp"
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
+#include "run_folder/session_text.hpp"
 
 namespace gelslam {
+std::optional<RigPose> rig_of_run(const std::filesystem::path& run) {
+  std::ifstream stream(run / "report.json");
+  const auto report = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  try {
+    const nlohmann::json& rig = report.at("rig");
+    Vector6d sigma;
+    for (int row = 0; row < 3; ++row) {
+      sigma[row] = rig.at("sigma_deg").at(row).get<double>() / kDegreesPerRadian;
+      sigma[3 + row] = rig.at("sigma_mm").at(row).get<double>();
+    }
+    return RigPose{slam::detail::pose_from(rig.at("first_T_second_mm")), sigma.cwiseAbs2().asDiagonal()};
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
 
 RigFile read_rig(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file)) {
+    if (const auto found = rig_of_run(file)) return {*found};
+    throw Error(file.string() + ": does not tell how two sensors are fixed to each other; give --rig FILE");
+  }
   constexpr double kMaxMm = 1000;
   constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   Pose first_T_second = Pose::Identity();

@@ -4,7 +4,6 @@
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "gelslam/backend/g2o.hpp"
 #include "gelslam/core/files.hpp"
@@ -71,30 +70,20 @@ ordered_json live_account(const LiveAccount& live) {
           {"damaged", live.damaged}};
 }
 
-/// The parts that a second sensor felt at the same time as the first.
-std::set<std::size_t> parts_of_second(const ScanRecord& record) {
-  std::set<std::size_t> parts;
-  for (const RigConstraint& constraint : record.rig.constraints)
-    if (record.has_keyframe(constraint.second_keyframe))
-      parts.insert(part_of_frame(record.parts, record.keyframes[index(constraint.second_keyframe)]->frame));
-  return parts;
-}
-
 /// The log of each part, and the time at which it begins. Of two sensors at the same time, also which one it
 /// is of, and how its clock goes by the first one's.
 ordered_json part_logs(const SlamMap& map) {
   ordered_json logs = ordered_json::array();
   const std::vector<ScanPart>& parts = map.measured.parts;
-  const std::set<std::size_t> of_second = parts_of_second(map.measured);
+  const bool of_two = std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.second; });
   for (const ScanPart& part : parts) {
     const auto next = std::find_if(map.frames.begin(), map.frames.end(),
                                    [&](const FrameRecord& frame) { return frame.frame >= part.first_frame; });
     const double first_time_s = next == map.frames.begin() ? 0.0 : std::prev(next)->time_s + kBetweenPartsS;
     logs.push_back({{"file", part.log}, {"first_time_s", first_time_s}});
-    if (of_second.empty()) continue;
-    const bool is_second = of_second.contains(part_of_frame(parts, part.first_frame));
-    const SecondClock clock = is_second ? map.measured.rig.clock : SecondClock{first_time_s};
-    logs.back().update({{"sensor", is_second ? 1 : 0}, {"start_s", clock.start_s}, {"rate", clock.rate}});
+    if (!of_two) continue;
+    const SecondClock clock = part.second.value_or(SecondClock{first_time_s});
+    logs.back().update({{"sensor", part.second ? 1 : 0}, {"start_s", clock.start_s}, {"rate", clock.rate}});
   }
   return logs;
 }

@@ -141,6 +141,9 @@ class ScanReader {
     record_.parts.push_back({integer_from(json.at("first_frame"), after, kMaxFrame),
                              json.at("sensor").get<std::string>(),
                              json.at("model_crc32").get<std::uint32_t>(), json.at("log").get<std::string>()});
+    if (!json.contains("second")) return;
+    const Json& second = json.at("second");
+    record_.parts.back().second = {number_from(second.at(0), kMaxTimeS), number_from(second.at(1), 2)};
   }
 
   void take_keyframe(const Json& line) {

@@ -83,11 +83,12 @@ void ScanWriter::sync() const {
 
 void ScanWriter::add_part(const ScanPart& part) {
   write_waiting();
-  write(with_checksum({{"part",
-                        {{"first_frame", part.first_frame},
-                         {"sensor", part.sensor},
-                         {"model_crc32", part.model_crc32},
-                         {"log", part.log}}}}));
+  Json fields = {{"first_frame", part.first_frame},
+                 {"sensor", part.sensor},
+                 {"model_crc32", part.model_crc32},
+                 {"log", part.log}};
+  if (part.second) fields["second"] = {part.second->start_s, part.second->rate};
+  write(with_checksum({{"part", fields}}));
 }
 
 void ScanWriter::add_keyframe(const Keyframe& keyframe, const PoseGraphEdge* link) {

@@ -16,6 +16,7 @@ struct LiveRigOptions {
   std::filesystem::path run_folder;  ///< of the one map; the sensors' own are RUN-first and RUN-second
   bool overwrite = false;
   std::optional<RigPose> known;  ///< of the second sensor in the first; nothing: the motions tell
+  bool continued = false;        ///< the map goes on from the run in `run_folder` (MergeRequest::in_place)
 };
 
 /// RUN-first or RUN-second.

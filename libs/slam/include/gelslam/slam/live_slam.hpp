@@ -34,6 +34,9 @@ struct LiveOptions {
   bool show_mesh = true;               ///< false: nobody calls take_mesh_changes(), no mesh grows for it
 };
 
+/// "RUN-2", "RUN-3", ...: the first that is not there.
+std::filesystem::path next_run_folder(const std::filesystem::path& folder);
+
 /// Throws Error when LiveSlam would refuse the run folder: to be asked before a camera is disturbed. Makes
 /// nothing.
 void check_run_folder(const LiveOptions& options);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "gelslam/slam/scan_record.hpp"
@@ -36,9 +37,12 @@ struct RigFile {
   Eigen::Vector3d opening_axis = Eigen::Vector3d::UnitZ();
 };
 
+/// As the report of a run folder states it. Nothing where it states none.
+std::optional<RigPose> rig_of_run(const std::filesystem::path& run);
+
 /// Reads rig.yaml (docs/file-formats.md): the pose of the second sensor in the first, and the axis along
-/// which a gripper moves it. Throws Error for a file that cannot be read, what is no rigid motion, and an
-/// axis not of length 1.
+/// which a gripper moves it; or, of a run folder, the pose that its report states. Throws Error for what
+/// cannot be read or tells no pose, what is no rigid motion, and an axis not of length 1.
 RigFile read_rig(const std::filesystem::path& file);
 
 /// Reads a gripper's openings from a CSV file (docs/file-formats.md). Throws Error, naming file and line.
