@@ -11,6 +11,7 @@
 #include "run_folder/session_text.hpp"
 
 namespace gelslam {
+
 std::optional<RigPose> rig_of_run(const std::filesystem::path& run) {
   std::ifstream stream(run / "report.json");
   const auto report = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
