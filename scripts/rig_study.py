@@ -16,7 +16,7 @@ import pathlib
 import subprocess
 
 import numpy
-import scipy.interpolate
+from matplotlib import tri
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Object, size, motion, distance of the sensors: the object is pressed by about 0.5 mm from both sides.
@@ -65,8 +65,8 @@ def thickness_error(run, truth):
     offsets = []
     for is_back in (False, True):
         of_found, of_true = (points[(points[:, 2] > COIN_MIDDLE_MM) == is_back] for points in (found, true))
-        height = scipy.interpolate.LinearNDInterpolator(of_true[:, :2], of_true[:, 2])
-        offsets.append(numpy.nanmedian(of_found[:, 2] - height(of_found[:, :2])))
+        height = tri.LinearTriInterpolator(tri.Triangulation(of_true[:, 0], of_true[:, 1]), of_true[:, 2])
+        offsets.append(numpy.ma.median(of_found[:, 2] - height(of_found[:, 0], of_found[:, 1])))
     return offsets[1] - offsets[0]
 
 
@@ -78,8 +78,7 @@ def study_thickness(arguments):
             folder.mkdir(parents=True, exist_ok=True)
             rig = folder / "rig.yaml"
             rig.write_text(RIG % (0, 0, COIN_DISTANCE_MM) + KNOWN)
-            CASES["coin"] = ("coin", size, motion, COIN_DISTANCE_MM)
-            simulate(arguments, "coin", seed, folder / "two", arguments.frames, "--rig", rig,
+            simulate(arguments, ("coin", size, motion), seed, folder / "two", arguments.frames, "--rig", rig,
                      "--indentation", COIN_INDENTATION_MM)
             call(arguments.program, "reconstruct", folder / "two/first", folder / "two/second", "--rig", rig, "-q",
                  "--overwrite", "-o", folder / "run_two")
@@ -88,7 +87,7 @@ def study_thickness(arguments):
 
 
 def simulate(arguments, case, seed, folder, frames, *more):
-    name, size, motion, _ = CASES[case]
+    name, size, motion = case
     if not folder.exists():
         call(arguments.program, "simulate", "scan", "--object", name, "--size", size, "--motion", motion, "--frames", frames,
              "--seed", seed, "--calibration", arguments.calibration, "-o", folder, "-q", *more)
@@ -131,8 +130,8 @@ def main():
             folder.mkdir(parents=True, exist_ok=True)
             rig = folder / "rig.yaml"
             rig.write_text(RIG % (X_MM, Y_MM, CASES[case][3]))
-            simulate(arguments, case, seed, folder / "two", arguments.frames, "--rig", rig)
-            simulate(arguments, case, seed, folder / "one", 2 * arguments.frames)
+            simulate(arguments, CASES[case][:3], seed, folder / "two", arguments.frames, "--rig", rig)
+            simulate(arguments, CASES[case][:3], seed, folder / "one", 2 * arguments.frames)
             call(arguments.program, "reconstruct", folder / "two/first", folder / "two/second", "--rig", "-q", "--overwrite",
                  "-o", folder / "run_two", codes=(0, 1))
             call(arguments.program, "reconstruct", folder / "one", "-q", "--overwrite", "-o", folder / "run_one")
