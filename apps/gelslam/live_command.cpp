@@ -15,7 +15,6 @@
 #include "gelslam/core/text.hpp"
 #include "gelslam/slam/merge_scans.hpp"
 #include "gelslam/slam/sensor_rig.hpp"
-#include "gelslam/slam/session.hpp"
 #include "gelslam/viewer/gl_context.hpp"
 #include "reports.hpp"
 #include "terminal_progress.hpp"
@@ -157,11 +156,11 @@ LiveOptions LiveArguments::options(Config config, int sensor, int sensors) const
   } else {
     const bool of_several = is_of_several_sensors(continued);
     if (of_several) config.slam.slope_calibration = {};  // off in that run, whose surfaces are corrected
-    options.run_folder = continued;
     if (of_several || sensors > 1) {
-      load_map(options.run_folder / "session");  // a scan that is not finished is said before this one begins
+      if (sensor == 0) check_can_be_merged(continued);
       options.run_folder = next_run_folder(of_sensor(continued));
     } else {
+      options.run_folder = continued;
       options.continued = continue_in_place(continued, config);
     }
   }
@@ -176,8 +175,6 @@ LogInput LiveArguments::input(const std::string& path, std::size_t sensor, std::
 
 std::array<LiveOptions, 2> LiveArguments::options_of_two(const std::array<Config, 2>& resolved) const {
   if (run_folder.empty() && continued.empty()) throw Error("two sensors need a run folder: -o RUN");
-  if (!log.background.empty())
-    throw Error("--background is of one sensor; each of two begins with its bare gel");
   if (!stream.target.empty() && stream.stream_format() == StreamFormat::tum)
     throw Error("--stream-format tum does not tell two sensors apart; use ndjson");
   std::array<LiveOptions, 2> both = {options(resolved[0], 0, 2), options(resolved[1], 1, 2)};

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "gelslam/slam/session.hpp"
 #include "gelslam/surface/surface.hpp"
 #include "run_folder/run_writer.hpp"
+#include "run_folder/session_text.hpp"
 
 namespace gelslam {
 namespace {
@@ -276,8 +278,17 @@ void check_distinct(const std::vector<fs::path>& runs) {
 
 bool is_of_several_sensors(const fs::path& run) {
   check_is_run(run, RunNeeds::record);
-  const std::vector<ScanPart> parts = read_scan(run / "session", {}).parts;
-  return !parts.empty() && parts.back().model_crc32 == 0;
+  std::ifstream stream(run / "session/scan.jsonl");
+  for (std::string line; std::getline(stream, line);)
+    if (const auto whole = slam::detail::without_damage(line); whole && whole->contains("part"))
+      return whole->at("part").at("model_crc32") == 0;  // of all parts, or of none
+  return false;
+}
+
+void check_can_be_merged(const fs::path& run) {
+  check_is_run(run, RunNeeds::record);
+  read_scan(run / "session", {});
+  load_map(run / "session");
 }
 
 Run merge_scans(const MergeRequest& request, ProgressSink& progress,

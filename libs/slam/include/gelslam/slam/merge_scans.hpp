@@ -30,6 +30,9 @@ struct MergeRequest {
 /// it, for no sensor's scan can go on in it. Throws Error where there is no run.
 bool is_of_several_sensors(const std::filesystem::path& run);
 
+/// Throws Error where merge_scans() would refuse a run: damaged, or a scan that is not finished.
+void check_can_be_merged(const std::filesystem::path& run);
+
 /// Joins scans of one object by the places that they have in common, and writes a run folder. Scans of one
 /// sensor and model go on as if they were one scan. Otherwise each scan's surfaces are taken as its own map
 /// has corrected them, at the pixel pitch of the first, and no common correction is estimated. Of
