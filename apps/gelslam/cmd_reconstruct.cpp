@@ -47,8 +47,6 @@ int run_rig(const ReconstructArguments& arguments) {
   std::vector<std::filesystem::path> logs(arguments.logs.begin(), arguments.logs.end());
   if (logs.size() == 1) logs = sensors_of_log(logs.front());
   if (logs.size() != 2) throw Error("--rig takes the logs of two sensors");
-  if (!arguments.log.background.empty())
-    throw Error("--background is of one sensor; of two, each log begins with its bare gel");
   RigRequest request;
   for (std::size_t sensor = 0; sensor < 2; ++sensor)
     request.inputs[sensor] = arguments.log.input(logs[sensor], sensor, 2);

@@ -319,8 +319,6 @@ std::vector<TrackedSensor> find_sensors(const TrackArguments& arguments) {
   if (names.size() == 1 && !arguments.rig.empty()) throw Error("--rig is for two sensors");
   if (names.size() == 2 && arguments.map.empty())
     throw Error("two sensors need a map that both are found in: --map RUN");
-  if (names.size() == 2 && !arguments.settings.background.empty())
-    throw Error("--background is of one sensor; each of two begins with its bare gel");
   std::vector<TrackedSensor> sensors;
   for (std::size_t i = 0; i < names.size(); ++i) {
     LogInput input = arguments.settings.input(names[i], i, names.size());

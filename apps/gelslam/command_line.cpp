@@ -65,6 +65,8 @@ void LogOptions::add_to(CLI::App& command) {
 }
 
 LogInput LogOptions::input(const std::string& log, std::size_t sensor, std::size_t sensors) const {
+  if (sensors > 1 && !background.empty())
+    throw Error("--background is of one sensor; each of two begins with its bare gel");
   return {log, given_for_sensor(configs, sensor, sensors, "--config"),
           given_for_sensor(models, sensor, sensors, "--model"), background, force};
 }

@@ -19,7 +19,7 @@ struct LogOptions {
   bool force = false;
 
   void add_to(CLI::App& command);
-  /// Throws Error when there are more settings than sensors.
+  /// Throws Error when there are more settings than sensors, and for a background of several.
   LogInput input(const std::string& log, std::size_t sensor = 0, std::size_t sensors = 1) const;
 };
 

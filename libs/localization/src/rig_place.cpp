@@ -32,9 +32,8 @@ std::optional<PlaceHypothesis> place_between(const LocalizedFrame& before, const
   if (before.status != PlaceStatus::localized || before.tracked.trial != after.tracked.trial ||
       gap_s > kMaxGapS)
     return std::nullopt;
-  const Pose start = before.hypotheses.front().map_T_sensor;
-  const double share = (time_s - before.tracked.time_s) / gap_s;
-  place.map_T_sensor = start * se3_exp(share * se3_log(start.inverse() * place.map_T_sensor));
+  place.map_T_sensor = interpolated(before.hypotheses.front().map_T_sensor, place.map_T_sensor,
+                                    (time_s - before.tracked.time_s) / gap_s);
   return place;
 }
 

@@ -55,8 +55,8 @@ std::optional<Place> place_at(const ScanRecord& record, double time_s) {
   if (after == frames.begin() || !is_step(record, *std::prev(after), *after)) return std::nullopt;
   const FrameRecord& before = *std::prev(after);
   const double gap_s = after->time_s - before.time_s;
-  const Vector6d step = se3_log(before.keyframe_T_frame.inverse() * after->keyframe_T_frame);
-  return Place{before.keyframe, before.keyframe_T_frame * se3_exp((time_s - before.time_s) / gap_s * step)};
+  return Place{before.keyframe, interpolated(before.keyframe_T_frame, after->keyframe_T_frame,
+                                             (time_s - before.time_s) / gap_s)};
 }
 
 /// Radians per second, in the middle of every kStepS from time 0 on; NaN where the sensor was not tracked.
