@@ -50,7 +50,7 @@ int run_rig(const ReconstructArguments& arguments) {
   RigRequest request;
   for (std::size_t sensor = 0; sensor < 2; ++sensor)
     request.inputs[sensor] = arguments.log.input(logs[sensor], sensor, 2);
-  take_rig_files(request, arguments.rig, arguments.opening);
+  request.rig = read_given_rig(arguments.rig, arguments.opening);
   request.run_folder = arguments.run_folder;
   request.overwrite = arguments.overwrite;
   const InterruptWatch interrupt;
@@ -107,10 +107,7 @@ void add_reconstruct_command(CLI::App& app, int& exit_code) {
                  "Two logs that two sensors recorded at the same time (one log may hold both)")
       ->excludes(jobs)
       ->excludes("--continue");
-  command
-      ->add_option("--opening", arguments->opening,
-                   "With --rig: how far a gripper that holds the sensors was open (CSV: time_s,opening_mm)")
-      ->needs("--rig");
+  add_opening_option(*command, arguments->opening)->needs("--rig");
   command->add_flag("--overwrite", arguments->overwrite,
                     "Replace the run folder if it is there (of several logs: also what is finished)");
   add_quiet_flag(*command, arguments->quiet);

@@ -137,6 +137,7 @@ void LiveArguments::add_to(CLI::App& command) {
   command.add_option("--rig", rig,
                      "Of two sensors: how they are fixed to each other (rig.yaml, or a run of theirs; "
                      "default: the motions tell)");
+  add_opening_option(command, opening);
   stream.add_to(command);
   stream.add_live_to(command);
   add_quiet_flag(command, quiet);
@@ -269,8 +270,8 @@ int run_live(std::unique_ptr<RawFrameSource> source, const LiveOptions& options,
 
 int run_live_rig(std::array<LiveRig::Sensor, 2> sensors, const LiveArguments& arguments) {
   const bool goes_on = !arguments.continued.empty();
-  LiveRigOptions rig{goes_on ? arguments.continued : arguments.run_folder, arguments.overwrite, {}, goes_on};
-  if (!arguments.rig.empty()) rig.known = read_rig(arguments.rig).pose;
+  const LiveRigOptions rig{goes_on ? arguments.continued : arguments.run_folder, arguments.overwrite,
+                           arguments.rig, arguments.opening, goes_on};
   const LiveOptions first = sensors[0].options;
   const LiveEnd end =
       run_to_its_end<LiveRig>(first, arguments, prepare_window(first, arguments), std::move(sensors), rig);

@@ -244,7 +244,7 @@ PythonRun map_of_rig(const std::array<fs::path, 2>& logs, const fs::path& output
       request.inputs[sensor].log = logs[sensor];
       if (models) request.inputs[sensor].model = (*models)[sensor];
     }
-    take_rig_files(request, rig.value_or(""), opening.value_or(""));
+    request.rig = read_given_rig(rig.value_or(""), opening.value_or(""));
     request.run_folder = output;
     request.overwrite = overwrite;
     run = python_run(reconstruct_rig(request, sink, stop_by_signal));

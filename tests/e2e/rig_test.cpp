@@ -6,8 +6,10 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "../support/run_program.hpp"
+#include "gelslam/core/trajectory.hpp"
 #include "simulated_scan.hpp"
 
 namespace gelslam {
@@ -23,11 +25,15 @@ nlohmann::json report_of(const std::filesystem::path& run) {
   return nlohmann::json::parse(stream);
 }
 
+std::string facing_at(double distance_mm) {
+  return "second_y: {x: 0, y: -1, z: 0}\nsecond_z: {x: 0, y: 0, z: -1}\nsecond_origin: {x: 1.5, y: 0.8, z: " +
+         std::to_string(distance_mm) + "}\n";
+}
+
 TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
   const TemporaryFolder folder;
   const auto rig = folder / "rig.yaml";
-  std::ofstream(rig) << "second_y: {x: 0, y: -1, z: 0}\nsecond_z: {x: 0, y: 0, z: -1}\n"
-                     << "second_origin: {x: 1.5, y: 0.8, z: " << kDistanceMm << "}\n";
+  std::ofstream(rig) << facing_at(kDistanceMm);
   const ProgramResult simulated =
       gelslam({"simulate", "scan", "--object", "golf", "--size", "0.5", "--motion", "roll", "--frames", "160",
                "--rig", rig.string(), "--calibration", scan().model().parent_path().parent_path().string(),
@@ -91,6 +97,20 @@ TEST(RigProgram, TwoSensorsMakeOneMapAndTellHowTheyAreFixed) {
                                         "-q", "-o", (folder / "merged").string()});
   ASSERT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_TRUE(read_bytes(folder / "merged/mesh.ply") == read_bytes(live + "/mesh.ply"));
+
+  // A gripper that is open by 3 mm all the time, whose closed pose is given, puts the second sensor at the
+  // same place.
+  const auto closed = folder / "closed.yaml", openings = folder / "opening.csv";
+  std::ofstream(closed) << facing_at(kDistanceMm - 3) << "sigma_mm: 0.01\nsigma_deg: 0.1\n";
+  std::ofstream(openings) << "time_s,opening_mm\n0,3\n100,3\n";
+  const ProgramResult opened =
+      gelslam({"merge", live + "-first", live + "-second", "--rig", closed.string(), "--opening",
+               openings.string(), "-q", "-o", (folder / "opened").string()});
+  ASSERT_EQ(opened.exit_code, 0) << opened.err;
+  const auto last_pose = [&](const char* run) {
+    return read_tum(folder / run / "trajectory.tum").back().map_T_sensor;
+  };
+  EXPECT_LT((last_pose("merged").inverse() * last_pose("opened")).translation().norm(), 0.1);
 }
 
 // As a peanut is rolled between them, the fingers open and close by 2 mm.
@@ -98,8 +118,7 @@ TEST(RigProgram, GripperMayOpenAndClose) {
   constexpr double kClosedMm = 12.2;
   const TemporaryFolder folder;
   const auto rig = folder / "rig.yaml";
-  std::ofstream(rig) << "second_y: {x: 0, y: -1, z: 0}\nsecond_z: {x: 0, y: 0, z: -1}\n"
-                     << "second_origin: {x: 1.5, y: 0.8, z: " << kClosedMm << "}\n";
+  std::ofstream(rig) << facing_at(kClosedMm);
   const ProgramResult simulated =
       gelslam({"simulate", "scan", "--object", "peanut", "--motion", "roll", "--frames", "160", "--rig",
                rig.string(), "--gripper", "--calibration",

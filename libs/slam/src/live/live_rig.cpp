@@ -69,7 +69,7 @@ struct LiveRig::Impl {
         scans{sensors[0].options.run_folder, sensors[1].options.run_folder},
         first(std::move(sensors[0].source), sensors[0].options),
         second(std::move(sensors[1].source), sensors[1].options),
-        view(options.known) {
+        view(given.pose, !options.openings.empty()) {
     thread = std::jthread([this] { run(); });
   }
 
@@ -79,7 +79,8 @@ struct LiveRig::Impl {
   void join();
 
   const LiveRigOptions options;
-  const std::array<std::filesystem::path, 2> scans;  // the first ones
+  const GivenRig given = read_given_rig(options.rig, "");  // before the sensors start
+  const std::array<std::filesystem::path, 2> scans;        // the first ones
   LiveSlam first, second;
   LiveBoard board{""};  // from when both have ended
   std::atomic<bool> aborted{false};
@@ -145,7 +146,7 @@ void LiveRig::Impl::join() {
     request.runs = {options.run_folder, scans[0], scans[1]};
   request.overwrite = options.overwrite;
   request.has_rig = true;
-  request.known = options.known;
+  request.rig = read_given_rig(options.rig, options.openings);
   BoardProgress progress(board);
   const Run run = merge_scans(request, progress, [this] { return aborted.load(); });
   board.show_saved(run.map, run.mesh);

@@ -23,7 +23,8 @@ struct RigNews {
 /// enough to be looked at: what is saved comes from merge_scans().
 class RigView {
  public:
-  explicit RigView(const std::optional<RigPose>& known);
+  /// `has_gripper`: the second sensor moves, and its map stays another piece.
+  RigView(const std::optional<RigPose>& known, bool has_gripper);
 
   /// How they are fixed, which may take tenths of a second. Touches nothing of what follows show(); one
   /// thread calls both.
@@ -53,6 +54,7 @@ class RigView {
   std::vector<RigConstraint> constraints_;  // without covariances
   double constrained_s_ = -1e9;
   std::size_t next_estimate_at_;
+  bool has_gripper_;
   RigNews news_;                                     // that is shown
   std::map<std::int64_t, MeshBlock> second_blocks_;  // in the second map
   bool second_moved_ = false;                        // since the mesh was taken

@@ -248,12 +248,12 @@ Run write_joined(const fs::path& folder, const Config& config, const ScanRecord&
 }
 
 /// Scans whose own maps have corrected them; the last two are of two sensors at the same time.
-ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::optional<RigPose>& known,
-                         const Gripper& gripper, const SlamOptions& options, ProgressSink& progress,
+ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const GivenRig& given,
+                         const SlamOptions& options, ProgressSink& progress,
                          const std::function<bool()>& stop_requested) {
   const ScanRecord &first = records[records.size() - 2], &second = records.back();
   const SecondClock clock = second_clock(first, second);
-  const std::vector<RigConstraint> constraints = rig_constraints(first, second, clock, gripper);
+  const std::vector<RigConstraint> constraints = rig_constraints(first, second, clock, given.gripper);
   std::vector<Offsets> of_record;
   ScanRecord all = joined(records, options, progress, stop_requested, &of_record);
   if (constraints.empty())
@@ -261,7 +261,7 @@ ScanRecord joined_by_rig(const std::vector<ScanRecord>& records, const std::opti
         "the two sensors were never tracked at the same time: only common places join them");
   const Offsets of_first = of_record[records.size() - 2], of_second = of_record.back();
   all.rig = {renumbered(constraints, of_first.keyframe, of_second.keyframe), of_second.keyframe, clock,
-             known};
+             given.pose};
   for (auto part = all.parts.end() - std::ssize(second.parts); part != all.parts.end(); ++part)
     part->second = {clock.start_s + of_first.time_s, clock.rate};
   return all;
@@ -327,9 +327,9 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
     }
     config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
   }
-  const ScanRecord all =
-      request.has_rig ? joined_by_rig(records, request.known, {}, config.slam, progress, stop_requested)
-                      : joined(records, config.slam, progress, stop_requested);
+  const ScanRecord all = request.has_rig
+                             ? joined_by_rig(records, request.rig, config.slam, progress, stop_requested)
+                             : joined(records, config.slam, progress, stop_requested);
   if (request.in_place && stop_requested())
     throw Error("stopped; gelslam merge joins " + request.run_folder.string() + " with the new runs");
   RunAccount account;
@@ -342,15 +342,6 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
   else
     made->commit();
   return run;
-}
-
-void take_rig_files(RigRequest& request, const fs::path& rig, const fs::path& openings) {
-  if (!rig.empty()) {
-    const RigFile file = read_rig(rig);
-    request.known = file.pose;
-    request.gripper.axis = file.opening_axis;
-  }
-  if (!openings.empty()) request.gripper.openings = read_openings(openings);
 }
 
 Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
@@ -374,8 +365,7 @@ Run reconstruct_rig(const RigRequest& request, ProgressSink& progress,
   }
   if (records.size() < 2) throw Error("stopped before both logs were tracked; nothing was written");
   config.slam.slope_calibration.enabled = config.slam.slope_calibration.estimate_gradient_scale = false;
-  const ScanRecord all =
-      joined_by_rig(records, request.known, request.gripper, config.slam, progress, stop_requested);
+  const ScanRecord all = joined_by_rig(records, request.rig, config.slam, progress, stop_requested);
   RunAccount account;
   account.log_description = kOfRig;
   account.times = timer.statistics();

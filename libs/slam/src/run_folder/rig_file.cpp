@@ -97,4 +97,14 @@ std::vector<Gripper::Opening> read_openings(const std::filesystem::path& file) {
   return openings;
 }
 
+GivenRig read_given_rig(const std::filesystem::path& rig, const std::filesystem::path& openings) {
+  GivenRig given;
+  if (!rig.empty()) {
+    const RigFile file = read_rig(rig);
+    given = {file.pose, {file.opening_axis, {}}};
+  }
+  if (!openings.empty()) given.gripper.openings = read_openings(openings);
+  return given;
+}
+
 }  // namespace gelslam

@@ -20,7 +20,7 @@ struct MergeRequest {
   bool overwrite = false;
   /// Two sensors scanned the last two runs at the same time: joined as reconstruct_rig() joins them.
   bool has_rig = false;
-  std::optional<RigPose> known = {};  ///< RigRequest::known
+  GivenRig rig = {};  ///< of them
   /// `run_folder` is the first run, which the others continue: what it holds is replaced, but for its logs.
   /// Left as it is, with an Error, when stopped.
   bool in_place = false;
@@ -43,16 +43,10 @@ Run merge_scans(const MergeRequest& request, ProgressSink& progress,
 
 struct RigRequest {
   std::array<LogInput, 2> inputs;  ///< recorded at the same time: times of both count from one start
-  std::optional<RigPose> known;    ///< of the second sensor in the first; nothing: it is found
-  Gripper gripper;
+  GivenRig rig;
   std::filesystem::path run_folder;
   bool overwrite = false;
 };
-
-/// What rig.yaml and a file of openings say of it; either may be empty. Throws Error as read_rig() and
-/// read_openings().
-void take_rig_files(RigRequest& request, const std::filesystem::path& rig,
-                    const std::filesystem::path& openings);
 
 /// One map of what two sensors felt that are fixed to each other. Each log is tracked and corrected alone;
 /// loops, also between the sensors, and the rig join them. Where the rig is not determined they stay apart.

@@ -48,4 +48,13 @@ RigFile read_rig(const std::filesystem::path& file);
 /// Reads a gripper's openings from a CSV file (docs/file-formats.md). Throws Error, naming file and line.
 std::vector<Gripper::Opening> read_openings(const std::filesystem::path& file);
 
+/// What a person tells of two sensors.
+struct GivenRig {
+  std::optional<RigPose> pose;  ///< of the second sensor in the first; nothing: the motions tell
+  Gripper gripper;
+};
+
+/// read_rig() and read_openings(), where a file is named.
+GivenRig read_given_rig(const std::filesystem::path& rig, const std::filesystem::path& openings);
+
 }  // namespace gelslam
