@@ -36,13 +36,10 @@ TEST(Replay, WithEveryFrameTheRunIsThatOfReconstruct) {
   ASSERT_EQ(live.exit_code, 0) << live.err;
   EXPECT_THAT(live.err, HasSubstr("tracking\n"));
   EXPECT_THAT(live.err, HasSubstr("0 dropped"));
-  const ProgramResult offline =
-      gelslam({"reconstruct", scan().log().string(), "-o", (folder / "offline").string(), "-q"});
-  ASSERT_EQ(offline.exit_code, 0) << offline.err;
   expect_complete(folder / "live");
   for (const char* file : {"mesh.ply", "trajectory.tum", "keyframes.tum", "pose_graph.g2o"})
-    EXPECT_TRUE(read_bytes(folder / "live" / file) == read_bytes(folder / "offline" / file)) << file;
-  EXPECT_TRUE(saved_map(folder / "live") == saved_map(folder / "offline"));
+    EXPECT_TRUE(read_bytes(folder / "live" / file) == read_bytes(scan().run() / file)) << file;
+  EXPECT_TRUE(saved_map(folder / "live") == saved_map(scan().run()));
 }
 
 TEST(Replay, AStreamThatCannotBeWrittenIsSaidAndTheScanIsSaved) {
@@ -117,7 +114,7 @@ TEST(Replay, StreamsThatCannotBeAreRefusedInOneLine) {
 TEST(Replay, AtTheSensorsRateItTakesAsLongAsTheScanTook) {
   const TemporaryFolder folder;
   const ProgramResult result =
-      gelslam(replay({scan().log().string(), "--speed", "2", "-o", (folder / "run").string(), "-q"}));
+      gelslam(replay({scan().log().string(), "--speed", "4", "-o", (folder / "run").string(), "-q"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   const json report = json::parse(read_bytes(folder / "run/report.json"));
@@ -125,7 +122,7 @@ TEST(Replay, AtTheSensorsRateItTakesAsLongAsTheScanTook) {
   EXPECT_EQ(live.at("arrived"), kBackgroundFrames + kScanFrames);
   EXPECT_EQ(live.at("arrived"), report.at("frames").at("total").get<int>() + live.at("dropped").get<int>());
   // Nothing comes earlier than recorded; how much later depends on the machine.
-  EXPECT_GT(report.at("seconds").get<double>(), (kBackgroundFrames + kScanFrames - 1) / 50.0);
+  EXPECT_GT(report.at("seconds").get<double>(), (kBackgroundFrames + kScanFrames - 1) / 100.0);
   EXPECT_EQ(report.at("partial"), false);
 }
 
@@ -133,7 +130,7 @@ TEST(Replay, StoppedByCtrlCItSavesWhatItHas) {
   const TemporaryFolder folder;
   write_long_log(folder / "log", 1500);
   json report;
-  for (double after_s = 0.4; after_s < 20; after_s *= 2) {
+  for (double after_s = 0.8; after_s < 20; after_s *= 2) {
     const int exit_code = run_interrupted(replay({(folder / "log").string(), "--every-frame", "-o",
                                                   (folder / "run").string(), "--overwrite", "-q"}),
                                           after_s);

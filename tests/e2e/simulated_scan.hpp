@@ -23,6 +23,8 @@ class SimulatedScan : public testing::Environment {
   void TearDown() override { folder_.reset(); }
   std::filesystem::path log() const { return *folder_ / "scan"; }
   std::filesystem::path model() const { return *folder_ / "calibration/model/nnmodel.pth"; }
+  /// What reconstruct makes of the log, made once: to read, or to copy.
+  std::filesystem::path run() const;
 
  private:
   std::unique_ptr<TemporaryFolder> folder_;

@@ -112,6 +112,8 @@ TEST_F(TwoSensors, GiveOnePoseOfTheObjectInTheHand) {
   ASSERT_EQ(both.exit_code, 0) << both.err;
   EXPECT_EQ(both.err, "");
   EXPECT_EQ(alone.out.find("\"sensors\""), std::string::npos);
+  EXPECT_NEAR(report_of("run").at("rig").at("first_T_second_mm")[11].get<double>(), 12.2, 0.1)
+      << "as rig.yaml says, within two sigmas";
   const Localized by_one = compare(alone.out, first, report_of("run")),
                   by_both = compare(both.out, first, report_of("run"));
   EXPECT_GT(by_both.frames, by_one.frames) << "the second one feels what the first one does not";
