@@ -71,13 +71,15 @@ TEST(SlopeSensitivity, APlantedUnevennessIsReadFromResidualsAlone) {
                         moved(0, -8, -0.8, -1)};
   SlopeCorrection opposite;
   for (std::size_t k = 0; k < planted.factors.size(); ++k) opposite.factors[k] = -planted.factors[k];
+  SlopeCorrector corrector;
+  std::vector<SurfacePtr> touches;
+  for (const Pose& pose : poses) touches.push_back(corrector.apply(*touch(kStone, pose), opposite));
   Eigen::MatrixXd hessian =
       1e-3 * Eigen::MatrixXd::Identity(SlopeSensitivity::kTerms, SlopeSensitivity::kTerms);
   Eigen::VectorXd pull = Eigen::VectorXd::Zero(SlopeSensitivity::kTerms);
-  for (const Pose& a : poses)
-    for (const Pose& b : poses) {
-      if (&a >= &b) continue;
-      const Pair read = pair(a, b).with(opposite);
+  for (std::size_t b = 0; b < touches.size(); ++b)
+    for (std::size_t a = 0; a < b; ++a) {
+      const Pair read{touches[a], touches[b], poses[b].inverse() * poses[a]};
       const RegistrationResult result = read.registered();
       if (!result.ok()) continue;
       const SlopeSensitivity sensitivity = read.sensitivity(result);
