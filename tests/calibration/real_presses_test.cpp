@@ -83,7 +83,7 @@ TEST_F(RealPresses, AModelReadsBallsItHasNotSeenBetterThanTheSensorsOwn) {
   std::vector<BallZone> seen, unseen;
   for (std::size_t k = 0; k < zones.zones.size(); ++k) (k % 5 == 2 ? unseen : seen).push_back(zones.zones[k]);
   ModelTraining training{kPitchMm, 1, {}};
-  training.recipe.steps = 4000;
+  training.recipe.steps = 2000;
   NoProgress quiet;
   const ModelCheck ours =
       check_model(train_model(set, seen, training, quiet, [] { return false; }), set, unseen, kPitchMm);
