@@ -39,7 +39,7 @@ struct TrackArguments {
   std::vector<std::string> logs;     ///< or
   std::vector<std::string> cameras;  ///< "": the configuration's
   LogOptions settings;
-  std::string map, rig;
+  std::string map, rig, opening;
   StreamArguments stream{.target = "-", .format = "tum"};
   MapWindowArguments window;
   bool quiet = false;
@@ -168,24 +168,28 @@ class SecondSensor {
   SecondSensor(const TrackedSensor& sensor, std::shared_ptr<const SurfaceMap> map, StageTimer& timer)
       : stream_(open_stream(sensor, timer)), localizer_(std::move(map), sensor.config.slam) {
     for (const std::string& doubt : stream_.background_doubts()) warn("second sensor: " + doubt);
-    newest_.tracked.time_s = -std::numeric_limits<double>::infinity();
+    newest_.place.tracked.time_s = -std::numeric_limits<double>::infinity();
   }
 
   /// Its place in the map, if it knows that. Waits for its first frame at this time or later.
   std::optional<PlaceHypothesis> at(double time_s) {
-    while (!has_ended_ && newest_.tracked.time_s < time_s) {
+    while (!has_ended_ && newest_.place.tracked.time_s < time_s) {
       const std::optional<SurfaceStream::Item> item = stream_.next();
       has_ended_ = !item;
-      if (item) before_ = std::exchange(newest_, localized(localizer_, *item));
+      if (!item) break;
+      before_ = std::move(newest_.place);
+      newest_ = {item->picture, item->surface, localized(localizer_, *item)};
     }
-    return has_ended_ ? std::nullopt : place_between(before_, newest_, time_s);
+    return has_ended_ ? std::nullopt : place_between(before_, newest_.place, time_s);
   }
+  const LocatedTouch& newest() const { return newest_; }
   std::string warning() const { return stream_.warning(); }
 
  private:
   SurfaceStream stream_;
   Localizer localizer_;
-  LocalizedFrame before_, newest_;
+  LocalizedFrame before_;
+  LocatedTouch newest_;
   bool has_ended_ = false;
 };
 
@@ -194,12 +198,12 @@ class SecondSensor {
 class MapOutput final : public PoseOutput {
  public:
   MapOutput(std::shared_ptr<const SurfaceMap> map, const SlamOptions& options, bool as_ndjson,
-            LocatedTouches* touches, SecondSensor* second, const RigPose& rig)
+            LocatedTouches* touches, SecondSensor* second, GivenRig rig)
       : as_ndjson_(as_ndjson),
         localizer_(std::move(map), options),
         touches_(touches),
         second_(second),
-        rig_(rig) {}
+        rig_(std::move(rig)) {}
 
   PoseLine line(const SurfaceStream::Item& item) override {
     std::future<std::optional<PlaceHypothesis>> of_second;
@@ -209,12 +213,12 @@ class MapOutput final : public PoseOutput {
     if (second_) {
       const std::optional<PlaceHypothesis> other = of_second.get();
       const bool both = other && frame.status == PlaceStatus::localized;
-      sensors = share_place(frame, other, rig_);
+      sensors = share_place(frame, other, rig_.pose_at(item.time_s));
       if (both) ++(sensors.size() == 2 ? agreed_ : contradicted_);
     }
     if (touches_ != nullptr) {
-      const auto touch =
-          std::make_shared<const LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
+      const auto touch = std::make_shared<LocatedTouch>(LocatedTouch{item.picture, item.surface, frame});
+      if (second_) touch->second = std::make_shared<const LocatedTouch>(second_->newest());
       touches_->newest = touch;
       if (!frame.hypotheses.empty()) touches_->placed = touch;
     }
@@ -237,7 +241,7 @@ class MapOutput final : public PoseOutput {
   Localizer localizer_;
   LocatedTouches* touches_;
   SecondSensor* second_;
-  RigPose rig_;
+  GivenRig rig_;
   std::int64_t agreed_ = 0, contradicted_ = 0;  // frames in which both are localized
 };
 
@@ -351,8 +355,9 @@ int run(const TrackArguments& arguments) {
   const std::unique_ptr<ProgressSink> progress = make_progress(arguments.quiet || shows_poses);
   const LineSink sink = open_sink(arguments.stream, arguments.quiet);
   const Session map = arguments.map.empty() ? Session() : read_map_for(sensors, arguments.map);
-  RigPose rig;
-  if (sensors.size() == 2) rig = read_rig(arguments.rig.empty() ? arguments.map : arguments.rig).pose;
+  GivenRig rig;
+  if (sensors.size() == 2)
+    rig = read_given_rig(arguments.rig.empty() ? arguments.map : arguments.rig, arguments.opening);
   WindowOptions window = arguments.window.window_options();
   const ShownMap shown =
       arguments.window.shows_map() ? read_shown_map(arguments.map, map, *progress) : ShownMap();
@@ -421,6 +426,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
       "--rig", arguments->rig,
       "Of two sensors: how they are fixed to each other (rig.yaml, or a run of theirs; default: "
       "the map's run)");
+  add_opening_option(*command, arguments->opening)->needs("--rig")->excludes(camera);
   arguments->window.add_to(*command);
   arguments->stream.add_to(*command);
   add_quiet_flag(*command, arguments->quiet);

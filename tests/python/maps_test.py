@@ -46,11 +46,11 @@ class Maps(unittest.TestCase):
         lines = program("track", simulated.SCAN, "--model", simulated.MODEL, "--map", self.run_folder, "--format", "ndjson")
         told = {line["time_s"]: line for line in map(json.loads, lines.splitlines())}
         localizer = gelslam.Localizer(simulated.sensor(self.images), gelslam.Map(self.run_folder))
-        seen = set()
+        seen = {}
         for image, time_s in self.touches:
             frame, line = localizer.process(image, time_s), told[time_s]
             self.assertEqual((frame.status, frame.reason), (line["status"], line["reason"]))
-            seen.add(frame.status)
+            seen[frame.status] = frame
             self.assertEqual(len(frame.places), len(line["hypotheses"]))
             for place, other in zip(frame.places, line["hypotheses"]):
                 np.testing.assert_allclose(place.map_T_sensor.ravel(), other["pose"], atol=1e-6)
@@ -67,7 +67,22 @@ class Maps(unittest.TestCase):
             k = np.flatnonzero(self.run_.times == time_s)[0]
             self.assertLess(np.linalg.norm(frame.map_T_sensor[:3, 3] - self.run_.trajectory[k, :3, 3]), 0.2e-3)
             self.assertEqual(list(frame.tracked.registration.observable), ["x", "y", "z", "rx", "ry", "rz"])
-        self.assertEqual(seen, {"no_contact", "not in the map", "localized"})
+        self.assertEqual(set(seen), {"no_contact", "not in the map", "localized"})
+        self.two_sensors_share_their_place(seen["localized"], seen["no_contact"])
+
+    def two_sensors_share_their_place(self, placed, free):
+        rig = np.diag([1.0, -1, -1, 1])
+        rig[2, 3] = 13e-3
+        by_second = gelslam.share_place(free, placed, rig)
+        self.assertEqual(by_second.status, "localized")
+        np.testing.assert_allclose(by_second.map_T_sensor @ rig, placed.map_T_sensor, atol=1e-9)
+        self.assertIsNone(gelslam.share_place(free, free, rig).map_T_sensor)
+        both = gelslam.share_place(placed, placed, np.eye(4), sigma_mm=0, sigma_deg=0)
+        np.testing.assert_allclose(both.covariance, placed.covariance / 2, rtol=1e-6)
+        apart = gelslam.share_place(placed, placed, rig)
+        self.assertRegex(apart.reason, "contradict each other by 13.0 mm")
+        with self.assertRaisesRegex(gelslam.Error, "first_T_second: not a rigid motion"):
+            gelslam.share_place(placed, placed, -rig)
 
     def test_a_map_is_for_its_pixel_pitch(self):
         wide = self.folder / "wide.yaml"

@@ -181,6 +181,10 @@ SecondClock second_clock(const ScanRecord& first, const ScanRecord& second) {
   return {peak.lag * kStepS};
 }
 
+RigPose GivenRig::pose_at(double time_s) const {
+  return {Eigen::Translation3d(gripper.moved_mm(time_s)) * pose->first_T_second, pose->covariance};
+}
+
 Eigen::Vector3d Gripper::moved_mm(double time_s) const {
   const auto after =
       std::lower_bound(openings.begin(), openings.end(), time_s,

@@ -52,6 +52,9 @@ std::vector<Gripper::Opening> read_openings(const std::filesystem::path& file);
 struct GivenRig {
   std::optional<RigPose> pose;  ///< of the second sensor in the first; nothing: the motions tell
   Gripper gripper;
+
+  /// The pose at this time of the first log; it must be known.
+  RigPose pose_at(double time_s) const;
 };
 
 /// read_rig() and read_openings(), where a file is named.
