@@ -255,9 +255,10 @@ PythonPlacedFrame share_places(PythonPlacedFrame first, const PythonPlacedFrame&
 }
 
 void add_share_place(py::module_& module) {
-  module.def("share_place", &share_places, py::arg("first"), py::arg("second"), py::arg("first_T_second"),
-             py::kw_only(), py::arg("sigma_mm") = 0.1, py::arg("sigma_deg") = 0.5,
-             R"(What two sensors that are fixed to each other know of the first one's place, as `gelslam track A B --map` writes it.
+  module.def(
+      "share_place", &share_places, py::arg("first"), py::arg("second"), py::arg("first_T_second"),
+      py::kw_only(), py::arg("sigma_mm") = 0.1, py::arg("sigma_deg") = 0.5,
+      R"(What two sensors that are fixed to each other know of the first one's place, as `gelslam track A B --map` writes it.
 
 first, second: LocatedFrame of pictures that were taken at the same time. first_T_second: 4x4, the second sensor's pose in
 the first one, translation in meters; of a gripper, as it is open now. sigma_mm, sigma_deg: how well that is known along

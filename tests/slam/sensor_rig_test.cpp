@@ -64,6 +64,18 @@ TEST(SensorRig, NothingIsSaidWhereOneOfThemIsLost) {
   EXPECT_TRUE(rig_constraints(first, second, {}).empty());
 }
 
+TEST(SensorRig, WhatASurfaceDoesNotShowIsNotCompared) {
+  const ScanRecord first = recorded(25);
+  ScanRecord rod = recorded(25);
+  for (FrameRecord& frame : rod.frames) frame.observable = {false, true, true, true, true, false};
+  for (const RigConstraint& constraint : rig_constraints(first, rod, {})) {
+    EXPECT_LT(constraint.first_covariance.diagonal().maxCoeff(), 1e-3) << "as its edge";
+    EXPECT_GT(constraint.second_covariance(3, 3), 100) << "slides along x, mm^2";
+    EXPECT_GT(constraint.second_covariance(2, 2), 0.5) << "turns about z";
+    EXPECT_LT(constraint.second_covariance(4, 4), 1e-3);
+  }
+}
+
 /// A hand that turns faster and slower, never twice alike.
 Pose unsteady(double time_s) {
   Vector6d turn = Vector6d::Zero();

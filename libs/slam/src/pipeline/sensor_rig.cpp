@@ -1,6 +1,7 @@
 #include "gelslam/slam/sensor_rig.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -19,6 +20,7 @@ constexpr double kMaxGapS = 0.1;        // between two frames, to interpolate
 struct Place {
   int keyframe = -1;
   Pose keyframe_T_sensor = Pose::Identity();
+  std::array<bool, 6> observable = {};  ///< FrameRecord::observable
 };
 
 /// By keyframe, how well a frame is known in it: as well as the keyframe that was tracked from it, or from
@@ -31,6 +33,17 @@ std::map<int, Matrix6d> frame_covariances(const ScanRecord& record) {
     covariances.try_emplace(edge.to, covariances[edge.from]);
   }
   return covariances;
+}
+
+/// Along axes that a surface does not show, noise alone gives an edge some information: there, a sensor is
+/// known to a radian and to its own width.
+Matrix6d of_observable(Matrix6d covariance, const std::array<bool, 6>& observable) {
+  constexpr double kAnywhereRad = 1, kAnywhereMm = 20;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!observable[index(axis)]) covariance(axis + 3, axis + 3) += kAnywhereMm * kAnywhereMm;
+    if (!observable[index(axis + 3)]) covariance(axis, axis) += kAnywhereRad * kAnywhereRad;
+  }
+  return covariance;
 }
 
 bool has_place(const ScanRecord& record, const FrameRecord& frame) {
@@ -50,13 +63,15 @@ std::optional<Place> place_at(const ScanRecord& record, double time_s) {
       std::lower_bound(frames.begin(), frames.end(), time_s,
                        [](const FrameRecord& frame, double time) { return frame.time_s < time; });
   if (after == frames.end() || !has_place(record, *after)) return std::nullopt;
-  if (after->time_s == time_s) return Place{after->keyframe, after->keyframe_T_frame};
+  if (after->time_s == time_s) return Place{after->keyframe, after->keyframe_T_frame, after->observable};
   // A keyframe is itself the frame at which it was made, so that the frame before refers to another one.
   if (after == frames.begin() || !is_step(record, *std::prev(after), *after)) return std::nullopt;
   const FrameRecord& before = *std::prev(after);
   const double gap_s = after->time_s - before.time_s;
-  return Place{before.keyframe, interpolated(before.keyframe_T_frame, after->keyframe_T_frame,
-                                             (time_s - before.time_s) / gap_s)};
+  return Place{
+      before.keyframe,
+      interpolated(before.keyframe_T_frame, after->keyframe_T_frame, (time_s - before.time_s) / gap_s),
+      after->observable};
 }
 
 /// Radians per second, in the middle of every kStepS from time 0 on; NaN where the sensor was not tracked.
@@ -211,7 +226,9 @@ std::vector<RigConstraint> rig_constraints(const ScanRecord& first, const ScanRe
     if (of_first == first_covariances.end() || of_second == second_covariances.end()) continue;
     last_s = frame.time_s;
     constraints.push_back({frame.keyframe, place->keyframe, frame.keyframe_T_frame, place->keyframe_T_sensor,
-                           of_first->second, of_second->second, gripper.moved_mm(frame.time_s)});
+                           of_observable(of_first->second, frame.observable),
+                           of_observable(of_second->second, place->observable),
+                           gripper.moved_mm(frame.time_s)});
   }
   return constraints;
 }
