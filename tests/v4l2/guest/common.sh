@@ -19,14 +19,16 @@ runs_with() {
   [[ $code == "$expected" ]] || { head -20 "$tmp/out" "$tmp/err"; fail "exit code $code instead of $expected: $*"; }
 }
 
-# A camera like a GelSight Mini, /dev/video10, with its name; it gives pictures while feed runs.
+# A camera like a GelSight Mini, /dev/video10, with its name, or two: load_loopback NAMES; they give pictures while feed
+# runs.
 load_loopback() {
-  busybox insmod "$cache/modules/v4l2loopback.ko" video_nr=10 'card_label="GelSight Mini R0B TEST"' exclusive_caps=1
+  busybox insmod "$cache/modules/v4l2loopback.ko" video_nr=10,11 devices=$((${1:+1} + 1)) exclusive_caps=1,1 \
+    card_label="\"${1:-GelSight Mini R0B TEST}\""
 }
-# feed FOLDER RATE FRAMES [LOG]: in the background, once the camera has its format; its process id is in $feeder.
-# With LOG each picture is shown until this file has grown.
+# feed FOLDER RATE FRAMES [LOG [FOLDER FRAMES]]: in the background, once the cameras have their format; its process id is
+# in $feeder. With LOG each picture is shown until this file has grown. The second folder is for the second camera.
 feed() {
-  "$build/bin/virtual_camera" feed /dev/video10 "$@" >"$tmp/feeder" &
+  "$build/bin/virtual_camera" feed "$2" "${4:-}" /dev/video10 "$1" "$3" ${5:+/dev/video11 "$5" "$6"} >"$tmp/feeder" &
   feeder=$!
   until grep -q feeding "$tmp/feeder"; do
     kill -0 $feeder 2>/dev/null || fail "the virtual camera cannot be fed"
