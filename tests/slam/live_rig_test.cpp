@@ -21,7 +21,10 @@ class TwoSensors : public Live {
  protected:
   TwoSensors() {
     rig.run_folder = folder / "run";
-    rig.known = RigPose{Pose::Identity(), 1e-6 * Matrix6d::Identity()};
+    rig.rig = folder / "rig.yaml";
+    write_bytes(rig.rig,
+                "second_y: {x: 0, y: 1, z: 0}\nsecond_z: {x: 0, y: 0, z: 1}\n"
+                "second_origin: {x: 0, y: 0, z: 0}\nsigma_mm: 0.001\nsigma_deg: 0.05\n");
   }
 
   /// Both sources wait until the session is there.
