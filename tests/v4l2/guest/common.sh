@@ -25,8 +25,8 @@ load_loopback() {
   busybox insmod "$cache/modules/v4l2loopback.ko" video_nr=10,11 devices=$((${1:+1} + 1)) exclusive_caps=1,1 \
     card_label="\"${1:-GelSight Mini R0B TEST}\""
 }
-# feed FOLDER RATE FRAMES [LOG [FOLDER FRAMES]]: in the background, once the cameras have their format; its process id is
-# in $feeder. With LOG each picture is shown until this file has grown. The second folder is for the second camera.
+# feed FOLDER RATE FRAMES [LOG [FOLDER FRAMES]]: in the background, once the cameras have their format; $feeder is its
+# process id. With LOG each picture is shown until this file has grown. The second folder is for the second camera.
 feed() {
   "$build/bin/virtual_camera" feed "$2" "${4:-}" /dev/video10 "$1" "$3" ${5:+/dev/video11 "$5" "$6"} >"$tmp/feeder" &
   feeder=$!
@@ -41,7 +41,8 @@ stop_feeding() {
   wait "$feeder" 2>/dev/null
   feeder=
 }
-# small_config RATE: of the scanned pictures, without what other tests show and the emulated processor takes 15 s each for
+# small_config RATE: of the scanned pictures; without what other tests show, for which the emulated processor takes 15 s
+# each
 small_config() {
   sed "s/pose_graph_config:/&\n    calibrate_slopes: false/; s/track_config:/&\n    relocalize: false/
     s/ppmm:.*/ppmm: 0.1268/; s/ imgh:.*/ imgh: 120/; s/ imgw:.*/ imgw: 160/; s/raw_imgh:.*/raw_imgh: 168/
