@@ -3,9 +3,11 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "gelslam/core/process.hpp"
 #include "gelslam/sensor/camera.hpp"
@@ -23,6 +25,11 @@ struct CameraInput {
 /// The camera that the configuration names, or `device` if that is not empty. Throws Error like
 /// open_camera(), and when Ctrl-C was pressed meanwhile.
 CameraInput open_camera_input(const Config& config, const std::string& device);
+
+/// Likewise the cameras of one or two sensors; the times of two count from one start. Throws Error, before
+/// any camera is opened, when both names are of one camera.
+std::vector<CameraInput> open_camera_inputs(std::span<const Config> configs,
+                                            std::span<const std::string> devices);
 
 /// For what a person did not name: "gelslam-20261120-083000", local time.
 std::string name_by_time();

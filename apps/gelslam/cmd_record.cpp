@@ -42,18 +42,14 @@ std::vector<std::string> sensors_of(const RecordArguments& arguments) {
   if (sensors.empty()) sensors.emplace_back();
   if (sensors.size() > 2) throw Error("a log takes two sensors, not " + std::to_string(sensors.size()));
   std::error_code code;
-  if (sensors.front() == sensors.back() || fs::equivalent(sensors.front(), sensors.back(), code))
-    if (sensors.size() > 1)
-      throw Error(sensors.back() + ": is given twice; a log takes two different sensors");
+  if (!arguments.from.empty() && sensors.size() > 1)
+    if (sensors[0] == sensors[1] || fs::equivalent(sensors[0], sensors[1], code))
+      throw Error(sensors[1] + ": is given twice; a log takes two different sensors");
   return sensors;
 }
 
-RecordSource open_source(const RecordArguments& arguments, const std::string& name, const LogInput& input) {
-  RecordSource source{find_config(input), nullptr};
-  if (arguments.from.empty()) {
-    CameraInput camera = open_camera_input(source.config, name);
-    return {source.config, std::move(camera.frames), std::move(camera.attachments)};
-  }
+RecordSource open_log(const std::string& name, const Config& config) {
+  RecordSource source{config, nullptr};
   source.attachments = attachments_of(source.config);
   source.frames = open_raw_log(name, source.config.sensor);
   const LogAttachments old = is_matroska(name) ? read_log_attachments(name) : LogAttachments{};
@@ -64,15 +60,21 @@ RecordSource open_source(const RecordArguments& arguments, const std::string& na
 
 std::vector<RecordSource> open_sources(const RecordArguments& arguments) {
   const std::vector<std::string> names = sensors_of(arguments);
-  std::vector<RecordSource> sources;
+  std::vector<Config> configs;
   for (std::size_t i = 0; i < names.size(); ++i) {
     LogInput input;
     if (!arguments.from.empty()) input.log = names[i];
     input.config = given_for_sensor(arguments.configs, i, names.size(), "--config");
     input.model = given_for_sensor(arguments.models, i, names.size(), "--model");
-    sources.push_back(open_source(arguments, names[i], input));
+    configs.push_back(find_config(input));
   }
-  if (sources.size() > 1 && arguments.from.empty()) put_on_one_clock(sources[0].frames, sources[1].frames);
+  std::vector<CameraInput> cameras;
+  if (arguments.from.empty()) cameras = open_camera_inputs(configs, names);
+  std::vector<RecordSource> sources;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    sources.push_back(cameras.empty() ? open_log(names[i], configs[i])
+                                      : RecordSource{configs[i], std::move(cameras[i].frames),
+                                                     std::move(cameras[i].attachments)});
   return sources;
 }
 

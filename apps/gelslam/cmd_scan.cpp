@@ -78,20 +78,17 @@ int run_instead(const ScanArguments& arguments, const Error& error) {
 
 int run_two(const ScanArguments& arguments) {
   const LiveArguments& live = arguments.live;
-  if (arguments.devices[0] == arguments.devices[1])
-    throw Error("--camera " + arguments.devices[0] + " is given twice; name two cameras");
   const std::array<Config, 2> configs = {resolve_config(live.input("", 0, 2)),
                                          resolve_config(live.input("", 1, 2))};
   const std::array<LiveOptions, 2> options = live.options_of_two(configs);
   for (const LiveOptions& of_sensor : options) check_run_folder(of_sensor);
+  std::vector<CameraInput> cameras = open_camera_inputs(configs, arguments.devices);
   std::array<LiveRig::Sensor, 2> sensors;
   for (std::size_t i = 0; i < 2; ++i) {
-    CameraInput camera = open_camera_input(configs[i], arguments.devices[i]);
-    sensors[i] = {std::move(camera.frames), options[i]};
-    if (!arguments.no_log) sensors[i].options.record = camera.attachments;
+    sensors[i] = {std::move(cameras[i].frames), options[i]};
+    if (!arguments.no_log) sensors[i].options.record = cameras[i].attachments;
     sensors[i].options.record_resized = arguments.resized;
   }
-  put_on_one_clock(sensors[0].source, sensors[1].source);
   return run_live_rig(std::move(sensors), live);
 }
 

@@ -337,13 +337,15 @@ std::vector<TrackedSensor> find_sensors(const TrackArguments& arguments) {
 void open_frames(const TrackArguments& arguments, std::vector<TrackedSensor>& sensors,
                  FrameStopper& stopper) {
   if (arguments.cameras.empty() && !arguments.window.window) return;
-  std::vector<std::unique_ptr<RawFrameSource>> frames;
-  for (std::size_t i = 0; i < sensors.size(); ++i)
-    frames.push_back(sensors[i].is_camera
-                         ? open_camera_input(sensors[i].config, arguments.cameras[i]).frames
-                         : pace(open_raw_log(sensors[i].input.log, sensors[i].config.sensor)));
-  if (!arguments.cameras.empty() && frames.size() == 2) put_on_one_clock(frames[0], frames[1]);
-  for (std::size_t i = 0; i < sensors.size(); ++i) stopper.watch(sensors[i].frames = std::move(frames[i]));
+  std::vector<Config> configs;
+  for (const TrackedSensor& sensor : sensors) configs.push_back(sensor.config);
+  std::vector<CameraInput> cameras = open_camera_inputs(configs, arguments.cameras);
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    TrackedSensor& sensor = sensors[i];
+    sensor.frames = cameras.empty() ? pace(open_raw_log(sensor.input.log, sensor.config.sensor))
+                                    : std::move(cameras[i].frames);
+    stopper.watch(sensor.frames);
+  }
 }
 
 int run(const TrackArguments& arguments) {

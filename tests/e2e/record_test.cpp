@@ -99,7 +99,7 @@ TEST(Record, MistakesAreOneLineAndLeaveNothing) {
         Mistake{{"--from", from, "-o", to, "--model", from}, "holds no gradient model"},
         Mistake{{"--from", from, "-o", to, "--seconds", "-3"}, "no number from 0.01"},
         Mistake{{"--from", from, "--from", from, "-o", to}, "is given twice"},
-        Mistake{{"--camera", "5", "--camera", "5", "-o", to}, "is given twice"},
+        Mistake{{"--camera", "5", "--camera", "/dev/video5", "-o", to}, "are both /dev/video5; name two"},
         Mistake{{"--camera", "5", "--camera", "6", "--camera", "7", "-o", to}, "two sensors, not 3"},
         Mistake{{"--from", from, "--model", from, "--model", from, "-o", to}, "more often than"},
         Mistake{{"--from", from, "--device", "0"}, "excludes"}}) {

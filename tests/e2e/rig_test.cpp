@@ -140,8 +140,9 @@ TEST(RigProgram, MistakesAreSaidInOneLine) {
       gelslam({"reconstruct", "a.mkv", "b.mkv", "--rig", "--opening", "none.csv", "-o", "run"});
   EXPECT_EQ(no_opening.exit_code, 2);
   EXPECT_THAT(no_opening.err, HasSubstr("none.csv"));
-  const ProgramResult same = gelslam({"scan", "--camera", "7", "--camera", "7", "--headless", "-o", "run"});
-  EXPECT_THAT(same.err, HasSubstr("--camera 7 is given twice"));
+  const ProgramResult same = gelslam({"scan", "--camera", "7", "--camera", "7", "--headless", "-o", "run",
+                                      "--model", scan().model().string()});
+  EXPECT_THAT(same.err, HasSubstr("--camera 7 and --camera 7 are both /dev/video7"));
   const ProgramResult nowhere = gelslam({"replay", log, log, "--headless"});
   EXPECT_THAT(nowhere.err, HasSubstr("two sensors need a run folder"));
   const ProgramResult tum =

@@ -139,6 +139,8 @@ TEST_F(TwoSensors, GiveOnePoseOfTheObjectInTheHand) {
 
   expect_mistake(gelslam({"track", first, second, "--map", run + "/session"}), "--rig");
   expect_mistake(gelslam({"track", first, second}), "--map");
+  expect_mistake(gelslam({"track", "--camera", "7", "--camera", "/dev/video7", "--map", run}),
+                 "--camera 7 and --camera /dev/video7 are both /dev/video7");
 }
 
 // Two sensors go on with the run of two, then one of them: all that was scanned before stays.

@@ -75,6 +75,7 @@ TEST_F(TwoSensors, TheirMapsAreShownAsOneAndSavedAsOne) {
   });
   const ReconstructSummary summary = start_both().wait();
   EXPECT_EQ(summary.components, 1);
+  EXPECT_FALSE(summary.partial);
   ASSERT_TRUE(summary.rig.has_value());
   EXPECT_LT(summary.rig->first_T_second.translation().norm(), 0.01);
   EXPECT_GT(summary.tracked, 2 * (kScanFrames - 5));
@@ -91,6 +92,7 @@ TEST_F(TwoSensors, OneGoesOnWhenTheOtherIsUnplugged) {
   second_source->before(kBackgroundFrames + 20, [] { throw Error("the camera is gone"); });
   const ReconstructSummary summary = start_both().wait();
   EXPECT_GT(summary.tracked, kScanFrames - 5 + 15);
+  EXPECT_TRUE(summary.partial);
   EXPECT_EQ(summary.components, 1);
   EXPECT_THAT(both->status().warning, ContainsRegex("second sensor: .*the camera is gone"));
   EXPECT_EQ(both->status().failure, "");

@@ -1,6 +1,7 @@
 // Makes a virtual camera do what a test wants; used inside QEMU by tests/v4l2/guest/*.sh.
-//   virtual_camera feed DEVICE FOLDER RATE_HZ FRAMES [LOG]
-//       writes FOLDER/*.jpg in turn to a v4l2loopback device; with LOG, each again until this file has grown
+//   virtual_camera feed RATE_HZ LOG DEVICE FOLDER FRAMES [DEVICE FOLDER FRAMES]...
+//       writes FOLDER/*.jpg in turn to a v4l2loopback device, to all devices at the same time; unless LOG is
+//       "", each again until this file has grown
 //   virtual_camera control DEVICE TITLE VALUE
 //       sets a control by its title (vivid injects faults by controls)
 #include <fcntl.h>
@@ -56,30 +57,47 @@ std::uintmax_t size_or_0(const std::filesystem::path& path) {
   return missing ? 0 : bytes;
 }
 
-void feed(const std::string& device, const std::filesystem::path& folder, double rate_hz,
-          std::uintmax_t frames, const std::filesystem::path& log) {
-  std::vector<std::vector<char>> pictures;
+std::vector<std::vector<char>> read_pictures(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
+  std::vector<std::vector<char>> pictures;
   for (const auto& file : files) pictures.push_back(read_file(file));
-  const auto [width, height] = size_of(pictures.at(0));
-  const int fd = open_device(device);
-  v4l2_format format{};
-  format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-  format.fmt.pix.width = width;
-  format.fmt.pix.height = height;
-  format.fmt.pix.pixelformat = V4L2_PIX_FMT_MJPEG;
-  format.fmt.pix.sizeimage = width * height;
-  format.fmt.pix.field = V4L2_FIELD_NONE;
-  if (::ioctl(fd, VIDIOC_S_FMT, &format) != 0) throw failure("set the format");
+  return pictures;
+}
+
+struct FedCamera {
+  FedCamera(const std::string& device, const std::string& folder, const std::string& frames)
+      : pictures(read_pictures(folder)), frames(std::stoul(frames)), fd(open_device(device)) {
+    const auto [width, height] = size_of(pictures.at(0));
+    v4l2_format format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+    format.fmt.pix.width = width;
+    format.fmt.pix.height = height;
+    format.fmt.pix.pixelformat = V4L2_PIX_FMT_MJPEG;
+    format.fmt.pix.sizeimage = width * height;
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    if (::ioctl(fd, VIDIOC_S_FMT, &format) != 0) throw failure("set the format");
+  }
+
+  void show(std::uintmax_t i) const {
+    const std::vector<char>& picture = pictures[i % pictures.size()];
+    if (i < frames && ::write(fd, picture.data(), picture.size()) < 0) throw failure("write a frame");
+  }
+
+  std::vector<std::vector<char>> pictures;
+  std::uintmax_t frames;
+  int fd;  // open to the end of the program
+};
+
+void feed(double rate_hz, const std::filesystem::path& log, const std::vector<FedCamera>& cameras) {
   std::cout << "feeding" << std::endl;  // a test waits for this line
   auto due = std::chrono::steady_clock::now();
   const auto most_again = static_cast<std::uintmax_t>(120 * rate_hz);
-  std::uintmax_t i = 0, logged = 0, shown_again = 0;
+  std::uintmax_t i = 0, frames = 0, logged = 0, shown_again = 0;
+  for (const FedCamera& camera : cameras) frames = std::max(frames, camera.frames);
   while (i < frames) {
-    const std::vector<char>& picture = pictures[i % pictures.size()];
-    const std::uintmax_t bytes = size_or_0(log);
+    const std::uintmax_t picture = i, bytes = size_or_0(log);
     if (log.empty() || bytes > logged) {
       ++i;
       shown_again = 0;
@@ -87,11 +105,10 @@ void feed(const std::string& device, const std::filesystem::path& folder, double
       throw std::runtime_error(log.string() + " does not grow");
     }
     logged = bytes;
-    if (::write(fd, picture.data(), picture.size()) < 0) throw failure("write a frame");
+    for (const FedCamera& camera : cameras) camera.show(picture);
     due += std::chrono::microseconds(static_cast<long>(1e6 / rate_hz));
     std::this_thread::sleep_until(due);
   }
-  ::close(fd);
 }
 
 void set_control(const std::string& device, const std::string& title, int value) {
@@ -112,9 +129,11 @@ void set_control(const std::string& device, const std::string& title, int value)
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   try {
-    if (arguments.size() >= 5 && arguments[0] == "feed") {
-      feed(arguments[1], arguments[2], std::stod(arguments[3]), std::stoul(arguments[4]),
-           arguments.size() > 5 ? arguments[5] : "");
+    if (arguments.size() >= 6 && arguments.size() % 3 == 0 && arguments[0] == "feed") {
+      std::vector<FedCamera> cameras;
+      for (std::size_t at = 3; at < arguments.size(); at += 3)
+        cameras.emplace_back(arguments[at], arguments[at + 1], arguments[at + 2]);
+      feed(std::stod(arguments[1]), arguments[2], cameras);
     } else if (arguments.size() == 4 && arguments[0] == "control") {
       set_control(arguments[1], arguments[2], std::stoi(arguments[3]));
     } else {

@@ -7,13 +7,11 @@
 
 load_loopback
 frames=$(ls "$work/scan" | wc -l)
-# Without what other tests show and the emulated processor takes 15 s each for.
-sed 's/pose_graph_config:/&\n    calibrate_slopes: false/; s/track_config:/&\n    relocalize: false/
-  s/ppmm:.*/ppmm: 0.1268/; s/ imgh:.*/ imgh: 120/; s/ imgw:.*/ imgw: 160/; s/raw_imgh:.*/raw_imgh: 168/; s/raw_imgw:.*/raw_imgw: 224/' "$data/config.yaml" >"$tmp/config.yaml"
+small_config 25 >"$tmp/config.yaml"
 # begin LOG ARGUMENTS...: the scan in the background; the object moves on with each frame that it has logged, however
 # slow the emulated processor is
 begin() {
-  feed "$work/scan" 1 "$frames" "$tmp/run/$1"
+  feed "$work/scan" 2 "$frames" "$tmp/run/$1"
   "$gelslam" scan --headless --camera "GelSight Mini" "${@:2}" >"$tmp/out" 2>"$tmp/err" &
   scanner=$!
 }

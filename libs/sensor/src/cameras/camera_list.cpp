@@ -104,6 +104,10 @@ std::string capture_node_beside(const std::string& path, const std::string& bus,
 
 }  // namespace detail
 
+std::string find_camera(const CameraOptions& options) {
+  return detail::find_camera(options, detail::linux_video_system());
+}
+
 std::vector<CameraInfo> list_cameras() { return detail::list_cameras(detail::linux_video_system()); }
 
 }  // namespace gelslam

@@ -152,6 +152,7 @@ void LiveRig::Impl::join() {
   board.show_saved(run.map, run.mesh);
   const std::lock_guard lock(mutex);
   summary = run.account.summary;
+  summary.partial = summary.partial || first.wait().partial || second.wait().partial;
   summary.seconds = last.age_s + board.status().age_s;
   board.set_words("done: saved in " + options.run_folder.string(), TrackStatus::background);
 }

@@ -33,6 +33,9 @@ struct CameraOptions {
 /// on a format that is neither MJPG nor YUYV, and on controls that are not "name=number, name=number".
 CameraOptions camera_options(const SensorProfile& profile);
 
+/// The path of the camera that `options.device` names. Throws Error when none fits, or a name fits several.
+std::string find_camera(const CameraOptions& options);
+
 /// A control's value when the capture began, under the name that v4l2-ctl has for it. `locked`: the camera
 /// does not change it by itself.
 struct CameraSetting {
