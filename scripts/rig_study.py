@@ -22,11 +22,13 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Object, size, motion, distance of the sensors: the object is pressed by about 0.5 mm from both sides.
 CASES = {"golf": ("golf", 0.5, "allover", 20.35), "golf_roll": ("golf", 0.5, "roll", 20.35),
          "pebble": ("pebble", 1, "wobble", 13.0), "peanut": ("peanut", 1, "wobble", 12.2),
-         "knurl": ("knurl", 1, "roll", 10.0), "rod": ("cylinder", 1, "wobble", 11.0)}
+         "knurl": ("knurl", 1, "roll", 10.0), "rod": ("cylinder", 1, "wobble", 11.0),
+         "blade": ("blade", 1, "wobble", 2.75)}
 X_MM, Y_MM = 1.5, 0.8
-# Size and motion; pressed by 0.2 to 0.4 mm on either side. The largest one hides nearly all bare gel.
-COINS = ((0.7, "wobble"), (0.8, "allover"), (0.8, "slide"), (0.8, "twist"), (1, "allover"))
-COIN_DISTANCE_MM, COIN_MIDDLE_MM, COIN_INDENTATION_MM = 1.8, 1, 0.3
+# As above; pressed by 0.2 to 0.4 mm on either side. The largest coin hides nearly all bare gel.
+THICK = (("coin", 0.7, "wobble", 1.8), ("coin", 0.8, "allover", 1.8), ("coin", 0.8, "slide", 1.8), ("coin", 0.8, "twist", 1.8),
+         ("coin", 1, "allover", 1.8), ("blade", 1, "wobble", 2.75), ("blade", 1, "slide", 2.75))
+THICK_INDENTATION_MM = 0.3
 KNOWN = "sigma_mm: 0.01\nsigma_deg: 0.1\n"
 RIG = """second_y: {x: 0, y: -1, z: 0}
 second_z: {x: 0, y: 0, z: -1}
@@ -55,7 +57,7 @@ def moved(points, pose):
     return points @ pose[:3, :3].T + 1000 * pose[:3, 3]
 
 
-def thickness_error(run, truth):
+def thickness_error(run, truth, middle_mm):
     """Medians over both faces; the run's anchor is put where it truly was."""
     anchor = json.loads((run / "report.json").read_text())["anchor_frame"]
     meta = json.loads((truth / "meta.json").read_text())
@@ -64,26 +66,26 @@ def thickness_error(run, truth):
     true = moved(read_vertices(truth / "gt_mesh.ply"), numpy.array(meta["start_T_object"]))
     offsets = []
     for is_back in (False, True):
-        of_found, of_true = (points[(points[:, 2] > COIN_MIDDLE_MM) == is_back] for points in (found, true))
+        of_found, of_true = (points[(points[:, 2] > middle_mm) == is_back] for points in (found, true))
         height = tri.LinearTriInterpolator(tri.Triangulation(of_true[:, 0], of_true[:, 1]), of_true[:, 2])
         offsets.append(numpy.ma.median(of_found[:, 2] - height(of_found[:, 0], of_found[:, 1])))
     return offsets[1] - offsets[0]
 
 
 def study_thickness(arguments):
-    print("%-5s %-8s %4s   %s" % ("size", "motion", "seed", "too thick by (mm)"))
-    for size, motion in COINS:
+    print("%-6s %-5s %-8s %4s   %s" % ("object", "size", "motion", "seed", "too thick by (mm)"))
+    for name, size, motion, distance_mm in THICK:
         for seed in arguments.seeds:
-            folder = arguments.out / ("coin_%g_%s_%d" % (size, motion, seed))
+            folder = arguments.out / ("%s_%g_%s_%d" % (name, size, motion, seed))
             folder.mkdir(parents=True, exist_ok=True)
             rig = folder / "rig.yaml"
-            rig.write_text(RIG % (0, 0, COIN_DISTANCE_MM) + KNOWN)
-            simulate(arguments, ("coin", size, motion), seed, folder / "two", arguments.frames, "--rig", rig,
-                     "--indentation", COIN_INDENTATION_MM)
+            rig.write_text(RIG % (0, 0, distance_mm) + KNOWN)
+            simulate(arguments, (name, size, motion), seed, folder / "two", arguments.frames, "--rig", rig,
+                     "--indentation", THICK_INDENTATION_MM)
             call(arguments.program, "reconstruct", folder / "two/first", folder / "two/second", "--rig", rig, "-q",
-                 "--overwrite", "-o", folder / "run_two")
-            error = thickness_error(folder / "run_two", folder / "two/first")
-            print("%-5g %-8s %4d   %.3f" % (size, motion, seed, error), flush=True)
+                 "--overwrite", "-o", folder / "run_two", codes=(0, 1))
+            error = thickness_error(folder / "run_two", folder / "two/first", distance_mm / 2)
+            print("%-6s %-5g %-8s %4d   %.3f" % (name, size, motion, seed, error), flush=True)
 
 
 def simulate(arguments, case, seed, folder, frames, *more):
@@ -114,7 +116,7 @@ def main():
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
     parser.add_argument("--frames", type=int, default=500, help="of each of two sensors")
-    parser.add_argument("--thickness", action="store_true", help="of coins")
+    parser.add_argument("--thickness", action="store_true", help="of coins and a blade")
     arguments = parser.parse_args()
     if not arguments.calibration:
         arguments.calibration = arguments.out / "calibration"

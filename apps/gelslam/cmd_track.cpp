@@ -174,7 +174,7 @@ class SecondSensor {
   /// Its place in the map, if it knows that. Waits for its first frame at this time or later.
   std::optional<PlaceHypothesis> at(double time_s) {
     while (!has_ended_ && newest_.place.tracked.time_s < time_s) {
-      const std::optional<SurfaceStream::Item> item = stream_.next();
+      const std::optional<SurfaceStream::Item> item = next();
       has_ended_ = !item;
       if (!item) break;
       before_ = std::move(newest_.place);
@@ -186,6 +186,16 @@ class SecondSensor {
   std::string warning() const { return stream_.warning(); }
 
  private:
+  /// The first sensor goes on when this one is lost.
+  std::optional<SurfaceStream::Item> next() {
+    try {
+      return stream_.next();
+    } catch (const Error& error) {
+      warn("second sensor: " + std::string(error.what()));
+      return std::nullopt;
+    }
+  }
+
   SurfaceStream stream_;
   Localizer localizer_;
   LocalizedFrame before_;

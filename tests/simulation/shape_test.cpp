@@ -152,6 +152,23 @@ TEST(Shape, SeedAndTextureChangeTheTextureOnly) {
   EXPECT_NEAR(first, depth(spec), 1.7F);
 }
 
+TEST(Shape, FlatObjectsHaveTheirTextureOnBothSides) {
+  for (const char* name : {"coin", "plank", "weave", "blade"})
+    for (const float side : {-1.0F, 1.0F}) {
+      ShapeSpec polished = named(name);
+      polished.texture = 0;
+      const ShapePtr with = make_shape(named(name)), without = make_shape(polished);
+      float low = 1, high = -1;
+      for (float y = -6; y < 6; y += 0.1F) {
+        const Vector3f from(1, y, 20 * side), down(0, 0, -side);
+        const float raised = without->intersect(from, down, 40) - with->intersect(from, down, 40);
+        low = std::min(low, raised), high = std::max(high, raised);
+      }
+      EXPECT_GE(low, -1e-4F) << name;
+      EXPECT_GT(high - low, 0.03F) << name;
+    }
+}
+
 TEST(Shape, MeshFromInsideHitsAtOnceAndItsBoxKindIsGuessed) {
   const ShapePtr sphere = make_mesh_shape(make_shape(named("sphere"))->mesh(0.5F));
   EXPECT_EQ(sphere->intersect({0, 0, 0}, Vector3f::UnitZ(), 50), 0.0F);

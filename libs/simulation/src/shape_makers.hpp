@@ -26,6 +26,7 @@ ShapePtr make_plane(const ShapeDials& dials);
 ShapePtr make_coin(const ShapeDials& dials);
 ShapePtr make_plank(const ShapeDials& dials);
 ShapePtr make_weave(const ShapeDials& dials);
+ShapePtr make_blade(const ShapeDials& dials);
 
 /// A ball of any radius, exact (for calibration presses).
 ShapePtr make_ball(float radius_mm);

@@ -1,4 +1,4 @@
-// Flat objects whose face z = 0 looks along +z: plane, coin, plank, weave.
+// Flat objects that lie on the sensor with the face that looks along +z: plane, coin, plank, weave, blade.
 
 #include <algorithm>
 #include <array>
@@ -144,6 +144,61 @@ class Coin final : public ImplicitShape {
   std::array<Glyph, kGlyphCount> glyphs_{};
 };
 
+/// A blade along x. Its section is all circles about a cambered line (rounded edges, and a tip as round, come
+/// with them); it turns from root to tip. Tool marks run along x, never quite straight or equally deep.
+class Blade final : public ImplicitShape {
+ public:
+  explicit Blade(const ShapeDials& dials)
+      : ImplicitShape(ShapeKind::flat, bounds(dials), {0, high(dials), 1.1F + 0.35F * dials.texture}),
+        dials_(dials) {}
+
+ private:
+  static constexpr float kHalfSpan = 20, kHalfChord = 11, kCamber = 0.8F;
+  static constexpr float kTwistPerMm = 0.006F;  ///< radians, at size 1
+
+  static float high(const ShapeDials& dials) { return 0.06F * dials.texture; }
+  static Eigen::AlignedBox3f bounds(const ShapeDials& dials) {
+    const Vector3f high = Vector3f::Constant(Blade::high(dials));
+    return {dials.size * Vector3f(-21.5F, -11.5F, -2.1F) - high,
+            dials.size * Vector3f(21.5F, 11.9F, 2.7F) + high};
+  }
+  /// As if it were not twisted, at size 1.
+  Vector3f untwisted(const Vector3f& point) const {
+    const Vector3f p = point / dials_.size;
+    const float angle = kTwistPerMm * std::clamp(p.x(), -kHalfSpan, kHalfSpan);
+    return Eigen::AngleAxisf(-angle, Vector3f::UnitX()) * p;
+  }
+  /// Radius of the circle at `s`, -1 at the trailing edge, 1 at the leading one.
+  static float radius(float s) { return 0.475F + 0.225F * s + (1 - s * s); }
+
+  float base(const Vector3f& point) const override {
+    const Vector3f p = untwisted(point);
+    const float beyond = std::fmax(std::fabs(p.x()) - kHalfSpan, 0.0F);
+    float s = std::clamp(p.y() / kHalfChord, -1.0F, 1.0F);
+    const auto from_center = [&] { return Vector2f(p.y() - kHalfChord * s, p.z() - kCamber * (1 - s * s)); };
+    // Each step finds the nearest circle as if line and radius were straight from here on.
+    for (int k = 0; k < 3; ++k) {
+      const Vector2f tangent(kHalfChord, -2 * kCamber * s), offset = from_center();
+      const float length = tangent.norm(), growth = (0.225F - 2 * s) / length;
+      const float across = (tangent.x() * offset.y() - tangent.y() * offset.x()) / length;
+      const float lean = std::hypot(across, beyond) * growth / std::sqrt(1 - growth * growth);
+      s = std::clamp(s + (tangent.dot(offset) / length + lean) / length, -1.0F, 1.0F);
+    }
+    return dials_.size * (std::hypot(from_center().norm(), beyond) - radius(s));
+  }
+  float texture(const Vector3f& point) const override {
+    const Vector3f p = dials_.size * untwisted(point);
+    const auto noise = [&](float along, float across, std::uint32_t k) {
+      return gradient_noise(Vector3f(along * p.x(), across * p.y(), across * p.z()), dials_.seed + k);
+    };
+    const float row = 2 * std::numbers::pi_v<float> * (p.y() + 0.5F * noise(0.15F, 0.4F, 0));
+    const float mark = (0.5F + 0.5F * std::cos(row)) * (1 + 0.5F * noise(0.3F, 0.6F, 1));
+    return std::clamp(dials_.texture * (0.01F + 0.025F * mark + 0.02F * noise(0.9F, 0.9F, 2)), 0.0F,
+                      high(dials_));
+  }
+  ShapeDials dials_;
+};
+
 }  // namespace
 
 ShapePtr make_plane(const ShapeDials& dials) {
@@ -152,5 +207,6 @@ ShapePtr make_plane(const ShapeDials& dials) {
 ShapePtr make_coin(const ShapeDials& dials) { return std::make_shared<Coin>(dials); }
 ShapePtr make_plank(const ShapeDials& dials) { return std::make_shared<Plank>(dials); }
 ShapePtr make_weave(const ShapeDials& dials) { return std::make_shared<Weave>(dials); }
+ShapePtr make_blade(const ShapeDials& dials) { return std::make_shared<Blade>(dials); }
 
 }  // namespace gelslam::simulation::detail
