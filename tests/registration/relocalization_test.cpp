@@ -84,6 +84,8 @@ TEST(Relocalization, WhatSlidesAlongARidgeIsAtNoOtherPlace) {
   const Search s = search(ridges, motion(0, 0, 0, 0.3, 0, 0.4));
   EXPECT_TRUE(s.place.ok());
   EXPECT_NEAR(s.place.target_T_reference.translation().x(), -0.3, 0.02);
+  // Further away, it cannot be told which part of which ridge is seen.
+  EXPECT_FALSE(search(ridges, motion(0, 0, 0, 3, 0, 0.4)).place.ok());
 }
 
 TEST(Relocalization, WithoutTextureWhatWasFoundStays) {

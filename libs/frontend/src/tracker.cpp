@@ -35,14 +35,6 @@ Pose carried_on(const Pose& step, double step_s, double elapsed_s) {
   return se3_exp(se3_log(step) * (elapsed_s / step_s));
 }
 
-/// Whether all motions are observable but that along z, which comes from the heights. If one is not, the part
-/// of the object that the frame shows is not known.
-bool is_located(const RegistrationResult& registration) {
-  for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
-    if (axis != 2 && !registration.observable[axis]) return false;
-  return true;
-}
-
 /// Information of the inverse pose: true = T * exp(noise) <=> true^-1 = T^-1 * exp(Ad(T) * -noise).
 Matrix6d information_of_inverse(const Matrix6d& information, const Pose& pose) {
   const Matrix6d from = adjoint(pose.inverse());

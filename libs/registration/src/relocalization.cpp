@@ -34,6 +34,12 @@ bool is_elsewhere(const RegistrationResult& result, const Pose& other) {
 
 }  // namespace
 
+bool is_located(const RegistrationResult& registration) {
+  for (std::size_t axis = 0; axis < registration.observable.size(); ++axis)
+    if (axis != 2 && !registration.observable[axis]) return false;
+  return true;
+}
+
 double innovation_mm(const RegistrationResult& found, const Pose& expected) {
   return difference(found, expected).size_mm();
 }
@@ -61,7 +67,8 @@ RegistrationResult relocalize(const NormalFlowReference& reference, const Surfac
   std::vector<RegistrationResult> places, rivals;
   const auto add = [&](const RegistrationResult& place, PlacePrior near) {
     const bool expected_there = innovation_mm(place, expected) <= kMinPeriodMm;
-    if (verify_registered(reference, target, place, expected_there ? near : PlacePrior::none, options).ok())
+    if (verify_registered(reference, target, place, expected_there ? near : PlacePrior::none, options).ok() &&
+        (expected_there || is_located(place)))
       places.push_back(place);
     else if (verify_registered(reference, target, place, PlacePrior::suspected, options).ok())
       rivals.push_back(place);
